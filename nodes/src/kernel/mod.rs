@@ -1,0 +1,5 @@
+//! Pure numeric functions on slices and `glam` types: no node, no serde, no files.
+//!
+//! Rules for all of them: results never depend on the number of threads or on how a picture is cut into tiles;
+//! random numbers are hashed from a seed and an index; reductions have a fixed order; transcendental functions come
+//! from [`math`], never from the system. Pictures are planar `f32`, rows from y = 0.

@@ -1,0 +1,2 @@
+//! The `shibo` command.
+fn main() {}

@@ -3,3 +3,6 @@
 //! Rules for all of them: results never depend on the number of threads or on how a picture is cut into tiles;
 //! random numbers are hashed from a seed and an index; reductions have a fixed order; transcendental functions come
 //! from [`math`], never from the system. Pictures are planar `f32`, rows from y = 0.
+
+pub mod hash;
+pub mod math;

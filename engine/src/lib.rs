@@ -1,1 +1,17 @@
-//! Shibo engine.
+//! Graph files, typed wires, lazy evaluation and caches: the engine of Shibo.
+//!
+//! The engine knows no method and no node. Each module stands on those after it: [`graph`] → [`registry`] → [`node`] → [`value`];
+//! [`diagnostics`] stands beside [`value`].
+//!
+//! Rules that hold everywhere, stated once:
+//! - Lengths are millimetres, on the canvas and in heights. Angles are degrees in graph files, radians inside. `y` points
+//!   down.
+//! - Nothing panics on what a user gave; errors are [`diagnostics::Problem`]s that the graph turns into located
+//!   diagnostics.
+//! - Results depend on the graph alone: never on threads, tile order, machine or the state of a cache.
+pub mod diagnostics;
+pub mod graph;
+pub mod node;
+pub mod picture;
+pub mod registry;
+pub mod value;

@@ -1,0 +1,319 @@
+//! What went wrong, where, and what to do about it.
+//!
+//! Code that does not know the text returns a [`Problem`]; the graph, which does, turns it into a [`Diagnostic`] by
+//! adding a [`Span`]. A [`SourceMap`] keeps the texts and turns spans into lines and columns.
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+macro_rules! codes {
+    ($($(#[$doc:meta])* $name:ident = $text:literal,)*) => {
+        /// The stable, kebab-case word that names a class of errors.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[non_exhaustive]
+        pub enum Code { $($(#[$doc])* $name,)* }
+
+        impl Code {
+            /// All codes, in the order of their declaration.
+            pub const ALL: &'static [Code] = &[$(Code::$name,)*];
+
+            /// The word as printed.
+            pub const fn as_str(self) -> &'static str {
+                match self { $(Code::$name => $text,)* }
+            }
+        }
+    };
+}
+
+codes! {
+    /// The text is not RON.
+    Syntax = "syntax",
+    /// A node kind that does not exist.
+    UnknownKind = "unknown-kind",
+    /// A field (port or parameter) that its owner does not have.
+    UnknownField = "unknown-field",
+    /// A reference to a node that does not exist.
+    UnknownNode = "unknown-node",
+    /// A reference to an output that the node does not have.
+    UnknownPort = "unknown-port",
+    /// A choice that is not among those offered.
+    UnknownVariant = "unknown-variant",
+    /// A parameter that is not declared.
+    UnknownParam = "unknown-param",
+    /// An expression that cannot be evaluated.
+    BadExpression = "bad-expression",
+    /// A value of another type than wanted.
+    TypeMismatch = "type-mismatch",
+    /// A port that must be connected is not.
+    MissingInput = "missing-input",
+    /// The same key twice in one map or node.
+    DuplicateKey = "duplicate-key",
+    /// Nodes, or files, that need themselves.
+    Cycle = "cycle",
+    /// A number outside what is allowed.
+    OutOfRange = "out-of-range",
+    /// A number that is infinite or not a number.
+    NotFinite = "not-finite",
+    /// A file that does not exist.
+    FileNotFound = "file-not-found",
+    /// A file that cannot be used: a folder, unreadable, corrupt, of the wrong format.
+    BadFile = "bad-file",
+    /// More than a limit or the memory budget allows.
+    TooLarge = "too-large",
+    /// A file version that this program does not know.
+    UnknownVersion = "unknown-version",
+    /// A name that is not allowed.
+    BadName = "bad-name",
+    /// Values that contradict each other.
+    BadValue = "bad-value",
+    /// A simulation or computation that left the range of numbers.
+    Diverged = "diverged",
+    /// Worth knowing, not an error: used by warnings.
+    Advice = "advice",
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// Something wrong in a node or a value, by whoever does not know where it stands in the text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// The class of the error.
+    pub code: Code,
+    /// The port or parameter at fault; the node itself if `None`.
+    pub field: Option<String>,
+    /// What is wrong and what must be, one line, lower case.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+impl Problem {
+    /// A problem of a whole node.
+    pub fn new(code: Code, message: impl Into<String>) -> Self {
+        Self { code, field: None, message: message.into(), help: None }
+    }
+
+    /// The same at the port or parameter `field`.
+    #[must_use]
+    pub fn at(mut self, field: impl Into<String>) -> Self {
+        self.field = Some(field.into());
+        self
+    }
+
+    /// The same with advice.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Problem {}
+
+/// The index of a text in a [`SourceMap`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FileId(pub usize);
+
+/// A piece of a text: byte offsets `start..end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Span {
+    /// The text.
+    pub file: FileId,
+    /// The first byte.
+    pub start: usize,
+    /// One past the last byte.
+    pub end: usize,
+}
+
+/// A second place that belongs to a diagnostic.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Related {
+    /// Where.
+    pub span: Span,
+    /// What is there.
+    pub message: String,
+}
+
+/// An error, or a warning, at its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// The class of the error.
+    pub code: Code,
+    /// Where; for a file that could not be read at all, an empty span in an empty text of that name.
+    pub span: Span,
+    /// What is wrong and what must be.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+    /// Other places that matter.
+    pub related: Vec<Related>,
+    /// A warning does not fail a run.
+    pub warning: bool,
+}
+
+impl Diagnostic {
+    /// An error at `span`.
+    pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
+        Self { code, span, message: message.into(), help: None, related: Vec::new(), warning: false }
+    }
+
+    /// The located form of a problem.
+    pub fn from_problem(problem: Problem, span: Span) -> Self {
+        Self {
+            code: problem.code,
+            span,
+            message: problem.message,
+            help: problem.help,
+            related: Vec::new(),
+            warning: false,
+        }
+    }
+
+    /// The same with advice.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// The same with a second place.
+    #[must_use]
+    pub fn related(mut self, span: Span, message: impl Into<String>) -> Self {
+        self.related.push(Related { span, message: message.into() });
+        self
+    }
+
+    /// The same as a warning.
+    #[must_use]
+    pub fn as_warning(mut self) -> Self {
+        self.warning = true;
+        self
+    }
+}
+
+/// A text and where it came from.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The path as the user would write it.
+    pub path: PathBuf,
+    /// The text.
+    pub text: Arc<str>,
+}
+
+/// A place as people count: lines and columns from 1, columns in characters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Position {
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+/// The texts that spans point into.
+#[derive(Clone, Debug, Default)]
+pub struct SourceMap {
+    sources: Vec<Source>,
+}
+
+impl SourceMap {
+    /// Adds a text.
+    pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<Arc<str>>) -> FileId {
+        self.sources.push(Source { path: path.into(), text: text.into() });
+        FileId(self.sources.len() - 1)
+    }
+
+    /// The text of `file`.
+    pub fn text(&self, file: FileId) -> Arc<str> {
+        self.sources[file.0].text.clone()
+    }
+
+    /// The path of `file`.
+    pub fn path(&self, file: FileId) -> &Path {
+        &self.sources[file.0].path
+    }
+
+    /// All texts, in the order in which they were added.
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
+    }
+
+    /// Where byte `offset` of `file` is; offsets past the end, or inside a character, are clamped.
+    pub fn position(&self, file: FileId, offset: usize) -> Position {
+        let text = &self.sources[file.0].text;
+        let mut offset = offset.min(text.len());
+        while !text.is_char_boundary(offset) {
+            offset -= 1;
+        }
+        let before = &text[..offset];
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        Position {
+            line: before.bytes().filter(|&b| b == b'\n').count() + 1,
+            column: before[line_start..].chars().count() + 1,
+        }
+    }
+}
+
+/// The candidate nearest to `word`, if any is near enough to be meant.
+pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = word.to_lowercase();
+    candidates
+        .into_iter()
+        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
+        .filter(|&(distance, c)| distance <= 1 + c.len().min(word.len()) / 4)
+        .min_by_key(|&(distance, c)| (distance, c))
+        .map(|(_, c)| c)
+}
+
+/// A line of help for an unknown word: the nearest candidate, or else all of them.
+pub fn suggest(word: &str, what: &str, candidates: &[&str]) -> String {
+    if let Some(near) = did_you_mean(word, candidates.iter().copied()) {
+        return format!("did you mean `{near}`?");
+    }
+    match candidates.len() {
+        0 => format!("there is no {what} here"),
+        n if n <= 16 => {
+            format!("{what}s: {}", candidates.iter().map(|c| format!("`{c}`")).collect::<Vec<_>>().join(", "))
+        }
+        n => format!("there are {n} {what}s; none is near `{word}`"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_count_characters() {
+        let mut map = SourceMap::default();
+        let file = map.add("a.ron", "シボ: 1,\nx");
+        assert_eq!(map.position(file, 6), Position { line: 1, column: 3 });
+        assert_eq!(map.position(file, "シボ: 1,\n".len()), Position { line: 2, column: 1 });
+        assert_eq!(map.position(file, 999), Position { line: 2, column: 2 });
+        assert_eq!(map.position(file, 1), Position { line: 1, column: 1 });
+    }
+
+    #[test]
+    fn near_words_are_suggested() {
+        assert_eq!(did_you_mean("Perlim", ["Perlin", "Worley"]), Some("Perlin"));
+        assert_eq!(did_you_mean("stifness", ["stiffness", "lattice"]), Some("stiffness"));
+        assert_eq!(did_you_mean("zebra", ["Perlin", "Worley"]), None);
+    }
+
+    #[test]
+    fn codes_are_unique() {
+        let mut words: Vec<_> = Code::ALL.iter().map(|c| c.as_str()).collect();
+        words.sort_unstable();
+        words.dedup();
+        assert_eq!(words.len(), Code::ALL.len());
+    }
+}

@@ -1,0 +1,113 @@
+//! A graph whose references are resolved: what is evaluated.
+use crate::diagnostics::{Diagnostic, SourceMap, Span};
+use crate::node::DynNode;
+use crate::value::{Canvas, Field, Type};
+use petgraph::graph::{DiGraph, NodeIndex};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A checked graph: every reference is resolved, every parameter is in range, and no node needs itself.
+pub struct Graph {
+    /// The graph file.
+    pub path: PathBuf,
+    /// The texts that spans point into: the graph file and all that it imports.
+    pub sources: SourceMap,
+    /// The canvas, with what the caller changed of it.
+    pub canvas: Canvas,
+    /// The nodes of the file and of all sub-graphs in use. An edge goes from a node to one that reads it.
+    pub nodes: DiGraph<GraphNode, ()>,
+    /// What can be rendered, in the order of the file.
+    pub outputs: Vec<GraphOutput>,
+    /// The parameters with the values in force.
+    pub params: Vec<GraphParam>,
+    /// The names of the presets.
+    pub presets: Vec<String>,
+    /// Advice; errors would have left no graph.
+    pub warnings: Vec<Diagnostic>,
+    /// Where `canvas` is written, for problems of the picture's size.
+    pub canvas_span: Span,
+}
+
+/// A node of a graph.
+pub struct GraphNode {
+    /// Its name; nodes inside a sub-graph are `use/inner`.
+    pub name: String,
+    /// Its kind.
+    pub kind: String,
+    /// The node itself.
+    pub node: Arc<dyn DynNode>,
+    /// What goes into its slots.
+    pub inputs: Vec<Input>,
+    /// For each slot, the name of the port it belongs to.
+    pub slots: Vec<String>,
+    /// The types of its outputs, in the order of [`DynNode::outputs`].
+    pub outputs: Vec<Type>,
+    /// Its files: the parameter that names each, and the path.
+    pub files: Vec<(&'static str, PathBuf)>,
+    /// Where its kind is written.
+    pub span: Span,
+    /// Where the values of its fields are written.
+    pub fields: Vec<(String, Span)>,
+}
+
+impl GraphNode {
+    /// Where the value of a field is written; the kind, if it is not.
+    pub fn field_span(&self, field: Option<&str>) -> Span {
+        let written = field.and_then(|field| self.fields.iter().find(|(name, _)| name == field));
+        written.map_or(self.span, |(_, span)| *span)
+    }
+}
+
+/// What goes into a slot.
+#[derive(Clone, Debug)]
+pub enum Input {
+    /// An output of another node.
+    Wire {
+        /// The node.
+        node: NodeIndex,
+        /// Which of its outputs.
+        output: usize,
+    },
+    /// A literal.
+    Constant(Field),
+}
+
+/// Something that can be rendered.
+#[derive(Clone, Debug)]
+pub struct GraphOutput {
+    /// The name of the file, without extension.
+    pub name: String,
+    /// The node it comes from.
+    pub node: NodeIndex,
+    /// Which of its outputs.
+    pub output: usize,
+    /// What it carries.
+    pub ty: Type,
+    /// The file format, if it is stated: `Png`, `Tiff` or `Exr`.
+    pub format: Option<crate::picture::Format>,
+    /// The sample type, if it is stated.
+    pub depth: Option<crate::picture::Depth>,
+    /// The values that become the smallest and the largest integer, if they are stated.
+    pub range: Option<(f64, f64)>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+/// A parameter of a graph with the value in force.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphParam {
+    /// Its name.
+    pub name: String,
+    /// `Number`, `Integer`, `Bool`, `Color`, `Text` or `Path`.
+    pub ty: &'static str,
+    /// The value in force, as RON.
+    pub value: String,
+    /// The default, as RON.
+    pub default: String,
+    /// The smallest and largest number allowed.
+    pub range: Option<(f64, f64)>,
+    /// The unit, for people.
+    pub unit: Option<String>,
+    /// What it does.
+    pub doc: String,
+}

@@ -1,0 +1,215 @@
+//! From the arguments of a node in a graph file to its struct, and the struct without its type.
+use super::{Context, Fact, FilePath, KindInfo, Node, Output, Outputs};
+use crate::diagnostics::Problem;
+use crate::value::{Canvas, Stop};
+use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
+use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, Visitor};
+use std::fmt;
+use std::sync::Arc;
+
+/// The value of one field of a node struct.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Arg<'a> {
+    /// A port, connected to the node's input of that number.
+    Slot(u32),
+    /// A port that takes a list.
+    Slots(Vec<u32>),
+    /// A parameter, as RON text without references to parameters of the graph.
+    Ron(&'a str),
+}
+
+/// Why a struct could not be made of its arguments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BuildError {
+    /// Which of the arguments is at fault; `None` for the struct as a whole.
+    pub arg: Option<usize>,
+    /// What RON says, with the position within the argument's text.
+    pub ron: Option<ron::error::SpannedError>,
+    /// The same in words.
+    pub message: String,
+}
+
+impl fmt::Display for BuildError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for BuildError {}
+
+impl serde::de::Error for BuildError {
+    fn custom<T: fmt::Display>(message: T) -> Self {
+        Self { arg: None, ron: None, message: message.to_string() }
+    }
+}
+
+/// A node without its type.
+pub trait DynNode: Send + Sync {
+    /// Its parameters in a form that is equal for equal parameters.
+    fn canonical(&self) -> Vec<u8>;
+    /// See [`Node::VERSION`].
+    fn version(&self) -> u32;
+    /// See [`Node::FACTS`].
+    fn facts(&self) -> &'static [Fact];
+    /// See [`Node::OUTPUTS`].
+    fn outputs(&self) -> &'static [Output];
+    /// See [`Node::check`].
+    fn check(&self, canvas: &Canvas) -> Vec<Problem>;
+    /// See [`Node::advice`].
+    fn advice(&self, canvas: &Canvas) -> Vec<Problem>;
+    /// See [`Node::files`].
+    fn files(&self) -> Vec<(&'static str, &FilePath)>;
+    /// See [`Node::no_op`].
+    fn no_op(&self) -> Option<&'static str>;
+    /// See [`Node::evaluate`].
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop>;
+}
+
+impl<T: Node> DynNode for T {
+    fn canonical(&self) -> Vec<u8> {
+        postcard::to_stdvec(self).unwrap_or_else(|e| e.to_string().into_bytes())
+    }
+
+    fn version(&self) -> u32 {
+        T::VERSION
+    }
+
+    fn facts(&self) -> &'static [Fact] {
+        T::FACTS
+    }
+
+    fn outputs(&self) -> &'static [Output] {
+        T::OUTPUTS
+    }
+
+    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+        Node::check(self, canvas)
+    }
+
+    fn advice(&self, canvas: &Canvas) -> Vec<Problem> {
+        Node::advice(self, canvas)
+    }
+
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        Node::files(self)
+    }
+
+    fn no_op(&self) -> Option<&'static str> {
+        Node::no_op(self)
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Node::evaluate(self, cx)
+    }
+}
+
+/// Makes a node of its arguments. Ports that are missing keep their defaults.
+///
+/// # Errors
+/// The first argument that does not fit.
+pub fn build<T: Node>(args: &[(&str, Arg<'_>)]) -> Result<Arc<dyn DynNode>, BuildError> {
+    let node = T::deserialize(Args { args })?;
+    Ok(Arc::new(node))
+}
+
+/// The options with which all RON text is read.
+pub(crate) fn ron_options() -> ron::Options {
+    use ron::extensions::Extensions as E;
+    ron::Options::default()
+        .with_default_extension(E::IMPLICIT_SOME)
+        .with_default_extension(E::UNWRAP_NEWTYPES)
+        .with_default_extension(E::UNWRAP_VARIANT_NEWTYPES)
+}
+
+struct Args<'a> {
+    args: &'a [(&'a str, Arg<'a>)],
+}
+
+impl<'de> Deserializer<'de> for Args<'de> {
+    type Error = BuildError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, BuildError> {
+        visitor.visit_map(ArgMap { args: self.args, next: 0 })
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map struct enum identifier ignored_any
+    }
+}
+
+struct ArgMap<'a> {
+    args: &'a [(&'a str, Arg<'a>)],
+    next: usize,
+}
+
+impl<'de> MapAccess<'de> for ArgMap<'de> {
+    type Error = BuildError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, BuildError> {
+        let Some((name, _)) = self.args.get(self.next) else { return Ok(None) };
+        let name: StrDeserializer<'_, BuildError> = (*name).into_deserializer();
+        seed.deserialize(name).map(Some).map_err(|e| BuildError { arg: Some(self.next), ..e })
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, BuildError> {
+        let index = self.next;
+        self.next += 1;
+        let Some((_, arg)) = self.args.get(index) else {
+            return Err(BuildError::custom("a field has no value"));
+        };
+        let result = match arg {
+            Arg::Slot(slot) => seed.deserialize(Slot(*slot)),
+            Arg::Slots(slots) => seed.deserialize(SeqDeserializer::new(slots.iter().map(|s| Slot(*s)))),
+            Arg::Ron(text) => return ron_value(seed, text).map_err(|e| BuildError { arg: Some(index), ..e }),
+        };
+        result.map_err(|e| BuildError { arg: Some(index), ..e })
+    }
+}
+
+fn ron_value<'de, V: DeserializeSeed<'de>>(seed: V, text: &'de str) -> Result<V::Value, BuildError> {
+    let fail =
+        |error: ron::error::SpannedError| BuildError { arg: None, message: error.code.to_string(), ron: Some(error) };
+    ron_options().from_str_seed(text, seed).map_err(fail)
+}
+
+/// The number of a slot, also where an `Option` is wanted.
+struct Slot(u32);
+
+impl<'de> Deserializer<'de> for Slot {
+    type Error = BuildError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, BuildError> {
+        visitor.visit_u32(self.0)
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, BuildError> {
+        visitor.visit_some(U32Deserializer::new(self.0))
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct
+        newtype_struct seq tuple tuple_struct map struct enum identifier ignored_any
+    }
+}
+
+impl IntoDeserializer<'_, BuildError> for Slot {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
+    }
+}
+
+/// The functions behind a kind.
+#[derive(Clone, Copy)]
+pub(crate) struct Functions {
+    pub(crate) build: fn(&[(&str, Arg<'_>)]) -> Result<Arc<dyn DynNode>, BuildError>,
+    pub(crate) info: fn(&'static str) -> KindInfo,
+}
+
+impl Functions {
+    pub(crate) fn of<T: Node>() -> Self {
+        Self { build: build::<T>, info: KindInfo::of::<T> }
+    }
+}

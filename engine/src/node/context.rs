@@ -1,0 +1,129 @@
+//! What a node sees while it is evaluated.
+use super::{In, PortType};
+use crate::diagnostics::{Code, Problem};
+use crate::value::{Canvas, Evaluator, Field, Key, Stop, Tiling, Type, Value};
+use glam::DVec2;
+use std::path::{Path, PathBuf};
+
+/// What a node sees while it is evaluated: its inputs, its files, the facts of the canvas, and the engine.
+pub struct Context<'a> {
+    /// The kind of the node.
+    pub kind: &'a str,
+    /// The canvas. A node may read only the facts that it declares.
+    pub canvas: &'a Canvas,
+    /// The values at its ports, by slot.
+    pub inputs: &'a [Value],
+    /// Its files, resolved: the parameter that names each, and the path.
+    pub files: &'a [(&'static str, PathBuf)],
+    /// The engine.
+    pub evaluator: &'a dyn Evaluator,
+}
+
+impl Context<'_> {
+    /// The value at a port.
+    pub fn get<T: PortType>(&self, port: &In<T>) -> Result<T::Got, Stop> {
+        let value = match (port.slot(), port.default_value()) {
+            (Some(slot), _) => self.inputs.get(slot as usize).and_then(|value| value.convert(T::TYPE)),
+            (None, Some(value)) => Some(Value::Field(constant(T::TYPE, value))),
+            (None, None) => None,
+        };
+        value
+            .and_then(T::take)
+            .ok_or_else(|| Problem::new(Code::MissingInput, format!("a port for {} has no value", T::TYPE)).into())
+    }
+
+    /// The value at a port that need not be connected.
+    pub fn get_opt<T: PortType>(&self, port: &Option<In<T>>) -> Result<Option<T::Got>, Stop> {
+        port.as_ref().map(|port| self.get(port)).transpose()
+    }
+
+    /// The values at a port that takes a list.
+    pub fn get_all<T: PortType>(&self, ports: &[In<T>]) -> Result<Vec<T::Got>, Stop> {
+        ports.iter().map(|port| self.get(port)).collect()
+    }
+
+    /// The size of the canvas in mm.
+    pub fn size_mm(&self) -> DVec2 {
+        self.canvas.size_mm
+    }
+
+    /// The directions in which the result must repeat.
+    pub fn tiling(&self) -> Tiling {
+        self.canvas.tile
+    }
+
+    /// The seed for random numbers: of the canvas' seed, the kind and the node's `seed` parameter.
+    pub fn seed(&self, seed: u64) -> u64 {
+        let key = Key::of("seed", &[&self.canvas.seed.to_le_bytes(), self.kind.as_bytes(), &seed.to_le_bytes()]);
+        let mut word = [0; 8];
+        word.copy_from_slice(&key.as_bytes()[..8]);
+        u64::from_le_bytes(word)
+    }
+
+    /// The path of the file that the parameter `field` names.
+    pub fn file(&self, field: &str) -> Option<&Path> {
+        self.files.iter().find(|(name, _)| *name == field).map(|(_, path)| path.as_path())
+    }
+
+    /// Fails if somebody asked to stop; call it about every millisecond of long work.
+    pub fn check(&self) -> Result<(), Stop> {
+        self.evaluator.check()
+    }
+}
+
+/// The field that a number stands for in a port of type `ty`.
+fn constant(ty: Type, value: f32) -> Field {
+    match ty {
+        Type::Field => Field::constant(Type::Gray, &[value]),
+        ty => Field::constant(ty, &vec![value; ty.channels().max(1)]),
+    }
+}
+
+/// What a node made, by output name.
+#[derive(Clone, Debug, Default)]
+pub struct Outputs(Vec<(&'static str, Value)>);
+
+/// The name under which [`Outputs::one`] keeps the main output until the engine gives it its own.
+const MAIN: &str = "";
+
+impl Outputs {
+    /// A main output and no other.
+    pub fn one(value: impl Into<Value>) -> Self {
+        Self(vec![(MAIN, value.into())])
+    }
+
+    /// The same with another output.
+    #[must_use]
+    pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
+        self.0.push((name, value.into()));
+        self
+    }
+
+    /// The value of the output `name`; `main` tells whether that is the main output's name.
+    pub fn take(&self, name: &str, main: bool) -> Option<&Value> {
+        self.0.iter().find(|(n, _)| *n == name || (main && *n == MAIN)).map(|(_, value)| value)
+    }
+}
+
+macro_rules! into_value {
+    ($($object:ident,)*) => {$(
+        impl From<crate::value::$object> for Value {
+            fn from(object: crate::value::$object) -> Self {
+                Self::$object(std::sync::Arc::new(object))
+            }
+        }
+        impl From<std::sync::Arc<crate::value::$object>> for Value {
+            fn from(object: std::sync::Arc<crate::value::$object>) -> Self {
+                Self::$object(object)
+            }
+        }
+    )*};
+}
+
+into_value! { Points, Lattice, SpringNet, Segments, Material, }
+
+impl From<Field> for Value {
+    fn from(field: Field) -> Self {
+        Self::Field(field)
+    }
+}

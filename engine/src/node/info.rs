@@ -1,0 +1,208 @@
+//! What can be known of a kind without making one: read from the schema of its struct.
+use super::{Node, Output};
+use crate::value::Type;
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value as Json};
+
+/// Everything about a kind.
+#[derive(Clone, Debug)]
+pub struct KindInfo {
+    /// The name in graph files.
+    pub kind: String,
+    /// The family it belongs to.
+    pub family: &'static str,
+    /// The manual: the struct's doc comment.
+    pub doc: String,
+    /// Ports and parameters, in the order of their declaration.
+    pub fields: Vec<FieldInfo>,
+    /// What it makes; the first is the main output.
+    pub outputs: &'static [Output],
+}
+
+/// A port or a parameter.
+#[derive(Clone, Debug)]
+pub struct FieldInfo {
+    /// The name in graph files.
+    pub name: String,
+    /// The manual.
+    pub doc: String,
+    /// Which of the two.
+    pub role: Role,
+}
+
+/// What a field of a node struct is.
+#[derive(Clone, Debug)]
+pub enum Role {
+    /// A wire goes in.
+    Port(PortInfo),
+    /// A value is written.
+    Param(ParamInfo),
+}
+
+/// A port.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PortInfo {
+    /// What it accepts.
+    pub ty: Type,
+    /// Whether it must be connected.
+    pub required: bool,
+    /// Whether it takes a list of wires.
+    pub list: bool,
+    /// What it stands for when nothing is connected, if anything.
+    pub default: Option<f64>,
+}
+
+/// A parameter.
+#[derive(Clone, Debug, Default)]
+pub struct ParamInfo {
+    /// `Number`, `Integer`, `Bool`, `Text`, `Choice`, `List` or the name of a parameter type.
+    pub ty: String,
+    /// The default, as JSON.
+    pub default: Json,
+    /// The smallest number allowed.
+    pub min: Option<f64>,
+    /// The largest number allowed.
+    pub max: Option<f64>,
+    /// Whether `min` itself is not allowed.
+    pub above_min: bool,
+    /// Whether `inf` is allowed.
+    pub infinite: bool,
+    /// The unit, for people.
+    pub unit: Option<String>,
+    /// The words to choose from; those with a value in brackets.
+    pub choices: Vec<String>,
+}
+
+impl KindInfo {
+    /// Reads the schema of `T`.
+    pub fn of<T: Node>(family: &'static str) -> Self {
+        let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
+        let schema = settings.into_generator().into_root_schema_for::<T>();
+        let empty = Map::new();
+        let root = schema.as_value().as_object().unwrap_or(&empty);
+        let properties = root.get("properties").and_then(Json::as_object).unwrap_or(&empty);
+        Self {
+            kind: T::schema_name().into_owned(),
+            family,
+            doc: text(root, "description"),
+            fields: properties.iter().map(|(name, schema)| field(name, schema)).collect(),
+            outputs: T::OUTPUTS,
+        }
+    }
+
+    /// The port or parameter of that name.
+    pub fn field(&self, name: &str) -> Option<&FieldInfo> {
+        self.fields.iter().find(|f| f.name == name)
+    }
+
+    /// The ports.
+    pub fn ports(&self) -> impl Iterator<Item = (&FieldInfo, &PortInfo)> {
+        self.fields.iter().filter_map(|f| match &f.role {
+            Role::Port(port) => Some((f, port)),
+            Role::Param(_) => None,
+        })
+    }
+
+    /// The parameters.
+    pub fn params(&self) -> impl Iterator<Item = (&FieldInfo, &ParamInfo)> {
+        self.fields.iter().filter_map(|f| match &f.role {
+            Role::Param(param) => Some((f, param)),
+            Role::Port(_) => None,
+        })
+    }
+}
+
+fn text(object: &Map<String, Json>, key: &str) -> String {
+    object.get(key).and_then(Json::as_str).unwrap_or_default().to_owned()
+}
+
+fn field(name: &str, schema: &Json) -> FieldInfo {
+    let empty = Map::new();
+    let object = schema.as_object().unwrap_or(&empty);
+    let role = match port(object) {
+        Some(port) => Role::Port(port),
+        None => Role::Param(param(object)),
+    };
+    FieldInfo { name: name.to_owned(), doc: text(object, "description"), role }
+}
+
+/// The alternatives of a schema that is one of several, or the schema alone.
+fn alternatives(object: &Map<String, Json>) -> Vec<&Map<String, Json>> {
+    match object.get("anyOf").or_else(|| object.get("oneOf")).and_then(Json::as_array) {
+        Some(list) => list.iter().filter_map(Json::as_object).collect(),
+        None => vec![object],
+    }
+}
+
+fn port(object: &Map<String, Json>) -> Option<PortInfo> {
+    let of = |object: &Map<String, Json>| Type::from_name(object.get("port")?.as_str()?);
+    let default = object.get("default").and_then(Json::as_f64);
+    if let Some(ty) = of(object) {
+        return Some(PortInfo { ty, required: default.is_none(), list: false, default });
+    }
+    if let Some(ty) = object.get("items").and_then(Json::as_object).and_then(of) {
+        return Some(PortInfo { ty, required: true, list: true, default: None });
+    }
+    let ty = alternatives(object).into_iter().find_map(of)?;
+    Some(PortInfo { ty, required: false, list: false, default })
+}
+
+fn param(object: &Map<String, Json>) -> ParamInfo {
+    let options = alternatives(object);
+    let inner =
+        options.iter().find(|o| o.get("type").and_then(Json::as_str) != Some("null")).copied().unwrap_or(object);
+    let number = |key: &str| object.get(key).or_else(|| inner.get(key)).and_then(Json::as_f64);
+    let above = number("exclusiveMinimum");
+    let choices = choices(&options);
+    ParamInfo {
+        ty: if choices.is_empty() { type_name(inner) } else { "Choice".to_owned() },
+        default: object.get("default").cloned().unwrap_or(Json::Null),
+        min: above.or_else(|| number("minimum")),
+        max: number("maximum"),
+        above_min: above.is_some(),
+        infinite: object.get("infinite").and_then(Json::as_bool).unwrap_or(false),
+        unit: object.get("unit").and_then(Json::as_str).map(str::to_owned),
+        choices,
+    }
+}
+
+fn type_name(object: &Map<String, Json>) -> String {
+    if let Some(name) = object.get("param").and_then(Json::as_str) {
+        return name.to_owned();
+    }
+    let word = match object.get("type") {
+        Some(Json::String(word)) => word.as_str(),
+        Some(Json::Array(words)) => words.iter().filter_map(Json::as_str).find(|w| *w != "null").unwrap_or_default(),
+        _ => "",
+    };
+    match word {
+        "number" => "Number",
+        "integer" => "Integer",
+        "boolean" => "Bool",
+        "string" => "Text",
+        "array" => "List",
+        _ => "Value",
+    }
+    .to_owned()
+}
+
+/// The words of an enum: plain variants, and variants with a value in brackets.
+fn choices(options: &[&Map<String, Json>]) -> Vec<String> {
+    let mut words = Vec::new();
+    for option in options {
+        if let Some(word) = option.get("const").and_then(Json::as_str) {
+            words.push(word.to_owned());
+        }
+        if let Some(list) = option.get("enum").and_then(Json::as_array) {
+            words.extend(list.iter().filter_map(Json::as_str).map(str::to_owned));
+        }
+        if let Some(list) = option.get("oneOf").and_then(Json::as_array) {
+            let inner: Vec<_> = list.iter().filter_map(Json::as_object).collect();
+            words.extend(choices(&inner));
+        }
+        if let Some(properties) = option.get("properties").and_then(Json::as_object) {
+            words.extend(properties.keys().map(|name| format!("{name}(…)")));
+        }
+    }
+    words
+}

@@ -1,0 +1,130 @@
+//! What a node is: a documented serde struct of ports and parameters, and how to evaluate it.
+//!
+//! ```
+//! use schemars::JsonSchema;
+//! use serde::{Deserialize, Serialize};
+//! use shibo_engine::node::{AnyField, Context, In, Node, Output, Outputs};
+//! use shibo_engine::value::{Field, Halo, Stop, Tile};
+//!
+//! /// Turns values upside down: 1 becomes 0.
+//! #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+//! #[serde(default, deny_unknown_fields)]
+//! pub struct Negate {
+//!     /// What to turn upside down.
+//!     pub input: In<AnyField>,
+//! }
+//!
+//! impl Node for Negate {
+//!     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "One minus the input.")];
+//!
+//!     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+//!         let input = cx.get(&self.input)?;
+//!         let negate = |out: &mut Tile, [input]: [&Tile; 1]| {
+//!             out.data_mut().iter_mut().zip(input.data()).for_each(|(o, i)| *o = 1.0 - i);
+//!             Ok(())
+//!         };
+//!         Ok(Outputs::one(Field::map(input.ty(), [input], Halo::NONE, negate)))
+//!     }
+//! }
+//! ```
+//!
+//! Everything about a node follows from that one declaration: parsing, type check, range check, cache key, manual.
+//! Attributes that the engine reads from the schema of a parameter: `range(min, max)` or, for parameters that are not
+//! plain numbers, `extend("minimum" = …, "maximum" = …)`; `extend("exclusiveMinimum" = …)`; `extend("unit" = "mm")`;
+//! `extend("infinite" = true)` where `inf` is allowed.
+mod build;
+mod context;
+mod info;
+mod params;
+mod port;
+
+pub(crate) use build::Functions;
+pub use build::{Arg, BuildError, DynNode, build};
+pub use context::{Context, Outputs};
+pub use info::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
+pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};
+pub use port::{AnyField, Gray, IdsField, In, JacobianField, PortType, Rgb, Vec2Field};
+
+use crate::diagnostics::Problem;
+use crate::value::{Canvas, Stop, Type};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// A fact of the canvas that a node's result may depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fact {
+    /// Its size in mm.
+    Size,
+    /// In which directions it tiles.
+    Tile,
+    /// The seed. Read by every node that draws random numbers.
+    Seed,
+}
+
+/// The type of an output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutputType {
+    /// Always the same.
+    Fixed(Type),
+    /// The widest of the types at these ports: `Rgb` if any of them is, else `Gray`.
+    Like(&'static [&'static str]),
+}
+
+/// An output of a node; the first of a node's outputs is its main one.
+#[derive(Clone, Copy, Debug)]
+pub struct Output {
+    /// The name after the dot.
+    pub name: &'static str,
+    /// What it carries.
+    pub ty: OutputType,
+    /// What it is, one line.
+    pub doc: &'static str,
+}
+
+impl Output {
+    /// An output of a fixed type.
+    pub const fn new(name: &'static str, ty: Type, doc: &'static str) -> Self {
+        Self { name, ty: OutputType::Fixed(ty), doc }
+    }
+
+    /// An output whose type follows those of the ports named.
+    pub const fn like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
+        Self { name, ty: OutputType::Like(ports), doc }
+    }
+}
+
+/// A kind of node. The struct's name is the kind, its doc comment the manual, its fields ports and parameters.
+pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Sync + 'static {
+    /// To be raised when the same parameters give another result than before.
+    const VERSION: u32 = 1;
+
+    /// What it makes.
+    const OUTPUTS: &'static [Output];
+
+    /// The facts of the canvas that it reads.
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+
+    /// Checks what a single parameter's range cannot say. Ranges of single parameters were checked before.
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        Vec::new()
+    }
+
+    /// Advice about parameters that work but are unlikely to be meant; reported as warnings.
+    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+        Vec::new()
+    }
+
+    /// The files it reads, with the parameter that names each.
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        Vec::new()
+    }
+
+    /// The port whose value the main output hands on unchanged with these parameters, if there is one.
+    fn no_op(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Makes the outputs. Fields are returned unevaluated.
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop>;
+}

@@ -1,0 +1,79 @@
+//! Which kinds of nodes there are.
+use crate::node::Functions;
+use crate::node::{Arg, BuildError, DynNode, KindInfo, Node};
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
+
+/// A kind of node, as registered.
+pub struct Kind {
+    name: String,
+    functions: Functions,
+}
+
+impl Kind {
+    /// The kind whose struct is `T`.
+    pub fn of<T: Node>() -> Self {
+        Self { name: T::schema_name().into_owned(), functions: Functions::of::<T>() }
+    }
+}
+
+/// Kinds that belong together.
+pub struct Family {
+    /// The heading in the manual.
+    pub name: &'static str,
+    /// What they have in common, one sentence.
+    pub doc: &'static str,
+    /// Its kinds, in the order of the manual.
+    pub kinds: Vec<Kind>,
+}
+
+struct Entry {
+    functions: Functions,
+    family: usize,
+    info: OnceLock<KindInfo>,
+}
+
+/// All kinds that graph files may use.
+#[derive(Default)]
+pub struct Registry {
+    families: Vec<(&'static str, &'static str)>,
+    order: Vec<String>,
+    entries: BTreeMap<String, Entry>,
+}
+
+impl Registry {
+    /// A registry of these families.
+    pub fn new(families: impl IntoIterator<Item = Family>) -> Self {
+        let mut registry = Self::default();
+        for (index, family) in families.into_iter().enumerate() {
+            registry.families.push((family.name, family.doc));
+            for kind in family.kinds {
+                registry.order.push(kind.name.clone());
+                let entry = Entry { functions: kind.functions, family: index, info: OnceLock::new() };
+                registry.entries.insert(kind.name, entry);
+            }
+        }
+        registry
+    }
+
+    /// Name and doc of the families, in order.
+    pub fn families(&self) -> &[(&'static str, &'static str)] {
+        &self.families
+    }
+
+    /// The names of all kinds, family by family.
+    pub fn kinds(&self) -> impl Iterator<Item = &str> {
+        self.order.iter().map(String::as_str)
+    }
+
+    /// What there is to know of a kind.
+    pub fn info(&self, kind: &str) -> Option<&KindInfo> {
+        let entry = self.entries.get(kind)?;
+        Some(entry.info.get_or_init(|| (entry.functions.info)(self.families[entry.family].0)))
+    }
+
+    /// Makes a node of a kind; `None` if there is no such kind.
+    pub fn build(&self, kind: &str, args: &[(&str, Arg<'_>)]) -> Option<Result<Arc<dyn DynNode>, BuildError>> {
+        self.entries.get(kind).map(|entry| (entry.functions.build)(args))
+    }
+}

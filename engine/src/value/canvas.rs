@@ -1,0 +1,184 @@
+//! The canvas of a graph, and the sampling grids that cover it.
+use glam::{DVec2, UVec2};
+use serde::{Deserialize, Serialize};
+
+/// In which directions something repeats with the canvas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub struct Tiling {
+    /// Left and right edges match.
+    pub x: bool,
+    /// Top and bottom edges match.
+    pub y: bool,
+}
+
+impl Tiling {
+    /// Repeats in neither direction.
+    pub const NONE: Self = Self { x: false, y: false };
+    /// Repeats in both directions.
+    pub const BOTH: Self = Self { x: true, y: true };
+
+    /// Repeats only where both do.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self { x: self.x && other.x, y: self.y && other.y }
+    }
+
+    /// Repeats wherever `other` does, and perhaps more.
+    pub const fn covers(self, other: Self) -> bool {
+        (self.x || !other.x) && (self.y || !other.y)
+    }
+}
+
+/// How the canvas is meant to repeat, as written in a graph file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum TileMode {
+    /// In both directions.
+    #[default]
+    Both,
+    /// Left and right edges match.
+    X,
+    /// Top and bottom edges match.
+    Y,
+    /// Not at all.
+    None,
+}
+
+impl TileMode {
+    /// As directions.
+    pub const fn tiling(self) -> Tiling {
+        match self {
+            Self::Both => Tiling::BOTH,
+            Self::X => Tiling { x: true, y: false },
+            Self::Y => Tiling { x: false, y: true },
+            Self::None => Tiling::NONE,
+        }
+    }
+}
+
+/// What a graph says about its surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Canvas {
+    /// Width and height in mm.
+    pub size_mm: DVec2,
+    /// Width and height of pictures in pixels. No object depends on it.
+    pub resolution: UVec2,
+    /// The directions in which the result must repeat.
+    pub tile: Tiling,
+    /// The seed of all random numbers.
+    pub seed: u64,
+}
+
+impl Canvas {
+    /// The largest width or height of a picture in pixels.
+    pub const MAX_RESOLUTION: u32 = 65_536;
+    /// The largest width or height of a canvas in mm.
+    pub const MAX_SIZE_MM: f64 = 1.0e6;
+
+    /// The grid of a picture of the whole canvas at `resolution`.
+    pub fn grid(&self, resolution: UVec2) -> Grid {
+        Grid { origin: DVec2::ZERO, step: self.size_mm / resolution.as_dvec2(), period: Some(resolution) }
+    }
+}
+
+/// Where the pixels of a picture lie: the centre of pixel `(i, j)` is at `origin + (i + ½, j + ½) · step` mm.
+///
+/// Pixels are addressed by whole numbers, negative ones included: a grid has no edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// The outer corner of pixel (0, 0) in mm.
+    pub origin: DVec2,
+    /// The size of a pixel in mm.
+    pub step: DVec2,
+    /// How many pixels cover the canvas exactly, if a whole number does and the grid starts at its corner.
+    pub period: Option<UVec2>,
+}
+
+impl Grid {
+    /// The centre of a pixel in mm.
+    pub fn center(&self, x: i32, y: i32) -> DVec2 {
+        self.origin + (DVec2::new(f64::from(x), f64::from(y)) + 0.5) * self.step
+    }
+
+    /// The grid whose pixel (0, 0) has its centre at `point`, with the same pixel size.
+    #[must_use]
+    pub fn centered_at(&self, point: DVec2) -> Self {
+        Self { origin: point - 0.5 * self.step, step: self.step, period: None }
+    }
+
+    /// The number of pixels that cover `mm` millimetres, rounded up, in x and y.
+    #[expect(clippy::cast_possible_truncation, reason = "a float cast saturates, and halos are bounded by their nodes")]
+    pub fn pixels(&self, mm: f64) -> (i32, i32) {
+        ((mm / self.step.x).ceil() as i32, (mm / self.step.y).ceil() as i32)
+    }
+
+    /// The smaller side of a pixel in mm.
+    pub fn min_step(&self) -> f64 {
+        self.step.x.min(self.step.y)
+    }
+
+    /// A form that can be compared and hashed.
+    pub fn id(&self) -> GridId {
+        GridId {
+            words: [self.origin.x, self.origin.y, self.step.x, self.step.y].map(f64::to_bits),
+            period: self.period.map_or([0, 0], |p| p.to_array()),
+        }
+    }
+}
+
+/// The identity of a [`Grid`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct GridId {
+    words: [u64; 4],
+    period: [u32; 2],
+}
+
+/// A rectangle of pixels of a [`Grid`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Window {
+    /// The leftmost column.
+    pub x: i32,
+    /// The topmost row.
+    pub y: i32,
+    /// The number of columns.
+    pub width: u32,
+    /// The number of rows.
+    pub height: u32,
+}
+
+impl Window {
+    /// The whole of a picture.
+    pub const fn full(size: UVec2) -> Self {
+        Self { x: 0, y: 0, width: size.x, height: size.y }
+    }
+
+    /// The number of pixels.
+    pub const fn len(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Whether there is no pixel.
+    pub const fn is_empty(&self) -> bool {
+        self.width == 0 || self.height == 0
+    }
+
+    /// The same with `dx` more columns on both sides and `dy` more rows.
+    #[must_use]
+    pub const fn grow(&self, dx: i32, dy: i32) -> Self {
+        Self {
+            x: self.x - dx,
+            y: self.y - dy,
+            width: self.width + 2 * dx.unsigned_abs(),
+            height: self.height + 2 * dy.unsigned_abs(),
+        }
+    }
+
+    /// One past the last column.
+    pub const fn right(&self) -> i32 {
+        self.x + self.width.cast_signed()
+    }
+
+    /// One past the last row.
+    pub const fn bottom(&self) -> i32 {
+        self.y + self.height.cast_signed()
+    }
+}

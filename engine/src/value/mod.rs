@@ -1,0 +1,94 @@
+//! What wires carry: objects, computed whole, and fields, evaluated lazily by tiles. Data and accessors, no algorithm.
+mod canvas;
+mod color;
+mod field;
+mod key;
+mod lattice;
+mod material;
+mod points;
+mod segments;
+mod tile;
+mod ty;
+
+pub use canvas::{Canvas, Grid, GridId, TileMode, Tiling, Window};
+pub use color::{linear_to_srgb, srgb_to_linear};
+pub use field::{Cost, Evaluator, Field, FieldSource, Halo, Reader, Stop};
+pub use key::Key;
+pub use lattice::{GridLinks, Lattice, SpringNet};
+pub use material::{Channel, Material};
+pub use points::{GridOrder, Points};
+pub use segments::Segments;
+pub use tile::Tile;
+pub use ty::Type;
+
+use std::sync::Arc;
+
+/// A picture file on the canvas, as the two fields it can serve as.
+#[derive(Clone, Debug)]
+pub struct PictureFields {
+    /// Its only channel, or its luminance.
+    pub gray: Field,
+    /// Its colour, scene-linear.
+    pub rgb: Field,
+}
+
+/// What a wire carries.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Value {
+    /// Any of the field types.
+    Field(Field),
+    /// A picture file.
+    Picture(Arc<PictureFields>),
+    /// Positions.
+    Points(Arc<Points>),
+    /// Points and links.
+    Lattice(Arc<Lattice>),
+    /// Springs.
+    SpringNet(Arc<SpringNet>),
+    /// Line segments.
+    Segments(Arc<Segments>),
+    /// Channels of a surface.
+    Material(Arc<Material>),
+}
+
+impl Value {
+    /// The type it has.
+    pub fn ty(&self) -> Type {
+        match self {
+            Self::Field(field) => field.ty(),
+            Self::Picture(_) => Type::Picture,
+            Self::Points(_) => Type::Points,
+            Self::Lattice(_) => Type::Lattice,
+            Self::SpringNet(_) => Type::SpringNet,
+            Self::Segments(_) => Type::Segments,
+            Self::Material(_) => Type::Material,
+        }
+    }
+
+    /// The memory it takes; what several values share counts in each of them.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Field(field) => field.source().bytes() + size_of::<Field>(),
+            Self::Picture(picture) => picture.rgb.source().bytes() + size_of::<PictureFields>(),
+            Self::Points(points) => points.bytes(),
+            Self::Lattice(lattice) => lattice.bytes(),
+            Self::SpringNet(springs) => springs.bytes(),
+            Self::Segments(segments) => segments.bytes(),
+            Self::Material(material) => material.channels().len() * size_of::<Field>(),
+        }
+    }
+
+    /// The value as it goes into a port of type `port`, by the table of [`Type::fits`].
+    pub fn convert(&self, port: Type) -> Option<Self> {
+        if !self.ty().fits(port) {
+            return None;
+        }
+        Some(match (self, port) {
+            (Self::Field(field), Type::Rgb) => Self::Field(field.to_rgb()),
+            (Self::Picture(picture), Type::Gray) => Self::Field(picture.gray.clone()),
+            (Self::Picture(picture), Type::Rgb | Type::Field) => Self::Field(picture.rgb.clone()),
+            (value, _) => value.clone(),
+        })
+    }
+}

@@ -1,0 +1,99 @@
+//! A rectangle of a field, computed.
+use super::{Grid, Window};
+
+/// The values of a field in a window: planar `f32`, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tile {
+    /// The grid that `window` counts in.
+    pub grid: Grid,
+    /// Which pixels.
+    pub window: Window,
+    channels: usize,
+    data: Vec<f32>,
+}
+
+impl Tile {
+    /// A tile of zeros.
+    pub fn new(grid: Grid, window: Window, channels: usize) -> Self {
+        Self { grid, window, channels, data: vec![0.0; window.len() * channels] }
+    }
+
+    /// The number of channels.
+    pub const fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The number of columns.
+    pub const fn width(&self) -> usize {
+        self.window.width as usize
+    }
+
+    /// The number of rows.
+    pub const fn height(&self) -> usize {
+        self.window.height as usize
+    }
+
+    /// All values, one plane after another.
+    pub fn data(&self) -> &[f32] {
+        &self.data
+    }
+
+    /// All values, one plane after another.
+    pub fn data_mut(&mut self) -> &mut [f32] {
+        &mut self.data
+    }
+
+    /// One channel.
+    pub fn plane(&self, channel: usize) -> &[f32] {
+        let n = self.window.len();
+        &self.data[channel * n..(channel + 1) * n]
+    }
+
+    /// One channel.
+    pub fn plane_mut(&mut self, channel: usize) -> &mut [f32] {
+        let n = self.window.len();
+        &mut self.data[channel * n..(channel + 1) * n]
+    }
+
+    /// All channels, separately borrowed.
+    pub fn planes_mut(&mut self) -> Vec<&mut [f32]> {
+        self.data.chunks_mut(self.window.len().max(1)).collect()
+    }
+
+    /// One row of a channel; `row` counts from the top of the window.
+    pub fn row(&self, channel: usize, row: usize) -> &[f32] {
+        let w = self.width();
+        &self.plane(channel)[row * w..(row + 1) * w]
+    }
+
+    /// One row of a channel; `row` counts from the top of the window.
+    pub fn row_mut(&mut self, channel: usize, row: usize) -> &mut [f32] {
+        let w = self.width();
+        &mut self.plane_mut(channel)[row * w..(row + 1) * w]
+    }
+
+    /// Copies what `source` and this tile have in common, `source` being shifted by `(dx, dy)` pixels first.
+    pub fn copy_from(&mut self, source: &Tile, dx: i32, dy: i32) {
+        let (a, b) = (self.window, source.window);
+        let (left, right) = (a.x.max(b.x + dx), a.right().min(b.right() + dx));
+        let (top, bottom) = (a.y.max(b.y + dy), a.bottom().min(b.bottom() + dy));
+        if left >= right || top >= bottom {
+            return;
+        }
+        let index = |from: i32, to: i32| to.abs_diff(from) as usize;
+        let n = index(left, right);
+        for channel in 0..self.channels.min(source.channels) {
+            for y in top..bottom {
+                let from = index(b.x + dx, left);
+                let to = index(a.x, left);
+                let line = &source.row(channel, index(b.y + dy, y))[from..from + n];
+                self.row_mut(channel, index(a.y, y))[to..to + n].copy_from_slice(line);
+            }
+        }
+    }
+
+    /// The memory it takes.
+    pub const fn bytes(&self) -> usize {
+        self.data.len() * size_of::<f32>() + size_of::<Self>()
+    }
+}

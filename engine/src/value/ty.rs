@@ -1,0 +1,110 @@
+//! The types of wires, and the conversions between them.
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// What a wire carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Type {
+    /// One number everywhere on the canvas.
+    Gray,
+    /// Scene-linear colour everywhere on the canvas.
+    Rgb,
+    /// A vector everywhere on the canvas; displacements are in mm.
+    Vec2,
+    /// A 2×2 matrix everywhere on the canvas.
+    Jacobian,
+    /// A region number everywhere on the canvas: whole, below 2^24.
+    Ids,
+    /// A picture file placed on the canvas; serves as `Gray` and as `Rgb`.
+    Picture,
+    /// In ports only: `Gray` or `Rgb`.
+    Field,
+    /// Positions.
+    Points,
+    /// Points and links between them.
+    Lattice,
+    /// A lattice whose links are springs.
+    SpringNet,
+    /// Line segments.
+    Segments,
+    /// Named channels of a surface.
+    Material,
+}
+
+impl Type {
+    /// All types.
+    pub const ALL: [Self; 12] = [
+        Self::Gray,
+        Self::Rgb,
+        Self::Vec2,
+        Self::Jacobian,
+        Self::Ids,
+        Self::Picture,
+        Self::Field,
+        Self::Points,
+        Self::Lattice,
+        Self::SpringNet,
+        Self::Segments,
+        Self::Material,
+    ];
+
+    /// The name as users read it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Gray => "Gray",
+            Self::Rgb => "Rgb",
+            Self::Vec2 => "Vec2",
+            Self::Jacobian => "Jacobian",
+            Self::Ids => "Ids",
+            Self::Picture => "Picture",
+            Self::Field => "Field",
+            Self::Points => "Points",
+            Self::Lattice => "Lattice",
+            Self::SpringNet => "SpringNet",
+            Self::Segments => "Segments",
+            Self::Material => "Material",
+        }
+    }
+
+    /// The type of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|ty| ty.name() == name)
+    }
+
+    /// Whether it is evaluated by tiles.
+    pub const fn is_field(self) -> bool {
+        matches!(self, Self::Gray | Self::Rgb | Self::Vec2 | Self::Jacobian | Self::Ids | Self::Field)
+    }
+
+    /// The number of channels of a field; 0 for anything else.
+    pub const fn channels(self) -> usize {
+        match self {
+            Self::Gray | Self::Ids => 1,
+            Self::Rgb => 3,
+            Self::Vec2 => 2,
+            Self::Jacobian => 4,
+            _ => 0,
+        }
+    }
+
+    /// The table of conversions: whether a wire of this type may go into a port of type `port`.
+    ///
+    /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
+    /// `Picture` → `Rgb` its colour; a `Field` port takes `Gray`, `Rgb` and, as `Rgb`, `Picture`. Literals (a number for
+    /// `Gray`, a number or a colour for `Rgb`) become constant fields.
+    pub const fn fits(self, port: Self) -> bool {
+        matches!(
+            (self, port),
+            (Self::Gray, Self::Rgb | Self::Field)
+                | (Self::Picture, Self::Gray | Self::Rgb | Self::Field)
+                | (Self::Rgb, Self::Field)
+        ) || self as u8 == port as u8
+    }
+}
+
+impl fmt::Display for Type {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

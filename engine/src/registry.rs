@@ -1,8 +1,8 @@
 //! Which kinds of nodes there are.
 use crate::node::Functions;
-use crate::node::{Arg, BuildError, DynNode, KindInfo, Node};
+use crate::node::{Arg, Built, KindInfo, Node};
 use std::collections::BTreeMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 /// A kind of node, as registered.
 pub struct Kind {
@@ -73,7 +73,7 @@ impl Registry {
     }
 
     /// Makes a node of a kind; `None` if there is no such kind.
-    pub fn build(&self, kind: &str, args: &[(&str, Arg<'_>)]) -> Option<Result<Arc<dyn DynNode>, BuildError>> {
+    pub fn build(&self, kind: &str, args: &[(&str, Arg<'_>)]) -> Option<Built> {
         self.entries.get(kind).map(|entry| (entry.functions.build)(args))
     }
 }

@@ -24,7 +24,7 @@ pub struct BuildError {
     /// Which of the arguments is at fault; `None` for the struct as a whole.
     pub arg: Option<usize>,
     /// What RON says, with the position within the argument's text.
-    pub ron: Option<ron::error::SpannedError>,
+    pub ron: Option<Box<ron::error::SpannedError>>,
     /// The same in words.
     pub message: String,
 }
@@ -103,11 +103,14 @@ impl<T: Node> DynNode for T {
     }
 }
 
+/// A node, or the first argument that does not fit.
+pub type Built = Result<Arc<dyn DynNode>, BuildError>;
+
 /// Makes a node of its arguments. Ports that are missing keep their defaults.
 ///
 /// # Errors
 /// The first argument that does not fit.
-pub fn build<T: Node>(args: &[(&str, Arg<'_>)]) -> Result<Arc<dyn DynNode>, BuildError> {
+pub fn build<T: Node>(args: &[(&str, Arg<'_>)]) -> Built {
     let node = T::deserialize(Args { args })?;
     Ok(Arc::new(node))
 }
@@ -204,7 +207,7 @@ impl IntoDeserializer<'_, BuildError> for Slot {
 /// The functions behind a kind.
 #[derive(Clone, Copy)]
 pub(crate) struct Functions {
-    pub(crate) build: fn(&[(&str, Arg<'_>)]) -> Result<Arc<dyn DynNode>, BuildError>,
+    pub(crate) build: fn(&[(&str, Arg<'_>)]) -> Built,
     pub(crate) info: fn(&'static str) -> KindInfo,
 }
 

@@ -39,7 +39,7 @@ mod params;
 mod port;
 
 pub(crate) use build::Functions;
-pub use build::{Arg, BuildError, DynNode, build};
+pub use build::{Arg, BuildError, Built, DynNode, build};
 pub use context::{Context, Outputs};
 pub use info::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};

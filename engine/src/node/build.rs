@@ -171,8 +171,11 @@ impl<'de> MapAccess<'de> for ArgMap<'de> {
 }
 
 fn ron_value<'de, V: DeserializeSeed<'de>>(seed: V, text: &'de str) -> Result<V::Value, BuildError> {
-    let fail =
-        |error: ron::error::SpannedError| BuildError { arg: None, message: error.code.to_string(), ron: Some(error) };
+    let fail = |error: ron::error::SpannedError| BuildError {
+        arg: None,
+        message: error.code.to_string(),
+        ron: Some(Box::new(error)),
+    };
     ron_options().from_str_seed(text, seed).map_err(fail)
 }
 

@@ -10,6 +10,7 @@
 //!   diagnostics.
 //! - Results depend on the graph alone: never on threads, tile order, machine or the state of a cache.
 pub mod diagnostics;
+pub mod eval;
 pub mod graph;
 pub mod node;
 pub mod picture;

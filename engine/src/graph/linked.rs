@@ -87,6 +87,8 @@ pub struct GraphOutput {
     pub format: Option<crate::picture::Format>,
     /// The sample type, if it is stated.
     pub depth: Option<crate::picture::Depth>,
+    /// Whether the channels of a material go into one file; only in `Exr`.
+    pub combined: bool,
     /// The values that become the smallest and the largest integer, if they are stated.
     pub range: Option<(f64, f64)>,
     /// Where it is written.

@@ -1,7 +1,7 @@
 //! From the arguments of a node in a graph file to its struct, and the struct without its type.
 use super::{Context, Fact, FilePath, KindInfo, Node, Output, Outputs};
 use crate::diagnostics::Problem;
-use crate::value::{Canvas, Stop};
+use crate::value::{Canvas, Stop, Tiling};
 use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, Visitor};
 use std::fmt;
@@ -57,6 +57,8 @@ pub trait DynNode: Send + Sync {
     fn check(&self, canvas: &Canvas) -> Vec<Problem>;
     /// See [`Node::advice`].
     fn advice(&self, canvas: &Canvas) -> Vec<Problem>;
+    /// See [`Node::tiling`].
+    fn tiling(&self, canvas: &Canvas) -> Tiling;
     /// See [`Node::files`].
     fn files(&self) -> Vec<(&'static str, &FilePath)>;
     /// See [`Node::no_op`].
@@ -88,6 +90,10 @@ impl<T: Node> DynNode for T {
 
     fn advice(&self, canvas: &Canvas) -> Vec<Problem> {
         Node::advice(self, canvas)
+    }
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        Node::tiling(self, canvas)
     }
 
     fn files(&self) -> Vec<(&'static str, &FilePath)> {

@@ -43,10 +43,10 @@ pub use build::{Arg, BuildError, Built, DynNode, build};
 pub use context::{Context, Outputs};
 pub use info::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};
-pub use port::{AnyField, Gray, IdsField, In, JacobianField, PortType, Rgb, Vec2Field};
+pub use port::{AnyField, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb, Vec2Field};
 
 use crate::diagnostics::Problem;
-use crate::value::{Canvas, Stop, Type};
+use crate::value::{Canvas, Stop, Tiling, Type};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -67,7 +67,7 @@ pub enum Fact {
 pub enum OutputType {
     /// Always the same.
     Fixed(Type),
-    /// The widest of the types at these ports: `Rgb` if any of them is, else `Gray`.
+    /// The widest of the types at these ports: `Normal` if any is, else `Rgb` if any is (or a picture), else `Gray`.
     Like(&'static [&'static str]),
 }
 
@@ -113,6 +113,11 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     /// Advice about parameters that work but are unlikely to be meant; reported as warnings.
     fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
         Vec::new()
+    }
+
+    /// The directions in which it lets a picture repeat: its outputs tile where this does and all inputs do.
+    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+        Tiling::BOTH
     }
 
     /// The files it reads, with the parameter that names each.

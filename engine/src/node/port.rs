@@ -37,6 +37,8 @@ field_ports! {
     Gray = Gray,
     /// A port for a colour everywhere; takes a number or a colour too.
     Rgb = Rgb,
+    /// A port for a tangent-space normal.
+    NormalField = Normal,
     /// A port for a vector everywhere.
     Vec2Field = Vec2,
     /// A port for a 2×2 matrix everywhere.

@@ -1,4 +1,7 @@
 //! Reading and writing pictures.
+mod atomic;
+
+pub use atomic::{AtomicFile, remove_stale_temporaries};
 
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]

@@ -66,6 +66,9 @@ pub trait Evaluator: Sync {
     /// Tells how far the node has come.
     fn progress(&self, done: u64, total: u64);
 
+    /// How many bytes a node may take for what it computes.
+    fn memory(&self) -> u64;
+
     /// Something that the user should know although the node goes on.
     fn warn(&self, problem: Problem);
 }
@@ -106,8 +109,7 @@ pub struct Field {
     tiling: Tiling,
     native: Option<Grid>,
     constant: Option<[f32; 4]>,
-    identity: Option<(Key, u32)>,
-    shared: bool,
+    key: Option<Key>,
     source: Arc<dyn FieldSource>,
 }
 
@@ -116,7 +118,7 @@ impl fmt::Debug for Field {
         f.debug_struct("Field")
             .field("ty", &self.ty)
             .field("tiling", &self.tiling)
-            .field("identity", &self.identity)
+            .field("key", &self.key)
             .finish_non_exhaustive()
     }
 }
@@ -124,7 +126,7 @@ impl fmt::Debug for Field {
 impl Field {
     /// A field of type `ty` (one of the field types) computed by `source`.
     pub fn new(ty: Type, tiling: Tiling, source: impl FieldSource + 'static) -> Self {
-        Self { ty, tiling, native: None, constant: None, identity: None, shared: false, source: Arc::new(source) }
+        Self { ty, tiling, native: None, constant: None, key: None, source: Arc::new(source) }
     }
 
     /// A field that has the same value everywhere; `values` as many as the type has channels.
@@ -134,7 +136,7 @@ impl Field {
         let bytes: Vec<u8> = constant.iter().flat_map(|v| v.to_bits().to_le_bytes()).collect();
         Self {
             constant: Some(constant),
-            identity: Some((Key::of("constant", &[ty.name().as_bytes(), &bytes]), u32::MAX)),
+            key: Some(Key::of("constant", &[ty.name().as_bytes(), &bytes])),
             ..Self::new(ty, Tiling::BOTH, Constant(constant))
         }
     }
@@ -195,29 +197,21 @@ impl Field {
         self.constant.as_ref().map(|c| &c[..self.channels()])
     }
 
-    /// Its key and the node it belongs to; `None` until the engine has given it both.
-    pub fn identity(&self) -> Option<(Key, u32)> {
-        self.identity
+    /// Its key; `None` for a field that is a part of another and was never given one.
+    pub fn key(&self) -> Option<Key> {
+        self.key
     }
 
-    /// Whether several readers ask for it.
-    pub fn shared(&self) -> bool {
-        self.shared
-    }
-
-    /// Gives a new field its key and node; a field that has them keeps them.
+    /// Gives a new field its key; a field that has one keeps it.
     #[must_use]
-    pub fn identified(mut self, key: Key, node: u32, shared: bool) -> Self {
-        if self.identity.is_none() {
-            self.identity = Some((key, node));
-            self.shared = shared;
-        }
+    pub fn keyed(mut self, key: Key) -> Self {
+        self.key.get_or_insert(key);
         self
     }
 
     /// The code behind it.
-    pub fn source(&self) -> &dyn FieldSource {
-        &*self.source
+    pub fn source(&self) -> &Arc<dyn FieldSource> {
+        &self.source
     }
 
     /// The same values as `Rgb`: grey for a `Gray` field.
@@ -234,8 +228,8 @@ impl Field {
             Ok(())
         };
         let rgb = Self::map(Type::Rgb, [self.clone()], Halo::NONE, fill);
-        match self.identity {
-            Some((key, node)) => rgb.identified(Key::of("to-rgb", &[key.as_bytes()]), node, self.shared),
+        match self.key {
+            Some(key) => rgb.keyed(Key::of("to-rgb", &[key.as_bytes()])),
             None => rgb,
         }
     }

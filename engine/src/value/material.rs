@@ -32,8 +32,8 @@ channels! {
     Roughness "roughness" Gray,
     /// 0 for dielectrics, 1 for metals.
     Metallic "metallic" Gray,
-    /// Tangent-space normal as components -1..1.
-    Normal "normal" Rgb,
+    /// Tangent-space normal.
+    Normal "normal" Normal,
     /// Height in mm.
     Height "height" Gray,
     /// Ambient occlusion: 1 is open, 0 is shut.

@@ -85,9 +85,9 @@ impl Value {
             return None;
         }
         Some(match (self, port) {
-            (Self::Field(field), Type::Rgb) => Self::Field(field.to_rgb()),
+            (Self::Field(field), Type::Rgb | Type::Normal) => Self::Field(field.to_rgb()),
             (Self::Picture(picture), Type::Gray) => Self::Field(picture.gray.clone()),
-            (Self::Picture(picture), Type::Rgb | Type::Field) => Self::Field(picture.rgb.clone()),
+            (Self::Picture(picture), Type::Rgb | Type::Normal | Type::Field) => Self::Field(picture.rgb.clone()),
             (value, _) => value.clone(),
         })
     }

@@ -10,6 +10,8 @@ pub enum Type {
     Gray,
     /// Scene-linear colour everywhere on the canvas.
     Rgb,
+    /// A tangent-space normal `n` everywhere on the canvas, kept as `½ + ½n`; y points up unless its node says otherwise.
+    Normal,
     /// A vector everywhere on the canvas; displacements are in mm.
     Vec2,
     /// A 2×2 matrix everywhere on the canvas.
@@ -34,9 +36,10 @@ pub enum Type {
 
 impl Type {
     /// All types.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Gray,
         Self::Rgb,
+        Self::Normal,
         Self::Vec2,
         Self::Jacobian,
         Self::Ids,
@@ -54,6 +57,7 @@ impl Type {
         match self {
             Self::Gray => "Gray",
             Self::Rgb => "Rgb",
+            Self::Normal => "Normal",
             Self::Vec2 => "Vec2",
             Self::Jacobian => "Jacobian",
             Self::Ids => "Ids",
@@ -74,14 +78,14 @@ impl Type {
 
     /// Whether it is evaluated by tiles.
     pub const fn is_field(self) -> bool {
-        matches!(self, Self::Gray | Self::Rgb | Self::Vec2 | Self::Jacobian | Self::Ids | Self::Field)
+        matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Vec2 | Self::Jacobian | Self::Ids | Self::Field)
     }
 
     /// The number of channels of a field; 0 for anything else.
     pub const fn channels(self) -> usize {
         match self {
             Self::Gray | Self::Ids => 1,
-            Self::Rgb => 3,
+            Self::Rgb | Self::Normal => 3,
             Self::Vec2 => 2,
             Self::Jacobian => 4,
             _ => 0,
@@ -91,14 +95,16 @@ impl Type {
     /// The table of conversions: whether a wire of this type may go into a port of type `port`.
     ///
     /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
-    /// `Picture` → `Rgb` its colour; a `Field` port takes `Gray`, `Rgb` and, as `Rgb`, `Picture`. Literals (a number for
-    /// `Gray`, a number or a colour for `Rgb`) become constant fields.
+    /// `Picture` → `Rgb` its colour; `Normal` and `Rgb` go into each other as they are, and so does `Picture` → `Normal`;
+    /// a `Field` port takes `Gray`, `Rgb`, `Normal` and, as `Rgb`, `Picture`. Literals (a number for `Gray`, a number or a
+    /// colour for `Rgb`) become constant fields.
     pub const fn fits(self, port: Self) -> bool {
         matches!(
             (self, port),
             (Self::Gray, Self::Rgb | Self::Field)
-                | (Self::Picture, Self::Gray | Self::Rgb | Self::Field)
-                | (Self::Rgb, Self::Field)
+                | (Self::Picture, Self::Gray | Self::Rgb | Self::Normal | Self::Field)
+                | (Self::Rgb, Self::Normal | Self::Field)
+                | (Self::Normal, Self::Rgb | Self::Field)
         ) || self as u8 == port as u8
     }
 }

@@ -1,0 +1,33 @@
+//! Objects as bytes, for the disk cache.
+use crate::value::Value;
+use std::sync::Arc;
+
+/// The bytes of an object; `None` for values that are not data (fields and what holds them).
+pub fn encode(value: &Value) -> Option<Vec<u8>> {
+    match value {
+        Value::Points(points) => tagged(b'P', points),
+        Value::Lattice(lattice) => tagged(b'L', lattice),
+        Value::SpringNet(springs) => tagged(b'N', springs),
+        Value::Segments(segments) => tagged(b'G', segments),
+        Value::Field(_) | Value::Picture(_) | Value::Material(_) => None,
+    }
+}
+
+fn tagged<T: serde::Serialize>(tag: u8, object: &T) -> Option<Vec<u8>> {
+    postcard::to_extend(object, vec![tag]).ok()
+}
+
+/// The object of [`encode`]; `None` for bytes that are not its.
+pub fn decode(bytes: &[u8]) -> Option<Value> {
+    fn object<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Option<Arc<T>> {
+        postcard::from_bytes(bytes).ok().map(Arc::new)
+    }
+    let (tag, body) = bytes.split_first()?;
+    Some(match tag {
+        b'P' => Value::Points(object(body)?),
+        b'L' => Value::Lattice(object(body)?),
+        b'N' => Value::SpringNet(object(body)?),
+        b'G' => Value::Segments(object(body)?),
+        _ => return None,
+    })
+}

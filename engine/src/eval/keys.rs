@@ -1,0 +1,159 @@
+//! The name of every result, derived without computing it.
+use crate::diagnostics::{Code, Diagnostic};
+use crate::graph::{Graph, GraphNode, Input};
+use crate::node::Fact;
+use crate::value::{Canvas, Key, Tiling};
+use petgraph::graph::NodeIndex;
+use petgraph::visit::Topo;
+use std::collections::HashMap;
+use std::fs::File;
+use std::path::Path;
+
+/// What keys of one program version have in common; another version's caches are not read.
+const DOMAIN: &str = concat!("shibo ", env!("CARGO_PKG_VERSION"));
+
+/// The keys of the outputs of every node of a graph.
+#[derive(Debug, Default)]
+pub struct Keys {
+    outputs: Vec<Vec<Key>>,
+    order: Vec<NodeIndex>,
+}
+
+impl Keys {
+    /// Derives the keys of all nodes. Reads the files that nodes name, to hash their content.
+    ///
+    /// # Errors
+    /// A file that cannot be read, at the parameter that names it.
+    pub fn of(graph: &Graph) -> Result<Self, Vec<Diagnostic>> {
+        let mut keys = Self { outputs: vec![Vec::new(); graph.nodes.node_count()], order: Vec::new() };
+        let mut errors = Vec::new();
+        let mut topo = Topo::new(&graph.nodes);
+        while let Some(index) = topo.next(&graph.nodes) {
+            let node = &graph.nodes[index];
+            let files = file_hashes(node).unwrap_or_else(|e| {
+                errors.extend(e);
+                Vec::new()
+            });
+            let outputs = keys.node(&graph.canvas, node, &files);
+            keys.outputs[index.index()] = outputs;
+            keys.order.push(index);
+        }
+        if errors.is_empty() { Ok(keys) } else { Err(errors) }
+    }
+
+    fn node(&self, canvas: &Canvas, node: &GraphNode, files: &[[u8; 32]]) -> Vec<Key> {
+        let inputs: Vec<Key> = node.inputs.iter().map(|input| self.input(input)).collect();
+        let facts = facts(canvas, node.node.facts());
+        let (params, version) = (node.node.canonical(), node.node.version().to_le_bytes());
+        let mut parts: Vec<&[u8]> = vec![node.kind.as_bytes(), &version, &params, &facts];
+        for (key, port) in inputs.iter().zip(&node.slots) {
+            parts.push(port.as_bytes());
+            parts.push(key.as_bytes());
+        }
+        parts.extend(files.iter().map(<[u8; 32]>::as_slice));
+        let key = Key::of(DOMAIN, &parts);
+        let output = |name: &str| Key::of("output", &[key.as_bytes(), name.as_bytes()]);
+        let mut outputs: Vec<Key> = node.node.outputs().iter().map(|o| output(o.name)).collect();
+        if let (Some(slot), Some(main)) = (no_op_slot(node), outputs.first_mut()) {
+            *main = inputs[slot];
+        }
+        outputs
+    }
+
+    /// The key of what goes into a slot.
+    pub fn input(&self, input: &Input) -> Key {
+        match input {
+            Input::Wire { node, output } => self.output(*node, *output),
+            Input::Constant(field) => field.key().unwrap_or_else(|| Key::of("constant", &[])),
+        }
+    }
+
+    /// The key of an output of a node.
+    pub fn output(&self, node: NodeIndex, output: usize) -> Key {
+        self.outputs[node.index()][output]
+    }
+
+    /// All nodes, each after those that it reads.
+    pub fn order(&self) -> &[NodeIndex] {
+        &self.order
+    }
+}
+
+/// The slot whose value a node hands on as its main output, if it does.
+pub(super) fn no_op_slot(node: &GraphNode) -> Option<usize> {
+    let port = node.node.no_op()?;
+    node.slots.iter().position(|name| name == port)
+}
+
+fn facts(canvas: &Canvas, wanted: &[Fact]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for fact in wanted {
+        match fact {
+            Fact::Size => bytes.extend(canvas.size_mm.to_array().iter().flat_map(|v| v.to_bits().to_le_bytes())),
+            Fact::Tile => bytes.extend([u8::from(canvas.tile.x), u8::from(canvas.tile.y)]),
+            Fact::Seed => bytes.extend(canvas.seed.to_le_bytes()),
+        }
+    }
+    bytes
+}
+
+fn file_hashes(node: &GraphNode) -> Result<Vec<[u8; 32]>, Vec<Diagnostic>> {
+    let mut errors = Vec::new();
+    let mut hashes = Vec::new();
+    for (field, path) in &node.files {
+        match hash_file(path) {
+            Ok(hash) => hashes.push(hash),
+            Err(e) => {
+                let message = format!("cannot read `{}`: {e}", path.display());
+                errors.push(Diagnostic::new(Code::BadFile, node.field_span(Some(field)), message));
+            }
+        }
+    }
+    if errors.is_empty() { Ok(hashes) } else { Err(errors) }
+}
+
+fn hash_file(path: &Path) -> std::io::Result<[u8; 32]> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(std::io::Error::other("it is not a regular file"));
+    }
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(File::open(path)?)?;
+    Ok(*hasher.finalize().as_bytes())
+}
+
+/// Warnings for the outputs that do not repeat although the canvas asks for it, each naming the node that is to blame.
+pub fn breaks_tiling(graph: &Graph, order: &[NodeIndex]) -> Vec<Diagnostic> {
+    let wanted = graph.canvas.tile;
+    let mut of: HashMap<NodeIndex, (Tiling, Option<NodeIndex>)> = HashMap::new();
+    for &index in order {
+        let node = &graph.nodes[index];
+        let mut tiling = Tiling::BOTH;
+        let mut culprit = None;
+        for input in &node.inputs {
+            if let Input::Wire { node: from, .. } = input {
+                let (t, blame) = of[from];
+                tiling = tiling.and(t);
+                culprit = culprit.or(blame);
+            }
+        }
+        let own = node.node.tiling(&graph.canvas);
+        if !own.covers(wanted) && tiling.covers(wanted) {
+            culprit = Some(index);
+        }
+        of.insert(index, (tiling.and(own), culprit));
+    }
+    let mut warnings = Vec::new();
+    for output in &graph.outputs {
+        let (tiling, culprit) = of[&output.node];
+        if let (false, Some(culprit)) = (tiling.covers(wanted), culprit) {
+            let node = &graph.nodes[culprit];
+            let message = format!("output `{}` does not tile: node `{}` breaks it", output.name, node.name);
+            let help = "make that node periodic, or say `tile: None` in the canvas";
+            let warning = Diagnostic::new(Code::Advice, output.span, message).help(help);
+            warnings.push(
+                warning.related(node.span, format!("`{}` does not repeat with the canvas", node.kind)).as_warning(),
+            );
+        }
+    }
+    warnings
+}

@@ -1,0 +1,83 @@
+//! The cache in memory: tiles and objects by key, bounded in bytes.
+use crate::value::{GridId, Key, Tile, Value};
+use quick_cache::Weighter;
+use quick_cache::sync::{Cache, DefaultLifecycle};
+use quick_cache::{DefaultHashBuilder, OptionsBuilder};
+use std::sync::Arc;
+
+/// The width and height of a tile in pixels.
+pub const TILE: u32 = 256;
+
+/// The identity of a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TileKey {
+    /// The field.
+    pub field: Key,
+    /// The grid.
+    pub grid: GridId,
+    /// The place in the grid, in tiles; [`TileKey::WHOLE`] for what a field prepared of the whole picture.
+    pub at: (i32, i32),
+}
+
+impl TileKey {
+    /// In place of a tile's place: what a field prepared of the whole picture.
+    pub const WHOLE: (i32, i32) = (i32::MIN, i32::MIN);
+}
+
+#[derive(Clone)]
+struct Bytes;
+
+impl Weighter<TileKey, Arc<Tile>> for Bytes {
+    fn weight(&self, _key: &TileKey, tile: &Arc<Tile>) -> u64 {
+        tile.bytes() as u64
+    }
+}
+
+impl Weighter<Key, Value> for Bytes {
+    fn weight(&self, _key: &Key, value: &Value) -> u64 {
+        value.bytes() as u64 + 64
+    }
+}
+
+type Tiles = Cache<TileKey, Arc<Tile>, Bytes>;
+type Objects = Cache<Key, Value, Bytes>;
+
+/// Results by key, within a budget of bytes. Objects, dear to make, have a share of their own that no tile can take.
+pub struct MemoryCache {
+    pub(super) tiles: Tiles,
+    pub(super) objects: Objects,
+}
+
+fn cache<K: Eq + std::hash::Hash, V: Clone>(bytes: u64, item: u64) -> Cache<K, V, Bytes>
+where
+    Bytes: Weighter<K, V>,
+{
+    // One shard per item that fits, so that a small budget still holds large items.
+    let shards = (bytes / (8 * item)).clamp(1, 16);
+    let options = OptionsBuilder::new()
+        .estimated_items_capacity(usize::try_from((bytes / item).clamp(16, 1 << 20)).unwrap_or(1 << 20))
+        .weight_capacity(bytes.max(1))
+        .shards(usize::try_from(shards).unwrap_or(1))
+        .build()
+        .unwrap_or_else(|_| unreachable!("both capacities are given"));
+    Cache::with_options(options, Bytes, DefaultHashBuilder::default(), DefaultLifecycle::default())
+}
+
+impl MemoryCache {
+    /// A cache of at most `bytes`.
+    pub fn new(bytes: u64) -> Self {
+        let tile = u64::from(TILE) * u64::from(TILE) * 4;
+        Self { tiles: cache(bytes / 4 * 3, tile), objects: cache(bytes / 4, 1 << 20) }
+    }
+
+    /// The bytes that it holds.
+    pub fn bytes(&self) -> u64 {
+        self.tiles.weight() + self.objects.weight()
+    }
+
+    /// Forgets everything.
+    pub fn clear(&self) {
+        self.tiles.clear();
+        self.objects.clear();
+    }
+}

@@ -1,0 +1,59 @@
+//! Evaluation: keys before values, objects before tiles, everything cached by what it is.
+//!
+//! [`Keys`] names the result of every node without computing it. A [`Run`] makes the values that are wanted: objects
+//! first, in parallel where they are independent, then tiles of fields, in parallel, each on one thread. What has its
+//! key in the [`MemoryCache`] or in the [`DiskCache`] is not computed.
+mod cancel;
+mod codec;
+mod disk;
+mod keys;
+mod memory;
+mod run;
+mod stats;
+mod tiles;
+
+pub use cancel::CancelToken;
+pub use codec::{decode, encode};
+pub use disk::{CacheError, DiskCache, DiskUse};
+pub use keys::{Keys, breaks_tiling};
+pub use memory::{MemoryCache, TILE, TileKey};
+pub use run::{Caches, Run};
+pub use stats::{NodeState, NodeStats};
+
+/// What an observer is told while a graph is evaluated.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Event {
+    /// A node has come so far; `done == total` when it is finished.
+    Node {
+        /// The node's name.
+        name: String,
+        /// Steps done.
+        done: u64,
+        /// Steps to do.
+        total: u64,
+    },
+    /// So many pixel rows of all outputs together are made.
+    Rows {
+        /// Rows done.
+        done: u64,
+        /// Rows to do.
+        total: u64,
+    },
+    /// Something that the user should know.
+    Warning(crate::diagnostics::Diagnostic),
+}
+
+/// Told of progress and warnings, from any thread.
+pub trait Observer: Sync {
+    /// Something happened.
+    fn event(&self, event: Event);
+}
+
+/// An observer that does not care.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Observer for Silent {
+    fn event(&self, _event: Event) {}
+}

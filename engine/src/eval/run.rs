@@ -1,0 +1,464 @@
+//! One evaluation of a graph.
+use super::stats::{Ledger, Work};
+use super::tiles::covering;
+use super::{CancelToken, DiskCache, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, TileKey, codec, keys};
+use crate::diagnostics::{Code, Diagnostic, Problem};
+use crate::graph::{Graph, GraphNode, Input};
+use crate::node::Context;
+use crate::value::{
+    Evaluator, Field, FieldSource, Grid, GridId, Key, Material, PictureFields, Stop, Tile, Value, Window,
+};
+use cpu_time::ProcessTime;
+use petgraph::graph::NodeIndex;
+use rayon::prelude::*;
+use std::collections::{HashMap, HashSet};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// An object that takes less to make is not written to disk.
+const DISK_OBJECT: Duration = Duration::from_millis(2);
+
+/// Where results are kept between runs.
+pub struct Caches {
+    /// In memory.
+    pub memory: MemoryCache,
+    /// On disk, if there is a folder.
+    pub disk: Option<DiskCache>,
+}
+
+type Prepared = HashMap<(usize, GridId), (Arc<dyn FieldSource>, Option<Arc<Tile>>)>;
+
+/// One evaluation of a graph. To be used inside the thread pool that shall do the work.
+pub struct Run<'g> {
+    pub(super) graph: &'g Graph,
+    pub(super) keys: &'g Keys,
+    pub(super) caches: &'g Caches,
+    pub(super) cancel: &'g CancelToken,
+    pub(super) ledger: Ledger,
+    pub(super) shared: HashSet<Key>,
+    observer: &'g dyn Observer,
+    memory: u64,
+    values: Mutex<HashMap<Key, Value>>,
+    prepared: Mutex<Prepared>,
+    failures: Mutex<Vec<(Key, Problem)>>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<'g> Run<'g> {
+    /// A run that has done nothing yet. Nodes may take `memory` bytes for what they compute.
+    pub fn new(
+        graph: &'g Graph,
+        keys: &'g Keys,
+        caches: &'g Caches,
+        memory: u64,
+        cancel: &'g CancelToken,
+        observer: &'g dyn Observer,
+    ) -> Self {
+        Self {
+            graph,
+            keys,
+            caches,
+            cancel,
+            ledger: Ledger::default(),
+            shared: shared(graph, keys),
+            observer,
+            memory,
+            values: Mutex::default(),
+            prepared: Mutex::default(),
+            failures: Mutex::default(),
+        }
+    }
+
+    /// The values of these outputs of nodes, in the same order. Objects are made; fields are not evaluated yet.
+    ///
+    /// # Errors
+    /// What went wrong, at its place; nothing if the run was cancelled.
+    pub fn values(&self, wanted: &[(NodeIndex, usize)]) -> Result<Vec<Value>, Vec<Diagnostic>> {
+        let mut missing = self.missing(wanted);
+        while !missing.is_empty() {
+            let (ready, rest): (Vec<_>, Vec<_>) = missing.into_iter().partition(|&node| self.is_ready(node));
+            let alone = ready.len() == 1;
+            let results: Vec<Result<(), (NodeIndex, Stop)>> =
+                ready.par_iter().map(|&node| self.make(node, alone).map_err(|stop| (node, stop))).collect();
+            let errors: Vec<_> = results.into_iter().filter_map(Result::err).collect();
+            if !errors.is_empty() {
+                return Err(errors.into_iter().filter_map(|(node, stop)| self.locate(node, stop)).collect());
+            }
+            missing = rest;
+        }
+        let values = lock(&self.values);
+        Ok(wanted.iter().filter_map(|&(node, output)| values.get(&self.keys.output(node, output)).cloned()).collect())
+    }
+
+    /// The nodes that must be computed to have `wanted`, after taking what the caches hold.
+    fn missing(&self, wanted: &[(NodeIndex, usize)]) -> Vec<NodeIndex> {
+        let mut stack = wanted.to_vec();
+        let mut missing = Vec::new();
+        let mut seen = HashSet::new();
+        while let Some((node, output)) = stack.pop() {
+            if !seen.insert((node, output)) || self.fetch(self.keys.output(node, output)) {
+                continue;
+            }
+            if !missing.contains(&node) {
+                missing.push(node);
+            }
+            for input in &self.graph.nodes[node].inputs {
+                if let Input::Wire { node, output } = input {
+                    stack.push((*node, *output));
+                }
+            }
+        }
+        missing
+    }
+
+    /// Takes a value out of the caches.
+    fn fetch(&self, key: Key) -> bool {
+        if lock(&self.values).contains_key(&key) {
+            return true;
+        }
+        let memory = &self.caches.memory.objects;
+        if let Some(value) = memory.get(&key) {
+            if is_object(&value) {
+                self.ledger.add(key, Work { memory: 1, ..Work::default() });
+            }
+            lock(&self.values).insert(key, value);
+            return true;
+        }
+        let disk = self.caches.disk.as_ref();
+        let Some(value) = disk.and_then(|disk| codec::decode(&disk.get(DiskCache::OBJECTS, key)?)) else {
+            return false;
+        };
+        self.ledger.add(key, Work { disk: 1, ..Work::default() });
+        memory.insert(key, value.clone());
+        lock(&self.values).insert(key, value);
+        true
+    }
+
+    fn is_ready(&self, node: NodeIndex) -> bool {
+        let values = lock(&self.values);
+        let inputs = &self.graph.nodes[node].inputs;
+        inputs.iter().all(|input| matches!(input, Input::Constant(_)) || values.contains_key(&self.keys.input(input)))
+    }
+
+    /// Runs a node whose inputs are there. `alone`: nothing else runs, so that the process' clock is the node's.
+    fn make(&self, index: NodeIndex, alone: bool) -> Result<(), Stop> {
+        self.cancel.check()?;
+        let node = &self.graph.nodes[index];
+        let inputs: Vec<Value> = node.inputs.iter().map(|input| self.input(input)).collect();
+        let evaluator = NodeEvaluator { run: self, node, alone, nested: AtomicU64::new(0) };
+        let context = Context {
+            kind: &node.kind,
+            canvas: &self.graph.canvas,
+            inputs: &inputs,
+            files: &node.files,
+            evaluator: &evaluator,
+        };
+        let start = Clock::start(alone);
+        let outputs = node.node.evaluate(&context)?;
+        let time = start.elapsed().saturating_sub(Duration::from_nanos(evaluator.nested.load(Ordering::Relaxed)));
+        let mut object = false;
+        for (i, spec) in node.node.outputs().iter().enumerate() {
+            let key = self.keys.output(index, i);
+            let Some(value) = outputs.take(spec.name, i == 0) else {
+                let message = format!("`{}` did not make its output `{}`", node.kind, spec.name);
+                return Err(Problem::new(Code::BadValue, message).help("this is a defect of the node").into());
+            };
+            object |= is_object(value);
+            self.keep(key, keyed(value, key), time);
+        }
+        let work = Work { time, computed: u64::from(object), ..Work::default() };
+        self.ledger.add(self.keys.output(index, 0), work);
+        if object {
+            self.observer.event(Event::Node { name: node.name.clone(), done: 1, total: 1 });
+        }
+        Ok(())
+    }
+
+    fn keep(&self, key: Key, value: Value, time: Duration) {
+        if let (Some(disk), true) = (&self.caches.disk, time >= DISK_OBJECT) {
+            if let Some(bytes) = codec::encode(&value) {
+                disk.put(DiskCache::OBJECTS, key, &bytes);
+            }
+        }
+        self.caches.memory.objects.insert(key, value.clone());
+        lock(&self.values).insert(key, value);
+    }
+
+    fn input(&self, input: &Input) -> Value {
+        match input {
+            Input::Constant(field) => Value::Field(field.clone()),
+            Input::Wire { .. } => match lock(&self.values).get(&self.keys.input(input)) {
+                Some(value) => value.clone(),
+                // `is_ready` was true, so this is not reached; a constant keeps it from being a panic.
+                None => Value::Field(Field::constant(crate::value::Type::Gray, &[0.0])),
+            },
+        }
+    }
+
+    /// Computes what fields need of whole pictures before their tiles can be filled.
+    ///
+    /// # Errors
+    /// As the field's code says.
+    pub fn prepare(&self, field: &Field, grid: &Grid) -> Result<(), Stop> {
+        let at = (address(field), grid.id());
+        if lock(&self.prepared).contains_key(&at) {
+            return Ok(());
+        }
+        for (input, grid) in field.source().reads(grid) {
+            self.prepare(input, &grid)?;
+        }
+        let key = field.key().map(|field| TileKey { field, grid: grid.id(), at: TileKey::WHOLE });
+        let known = key.as_ref().and_then(|key| self.caches.memory.tiles.get(key));
+        let whole = match known {
+            Some(tile) => Some(tile),
+            None => self.prepare_new(field, grid)?,
+        };
+        if let (Some(key), Some(tile)) = (key, &whole) {
+            self.caches.memory.tiles.insert(key, tile.clone());
+        }
+        lock(&self.prepared).insert(at, (field.source().clone(), whole));
+        Ok(())
+    }
+
+    fn prepare_new(&self, field: &Field, grid: &Grid) -> Result<Option<Arc<Tile>>, Stop> {
+        let bytes = field.source().prepare_bytes(grid);
+        if bytes > self.memory {
+            let message = format!(
+                "an operation on the whole picture needs {} MiB; {} MiB are allowed",
+                bytes >> 20,
+                self.memory >> 20
+            );
+            return Err(Problem::new(Code::TooLarge, message).help("lower the resolution, or raise --memory").into());
+        }
+        let evaluator = Whole { run: self, nested: AtomicU64::new(0) };
+        let start = Clock::start(true);
+        let result = field.source().prepare(grid, &evaluator).inspect_err(|stop| {
+            if let (Stop::Failed(problem), Some(key)) = (stop, field.key()) {
+                self.failed(key, problem);
+            }
+        })?;
+        if let (Some(key), true) = (field.key(), result.is_some()) {
+            let time = start.elapsed().saturating_sub(Duration::from_nanos(evaluator.nested.load(Ordering::Relaxed)));
+            self.ledger.add(key, Work { time, computed: 1, ..Work::default() });
+        }
+        Ok(result.map(Arc::new))
+    }
+
+    pub(super) fn prepared(&self, field: &Field, grid: &Grid) -> Option<Arc<Tile>> {
+        lock(&self.prepared).get(&(address(field), grid.id())).and_then(|(_, tile)| tile.clone())
+    }
+
+    /// The values of `field` in `window`, computed on all threads.
+    ///
+    /// # Errors
+    /// As the field's code says.
+    pub fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
+        self.prepare(field, grid)?;
+        let mut out = Tile::new(*grid, window, field.channels());
+        let owner = field.key().unwrap_or_else(|| Key::of("raster", &[]));
+        let parts: Result<Vec<_>, Stop> = covering(window)
+            .par_iter()
+            .map(|part| {
+                let part = intersection(*part, window);
+                Ok(self.read(field, grid, part, owner)?.0)
+            })
+            .collect();
+        parts?.iter().for_each(|part| out.copy_from(part, 0, 0));
+        Ok(out)
+    }
+
+    pub(super) fn failed(&self, owner: Key, problem: &Problem) {
+        lock(&self.failures).push((owner, problem.clone()));
+    }
+
+    /// What stopped the work on a field, at its place; `None` if it was cancelled.
+    pub fn diagnose(&self, stop: Stop, fallback: crate::diagnostics::Span) -> Option<Diagnostic> {
+        let Stop::Failed(problem) = stop else { return None };
+        let failures = lock(&self.failures);
+        // Which thread failed first is chance; which node comes first in the graph is not.
+        let nodes = self.graph.nodes.node_indices();
+        let found = nodes.filter_map(|index| {
+            let outputs = 0..self.graph.nodes[index].node.outputs().len();
+            let keys: Vec<Key> = outputs.map(|output| self.keys.output(index, output)).collect();
+            let (_, problem) = failures.iter().find(|(key, _)| keys.contains(key))?;
+            Some(self.at_node(&self.graph.nodes[index], problem.clone()))
+        });
+        Some(found.min_by_key(|d| d.span).unwrap_or_else(|| Diagnostic::from_problem(*problem, fallback)))
+    }
+
+    fn at_node(&self, node: &GraphNode, problem: Problem) -> Diagnostic {
+        let span = match problem.code {
+            Code::TooLarge if problem.field.is_none() => self.graph.canvas_span,
+            _ => node.field_span(problem.field.as_deref()),
+        };
+        Diagnostic::from_problem(problem, span)
+    }
+
+    fn locate(&self, node: NodeIndex, stop: Stop) -> Option<Diagnostic> {
+        match stop {
+            Stop::Cancelled => None,
+            Stop::Failed(problem) => {
+                if lock(&self.failures).is_empty() {
+                    Some(self.at_node(&self.graph.nodes[node], *problem))
+                } else {
+                    self.diagnose(Stop::Failed(problem), self.graph.nodes[node].span)
+                }
+            }
+        }
+    }
+
+    /// What was done for each node, in the order of the graph.
+    pub fn stats(&self) -> Vec<NodeStats> {
+        self.graph.nodes.node_indices().map(|index| self.node_stats(index)).collect()
+    }
+
+    fn node_stats(&self, index: NodeIndex) -> NodeStats {
+        let node = &self.graph.nodes[index];
+        // What a node merely hands on is the work of another.
+        let own = usize::from(keys::no_op_slot(node).is_some())..node.node.outputs().len();
+        let mut work = Work::default();
+        own.for_each(|output| work.add(self.ledger.get(self.keys.output(index, output))));
+        let state = match work {
+            Work { computed: 1.., .. } => NodeState::Computed,
+            Work { disk: 1.., .. } => NodeState::Disk,
+            Work { memory: 1.., .. } => NodeState::Memory,
+            _ => NodeState::Unused,
+        };
+        let tiles = if node.outputs.iter().any(|ty| ty.is_field()) { work.computed } else { 0 };
+        let (name, kind) = (node.name.clone(), node.kind.clone());
+        NodeStats { name, kind, state, seconds: work.time.as_secs_f64(), tiles }
+    }
+}
+
+/// Whether a value is data, computed when its node is evaluated.
+fn is_object(value: &Value) -> bool {
+    !matches!(value, Value::Field(_) | Value::Picture(_) | Value::Material(_))
+}
+
+/// Gives the fields of a new value their keys.
+fn keyed(value: &Value, key: Key) -> Value {
+    let part = |name: &str| Key::of("part", &[key.as_bytes(), name.as_bytes()]);
+    match value {
+        Value::Field(field) => Value::Field(field.clone().keyed(key)),
+        Value::Picture(picture) => Value::Picture(Arc::new(PictureFields {
+            gray: picture.gray.clone().keyed(part("gray")),
+            rgb: picture.rgb.clone().keyed(key),
+        })),
+        Value::Material(material) => Value::Material(Arc::new(Material::new(
+            material.channels().iter().map(|(channel, field)| (*channel, field.clone().keyed(part(channel.name())))),
+        ))),
+        value => value.clone(),
+    }
+}
+
+/// The results that more than one port or output reads.
+fn shared(graph: &Graph, keys: &Keys) -> HashSet<Key> {
+    let mut readers: HashMap<Key, u32> = HashMap::new();
+    for node in graph.nodes.node_weights() {
+        let wires = node.inputs.iter().filter(|input| matches!(input, Input::Wire { .. }));
+        wires.for_each(|input| *readers.entry(keys.input(input)).or_default() += 1);
+    }
+    for output in &graph.outputs {
+        *readers.entry(keys.output(output.node, output.output)).or_default() += 1;
+    }
+    readers.into_iter().filter(|(_, n)| *n > 1).map(|(key, _)| key).collect()
+}
+
+/// A field's code as a number, the same for all copies of the field. The code is kept alive with it.
+fn address(field: &Field) -> usize {
+    Arc::as_ptr(field.source()).cast::<()>().addr()
+}
+
+fn intersection(a: Window, b: Window) -> Window {
+    let (x, y) = (a.x.max(b.x), a.y.max(b.y));
+    let (right, bottom) = (a.right().min(b.right()), a.bottom().min(b.bottom()));
+    Window { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
+}
+
+/// The clock of the process where only one node runs, else that on the wall.
+enum Clock {
+    Process(ProcessTime),
+    Wall(Instant),
+}
+
+impl Clock {
+    fn start(alone: bool) -> Self {
+        if alone { Self::Process(ProcessTime::now()) } else { Self::Wall(Instant::now()) }
+    }
+
+    fn elapsed(&self) -> Duration {
+        match self {
+            Self::Process(start) => start.elapsed(),
+            Self::Wall(start) => start.elapsed(),
+        }
+    }
+}
+
+fn nanos(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// The engine as a node sees it.
+struct NodeEvaluator<'r, 'g> {
+    run: &'r Run<'g>,
+    node: &'r GraphNode,
+    alone: bool,
+    nested: AtomicU64,
+}
+
+impl Evaluator for NodeEvaluator<'_, '_> {
+    fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
+        let start = Clock::start(self.alone);
+        let tile = self.run.raster(field, grid, window);
+        self.nested.fetch_add(nanos(start.elapsed()), Ordering::Relaxed);
+        tile
+    }
+
+    fn check(&self) -> Result<(), Stop> {
+        self.run.cancel.check()
+    }
+
+    fn progress(&self, done: u64, total: u64) {
+        self.run.observer.event(Event::Node { name: self.node.name.clone(), done, total });
+    }
+
+    fn memory(&self) -> u64 {
+        self.run.memory
+    }
+
+    fn warn(&self, problem: Problem) {
+        let warning = self.run.at_node(self.node, problem).as_warning();
+        self.run.observer.event(Event::Warning(warning));
+    }
+}
+
+/// The engine as an operation on a whole picture sees it.
+struct Whole<'r, 'g> {
+    run: &'r Run<'g>,
+    nested: AtomicU64,
+}
+
+impl Evaluator for Whole<'_, '_> {
+    fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
+        let start = ProcessTime::now();
+        let tile = self.run.raster(field, grid, window);
+        self.nested.fetch_add(nanos(start.elapsed()), Ordering::Relaxed);
+        tile
+    }
+
+    fn check(&self) -> Result<(), Stop> {
+        self.run.cancel.check()
+    }
+
+    fn progress(&self, _done: u64, _total: u64) {}
+
+    fn memory(&self) -> u64 {
+        self.run.memory
+    }
+
+    fn warn(&self, _problem: Problem) {}
+}

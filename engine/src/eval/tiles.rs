@@ -1,0 +1,226 @@
+//! Reading fields: by tiles, through the caches.
+use super::memory::{TILE, TileKey};
+use super::run::Run;
+use super::stats::Work;
+use super::{DiskCache, MemoryCache};
+use crate::value::{Cost, Field, Grid, Key, Reader, Stop, Tile, Window};
+use quick_cache::sync::GuardResult;
+use std::cell::Cell;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The time that reading a tile back from disk takes at the most: what is made faster is not worth keeping.
+const DISK_READ: Duration = Duration::from_micros(150);
+/// A node that takes less in all is not worth keeping either.
+const DISK_NODE: Duration = Duration::from_millis(2);
+
+/// What the code of a field sees while it fills a tile.
+struct FillReader<'r, 'g> {
+    run: &'r Run<'g>,
+    owner: Key,
+    prepared: Option<Arc<Tile>>,
+    nested: Cell<Duration>,
+}
+
+impl Reader for FillReader<'_, '_> {
+    fn read(&self, field: &Field, grid: &Grid, window: Window) -> Result<Arc<Tile>, Stop> {
+        let start = Instant::now();
+        let (tile, own) = self.run.read(field, grid, window, self.owner)?;
+        // A part without a key of its own counts as its owner's work.
+        self.nested.set(self.nested.get() + start.elapsed().saturating_sub(own));
+        Ok(tile)
+    }
+
+    fn prepared(&self) -> Option<&Arc<Tile>> {
+        self.prepared.as_ref()
+    }
+
+    fn check(&self) -> Result<(), Stop> {
+        self.run.cancel.check()
+    }
+}
+
+impl Run<'_> {
+    /// The values of `field` in `window`, and the time to be counted as `owner`'s.
+    pub(super) fn read(
+        &self,
+        field: &Field,
+        grid: &Grid,
+        window: Window,
+        owner: Key,
+    ) -> Result<(Arc<Tile>, Duration), Stop> {
+        let Some(key) = field.key() else {
+            let (tile, own) = self.fill(field, grid, window, owner)?;
+            return Ok((Arc::new(tile), own));
+        };
+        let kept = field.source().cost() == Cost::Local || self.shared.contains(&key);
+        if field.as_constant().is_some() || (!kept && covering(window).len() == 1) {
+            let (tile, own) = self.fill(field, grid, window, key)?;
+            if field.as_constant().is_none() {
+                self.ledger.add(key, Work { time: own, computed: 1, ..Work::default() });
+            }
+            return Ok((Arc::new(tile), Duration::ZERO));
+        }
+        self.assemble(field, key, grid, window).map(|tile| (tile, Duration::ZERO))
+    }
+
+    /// Puts `window` together from whole tiles.
+    fn assemble(&self, field: &Field, key: Key, grid: &Grid, window: Window) -> Result<Arc<Tile>, Stop> {
+        let tiling = field.tiling();
+        let period = |on: bool, pixels: Option<u32>| if on { pixels.map(u32::cast_signed) } else { None };
+        let periods = (period(tiling.x, grid.period.map(|p| p.x)), period(tiling.y, grid.period.map(|p| p.y)));
+        let columns = pieces(window.x, window.right(), periods.0);
+        let rows = pieces(window.y, window.bottom(), periods.1);
+        if let ([x], [y]) = (&columns[..], &rows[..]) {
+            let tile = self.tile(field, key, grid, (x, y))?;
+            if tile.window == window {
+                return Ok(tile);
+            }
+        }
+        let mut out = Tile::new(*grid, window, field.channels());
+        for y in &rows {
+            for x in &columns {
+                let tile = self.tile(field, key, grid, (x, y))?;
+                out.copy_from(&tile, x.shift, y.shift);
+            }
+        }
+        Ok(Arc::new(out))
+    }
+
+    /// One whole tile, from the caches or computed.
+    fn tile(&self, field: &Field, key: Key, grid: &Grid, (x, y): (&Piece, &Piece)) -> Result<Arc<Tile>, Stop> {
+        self.cancel.check()?;
+        let at = TileKey { field: key, grid: grid.id(), at: (x.index, y.index) };
+        let memory: &MemoryCache = &self.caches.memory;
+        let guard = match memory.tiles.get_value_or_guard(&at, None) {
+            GuardResult::Value(tile) => {
+                self.ledger.add(key, Work { memory: 1, ..Work::default() });
+                return Ok(tile);
+            }
+            GuardResult::Guard(guard) => Some(guard),
+            GuardResult::Timeout => None,
+        };
+        let window = Window { x: x.start, y: y.start, width: x.length, height: y.length };
+        let disk = self.caches.disk.as_ref().filter(|disk| self.worth_keeping(field, grid, disk));
+        let name = || Key::of("tile", &[key.as_bytes(), format!("{at:?}").as_bytes()]);
+        let tile = match disk.and_then(|disk| from_disk(disk, name(), grid, window, field.channels())) {
+            Some(tile) => {
+                self.ledger.add(key, Work { disk: 1, ..Work::default() });
+                tile
+            }
+            None => {
+                let (tile, own) = self.fill(field, grid, window, key)?;
+                self.ledger.add(key, Work { time: own, computed: 1, ..Work::default() });
+                if let Some(disk) = disk.filter(|_| own >= DISK_READ.max(DISK_NODE / tiles(grid))) {
+                    disk.put(DiskCache::TILES, name(), bytemuck::cast_slice(tile.data()));
+                }
+                tile
+            }
+        };
+        let tile = Arc::new(tile);
+        if let Some(guard) = guard {
+            let _ = guard.insert(tile.clone());
+        }
+        Ok(tile)
+    }
+
+    /// Whether all tiles of a field have room on disk beside those of others.
+    fn worth_keeping(&self, field: &Field, grid: &Grid, disk: &DiskCache) -> bool {
+        grid.period.is_some_and(|p| u64::from(p.x) * u64::from(p.y) * 4 * field.channels() as u64 <= disk.bound() / 32)
+    }
+
+    /// Runs the code of a field. Gives the time that it took itself, parts without a key included.
+    fn fill(&self, field: &Field, grid: &Grid, window: Window, owner: Key) -> Result<(Tile, Duration), Stop> {
+        self.cancel.check()?;
+        let start = Instant::now();
+        let prepared = self.prepared(field, grid);
+        let reader = FillReader { run: self, owner, prepared, nested: Cell::new(Duration::ZERO) };
+        let mut tile = Tile::new(*grid, window, field.channels());
+        if let Err(stop) = field.source().fill(&reader, &mut tile) {
+            if let Stop::Failed(problem) = &stop {
+                self.failed(owner, problem);
+            }
+            return Err(stop);
+        }
+        Ok((tile, start.elapsed().saturating_sub(reader.nested.get())))
+    }
+}
+
+fn from_disk(disk: &DiskCache, name: Key, grid: &Grid, window: Window, channels: usize) -> Option<Tile> {
+    let bytes = disk.get(DiskCache::TILES, name)?;
+    let mut tile = Tile::new(*grid, window, channels);
+    if bytes.len() != size_of_val(tile.data()) {
+        return None;
+    }
+    bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut()).copy_from_slice(&bytes);
+    Some(tile)
+}
+
+/// How many tiles cover the canvas.
+fn tiles(grid: &Grid) -> u32 {
+    grid.period.map_or(1, |p| p.x.div_ceil(TILE).saturating_mul(p.y.div_ceil(TILE))).max(1)
+}
+
+/// The tiles that a window touches, as their windows, if nothing repeats.
+pub(super) fn covering(window: Window) -> Vec<Window> {
+    let mut windows = Vec::new();
+    for y in pieces(window.y, window.bottom(), None) {
+        for x in pieces(window.x, window.right(), None) {
+            windows.push(Window { x: x.start, y: y.start, width: x.length, height: y.length });
+        }
+    }
+    windows
+}
+
+/// A tile's extent in one direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Piece {
+    /// The tile's number.
+    index: i32,
+    /// Its first pixel.
+    start: i32,
+    /// Its number of pixels.
+    length: u32,
+    /// By how many pixels it is to be shifted to where it is wanted.
+    shift: i32,
+}
+
+/// The tiles that cover the pixels `from..to` in one direction, in order; repeating after `period` pixels if given.
+fn pieces(from: i32, to: i32, period: Option<i32>) -> Vec<Piece> {
+    let tile = TILE.cast_signed();
+    let mut list = Vec::new();
+    let mut at = from;
+    while at < to {
+        let wrapped = period.map_or(at, |p| at.rem_euclid(p));
+        let index = wrapped.div_euclid(tile);
+        let start = index * tile;
+        let end = period.map_or(start + tile, |p| p.min(start + tile));
+        let shift = at - wrapped;
+        list.push(Piece { index, start, length: end.abs_diff(start), shift });
+        at = end + shift;
+    }
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_cover_everything_once() {
+        for period in [None, Some(100), Some(256), Some(300), Some(700)] {
+            for (from, to) in [(0, 256), (-30, 310), (-700, 900), (5, 6)] {
+                let list = pieces(from, to, period);
+                let mut at = from;
+                for piece in list {
+                    assert!(piece.start + piece.shift <= at, "{period:?} {from}..{to}");
+                    at = piece.start + piece.length.cast_signed() + piece.shift;
+                    if let Some(p) = period {
+                        assert!(piece.start >= 0 && piece.start + piece.length.cast_signed() <= p);
+                    }
+                }
+                assert!(at >= to);
+            }
+        }
+    }
+}

@@ -59,7 +59,7 @@ impl DiskCache {
         let probe = || {
             fs::create_dir_all(&dir)?;
             // Making a file is the only reliable answer to whether one can.
-            AtomicFile::create(&dir.join("probe")).map(drop)
+            AtomicFile::create(dir.join("probe")).map(drop)
         };
         match probe() {
             Ok(()) => Ok(Self { dir, bound, written: AtomicU64::new(0), failures: AtomicU64::new(0) }),
@@ -148,7 +148,7 @@ impl DiskCache {
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent)?;
         }
-        AtomicFile::create(&path)
+        AtomicFile::create(path)
     }
 
     fn account(&self, result: io::Result<()>, bytes: u64) {

@@ -24,8 +24,9 @@ impl TileKey {
     pub const WHOLE: (i32, i32) = (i32::MIN, i32::MIN);
 }
 
+/// Weighs entries by the memory they take.
 #[derive(Clone)]
-struct Bytes;
+pub(super) struct Bytes;
 
 impl Weighter<TileKey, Arc<Tile>> for Bytes {
     fn weight(&self, _key: &TileKey, tile: &Arc<Tile>) -> u64 {
@@ -39,8 +40,8 @@ impl Weighter<Key, Value> for Bytes {
     }
 }
 
-type Tiles = Cache<TileKey, Arc<Tile>, Bytes>;
-type Objects = Cache<Key, Value, Bytes>;
+pub(super) type Tiles = Cache<TileKey, Arc<Tile>, Bytes>;
+pub(super) type Objects = Cache<Key, Value, Bytes>;
 
 /// Results by key, within a budget of bytes. Objects, dear to make, have a share of their own that no tile can take.
 pub struct MemoryCache {

@@ -73,6 +73,11 @@ impl<'g> Run<'g> {
         }
     }
 
+    /// The keys of the graph's results.
+    pub fn keys(&self) -> &'g Keys {
+        self.keys
+    }
+
     /// The values of these outputs of nodes, in the same order. Objects are made; fields are not evaluated yet.
     ///
     /// # Errors
@@ -179,10 +184,10 @@ impl<'g> Run<'g> {
     }
 
     fn keep(&self, key: Key, value: Value, time: Duration) {
-        if let (Some(disk), true) = (&self.caches.disk, time >= DISK_OBJECT) {
-            if let Some(bytes) = codec::encode(&value) {
-                disk.put(DiskCache::OBJECTS, key, &bytes);
-            }
+        if let (Some(disk), true) = (&self.caches.disk, time >= DISK_OBJECT)
+            && let Some(bytes) = codec::encode(&value)
+        {
+            disk.put(DiskCache::OBJECTS, key, &bytes);
         }
         self.caches.memory.objects.insert(key, value.clone());
         lock(&self.values).insert(key, value);

@@ -1,0 +1,194 @@
+//! The engine as a program uses it: load a graph, render it, look into it. All state lives in a [`Session`].
+mod plan;
+mod render;
+mod verify;
+
+pub use render::{RenderRequest, Report};
+
+use crate::diagnostics::{Code, Diagnostic, Problem};
+use crate::eval::{CacheError, Caches, CancelToken, DiskCache, Keys, MemoryCache, NodeStats, Observer, Run};
+use crate::graph::{self, Graph, LoadOptions, Loaded};
+use crate::registry::Registry;
+use crate::value::{Field, Grid, Stop, Tile, Value, Window};
+use petgraph::graph::NodeIndex;
+use rayon::ThreadPool;
+use std::path::{Path, PathBuf};
+
+/// How much a session may take.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Threads that compute; 0 is one per core.
+    pub threads: usize,
+    /// Bytes for results in memory; nodes may take as much again for what they compute.
+    pub memory: u64,
+    /// The folder of the disk cache; none without.
+    pub cache_dir: Option<PathBuf>,
+    /// The most bytes that the disk cache keeps.
+    pub disk: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { threads: 0, memory: 1 << 30, cache_dir: None, disk: 4 << 30 }
+    }
+}
+
+/// Why a session could not begin.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// No threads.
+    #[error("cannot start {threads} threads: {source}")]
+    Threads {
+        /// How many.
+        threads: usize,
+        /// Why not.
+        source: rayon::ThreadPoolBuildError,
+    },
+}
+
+/// Why there is no result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// Somebody asked to stop.
+    Cancelled,
+    /// Errors in the graph, at their places.
+    Errors(Vec<Diagnostic>),
+    /// A file that could not be written, and why.
+    File(String),
+    /// The request itself makes no sense.
+    Usage(String),
+}
+
+impl From<Vec<Diagnostic>> for Failure {
+    fn from(errors: Vec<Diagnostic>) -> Self {
+        if errors.is_empty() { Self::Cancelled } else { Self::Errors(errors) }
+    }
+}
+
+/// The engine with its nodes, threads and caches.
+pub struct Session {
+    registry: Registry,
+    caches: Caches,
+    pool: ThreadPool,
+    memory: u64,
+    cache_error: Option<CacheError>,
+}
+
+impl Session {
+    /// A session that knows the kinds of `registry`. A cache folder that cannot be used is left out; see
+    /// [`cache_error`](Self::cache_error).
+    ///
+    /// # Errors
+    /// Threads that cannot be started.
+    pub fn new(registry: Registry, settings: &Settings) -> Result<Self, SessionError> {
+        let threads = settings.threads;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|i| format!("shibo-{i}"))
+            .build()
+            .map_err(|source| SessionError::Threads { threads, source })?;
+        let disk = settings.cache_dir.as_ref().map(|dir| DiskCache::open(dir, settings.disk)).transpose();
+        let (disk, cache_error) = match disk {
+            Ok(disk) => (disk, None),
+            Err(error) => (None, Some(error)),
+        };
+        let caches = Caches { memory: MemoryCache::new(settings.memory), disk };
+        Ok(Self { registry, caches, pool, memory: settings.memory, cache_error })
+    }
+
+    /// The kinds that graphs may use.
+    pub fn registry(&self) -> &Registry {
+        &self.registry
+    }
+
+    /// The caches.
+    pub fn caches(&self) -> &Caches {
+        &self.caches
+    }
+
+    /// Why the cache folder is not used, if it could not be.
+    pub fn cache_error(&self) -> Option<&CacheError> {
+        self.cache_error.as_ref()
+    }
+
+    /// Reads and checks a graph file.
+    pub fn load(&self, path: &Path, options: &LoadOptions) -> Loaded {
+        graph::load(path, &self.registry, options)
+    }
+
+    /// Advice that needs the whole graph: outputs that do not tile although they should.
+    pub fn advice(&self, graph: &Graph) -> Vec<Diagnostic> {
+        let order = petgraph::algo::toposort(&graph.nodes, None).unwrap_or_default();
+        crate::eval::breaks_tiling(graph, &order)
+    }
+
+    /// Runs `work` with a run of `graph` on the session's threads.
+    fn run<T: Send>(
+        &self,
+        graph: &Graph,
+        cancel: &CancelToken,
+        observer: &dyn Observer,
+        work: impl FnOnce(&Run<'_>) -> Result<T, Failure> + Send,
+    ) -> Result<T, Failure> {
+        self.pool.install(|| {
+            let keys = Keys::of(graph)?;
+            let run = Run::new(graph, &keys, &self.caches, self.memory, cancel, observer);
+            let result = work(&run);
+            if let Some(disk) = &self.caches.disk {
+                disk.trim();
+            }
+            result
+        })
+    }
+
+    /// The value of an output of a node; a field is not evaluated yet.
+    ///
+    /// # Errors
+    /// What went wrong, at its place.
+    pub fn value(
+        &self,
+        graph: &Graph,
+        at: (NodeIndex, usize),
+        cancel: &CancelToken,
+        observer: &dyn Observer,
+    ) -> Result<Value, Failure> {
+        self.run(graph, cancel, observer, |run| {
+            run.values(&[at])?.pop().ok_or_else(|| {
+                let span = graph.nodes[at.0].span;
+                Failure::Errors(vec![Diagnostic::new(Code::BadValue, span, "the node made nothing")])
+            })
+        })
+    }
+
+    /// The values of a field of `graph` in windows of grids, and what was done for them.
+    ///
+    /// # Errors
+    /// What went wrong, at its place.
+    pub fn rasters(
+        &self,
+        graph: &Graph,
+        field: &Field,
+        wanted: &[(Grid, Window)],
+        cancel: &CancelToken,
+        observer: &dyn Observer,
+    ) -> Result<(Vec<Tile>, Vec<NodeStats>), Failure> {
+        self.run(graph, cancel, observer, |run| {
+            let mut tiles = Vec::with_capacity(wanted.len());
+            for (grid, window) in wanted {
+                let bytes = window.len() as u64 * 4 * field.channels() as u64;
+                if bytes > self.memory {
+                    let message = format!("the picture needs {} MiB; {} MiB are allowed", bytes >> 20, self.memory >> 20);
+                    let problem = Problem::new(Code::TooLarge, message).help("lower the resolution, or raise --memory");
+                    return Err(Failure::Errors(vec![Diagnostic::from_problem(problem, graph.canvas_span)]));
+                }
+                tiles.push(run.raster(field, grid, *window).map_err(|stop| located(run, graph, stop))?);
+            }
+            Ok((tiles, run.stats()))
+        })
+    }
+}
+
+/// A stop at its place; at the canvas if nothing better is known.
+fn located(run: &Run<'_>, graph: &Graph, stop: Stop) -> Failure {
+    run.diagnose(stop, graph.canvas_span).map_or(Failure::Cancelled, |d| Failure::Errors(vec![d]))
+}

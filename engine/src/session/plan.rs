@@ -1,0 +1,174 @@
+//! Which pictures a render makes, how each is encoded, and under which key it is kept.
+use super::{Failure, RenderRequest};
+use crate::diagnostics::{did_you_mean, suggest};
+use crate::eval::Keys;
+use crate::graph::{Graph, GraphOutput};
+use crate::picture::{Depth, Format};
+use crate::value::{Channel, Key, Type, Window};
+use std::path::PathBuf;
+
+/// What of an output goes into a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// The field itself.
+    Field,
+    /// A channel of a material.
+    Channel(Channel),
+    /// All channels of a material.
+    All,
+}
+
+/// A picture to be made.
+#[derive(Clone, Debug)]
+pub(super) struct Planned<'g> {
+    pub(super) output: &'g GraphOutput,
+    pub(super) part: Part,
+    pub(super) path: PathBuf,
+    pub(super) format: Format,
+    pub(super) depth: Depth,
+    pub(super) range: (f64, f64),
+    pub(super) metadata: Vec<(String, String)>,
+    /// Of the encoded file.
+    pub(super) key: Key,
+}
+
+/// An output, and which channel of it was asked for.
+pub(super) type Wanted<'g> = (&'g GraphOutput, Option<Channel>);
+
+/// The outputs that a request names; all, if it names none.
+pub(super) fn wanted<'g>(graph: &'g Graph, names: &[String]) -> Result<Vec<Wanted<'g>>, Failure> {
+    if names.is_empty() {
+        return Ok(graph.outputs.iter().map(|output| (output, None)).collect());
+    }
+    names.iter().map(|name| one_wanted(graph, name)).collect()
+}
+
+fn one_wanted<'g>(graph: &'g Graph, name: &str) -> Result<Wanted<'g>, Failure> {
+    if let Some(output) = graph.outputs.iter().find(|output| output.name == name) {
+        return Ok((output, None));
+    }
+    let split = name.rsplit_once('.').and_then(|(name, channel)| {
+        let output = graph.outputs.iter().find(|o| o.name == name && o.ty == Type::Material)?;
+        Some((output, channel))
+    });
+    let Some((output, channel)) = split else {
+        let names: Vec<&str> = graph.outputs.iter().map(|o| o.name.as_str()).collect();
+        let help = suggest(name, "output", &names);
+        return Err(Failure::Usage(format!("the graph has no output `{name}`; {help}")));
+    };
+    match Channel::from_name(channel) {
+        Some(channel) => Ok((output, Some(channel))),
+        None => {
+            let near = did_you_mean(channel, Channel::ALL.iter().map(|c| c.name()));
+            let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+            Err(Failure::Usage(format!("a material has no channel `{channel}`{near}")))
+        }
+    }
+}
+
+/// What is known of all pictures of a render.
+pub(super) struct Planner<'a> {
+    pub(super) graph: &'a Graph,
+    pub(super) keys: &'a Keys,
+    pub(super) request: &'a RenderRequest,
+    pub(super) window: Window,
+}
+
+impl Planner<'_> {
+    /// The picture of a part of an output.
+    pub(super) fn picture<'g>(&self, output: &'g GraphOutput, part: Part) -> Result<Planned<'g>, Failure> {
+        let (stem, ty, channel) = match &part {
+            Part::Channel(channel) => (format!("{}_{}", output.name, channel.name()), channel.ty(), Some(*channel)),
+            Part::Field | Part::All => (output.name.clone(), output.ty, None),
+        };
+        let (format, depth) = self.encoding(output, ty, channel, &stem)?;
+        let ty = if ty == Type::Picture { Type::Rgb } else { ty };
+        let range = output.range.unwrap_or((0.0, 1.0));
+        let mut planned = Planned {
+            output,
+            part,
+            path: self.request.dir.join(format!("{stem}.{}", extension(format))),
+            format,
+            depth,
+            range,
+            metadata: Vec::new(),
+            key: self.keys.output(output.node, output.output),
+        };
+        planned.metadata = self.metadata(&planned);
+        planned.key = self.file_key(&planned, ty);
+        Ok(planned)
+    }
+
+    /// Format and depth: of the command line, of the graph file, or what suits the type.
+    fn encoding(
+        &self,
+        output: &GraphOutput,
+        ty: Type,
+        channel: Option<Channel>,
+        stem: &str,
+    ) -> Result<(Format, Depth), Failure> {
+        let exr_only = matches!(ty, Type::Vec2 | Type::Jacobian | Type::Material);
+        let floats = exr_only || channel == Some(Channel::Height);
+        let stated = self.request.format.or(if self.request.depth.is_none() { output.format } else { None });
+        let depth = self.request.depth.or(if self.request.format.is_none() { output.depth } else { None });
+        let format = stated.unwrap_or(match depth {
+            Some(Depth::F16 | Depth::F32) => Format::Exr,
+            Some(Depth::U8 | Depth::U16) => output.format.filter(|f| *f != Format::Exr).unwrap_or(Format::Png),
+            None if floats => Format::Exr,
+            None => Format::Png,
+        });
+        let fine = matches!(ty, Type::Gray | Type::Normal | Type::Ids);
+        let mask = channel.is_some_and(|c| c.ty() == Type::Gray && c != Channel::Height);
+        let depth = depth.unwrap_or(match format {
+            Format::Exr => Depth::F32,
+            Format::Tiff => Depth::U16,
+            Format::Png if fine && !mask => Depth::U16,
+            Format::Png => Depth::U8,
+        });
+        if exr_only && format != Format::Exr {
+            return Err(Failure::Usage(format!("`{stem}` is a {ty}, which only EXR can hold; say `--format exr`")));
+        }
+        if !format.supports(depth) {
+            return Err(Failure::Usage(format!("`{stem}`: {format} cannot hold {depth} samples; {}", format.choices())));
+        }
+        Ok((format, depth))
+    }
+
+    fn metadata(&self, planned: &Planned<'_>) -> Vec<(String, String)> {
+        let canvas = &self.graph.canvas;
+        let params: Vec<String> = self.graph.params.iter().map(|p| format!("{}: {}", p.name, p.value)).collect();
+        vec![
+            ("Software".into(), concat!("Shibo ", env!("CARGO_PKG_VERSION")).into()),
+            ("shibo:graph".into(), planned.key.to_string()),
+            ("shibo:output".into(), planned.output.name.clone()),
+            ("shibo:seed".into(), canvas.seed.to_string()),
+            ("shibo:size_mm".into(), format!("{} {}", canvas.size_mm.x, canvas.size_mm.y)),
+            ("shibo:parameters".into(), params.join(", ")),
+        ]
+    }
+
+    /// The key of the encoded file: everything that its bytes depend on.
+    fn file_key(&self, planned: &Planned<'_>, ty: Type) -> Key {
+        let text = format!(
+            "{:?} {ty} {:?} {:?} {:?} {:?} {:?} {} {:?}",
+            planned.part,
+            planned.format,
+            planned.depth,
+            [planned.range.0.to_bits(), planned.range.1.to_bits()],
+            self.graph.canvas.resolution.to_array(),
+            self.window,
+            self.request.dither,
+            self.request.best_compression,
+        );
+        let metadata = format!("{:?}", planned.metadata);
+        Key::of("file", &[planned.key.as_bytes(), text.as_bytes(), metadata.as_bytes()])
+    }
+}
+
+fn extension(format: Format) -> &'static str {
+    match format {
+        Format::Png => "png",
+        Format::Tiff => "tiff",
+        Format::Exr => "exr",
+    }
+}

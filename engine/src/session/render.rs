@@ -1,0 +1,329 @@
+//! Rendering: from the outputs of a graph to picture files, band by band.
+use super::plan::{Part, Planned, Planner, wanted};
+use super::{Failure, Session, located};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::eval::{CancelToken, DiskCache, Event, Keys, NodeStats, Observer, Run, TILE};
+use crate::graph::Graph;
+use crate::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer, remove_stale_temporaries};
+use crate::value::{Channel, Field, Grid, Key, Tile, Type, Value, Window};
+use petgraph::graph::NodeIndex;
+use std::path::PathBuf;
+
+/// What to render, and how.
+#[derive(Clone, Debug, Default)]
+pub struct RenderRequest {
+    /// The folder that the files go into; made if need be.
+    pub dir: PathBuf,
+    /// The outputs, as `NAME` or, of a material, `NAME.CHANNEL`; all, if empty.
+    pub outputs: Vec<String>,
+    /// A part of the picture instead of the whole: x, y, width, height in pixels.
+    pub region: Option<[u32; 4]>,
+    /// The format of all files, instead of what the graph says.
+    pub format: Option<Format>,
+    /// The sample type of all files, instead of what the graph says.
+    pub depth: Option<Depth>,
+    /// Whether to dither what is rounded to integers.
+    pub dither: bool,
+    /// Whether small files matter more than time.
+    pub best_compression: bool,
+    /// Whether all channels of a material go into one EXR file.
+    pub combined: bool,
+}
+
+/// What a render did.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// The files, in the order of the graph's outputs.
+    pub files: Vec<PathBuf>,
+    /// What was done for each node.
+    pub nodes: Vec<NodeStats>,
+}
+
+/// A picture that must be computed.
+struct Job<'g> {
+    planned: Planned<'g>,
+    /// Names of the file's channels, and the fields that they come from.
+    fields: Vec<(String, Field)>,
+}
+
+impl Session {
+    /// Renders outputs of `graph` to files. Either all files are written, or those that were there before are kept.
+    ///
+    /// # Errors
+    /// What went wrong, at its place.
+    pub fn render(
+        &self,
+        graph: &Graph,
+        request: &RenderRequest,
+        cancel: &CancelToken,
+        observer: &dyn Observer,
+    ) -> Result<Report, Failure> {
+        let wanted = wanted(graph, &request.outputs)?;
+        let window = window(graph, request)?;
+        make_dir(&request.dir)?;
+        self.run(graph, cancel, observer, |run| {
+            let planner = Planner { graph, keys: run.keys(), request, window };
+            let render = Render { session: self, run, planner, observer };
+            let mut pictures = Vec::new();
+            for (output, channel) in &wanted {
+                for part in render.parts(output.node, output.output, output.ty, *channel, output.combined)? {
+                    pictures.push(render.planner.picture(output, part)?);
+                }
+            }
+            let files = pictures.iter().map(|p| p.path.clone()).collect();
+            let jobs = render.jobs(pictures)?;
+            render.write(&jobs)?;
+            Ok(Report { files, nodes: run.stats() })
+        })
+    }
+}
+
+fn window(graph: &Graph, request: &RenderRequest) -> Result<Window, Failure> {
+    let size = graph.canvas.resolution;
+    let Some([x, y, width, height]) = request.region else { return Ok(Window::full(size)) };
+    let fits = |at: u32, length: u32, whole: u32| length > 0 && at.checked_add(length).is_some_and(|end| end <= whole);
+    if fits(x, width, size.x) && fits(y, height, size.y) {
+        return Ok(Window { x: x.cast_signed(), y: y.cast_signed(), width, height });
+    }
+    let message = format!("the region {x},{y},{width},{height} does not lie within the picture of {} × {}", size.x, size.y);
+    Err(Failure::Usage(message))
+}
+
+fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
+    let dir = if dir.as_os_str().is_empty() { std::path::Path::new(".") } else { dir };
+    std::fs::create_dir_all(dir).map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
+    // What killed processes left behind is nobody's.
+    let _ = remove_stale_temporaries(dir);
+    Ok(())
+}
+
+struct Render<'r, 'g> {
+    session: &'r Session,
+    run: &'r Run<'g>,
+    planner: Planner<'r>,
+    observer: &'r dyn Observer,
+}
+
+impl<'r> Render<'r, '_> {
+    /// The pictures that an output is made of.
+    fn parts(
+        &self,
+        node: NodeIndex,
+        output: usize,
+        ty: Type,
+        channel: Option<Channel>,
+        combined: bool,
+    ) -> Result<Vec<Part>, Failure> {
+        if ty != Type::Material {
+            return Ok(vec![Part::Field]);
+        }
+        if combined || self.planner.request.combined {
+            return Ok(vec![Part::All]);
+        }
+        let channels = self.channels(node, output)?;
+        match channel {
+            None => Ok(channels.into_iter().map(Part::Channel).collect()),
+            Some(channel) if channels.contains(&channel) => Ok(vec![Part::Channel(channel)]),
+            Some(channel) => Err(Failure::Usage(format!("the material does not set its channel `{}`", channel.name()))),
+        }
+    }
+
+    /// The channels of a material, remembered so that files in the cache can be found without making it.
+    fn channels(&self, node: NodeIndex, output: usize) -> Result<Vec<Channel>, Failure> {
+        let key = Key::of("channels", &[self.planner.keys.output(node, output).as_bytes()]);
+        let disk = self.session.caches.disk.as_ref();
+        let known = disk.and_then(|disk| String::from_utf8(disk.get(DiskCache::OBJECTS, key)?).ok());
+        if let Some(names) = known.map(|names| names.lines().map(Channel::from_name).collect::<Option<Vec<_>>>()) {
+            return Ok(names.unwrap_or_default());
+        }
+        let values = self.run.values(&[(node, output)])?;
+        let Some(Value::Material(material)) = values.first() else { return Ok(Vec::new()) };
+        let channels: Vec<Channel> = material.channels().iter().map(|c| c.0).collect();
+        if let Some(disk) = disk {
+            let names: Vec<&str> = channels.iter().map(|c| c.name()).collect();
+            disk.put(DiskCache::OBJECTS, key, names.join("\n").as_bytes());
+        }
+        Ok(channels)
+    }
+
+    /// Copies what the cache has and makes the fields of the rest.
+    fn jobs(&self, pictures: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
+        let mut missing = Vec::new();
+        for planned in pictures {
+            let copied = match &self.session.caches.disk {
+                Some(disk) => disk.copy_file(planned.key, &planned.path).map_err(|e| {
+                    Failure::File(format!("cannot write `{}`: {e}", planned.path.display()))
+                })?,
+                None => false,
+            };
+            if !copied {
+                missing.push(planned);
+            }
+        }
+        let wanted: Vec<_> = missing.iter().map(|p| (p.output.node, p.output.output)).collect();
+        let values = self.run.values(&wanted)?;
+        Ok(missing.into_iter().zip(values).map(|(planned, value)| job(planned, &value)).collect())
+    }
+
+    fn write(&self, jobs: &[Job<'_>]) -> Result<(), Failure> {
+        if jobs.is_empty() {
+            return Ok(());
+        }
+        let graph = self.planner.graph;
+        let grid = graph.canvas.grid(graph.canvas.resolution);
+        self.check_size(jobs)?;
+        for (_, field) in jobs.iter().flat_map(|job| &job.fields) {
+            self.run.prepare(field, &grid).map_err(|stop| located(self.run, graph, stop))?;
+        }
+        let mut writers = jobs.iter().map(|job| self.writer(job)).collect::<Result<Vec<_>, _>>()?;
+        self.bands(jobs, &mut writers, &grid)?;
+        for (job, writer) in jobs.iter().zip(writers) {
+            let clipped = writer.finish().map_err(|e| Failure::File(e.to_string()))?;
+            self.warn_clipped(job, clipped.clipped);
+            self.keep(job);
+        }
+        Ok(())
+    }
+
+    /// Refuses what would not fit the memory budget, before anything is allocated.
+    fn check_size(&self, jobs: &[Job<'_>]) -> Result<(), Failure> {
+        let channels: usize = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field.channels()).sum();
+        let band = u64::from(self.planner.window.width) * u64::from(TILE) * 4 * channels as u64 * 2;
+        if band <= self.session.memory {
+            return Ok(());
+        }
+        let message = format!(
+            "a band of the picture needs {} MiB; {} MiB are allowed",
+            band >> 20,
+            self.session.memory >> 20
+        );
+        let help = "lower the resolution, render fewer outputs at a time, or raise --memory";
+        let span = self.planner.graph.canvas_span;
+        Err(Failure::Errors(vec![Diagnostic::new(Code::TooLarge, span, message).help(help)]))
+    }
+
+    fn writer(&self, job: &Job<'_>) -> Result<Writer, Failure> {
+        let (planned, window) = (&job.planned, self.planner.window);
+        let spec = PictureSpec {
+            width: window.width,
+            height: window.height,
+            origin: (window.x.cast_unsigned(), window.y.cast_unsigned()),
+            channels: job.fields.iter().flat_map(|(name, field)| channel_names(name, field.ty())).collect(),
+            format: planned.format,
+            depth: planned.depth,
+            encoding: encoding(planned, job, self.planner.request.dither),
+            compression: if self.planner.request.best_compression { Compression::Best } else { Compression::Fast },
+            metadata: planned.metadata.clone(),
+        };
+        Writer::create(&planned.path, &spec).map_err(|e| Failure::File(e.to_string()))
+    }
+
+    /// Computes and writes the pictures together, from top to bottom, so that what they share is still in memory.
+    fn bands(&self, jobs: &[Job<'_>], writers: &mut [Writer], grid: &Grid) -> Result<(), Failure> {
+        let window = self.planner.window;
+        let tile = TILE.cast_signed();
+        // Enough tiles at once that every thread has some.
+        let across = window.width.div_ceil(TILE).max(1);
+        let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
+        let lines = (4 * threads).div_ceil(across).cast_signed() * tile;
+        let mut y = window.y;
+        while y < window.bottom() {
+            let end = ((y.div_euclid(tile) * tile) + lines).min(window.bottom());
+            let band = Window { y, height: end.abs_diff(y), ..window };
+            for (job, writer) in jobs.iter().zip(&mut *writers) {
+                self.band(job, writer, grid, band)?;
+            }
+            y = end;
+            let done = u64::from(y.abs_diff(window.y));
+            self.observer.event(Event::Rows { done, total: u64::from(window.height) });
+        }
+        Ok(())
+    }
+
+    fn band(&self, job: &Job<'_>, writer: &mut Writer, grid: &Grid, band: Window) -> Result<(), Failure> {
+        let graph = self.planner.graph;
+        let mut tiles: Vec<Tile> = Vec::with_capacity(job.fields.len());
+        for (_, field) in &job.fields {
+            let tile = self.run.raster(field, grid, band).map_err(|stop| located(self.run, graph, stop))?;
+            if let Some(at) = tile.data().iter().position(|v| !v.is_finite()) {
+                return Err(not_finite(job, &tile, at));
+            }
+            tiles.push(tile);
+        }
+        let planes: Vec<&[f32]> = tiles.iter().flat_map(|t| (0..t.channels()).map(|c| t.plane(c))).collect();
+        writer.write_rows(&planes, band.height).map_err(|e| Failure::File(e.to_string()))
+    }
+
+    fn warn_clipped(&self, job: &Job<'_>, clipped: u64) {
+        if clipped == 0 {
+            return;
+        }
+        let (lo, hi) = job.planned.range;
+        let message = format!("{clipped} samples of `{}` lie outside {lo}..{hi} and were clipped", job.planned.path.display());
+        let help = "state the values with `File(from: …, range: (lowest, highest))`, or render to EXR";
+        let warning = Diagnostic::new(Code::OutOfRange, job.planned.output.span, message).help(help);
+        self.observer.event(Event::Warning(warning.as_warning()));
+    }
+
+    fn keep(&self, job: &Job<'_>) {
+        let Some(disk) = &self.session.caches.disk else { return };
+        let small = std::fs::metadata(&job.planned.path).is_ok_and(|meta| meta.len() <= disk.bound() / 16);
+        if small {
+            disk.put_file(job.planned.key, &job.planned.path);
+        }
+    }
+}
+
+fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
+    let fields = match (value, &planned.part) {
+        (Value::Material(material), Part::Channel(channel)) => {
+            material.get(*channel).map(|field| (String::new(), field.clone())).into_iter().collect()
+        }
+        (Value::Material(material), _) => {
+            material.channels().iter().map(|(channel, field)| (channel.name().to_owned(), field.clone())).collect()
+        }
+        (Value::Picture(picture), _) => vec![(String::new(), picture.rgb.clone())],
+        (Value::Field(field), _) => vec![(String::new(), field.clone())],
+        _ => Vec::new(),
+    };
+    Job { planned, fields }
+}
+
+/// The names of a field's channels in a file; those of a material are `channel.R`.
+fn channel_names(prefix: &str, ty: Type) -> Vec<String> {
+    let parts: &[&str] = match ty {
+        Type::Rgb => &["R", "G", "B"],
+        Type::Normal if prefix.is_empty() => &["R", "G", "B"],
+        Type::Normal => &["X", "Y", "Z"],
+        Type::Vec2 => &["X", "Y"],
+        Type::Jacobian => &["J00", "J01", "J10", "J11"],
+        _ if prefix.is_empty() => &["Y"],
+        _ => return vec![prefix.to_owned()],
+    };
+    let dot = if prefix.is_empty() { "" } else { "." };
+    parts.iter().map(|part| format!("{prefix}{dot}{part}")).collect()
+}
+
+fn encoding(planned: &Planned<'_>, job: &Job<'_>, dither: bool) -> Encoding {
+    let ty = job.fields.first().map_or(Type::Gray, |(_, field)| field.ty());
+    let whole = match planned.depth {
+        Depth::U8 => 255.0,
+        _ => 65_535.0,
+    };
+    let (lo, hi) = if ty == Type::Ids { (0.0, whole) } else { planned.range };
+    #[expect(clippy::cast_possible_truncation, reason = "picture samples are f32")]
+    Encoding { srgb: ty == Type::Rgb, range: Some((lo as f32, hi as f32)), dither }
+}
+
+fn not_finite(job: &Job<'_>, tile: &Tile, at: usize) -> Failure {
+    let at = at % tile.window.len().max(1);
+    let (x, y) = (at % tile.width(), at / tile.width());
+    let message = format!(
+        "`{}` is not a finite number at pixel ({}, {})",
+        job.planned.output.name,
+        i64::from(tile.window.x) + x as i64,
+        i64::from(tile.window.y) + y as i64,
+    );
+    let help = "look for divisions by zero or overflow in the nodes before it";
+    Failure::Errors(vec![Diagnostic::new(Code::NotFinite, job.planned.output.span, message).help(help)])
+}

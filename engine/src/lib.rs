@@ -1,6 +1,6 @@
 //! Graph files, typed wires, lazy evaluation and caches: the engine of Shibo.
 //!
-//! The engine knows no method and no node. Each module stands on those after it: [`session`] → [`eval`] → [`graph`] → [`registry`] → [`node`] → [`value`];
+//! The engine knows no method and no node. Each module stands on those after it: [`eval`] → [`graph`] → [`registry`] → [`node`] → [`value`];
 //! [`diagnostics`] stands beside [`value`].
 //!
 //! Rules that hold everywhere, stated once:
@@ -15,5 +15,4 @@ pub mod graph;
 pub mod node;
 pub mod picture;
 pub mod registry;
-pub mod session;
 pub mod value;

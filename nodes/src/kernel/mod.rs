@@ -5,4 +5,8 @@
 //! from [`math`], never from the system. Pictures are planar `f32`, rows from y = 0.
 
 pub mod hash;
+pub mod lattice;
 pub mod math;
+pub mod noise;
+pub mod simd;
+pub mod window;

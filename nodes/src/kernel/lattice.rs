@@ -12,11 +12,23 @@
 //! linear in u and v and costs two products.
 
 use super::hash::Hash;
+use super::math;
 use super::window::Frame;
 
 /// Pixels evaluated at once: runs of this length begin at absolute columns that are multiples of it, so positions
 /// within a run are the same numbers in every window.
 pub const LANES: usize = 64;
+
+/// The numbers 0, 1, 2 …: cheaper to load than to convert.
+pub(crate) const RAMP: [f32; LANES] = {
+    let mut ramp = [0.0; LANES];
+    let mut k = 0;
+    while k < LANES {
+        ramp[k] = k as f32;
+        k += 1;
+    }
+    ramp
+};
 
 /// The canvas that noise repeats on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,6 +125,7 @@ impl Lattice {
 
     /// The run of [`LANES`] pixels that begins at column `x` (a multiple of [`LANES`]) of row `y`, for reading cells up
     /// to `reach` (lowest, highest) beside each pixel's own.
+    #[inline(always)]
     pub(crate) fn run(&self, frame: &Frame, x: i32, y: i32, reach: [i64; 2]) -> Run {
         let p = frame.center(x, y);
         let p = [0, 1].map(|k| p[k] - self.sides[k] * (p[k] / self.sides[k]).floor());
@@ -173,12 +186,13 @@ pub(crate) struct Name {
 impl Name {
     /// The form `by_u·u + by_v·v` for cells `cell + range`, raised by a multiple of `count` so that none is negative;
     /// also one more than the largest value.
+    #[inline(always)]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "arithmetic modulo 2^32 is meant")]
     fn new(by_u: i64, by_v: i64, cell: [i64; 2], range: [[i64; 2]; 2], count: i64) -> (Self, i64) {
         let base = by_u * cell[0] + by_v * cell[1];
         let low = base + (by_u * range[0][0]).min(by_u * range[0][1]) + (by_v * range[1][0]).min(by_v * range[1][1]);
         let high = base + (by_u * range[0][0]).max(by_u * range[0][1]) + (by_v * range[1][0]).max(by_v * range[1][1]);
-        let raise = -low.div_euclid(count) * count;
+        let raise = if low >= 0 && high < count { 0 } else { -low.div_euclid(count) * count };
         (Self { base: (base + raise) as u32, by_u: by_u as u32, by_v: by_v as u32 }, high + raise + 1)
     }
 
@@ -205,6 +219,14 @@ pub(crate) struct Run {
 }
 
 impl Run {
+    /// Position in its cell of the pixel at `ramp` in the run, and the cell.
+    #[inline(always)]
+    pub(crate) fn place(&self, ramp: f32) -> (f32, f32, i32, i32) {
+        let (u, v) = (self.frac[0] + ramp * self.rate[0], self.frac[1] + ramp * self.rate[1]);
+        let ((fu, iu), (fv, iv)) = (math::floor_int(u), math::floor_int(v));
+        (u - fu, v - fv, iu, iv)
+    }
+
     /// The random word of cell (u, v), counted from the run's own cell. `WRAP` must be the run's [`Wrap`] as 0, 1, 2.
     #[inline(always)]
     pub(crate) fn word<const WRAP: u8>(&self, u: i32, v: i32) -> u32 {

@@ -146,9 +146,25 @@ mod tests {
     use super::*;
 
     const ALL: [Mode; 20] = [
-        Mode::Normal, Mode::Add, Mode::Subtract, Mode::Multiply, Mode::Divide, Mode::Screen, Mode::Overlay,
-        Mode::HardLight, Mode::SoftLight, Mode::LinearLight, Mode::PinLight, Mode::Lighten, Mode::Darken,
-        Mode::Difference, Mode::Exclusion, Mode::ColorDodge, Mode::ColorBurn, Mode::LinearBurn, Mode::Average,
+        Mode::Normal,
+        Mode::Add,
+        Mode::Subtract,
+        Mode::Multiply,
+        Mode::Divide,
+        Mode::Screen,
+        Mode::Overlay,
+        Mode::HardLight,
+        Mode::SoftLight,
+        Mode::LinearLight,
+        Mode::PinLight,
+        Mode::Lighten,
+        Mode::Darken,
+        Mode::Difference,
+        Mode::Exclusion,
+        Mode::ColorDodge,
+        Mode::ColorBurn,
+        Mode::LinearBurn,
+        Mode::Average,
         Mode::AddSub,
     ];
 

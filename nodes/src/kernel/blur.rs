@@ -108,7 +108,9 @@ fn blur_axes(input: &View<'_>, rect: Rect, [ax, ay]: &[Axis; 2], out: &mut [f32]
     let (first_y, tall) = ay.coarse(rect.y0, rect.h);
     let mut blurred = Plane::new(coarse.w, tall);
     for (y, row) in blurred.data.chunks_exact_mut(coarse.w).enumerate() {
-        convolve(&ay.kernel, row, |k| (coarse.row(y + ay.kernel.len() - 1 - k), coarse.row(y + ay.kernel.len() - 1 + k)));
+        convolve(&ay.kernel, row, |k| {
+            (coarse.row(y + ay.kernel.len() - 1 - k), coarse.row(y + ay.kernel.len() - 1 + k))
+        });
     }
     let across = |y: usize, row: &mut [f32]| {
         let (source, r) = (blurred.row(y), ax.kernel.len() - 1);
@@ -303,7 +305,8 @@ mod tests {
     fn picture(rect: Rect) -> Vec<f32> {
         let hash = Hash::new(9);
         let bit = |x: i32, y: i32| {
-            let cell = u64::from((x.div_euclid(37)).cast_unsigned()) << 32 | u64::from((y.div_euclid(23)).cast_unsigned());
+            let cell =
+                u64::from((x.div_euclid(37)).cast_unsigned()) << 32 | u64::from((y.div_euclid(23)).cast_unsigned());
             (hash.unit_f32(cell) * 2.0).floor()
         };
         (rect.y0..).take(rect.h).flat_map(|y| (rect.x0..).take(rect.w).map(move |x| bit(x, y))).collect()
@@ -312,7 +315,8 @@ mod tests {
     fn exact(input: &View<'_>, rect: Rect, sigma: [f64; 2]) -> Vec<f64> {
         let weights = |s: f64| -> Vec<f64> {
             let r = if s > 0.0 { i32::try_from((5.0 * s).ceil() as i64).unwrap() } else { 0 };
-            let w: Vec<f64> = (-r..=r).map(|k| if s > 0.0 { (-0.5 * f64::from(k * k) / (s * s)).exp() } else { 1.0 }).collect();
+            let w: Vec<f64> =
+                (-r..=r).map(|k| if s > 0.0 { (-0.5 * f64::from(k * k) / (s * s)).exp() } else { 1.0 }).collect();
             let sum: f64 = w.iter().sum();
             w.iter().map(|x| x / sum).collect()
         };
@@ -327,7 +331,12 @@ mod tests {
                     .collect()
             })
             .collect();
-        columns.iter().flat_map(|row| row.windows(wx.len()).map(|r| r.iter().zip(&wx).map(|(a, b)| a * b).sum()).collect::<Vec<f64>>()).collect()
+        columns
+            .iter()
+            .flat_map(|row| {
+                row.windows(wx.len()).map(|r| r.iter().zip(&wx).map(|(a, b)| a * b).sum()).collect::<Vec<f64>>()
+            })
+            .collect()
     }
 
     #[test]
@@ -339,7 +348,8 @@ mod tests {
             let view = View::new(&data, big);
             let mut out = vec![0.0; rect.area()];
             blur(&view, rect, sigma, &mut out);
-            let worst = out.iter().zip(exact(&view, rect, sigma)).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
+            let worst =
+                out.iter().zip(exact(&view, rect, sigma)).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
             assert!(worst < 0.003, "{sigma:?}: {worst}");
         }
     }

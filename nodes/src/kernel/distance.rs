@@ -217,13 +217,16 @@ mod tests {
 
     /// A field with the slope of one pixel across the edge of a disc.
     fn disc(rect: Rect, r: f32) -> Vec<f32> {
-        let value = |x: i32, y: i32| 0.5 + 0.5 * (r - ((x as f32 - 3.3).powi(2) + (y as f32 - 1.7).powi(2)).sqrt()).clamp(-1.0, 1.0);
+        let value = |x: i32, y: i32| {
+            0.5 + 0.5 * (r - ((x as f32 - 3.3).powi(2) + (y as f32 - 1.7).powi(2)).sqrt()).clamp(-1.0, 1.0)
+        };
         (rect.y0..).take(rect.h).flat_map(|y| (rect.x0..).take(rect.w).map(move |x| value(x, y))).collect()
     }
 
     #[test]
     fn a_disc_has_no_staircase() {
-        let (rect, spec) = (Rect::new(-60, -60, 120, 120), DistanceSpec { threshold: 0.5, radius: 20.0, step: [1.0, 1.0] });
+        let (rect, spec) =
+            (Rect::new(-60, -60, 120, 120), DistanceSpec { threshold: 0.5, radius: 20.0, step: [1.0, 1.0] });
         let big = rect.grow(spec.halo());
         let data = disc(big, 25.2);
         let mut out = vec![0.0; rect.area()];
@@ -235,7 +238,11 @@ mod tests {
             worst = worst.max((d - want).abs());
             square += (d - want).powi(2);
         }
-        assert!(worst < 0.3 && (square / out.len() as f32).sqrt() < 0.03, "{worst} {}", (square / out.len() as f32).sqrt());
+        assert!(
+            worst < 0.3 && (square / out.len() as f32).sqrt() < 0.03,
+            "{worst} {}",
+            (square / out.len() as f32).sqrt()
+        );
     }
 
     proptest! {

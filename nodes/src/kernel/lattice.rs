@@ -93,7 +93,8 @@ impl Lattice {
             if canvas.tiles[k] { canvas.size[k] } else { (2.0 * canvas.size[k]).max(1024.0 * longest) }
         };
         let sides = [side(0), side(1)];
-        let real = [[wanted[0][0] * sides[0], wanted[0][1] * sides[1]], [wanted[1][0] * sides[0], wanted[1][1] * sides[1]]];
+        let real =
+            [[wanted[0][0] * sides[0], wanted[0][1] * sides[1]], [wanted[1][0] * sides[0], wanted[1][1] * sides[1]]];
         let det = real[0][0] * real[1][1] - real[0][1] * real[1][0];
         if !(det.is_finite() && det < MOST_CELLS && real.iter().flatten().all(|x| x.abs() < 1e9)) {
             return None;
@@ -155,7 +156,10 @@ impl Lattice {
             Wrap::Many
         };
         let [p, q, constant] = self.keys;
-        let key = [p.wrapping_mul(e.by_u).wrapping_add(q.wrapping_mul(f.by_u)), p.wrapping_mul(e.by_v).wrapping_add(q.wrapping_mul(f.by_v))];
+        let key = [
+            p.wrapping_mul(e.by_u).wrapping_add(q.wrapping_mul(f.by_u)),
+            p.wrapping_mul(e.by_v).wrapping_add(q.wrapping_mul(f.by_v)),
+        ];
         let base = p.wrapping_mul(e.base).wrapping_add(q.wrapping_mul(f.base)).wrapping_add(constant);
         #[expect(clippy::cast_possible_truncation, reason = "at most 10^9 cells, a little more after the rounding")]
         #[expect(clippy::cast_sign_loss, reason = "the count is positive")]
@@ -275,7 +279,10 @@ fn nearest_cells(real: &[[f64; 2]; 2]) -> [[i64; 2]; 2] {
     let rounded = real.map(|row| row.map(f64::round));
     for change in 0..625u32 {
         let delta = |k: u32| f64::from((change / 5u32.pow(k)) % 5) - 2.0;
-        let n = [[rounded[0][0] + delta(0), rounded[0][1] + delta(1)], [rounded[1][0] + delta(2), rounded[1][1] + delta(3)]];
+        let n = [
+            [rounded[0][0] + delta(0), rounded[0][1] + delta(1)],
+            [rounded[1][0] + delta(2), rounded[1][1] + delta(3)],
+        ];
         if n[0][0] * n[1][1] - n[0][1] * n[1][0] < 0.5 {
             continue;
         }

@@ -110,7 +110,8 @@ pub fn exp2(x: f32) -> f32 {
     let f = x - (snapped - SNAP);
     let p = 1.0
         + f * (6.931_472e-1
-            + f * (2.402_264_8e-1 + f * (5.550_332_5e-2 + f * (9.618_437e-3 + f * (1.339_887_4e-3 + f * 1.535_336_2e-4)))));
+            + f * (2.402_264_8e-1
+                + f * (5.550_332_5e-2 + f * (9.618_437e-3 + f * (1.339_887_4e-3 + f * 1.535_336_2e-4)))));
     let scale = f32::from_bits(snapped.to_bits().wrapping_sub(SNAP.to_bits()).wrapping_add(127) << 23);
     if dead { 0.0 } else { p * scale }
 }
@@ -164,7 +165,8 @@ pub fn pow(x: f32, y: f32) -> f32 {
     let f = (p - (snapped - SNAP64)) as f32;
     let q = 1.0
         + f * (6.931_472e-1
-            + f * (2.402_264_8e-1 + f * (5.550_332_5e-2 + f * (9.618_437e-3 + f * (1.339_887_4e-3 + f * 1.535_336_2e-4)))));
+            + f * (2.402_264_8e-1
+                + f * (5.550_332_5e-2 + f * (9.618_437e-3 + f * (1.339_887_4e-3 + f * 1.535_336_2e-4)))));
     let scale = f32::from_bits(((snapped.to_bits() as u32).wrapping_add(127)) << 23);
     let value = q * scale;
     if positive {

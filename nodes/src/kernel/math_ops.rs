@@ -192,9 +192,37 @@ mod tests {
     const ALL: [Operation; 32] = {
         use Operation as O;
         [
-            O::Add, O::Subtract, O::Multiply, O::Divide, O::MultiplyAdd, O::Min, O::Max, O::SmoothMin, O::SmoothMax,
-            O::Power, O::Sqrt, O::Exp, O::Log2, O::Abs, O::Sign, O::Modulo, O::PingPong, O::Floor, O::Ceil, O::Round,
-            O::Fract, O::Snap, O::Sin, O::Cos, O::Atan2, O::Hypot, O::Smoothstep, O::Step, O::Clamp, O::Mix, O::Less,
+            O::Add,
+            O::Subtract,
+            O::Multiply,
+            O::Divide,
+            O::MultiplyAdd,
+            O::Min,
+            O::Max,
+            O::SmoothMin,
+            O::SmoothMax,
+            O::Power,
+            O::Sqrt,
+            O::Exp,
+            O::Log2,
+            O::Abs,
+            O::Sign,
+            O::Modulo,
+            O::PingPong,
+            O::Floor,
+            O::Ceil,
+            O::Round,
+            O::Fract,
+            O::Snap,
+            O::Sin,
+            O::Cos,
+            O::Atan2,
+            O::Hypot,
+            O::Smoothstep,
+            O::Step,
+            O::Clamp,
+            O::Mix,
+            O::Less,
             O::Greater,
         ]
     };
@@ -207,7 +235,10 @@ mod tests {
                 for b in values {
                     let mut out = [1.0; 70];
                     math(operation, [Operand::Plane(&[a; 70]), Operand::Value(b), Operand::Value(0.5)], &mut out);
-                    assert!(out.iter().all(|x| x.is_finite() && x.to_bits() == out[0].to_bits()), "{operation:?} {a} {b}");
+                    assert!(
+                        out.iter().all(|x| x.is_finite() && x.to_bits() == out[0].to_bits()),
+                        "{operation:?} {a} {b}"
+                    );
                 }
             }
         }

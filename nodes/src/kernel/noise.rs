@@ -298,7 +298,10 @@ mod tests {
                 let spec = NoiseSpec { basis, fractal, ..NoiseSpec::fbm(0.5, 1) };
                 let noise = Noise::new(&spec, &CANVAS, Hash::new(3));
                 let (mean, deviation) = mean_and_deviation(&render(&noise, Rect::new(0, 0, 768, 512), 60.0 / 768.0));
-                assert!((mean - 0.5).abs() < 0.01 && (deviation - 0.155).abs() < 0.01, "{basis:?} {fractal:?}: {mean} {deviation}");
+                assert!(
+                    (mean - 0.5).abs() < 0.01 && (deviation - 0.155).abs() < 0.01,
+                    "{basis:?} {fractal:?}: {mean} {deviation}"
+                );
             }
         }
     }

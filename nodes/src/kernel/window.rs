@@ -76,10 +76,7 @@ impl Frame {
     /// The centre of the pixel with absolute index (i, j), mm.
     #[inline(always)]
     pub fn center(&self, i: i32, j: i32) -> [f64; 2] {
-        [
-            self.origin[0] + (f64::from(i) + 0.5) * self.step[0],
-            self.origin[1] + (f64::from(j) + 0.5) * self.step[1],
-        ]
+        [self.origin[0] + (f64::from(i) + 0.5) * self.step[0], self.origin[1] + (f64::from(j) + 0.5) * self.step[1]]
     }
 }
 

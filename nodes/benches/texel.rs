@@ -28,15 +28,21 @@ fn cpu_seconds(start: Instant) -> f64 {
         .map_or_else(|| start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
 }
 
-/// Best rate of several runs, pixels per CPU second divided by 10^6.
+/// Best rate of several runs, pixels per CPU second divided by 10^6. A run repeats the work for a good while, for some
+/// systems advance the thread's clock in steps of milliseconds.
 fn rate(pixels: usize, mut work: impl FnMut()) -> f64 {
     let start = Instant::now();
     work();
+    let once = Instant::now();
+    work();
+    let repeats = (0.08 / once.elapsed().as_secs_f64().max(1e-6)).ceil().clamp(1.0, 1e4);
     let mut best = f64::INFINITY;
-    for _ in 0..7 {
+    for _ in 0..5 {
         let before = cpu_seconds(start);
-        work();
-        best = best.min(cpu_seconds(start) - before);
+        for _ in 0..repeats as u32 {
+            work();
+        }
+        best = best.min((cpu_seconds(start) - before) / repeats);
     }
     pixels as f64 * 1e-6 / best
 }

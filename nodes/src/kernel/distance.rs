@@ -177,37 +177,55 @@ fn along_columns(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f
     }
 }
 
-/// Pixels that stop looking together.
+/// Pixels that stop looking together, and are kept in registers.
 const BLOCK: usize = 32;
 
 /// out = min over k of squares(±k) + (k·step)², for k up to `reach`.
 #[inline(always)]
 fn look<'a>(out: &mut [f32], reach: usize, step: f64, squares: impl Fn(usize, bool) -> &'a [f32]) {
-    for (block, out) in out.chunks_mut(BLOCK).enumerate() {
-        let x = block * BLOCK;
-        for (d, s) in out.iter_mut().zip(&squares(0, true)[x..]) {
-            *d = min(*d, *s);
+    let step = single(step);
+    let mut x = 0;
+    let mut blocks = out.chunks_exact_mut(BLOCK);
+    for out in &mut blocks {
+        let part = |k, up| -> &[f32; BLOCK] { squares(k, up)[x..x + BLOCK].try_into().expect("a block is a block") };
+        let mut best = [0.0; BLOCK];
+        for ((best, d), s) in best.iter_mut().zip(&*out).zip(part(0, true)) {
+            *best = min(*d, *s);
         }
         for k in 1..=reach {
-            let away = k as f32 * single(step);
+            let away = k as f32 * step;
             let away = away * away;
-            if k % 4 == 1 {
-                let mut worst = [0.0; 8];
-                for part in out.chunks(8) {
-                    for (worst, d) in worst.iter_mut().zip(part) {
-                        *worst = max(*worst, *d);
-                    }
-                }
-                if worst.iter().all(|d| *d <= away) {
-                    break;
-                }
+            if k % 4 == 1 && furthest(&best) <= away {
+                break;
             }
-            let (a, b) = (&squares(k, true)[x..], &squares(k, false)[x..]);
-            for ((d, a), b) in out.iter_mut().zip(a).zip(b) {
-                *d = min(*d, min(*a, *b) + away);
+            let (a, b) = (part(k, true), part(k, false));
+            for i in 0..BLOCK {
+                best[i] = min(best[i], min(a[i], b[i]) + away);
             }
         }
+        out.copy_from_slice(&best);
+        x += BLOCK;
     }
+    for (x, d) in (x..).zip(blocks.into_remainder()) {
+        *d = min(*d, squares(0, true)[x]);
+        for k in 1..=reach {
+            let away = k as f32 * step;
+            *d = min(*d, min(squares(k, true)[x], squares(k, false)[x]) + away * away);
+        }
+    }
+}
+
+/// The largest of a block, by eight lanes.
+#[inline(always)]
+fn furthest(block: &[f32; BLOCK]) -> f32 {
+    let mut lanes = [0.0; 8];
+    for part in block.chunks_exact(8) {
+        for (lane, d) in lanes.iter_mut().zip(part) {
+            *lane = max(*lane, *d);
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = lanes;
+    max(max(max(a, b), max(c, d)), max(max(e, f), max(g, h)))
 }
 
 #[cfg(test)]

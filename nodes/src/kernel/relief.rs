@@ -7,7 +7,7 @@
 
 use super::math::{max, min};
 use super::simd;
-use super::window::{Rect, View};
+use super::window::{Rect, View, index};
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,23 +101,67 @@ fn render(
     surface: &Surface<'_>,
     spec: &ReliefSpec,
     lights: [Light; 2],
-    out: [&mut [f32]; 3],
+    mut out: [&mut [f32]; 3],
 ) {
     let [kx, ky] = spec.step.map(|s| (-0.5 * spec.strength / s) as f32);
     let exposure = spec.exposure as f32;
     let w = rect.w;
-    let [red, green, blue] = out;
     for (j, y) in (0..rect.h).zip(rect.y0..) {
-        let [a, b, c] = [y - 1, y, y + 1].map(|y| height.row(y, rect.x0 - 1, w + 2));
-        let part = j * w..(j + 1) * w;
-        let base = surface.color.map(|plane| &plane[part.clone()]);
-        let (rough, open) = (&surface.roughness[part.clone()], &surface.occlusion[part.clone()]);
-        let (red, green, blue) = (&mut red[part.clone()], &mut green[part.clone()], &mut blue[part]);
-        for i in 0..w {
+        for start in (0..w).step_by(BLOCK) {
+            let n = BLOCK.min(w - start);
+            let at = j * w + start;
+            let mut block = Block::default();
+            let rows = [y - 1, y, y + 1].map(|y| height.row(y, rect.x0 + index(start) - 1, n + 2));
+            for (block, row) in block.height.iter_mut().zip(rows) {
+                block[..n + 2].copy_from_slice(row);
+            }
+            for (block, plane) in block.color.iter_mut().zip(surface.color) {
+                block[..n].copy_from_slice(&plane[at..at + n]);
+            }
+            block.rough[..n].copy_from_slice(&surface.roughness[at..at + n]);
+            block.open[..n].copy_from_slice(&surface.occlusion[at..at + n]);
+            block.shade([kx, ky], exposure, &lights);
+            for (plane, block) in out.iter_mut().zip(&block.out) {
+                plane[at..at + n].copy_from_slice(&block[..n]);
+            }
+        }
+    }
+}
+
+/// Pixels shaded at a time, in memory of their own: eleven planes of the caller might overlap, for all the compiler
+/// knows, and would not be taken eight pixels at a time.
+const BLOCK: usize = 64;
+
+struct Block {
+    height: [[f32; BLOCK + 2]; 3],
+    color: [[f32; BLOCK]; 3],
+    rough: [f32; BLOCK],
+    open: [f32; BLOCK],
+    out: [[f32; BLOCK]; 3],
+}
+
+impl Default for Block {
+    fn default() -> Self {
+        Self {
+            height: [[0.0; BLOCK + 2]; 3],
+            color: [[0.0; BLOCK]; 3],
+            rough: [1.0; BLOCK],
+            open: [1.0; BLOCK],
+            out: [[0.0; BLOCK]; 3],
+        }
+    }
+}
+
+impl Block {
+    #[inline(always)]
+    fn shade(&mut self, [kx, ky]: [f32; 2], exposure: f32, lights: &[Light; 2]) {
+        let [a, b, c] = &self.height;
+        let [red, green, blue] = &mut self.out;
+        for i in 0..BLOCK {
             let (x, y) = ((b[i + 2] - b[i]) * kx, (c[i + 1] - a[i + 1]) * ky);
             let z = 1.0 / (1.0 + x * x + y * y).sqrt();
-            let pixel = Pixel { n: [x * z, y * z, z], rough: rough[i], open: open[i] };
-            let color = pixel.color([base[0][i], base[1][i], base[2][i]], &lights);
+            let pixel = Pixel { n: [x * z, y * z, z], rough: self.rough[i], open: self.open[i] };
+            let color = pixel.color([self.color[0][i], self.color[1][i], self.color[2][i]], lights);
             red[i] = filmic(color[0] * exposure);
             green[i] = filmic(color[1] * exposure);
             blue[i] = filmic(color[2] * exposure);

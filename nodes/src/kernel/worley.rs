@@ -147,35 +147,55 @@ impl Worley {
 
     #[inline(always)]
     fn nearest<const WRAP: u8, const METRIC: u8>(&self, run: &Run, near: &mut Near) {
-        let [[a, b], [c, d]] = self.compare;
         for k in 0..LANES {
-            let (x, y, u, v) = run.place(RAMP[k]);
-            let (mut first, mut second, mut word) = (FAR, FAR, 0);
-            let (mut du, mut dv) = (0.0, 0.0);
-            for i in -1..=1i32 {
-                for j in -1..=1i32 {
-                    let w = run.word::<WRAP>(u + i, v + j);
-                    let (px, py) = self.point(w);
-                    let (px, py) = (px + (i as f32 - x), py + (j as f32 - y));
-                    let (mx, my) = (a * px + b * py, c * px + d * py);
-                    let distance = match METRIC {
-                        0 => mx * mx + my * my,
-                        1 => mx.abs() + my.abs(),
-                        _ => max(mx.abs(), my.abs()),
-                    };
-                    let closer = distance < first;
-                    second = min(second, if closer { first } else { distance });
-                    first = if closer { distance } else { first };
-                    word = if closer { w } else { word };
-                    du = if closer { px } else { du };
-                    dv = if closer { py } else { dv };
-                }
-            }
-            near.first[k] = if METRIC == 0 { first.sqrt() } else { first };
-            near.second[k] = if METRIC == 0 { second.sqrt() } else { second };
-            near.word[k] = word;
-            near.offset[0][k] = du;
-            near.offset[1][k] = dv;
+            let place = run.place(RAMP[k]);
+            let visit = |best, i, j| self.visit::<WRAP, METRIC>(run, place, best, i, j);
+            let mut best = Best { first: FAR, second: FAR, word: 0, offset: [0.0; 2] };
+            // Written out: a loop here keeps the compiler from taking eight pixels at a time.
+            best = visit(best, -1, -1);
+            best = visit(best, 0, -1);
+            best = visit(best, 1, -1);
+            best = visit(best, -1, 0);
+            best = visit(best, 0, 0);
+            best = visit(best, 1, 0);
+            best = visit(best, -1, 1);
+            best = visit(best, 0, 1);
+            best = visit(best, 1, 1);
+            near.first[k] = if METRIC == 0 { best.first.sqrt() } else { best.first };
+            near.second[k] = if METRIC == 0 { best.second.sqrt() } else { best.second };
+            near.word[k] = best.word;
+            near.offset[0][k] = best.offset[0];
+            near.offset[1][k] = best.offset[1];
+        }
+    }
+
+    /// Takes the point of the cell (i, j) beside the pixel's own into account.
+    #[inline(always)]
+    fn visit<const WRAP: u8, const METRIC: u8>(
+        &self,
+        run: &Run,
+        (x, y, u, v): (f32, f32, i32, i32),
+        best: Best,
+        i: i32,
+        j: i32,
+    ) -> Best {
+        let [[a, b], [c, d]] = self.compare;
+        let word = run.word::<WRAP>(u + i, v + j);
+        let (px, py) = self.point(word);
+        let (px, py) = (px + (i as f32 - x), py + (j as f32 - y));
+        let (mx, my) = (a * px + b * py, c * px + d * py);
+        let distance = match METRIC {
+            0 => mx * mx + my * my,
+            1 => mx.abs() + my.abs(),
+            _ => max(mx.abs(), my.abs()),
+        };
+        let closer = distance < best.first;
+        let pick = |yes: f32, no: f32| if closer { yes } else { no };
+        Best {
+            first: pick(distance, best.first),
+            second: min(best.second, pick(best.first, distance)),
+            word: if closer { word } else { best.word },
+            offset: [pick(px, best.offset[0]), pick(py, best.offset[1])],
         }
     }
 
@@ -191,26 +211,11 @@ impl Worley {
     /// The least distance to a bisector: (|b|² - |a|²) / (2 |slope·(b - a)|), b being each point around.
     #[inline(always)]
     fn border<const WRAP: u8>(&self, run: &Run, near: &Near, out: &mut [f32; LANES]) {
-        let ([[a, b], [c, d]], [[p, q], [r, s]]) = (self.compare, self.slope);
         let mut best = [FAR; LANES];
-        for i in -2..=2i32 {
-            for j in -2..=2i32 {
-                if i.abs() + j.abs() == 4 {
-                    continue;
-                }
-                for k in 0..LANES {
-                    let (x, y, u, v) = run.place(RAMP[k]);
-                    let (px, py) = self.point(run.word::<WRAP>(u + i, v + j));
-                    let (px, py) = (px + (i as f32 - x), py + (j as f32 - y));
-                    let (ax, ay) = (near.offset[0][k], near.offset[1][k]);
-                    let (mx, my) = (a * px + b * py, c * px + d * py);
-                    let (nx, ny) = (a * ax + b * ay, c * ax + d * ay);
-                    let (gx, gy) = (p * (px - ax) + q * (py - ay), r * (px - ax) + s * (py - ay));
-                    let gap = (mx * mx + my * my) - (nx * nx + ny * ny);
-                    let gap = max(gap, 0.0);
-                    let across = gx * gx + gy * gy;
-                    let same = (px - ax).abs() + (py - ay).abs() < 1e-3;
-                    best[k] = min(best[k], if same { FAR } else { gap * gap / across });
+        for i in -2..3 {
+            for j in -2..3 {
+                if i * i + j * j < 8 {
+                    self.bisect::<WRAP>(run, near, &mut best, [i, j]);
                 }
             }
         }
@@ -218,10 +223,41 @@ impl Worley {
             *out = 0.5 * best.sqrt();
         }
     }
+
+    #[inline(always)]
+    fn bisect<const WRAP: u8>(&self, run: &Run, near: &Near, best: &mut [f32; LANES], [i, j]: [i32; 2]) {
+        let ([[a, b], [c, d]], [[p, q], [r, s]]) = (self.compare, self.slope);
+        let (left, up) = (i as f32, j as f32);
+        let points = near.offset[0].iter().zip(&near.offset[1]);
+        for ((best, &k), (&ax, &ay)) in best.iter_mut().zip(&RAMP).zip(points) {
+            let (x, y, u, v) = run.place(k);
+            let (px, py) = self.point(run.word::<WRAP>(u + i, v + j));
+            let (px, py) = (px + (left - x), py + (up - y));
+            let (dx, dy) = (px - ax, py - ay);
+            // |b|² - |a|² = (b - a)·(b + a), which cancels less.
+            let (mx, my) = (a * dx + b * dy, c * dx + d * dy);
+            let (nx, ny) = (a * (px + ax) + b * (py + ay), c * (px + ax) + d * (py + ay));
+            let (gx, gy) = (p * dx + q * dy, r * dx + s * dy);
+            let gap = max(mx * nx + my * ny, 0.0);
+            let across = max(gx * gx + gy * gy, 1e-30);
+            let same = dx * dx + dy * dy < 1e-6;
+            let square = gap * gap / across;
+            *best = min(*best, if same { FAR } else { square });
+        }
+    }
 }
 
 /// Further than any point; a square that is finite.
 const FAR: f32 = 1e30;
+
+/// The nearest points of a pixel so far.
+#[derive(Clone, Copy)]
+struct Best {
+    first: f32,
+    second: f32,
+    word: u32,
+    offset: [f32; 2],
+}
 
 /// Nearest points of a run.
 struct Near {

@@ -3,6 +3,8 @@
 //! The table printed first reads the thread's own clock, so it also means something on a busy machine; divan's wall
 //! times follow.
 
+#![expect(clippy::cast_possible_truncation, reason = "small counts")]
+
 use std::hint::black_box;
 use std::time::Instant;
 

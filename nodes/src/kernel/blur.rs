@@ -297,6 +297,7 @@ impl Spline {
 }
 
 #[cfg(test)]
+#[expect(clippy::cast_possible_truncation, reason = "small counts")]
 mod tests {
     use super::*;
     use crate::kernel::hash::Hash;

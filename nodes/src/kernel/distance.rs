@@ -178,7 +178,7 @@ fn along_columns(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f
 }
 
 /// Pixels that stop looking together, and are kept in registers.
-const BLOCK: usize = 32;
+const BLOCK: usize = 64;
 
 /// out = min over k of squares(±k) + (k·step)², for k up to `reach`.
 #[inline(always)]

@@ -104,7 +104,7 @@ pub fn atan2(y: f32, x: f32) -> f32 {
 /// 2^x; relative error ≤ 2e-7. 0 below -126, at most 2^127.49; 0 if `x` is not a number.
 #[inline(always)]
 pub fn exp2(x: f32) -> f32 {
-    let dead = !(x >= -126.0);
+    let alive = x >= -126.0;
     let x = clamp(x, -126.0, 127.49);
     let snapped = x + SNAP;
     let f = x - (snapped - SNAP);
@@ -113,7 +113,7 @@ pub fn exp2(x: f32) -> f32 {
             + f * (2.402_264_8e-1
                 + f * (5.550_332_5e-2 + f * (9.618_437e-3 + f * (1.339_887_4e-3 + f * 1.535_336_2e-4)))));
     let scale = f32::from_bits(snapped.to_bits().wrapping_sub(SNAP.to_bits()).wrapping_add(127) << 23);
-    if dead { 0.0 } else { p * scale }
+    if alive { p * scale } else { 0.0 }
 }
 
 /// e^x; relative error ≤ 2e-7·(1 + |x|). Limits as [`exp2`].

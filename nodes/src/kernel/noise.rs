@@ -150,7 +150,7 @@ impl<'a> Octave<'a> {
     #[expect(clippy::cast_possible_truncation, reason = "weights need no more than f32")]
     fn new(lattice: &'a Lattice, weight: f64, mean: f64, step: [f64; 2]) -> Option<Self> {
         let visible = math::smooth((lattice.pixels_per_cell(step) - 1.0) as f32);
-        (visible > 0.0).then(|| Self { lattice, weight: weight as f32 * visible, mean: mean as f32 })
+        (visible > 0.0).then_some(Self { lattice, weight: weight as f32 * visible, mean: mean as f32 })
     }
 }
 
@@ -221,8 +221,10 @@ fn gradient<const WRAP: u8>(run: &Run, out: &mut [f32; LANES]) {
 fn value<const WRAP: u8>(run: &Run, out: &mut [f32; LANES]) {
     for (out, &k) in out.iter_mut().zip(&RAMP) {
         let (x, y, u, v) = run.place(k);
-        let [a, b, c, d] =
-            [(u, v), (u + 1, v), (u, v + 1), (u + 1, v + 1)].map(|(u, v)| upper_unit(run.word::<WRAP>(u, v)));
+        let a = upper_unit(run.word::<WRAP>(u, v));
+        let b = upper_unit(run.word::<WRAP>(u + 1, v));
+        let c = upper_unit(run.word::<WRAP>(u, v + 1));
+        let d = upper_unit(run.word::<WRAP>(u + 1, v + 1));
         let (s, t) = (quintic(x), quintic(y));
         *out = 2.0 * math::lerp(math::lerp(a, b, s), math::lerp(c, d, s), t) - 1.0;
     }

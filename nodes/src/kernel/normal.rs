@@ -64,7 +64,13 @@ fn fill<const SLOPE: u8, const ENCODE: bool>(input: &View<'_>, rect: Rect, spec:
     let [nx, ny, nz] = out;
     let rows = nx.chunks_exact_mut(w.max(1)).zip(ny.chunks_exact_mut(w.max(1))).zip(nz.chunks_exact_mut(w.max(1)));
     for (((nx, ny), nz), y) in rows.take(rect.h).zip(rect.y0..) {
-        let [a, b, c] = [y - 1, y, y + 1].map(|y| input.row(y, rect.x0 - 1, w + 2));
+        // No `map` here: where it is not inlined the lengths are lost, and with them eight pixels at a time.
+        let (a, b, c) = (
+            &input.row(y - 1, rect.x0 - 1, w + 2)[..w + 2],
+            &input.row(y, rect.x0 - 1, w + 2)[..w + 2],
+            &input.row(y + 1, rect.x0 - 1, w + 2)[..w + 2],
+        );
+        let (nx, ny, nz) = (&mut nx[..w], &mut ny[..w], &mut nz[..w]);
         for i in 0..w {
             let (dx, dy) = if SLOPE == 0 {
                 (b[i + 2] - b[i], c[i + 1] - a[i + 1])

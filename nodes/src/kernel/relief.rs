@@ -188,12 +188,13 @@ impl Pixel {
         let toward = self.n[0] * key.l[0] + self.n[1] * key.l[1];
         let sky = self.open * (0.16 + 0.10 * self.n[2] + 0.10 * toward);
         let mirror = 0.04 * self.open * max(0.25 + 1.2 * toward, 0.0) * (1.0 - 0.6 * rough);
-        [0, 1, 2].map(|k| {
+        let channel = |k: usize| {
             let diffuse = key.color[k] * key_diffuse * shadow + fill.color[k] * fill_diffuse * self.open + sky;
             let gloss =
                 key.color[k] * (0.75 * key_gloss + 0.5 * sheen) * shadow + fill.color[k] * fill_gloss * self.open;
             base[k] * diffuse * 0.96 + gloss + mirror
-        })
+        };
+        [channel(0), channel(1), channel(2)]
     }
 }
 

@@ -239,9 +239,9 @@ impl Gradient {
                 }
             }
             if OKLAB {
-                for k in 0..BLOCK {
-                    let rgb = oklab_to_linear([c[0][k], c[1][k], c[2][k]]);
-                    (0..3).for_each(|i| c[i][k] = rgb[i]);
+                let [l, a, b] = &mut c;
+                for ((l, a), b) in l.iter_mut().zip(a).zip(b) {
+                    [*l, *a, *b] = oklab_to_linear([*l, *a, *b]);
                 }
             }
             red.copy_from_slice(&c[0][..n]);
@@ -283,7 +283,7 @@ pub fn oklab_to_linear([l, a, b]: [f32; 3]) -> [f32; 3] {
 pub fn encode_srgb(input: &[f32], out: &mut [f32]) {
     simd::dispatch(
         #[inline(always)]
-        || map(input, out, |x| math::srgb_encode(x)),
+        || map(input, out, math::srgb_encode),
     );
 }
 
@@ -291,7 +291,7 @@ pub fn encode_srgb(input: &[f32], out: &mut [f32]) {
 pub fn decode_srgb(input: &[f32], out: &mut [f32]) {
     simd::dispatch(
         #[inline(always)]
-        || map(input, out, |x| math::srgb_decode(x)),
+        || map(input, out, math::srgb_decode),
     );
 }
 

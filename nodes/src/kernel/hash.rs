@@ -1,6 +1,6 @@
 //! Random numbers as a function of a key and a counter.
 //!
-//! [`Hash`] is the splitmix64 generator read at any position: `u64(n)` is the value its stream yields at step `n`, so
+//! [`Hash`](struct@Hash) is the splitmix64 generator read at any position: `u64(n)` is the value its stream yields at step `n`, so
 //! numbers can be drawn in any order and on any thread.
 
 /// The increment of splitmix64: 2^64 divided by the golden ratio, made odd.

@@ -4,5 +4,20 @@
 //! random numbers are hashed from a seed and an index; reductions have a fixed order; transcendental functions come
 //! from [`math`], never from the system. Pictures are planar `f32`, rows from y = 0.
 
+pub mod blend;
+pub mod blur;
+pub mod distance;
 pub mod hash;
+pub mod lattice;
 pub mod math;
+pub mod math_ops;
+pub mod noise;
+pub mod normal;
+pub mod occlusion;
+pub mod relief;
+pub mod sample;
+pub mod simd;
+pub mod tone;
+pub mod warp;
+pub mod window;
+pub mod worley;

@@ -235,23 +235,30 @@ impl Field {
     }
 }
 
-/// How much farther than its own window a field reads its inputs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Halo {
-    /// Millimetres.
-    pub mm: f64,
-    /// Pixels, in addition.
-    pub px: u16,
-}
+/// How much farther than its own window a field reads its inputs, in pixels of the grid, in x and y.
+#[derive(Clone)]
+pub struct Halo(Option<HaloRule>);
+
+type HaloRule = Arc<dyn Fn(&Grid) -> [usize; 2] + Send + Sync>;
 
 impl Halo {
     /// Reads only its own window.
-    pub const NONE: Self = Self { mm: 0.0, px: 0 };
+    pub const NONE: Self = Self(None);
 
-    /// As pixels of `grid` in x and y.
-    pub fn pixels(self, grid: &Grid) -> (i32, i32) {
-        let (x, y) = grid.pixels(self.mm);
-        (x + i32::from(self.px), y + i32::from(self.px))
+    /// As many pixels as `rule` says for a grid.
+    pub fn new(rule: impl Fn(&Grid) -> [usize; 2] + Send + Sync + 'static) -> Self {
+        Self(Some(Arc::new(rule)))
+    }
+
+    /// As many pixels on every grid.
+    pub fn px(pixels: usize) -> Self {
+        Self::new(move |_| [pixels; 2])
+    }
+
+    /// The pixels to be read on each side, in x and y.
+    pub fn pixels(&self, grid: &Grid) -> (i32, i32) {
+        let [x, y] = self.0.as_ref().map_or([0, 0], |rule| rule(grid));
+        (i32::try_from(x).unwrap_or(i32::MAX / 8), i32::try_from(y).unwrap_or(i32::MAX / 8))
     }
 }
 
@@ -309,6 +316,6 @@ where
     }
 
     fn cost(&self) -> Cost {
-        if self.halo == Halo::NONE { Cost::Pointwise } else { Cost::Local }
+        if self.halo.0.is_none() { Cost::Pointwise } else { Cost::Local }
     }
 }

@@ -17,6 +17,7 @@ pub mod occlusion;
 pub mod relief;
 pub mod sample;
 pub mod simd;
+pub mod tile;
 pub mod tone;
 pub mod warp;
 pub mod window;

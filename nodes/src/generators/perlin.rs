@@ -1,0 +1,80 @@
+//! [`Perlin`]: one octave of gradient noise.
+//!
+//! Source: K. Perlin, "Improving noise" (2002). Differs in its gradients, which are uniform in a square, and in that it
+//! repeats with the canvas; see [`kernel::noise`](crate::kernel::noise). Cost: O(pixels).
+use crate::kernel::hash::Hash;
+use crate::kernel::lattice::CellShape;
+use crate::kernel::noise::{Basis, Fractal, Noise, NoiseSpec};
+use crate::kernel::tile;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, Field, Stop, Tiling, Type};
+
+/// Smooth bumps of one size: gradient noise, 0..1 with mean ½.
+///
+/// On a tiling canvas it repeats; sizes and angles are then met to within half a bump per canvas side.
+///
+/// ```ron
+/// "example": Perlin(size: 5),
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Perlin {
+    /// Size of a bump, across its long direction.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub size: f64,
+    /// How many times longer bumps are along `angle` than across.
+    #[schemars(range(min = 0.02, max = 50))]
+    pub aspect: f64,
+    /// Direction of the long side, from +x towards +y.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub angle: f64,
+    /// Another number gives another pattern of the same kind.
+    pub seed: u64,
+}
+
+impl Default for Perlin {
+    fn default() -> Self {
+        Self { size: 5.0, aspect: 1.0, angle: 0.0, seed: 0 }
+    }
+}
+
+impl Node for Perlin {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The noise, 0..1.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        canvas.tile
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let spec = NoiseSpec {
+            shape: CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() },
+            basis: Basis::Gradient,
+            fractal: Fractal::Fbm,
+            octaves: 1,
+            lacunarity: 2.0,
+            gain: 0.5,
+        };
+        let noise = Noise::new(&spec, &tile::canvas(cx.size_mm(), cx.tiling()), Hash::new(cx.seed(self.seed)));
+        Ok(Outputs::one(Field::generate(Type::Gray, cx.tiling(), move |out, _| {
+            noise.fill(&tile::frame(out), out.plane_mut(0));
+            Ok(())
+        })))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::render;
+
+    #[test]
+    fn stays_within_its_range_and_repeats() {
+        let tile = render(&Perlin { size: 4.0, ..Perlin::default() }, &[]);
+        assert!(tile.data().iter().all(|v| (0.0..=1.0).contains(v)));
+        let mean = tile.data().iter().sum::<f32>() / tile.data().len() as f32;
+        assert!((mean - 0.5).abs() < 0.1, "{mean}");
+    }
+}

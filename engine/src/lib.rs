@@ -1,1 +1,3 @@
 //! Shibo engine.
+
+pub mod picture;

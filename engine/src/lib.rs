@@ -1,7 +1,7 @@
 //! Graph files, typed wires, lazy evaluation and caches: the engine of Shibo.
 //!
-//! The engine knows no method and no node. Each module stands on those after it: [`eval`] → [`graph`] → [`registry`] → [`node`] → [`value`];
-//! [`diagnostics`] stands beside [`value`].
+//! The engine knows no method and no node. Each module stands on those after it: [`session`] → [`eval`] → [`graph`] →
+//! [`registry`] → [`node`] → [`value`]; [`diagnostics`] and [`picture`] stand beside [`value`].
 //!
 //! Rules that hold everywhere, stated once:
 //! - Lengths are millimetres, on the canvas and in heights. Angles are degrees in graph files, radians inside. `y` points
@@ -15,4 +15,5 @@ pub mod graph;
 pub mod node;
 pub mod picture;
 pub mod registry;
+pub mod session;
 pub mod value;

@@ -1,28 +1,157 @@
-//! Reading and writing pictures.
+//! Pictures in files: reading what users bring, writing what graphs make.
+//!
+//! **Reading** ([`read`], [`read_bytes`], [`header`]) takes PNG, JPEG, TIFF and OpenEXR, told apart by content. Files are
+//! not trusted: what is not a regular file is refused before it is opened, and sizes are taken from the header and
+//! compared with [`ReadLimits`] and with what the file's length could possibly hold before anything is allocated. A
+//! truncated or corrupt file is an error, never half a picture.
+//!
+//! **Writing** ([`Writer`]) takes bands of rows from the top down and needs memory for a band, not for the picture. Files
+//! appear under their name when they are complete ([`AtomicFile`]), carry no date, and equal input gives equal bytes for
+//! any number of threads and any height of the bands.
+//!
+//! Samples are planar `f32` on both sides: integers scaled to 0..1, floats as they are stored. Colour spaces are converted
+//! by the caller's choice ([`to_linear`]), never by reading.
+
 mod atomic;
+mod color;
+mod encode;
+mod header;
+mod limits;
+mod lossless;
+mod read;
+mod read_exr;
+mod read_image;
+mod read_tiff;
+mod spec;
+mod write;
+mod write_exr;
+mod write_png;
+mod write_tiff;
 
 pub use atomic::{AtomicFile, remove_stale_temporaries};
+pub use color::{ColorSpace, SrgbEncoder, default_for, srgb_to_linear, to_linear};
+pub use header::{FileFormat, Header, header, header_bytes};
+pub use limits::{FileError, ReadError, ReadLimits};
+pub use read::{read, read_bytes, read_layer};
+pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError};
+pub use write::{Writer, Written};
 
-/// A file format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub enum Format {
-    /// Portable Network Graphics.
-    Png,
-    /// Tagged Image File Format.
-    Tiff,
-    /// OpenEXR.
-    Exr,
+/// How the samples of a picture are stored in its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SampleKind {
+    /// 8-bit integers (also the 1, 2 and 4 bit pictures, which are widened), scaled to 0..1.
+    U8,
+    /// 16-bit integers, scaled to 0..1.
+    U16,
+    /// 16-bit floats, as they are.
+    F16,
+    /// 32-bit floats, as they are.
+    F32,
+    /// 32-bit integers: from TIFF scaled to 0..1; from EXR, where they are numbers of objects, as they are.
+    U32,
 }
 
-/// The type of a sample in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub enum Depth {
-    /// 8-bit integers.
-    U8,
-    /// 16-bit integers.
-    U16,
-    /// 16-bit floats.
-    F16,
-    /// 32-bit floats.
-    F32,
+impl SampleKind {
+    /// Bytes of one stored sample.
+    #[must_use]
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::U8 => 1,
+            Self::U16 | Self::F16 => 2,
+            Self::F32 | Self::U32 => 4,
+        }
+    }
+
+    /// Whether the samples are floats.
+    #[must_use]
+    pub fn is_float(self) -> bool {
+        matches!(self, Self::F16 | Self::F32)
+    }
+}
+
+/// A decoded picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width in pixels, at least 1.
+    pub width: u32,
+    /// Height in pixels, at least 1.
+    pub height: u32,
+    /// Number of channels, 1 to 4.
+    pub channels: u8,
+    /// All samples: channel after channel, each by rows from y = 0.
+    pub planes: Vec<f32>,
+    /// How the samples were stored.
+    pub source: SampleKind,
+    /// Names of the channels in the order of `planes`: those of the file for EXR, else `Y` or `R`, `G`, `B`, and `A`.
+    pub names: Vec<String>,
+    /// Whether the last channel is opacity.
+    pub has_alpha: bool,
+}
+
+/// A sample that is NaN or infinite, and where it lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NonFinite {
+    /// Column, from 0.
+    pub x: u32,
+    /// Row, from 0.
+    pub y: u32,
+    /// Channel, from 0.
+    pub channel: u8,
+    /// The sample.
+    pub value: f32,
+}
+
+impl Picture {
+    /// Number of samples of one channel.
+    #[must_use]
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// The samples of a channel by rows.
+    ///
+    /// # Panics
+    /// When there is no such channel.
+    #[must_use]
+    pub fn plane(&self, channel: u8) -> &[f32] {
+        let pixels = self.pixels();
+        &self.planes[usize::from(channel) * pixels..][..pixels]
+    }
+
+    /// Number of channels that hold colour or data, that is, without opacity.
+    #[must_use]
+    pub fn data_channels(&self) -> u8 {
+        self.channels - u8::from(self.has_alpha)
+    }
+
+    /// How many samples are NaN or infinite. Always 0 for pictures stored as integers.
+    #[must_use]
+    pub fn count_non_finite(&self) -> usize {
+        self.planes.iter().filter(|sample| !sample.is_finite()).count()
+    }
+
+    /// The first sample, by channel and then by rows, that is NaN or infinite.
+    #[must_use]
+    pub fn first_non_finite(&self) -> Option<NonFinite> {
+        let index = self.planes.iter().position(|sample| !sample.is_finite())?;
+        let (channel, pixel) = (index / self.pixels(), index % self.pixels());
+        let width = self.width as usize;
+        Some(NonFinite {
+            x: u32::try_from(pixel % width).ok()?,
+            y: u32::try_from(pixel / width).ok()?,
+            channel: u8::try_from(channel).ok()?,
+            value: self.planes[index],
+        })
+    }
+}
+
+/// Names for pictures of formats that have none.
+fn default_names(channels: u8) -> Vec<String> {
+    let names: &[&str] = match channels {
+        1 => &["Y"],
+        2 => &["Y", "A"],
+        3 => &["R", "G", "B"],
+        _ => &["R", "G", "B", "A"],
+    };
+    names.iter().map(ToString::to_string).collect()
 }

@@ -177,7 +177,8 @@ impl Session {
             for (grid, window) in wanted {
                 let bytes = window.len() as u64 * 4 * field.channels() as u64;
                 if bytes > self.memory {
-                    let message = format!("the picture needs {} MiB; {} MiB are allowed", bytes >> 20, self.memory >> 20);
+                    let message =
+                        format!("the picture needs {} MiB; {} MiB are allowed", bytes >> 20, self.memory >> 20);
                     let problem = Problem::new(Code::TooLarge, message).help("lower the resolution, or raise --memory");
                     return Err(Failure::Errors(vec![Diagnostic::from_problem(problem, graph.canvas_span)]));
                 }

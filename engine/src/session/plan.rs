@@ -87,7 +87,7 @@ impl Planner<'_> {
         let mut planned = Planned {
             output,
             part,
-            path: self.request.dir.join(format!("{stem}.{}", extension(format))),
+            path: self.request.dir.join(format!("{stem}.{}", format.extension())),
             format,
             depth,
             range,
@@ -128,8 +128,10 @@ impl Planner<'_> {
         if exr_only && format != Format::Exr {
             return Err(Failure::Usage(format!("`{stem}` is a {ty}, which only EXR can hold; say `--format exr`")));
         }
-        if !format.supports(depth) {
-            return Err(Failure::Usage(format!("`{stem}`: {format} cannot hold {depth} samples; {}", format.choices())));
+        if !format.depths().contains(&depth) {
+            let depths: Vec<String> = format.depths().iter().map(ToString::to_string).collect();
+            let message = format!("`{stem}`: {format} cannot hold {depth} samples; it holds {}", depths.join(" or "));
+            return Err(Failure::Usage(message));
         }
         Ok((format, depth))
     }
@@ -162,13 +164,5 @@ impl Planner<'_> {
         );
         let metadata = format!("{:?}", planned.metadata);
         Key::of("file", &[planned.key.as_bytes(), text.as_bytes(), metadata.as_bytes()])
-    }
-}
-
-fn extension(format: Format) -> &'static str {
-    match format {
-        Format::Png => "png",
-        Format::Tiff => "tiff",
-        Format::Exr => "exr",
     }
 }

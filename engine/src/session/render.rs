@@ -2,9 +2,11 @@
 use super::plan::{Part, Planned, Planner, wanted};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{CancelToken, DiskCache, Event, Keys, NodeStats, Observer, Run, TILE};
+use crate::eval::{CancelToken, DiskCache, Event, NodeStats, Observer, Run, TILE};
 use crate::graph::Graph;
-use crate::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer, remove_stale_temporaries};
+use crate::picture::{
+    Compression, Depth, Encoding, Format, PictureSpec, Transfer, Writer, Written, remove_stale_temporaries,
+};
 use crate::value::{Channel, Field, Grid, Key, Tile, Type, Value, Window};
 use petgraph::graph::NodeIndex;
 use std::path::PathBuf;
@@ -85,13 +87,15 @@ fn window(graph: &Graph, request: &RenderRequest) -> Result<Window, Failure> {
     if fits(x, width, size.x) && fits(y, height, size.y) {
         return Ok(Window { x: x.cast_signed(), y: y.cast_signed(), width, height });
     }
-    let message = format!("the region {x},{y},{width},{height} does not lie within the picture of {} × {}", size.x, size.y);
+    let message =
+        format!("the region {x},{y},{width},{height} does not lie within the picture of {} × {}", size.x, size.y);
     Err(Failure::Usage(message))
 }
 
 fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
     let dir = if dir.as_os_str().is_empty() { std::path::Path::new(".") } else { dir };
-    std::fs::create_dir_all(dir).map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
+    std::fs::create_dir_all(dir)
+        .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
     // What killed processes left behind is nobody's.
     let _ = remove_stale_temporaries(dir);
     Ok(())
@@ -151,9 +155,9 @@ impl<'r> Render<'r, '_> {
         let mut missing = Vec::new();
         for planned in pictures {
             let copied = match &self.session.caches.disk {
-                Some(disk) => disk.copy_file(planned.key, &planned.path).map_err(|e| {
-                    Failure::File(format!("cannot write `{}`: {e}", planned.path.display()))
-                })?,
+                Some(disk) => disk
+                    .copy_file(planned.key, &planned.path)
+                    .map_err(|e| Failure::File(format!("cannot write `{}`: {e}", planned.path.display())))?,
                 None => false,
             };
             if !copied {
@@ -178,8 +182,8 @@ impl<'r> Render<'r, '_> {
         let mut writers = jobs.iter().map(|job| self.writer(job)).collect::<Result<Vec<_>, _>>()?;
         self.bands(jobs, &mut writers, &grid)?;
         for (job, writer) in jobs.iter().zip(writers) {
-            let clipped = writer.finish().map_err(|e| Failure::File(e.to_string()))?;
-            self.warn_clipped(job, clipped.clipped);
+            let written = writer.finish().map_err(|e| Failure::File(e.to_string()))?;
+            self.warn_clipped(job, &written);
             self.keep(job);
         }
         Ok(())
@@ -192,11 +196,8 @@ impl<'r> Render<'r, '_> {
         if band <= self.session.memory {
             return Ok(());
         }
-        let message = format!(
-            "a band of the picture needs {} MiB; {} MiB are allowed",
-            band >> 20,
-            self.session.memory >> 20
-        );
+        let message =
+            format!("a band of the picture needs {} MiB; {} MiB are allowed", band >> 20, self.session.memory >> 20);
         let help = "lower the resolution, render fewer outputs at a time, or raise --memory";
         let span = self.planner.graph.canvas_span;
         Err(Failure::Errors(vec![Diagnostic::new(Code::TooLarge, span, message).help(help)]))
@@ -207,7 +208,6 @@ impl<'r> Render<'r, '_> {
         let spec = PictureSpec {
             width: window.width,
             height: window.height,
-            origin: (window.x.cast_unsigned(), window.y.cast_unsigned()),
             channels: job.fields.iter().flat_map(|(name, field)| channel_names(name, field.ty())).collect(),
             format: planned.format,
             depth: planned.depth,
@@ -254,12 +254,17 @@ impl<'r> Render<'r, '_> {
         writer.write_rows(&planes, band.height).map_err(|e| Failure::File(e.to_string()))
     }
 
-    fn warn_clipped(&self, job: &Job<'_>, clipped: u64) {
-        if clipped == 0 {
+    fn warn_clipped(&self, job: &Job<'_>, written: &Written) {
+        if written.clipped == 0 {
             return;
         }
         let (lo, hi) = job.planned.range;
-        let message = format!("{clipped} samples of `{}` lie outside {lo}..{hi} and were clipped", job.planned.path.display());
+        let (least, greatest) = written.range;
+        let message = format!(
+            "{} samples of `{}` lie outside {lo}..{hi} and were clipped; its values are {least}..{greatest}",
+            written.clipped,
+            job.planned.path.display(),
+        );
         let help = "state the values with `File(from: …, range: (lowest, highest))`, or render to EXR";
         let warning = Diagnostic::new(Code::OutOfRange, job.planned.output.span, message).help(help);
         self.observer.event(Event::Warning(warning.as_warning()));
@@ -312,7 +317,9 @@ fn encoding(planned: &Planned<'_>, job: &Job<'_>, dither: bool) -> Encoding {
     };
     let (lo, hi) = if ty == Type::Ids { (0.0, whole) } else { planned.range };
     #[expect(clippy::cast_possible_truncation, reason = "picture samples are f32")]
-    Encoding { srgb: ty == Type::Rgb, range: Some((lo as f32, hi as f32)), dither }
+    let range = (lo as f32, hi as f32);
+    let transfer = if ty == Type::Rgb { Transfer::Srgb } else { Transfer::Raw };
+    Encoding { transfer, range: Some(range), dither }
 }
 
 fn not_finite(job: &Job<'_>, tile: &Tile, at: usize) -> Failure {

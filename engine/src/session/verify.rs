@@ -1,7 +1,7 @@
 //! Proof that the cache is honest: everything is computed again without it and compared.
 use super::{Failure, Session};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{CancelToken, Caches, Keys, MemoryCache, Observer, Run, encode};
+use crate::eval::{Caches, CancelToken, Keys, MemoryCache, Observer, Run, encode};
 use crate::graph::Graph;
 use crate::value::{Field, Grid, Stop, Value, Window};
 use glam::UVec2;

@@ -1,0 +1,275 @@
+//! Rows of `f32` samples become the bytes of a file.
+
+use super::spec::{Depth, Format, PictureSpec, Transfer};
+use super::{Encoding, SrgbEncoder};
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
+
+/// What happened to the samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tally {
+    pub(super) clipped: u64,
+    pub(super) non_finite: u64,
+    pub(super) least: f32,
+    pub(super) greatest: f32,
+}
+
+impl Default for Tally {
+    fn default() -> Self {
+        Self { clipped: 0, non_finite: 0, least: f32::INFINITY, greatest: f32::NEG_INFINITY }
+    }
+}
+
+impl Tally {
+    /// The order does not matter, so threads cannot change the result.
+    pub(super) fn with(self, other: Self) -> Self {
+        Self {
+            clipped: self.clipped + other.clipped,
+            non_finite: self.non_finite + other.non_finite,
+            least: self.least.min(other.least),
+            greatest: self.greatest.max(other.greatest),
+        }
+    }
+}
+
+/// A band of whole rows.
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    /// Per channel its samples by rows.
+    pub(super) planes: &'a [&'a [f32]],
+    /// Number of the first row in the picture.
+    pub(super) first: u32,
+    pub(super) count: u32,
+}
+
+impl<'a> Rows<'a> {
+    fn row(&self, channel: usize, row: usize, width: usize) -> &'a [f32] {
+        &self.planes[channel][row * width..][..width]
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Arrangement {
+    /// Pixel after pixel, the high byte first.
+    PixelsBigEndian,
+    /// Pixel after pixel, the low byte first.
+    PixelsLittleEndian,
+    /// Within a row channel after channel, the low byte first.
+    Channels,
+}
+
+pub(super) struct RowEncoder {
+    width: usize,
+    depth: Depth,
+    encoding: Encoding,
+    alpha: Option<usize>,
+    arrangement: Arrangement,
+    /// Indices of the channels in the order of the file.
+    order: Vec<usize>,
+    srgb: Option<SrgbEncoder>,
+}
+
+/// Memory of a thread that encodes a row.
+#[derive(Default)]
+struct Scratch {
+    values: Vec<f32>,
+    codes: Vec<u16>,
+    halves: Vec<f16>,
+}
+
+/// Largest finite 16-bit float.
+const F16_MAX: f32 = 65504.0;
+
+impl RowEncoder {
+    pub(super) fn new(spec: &PictureSpec) -> Self {
+        let mut order: Vec<usize> = (0..spec.channels.len()).collect();
+        let arrangement = match spec.format {
+            Format::Png => Arrangement::PixelsBigEndian,
+            Format::Tiff => Arrangement::PixelsLittleEndian,
+            Format::Exr => {
+                // The format demands it.
+                order.sort_by_key(|index| &spec.channels[*index]);
+                Arrangement::Channels
+            }
+        };
+        let curve = spec.depth.is_integer() && spec.encoding.transfer == Transfer::Srgb;
+        Self {
+            width: spec.width as usize,
+            depth: spec.depth,
+            encoding: spec.encoding,
+            alpha: spec.alpha(),
+            arrangement,
+            order,
+            srgb: curve.then(SrgbEncoder::new),
+        }
+    }
+
+    /// Bytes of a row.
+    pub(super) fn row_bytes(&self) -> usize {
+        self.width * self.order.len() * self.depth.bytes()
+    }
+
+    /// Appends the bytes of a band.
+    pub(super) fn encode(&self, rows: Rows<'_>, out: &mut Vec<u8>) -> Tally {
+        let start = out.len();
+        out.resize(start + rows.count as usize * self.row_bytes(), 0);
+        let lines = out[start..].par_chunks_exact_mut(self.row_bytes()).zip(0..rows.count as usize).with_min_len(4);
+        lines
+            .map_init(Scratch::default, |scratch, (line, row)| self.row(rows, row, line, scratch))
+            .reduce(Tally::default, Tally::with)
+    }
+
+    fn row(&self, rows: Rows<'_>, row: usize, line: &mut [u8], scratch: &mut Scratch) -> Tally {
+        let mut tally = Tally::default();
+        let y = rows.first.wrapping_add(u32::try_from(row).unwrap_or(u32::MAX));
+        for (place, channel) in self.order.iter().enumerate() {
+            let samples = rows.row(*channel, row, self.width);
+            tally = tally.with(match self.depth {
+                Depth::U8 | Depth::U16 => self.integers(samples, *channel, y, scratch),
+                Depth::F16 => halves(samples, scratch),
+                Depth::F32 => range_of(samples),
+            });
+            let codes = scratch.codes.iter();
+            match self.depth {
+                Depth::U8 => self.put(line, place, codes.map(|code| code.to_le_bytes()[0]).map(|byte| [byte])),
+                Depth::U16 => self.put(line, place, codes.map(|code| code.to_le_bytes())),
+                Depth::F16 => self.put(line, place, scratch.halves.iter().map(|half| half.to_le_bytes())),
+                Depth::F32 => self.put(line, place, samples.iter().map(|sample| sample.to_le_bytes())),
+            }
+        }
+        tally
+    }
+
+    /// Puts the samples of a channel into a row.
+    #[inline]
+    fn put<const BYTES: usize>(&self, line: &mut [u8], place: usize, samples: impl Iterator<Item = [u8; BYTES]>) {
+        let (cells, _) = line.as_chunks_mut::<BYTES>();
+        match self.arrangement {
+            Arrangement::Channels => {
+                cells[place * self.width..][..self.width]
+                    .iter_mut()
+                    .zip(samples)
+                    .for_each(|(cell, bytes)| *cell = bytes);
+            }
+            Arrangement::PixelsLittleEndian => {
+                cells[place..]
+                    .iter_mut()
+                    .step_by(self.order.len())
+                    .zip(samples)
+                    .for_each(|(cell, bytes)| *cell = bytes);
+            }
+            Arrangement::PixelsBigEndian => {
+                let samples = samples.map(|mut bytes| {
+                    bytes.reverse();
+                    bytes
+                });
+                cells[place..]
+                    .iter_mut()
+                    .step_by(self.order.len())
+                    .zip(samples)
+                    .for_each(|(cell, bytes)| *cell = bytes);
+            }
+        }
+    }
+
+    /// Quantises a row into `scratch.codes`.
+    fn integers(&self, samples: &[f32], channel: usize, y: u32, scratch: &mut Scratch) -> Tally {
+        let max = if self.depth == Depth::U8 { 255.0 } else { 65535.0 };
+        let is_alpha = self.alpha == Some(channel);
+        let (low, high) = self.encoding.range.filter(|_| !is_alpha).unwrap_or((0.0, 1.0));
+        let scale = 1.0 / (high - low);
+        scratch.values.clear();
+        scratch.values.extend(samples.iter().map(|sample| (sample - low) * scale));
+        let values = &mut scratch.values;
+        let mut tally = range_of(samples);
+        tally.clipped = clipped(values, 0.5 / max);
+
+        scratch.codes.clear();
+        let curve = self.srgb.as_ref().filter(|_| !is_alpha);
+        if let (Some(curve), Depth::U8, false) = (curve, self.depth, self.encoding.dither) {
+            scratch.codes.extend(values.iter().map(|value| u16::from(curve.code(*value))));
+            return tally;
+        }
+        if let Some(curve) = curve {
+            values.iter_mut().for_each(|value| *value = curve.encode(*value));
+        }
+        if self.encoding.dither {
+            let channel = u32::try_from(channel).unwrap_or(0);
+            let offsets = (0_u32..).map(|x| threshold(x, y, channel));
+            scratch.codes.extend(values.iter().zip(offsets).map(|(value, offset)| quantise(*value, max, offset)));
+        } else {
+            scratch.codes.extend(values.iter().map(|value| quantise(*value, max, 0.5)));
+        }
+        tally
+    }
+}
+
+/// Rounds down after adding an offset between 0 and 1; ½ rounds to nearest.
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "the value is clamped to the range of the integers before")]
+#[expect(clippy::cast_sign_loss, reason = "the value is clamped to the range of the integers before")]
+fn quantise(value: f32, max: f32, offset: f32) -> u16 {
+    // By way of i32, which processors convert to directly. The clamp lets NaN through; the cast makes it 0.
+    ((value * max).clamp(0.0, max) + offset).min(max) as i32 as u16
+}
+
+/// The dither pattern: between 0 and 1, evenly spread in every neighbourhood (M. Roberts, "The unreasonable effectiveness
+/// of quasirandom sequences": the R2 sequence as a threshold of positions), in integer arithmetic.
+#[inline]
+#[expect(clippy::cast_precision_loss, reason = "24 bits fit a float")]
+fn threshold(x: u32, y: u32, channel: u32) -> f32 {
+    let x = x.wrapping_add(channel.wrapping_mul(17));
+    let y = y.wrapping_add(channel.wrapping_mul(59));
+    let position = x.wrapping_mul(3_242_174_889).wrapping_add(y.wrapping_mul(2_447_445_414));
+    (position >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// How many values lie more than the tolerance outside 0..1; NaN does.
+fn clipped(values: &[f32], tolerance: f32) -> u64 {
+    let (low, high) = (-tolerance, 1.0 + tolerance);
+    // Short runs keep the count in lanes as wide as the samples.
+    let runs = values.chunks(1 << 12);
+    runs.map(|run| u64::from(run.iter().map(|value| u32::from(!(*value >= low && *value <= high))).sum::<u32>())).sum()
+}
+
+fn range_of(samples: &[f32]) -> Tally {
+    let mut tally = Tally::default();
+    for run in samples.chunks(1 << 12) {
+        let (mut least, mut greatest, mut non_finite) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8], 0_u32);
+        let (blocks, rest) = run.as_chunks::<8>();
+        for block in blocks {
+            for lane in 0..8 {
+                least[lane] = if block[lane] < least[lane] { block[lane] } else { least[lane] };
+                greatest[lane] = if block[lane] > greatest[lane] { block[lane] } else { greatest[lane] };
+            }
+            non_finite += block.iter().map(|sample| u32::from(!sample.is_finite())).sum::<u32>();
+        }
+        for sample in rest {
+            least[0] = least[0].min(*sample);
+            greatest[0] = greatest[0].max(*sample);
+            non_finite += u32::from(!sample.is_finite());
+        }
+        tally.least = least.iter().fold(tally.least, |a, b| a.min(*b));
+        tally.greatest = greatest.iter().fold(tally.greatest, |a, b| a.max(*b));
+        tally.non_finite += u64::from(non_finite);
+    }
+    tally
+}
+
+/// Converts a row into `scratch.halves`. Finite values beyond the range become the largest, not infinity.
+fn halves(samples: &[f32], scratch: &mut Scratch) -> Tally {
+    let mut tally = range_of(samples);
+    scratch.halves.resize(samples.len(), f16::ZERO);
+    if tally.least >= -F16_MAX && tally.greatest <= F16_MAX {
+        scratch.halves.convert_from_f32_slice(samples);
+        return tally;
+    }
+    let beyond = |sample: f32| sample.is_finite() && sample.abs() > F16_MAX;
+    tally.clipped = samples.iter().filter(|sample| beyond(**sample)).count() as u64;
+    let clamp = |sample: f32| if beyond(sample) { F16_MAX.copysign(sample) } else { sample };
+    scratch.values.clear();
+    scratch.values.extend(samples.iter().map(|sample| clamp(*sample)));
+    scratch.halves.convert_from_f32_slice(&scratch.values);
+    tally
+}

@@ -1,0 +1,160 @@
+//! Telling formats apart and reading headers, without decoding.
+
+use super::limits::{FileError, ReadError, ReadLimits};
+use super::{SampleKind, read_exr, read_image, read_tiff};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Read, Seek};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+/// Formats that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FileFormat {
+    /// Portable Network Graphics.
+    Png,
+    /// JPEG.
+    Jpeg,
+    /// TIFF and BigTIFF.
+    Tiff,
+    /// OpenEXR.
+    Exr,
+}
+
+/// What the header of a picture says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// The format, by content.
+    pub format: FileFormat,
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Channels that [`read`](super::read) gives, 1 to 4.
+    pub channels: u8,
+    /// How these are stored.
+    pub kind: SampleKind,
+    /// Names of all channels in the file, for EXR with their layer; more than `channels` when there are layers.
+    pub names: Vec<String>,
+    /// Whether the last of the channels is opacity.
+    pub has_alpha: bool,
+}
+
+/// Reads the header of a file. Limits are not applied, so that a caller can say what it found.
+///
+/// # Errors
+/// When the file cannot be opened or is no picture that [`read`](super::read) takes.
+pub fn header(path: &Path) -> Result<Header, FileError> {
+    let at = |reason| FileError { path: path.to_path_buf(), reason };
+    let (file, _) = open(path, &ReadLimits { max_file_bytes: u64::MAX, ..ReadLimits::default() }).map_err(at)?;
+    of_reader(BufReader::new(file)).map_err(at)
+}
+
+/// Reads the header of a file in memory.
+///
+/// # Errors
+/// When it is no picture that [`read`](super::read) takes.
+pub fn header_bytes(bytes: &[u8]) -> Result<Header, ReadError> {
+    of_reader(Cursor::new(bytes))
+}
+
+fn of_reader<R: BufRead + Seek>(mut reader: R) -> Result<Header, ReadError> {
+    let start = reader.fill_buf().map_err(ReadError::Io)?;
+    let format = sniff(start)?;
+    guarded(|| match format {
+        FileFormat::Png => read_image::png_header(reader),
+        FileFormat::Jpeg => read_image::jpeg_header(reader),
+        FileFormat::Tiff => read_tiff::header(reader),
+        FileFormat::Exr => read_exr::header(reader),
+    })
+}
+
+/// Runs a decoder. None is known to panic on what passes the checks made before; should one, it is a corrupt file and not
+/// the end of the process (the panic hook prints its message all the same: it belongs to the program, not to a library).
+pub(super) fn guarded<T>(decode: impl FnOnce() -> Result<T, ReadError>) -> Result<T, ReadError> {
+    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(ReadError::corrupt("its decoder gave up")))
+}
+
+/// Opens a regular file and gives its length. What it is, is asked before it is opened: opening a pipe would wait for ever.
+pub(super) fn open(path: &Path, limits: &ReadLimits) -> Result<(File, u64), ReadError> {
+    let metadata = path.metadata().map_err(ReadError::Io)?;
+    if !metadata.is_file() {
+        return Err(ReadError::NotAFile(kind_of(metadata.file_type())));
+    }
+    match metadata.len() {
+        0 => Err(ReadError::Empty),
+        bytes if bytes > limits.max_file_bytes => Err(ReadError::FileTooLarge { bytes, limit: limits.max_file_bytes }),
+        bytes => Ok((File::open(path).map_err(ReadError::Io)?, bytes)),
+    }
+}
+
+fn kind_of(kind: std::fs::FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return "a named pipe";
+        }
+        if kind.is_socket() {
+            return "a socket";
+        }
+        if kind.is_block_device() || kind.is_char_device() {
+            return "a device";
+        }
+    }
+    if kind.is_dir() { "a folder" } else { "something else than a file" }
+}
+
+/// The whole content of a regular file.
+pub(super) fn load(path: &Path, limits: &ReadLimits) -> Result<Vec<u8>, ReadError> {
+    let (file, length) = open(path, limits)?;
+    let mut bytes = Vec::new();
+    let capacity = usize::try_from(length).map_err(ReadError::corrupt)?;
+    bytes.try_reserve_exact(capacity).map_err(|error| ReadError::Io(std::io::Error::other(error)))?;
+    // A file that grows meanwhile does not get more than it had.
+    file.take(length).read_to_end(&mut bytes).map_err(ReadError::Io)?;
+    Ok(bytes)
+}
+
+/// The format by the first bytes.
+pub(super) fn sniff(start: &[u8]) -> Result<FileFormat, ReadError> {
+    match start {
+        [] => Err(ReadError::Empty),
+        [0x89, b'P', b'N', b'G', ..] => Ok(FileFormat::Png),
+        [0xff, 0xd8, 0xff, ..] => Ok(FileFormat::Jpeg),
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => Ok(FileFormat::Tiff),
+        [0x76, 0x2f, 0x31, 0x01, ..] => Ok(FileFormat::Exr),
+        _ => Err(ReadError::UnknownFormat(name_of_foreign(start))),
+    }
+}
+
+/// Names what people mistake for something we read.
+fn name_of_foreign(start: &[u8]) -> String {
+    let named: &[(&[u8], &str)] = &[
+        (b"GIF8", "GIF"),
+        (b"BM", "BMP"),
+        (b"RIFF", "WebP, or another RIFF file"),
+        (b"8BPS", "Photoshop"),
+        (b"#?RADIANCE", "Radiance HDR"),
+        (b"#?RGBE", "Radiance HDR"),
+        (b"DDS ", "DDS"),
+        (b"qoif", "QOI"),
+        (b"P5", "PNM"),
+        (b"P6", "PNM"),
+        (b"\0\0\0\x0cjP", "JPEG 2000"),
+        (b"\xff\x0a", "JPEG XL"),
+        (b"\0\0\0\x0cJXL", "JPEG XL"),
+        (b"%PDF", "PDF"),
+        (b"<svg", "SVG"),
+        (b"<?xml", "XML, perhaps SVG"),
+        (b"PK\x03\x04", "a ZIP archive"),
+        (b"\x1f\x8b", "compressed by gzip"),
+        (b"version https://git-lfs", "a Git LFS pointer, not the file itself"),
+    ];
+    if start.get(4..8) == Some(b"ftyp") {
+        return "it is AVIF or HEIF, or a film".into();
+    }
+    match named.iter().find(|(magic, _)| start.starts_with(magic)) {
+        Some((_, name)) => format!("it is {name}"),
+        None => "its format is not known".into(),
+    }
+}

@@ -1,0 +1,188 @@
+//! What reading may cost, and how it can fail.
+
+use std::path::PathBuf;
+
+/// What a picture may cost. Checked against the header, before anything is allocated for the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReadLimits {
+    /// Bytes of the file.
+    pub max_file_bytes: u64,
+    /// Pixels, whatever the channels.
+    pub max_pixels: u64,
+    /// Bytes of all samples as `f32` plus those of the decoder's own copy in the stored depth.
+    pub max_bytes_decoded: u64,
+}
+
+impl Default for ReadLimits {
+    /// A file of 2 GiB, 16384² pixels, and 2 GiB decoded.
+    fn default() -> Self {
+        Self { max_file_bytes: 2 << 30, max_pixels: 1 << 28, max_bytes_decoded: 2 << 30 }
+    }
+}
+
+/// Sizes of a picture as its header tells them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Claim {
+    pub(super) width: u64,
+    pub(super) height: u64,
+    /// Channels that are decoded; for EXR all of them, also those that are not wanted.
+    pub(super) channels: u64,
+    /// Bytes of a decoded sample before it becomes `f32`.
+    pub(super) sample_bytes: u64,
+}
+
+impl ReadLimits {
+    /// Compares a header with the limits.
+    pub(super) fn check(&self, claim: Claim) -> Result<(), ReadError> {
+        let Claim { width, height, channels, sample_bytes } = claim;
+        if width == 0 || height == 0 {
+            return Err(ReadError::corrupt("its header says it has no pixels"));
+        }
+        let pixels = width.saturating_mul(height);
+        if pixels > self.max_pixels {
+            return Err(ReadError::TooManyPixels { width, height, limit: self.max_pixels });
+        }
+        let bytes = pixels.saturating_mul(channels).saturating_mul(4 + sample_bytes);
+        if bytes > self.max_bytes_decoded {
+            return Err(ReadError::TooLarge { width, height, bytes, limit: self.max_bytes_decoded });
+        }
+        Ok(())
+    }
+}
+
+/// Why a picture cannot be read; without the file's name, which [`FileError`] adds.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The system refuses, for instance because there is no such file.
+    #[error("{}; {}", reason(.0), hint(.0))]
+    Io(#[source] std::io::Error),
+    /// A folder, pipe, socket or device.
+    #[error("it is {0}; it must be a regular file")]
+    NotAFile(&'static str),
+    /// No byte in it.
+    #[error("the file is empty; save the picture again")]
+    Empty,
+    /// A format that is not read.
+    #[error("{0}; it must be PNG, JPEG, TIFF or OpenEXR: convert it to one of them")]
+    UnknownFormat(String),
+    /// The file ends before the picture does.
+    #[error("the file is truncated: {0}; copy or save it again")]
+    Truncated(String),
+    /// The content contradicts itself or the format.
+    #[error("the file is corrupt: {0}; copy or save it again")]
+    Corrupt(String),
+    /// A legal file with something that is not read.
+    #[error("{what}; {instead}")]
+    Unsupported {
+        /// What the file has.
+        what: String,
+        /// What to do.
+        instead: &'static str,
+    },
+    /// No such layer or channel in it.
+    #[error("there is no layer or channel `{wanted}`; it must be one of {existing}")]
+    NoSuchLayer {
+        /// The name asked for.
+        wanted: String,
+        /// The channels in the file.
+        existing: String,
+    },
+    /// More bytes in the file than allowed.
+    #[error("the file has {bytes} bytes; it must have at most {limit}: make the picture smaller")]
+    FileTooLarge {
+        /// Bytes of the file.
+        bytes: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// More pixels than allowed.
+    #[error("the picture has `{width}x{height}` pixels; it must have at most {limit}: scale it down")]
+    TooManyPixels {
+        /// Width in the header.
+        width: u64,
+        /// Height in the header.
+        height: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// More memory needed than allowed.
+    #[error(
+        "the picture of `{width}x{height}` pixels needs {} MiB to decode; it must need at most {} MiB: scale it down or \
+         raise the limit", .bytes.div_ceil(1 << 20), .limit >> 20
+    )]
+    TooLarge {
+        /// Width in the header.
+        width: u64,
+        /// Height in the header.
+        height: u64,
+        /// Bytes it would take.
+        bytes: u64,
+        /// The limit.
+        limit: u64,
+    },
+}
+
+impl ReadError {
+    pub(super) fn corrupt(reason: impl ToString) -> Self {
+        Self::Corrupt(clean(&reason.to_string()))
+    }
+
+    pub(super) fn truncated(reason: impl ToString) -> Self {
+        Self::Truncated(clean(&reason.to_string()))
+    }
+
+    /// Sorts the errors of streams in memory: an end that comes too early means a truncated file.
+    pub(super) fn from_decoder(error: &std::io::Error) -> Self {
+        if error.kind() == std::io::ErrorKind::UnexpectedEof {
+            Self::truncated("it ends within the picture")
+        } else {
+            Self::corrupt(error)
+        }
+    }
+
+    /// Whether there is no such file.
+    #[must_use]
+    pub fn is_not_found(&self) -> bool {
+        matches!(self, Self::Io(error) if error.kind() == std::io::ErrorKind::NotFound)
+    }
+
+    /// Whether a limit was exceeded.
+    #[must_use]
+    pub fn is_too_large(&self) -> bool {
+        matches!(self, Self::FileTooLarge { .. } | Self::TooManyPixels { .. } | Self::TooLarge { .. })
+    }
+}
+
+/// Decoders quote the file in their messages: no line breaks and control characters from there, and no essay.
+fn clean(message: &str) -> String {
+    let message = message.trim_end_matches('.');
+    message.chars().map(|c| if c.is_control() { ' ' } else { c }).take(200).collect()
+}
+
+fn reason(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".into(),
+        std::io::ErrorKind::PermissionDenied => "it may not be read".into(),
+        _ => format!("it cannot be read: {error}"),
+    }
+}
+
+fn hint(error: &std::io::Error) -> &'static str {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "check the path",
+        std::io::ErrorKind::PermissionDenied => "change its permissions",
+        _ => "check the disk and try again",
+    }
+}
+
+/// A [`ReadError`] with the file it concerns.
+#[derive(Debug, thiserror::Error)]
+#[error("`{}`: {reason}", .path.display())]
+pub struct FileError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    #[source]
+    pub reason: ReadError,
+}

@@ -1,0 +1,59 @@
+//! DEFLATE and the transforms that prepare samples for it.
+
+use super::spec::Compression;
+use flate2::write::ZlibEncoder;
+use std::io::Write;
+
+/// A zlib stream.
+pub(super) fn zlib(bytes: &[u8], level: u32) -> Vec<u8> {
+    let mut encoder = ZlibEncoder::new(Vec::with_capacity(bytes.len() / 2), flate2::Compression::new(level));
+    encoder.write_all(bytes).expect("a vector takes all bytes");
+    encoder.finish().expect("a vector takes all bytes")
+}
+
+/// The zlib level that suits.
+pub(super) fn level(compression: Compression) -> u32 {
+    match compression {
+        Compression::Fast => 1,
+        Compression::Best => 7,
+    }
+}
+
+/// Prepares a block for EXR's ZIP methods: even bytes before odd ones, then differences.
+pub(super) fn exr_predict(raw: &[u8]) -> Vec<u8> {
+    let (pairs, last) = raw.as_chunks::<2>();
+    let mut bytes = Vec::with_capacity(raw.len());
+    bytes.extend(pairs.iter().map(|pair| pair[0]));
+    bytes.extend(last);
+    bytes.extend(pairs.iter().map(|pair| pair[1]));
+    for index in (1..bytes.len()).rev() {
+        bytes[index] = bytes[index].wrapping_sub(bytes[index - 1]).wrapping_add(128);
+    }
+    bytes
+}
+
+/// TIFF's horizontal predictor for rows of little-endian 8-bit integers.
+pub(super) fn tiff_predict_u8(row: &mut [u8], channels: usize) {
+    for index in (channels..row.len()).rev() {
+        row[index] = row[index].wrapping_sub(row[index - channels]);
+    }
+}
+
+/// TIFF's horizontal predictor for rows of little-endian 16-bit integers.
+pub(super) fn tiff_predict_u16(row: &mut [u8], channels: usize) {
+    let (samples, _) = row.as_chunks_mut::<2>();
+    for index in (channels..samples.len()).rev() {
+        let (sample, before) = (u16::from_le_bytes(samples[index]), u16::from_le_bytes(samples[index - channels]));
+        samples[index] = sample.wrapping_sub(before).to_le_bytes();
+    }
+}
+
+/// TIFF's predictor for rows of 32-bit floats: their bytes in four runs, the highest first, then differences.
+pub(super) fn tiff_predict_f32(row: &mut [u8], channels: usize) {
+    let samples = row.as_chunks::<4>().0.to_vec();
+    let width = samples.len();
+    for (byte, run) in row.chunks_exact_mut(width).enumerate() {
+        run.iter_mut().zip(&samples).for_each(|(out, sample)| *out = sample[3 - byte]);
+    }
+    tiff_predict_u8(row, channels);
+}

@@ -1,0 +1,83 @@
+//! Reading whole pictures.
+
+use super::header::{FileFormat, guarded, load, sniff};
+use super::limits::{FileError, ReadError, ReadLimits};
+use super::{Picture, read_exr, read_image, read_tiff};
+use rayon::prelude::*;
+use std::path::Path;
+
+/// Reads a picture. Needs memory for the file, the stored samples and the `f32` samples at once.
+///
+/// Of an EXR file with many channels a sensible selection is taken: the first layer that has colours (`R`, `G`, `B`, with
+/// `A`), else luminance (`Y`), else a vector (`X`, `Y`, `Z`), else the only channel, else the first up to four.
+///
+/// # Errors
+/// See [`ReadError`]; the file is named.
+pub fn read(path: &Path, limits: &ReadLimits) -> Result<Picture, FileError> {
+    let reading = load(path, limits).and_then(|bytes| read_bytes(&bytes, limits));
+    reading.map_err(|reason| FileError { path: path.to_path_buf(), reason })
+}
+
+/// Like [`read`], but takes the named layer (`base_color` of `base_color.R` …) or the named channel (`height.Y`, `Z`) of
+/// an EXR file. Files of other formats have no names but those of [`Picture::names`]; a name among these gives one channel.
+///
+/// # Errors
+/// See [`ReadError`]; the file is named.
+pub fn read_layer(path: &Path, layer: &str, limits: &ReadLimits) -> Result<Picture, FileError> {
+    let reading = load(path, limits).and_then(|bytes| {
+        if sniff(&bytes)? == FileFormat::Exr {
+            return guarded(|| read_exr::read(&bytes, limits, Some(layer)));
+        }
+        one_channel(read_bytes(&bytes, limits)?, layer)
+    });
+    reading.map_err(|reason| FileError { path: path.to_path_buf(), reason })
+}
+
+/// Reads a picture from a file in memory.
+///
+/// # Errors
+/// See [`ReadError`].
+pub fn read_bytes(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadError> {
+    let format = sniff(bytes)?;
+    guarded(|| match format {
+        FileFormat::Png => read_image::read_png(bytes, limits),
+        FileFormat::Jpeg => read_image::read_jpeg(bytes, limits),
+        FileFormat::Tiff => read_tiff::read(bytes, limits),
+        FileFormat::Exr => read_exr::read(bytes, limits, None),
+    })
+}
+
+fn one_channel(mut picture: Picture, name: &str) -> Result<Picture, ReadError> {
+    let found = picture.names.iter().position(|own| own == name).and_then(|index| u8::try_from(index).ok());
+    let Some(channel) = found else {
+        return Err(ReadError::NoSuchLayer { wanted: name.to_owned(), existing: list(&picture.names) });
+    };
+    picture.planes = picture.plane(channel).to_vec();
+    Ok(Picture { channels: 1, names: vec![name.to_owned()], has_alpha: false, ..picture })
+}
+
+/// Names in backticks, for messages; not more than a reader can take.
+pub(super) fn list(names: &[String]) -> String {
+    const MOST: usize = 40;
+    let mut quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("`{}`", name.escape_debug())).collect();
+    if names.len() > MOST {
+        quoted.push("…".into());
+    }
+    quoted.join(", ")
+}
+
+/// A plane after the other from samples that lie pixel after pixel.
+pub(super) fn planar<T: Copy + Sync>(samples: &[T], channels: usize, convert: impl Fn(T) -> f32 + Sync) -> Vec<f32> {
+    let pixels = samples.len() / channels;
+    let mut planes = vec![0.0; pixels * channels];
+    const CHUNK: usize = 1 << 16;
+    for (channel, plane) in planes.chunks_exact_mut(pixels.max(1)).enumerate() {
+        let parts = plane.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK * channels));
+        parts.for_each(|(plane, samples)| {
+            for (out, pixel) in plane.iter_mut().zip(samples.chunks_exact(channels)) {
+                *out = convert(pixel[channel]);
+            }
+        });
+    }
+    planes
+}

@@ -1,0 +1,105 @@
+//! Which channels of an EXR file make the picture.
+
+use super::super::limits::ReadError;
+use super::super::read::list;
+use exr::meta::MetaData;
+use exr::meta::header::Header as Layer;
+
+/// Channels of one layer, in the order of the picture's planes.
+pub(super) struct Selection {
+    /// Index of the layer (EXR: part).
+    pub(super) layer: usize,
+    /// Indices into the layer's list of channels; 1 to 4.
+    pub(super) channels: Vec<usize>,
+    /// Their full names.
+    pub(super) names: Vec<String>,
+    /// Whether the last is opacity.
+    pub(super) has_alpha: bool,
+}
+
+impl Selection {
+    pub(super) fn count(&self) -> u8 {
+        u8::try_from(self.channels.len()).expect("at most 4 channels are selected")
+    }
+}
+
+/// What makes a good picture, best first.
+const GROUPS: [&[&str]; 3] = [&["R", "G", "B"], &["Y"], &["X", "Y", "Z"]];
+
+/// Full names of all channels, layer by layer.
+pub(super) fn all_names(meta: &MetaData) -> Vec<String> {
+    (0..meta.headers.len()).flat_map(|layer| names(meta, layer)).collect()
+}
+
+/// Chooses the named layer or channel, or the most sensible ones.
+pub(super) fn select(meta: &MetaData, wanted: Option<&str>) -> Result<Selection, ReadError> {
+    let layers = || 0..meta.headers.len();
+    if let Some(wanted) = wanted {
+        let found =
+            layers().find_map(|layer| channel(meta, layer, wanted).or_else(|| group(meta, layer, Some(wanted))));
+        let unknown = || ReadError::NoSuchLayer { wanted: wanted.to_owned(), existing: list(&all_names(meta)) };
+        return found.ok_or_else(unknown);
+    }
+    let colours = || layers().find_map(|layer| group(meta, layer, Some("")));
+    let found = colours().or_else(|| layers().find_map(|layer| group(meta, layer, None)));
+    found
+        .or_else(|| layers().find_map(|layer| first_channels(meta, layer)))
+        .ok_or_else(|| ReadError::corrupt("it has no channels"))
+}
+
+/// Full names of a layer's channels. Files with one layer have its name, if any, in those of the channels already.
+fn names(meta: &MetaData, layer: usize) -> Vec<String> {
+    let header: &Layer = &meta.headers[layer];
+    let prefix = match &header.own_attributes.layer_name {
+        Some(name) if meta.headers.len() > 1 => format!("{name}."),
+        _ => String::new(),
+    };
+    header.channels.list.iter().map(|channel| format!("{prefix}{}", channel.name)).collect()
+}
+
+/// `base_color.R` as `base_color` and `R`.
+fn split(name: &str) -> (&str, &str) {
+    name.rsplit_once('.').unwrap_or(("", name))
+}
+
+fn channel(meta: &MetaData, layer: usize, wanted: &str) -> Option<Selection> {
+    let names = names(meta, layer);
+    let index = names.iter().position(|name| name == wanted)?;
+    Some(Selection { layer, channels: vec![index], names: vec![wanted.to_owned()], has_alpha: false })
+}
+
+/// The best group of channels that share a prefix: the given one or, in the order of the file, any.
+fn group(meta: &MetaData, layer: usize, prefix: Option<&str>) -> Option<Selection> {
+    let names = names(meta, layer);
+    let mut prefixes: Vec<&str> = match prefix {
+        Some(prefix) => vec![prefix],
+        None => names.iter().map(|name| split(name).0).collect(),
+    };
+    prefixes.dedup();
+    let find = |prefix: &str, suffix: &str| names.iter().position(|name| split(name) == (prefix, suffix));
+    for members in GROUPS {
+        for prefix in &prefixes {
+            let found: Option<Vec<usize>> = members.iter().map(|suffix| find(prefix, suffix)).collect();
+            let Some(mut channels) = found else { continue };
+            let alpha = if members[0] == "X" { None } else { find(prefix, "A") };
+            channels.extend(alpha);
+            let names = channels.iter().map(|index| names[*index].clone()).collect();
+            return Some(Selection { layer, channels, names, has_alpha: alpha.is_some() });
+        }
+    }
+    // A layer that was asked for by name is given whatever its channels are called.
+    let prefix = prefix.filter(|prefix| !prefix.is_empty())?;
+    let members = (0..names.len()).filter(|index| split(&names[*index]).0 == prefix);
+    first_of(layer, &names, members.collect())
+}
+
+fn first_channels(meta: &MetaData, layer: usize) -> Option<Selection> {
+    let names = names(meta, layer);
+    first_of(layer, &names, (0..names.len()).collect())
+}
+
+fn first_of(layer: usize, names: &[String], mut channels: Vec<usize>) -> Option<Selection> {
+    channels.truncate(4);
+    let chosen = channels.iter().map(|index| names[*index].clone()).collect();
+    (!channels.is_empty()).then_some(Selection { layer, channels, names: chosen, has_alpha: false })
+}

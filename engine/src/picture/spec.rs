@@ -1,0 +1,281 @@
+//! What is written, and how writing can fail.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Formats that are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// PNG with 8 or 16 bits.
+    Png,
+    /// TIFF with 8 or 16 bits or 32-bit floats; BigTIFF when 4 GiB do not suffice.
+    Tiff,
+    /// OpenEXR with 16 or 32-bit floats.
+    Exr,
+}
+
+impl Format {
+    /// The depths that the format can have here, the default first.
+    #[must_use]
+    pub fn depths(self) -> &'static [Depth] {
+        match self {
+            Self::Png => &[Depth::U8, Depth::U16],
+            Self::Tiff => &[Depth::U16, Depth::U8, Depth::F32],
+            Self::Exr => &[Depth::F16, Depth::F32],
+        }
+    }
+
+    /// The extension of such files, without dot.
+    #[must_use]
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Tiff => "tiff",
+            Self::Exr => "exr",
+        }
+    }
+
+    /// The greatest number of channels.
+    #[must_use]
+    pub fn max_channels(self) -> usize {
+        match self {
+            Self::Png | Self::Tiff => 4,
+            Self::Exr => 64,
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Png => "Png",
+            Self::Tiff => "Tiff",
+            Self::Exr => "Exr",
+        })
+    }
+}
+
+/// How samples are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Depth {
+    /// 8-bit integers.
+    U8,
+    /// 16-bit integers.
+    U16,
+    /// 16-bit floats.
+    F16,
+    /// 32-bit floats.
+    F32,
+}
+
+impl Depth {
+    /// Bytes of a sample.
+    #[must_use]
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::U8 => 1,
+            Self::U16 | Self::F16 => 2,
+            Self::F32 => 4,
+        }
+    }
+
+    /// Whether samples are integers.
+    #[must_use]
+    pub fn is_integer(self) -> bool {
+        matches!(self, Self::U8 | Self::U16)
+    }
+}
+
+impl fmt::Display for Depth {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self, formatter)
+    }
+}
+
+/// The curve between values and integers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Transfer {
+    /// None: data.
+    #[default]
+    Raw,
+    /// The sRGB curve: linear colour becomes what screens take.
+    Srgb,
+}
+
+/// How values become integers. Float depths take the values as they are and ignore all of this.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Encoding {
+    /// The curve, applied after `range`. Opacity (the last of 2 or 4 channels) is always raw.
+    pub transfer: Transfer,
+    /// The values that become the least and the greatest integer; 0 and 1 by default. Not for opacity.
+    pub range: Option<(f32, f32)>,
+    /// Whether steps are broken up by a fixed pattern of positions (the R2 sequence, which has the even spacing of blue
+    /// noise) of ±½ step.
+    pub dither: bool,
+}
+
+/// How much time is spent on small files. No samples are changed by it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Compression {
+    /// As fast as disks are.
+    #[default]
+    Fast,
+    /// Smaller files, in a multiple of the time.
+    Best,
+}
+
+/// All about a picture but its samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PictureSpec {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Names of the channels, in the order in which they are handed over. PNG and TIFF use their number only (1 grey,
+    /// 2 grey and opacity, 3 RGB, 4 RGB and opacity); EXR stores the names, such as `R` or `base_color.R`.
+    pub channels: Vec<String>,
+    /// The format.
+    pub format: Format,
+    /// The depth, one for all channels.
+    pub depth: Depth,
+    /// How values become integers.
+    pub encoding: Encoding,
+    /// How hard to compress.
+    pub compression: Compression,
+    /// Pairs of a name and a text for the header. `Software` has a place of its own in every format.
+    pub metadata: Vec<(String, String)>,
+}
+
+impl PictureSpec {
+    /// Checks that such a file can be written.
+    ///
+    /// # Errors
+    /// For depths and numbers of channels the format does not have, empty pictures, empty ranges, and names of EXR
+    /// channels that are empty or not unique.
+    pub fn check(&self) -> Result<(), WriteError> {
+        let Self { width, height, format, depth, .. } = *self;
+        if !format.depths().contains(&depth) {
+            return Err(WriteError::Depth { format, depth, allowed: list(format.depths()) });
+        }
+        let (count, most) = (self.channels.len(), format.max_channels());
+        if count == 0 || count > most {
+            return Err(WriteError::Channels { format, count, most });
+        }
+        // EXR and PNG have 31 bits for a side.
+        if width == 0 || height == 0 || width.max(height) > i32::MAX.unsigned_abs() {
+            return Err(WriteError::Size { width, height });
+        }
+        match self.encoding.range {
+            Some((low, high)) if !(low.is_finite() && high.is_finite() && low != high) => {
+                return Err(WriteError::Range { low, high });
+            }
+            _ => {}
+        }
+        if format == Format::Exr { self.check_names() } else { Ok(()) }
+    }
+
+    fn check_names(&self) -> Result<(), WriteError> {
+        for (index, name) in self.channels.iter().enumerate() {
+            let fits = (1..=255).contains(&name.len()) && name.bytes().all(|byte| byte.is_ascii_graphic());
+            if !fits || self.channels[..index].contains(name) {
+                return Err(WriteError::ChannelName(name.clone()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The channel that is opacity.
+    #[must_use]
+    pub fn alpha(&self) -> Option<usize> {
+        match (self.format, self.channels.len()) {
+            (Format::Exr, _) => None,
+            (_, count @ (2 | 4)) => Some(count - 1),
+            _ => None,
+        }
+    }
+}
+
+fn list(depths: &[Depth]) -> String {
+    depths.iter().map(|depth| format!("`{depth}`")).collect::<Vec<_>>().join(" or ")
+}
+
+/// Why a picture cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// A combination that does not exist.
+    #[error("depth is `{depth}`; for format `{format}` it must be {allowed}")]
+    Depth {
+        /// The format.
+        format: Format,
+        /// The depth.
+        depth: Depth,
+        /// Those it may have.
+        allowed: String,
+    },
+    /// Too many channels, or none.
+    #[error("the picture has `{count}` channels; for format `{format}` it must have 1 to {most}: write several files")]
+    Channels {
+        /// The format.
+        format: Format,
+        /// The number.
+        count: usize,
+        /// The greatest number.
+        most: usize,
+    },
+    /// No pixels, or too many.
+    #[error("the picture has `{width}x{height}` pixels; each side must be between 1 and 2147483647")]
+    Size {
+        /// Width.
+        width: u32,
+        /// Height.
+        height: u32,
+    },
+    /// A range that is empty or not finite.
+    #[error("range is `({low}, {high})`; it must be two different, finite numbers")]
+    Range {
+        /// Value of the least integer.
+        low: f32,
+        /// Value of the greatest integer.
+        high: f32,
+    },
+    /// A channel name that EXR does not take.
+    #[error("a channel is called `{}`; it must have a unique name of 1 to 255 letters, digits and signs", .0.escape_debug())]
+    ChannelName(String),
+    /// The caller's rows do not fit the picture.
+    #[error("rows `{first}` to `{end}` were handed over; they must be whole rows of all channels, at most `{height}`")]
+    Rows {
+        /// The first row.
+        first: u32,
+        /// The row behind the last.
+        end: u32,
+        /// Rows of the picture.
+        height: u32,
+    },
+    /// The disk is full.
+    #[error("`{}` cannot be written: the disk is full; make room or write elsewhere", .path.display())]
+    DiskFull {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The system refuses.
+    #[error("`{}` cannot be written: {source}; check the folder and its permissions", .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+impl WriteError {
+    /// Names the file that an error of the system concerns.
+    #[must_use]
+    pub fn at(path: &Path, source: std::io::Error) -> Self {
+        let path = path.to_path_buf();
+        match source.kind() {
+            std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => Self::DiskFull { path },
+            _ => Self::Io { path, source },
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Writing pictures band by band.
+
+use super::atomic::AtomicFile;
+use super::encode::{RowEncoder, Rows, Tally};
+use super::spec::{Format, PictureSpec, WriteError};
+use super::write_exr::ExrSink;
+use super::write_png::PngSink;
+use super::write_tiff::TiffSink;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Encoded bytes that are handed to a format at once; with what compressing them takes this bounds the memory.
+const BAND_BYTES: usize = 8 << 20;
+
+/// What became of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Written {
+    /// Samples that the depth or the range cannot hold and that became the nearest value it can: by more than half a step
+    /// for integers, NaN among them; finite values beyond ±65504 for 16-bit floats.
+    pub clipped: u64,
+    /// Samples that are NaN or infinite. Floats are stored so; integers are clipped, NaN to 0.
+    pub non_finite: u64,
+    /// Least and greatest sample, NaN left out: a range that clips nothing.
+    pub range: (f32, f32),
+    /// Bytes of the file.
+    pub bytes: u64,
+}
+
+/// A picture file under construction.
+///
+/// Rows are handed over in bands of any height from y = 0 down. The file appears under its name at [`Writer::finish`]; a
+/// writer that is dropped before leaves nothing. Memory is bounded by some 32 MiB, or a few times the 16 or 32 rows that
+/// EXR compresses together if these are more.
+pub struct Writer {
+    spec: PictureSpec,
+    path: PathBuf,
+    encoder: RowEncoder,
+    // Before `output`, so that what a dropped sink still writes finds a file.
+    sink: Sink,
+    output: Output,
+    next_row: u32,
+    tally: Tally,
+}
+
+impl std::fmt::Debug for Writer {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Writer")
+            .field("path", &self.path)
+            .field("next_row", &self.next_row)
+            .finish_non_exhaustive()
+    }
+}
+
+enum Sink {
+    Png(PngSink<Output>),
+    Tiff(TiffSink<Output>),
+    Exr(ExrSink<Output>),
+}
+
+impl Writer {
+    /// Starts a file and writes its header.
+    ///
+    /// # Errors
+    /// When the specification contradicts itself ([`PictureSpec::check`]) or the folder cannot be written.
+    pub fn create(path: &Path, spec: &PictureSpec) -> Result<Self, WriteError> {
+        spec.check()?;
+        let at = |error| WriteError::at(path, error);
+        let file = AtomicFile::create(path).map_err(at)?;
+        let output = Output(Arc::new(Mutex::new(Counted { file, position: 0, length: 0 })));
+        let sink = match spec.format {
+            Format::Png => Sink::Png(PngSink::new(output.clone(), spec).map_err(at)?),
+            Format::Tiff => Sink::Tiff(TiffSink::new(output.clone(), spec).map_err(at)?),
+            Format::Exr => Sink::Exr(ExrSink::new(output.clone(), spec).map_err(at)?),
+        };
+        let encoder = RowEncoder::new(spec);
+        let (spec, path) = (spec.clone(), path.to_path_buf());
+        Ok(Self { spec, path, encoder, sink, output, next_row: 0, tally: Tally::default() })
+    }
+
+    /// The path that the file will have.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The row that is expected next.
+    #[must_use]
+    pub fn next_row(&self) -> u32 {
+        self.next_row
+    }
+
+    /// Writes the next rows: of every channel, in the order of the specification, `rows` times the width samples.
+    ///
+    /// # Errors
+    /// When the lengths do not fit, or the system refuses; then the writer should be dropped.
+    pub fn write_rows(&mut self, planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
+        let (first, height) = (self.next_row, self.spec.height);
+        let end = first.saturating_add(rows);
+        let samples = rows as usize * self.spec.width as usize;
+        if planes.len() != self.spec.channels.len() || planes.iter().any(|plane| plane.len() != samples) || end > height
+        {
+            return Err(WriteError::Rows { first, end, height });
+        }
+        let step = u32::try_from(self.rows_at_once()).unwrap_or(u32::MAX);
+        let mut row = 0;
+        while row < rows {
+            let count = step.min(rows - row);
+            let start = row as usize * self.spec.width as usize;
+            let length = count as usize * self.spec.width as usize;
+            let part: Vec<&[f32]> = planes.iter().map(|plane| &plane[start..][..length]).collect();
+            self.write_part(Rows { planes: &part, first: first + row, count })?;
+            row += count;
+        }
+        self.next_row = end;
+        Ok(())
+    }
+
+    fn rows_at_once(&self) -> usize {
+        // Blocks are compressed in parallel, so there should be one for every thread.
+        let block_rows = match &self.sink {
+            Sink::Png(_) => 1,
+            Sink::Tiff(sink) => sink.rows_per_block() * rayon::current_num_threads(),
+            Sink::Exr(sink) => sink.rows_per_block() * rayon::current_num_threads(),
+        };
+        (BAND_BYTES / self.encoder.row_bytes()).max(block_rows)
+    }
+
+    fn write_part(&mut self, rows: Rows<'_>) -> Result<(), WriteError> {
+        let tally = match &mut self.sink {
+            Sink::Png(sink) => sink.write(&self.encoder, rows),
+            Sink::Tiff(sink) => sink.write(&self.encoder, rows),
+            Sink::Exr(sink) => sink.write(&self.encoder, rows),
+        };
+        self.tally = self.tally.with(tally.map_err(|error| WriteError::at(&self.path, error))?);
+        Ok(())
+    }
+
+    /// Completes the file and gives it its name.
+    ///
+    /// # Errors
+    /// When rows are missing or the system refuses; then there is no new file, and what had the name before is unchanged.
+    pub fn finish(self) -> Result<Written, WriteError> {
+        let Self { spec, path, sink, output, next_row, tally, .. } = self;
+        if next_row != spec.height {
+            return Err(WriteError::Rows { first: 0, end: next_row, height: spec.height });
+        }
+        let at = |error| WriteError::at(&path, error);
+        match sink {
+            Sink::Png(sink) => sink.finish().map_err(at)?,
+            Sink::Tiff(sink) => sink.finish().map_err(at)?,
+            Sink::Exr(sink) => sink.finish().map_err(at)?,
+        }
+        let Counted { file, length, .. } = output.into_inner();
+        file.commit().map_err(at)?;
+        let range = (tally.least, tally.greatest);
+        Ok(Written { clipped: tally.clipped, non_finite: tally.non_finite, range, bytes: length })
+    }
+}
+
+/// The file, shared between the writer, which commits it, and an encoder, which does not give back what it writes to.
+#[derive(Clone)]
+struct Output(Arc<Mutex<Counted>>);
+
+struct Counted {
+    file: AtomicFile,
+    position: u64,
+    length: u64,
+}
+
+impl Output {
+    fn with<T>(&self, act: impl FnOnce(&mut Counted) -> T) -> T {
+        act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn into_inner(self) -> Counted {
+        let mutex = Arc::into_inner(self.0).expect("the sink, the only other owner, is finished");
+        mutex.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.with(|inner| {
+            let written = inner.file.write(bytes)?;
+            inner.position += written as u64;
+            inner.length = inner.length.max(inner.position);
+            Ok(written)
+        })
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.with(|inner| inner.file.flush())
+    }
+}
+
+impl Seek for Output {
+    fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
+        self.with(|inner| {
+            inner.position = inner.file.seek(position)?;
+            Ok(inner.position)
+        })
+    }
+}

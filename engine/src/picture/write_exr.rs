@@ -1,0 +1,154 @@
+//! OpenEXR by blocks of rows.
+//!
+//! The `exr` crate writes the header's attributes and knows PIZ; the container is put together here, because the crate's
+//! writers want all blocks from within one call, and write custom attributes in an order that differs from run to run.
+
+use super::encode::{RowEncoder, Rows, Tally};
+use super::lossless::{exr_predict, level, zlib};
+use super::spec::{Compression, Depth, PictureSpec};
+use exr::compression::Compression as Method;
+use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleType, Text};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData, magic_number};
+use exr::prelude::SmallVec;
+use rayon::prelude::*;
+use std::io::{self, Seek, SeekFrom, Write};
+
+pub(super) struct ExrSink<W> {
+    output: W,
+    header: Header,
+    level: u32,
+    row_bytes: usize,
+    /// Bytes of rows that do not make a block yet.
+    pending: Vec<u8>,
+    /// Where the table of blocks begins.
+    table: u64,
+    position: u64,
+    /// Place of each block.
+    places: Vec<u64>,
+}
+
+impl<W: Write + Seek> ExrSink<W> {
+    pub(super) fn new(mut output: W, spec: &PictureSpec) -> io::Result<Self> {
+        let header = header(spec);
+        let mut start = header_bytes(&header).map_err(io::Error::other)?;
+        // Custom attributes go before the zero that ends the header.
+        let end = start.pop();
+        for (name, text) in attributes(&spec.metadata) {
+            start.extend(name.bytes().chain(*b"\0string\0"));
+            let length = i32::try_from(text.len()).map_err(io::Error::other)?;
+            start.extend(length.to_le_bytes().iter().chain(text.as_bytes()));
+        }
+        start.extend(end);
+        let table = start.len() as u64;
+        // Zeros until the end: a reader knows that the file is incomplete.
+        start.resize(start.len() + header.chunk_count * 8, 0);
+        output.write_all(&start)?;
+        let row_bytes = spec.width as usize * header.channels.bytes_per_pixel;
+        let (level, position) = (level(spec.compression), start.len() as u64);
+        Ok(Self { output, header, level, row_bytes, pending: Vec::new(), table, position, places: Vec::new() })
+    }
+
+    pub(super) fn rows_per_block(&self) -> usize {
+        self.header.compression.scan_lines_per_block()
+    }
+
+    pub(super) fn write(&mut self, encoder: &RowEncoder, rows: Rows<'_>) -> io::Result<Tally> {
+        let tally = encoder.encode(rows, &mut self.pending);
+        let block_bytes = self.rows_per_block() * self.row_bytes;
+        let whole = self.pending.len() / block_bytes * block_bytes;
+        self.write_blocks(whole)?;
+        Ok(tally)
+    }
+
+    /// Compresses and writes the first bytes of `pending`.
+    fn write_blocks(&mut self, bytes: usize) -> io::Result<()> {
+        let rows = self.rows_per_block();
+        let blocks = self.pending[..bytes].par_chunks(rows * self.row_bytes).enumerate();
+        let (header, level, first) = (&self.header, self.level, self.places.len());
+        let compressed: exr::error::Result<Vec<(usize, Vec<u8>)>> = blocks
+            .map(|(index, block)| {
+                let y = (first + index) * rows;
+                Ok((y, compress(block, y, header, level)?))
+            })
+            .collect();
+        let compressed = compressed.map_err(io::Error::other)?;
+        self.pending.drain(..bytes);
+        for (y, block) in compressed {
+            let number = |value: usize| i32::try_from(value).map(i32::to_le_bytes).map_err(io::Error::other);
+            self.output.write_all(&[number(y)?, number(block.len())?].concat())?;
+            self.output.write_all(&block)?;
+            self.places.push(self.position);
+            self.position += 8 + block.len() as u64;
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(mut self) -> io::Result<()> {
+        self.write_blocks(self.pending.len())?;
+        let table: Vec<u8> = self.places.iter().flat_map(|place| place.to_le_bytes()).collect();
+        self.output.seek(SeekFrom::Start(self.table))?;
+        self.output.write_all(&table)?;
+        self.output.flush()
+    }
+}
+
+fn header(spec: &PictureSpec) -> Header {
+    let sample_type = if spec.depth == Depth::F16 { SampleType::F16 } else { SampleType::F32 };
+    let mut names: Vec<&String> = spec.channels.iter().collect();
+    names.sort();
+    let channels: SmallVec<[ChannelDescription; 5]> =
+        names.into_iter().map(|name| ChannelDescription::new(name.as_str(), sample_type, false)).collect();
+    // Wavelets do better than ZIP on 16-bit pictures with grain, worse on 32 bits.
+    let method = match (spec.compression, spec.depth) {
+        (Compression::Best, Depth::F16) => Method::PIZ,
+        _ => Method::ZIP16,
+    };
+    let size = (spec.width as usize, spec.height as usize);
+    let mut header = Header::new(Text::default(), size, channels);
+    header.own_attributes.layer_name = None;
+    header.with_encoding(method, BlockDescription::ScanLines, LineOrder::Increasing)
+}
+
+fn header_bytes(header: &Header) -> exr::error::Result<Vec<u8>> {
+    let headers = std::slice::from_ref(header);
+    let mut bytes = Vec::new();
+    let requirements = MetaData::validate(headers, true)?;
+    magic_number::write(&mut bytes)?;
+    requirements.write(&mut bytes)?;
+    Header::write_all(headers, &mut bytes, false)?;
+    Ok(bytes)
+}
+
+/// Names and texts as the format takes them: names of 1 to 31 printable ASCII characters that no standard attribute has.
+fn attributes(metadata: &[(String, String)]) -> Vec<(String, String)> {
+    let mut attributes: Vec<(String, String)> = Vec::new();
+    for (name, text) in metadata {
+        // The software has a standard attribute; the others might by accident, and then of another type.
+        let name = if name == "Software" { "software".into() } else { format!("shibo.{name}") };
+        let name: String = name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).take(31).collect();
+        if attributes.iter().all(|(other, _)| *other != name) {
+            attributes.push((name, text.clone()));
+        }
+    }
+    attributes
+}
+
+fn compress(block: &[u8], y: usize, header: &Header, level: u32) -> exr::error::Result<Vec<u8>> {
+    if header.compression == Method::PIZ {
+        let rows = block.len() / (header.layer_size.width() * header.channels.bytes_per_pixel);
+        let place = IntegerBounds::new((0, i32::try_from(y)?), (header.layer_size.width(), rows));
+        return header.compression.compress_image_section_to_le(header, to_native(block.to_vec()), place);
+    }
+    let packed = zlib(&exr_predict(block), level);
+    // What does not become smaller is stored as it is; readers tell it by its length.
+    Ok(if packed.len() < block.len() { packed } else { block.to_vec() })
+}
+
+/// The crate takes samples in the order of bytes of this machine. PIZ is used for 16 bits only.
+fn to_native(mut bytes: Vec<u8>) -> Vec<u8> {
+    if cfg!(target_endian = "big") {
+        bytes.as_chunks_mut::<2>().0.iter_mut().for_each(|pair| pair.reverse());
+    }
+    bytes
+}

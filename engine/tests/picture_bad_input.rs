@@ -1,5 +1,7 @@
 //! Files that are not what they should be: a clear error each, no panic, no more memory than the limits allow.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
+
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding as ExrEncoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
 };
@@ -79,10 +81,17 @@ fn the_samples_are_good() {
 
 #[test]
 fn every_truncation_is_an_error() {
-    for bytes in samples() {
+    for (number, bytes) in samples().into_iter().enumerate() {
+        let whole = read_bytes(&bytes, &LIMITS).unwrap();
         let step = (bytes.len() / 200).max(1);
         for length in (0..bytes.len()).step_by(step).chain(bytes.len() - 8..bytes.len()) {
-            let error = read_bytes(&bytes[..length], &LIMITS).map(|_| length).expect_err("half a picture");
+            let reading = read_bytes(&bytes[..length], &LIMITS);
+            let error = match reading {
+                Err(error) => error,
+                // What is missing may be text that ends a file.
+                Ok(picture) if picture == whole && length + 40 > bytes.len() => continue,
+                Ok(_) => panic!("sample {number}: half a picture from {length} of {} bytes", bytes.len()),
+            };
             let _ = header_bytes(&bytes[..length]);
             assert!(!error.is_too_large(), "{error}");
         }

@@ -1,5 +1,7 @@
 //! Files as other programs write them: all kinds of samples, palettes, tiles, layers and windows.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
+
 use exr::prelude::{
     AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder, SmallVec,
     Vec2, WritableImage, f16,

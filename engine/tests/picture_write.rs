@@ -1,5 +1,7 @@
 //! What is written is what is read back, for every format, depth and compression; and what the writer promises besides.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
+
 use shibo_engine::picture::{
     Compression, Depth, Encoding, Format, Picture, PictureSpec, ReadLimits, SampleKind, Transfer, WriteError, Writer,
     Written, default_for, read, read_layer, remove_stale_temporaries, srgb_to_linear,

@@ -57,7 +57,7 @@ impl<W: Write + 'static> PngSink<W> {
                 encoder.set_filter(Filter::Up);
             }
             Compression::Best => {
-                encoder.set_deflate_compression(DeflateCompression::Level(7));
+                encoder.set_deflate_compression(DeflateCompression::Level(6));
                 encoder.set_filter(Filter::Adaptive);
             }
         }

@@ -8,7 +8,7 @@ pub mod blend;
 pub mod blur;
 pub mod distance;
 pub mod hash;
-pub mod lattice;
+pub mod cells;
 pub mod math;
 pub mod math_ops;
 pub mod noise;

@@ -6,7 +6,7 @@
 //! direction: to the bisector of the nearest point and each of the 24 around (I. Quilez, "Voronoi edges").
 
 use super::hash::Hash;
-use super::lattice::{Canvas, CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, scramble, upper_unit};
+use super::cells::{Canvas, CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, scramble, upper_unit};
 use super::math::{max, min};
 use super::simd;
 use super::window::{Frame, index, offset};

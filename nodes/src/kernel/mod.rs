@@ -4,5 +4,17 @@
 //! random numbers are hashed from a seed and an index; reductions have a fixed order; transcendental functions come
 //! from [`math`], never from the system. Pictures are planar `f32`, rows from y = 0.
 
+pub mod bands;
+pub mod delaunay;
 pub mod hash;
+pub mod lattice;
+pub mod lines;
 pub mod math;
+pub mod points;
+pub mod poisson;
+pub mod segments;
+pub mod springs;
+mod springs_grid;
+mod springs_list;
+mod stroke_fill;
+pub mod strokes;

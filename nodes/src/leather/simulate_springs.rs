@@ -214,9 +214,7 @@ impl SimulateSprings {
     fn fixed(&self, points: &Points, periodic: bool) -> Vec<bool> {
         match self.boundary {
             // Where the set repeats there is no edge to hold on to.
-            Boundary::Fixed(margin) if !periodic => {
-                border(&points.positions, points.size_mm.as_vec2(), narrow(margin))
-            }
+            Boundary::Fixed(margin) if !periodic => border(&points.positions, points.size_mm.as_vec2(), narrow(margin)),
             _ => Vec::new(),
         }
     }
@@ -237,7 +235,8 @@ impl SimulateSprings {
         if early > 0 && matches!(self.break_force, BreakForce::Force(_)) {
             let message = format!("{early} of {} springs break before the first step", forces.len());
             let highest = forces.iter().copied().fold(0.0, f32::max);
-            let help = format!("the highest force at the start is {highest}; choose a break_force above it, or a Share");
+            let help =
+                format!("the highest force at the start is {highest}; choose a break_force above it, or a Share");
             cx.evaluator.warn(Problem::new(Code::Advice, message).at("break_force").help(help));
         }
         vec![force; forces.len()]
@@ -299,12 +298,8 @@ fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
         velocities: None,
         broken: Vec::new(),
     };
-    let moved = Lattice {
-        points: points.clone(),
-        velocities: Some(vectors(&outcome.velocities)),
-        broken,
-        ..lattice.clone()
-    };
+    let moved =
+        Lattice { points: points.clone(), velocities: Some(vectors(&outcome.velocities)), broken, ..lattice.clone() };
     // As a set of their own the points have no lattice any more that they were meant for.
     let alone = Points { regular: None, grid: None, ..Points::clone(&points) };
     Outputs::one(moved).with("points", alone).with("broken", only_broken)

@@ -38,7 +38,7 @@ mod info;
 mod params;
 mod port;
 
-pub(crate) use build::Functions;
+pub(crate) use build::{Functions, ron_options};
 pub use build::{Arg, BuildError, Built, DynNode, build};
 pub use context::{Context, Outputs};
 pub use info::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};

@@ -4,6 +4,7 @@
 //! [`kernel`] or in the engine's `value`.
 pub mod generators;
 pub mod kernel;
+pub mod leather;
 
 #[cfg(test)]
 mod testing;
@@ -12,5 +13,5 @@ use shibo_engine::registry::Registry;
 
 /// All nodes.
 pub fn registry() -> Registry {
-    Registry::new([generators::family()])
+    Registry::new([generators::family(), leather::family()])
 }

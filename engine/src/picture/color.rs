@@ -135,7 +135,8 @@ impl SrgbEncoder {
             // Below 2^-13 there are only the codes 0 (up to half a step) and, linear as the curve is here, 0 again.
             return u8::from(linear >= self.boundaries[1]);
         }
-        let bucket = (linear.min(1.0).to_bits() >> 16) - CODE_FIRST;
+        let linear = linear.min(1.0);
+        let bucket = (linear.to_bits() >> 16) - CODE_FIRST;
         let code = usize::from(self.codes[bucket as usize]);
         (code + usize::from(linear >= self.boundaries[code + 1])) as u8
     }

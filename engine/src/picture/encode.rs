@@ -210,8 +210,8 @@ impl RowEncoder {
 #[expect(clippy::cast_possible_truncation, reason = "the value is clamped to the range of the integers before")]
 #[expect(clippy::cast_sign_loss, reason = "the value is clamped to the range of the integers before")]
 fn quantise(value: f32, max: f32, offset: f32) -> u16 {
-    // By way of i32, which processors convert to directly. The clamp lets NaN through; the cast makes it 0.
-    ((value * max).clamp(0.0, max) + offset).min(max) as i32 as u16
+    // By way of i32, which processors convert to directly. `max` makes NaN 0.
+    ((value * max).max(0.0) + offset).min(max) as i32 as u16
 }
 
 /// The dither pattern: between 0 and 1, evenly spread in every neighbourhood (M. Roberts, "The unreasonable effectiveness

@@ -9,7 +9,7 @@ use std::path::Path;
 /// Reads a picture. Needs memory for the file, the stored samples and the `f32` samples at once.
 ///
 /// Of an EXR file with many channels a sensible selection is taken: the first layer that has colours (`R`, `G`, `B`, with
-/// `A`), else luminance (`Y`), else a vector (`X`, `Y`, `Z`), else the only channel, else the first up to four.
+/// `A`), else a vector (`X`, `Y`, `Z`), else luminance (`Y`), else the only channel, else the first up to four.
 ///
 /// # Errors
 /// See [`ReadError`]; the file is named.

@@ -54,9 +54,9 @@ impl std::fmt::Debug for Writer {
 }
 
 enum Sink {
-    Png(PngSink<Output>),
-    Tiff(TiffSink<Output>),
-    Exr(ExrSink<Output>),
+    Png(Box<PngSink<Output>>),
+    Tiff(Box<TiffSink<Output>>),
+    Exr(Box<ExrSink<Output>>),
 }
 
 impl Writer {
@@ -70,9 +70,9 @@ impl Writer {
         let file = AtomicFile::create(path).map_err(at)?;
         let output = Output(Arc::new(Mutex::new(Counted { file, position: 0, length: 0 })));
         let sink = match spec.format {
-            Format::Png => Sink::Png(PngSink::new(output.clone(), spec).map_err(at)?),
-            Format::Tiff => Sink::Tiff(TiffSink::new(output.clone(), spec).map_err(at)?),
-            Format::Exr => Sink::Exr(ExrSink::new(output.clone(), spec).map_err(at)?),
+            Format::Png => Sink::Png(Box::new(PngSink::new(output.clone(), spec).map_err(at)?)),
+            Format::Tiff => Sink::Tiff(Box::new(TiffSink::new(output.clone(), spec).map_err(at)?)),
+            Format::Exr => Sink::Exr(Box::new(ExrSink::new(output.clone(), spec).map_err(at)?)),
         };
         let encoder = RowEncoder::new(spec);
         let (spec, path) = (spec.clone(), path.to_path_buf());

@@ -99,10 +99,10 @@ fn header(spec: &PictureSpec) -> Header {
     names.sort();
     let channels: SmallVec<[ChannelDescription; 5]> =
         names.into_iter().map(|name| ChannelDescription::new(name.as_str(), sample_type, false)).collect();
-    // Wavelets do better than ZIP on 16-bit pictures with grain, worse on 32 bits.
-    let method = match (spec.compression, spec.depth) {
-        (Compression::Best, Depth::F16) => Method::PIZ,
-        _ => Method::ZIP16,
+    // Wavelets do better than DEFLATE on grain, in more time.
+    let method = match spec.compression {
+        Compression::Fast => Method::ZIP16,
+        Compression::Best => Method::PIZ,
     };
     let size = (spec.width as usize, spec.height as usize);
     let mut header = Header::new(Text::default(), size, channels);
@@ -138,17 +138,18 @@ fn compress(block: &[u8], y: usize, header: &Header, level: u32) -> exr::error::
     if header.compression == Method::PIZ {
         let rows = block.len() / (header.layer_size.width() * header.channels.bytes_per_pixel);
         let place = IntegerBounds::new((0, i32::try_from(y)?), (header.layer_size.width(), rows));
-        return header.compression.compress_image_section_to_le(header, to_native(block.to_vec()), place);
+        return header.compression.compress_image_section_to_le(header, to_native(block.to_vec(), header), place);
     }
     let packed = zlib(&exr_predict(block), level);
     // What does not become smaller is stored as it is; readers tell it by its length.
     Ok(if packed.len() < block.len() { packed } else { block.to_vec() })
 }
 
-/// The crate takes samples in the order of bytes of this machine. PIZ is used for 16 bits only.
-fn to_native(mut bytes: Vec<u8>) -> Vec<u8> {
+/// The crate takes samples in the order of bytes of this machine.
+fn to_native(mut bytes: Vec<u8>, header: &Header) -> Vec<u8> {
     if cfg!(target_endian = "big") {
-        bytes.as_chunks_mut::<2>().0.iter_mut().for_each(|pair| pair.reverse());
+        let sample = header.channels.list.first().map_or(1, |channel| channel.sample_type.bytes_per_sample());
+        bytes.chunks_exact_mut(sample).for_each(<[u8]>::reverse);
     }
     bytes
 }

@@ -4,17 +4,45 @@ use super::encode::{RowEncoder, Rows, Tally};
 use super::spec::{Compression, Depth, PictureSpec, Transfer};
 use png::{BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, SrgbRenderingIntent, StreamWriter};
 use std::io::{self, Write};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Compressed bytes of a chunk.
 const CHUNK_BYTES: usize = 1 << 18;
 
 pub(super) struct PngSink<W: Write + 'static> {
-    stream: StreamWriter<'static, W>,
+    stream: StreamWriter<'static, Watched<W>>,
     bytes: Vec<u8>,
+    failure: Failure,
+}
+
+/// The first error of an output.
+type Failure = Arc<Mutex<Option<io::Error>>>;
+
+/// An output that remembers its error: the crate writes the last chunks while it is dropped, and is silent about failures.
+struct Watched<W> {
+    output: W,
+    failure: Failure,
+}
+
+impl<W: Write> Write for Watched<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.output.write(bytes).inspect_err(|error| {
+            let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+            if error.kind() != io::ErrorKind::Interrupted {
+                failure.get_or_insert_with(|| io::Error::new(error.kind(), error.to_string()));
+            }
+        })
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.output.flush()
+    }
 }
 
 impl<W: Write + 'static> PngSink<W> {
     pub(super) fn new(output: W, spec: &PictureSpec) -> io::Result<Self> {
+        let failure = Failure::default();
+        let output = Watched { output, failure: Arc::clone(&failure) };
         let mut encoder = Encoder::new(output, spec.width, spec.height);
         encoder.set_color(match spec.channels.len() {
             1 => ColorType::Grayscale,
@@ -29,7 +57,7 @@ impl<W: Write + 'static> PngSink<W> {
                 encoder.set_filter(Filter::Up);
             }
             Compression::Best => {
-                encoder.set_deflate_compression(DeflateCompression::Level(7));
+                encoder.set_deflate_compression(DeflateCompression::Level(6));
                 encoder.set_filter(Filter::Adaptive);
             }
         }
@@ -45,7 +73,7 @@ impl<W: Write + 'static> PngSink<W> {
         }
         let writer = encoder.write_header().map_err(to_io)?;
         let stream = writer.into_stream_writer_with_size(CHUNK_BYTES).map_err(to_io)?;
-        Ok(Self { stream, bytes: Vec::new() })
+        Ok(Self { stream, bytes: Vec::new(), failure })
     }
 
     pub(super) fn write(&mut self, encoder: &RowEncoder, rows: Rows<'_>) -> io::Result<Tally> {
@@ -56,7 +84,9 @@ impl<W: Write + 'static> PngSink<W> {
     }
 
     pub(super) fn finish(self) -> io::Result<()> {
-        self.stream.finish().map_err(to_io)
+        self.stream.finish().map_err(to_io)?;
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
+        failure.map_or(Ok(()), Err)
     }
 }
 
@@ -72,5 +102,84 @@ fn to_io(error: EncodingError) -> io::Error {
     match error {
         EncodingError::IoError(error) => error,
         error => io::Error::other(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::write_exr::ExrSink;
+    use crate::picture::write_tiff::TiffSink;
+    use crate::picture::{Encoding, Format, WriteError};
+    use std::io::{Seek, SeekFrom};
+
+    /// A disk with so many bytes.
+    struct Disk(usize);
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0 = self.0.checked_sub(bytes.len()).ok_or(io::ErrorKind::StorageFull)?;
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Seek for Disk {
+        fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
+            Ok(0)
+        }
+    }
+
+    fn attempt(format: Format, disk: Disk) -> io::Result<()> {
+        let spec = PictureSpec {
+            width: 512,
+            height: 64,
+            channels: vec!["Y".into()],
+            format,
+            depth: format.depths()[0],
+            encoding: Encoding::default(),
+            compression: Compression::Fast,
+            metadata: Vec::new(),
+        };
+        let plane: Vec<f32> = (0..512 * 64_u32)
+            .map(|index| (index.wrapping_mul(index).wrapping_mul(2_654_435_761) >> 16) as f32 / 65536.0)
+            .collect();
+        let (encoder, rows) = (RowEncoder::new(&spec), Rows { planes: &[&plane], first: 0, count: 64 });
+        match format {
+            Format::Png => {
+                let mut sink = PngSink::new(disk, &spec)?;
+                sink.write(&encoder, rows)?;
+                sink.finish()
+            }
+            Format::Tiff => {
+                let mut sink = TiffSink::new(disk, &spec)?;
+                sink.write(&encoder, rows)?;
+                sink.finish()
+            }
+            Format::Exr => {
+                let mut sink = ExrSink::new(disk, &spec)?;
+                sink.write(&encoder, rows)?;
+                sink.finish()
+            }
+        }
+    }
+
+    #[test]
+    fn a_full_disk_is_reported_whenever_it_fills() {
+        for format in [Format::Png, Format::Tiff, Format::Exr] {
+            attempt(format, Disk(1 << 20)).unwrap();
+            for bytes in [0, 4, 100, 1000, 20_000] {
+                let error = WriteError::at(
+                    "a.png".as_ref(),
+                    attempt(format, Disk(bytes)).expect_err(&format!("{format} {bytes}")),
+                );
+                let message = error.to_string();
+                assert!(matches!(error, WriteError::DiskFull { .. }), "{format}, {bytes}: {message}");
+                assert_eq!(message, "`a.png` cannot be written: the disk is full; make room or write elsewhere");
+            }
+        }
     }
 }

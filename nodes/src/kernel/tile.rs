@@ -1,5 +1,5 @@
 //! Tiles of the engine as the kernels see them.
-use super::lattice::Canvas;
+use super::cells::Canvas;
 use super::window::{Frame, Rect, View};
 use shibo_engine::value::{Grid, Tile, Tiling, Window};
 

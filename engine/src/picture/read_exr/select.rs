@@ -24,7 +24,7 @@ impl Selection {
 }
 
 /// What makes a good picture, best first.
-const GROUPS: [&[&str]; 3] = [&["R", "G", "B"], &["Y"], &["X", "Y", "Z"]];
+const GROUPS: [&[&str]; 3] = [&["R", "G", "B"], &["X", "Y", "Z"], &["Y"]];
 
 /// Full names of all channels, layer by layer.
 pub(super) fn all_names(meta: &MetaData) -> Vec<String> {

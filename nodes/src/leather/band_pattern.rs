@@ -1,0 +1,190 @@
+//! [`BandPattern`]: bright bands on a dark ground, as a field that wrinkles follow.
+//!
+//! Source: JP4905282B2 §8, claims 9 to 11, figs 22 to 24 (rows A59–A66; decision L-13). Beyond the source: bands that
+//! repeat with the canvas, and nuclei everywhere on it. Cost: O(bands + pixels), by tiles.
+use super::grid_points::narrow;
+use crate::kernel::bands::{self, BandSpec};
+use crate::kernel::hash::Hash;
+use crate::kernel::strokes::{self, Draw, StrokeSet, StrokeStyle};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
+use shibo_engine::value::{Canvas, Field, Segments, Stop, Tiling, Type};
+
+/// How the value falls from the middle of a band to its edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Gradation {
+    /// 1 inside, 0 outside.
+    Hard,
+    /// Smoothly, level in the middle and at the edge.
+    #[default]
+    Smooth,
+    /// As a bell whose standard deviation is a sixth of the width.
+    Gaussian,
+}
+
+/// How bands that overlap are combined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Overlap {
+    /// The brighter one.
+    #[default]
+    Max,
+    /// The sum, which may exceed 1.
+    Add,
+}
+
+/// Where nuclei of bands lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Form {
+    /// Everywhere on the canvas.
+    #[default]
+    Cover,
+    /// As in the source's claim 10: a whole number of columns and rows, which leaves half a pitch at two edges empty.
+    Claim,
+    /// As in the source's flow chart (fig. 23): row by row until a jittered nucleus leaves the canvas.
+    FlowChart,
+}
+
+/// Bright bands at random, all in about the same direction: springs that follow them draw wrinkles along the bands.
+///
+/// ```ron
+/// "example": BandPattern(pitch: 10, angle: (15, 40), width: (1.5, 4), length: (12, 24)),
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BandPattern {
+    /// Mean distance of bands.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub pitch: f64,
+    /// Smallest and largest angle from +x towards +y; less than 30° apart looks best.
+    #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
+    pub angle: Range,
+    /// Smallest and largest width.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    pub width: Range,
+    /// Smallest and largest length.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    pub length: Range,
+    /// How the value falls from the middle of a band to its edge.
+    pub gradation: Gradation,
+    /// How bands that overlap are combined.
+    pub overlap: Overlap,
+    /// Where nuclei of bands lie.
+    pub form: Form,
+    /// Another number gives other bands.
+    pub seed: u64,
+}
+
+impl Default for BandPattern {
+    fn default() -> Self {
+        Self {
+            pitch: 4.0,
+            angle: Range::new(20.0, 45.0),
+            width: Range::new(0.6, 1.4),
+            length: Range::new(6.0, 14.0),
+            gradation: Gradation::Smooth,
+            overlap: Overlap::Max,
+            form: Form::Cover,
+            seed: 0,
+        }
+    }
+}
+
+/// The most bands that a node makes.
+const MAX_BANDS: f64 = 1e6;
+
+impl Node for BandPattern {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("value", Type::Gray, "1 in bands, 0 elsewhere."),
+        Output::new("segments", Type::Segments, "The middle lines of the bands, with their widths."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
+
+    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+        let wanted = canvas.size_mm.element_product() / (self.pitch * self.pitch);
+        if wanted > MAX_BANDS {
+            let message = format!("pitch would make about {wanted:.0} bands; at most {MAX_BANDS:.0} are allowed");
+            let problem = Problem::new(Code::TooLarge, message).at("pitch");
+            return vec![problem.help("use a larger pitch, or a smaller canvas")];
+        }
+        Vec::new()
+    }
+
+    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+        let spread = self.angle.hi - self.angle.lo;
+        if spread < 30.0 {
+            return Vec::new();
+        }
+        let message = format!("the angles of the bands are {spread}° apart; less than 30° is advised");
+        vec![Problem::new(Code::Advice, message).at("angle").help("wider apart, wrinkles follow no direction")]
+    }
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        if self.periodic(canvas) { Tiling::BOTH } else { Tiling::NONE }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let size = cx.size_mm().as_vec2();
+        let spec = BandSpec {
+            size,
+            pitch: narrow(self.pitch),
+            angle: [self.angle.lo, self.angle.hi].map(|a| narrow(a.to_radians())),
+            width: [self.width.lo, self.width.hi].map(narrow),
+            length: [self.length.lo, self.length.hi].map(narrow),
+        };
+        let form = match self.form {
+            Form::Cover => bands::Nuclei::Cover,
+            Form::Claim => bands::Nuclei::Claim,
+            Form::FlowChart => bands::Nuclei::FlowChart,
+        };
+        let periodic = self.periodic(cx.canvas);
+        let placed = bands::place(&spec, form, periodic, Hash::new(cx.seed(self.seed)));
+        let list = bands::strokes(&placed);
+        let tiling = Node::tiling(self, cx.canvas);
+        let segments = Segments {
+            ends: list.iter().map(|s| s.ends).collect(),
+            length_ratio: Vec::new(),
+            stretch: Vec::new(),
+            width: placed.iter().map(|band| band.width).collect(),
+            size_mm: cx.size_mm(),
+            periodic: tiling,
+        };
+        let set = StrokeSet::new(&list, self.style(), periodic.then_some(size));
+        let field = Field::generate(Type::Gray, tiling, move |out, _| {
+            let window = strokes::Window {
+                x: out.window.x,
+                y: out.window.y,
+                width: out.width(),
+                height: out.height(),
+                step: out.grid.step.as_vec2(),
+            };
+            set.fill(&window, Draw::Depth, out.plane_mut(0));
+            Ok(())
+        });
+        Ok(Outputs::one(field).with("segments", segments))
+    }
+}
+
+impl BandPattern {
+    /// The source's own forms know nothing of repetition.
+    fn periodic(&self, canvas: &Canvas) -> bool {
+        canvas.tile == Tiling::BOTH && self.form == Form::Cover
+    }
+
+    fn style(&self) -> StrokeStyle {
+        StrokeStyle {
+            profile: match self.gradation {
+                Gradation::Hard => strokes::Profile::Flat,
+                Gradation::Smooth => strokes::Profile::Smooth,
+                Gradation::Gaussian => bands::GAUSSIAN,
+            },
+            combine: match self.overlap {
+                Overlap::Max => strokes::Combine::Max,
+                Overlap::Add => strokes::Combine::Add,
+            },
+            min_width: 0.0,
+            ..StrokeStyle::default()
+        }
+    }
+}

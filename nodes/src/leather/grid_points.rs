@@ -1,0 +1,161 @@
+//! [`GridPoints`]: points in rows and columns.
+//!
+//! Source: JP4905282B2 §3, claims 6 and 7 (rows A1–A6, A10; decisions L-1, L-2). Beyond the source: staggered rows and
+//! grids that repeat with the canvas. Cost: O(points).
+use crate::kernel::hash::Hash;
+use crate::kernel::points::{GridSpec, grid, grid_counts};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Canvas, GridOrder, Points, Stop, Tiling, Type};
+
+/// The most points that a node makes.
+pub(super) const MAX_POINTS: usize = 4_000_000;
+
+/// Points in rows and columns, regular or jittered: the seed points of the wrinkle method.
+///
+/// The grid takes the pitch nearest to the wanted one that divides the canvas. On a canvas that tiles it repeats; on one
+/// that does not, its border points lie on the edge.
+///
+/// ```ron
+/// "points": GridPoints(pitch: 3, stagger: 0.5, jitter: 0.7),
+/// "links": ConnectNeighbors(points: "points", neighbors: Delaunay),
+/// "wrinkles": PlaceWrinkles(lattice: "links"),
+/// "height": DrawWrinkles(segments: "wrinkles", width: (0.5, 0.9), depth: 0.5),
+/// "example": Relief(height: "height"),
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct GridPoints {
+    /// Distance of columns and of rows; one number stands for both.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    pub pitch: Xy,
+    /// By how much every second row is shifted, as a share of the pitch; 0.5 makes a grid of triangles.
+    #[schemars(range(min = 0, max = 1))]
+    pub stagger: f64,
+    /// How far points stray from their places, as a share of the pitch: at 1 by up to half a pitch in x and in y.
+    #[schemars(range(min = 0, max = 1))]
+    pub jitter: f64,
+    /// Whether border points stay in place. Without effect where the canvas tiles: there is no border.
+    pub keep_border: bool,
+    /// Another number gives another jitter.
+    pub seed: u64,
+}
+
+impl Default for GridPoints {
+    fn default() -> Self {
+        Self { pitch: Xy::new(1.0, 1.0), stagger: 0.0, jitter: 1.0, keep_border: true, seed: 0 }
+    }
+}
+
+impl GridPoints {
+    fn spec(&self, canvas: &Canvas) -> GridSpec {
+        GridSpec {
+            size: canvas.size_mm.as_vec2(),
+            pitch: glam::DVec2::new(self.pitch.x, self.pitch.y).as_vec2(),
+            stagger: narrow(self.stagger),
+            jitter: narrow(self.jitter),
+            keep_border: self.keep_border,
+            periodic: canvas.tile == Tiling::BOTH,
+        }
+    }
+}
+
+/// A parameter as the kernels take it.
+#[expect(clippy::cast_possible_truncation, reason = "parameters are within ranges that f32 holds")]
+pub(super) fn narrow(value: f64) -> f32 {
+    value as f32
+}
+
+impl Node for GridPoints {
+    const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The points, by rows.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
+
+    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+        let pitch = glam::DVec2::new(self.pitch.x, self.pitch.y);
+        if pitch.cmpgt(canvas.size_mm).any() {
+            let size = canvas.size_mm;
+            let message = format!("pitch is `{pitch}`; it must be smaller than the canvas, {} × {} mm", size.x, size.y);
+            return vec![Problem::new(Code::OutOfRange, message).at("pitch")];
+        }
+        // Counted in f64 first: a tiny pitch on a large canvas would overflow the exact count.
+        let wanted = (canvas.size_mm / pitch).element_product();
+        if wanted > MAX_POINTS as f64 {
+            return vec![too_many(wanted, "pitch")];
+        }
+        let (columns, rows) = grid_counts(&self.spec(canvas));
+        if columns.saturating_mul(rows) > MAX_POINTS { vec![too_many(wanted, "pitch")] } else { Vec::new() }
+    }
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        if canvas.tile == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let spec = self.spec(cx.canvas);
+        let hash = Hash::new(cx.seed(self.seed));
+        let made = grid(&spec, hash);
+        let regular = (self.jitter > 0.0).then(|| grid(&GridSpec { jitter: 0.0, ..spec }, hash).points);
+        let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let order = GridOrder {
+            columns: count(made.nx),
+            rows: count(made.ny),
+            pitch: made.pitch,
+            stagger: narrow(self.stagger),
+        };
+        Ok(Outputs::one(Points {
+            positions: made.points,
+            regular,
+            size_mm: cx.size_mm(),
+            periodic: Node::tiling(self, cx.canvas),
+            pitch: made.pitch.min_element(),
+            grid: Some(order),
+        }))
+    }
+}
+
+/// The refusal of a typo that would fill the memory.
+pub(super) fn too_many(wanted: f64, field: &str) -> Problem {
+    let message = format!("{field} would make about {wanted:.0} points; at most {MAX_POINTS} are allowed");
+    Problem::new(Code::TooLarge, message).at(field).help("use a larger pitch, or a smaller canvas")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, outputs};
+    use shibo_engine::value::Value;
+
+    fn points(node: &GridPoints, canvas: &Canvas) -> std::sync::Arc<Points> {
+        match outputs(node, &[], canvas).unwrap().take("", true) {
+            Some(Value::Points(points)) => points.clone(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_bounded_grid_touches_the_edges() {
+        let canvas = Canvas { tile: Tiling::NONE, size_mm: glam::DVec2::splat(4.0), ..canvas() };
+        let made = points(&GridPoints { jitter: 0.0, ..GridPoints::default() }, &canvas);
+        assert_eq!(made.len(), 25);
+        assert_eq!(made.positions[24], glam::Vec2::splat(4.0));
+        assert_eq!(made.grid.unwrap().columns, 5);
+    }
+
+    #[test]
+    fn a_periodic_grid_divides_the_canvas() {
+        let made = points(&GridPoints { pitch: Xy::new(3.0, 3.0), ..GridPoints::default() }, &canvas());
+        assert_eq!(made.len(), 11 * 11);
+        assert_eq!(made.periodic, Tiling::BOTH);
+        assert!(made.regular.is_some());
+    }
+
+    #[test]
+    fn too_many_points_are_refused() {
+        let node = GridPoints { pitch: Xy::new(1e-4, 1e-4), ..GridPoints::default() };
+        assert_eq!(Node::check(&node, &canvas())[0].code, Code::TooLarge);
+        let node = GridPoints { pitch: Xy::new(100.0, 1.0), ..GridPoints::default() };
+        assert_eq!(Node::check(&node, &canvas())[0].code, Code::OutOfRange);
+    }
+}

@@ -1,0 +1,306 @@
+//! [`SimulateSprings`]: springs set in motion.
+//!
+//! Source: JP4905282B2 §5 and §6, claims 13 to 16 (rows A34–A46; decisions L-6, L-7, L-8, L-14). Beyond the source: the
+//! semi-implicit integrator, drag, and lattices that repeat with the canvas. A run that diverges is an error, never a
+//! picture. Cost: O(steps · links).
+use super::grid_points::narrow;
+use crate::kernel::lattice::GridShape;
+use crate::kernel::points::border;
+use crate::kernel::springs::{self, Mass, Motion, Net, Outcome, SpringError};
+use glam::Vec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, In, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, GridLinks, Lattice, Points, SpringNet, Stop, Tiling, Type};
+use std::sync::Arc;
+
+/// How position and velocity advance by a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Integrator {
+    /// The source's rule. Gains energy with every step: needs few steps, or drag.
+    #[default]
+    Explicit,
+    /// Velocity first, then position: keeps its energy up to larger steps.
+    SemiImplicit,
+}
+
+/// What happens at the canvas' edge.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Boundary {
+    /// Points at most so many mm from the edge stay where they are. On a set that repeats there is no edge.
+    Fixed(f64),
+    /// All points move.
+    Free,
+    /// All points move, and the canvas' edges join: needs points of a canvas that tiles.
+    Periodic,
+}
+
+/// The force beyond which springs break.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum BreakForce {
+    /// None breaks.
+    Never,
+    /// Beyond this force.
+    Force(f64),
+    /// Beyond the force that all but this share of the springs have at the start; 0.05 lets about 5 % break.
+    Share(f64),
+}
+
+/// Which springs can break.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum BreakOn {
+    /// Pulled and pushed springs.
+    #[default]
+    Either,
+    /// Pulled springs only.
+    Tension,
+}
+
+/// Lets springs pull their points about, from rest, for a number of steps: the wrinkles' pattern arises here.
+///
+/// What counts is stiffness · step² / mass (keep it below about 0.1), drag · step / mass, and the number of steps. With
+/// drag at 6 · stiffness · step either integrator is safe and the motion settles. A spring that breaks is gone, but its
+/// link stays and makes a long groove.
+///
+/// ```ron
+/// "points": PoissonPoints(pitch: 3),
+/// "links": ConnectNeighbors(points: "points"),
+/// "field": Perlin(size: 14),
+/// "springs": DefineSprings(lattice: "links", field: "field", stiffness: (1, 10)),
+/// "moved": SimulateSprings(springs: "springs", step: 0.1, steps: 60, drag: 6, boundary: Periodic),
+/// "relinked": ConnectNeighbors(points: "moved.points"),
+/// "wrinkles": PlaceWrinkles(lattice: "relinked"),
+/// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.9), depth: 0.5),
+/// "example": Relief(height: "height"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SimulateSprings {
+    /// The springs.
+    pub springs: In<SpringNet>,
+    /// Length of a time step.
+    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0.0))]
+    pub step: f64,
+    /// Number of steps: how far the pattern develops.
+    #[schemars(range(min = 0, max = 100_000))]
+    pub steps: u32,
+    /// Stops before, once no point is faster than this; 0 runs all steps.
+    #[schemars(range(min = 0), extend("unit" = "mm per unit of time"))]
+    pub until: f64,
+    /// How position and velocity advance.
+    pub integrator: Integrator,
+    /// A force against the speed at which each link grows, times that speed.
+    #[schemars(range(min = 0, max = 1e6))]
+    pub damping: f64,
+    /// A force against the speed of each point, times that speed.
+    #[schemars(range(min = 0, max = 1e6))]
+    pub drag: f64,
+    /// What happens at the canvas' edge.
+    #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
+    pub boundary: Boundary,
+    /// The force beyond which springs break.
+    #[schemars(extend("minimum" = 0.0))]
+    pub break_force: BreakForce,
+    /// Which springs can break.
+    pub break_on: BreakOn,
+}
+
+impl Default for SimulateSprings {
+    fn default() -> Self {
+        Self {
+            springs: In::default(),
+            step: 0.05,
+            steps: 40,
+            until: 0.0,
+            integrator: Integrator::Explicit,
+            damping: 0.0,
+            drag: 0.0,
+            boundary: Boundary::Fixed(0.0),
+            break_force: BreakForce::Never,
+            break_on: BreakOn::Either,
+        }
+    }
+}
+
+impl Node for SimulateSprings {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("lattice", Type::Lattice, "The points where they came to be, with all their links."),
+        Output::new("points", Type::Points, "The points alone, ready to be linked anew."),
+        Output::new("broken", Type::Lattice, "The same points with the links of broken springs only."),
+    ];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        match self.break_force {
+            BreakForce::Share(share) if share > 1.0 => {
+                let message = format!("break_force is `Share({share})`; a share must be at most 1");
+                vec![Problem::new(Code::OutOfRange, message).at("break_force")]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let springs = cx.get(&self.springs)?;
+        let lattice = &springs.lattice;
+        let periodic = lattice.points.periodic == Tiling::BOTH;
+        if self.boundary == Boundary::Periodic && !periodic {
+            let message = "boundary is `Periodic`, but the points do not repeat with the canvas";
+            let problem = Problem::new(Code::BadValue, message).at("boundary");
+            return Err(problem.help("say `tile: Both` in the canvas, or use `Fixed(0)`").into());
+        }
+        let start: Vec<[f32; 2]> = lattice.points.positions.iter().map(Vec2::to_array).collect();
+        let fixed = self.fixed(&lattice.points, periodic);
+        let threshold = self.threshold(cx, &springs, &start);
+        let damping = if self.damping > 0.0 { vec![narrow(self.damping); lattice.links.len()] } else { Vec::new() };
+        let net = Net { damping: &damping, threshold: &threshold, fixed: &fixed, ..net(&springs) };
+        let total = u64::from(self.steps);
+        let mut stopped = false;
+        let outcome = springs::simulate(&start, &net, &self.motion(), &mut |step| {
+            cx.evaluator.progress(u64::from(step), total);
+            stopped = cx.check().is_err();
+            !stopped
+        });
+        if stopped {
+            return Err(Stop::Cancelled);
+        }
+        let outcome = outcome.map_err(|e| self.explain(&e))?;
+        self.advise(cx, &springs, &outcome);
+        Ok(outputs(lattice, &outcome))
+    }
+}
+
+/// The springs as the kernel takes them, without dampers, thresholds and fixed points.
+fn net(springs: &SpringNet) -> Net<'_, f32> {
+    let lattice = &springs.lattice;
+    let shape = lattice.points.grid.as_ref().zip(lattice.grid).map(|(order, links)| GridShape {
+        nx: order.columns as usize,
+        ny: order.rows as usize,
+        eight: links == GridLinks::Eight,
+        periodic: lattice.points.periodic == Tiling::BOTH,
+    });
+    Net {
+        links: &lattice.links,
+        wraps: &lattice.offsets,
+        size: lattice.points.size_mm.as_vec2().to_array(),
+        stiffness: &springs.stiffness,
+        rest: &springs.rest_length,
+        damping: &[],
+        threshold: &[],
+        fixed: &[],
+        mass: if springs.mass.is_empty() { Mass::One } else { Mass::Each(&springs.mass) },
+        grid: shape,
+    }
+}
+
+impl SimulateSprings {
+    fn motion(&self) -> Motion<f32> {
+        Motion {
+            step: narrow(self.step),
+            steps: self.steps,
+            integrator: match self.integrator {
+                Integrator::Explicit => springs::Integrator::Explicit,
+                Integrator::SemiImplicit => springs::Integrator::SemiImplicit,
+            },
+            drag: narrow(self.drag),
+            break_on: match self.break_on {
+                BreakOn::Either => springs::BreakOn::Either,
+                BreakOn::Tension => springs::BreakOn::Tension,
+            },
+            settle: narrow(self.until),
+        }
+    }
+
+    fn fixed(&self, points: &Points, periodic: bool) -> Vec<bool> {
+        match self.boundary {
+            // Where the set repeats there is no edge to hold on to.
+            Boundary::Fixed(margin) if !periodic => border(&points.positions, points.size_mm.as_vec2(), narrow(margin)),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The force beyond which each spring breaks; empty for never.
+    fn threshold(&self, cx: &Context<'_>, springs: &SpringNet, start: &[[f32; 2]]) -> Vec<f32> {
+        if self.break_force == BreakForce::Never {
+            return Vec::new();
+        }
+        let forces = springs::forces(start, &net(springs));
+        let force = match self.break_force {
+            BreakForce::Force(force) => narrow(force),
+            BreakForce::Share(share) => quantile(&forces, 1.0 - share),
+            BreakForce::Never => f32::INFINITY,
+        };
+        let early = forces.iter().filter(|f| **f > force).count();
+        // With a share the springs are meant to break at once.
+        if early > 0 && matches!(self.break_force, BreakForce::Force(_)) {
+            let message = format!("{early} of {} springs break before the first step", forces.len());
+            let highest = forces.iter().copied().fold(0.0, f32::max);
+            let help =
+                format!("the highest force at the start is {highest}; choose a break_force above it, or a Share");
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("break_force").help(help));
+        }
+        vec![force; forces.len()]
+    }
+
+    fn explain(&self, error: &SpringError) -> Problem {
+        let problem = Problem::new(Code::Diverged, error.to_string());
+        let help = format!(
+            "lower step (it is {}), stiffness or steps, or raise drag to about 6 · stiffness · step",
+            self.step
+        );
+        problem.at("step").help(help)
+    }
+
+    fn advise(&self, cx: &Context<'_>, springs: &SpringNet, outcome: &Outcome<f32>) {
+        if outcome.energy_growth > 1000.0 {
+            let message = format!("the motion has gained energy, by a factor of {:.0}", outcome.energy_growth);
+            cx.evaluator.warn(self.explain_growth(message));
+        }
+        let share = outcome.broken.len() as f64 / springs.lattice.links.len().max(1) as f64;
+        if share > 0.5 {
+            let message = format!("{:.0} % of the springs broke; little holds together", share * 100.0);
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("break_force"));
+        }
+    }
+
+    fn explain_growth(&self, message: String) -> Problem {
+        let help = "lower step, or raise drag to about 6 · stiffness · step";
+        Problem::new(Code::Advice, message).at("step").help(help)
+    }
+}
+
+/// The value below which `share` of the values lie.
+fn quantile(values: &[f32], share: f64) -> f32 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f32::total_cmp);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index into the list")]
+    let at = ((sorted.len() as f64 * share.clamp(0.0, 1.0)).ceil() as usize).saturating_sub(1);
+    sorted.get(at).copied().unwrap_or(f32::INFINITY)
+}
+
+fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
+    let vectors = |list: &[[f32; 2]]| list.iter().map(|p| Vec2::from_array(*p)).collect::<Vec<_>>();
+    let points = Arc::new(Points {
+        positions: vectors(&outcome.positions),
+        regular: Some(lattice.points.regular.clone().unwrap_or_else(|| lattice.points.positions.clone())),
+        ..Points::clone(&lattice.points)
+    });
+    let broken: Vec<(u32, u32)> = outcome.broken.iter().map(|b| (b.link, b.step)).collect();
+    let kept: Vec<usize> = broken.iter().map(|b| b.0 as usize).collect();
+    let select = |offsets: &[[i8; 2]]| {
+        if offsets.is_empty() { Vec::new() } else { kept.iter().map(|&l| offsets[l]).collect() }
+    };
+    let only_broken = Lattice {
+        points: points.clone(),
+        links: Arc::new(kept.iter().map(|&l| lattice.links[l]).collect()),
+        offsets: Arc::new(select(&lattice.offsets)),
+        grid: None,
+        velocities: None,
+        broken: Vec::new(),
+    };
+    let moved =
+        Lattice { points: points.clone(), velocities: Some(vectors(&outcome.velocities)), broken, ..lattice.clone() };
+    // As a set of their own the points have no lattice any more that they were meant for.
+    let alone = Points { regular: None, grid: None, ..Points::clone(&points) };
+    Outputs::one(moved).with("points", alone).with("broken", only_broken)
+}

@@ -89,8 +89,7 @@ pub(super) fn too_large(found: &str) -> String {
 }
 
 fn tile(part: &Part, report: &mut Report) -> Option<TileMode> {
-    let modes =
-        [("Both", TileMode::Both), ("X", TileMode::X), ("Y", TileMode::Y), ("None", TileMode::None)];
+    let modes = [("Both", TileMode::Both), ("X", TileMode::X), ("Y", TileMode::Y), ("None", TileMode::None)];
     let names = modes.map(|(name, _)| name);
     match part.shape() {
         Shape::Word(word) => {

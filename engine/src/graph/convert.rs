@@ -1,6 +1,6 @@
 //! The node that stands for an input of a sub-graph where what is given may be of another type than what is declared.
-use crate::node::{Context, Fact, Gray, In, Node, Output, Outputs, PortType, Rgb, build};
 use crate::node::{Arg, DynNode};
+use crate::node::{Context, Fact, Gray, In, Node, Output, Outputs, PortType, Rgb, build};
 use crate::value::{Field, Stop, Type};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};

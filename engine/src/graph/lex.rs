@@ -288,15 +288,10 @@ mod tests {
                 (Close, ")"),
             ]
         );
-        assert_eq!(words("1..2 -inf 'x' ''' é"), [
-            (Number, "1"),
-            (Other, "."),
-            (Number, ".2"),
-            (Number, "-inf"),
-            (Char, "'x'"),
-            (Char, "'''"),
-            (Ident, "é"),
-        ]);
+        assert_eq!(
+            words("1..2 -inf 'x' ''' é"),
+            [(Number, "1"), (Other, "."), (Number, ".2"), (Number, "-inf"), (Char, "'x'"), (Char, "'''"), (Ident, "é"),]
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Loading a graph: all the steps, in order.
 use super::files::{Doc, Files};
-use super::part::{Part, Piece, Shape, Src};
 use super::params::{ParamDecl, Params};
+use super::part::{Part, Piece, Shape, Src};
 use super::read::{self, shorten};
 use super::report::Report;
 use super::scope::{Unit, defaults, presets};
@@ -102,7 +102,13 @@ fn unit<'a>(
     }
 }
 
-fn link_imports(main: usize, files: &mut Files<'_>, registry: &Registry, sizes: &[Option<usize>], mut instances: usize) {
+fn link_imports(
+    main: usize,
+    files: &mut Files<'_>,
+    registry: &Registry,
+    sizes: &[Option<usize>],
+    mut instances: usize,
+) {
     for index in 0..files.docs.len() {
         let doc = &files.docs[index];
         if index == main || !doc.readable || sizes[index].is_none() {

@@ -32,7 +32,8 @@ impl Unit<'_> {
                 continue;
             }
             let Target::Out { flat, output } = meaning.target else {
-                let message = format!("`{}` is a number or a colour; an output must come from a node", shorten(&reference));
+                let message =
+                    format!("`{}` is a number or a colour; an output must come from a node", shorten(&reference));
                 self.report.push(from.error(Code::TypeMismatch, message));
                 continue;
             };

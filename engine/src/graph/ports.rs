@@ -60,7 +60,10 @@ pub(super) fn literal(part: &Part, ty: Type, port: &str, is_text: bool) -> Resul
     Ok(Literal::Constant(Field::constant(constant, &numbers[..constant.channels()])))
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "fields hold f32; what does not fit becomes infinite and is refused")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "fields hold f32; what does not fit becomes infinite and is refused"
+)]
 fn narrow(value: f64) -> f32 {
     value as f32
 }
@@ -144,7 +147,13 @@ impl Unit<'_> {
         })
     }
 
-    fn output_of_use(&self, child: usize, part: &Part, node: &str, port: Option<&str>) -> Result<Next, Box<Diagnostic>> {
+    fn output_of_use(
+        &self,
+        child: usize,
+        part: &Part,
+        node: &str,
+        port: Option<&str>,
+    ) -> Result<Next, Box<Diagnostic>> {
         let outputs = &self.docs[self.scopes[child].doc].document.outputs;
         let found = match port {
             Some(port) => outputs.iter().find(|output| output.name == port),
@@ -195,7 +204,8 @@ impl Unit<'_> {
         let mut slots = Vec::with_capacity(items.len());
         let mut good = true;
         for part in items {
-            let slot = |target, declared| Slot { port: name.to_owned(), wants: port.ty, part: part.clone(), target, declared };
+            let slot =
+                |target, declared| Slot { port: name.to_owned(), wants: port.ty, part: part.clone(), target, declared };
             match literal(&part, port.ty, &format!("`{name}`"), value.is_text) {
                 Ok(Literal::Constant(field)) => slots.push(slot(Target::Constant(field), None)),
                 Ok(Literal::Reference(reference)) => {

@@ -248,7 +248,8 @@ impl<'a> Unit<'a> {
                 given[index] = Some(ty.map_or(Bound::Broken, |ty| self.bind(scope, child, entry, ty)));
             } else if !document.params.iter().any(|(param, _)| param.name == entry.name) {
                 let inputs = document.inputs.iter().map(|input| input.name.as_str());
-                let names: Vec<_> = inputs.chain(document.params.iter().map(|(param, _)| param.name.as_str())).collect();
+                let names: Vec<_> =
+                    inputs.chain(document.params.iter().map(|(param, _)| param.name.as_str())).collect();
                 let message = format!("`{import}` has no input or parameter `{}`", entry.name);
                 let help = suggest(&entry.name, "input or parameter", &names);
                 self.report.push(entry.key.error(Code::UnknownField, message).help(help));
@@ -258,7 +259,9 @@ impl<'a> Unit<'a> {
     }
 
     fn bind(&mut self, scope: usize, child: usize, entry: &Entry, ty: Type) -> Bound {
-        let Some(value) = substitute(&entry.value, &self.scopes[scope].params, self.report) else { return Bound::Broken };
+        let Some(value) = substitute(&entry.value, &self.scopes[scope].params, self.report) else {
+            return Bound::Broken;
+        };
         let port = format!("input `{}`", entry.name);
         let name = match ports::literal(&value.part, ty, &port, value.is_text) {
             Ok(Literal::Constant(field)) => return Bound::Constant(field),
@@ -268,13 +271,7 @@ impl<'a> Unit<'a> {
                 return Bound::Broken;
             }
         };
-        let slot = Slot {
-            port,
-            wants: ty,
-            part: value.part.clone(),
-            target: Target::Broken,
-            declared: None,
-        };
+        let slot = Slot { port, wants: ty, part: value.part.clone(), target: Target::Broken, declared: None };
         if matches!(ty, Type::Gray | Type::Rgb) {
             let path = format!("{}{}", self.scopes[child].prefix, entry.name);
             let mut flat = Flat::new(scope, path, entry.key.clone(), "Input".to_owned(), None, &[]);

@@ -34,10 +34,11 @@ pub(super) fn substitute(part: &Part, params: &Params, report: &mut Report) -> O
     }
     let whole = Src::made(part.file(), made.text, made.pieces).whole();
     let part_is_one_word = part.tokens().len() == 1;
-    made.ok
-        .then_some(whole)
-        .flatten()
-        .map(|part| Substituted { part, base: made.base, is_text: is_text && part_is_one_word })
+    made.ok.then_some(whole).flatten().map(|part| Substituted {
+        part,
+        base: made.base,
+        is_text: is_text && part_is_one_word,
+    })
 }
 
 struct Made {

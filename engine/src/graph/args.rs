@@ -8,7 +8,6 @@ use super::subst::substitute;
 use super::syntax;
 use crate::diagnostics::{Code, Diagnostic, suggest};
 use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, Role};
-use std::sync::Arc;
 
 impl Unit<'_> {
     /// Reads the fields of a node: its wires, and its parameters with those of the graph put in.
@@ -272,6 +271,3 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     let lower: String = chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect();
     error.help(lower)
 }
-
-/// A node that was built.
-pub(super) type Node = Arc<dyn DynNode>;

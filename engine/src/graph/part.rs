@@ -175,13 +175,6 @@ impl Part {
         token.start - self.tokens().first().map_or(0, |t| t.start)
     }
 
-    /// The token that contains byte `offset` of [`str`](Self::str), or the next one after it.
-    pub(super) fn token_at(&self, offset: usize) -> Option<Part> {
-        let start = self.tokens().first()?.start + offset;
-        let index = self.tokens().partition_point(|t| t.end <= start).min(self.hi - self.lo - 1);
-        Some(self.part(self.lo + index, self.lo + index + 1))
-    }
-
     /// An error about it.
     pub(super) fn error(&self, code: Code, message: impl Into<String>) -> Diagnostic {
         let diagnostic = Diagnostic::new(code, self.span(), message);

@@ -9,9 +9,14 @@ pub mod leather;
 #[cfg(test)]
 mod testing;
 
-use shibo_engine::registry::Registry;
+use shibo_engine::registry::{Family, Registry};
+
+/// All nodes, by family.
+pub fn families() -> Vec<Family> {
+    vec![generators::family(), leather::family()]
+}
 
 /// All nodes.
 pub fn registry() -> Registry {
-    Registry::new([generators::family(), leather::family()])
+    Registry::new(families())
 }

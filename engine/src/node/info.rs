@@ -144,8 +144,7 @@ fn port(object: &Map<String, Json>) -> Option<PortInfo> {
     if let Some(ty) = object.get("items").and_then(Json::as_object).and_then(of) {
         return Some(PortInfo { ty, required: true, list: true, default: None });
     }
-    let ty = alternatives(object).into_iter().find_map(of)?;
-    Some(PortInfo { ty, required: false, list: false, default })
+    None
 }
 
 fn param(object: &Map<String, Json>) -> ParamInfo {

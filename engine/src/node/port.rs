@@ -126,7 +126,7 @@ impl<T: PortType> JsonSchema for In<T> {
     }
 
     fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-        // The type is there for `Option` to add "null" to it: that tells a port that may be left out from one that may not.
+        // The type lets `Option` leave its mark: it adds "null".
         json_schema!({ "type": "integer", "port": T::TYPE.name() })
     }
 }

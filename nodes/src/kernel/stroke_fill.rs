@@ -6,6 +6,8 @@ use glam::DVec2;
 
 /// Pixels per block; rows are padded so that a block may begin in any column.
 const LANES: usize = 8;
+/// The same, to count columns with.
+const LANE_COLUMNS: i32 = 8;
 
 /// A stroke as seen from a window.
 pub(super) struct Pen {
@@ -188,7 +190,7 @@ impl<const IDS: bool> Canvas<IDS> {
             while column < to {
                 let at = line * self.stride + usize::try_from(column).unwrap_or(0);
                 self.block(pen, at, (column - left, y), (combine, screen), &profile);
-                column += LANES as i32;
+                column += LANE_COLUMNS;
             }
         }
     }

@@ -4,7 +4,11 @@
 //! [`kernel`] or in the engine's `value`.
 pub mod generators;
 pub mod kernel;
+pub mod tone;
 
+mod choice;
+#[cfg(test)]
+mod conform;
 #[cfg(test)]
 mod testing;
 
@@ -12,5 +16,5 @@ use shibo_engine::registry::Registry;
 
 /// All nodes.
 pub fn registry() -> Registry {
-    Registry::new([generators::family()])
+    Registry::new([generators::family(), tone::family()])
 }

@@ -2,6 +2,7 @@
 //!
 //! A node is one file, plus one line in its family's list. Families do not know each other; what two of them need is in
 //! [`kernel`] or in the engine's `value`.
+pub mod combine;
 pub mod generators;
 pub mod kernel;
 pub mod tone;
@@ -16,5 +17,5 @@ use shibo_engine::registry::Registry;
 
 /// All nodes.
 pub fn registry() -> Registry {
-    Registry::new([generators::family(), tone::family()])
+    Registry::new([generators::family(), tone::family(), combine::family()])
 }

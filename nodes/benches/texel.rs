@@ -8,9 +8,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use shibo_nodes::kernel::cells::{Canvas, CellShape};
 use shibo_nodes::kernel::distance::{self, DistanceSpec};
 use shibo_nodes::kernel::hash::Hash;
-use shibo_nodes::kernel::cells::{Canvas, CellShape};
 use shibo_nodes::kernel::noise::{Noise, NoiseSpec};
 use shibo_nodes::kernel::normal::{self, NormalSpec, Slope};
 use shibo_nodes::kernel::occlusion::{self, OcclusionSpec};

@@ -6,9 +6,10 @@
 
 pub mod blend;
 pub mod blur;
-pub mod distance;
-pub mod hash;
 pub mod cells;
+pub mod distance;
+pub mod gradient;
+pub mod hash;
 pub mod math;
 pub mod math_ops;
 pub mod noise;

@@ -48,14 +48,14 @@ pub(super) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize
 /// The column of each box: one more than the rightmost of those it reads; sources stand beside their first reader.
 fn columns(count: usize, wires: &[(usize, usize)]) -> Vec<usize> {
     let mut readers = vec![Vec::new(); count];
-    let mut waiting = vec![0; count];
+    let mut waiting = vec![0_usize; count];
     for &(from, to) in wires {
         readers[from].push(to);
         waiting[to] += 1;
     }
     let sources: Vec<usize> = (0..count).filter(|&i| waiting[i] == 0).collect();
     let mut ready = sources.clone();
-    let mut columns = vec![0; count];
+    let mut columns = vec![0_usize; count];
     while let Some(i) = ready.pop() {
         for &to in &readers[i] {
             columns[to] = columns[to].max(columns[i] + 1);

@@ -24,12 +24,12 @@ fn expected(path: &Path, text: &str) -> Vec<Expected> {
                 None => (number, mark),
             };
             let mut parts = mark.split('|').map(|part| part.trim().to_owned());
-            let place = parts.next().unwrap();
+            let place = parts.next().expect("a mark has a place");
             let (column, code) = place.split_once(' ').expect("`//~ COLUMN CODE`");
             all.push(Expected {
                 file: path.to_owned(),
                 line: number,
-                column: column.parse().unwrap(),
+                column: column.parse().expect("a column is a number"),
                 code: code.trim().to_owned(),
                 says: parts.collect(),
             });

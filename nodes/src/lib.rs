@@ -2,10 +2,15 @@
 //!
 //! A node is one file, plus one line in its family's list. Families do not know each other; what two of them need is in
 //! [`kernel`] or in the engine's `value`.
+pub mod combine;
 pub mod generators;
 pub mod kernel;
 pub mod leather;
+pub mod tone;
 
+mod choice;
+#[cfg(test)]
+mod conform;
 #[cfg(test)]
 mod testing;
 
@@ -13,7 +18,7 @@ use shibo_engine::registry::{Family, Registry};
 
 /// All nodes, by family.
 pub fn families() -> Vec<Family> {
-    vec![generators::family(), leather::family()]
+    vec![leather::family(), generators::family(), tone::family(), combine::family()]
 }
 
 /// All nodes.

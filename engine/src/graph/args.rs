@@ -214,6 +214,9 @@ fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildError) -> Diag
         }
         _ => {
             let place = if single { part.clone() } else { element(part, at) };
+            // What is wanted inside of a choice, its schema does not say.
+            let inside = place.tokens().len() < part.tokens().len();
+            let param = param.filter(|param| !inside || param.choices.is_empty());
             wrong_type(name, param, &place, &error.message)
         }
     }
@@ -224,6 +227,7 @@ fn element(part: &Part, at: usize) -> Part {
     let items = match part.shape() {
         Shape::List(items) | Shape::Tuple(items) => items,
         Shape::Named(entries) => entries.into_iter().map(|entry| entry.value).collect(),
+        Shape::Call => part.head().and_then(|(_, body)| body).into_iter().collect(),
         _ => return part.clone(),
     };
     let holds = |item: &Part| {

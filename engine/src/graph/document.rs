@@ -7,8 +7,7 @@ use crate::diagnostics::{Code, suggest};
 use crate::picture::{Depth, Format};
 use crate::value::Type;
 
-const FIELDS: &[&str] =
-    &["version", "canvas", "imports", "params", "presets", "inputs", "nodes", "outputs", "name", "doc"];
+const FIELDS: &[&str] = &["version", "canvas", "imports", "params", "presets", "inputs", "nodes", "outputs"];
 
 /// A graph file as written.
 #[derive(Debug, Default)]
@@ -128,7 +127,7 @@ impl Document {
 
 fn check_version(part: &Part, report: &mut Report) {
     match part.shape() {
-        Shape::Number(value) if value == 1.0 => {}
+        Shape::Number(1.0) => {}
         Shape::Number(_) => {
             let message = format!("version is `{}`; this program reads version 1", shorten(part.str()));
             let help = "a newer file needs a newer program";

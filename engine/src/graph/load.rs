@@ -149,8 +149,14 @@ fn size(doc: &Doc, sizes: &[Option<usize>], limit: usize, report: &mut Report) -
             Shape::Text(name) => doc.document.imports.iter().position(|import| import.name == name),
             _ => None,
         });
-        let used = index.and_then(|index| *doc.imports.get(index)?).and_then(|doc| *sizes.get(doc)?);
-        total = total.saturating_add(used.unwrap_or(1).max(1));
+        let used = index.and_then(|index| *doc.imports.get(index)?).and_then(|doc| sizes.get(doc));
+        let nodes = match used {
+            // What uses too large a graph is too large, too, and need not be told again.
+            Some(None) => return None,
+            Some(Some(nodes)) => (*nodes).max(1),
+            None => 1,
+        };
+        total = total.saturating_add(nodes);
         if total > limit {
             let message = format!("the graph has more than {limit} nodes, those of its sub-graphs included");
             let place = graph.or(doc.document.nodes_part.as_ref())?;

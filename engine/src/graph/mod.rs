@@ -1,6 +1,6 @@
 //! Graph files: from text, by way of a checked document, to nodes that can be evaluated.
 //!
-//! [`load`] reads a file and all that it imports and reports every error of all of them, each at its place:
+//! [`load()`] reads a file and all that it imports and reports every error of all of them, each at its place:
 //! 1. `files` reads the texts; `ron` decides whether they are RON (`syntax`).
 //! 2. `part` cuts a text into values that know where they stand; `document` finds the parts of a graph file among them.
 //! 3. `scope` gives the names of a file, and of every use of a sub-graph, their meanings; `subst` puts parameters and

@@ -100,7 +100,7 @@ impl Unit<'_> {
     fn channels(&self, flat: usize) -> Vec<Channel> {
         let node = &self.flats[flat];
         let has_port = |channel: &Channel| node.info.is_some_and(|info| info.field(channel.name()).is_some());
-        if !Channel::ALL.iter().any(|channel| has_port(channel)) {
+        if !Channel::ALL.iter().any(has_port) {
             return Channel::ALL.to_vec();
         }
         let connected = |channel: &Channel| node.slots.iter().any(|slot| slot.port == channel.name());

@@ -228,7 +228,7 @@ impl Part {
     fn items(&self) -> Vec<Part> {
         let mut items = Vec::new();
         let (mut depth, mut lo) = (0_usize, self.lo + 1);
-        for i in lo..self.hi {
+        for i in self.lo + 1..self.hi {
             let kind = self.src.tokens[i].kind;
             let closes = kind == Kind::Close && depth == 0;
             if closes || (kind == Kind::Comma && depth == 0) {

@@ -41,7 +41,14 @@ pub(super) fn unique(entries: Vec<Entry>, what: &str, report: &mut Report) -> Ve
 /// The entries of `{"name": value}`.
 pub(super) fn map(part: &Part, what: &str, report: &mut Report) -> Vec<Entry> {
     match part.shape() {
-        Shape::Map(entries) => entries,
+        Shape::Map(entries) => {
+            for entry in entries.iter().filter(|entry| !matches!(entry.key.shape(), Shape::Text(_))) {
+                let message = format!("names in `{what}` are texts; found `{}`", shorten(entry.key.str()));
+                let help = format!("write `\"{}\"`", shorten(entry.key.str()));
+                report.push(entry.key.error(Code::TypeMismatch, message).help(help));
+            }
+            entries
+        }
         _ => {
             report.push(mismatch(part, &format!("`{what}`"), "a map, `{ \"name\": value }`"));
             Vec::new()

@@ -77,6 +77,12 @@ pub(super) struct Slot {
     pub(super) declared: Option<Type>,
 }
 
+impl Slot {
+    fn unresolved(port: String, wants: Type, part: Part) -> Self {
+        Self { port, wants, part, target: Target::Broken, declared: None }
+    }
+}
+
 /// A node of all scopes together.
 pub(super) struct Flat<'a> {
     pub(super) scope: usize,
@@ -154,9 +160,13 @@ impl<'a> Unit<'a> {
         let input = &docs[self.scopes[scope].doc].document.inputs[index];
         let (Some(ty), Some(default)) = (input.ty, &input.default) else { return Bound::Broken };
         let Some(value) = substitute(default, &self.scopes[scope].params, self.report) else { return Bound::Broken };
-        match ports::literal(&value.part, ty, &format!("input `{}`", input.name), value.is_text) {
+        let port = format!("input `{}`", input.name);
+        match ports::literal(&value.part, ty, &port, value.is_text) {
             Ok(Literal::Constant(field)) => Bound::Constant(field),
-            Ok(Literal::Reference(name)) => Bound::Wire { scope, part: value.part, name },
+            Ok(Literal::Reference(name)) => {
+                self.checks.push((scope, Slot::unresolved(port, ty, value.part.clone())));
+                Bound::Wire { scope, part: value.part, name }
+            }
             Err(error) => {
                 self.report.push(*error);
                 Bound::Broken
@@ -271,7 +281,7 @@ impl<'a> Unit<'a> {
                 return Bound::Broken;
             }
         };
-        let slot = Slot { port, wants: ty, part: value.part.clone(), target: Target::Broken, declared: None };
+        let slot = Slot::unresolved(port, ty, value.part.clone());
         if matches!(ty, Type::Gray | Type::Rgb) {
             let path = format!("{}{}", self.scopes[child].prefix, entry.name);
             let mut flat = Flat::new(scope, path, entry.key.clone(), "Input".to_owned(), None, &[]);

@@ -126,13 +126,12 @@ fn compute(word: &Part, expression: &str, params: &Params) -> Result<f64, Vec<Di
     let plain = word.str().len() == expression.len() + 3;
     expr::evaluate(expression, lookup).map_err(|errors| {
         let place = |e: expr::ExprError| {
+            let mut error = word.error(e.code, e.message);
+            error.help = e.help;
             // A place past the last character is the closing quote.
             let (start, end) = (2 + e.range.start, 2 + e.range.end.max(e.range.start + 1));
-            // What concerns the whole, and what concerns a parameter, is said of the whole string.
-            let whole = !plain || e.code != Code::BadExpression || e.range == (0..expression.len());
-            let span = if whole { word.span() } else { word.sub_span(start, end) };
-            let diagnostic = Diagnostic::new(e.code, span, e.message);
-            if let Some(help) = e.help { diagnostic.help(help) } else { diagnostic }
+            let inside = plain && e.range != (0..expression.len());
+            if inside { error.related(word.sub_span(start, end), "here in the expression") } else { error }
         };
         errors.into_iter().map(place).collect()
     })

@@ -31,7 +31,12 @@ pub(super) fn explain(text: &str, file: FileId, error: &ron::error::SpannedError
         let message = format!("the file nests deeper than {MAX_NESTING} levels");
         return Diagnostic::new(Code::TooLarge, span, message);
     }
-    let said = error.code.to_string();
+    let said = match &error.code {
+        ron::Error::SuggestRawIdentifier(_) | ron::Error::ExpectedIdentifier => {
+            "expected the name of a field".to_owned()
+        }
+        code => code.to_string(),
+    };
     let mut chars = said.chars();
     let lower: String = chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect();
     let diagnostic = Diagnostic::new(Code::Syntax, span, lower);

@@ -149,11 +149,11 @@ pub fn bresenham(from: IVec2, to: IVec2, mut visit: impl FnMut(IVec2)) {
             return;
         }
         let twice = 2 * error;
-        if twice > -d.y {
+        if twice >= -d.y {
             error -= d.y;
             at.x += step.x;
         }
-        if twice < d.x {
+        if twice <= d.x {
             error += d.x;
             at.y += step.y;
         }

@@ -10,6 +10,7 @@ pub mod blur;
 pub mod cells;
 pub mod delaunay;
 pub mod distance;
+pub mod gradient;
 pub mod hash;
 pub mod lattice;
 pub mod lines;

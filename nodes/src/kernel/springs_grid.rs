@@ -238,6 +238,13 @@ fn advance_band<T: Real>(
             load_row(&mut scratch.next[axis], below, offset, size(axis));
             scratch.force_next[axis].fill(T::default());
         }
+        if line == 1 && row == 0 {
+            // The first row was loaded as what lies below the last; in its own right it is at its own place.
+            for axis in 0..2 {
+                let own = if axis == 0 { &band.x } else { &band.y };
+                load_row(&mut scratch.here[axis], &own[..nx], T::default(), size(axis));
+            }
+        }
         let first = if line == 0 { 1 } else { 0 };
         for dir in first..shared.shape.directions() {
             spring_row(shared, (dir, row), &band.stiffness[dir][line * nx..][..nx], scratch);

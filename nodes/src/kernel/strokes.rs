@@ -5,7 +5,7 @@
 //! alone, so windows fit together bit by bit. Strokes are combined in their order, so sums do not depend on the cut
 //! either. What is drawn is depth, 0 where there is no stroke; heights are its negative.
 
-use super::stroke_fill::{Canvas, Pen};
+use super::stroke_fill::{Canvas, Job};
 use glam::{DVec2, IVec2, Vec2};
 use rayon::prelude::*;
 
@@ -234,14 +234,11 @@ impl StrokeSet {
     fn paint<const IDS: bool>(&self, window: &Window, draw: Draw, out: &mut [f32], ids: &mut [u32]) {
         let mut canvas = Canvas::<IDS>::new(window);
         let near = self.near(window);
-        let pens = near.iter().filter_map(|&(id, copy)| {
-            let stroke = &self.strokes[id as usize];
-            let shift = self.period.unwrap_or_default().as_dvec2() * copy.as_dvec2();
-            Pen::new(id, stroke, &self.style, window, (draw, shift))
-        });
         let combine = if IDS { Combine::Max } else { self.style.combine };
         let most = if draw == Draw::Mask { 1.0 } else { self.deepest.max(f32::MIN_POSITIVE) };
-        canvas.draw(pens, self.style.profile, combine, most);
+        let period = self.period.unwrap_or_default();
+        let style = StrokeStyle { combine, ..self.style };
+        canvas.draw(Job { strokes: &self.strokes, near: &near, style, period, draw, most });
         canvas.copy_to(out, ids);
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! Source: K. Perlin, "Improving noise" (2002). Differs in its gradients, which are uniform in a square, and in that it
 //! repeats with the canvas; see [`kernel::noise`](crate::kernel::noise). Cost: O(pixels).
-use crate::kernel::hash::Hash;
 use crate::kernel::cells::CellShape;
+use crate::kernel::hash::Hash;
 use crate::kernel::noise::{Basis, Fractal, Noise, NoiseSpec};
 use crate::kernel::tile;
 use schemars::JsonSchema;

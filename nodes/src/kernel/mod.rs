@@ -6,15 +6,18 @@
 
 pub mod blend;
 pub mod blur;
-pub mod distance;
-pub mod hash;
 pub mod cells;
+pub mod distance;
+pub mod fields;
+pub mod hash;
 pub mod math;
 pub mod math_ops;
 pub mod noise;
 pub mod normal;
 pub mod occlusion;
+pub mod pyramid;
 pub mod relief;
+pub mod resample;
 pub mod sample;
 pub mod simd;
 pub mod tile;

@@ -11,8 +11,8 @@
 //!
 //! Cost: about 8 ns per pixel and three octaves; see `benches/texel.rs`.
 
-use super::hash::Hash;
 use super::cells::{Canvas, CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, upper_unit};
+use super::hash::Hash;
 use super::math;
 use super::simd;
 use super::window::{Frame, index, offset};

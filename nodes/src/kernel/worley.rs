@@ -5,8 +5,8 @@
 //! space in which cells are round; F1 and F2 are mm across the stretch. The border distance is true mm in every
 //! direction: to the bisector of the nearest point and each of the 24 around (I. Quilez, "Voronoi edges").
 
-use super::hash::Hash;
 use super::cells::{Canvas, CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, scramble, upper_unit};
+use super::hash::Hash;
 use super::math::{max, min};
 use super::simd;
 use super::window::{Frame, index, offset};

@@ -109,6 +109,7 @@ impl Node for Transform {
             turn: sin_cos(self.angle),
             shift: pivot + DVec2::new(self.offset.x, self.offset.y),
             pivot,
+            size,
             input: input.clone(),
         };
         Ok(Outputs::one(Field::new(input.ty(), self.repeats(size, input.tiling()), moved)))
@@ -123,6 +124,8 @@ struct Moved {
     /// Where the pivot goes.
     shift: DVec2,
     pivot: DVec2,
+    /// The canvas.
+    size: DVec2,
 }
 
 /// How the input's pixels lie under those of the result.
@@ -151,10 +154,12 @@ impl Moved {
         // Rows of the map from the result's pixels to mm of the input.
         let map = self.inverse * DMat2::from_diagonal(grid.step);
         let step = DVec2::new(map.row(0).length(), map.row(1).length());
-        let grid = Grid { step, ..*grid }.centered_at(first);
-        if map.col(0).y == 0.0 && map.col(1).x == 0.0 && map.col(0).x > 0.0 && map.col(1).y > 0.0 {
-            return Plan::Copy { grid, shift: (0, 0) };
+        if map.x_axis.y == 0.0 && map.y_axis.x == 0.0 && map.x_axis.x > 0.0 && map.y_axis.y > 0.0 {
+            return Plan::Copy { grid: Grid { step, ..*grid }.centered_at(first), shift: (0, 0) };
         }
+        // A whole number of pixels to the canvas, so that what repeats is read in the same way everywhere.
+        let step = self.size / (self.size / step - 1e-6).ceil().max(DVec2::ONE);
+        let grid = Grid { step, ..*grid }.centered_at(first);
         Plan::Read { grid, map: DMat2::from_diagonal(1.0 / step) * map }
     }
 

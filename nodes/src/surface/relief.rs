@@ -17,7 +17,7 @@ use shibo_engine::value::{Canvas, Channel, Field, FieldSource, Grid, Material, R
 ///
 /// ```ron
 /// "cells":   Worley(size: 7),
-/// "dome":    Pillow(grooves: "cells.f1", threshold: 0.7, radius: 2),
+/// "dome":    Pillow(input: "cells.f1", threshold: 0.7, radius: 2),
 /// "example": Relief(height: "dome"),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]

@@ -15,7 +15,6 @@ use shibo_nodes::kernel::noise::{Noise, NoiseSpec};
 use shibo_nodes::kernel::normal::{self, NormalSpec, Slope};
 use shibo_nodes::kernel::occlusion::{self, OcclusionSpec};
 use shibo_nodes::kernel::relief::{self, ReliefSpec, Surface};
-use shibo_nodes::kernel::sample::{Filter, Outside, Sampler};
 use shibo_nodes::kernel::tone::{self, Gradient, Interpolation, Levels};
 use shibo_nodes::kernel::warp::{self, WarpSpec};
 use shibo_nodes::kernel::window::{Frame, Rect, View};
@@ -197,9 +196,12 @@ fn points() -> (f64, f64, f64) {
     let blended = rate(TILE * TILE, || {
         blend::blend(blend::Mode::Overlay, black_box(input), input, Some(input), 0.5, &mut out);
     });
-    let sampler = Sampler::new(View::new(&data, rect.grow([8, 8])), Filter::CatmullRom, [Outside::Clamp; 2]);
+    let view = View::new(&data, rect.grow([8, 8]));
     let spec = WarpSpec { step: [1.0; 2], limit: [4.0; 2] };
-    let warped = rate(TILE * TILE, || warp::warp(black_box(&sampler), rect, [input, input], &spec, &mut out));
+    let warped = rate(TILE * TILE, || {
+        let _ = black_box(spec.reads(rect, [input, input]));
+        warp::warp(black_box(&[view]), rect, [input, input], &spec, &mut [&mut out]);
+    });
     (power, blended, warped)
 }
 

@@ -3,9 +3,13 @@
 //! A node is one file, plus one line in its family's list. Families do not know each other; what two of them need is in
 //! [`kernel`] or in the engine's `value`.
 pub mod combine;
+pub mod filter;
 pub mod generators;
 pub mod kernel;
 pub mod leather;
+pub mod material;
+pub mod space;
+pub mod surface;
 pub mod tone;
 
 mod choice;
@@ -18,7 +22,16 @@ use shibo_engine::registry::{Family, Registry};
 
 /// All nodes, by family.
 pub fn families() -> Vec<Family> {
-    vec![leather::family(), generators::family(), tone::family(), combine::family()]
+    vec![
+        leather::family(),
+        generators::family(),
+        tone::family(),
+        combine::family(),
+        filter::family(),
+        space::family(),
+        surface::family(),
+        material::family(),
+    ]
 }
 
 /// All nodes.

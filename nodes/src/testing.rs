@@ -81,3 +81,57 @@ pub(crate) fn render<N: Node>(node: &N, inputs: &[Value]) -> Tile {
 pub(crate) fn raster(field: &Field, canvas: &Canvas) -> Tile {
     fill(field, &canvas.grid(canvas.resolution), Window::full(canvas.resolution)).unwrap()
 }
+
+/// A window of a field on a canvas' grid.
+pub(crate) fn crop(field: &Field, canvas: &Canvas, window: Window) -> Tile {
+    fill(field, &canvas.grid(canvas.resolution), window).unwrap()
+}
+
+/// The main output of a node, a field, unevaluated.
+pub(crate) fn field<N: Node>(node: &N, inputs: &[Value]) -> Field {
+    match outputs(node, inputs, &canvas()).unwrap().take("", true) {
+        Some(Value::Field(field)) => field.clone(),
+        other => panic!("the main output is no field: {other:?}"),
+    }
+}
+
+/// A picture to filter: round lumps with hard edges, periodic with [`canvas`].
+pub(crate) fn lumps() -> Field {
+    Field::generate(shibo_engine::value::Type::Gray, Tiling::BOTH, |out, _| {
+        let (grid, window) = (out.grid, out.window);
+        let width = window.width.cast_signed();
+        for (k, v) in (0..).zip(out.plane_mut(0)) {
+            let at = grid.center(window.x + k % width, window.y + k / width) * (std::f64::consts::TAU / 32.0);
+            let hills = (3.0 * at.x).sin() * (2.0 * at.y + at.x).cos();
+            #[expect(clippy::cast_possible_truncation, reason = "a test picture")]
+            let value = (0.5 + 2.0 * hills).clamp(0.0, 1.0) as f32;
+            *v = value;
+        }
+        Ok(())
+    })
+}
+
+/// Checks what holds for every field: finite values; any window is the same bits as that part of a larger one; and
+/// values repeat with [`canvas`] where the field says so.
+pub(crate) fn check_field(field: &Field) {
+    let canvas = canvas();
+    let whole = crop(field, &canvas, Window { x: -9, y: -5, width: 80, height: 76 });
+    assert!(whole.data().iter().all(|v| v.is_finite()), "a value is not finite");
+    let same = |a: f32, b: f32, tolerance: f32| (a - b).abs() <= tolerance;
+    for part in [Window { x: 7, y: 13, width: 31, height: 22 }, Window { x: -9, y: 64, width: 3, height: 1 }] {
+        let tile = crop(field, &canvas, part);
+        let mut cut = Tile::new(tile.grid, part, field.channels());
+        cut.copy_from(&whole, 0, 0);
+        assert_eq!(tile, cut, "a window differs");
+    }
+    let channels = 0..field.channels();
+    for channel in channels {
+        for y in 0..64 {
+            for x in 0..8 {
+                let at = |x: usize, y: usize| whole.row(channel, y)[x];
+                assert!(!field.tiling().x || same(at(x, y), at(x + 64, y), 2e-3), "{x} {y}");
+                assert!(!field.tiling().y || same(at(y, x), at(y, x + 64), 2e-3), "{y} {x}");
+            }
+        }
+    }
+}

@@ -59,6 +59,11 @@ impl Axis {
     }
 }
 
+/// How many times [`blur`] halves the grid for this sigma.
+pub(crate) fn levels(sigma: f64) -> u32 {
+    Axis::new(sigma).levels
+}
+
 /// How many pixels beyond a window its blur reads, on each side.
 pub fn halo(sigma: f64) -> usize {
     let axis = Axis::new(sigma);
@@ -237,7 +242,7 @@ fn convolve<'a>(kernel: &[f32], out: &mut [f32], taps: impl Fn(usize) -> (&'a [f
 
 /// Weights of the uniform cubic B-spline at (phase + ½)/factor between the second and third of four points.
 #[expect(clippy::cast_possible_truncation, reason = "weights need no more than f32")]
-fn bspline(phase: i32, factor: i32) -> [f32; 4] {
+pub(crate) fn bspline(phase: i32, factor: i32) -> [f32; 4] {
     let t = (f64::from(phase) + 0.5) / f64::from(factor);
     let u = 1.0 - t;
     let near = |t: f64| (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0;

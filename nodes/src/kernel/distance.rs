@@ -38,19 +38,64 @@ impl DistanceSpec {
 /// If `input` does not cover `rect` grown by the halo, or `out` is smaller than `rect`.
 pub fn distance(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
     assert!(input.rect().contains(&rect.grow(spec.halo())), "the window lacks its halo");
+    let [hx, hy] = spec.halo();
+    let (tall, wide) = (rect.grow([0, hy]), rect.grow([hx, 0]));
+    let (mut rows, mut columns) = (vec![0.0; tall.area()], vec![0.0; wide.area()]);
+    row_squares(input, tall, spec, &mut rows);
+    column_squares(input, wide, spec, &mut columns);
+    combine(&View::new(&rows, tall), &View::new(&columns, wide), rect, spec, out);
+}
+
+/// First half of [`distance`]: squared distance in mm² along the row from each pixel of `rect` to the region.
+///
+/// # Panics
+/// If `input` does not cover `rect` grown by the halo in x, or `out` is smaller than `rect`.
+pub fn row_squares(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
+    simd::dispatch(
+        #[inline(always)]
+        || along_rows(input, rect, spec, &mut out[..rect.area()]),
+    );
+}
+
+/// The same along the column.
+///
+/// # Panics
+/// If `input` does not cover `rect` grown by the halo in y, or `out` is smaller than `rect`.
+pub fn column_squares(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
+    simd::dispatch(
+        #[inline(always)]
+        || along_columns(input, rect, spec, &mut out[..rect.area()]),
+    );
+}
+
+/// Second half of [`distance`]: the distances from the squares along rows and along columns.
+///
+/// # Panics
+/// If `rows` does not cover `rect` grown by the halo in y, `columns` in x, or `out` is smaller than `rect`.
+pub fn combine(rows: &View<'_>, columns: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
     let out = &mut out[..rect.area()];
     if out.is_empty() {
         return;
     }
+    let [hx, hy] = spec.halo();
     simd::dispatch(
         #[inline(always)]
         || {
             let limit = single(spec.radius);
             out.fill(limit * limit);
-            along_rows(input, rect, spec, out);
-            along_columns(input, rect, spec, out);
-            for d in out {
-                *d = d.sqrt();
+            for (out, y) in out.chunks_exact_mut(rect.w).zip(rect.y0..) {
+                look(out, hy, spec.step[1], |k, up| {
+                    let k = index(k);
+                    rows.row(if up { y - k } else { y + k }, rect.x0, rect.w)
+                });
+                let row = columns.row(y, rect.x0 - index(hx), rect.w + 2 * hx);
+                look(out, hx, spec.step[0], |k, up| {
+                    let x = if up { hx - k } else { hx + k };
+                    &row[x..x + rect.w]
+                });
+                for d in out {
+                    *d = d.sqrt();
+                }
             }
         },
     );
@@ -89,15 +134,13 @@ fn seed(v: f32, a: f32, b: f32, threshold: f32) -> f32 {
     if v > threshold { 0.0 } else { edge }
 }
 
-/// Crossings on rows: scan each row, then look along the columns.
+/// Crossings on rows: scan each row.
 #[inline(always)]
 fn along_rows(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
-    let [hx, hy] = spec.halo();
+    let [hx, _] = spec.halo();
     let (w, reach) = (rect.w + 2 * hx - 2, hx - 1);
     let (mut line, mut next) = (vec![FAR; w], vec![FAR; w]);
-    let rows = rect.h + 2 * hy;
-    let mut squares = vec![0.0; rect.w * rows];
-    for (y, square) in (rect.y0 - index(hy)..).zip(squares.chunks_exact_mut(rect.w)) {
+    for (y, square) in (rect.y0..).zip(out.chunks_exact_mut(rect.w.max(1))) {
         let v = input.row(y, rect.x0 - index(hx), w + 2);
         for (((d, &a), &v), &b) in line.iter_mut().zip(v).zip(&v[1..]).zip(&v[2..]) {
             *d = seed(v, a, b, spec.threshold);
@@ -112,12 +155,6 @@ fn along_rows(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]
             let d = d * single(spec.step[0]);
             *s = d * d;
         }
-    }
-    for (y, out) in out.chunks_exact_mut(rect.w).enumerate() {
-        look(out, hy, spec.step[1], |k, up| {
-            let y = if up { y + hy - k } else { y + hy + k };
-            &squares[y * rect.w..(y + 1) * rect.w]
-        });
     }
 }
 
@@ -146,14 +183,14 @@ fn spread(line: &[f32], next: &mut [f32], jump: usize, step: f32) {
     }
 }
 
-/// Crossings on columns: scan the columns, a row at a time, then look along the rows.
+/// Crossings on columns: scan the columns, a row at a time.
 #[inline(always)]
 fn along_columns(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
-    let [hx, hy] = spec.halo();
-    let (w, h, reach) = (rect.w + 2 * hx, rect.h + 2 * hy - 2, hy - 1);
+    let [_, hy] = spec.halo();
+    let (w, h, reach) = (rect.w, rect.h + 2 * hy - 2, hy - 1);
     let (mut plane, mut next) = (vec![FAR; w * h], vec![FAR; w * h]);
-    for (row, y) in plane.chunks_exact_mut(w).zip(rect.y0 - index(hy) + 1..) {
-        let at = |y: i32| input.row(y, rect.x0 - index(hx), w);
+    for (row, y) in plane.chunks_exact_mut(w.max(1)).zip(rect.y0 - index(hy) + 1..) {
+        let at = |y: i32| input.row(y, rect.x0, w);
         for (((d, &a), &v), &b) in row.iter_mut().zip(at(y - 1)).zip(at(y)).zip(at(y + 1)) {
             *d = seed(v, a, b, spec.threshold);
         }
@@ -164,16 +201,9 @@ fn along_columns(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f
         std::mem::swap(&mut plane, &mut next);
         jump *= 2;
     }
-    for d in &mut plane {
+    for (s, d) in out.iter_mut().zip(&plane[reach * w..]) {
         let mm = *d * single(spec.step[1]);
-        *d = mm * mm;
-    }
-    for (y, out) in out.chunks_exact_mut(rect.w).enumerate() {
-        let row = &plane[(y + reach) * w..(y + reach + 1) * w];
-        look(out, hx, spec.step[0], |k, up| {
-            let x = if up { hx - k } else { hx + k };
-            &row[x..x + rect.w]
-        });
+        *s = mm * mm;
     }
 }
 

@@ -25,8 +25,13 @@ const SCALES: [f64; 3] = [0.35, 1.0, 2.0];
 /// A Gaussian's mean over a walled groove understates the walls: they stand at one distance, not spread around.
 const GAIN: f64 = 2.5;
 
+/// Widths (σ) in mm of the three Gaussians for a radius in mm, which the eye takes for twice the width.
+pub fn widths(radius: f64) -> [f64; 3] {
+    SCALES.map(|scale| 0.5 * scale * radius)
+}
+
 impl OcclusionSpec {
-    /// Width of the Gaussian in pixels for a scale; half of it is what the eye calls the radius.
+    /// Width of the Gaussian in pixels for a scale.
     fn sigma(&self, scale: f64) -> [f64; 2] {
         self.step.map(|step| 0.5 * scale * self.radius / step)
     }
@@ -43,32 +48,32 @@ impl OcclusionSpec {
 /// # Panics
 /// If `input` does not cover `rect` grown by the halo, or `out` is smaller than `rect`.
 pub fn occlusion(input: &View<'_>, rect: Rect, spec: &OcclusionSpec, out: &mut [f32]) {
-    let out = &mut out[..rect.area()];
-    let mut mean = vec![0.0; rect.area()];
-    out.fill(0.0);
-    for scale in SCALES {
-        blur::blur(input, rect, spec.sigma(scale), &mut mean);
-        #[expect(clippy::cast_possible_truncation, reason = "a slope needs no more than f32")]
-        let gain = (GAIN * spec.strength / (scale * spec.radius)) as f32;
-        simd::dispatch(
-            #[inline(always)]
-            || {
-                for ((out, mean), y) in
-                    out.chunks_exact_mut(rect.w.max(1)).zip(mean.chunks_exact(rect.w.max(1))).zip(rect.y0..)
-                {
-                    for ((out, mean), h) in out.iter_mut().zip(mean).zip(input.row(y, rect.x0, rect.w)) {
-                        let slope = max((mean - h) * gain, 0.0);
-                        *out += slope * slope;
-                    }
-                }
-            },
-        );
+    let mut means = SCALES.map(|_| vec![0.0; rect.area()]);
+    for (mean, scale) in means.iter_mut().zip(SCALES) {
+        blur::blur(input, rect, spec.sigma(scale), mean);
     }
+    let mut height = Vec::with_capacity(rect.area());
+    (rect.y0..).take(rect.h).for_each(|y| height.extend_from_slice(input.row(y, rect.x0, rect.w)));
+    let [a, b, c] = &means;
+    openness(&height, [a, b, c], spec, out);
+}
+
+/// Openness of each pixel from its height and the heights blurred by [`widths`] mm.
+///
+/// # Panics
+/// If a plane is smaller than `height`.
+pub fn openness(height: &[f32], means: [&[f32]; 3], spec: &OcclusionSpec, out: &mut [f32]) {
+    #[expect(clippy::cast_possible_truncation, reason = "a slope needs no more than f32")]
+    let [ga, gb, gc] = SCALES.map(|scale| (GAIN * spec.strength / (scale * spec.radius)) as f32);
+    let n = height.len();
+    let ([a, b, c], out) = (means.map(|mean| &mean[..n]), &mut out[..n]);
     simd::dispatch(
         #[inline(always)]
         || {
-            for out in out {
-                *out = 1.0 / (1.0 + *out).sqrt();
+            for i in 0..n {
+                let h = height[i];
+                let (a, b, c) = (max((a[i] - h) * ga, 0.0), max((b[i] - h) * gb, 0.0), max((c[i] - h) * gc, 0.0));
+                out[i] = 1.0 / (1.0 + (a * a + b * b + c * c)).sqrt();
             }
         },
     );

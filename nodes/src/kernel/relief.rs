@@ -43,7 +43,7 @@ pub struct Surface<'a> {
 }
 
 /// Pixels of height read beyond the window.
-pub const HALO: usize = 1;
+pub const HALO: i32 = 1;
 
 #[derive(Clone, Copy)]
 struct Light {

@@ -118,6 +118,12 @@ impl<'a> View<'a> {
         &self.data[start..start + n]
     }
 
+    /// The values, and the distance from one row to the next.
+    #[inline(always)]
+    pub(crate) const fn raw(&self) -> (&'a [f32], usize) {
+        (self.data, self.stride)
+    }
+
     /// One pixel (absolute index), which must lie inside.
     #[inline(always)]
     pub fn at(&self, x: i32, y: i32) -> f32 {

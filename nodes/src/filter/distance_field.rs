@@ -1,0 +1,150 @@
+//! [`DistanceField`]: how far it is to a shape.
+//!
+//! Exact Euclidean distance to the line where the input crosses the threshold, found between pixels by linear
+//! interpolation (T. Saito, J. Toriwaki, 1994; see [`kernel::distance`](crate::kernel::distance)). Cost:
+//! O(pixels · least of distance and radius, in pixels).
+use crate::kernel::fields;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, Field, Halo, Key, Stop, Tile, Type};
+
+/// On which side of the shape's edge distances are measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Side {
+    /// Outside, where the input is not above the threshold; 0 inside.
+    #[default]
+    Outside,
+    /// Inside; 0 outside.
+    Inside,
+    /// Outside, and inside with a minus.
+    Signed,
+}
+
+/// The distance to a shape: to where the input is above a threshold. In mm up to the radius, or as a share of it.
+///
+/// ```ron
+/// "noise":   Perlin(size: 9),
+/// "example": DistanceField(input: "noise", threshold: 0.6, radius: 4, normalize: true),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DistanceField {
+    /// The shape is where this is above the threshold.
+    pub input: In<Gray>,
+    /// The value at the shape's edge.
+    #[schemars(range(min = -1e6, max = 1e6))]
+    pub threshold: f64,
+    /// Distances end here; at most half the canvas' longer side.
+    #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub radius: f64,
+    /// Where to measure.
+    pub side: Side,
+    /// Whether the result is divided by the radius: 0..1 instead of mm.
+    pub normalize: bool,
+}
+
+impl Default for DistanceField {
+    fn default() -> Self {
+        Self { input: In::default(), threshold: 0.5, radius: 2.0, side: Side::Outside, normalize: false }
+    }
+}
+
+impl DistanceField {
+    /// Distance from where `input` is above the threshold, or below it.
+    #[expect(clippy::cast_possible_truncation, reason = "fields are f32")]
+    fn from(&self, input: &Field, below: bool) -> Field {
+        let threshold = self.threshold as f32;
+        if !below {
+            return fields::distances(input, threshold, self.radius);
+        }
+        let negate = |out: &mut Tile, [input]: [&Tile; 1]| {
+            out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = -v);
+            Ok(())
+        };
+        let negative = Field::map(Type::Gray, [input.clone()], Halo::NONE, negate);
+        let negative = match input.key() {
+            Some(key) => negative.keyed(Key::of("negative", &[key.as_bytes()])),
+            None => negative,
+        };
+        fields::distances(&negative, -threshold, self.radius)
+    }
+}
+
+impl Node for DistanceField {
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("distance", Type::Gray, "Distance to the shape's edge: mm, or 0..1 when normalised.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+        let most = 0.5 * canvas.size_mm.max_element();
+        if self.radius <= most {
+            return Vec::new();
+        }
+        let message =
+            format!("radius is `{}` mm; it must be at most half the canvas' longer side, {most} mm", self.radius);
+        vec![Problem::new(Code::OutOfRange, message).at("radius")]
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        #[expect(clippy::cast_possible_truncation, reason = "fields are f32")]
+        let scale = if self.normalize { (1.0 / self.radius) as f32 } else { 1.0 };
+        let scaled = |field: Field, sign: f32| {
+            let scale = sign * scale;
+            Field::map(Type::Gray, [field], Halo::NONE, move |out, [d]| {
+                out.data_mut().iter_mut().zip(d.data()).for_each(|(out, d)| *out = d * scale);
+                Ok(())
+            })
+        };
+        let (outside, inside) = (|| self.from(&input, false), || self.from(&input, true));
+        Ok(Outputs::one(match self.side {
+            Side::Outside if !self.normalize => outside(),
+            Side::Outside => scaled(outside(), 1.0),
+            Side::Inside if !self.normalize => inside(),
+            Side::Inside => scaled(inside(), 1.0),
+            Side::Signed => Field::map(Type::Gray, [outside(), inside()], Halo::NONE, move |out, [a, b]| {
+                let distances = a.data().iter().zip(b.data());
+                out.data_mut().iter_mut().zip(distances).for_each(|(out, (a, b))| *out = (a - b) * scale);
+                Ok(())
+            }),
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{check_field, field, lumps, port, render};
+
+    fn node(side: Side) -> DistanceField {
+        DistanceField { input: port(0), radius: 3.0, side, ..DistanceField::default() }
+    }
+
+    #[test]
+    fn sides_belong_together() {
+        let inputs = [lumps().into()];
+        let [outside, inside, signed] = [Side::Outside, Side::Inside, Side::Signed].map(|s| render(&node(s), &inputs));
+        let input = crate::testing::raster(&lumps(), &crate::testing::canvas());
+        for k in 0..input.data().len() {
+            let (a, b, s) = (outside.data()[k], inside.data()[k], signed.data()[k]);
+            assert!((0.0..=3.0).contains(&a) && (0.0..=3.0).contains(&b) && s == a - b);
+            assert_eq!(a == 0.0, input.data()[k] > 0.5 || (a == 0.0 && input.data()[k] == 0.5));
+        }
+        let share = render(&DistanceField { normalize: true, ..node(Side::Outside) }, &inputs);
+        assert!(share.data().iter().zip(outside.data()).all(|(a, b)| (a * 3.0 - b).abs() < 1e-5));
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        for radius in [1e-9, 0.7, 16.0] {
+            for side in [Side::Outside, Side::Inside, Side::Signed] {
+                check_field(&field(&DistanceField { radius, ..node(side) }, &[lumps().into()]));
+            }
+        }
+        let empty = Field::constant(Type::Gray, &[0.0]);
+        let far = render(&node(Side::Signed), &[empty.into()]);
+        assert!(far.data().iter().all(|d| (*d - 3.0).abs() < 1e-6));
+    }
+}

@@ -1,0 +1,119 @@
+//! [`Material`]: fields put together to a surface.
+//!
+//! Channels as in the glTF and OpenPBR models. Nothing is computed here. Cost: none.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, NormalField, Output, Outputs, Rgb};
+use shibo_engine::value::{self, Canvas, Channel, Field, Stop, Type};
+
+/// Puts channels together to a material, which is written as a file per channel. Channels that are not connected are
+/// left out: a normal is not made from the height, connect `HeightToNormal`.
+///
+/// ```ron
+/// "noise":   Fractal(size: 7),
+/// "normal":  HeightToNormal(input: "noise"),
+/// "leather": Material(base_color: "#7a4526", roughness: 0.5, height: "noise", normal: "normal"),
+/// "example": Relief(material: "leather"),
+/// ```
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Material {
+    /// Diffuse or metal colour, scene-linear.
+    pub base_color: Option<In<Rgb>>,
+    /// Roughness, 0 (mirror) to 1.
+    pub roughness: Option<In<Gray>>,
+    /// 0 for dielectrics, 1 for metals.
+    pub metallic: Option<In<Gray>>,
+    /// Tangent-space normal.
+    pub normal: Option<In<NormalField>>,
+    /// Height in mm.
+    pub height: Option<In<Gray>>,
+    /// Ambient occlusion: 1 is open, 0 is shut.
+    pub ao: Option<In<Gray>>,
+    /// Opacity, 0..1.
+    pub opacity: Option<In<Gray>>,
+    /// Sheen, 0..1.
+    pub sheen: Option<In<Gray>>,
+    /// Clear coat, 0..1.
+    pub coat: Option<In<Gray>>,
+    /// Anisotropy, 0..1.
+    pub anisotropy: Option<In<Gray>>,
+    /// Angle of the anisotropy in degrees, from +x towards +y.
+    pub anisotropy_angle: Option<In<Gray>>,
+}
+
+impl Material {
+    fn is_empty(&self) -> bool {
+        let grays = [
+            &self.roughness,
+            &self.metallic,
+            &self.height,
+            &self.ao,
+            &self.opacity,
+            &self.sheen,
+            &self.coat,
+            &self.anisotropy,
+            &self.anisotropy_angle,
+        ];
+        self.base_color.is_none() && self.normal.is_none() && grays.iter().all(|port| port.is_none())
+    }
+}
+
+impl Node for Material {
+    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The channels that are connected.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if !self.is_empty() {
+            return Vec::new();
+        }
+        let problem = Problem::new(Code::MissingInput, "no channel is connected; at least one must be");
+        vec![problem.help("write for example `base_color: \"#7a4526\", roughness: 0.5`")]
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let channels: [(Channel, Option<Field>); 11] = [
+            (Channel::BaseColor, cx.get_opt(&self.base_color)?),
+            (Channel::Roughness, cx.get_opt(&self.roughness)?),
+            (Channel::Metallic, cx.get_opt(&self.metallic)?),
+            (Channel::Normal, cx.get_opt(&self.normal)?),
+            (Channel::Height, cx.get_opt(&self.height)?),
+            (Channel::Ao, cx.get_opt(&self.ao)?),
+            (Channel::Opacity, cx.get_opt(&self.opacity)?),
+            (Channel::Sheen, cx.get_opt(&self.sheen)?),
+            (Channel::Coat, cx.get_opt(&self.coat)?),
+            (Channel::Anisotropy, cx.get_opt(&self.anisotropy)?),
+            (Channel::AnisotropyAngle, cx.get_opt(&self.anisotropy_angle)?),
+        ];
+        let given = channels.into_iter().filter_map(|(channel, field)| Some((channel, field?)));
+        Ok(Outputs::one(value::Material::new(given)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, lumps, outputs, port};
+    use shibo_engine::node::KindInfo;
+    use shibo_engine::value::Value;
+
+    #[test]
+    fn holds_what_is_connected() {
+        let node = Material { height: Some(port(0)), base_color: Some(port(1)), ..Material::default() };
+        let outputs = outputs(&node, &[lumps().into(), lumps().into()], &canvas()).unwrap();
+        let Some(Value::Material(material)) = outputs.take("material", true) else { panic!("no material") };
+        let found: Vec<_> = material.channels().iter().map(|(channel, field)| (*channel, field.ty())).collect();
+        assert_eq!(found, [(Channel::BaseColor, Type::Rgb), (Channel::Height, Type::Gray)]);
+        assert_eq!(Material::default().check(&canvas()).len(), 1);
+        assert_eq!(node.check(&canvas()), []);
+    }
+
+    #[test]
+    fn has_a_port_for_every_channel() {
+        let info = KindInfo::of::<Material>("Material");
+        let ports: Vec<_> = info.ports().map(|(field, port)| (field.name.clone(), port.ty)).collect();
+        let channels: Vec<_> = Channel::ALL.iter().map(|c| (c.name().to_owned(), c.ty())).collect();
+        assert_eq!(ports, channels);
+    }
+}

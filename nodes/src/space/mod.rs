@@ -1,0 +1,17 @@
+//! Space: fields moved, turned, scaled and bent.
+mod transform;
+mod warp;
+
+pub use transform::Transform;
+pub use warp::Warp;
+
+use shibo_engine::registry::{Family, Kind};
+
+/// The nodes of this family.
+pub fn family() -> Family {
+    Family {
+        name: "Space",
+        doc: "Fields moved, turned, scaled and bent; lengths in mm.",
+        kinds: vec![Kind::of::<Transform>(), Kind::of::<Warp>()],
+    }
+}

@@ -1,0 +1,315 @@
+//! [`Transform`]: a field moved, turned and scaled.
+//!
+//! A point q of the result shows the input at `p = pivot + S⁻¹·R⁻¹·(q - pivot - offset)`. The input is evaluated with
+//! pixels as large as those of the result become there: an enlarged field is evaluated finer and stays sharp, a reduced
+//! one coarser and does not alias. Without rotation its pixels are handed on as they are; with one they are read by
+//! Catmull-Rom, exactly at multiples of 90°. Cost: O(pixels), and that of the input on another grid.
+use crate::kernel::resample::{self, Places};
+use crate::kernel::tile;
+use glam::{DMat2, DVec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Canvas, Field, FieldSource, Grid, Reader, Stop, Tile, Tiling, Type, Window};
+
+/// Moves, turns and scales a field. Normals are turned with the picture.
+///
+/// On a tiling canvas the result tiles if the canvas' sides lead to whole repeats of the input: always when it is only
+/// moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
+///
+/// ```ron
+/// "cells":   Worley(size: 10),
+/// "example": Transform(input: "cells.value", scale: 0.5, angle: 90),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Transform {
+    /// What to move.
+    pub input: In<AnyField>,
+    /// How far features move, to the right and down.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
+    pub offset: Xy,
+    /// By how much features turn, from +x towards +y.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub angle: f64,
+    /// How much larger features become: 2 is twice as large. Applied before the turn.
+    #[schemars(extend("minimum" = 1e-3, "maximum" = 1e3))]
+    pub scale: Xy,
+    /// The point that stays in place when features turn and grow; the canvas' centre by default.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
+    pub pivot: Option<Xy>,
+}
+
+impl Default for Transform {
+    fn default() -> Self {
+        Self { input: In::default(), offset: Xy::new(0.0, 0.0), angle: 0.0, scale: Xy::new(1.0, 1.0), pivot: None }
+    }
+}
+
+/// The sine and cosine of an angle in degrees, exact at multiples of 90°.
+fn sin_cos(degrees: f64) -> (f64, f64) {
+    let quarters = degrees / 90.0;
+    if quarters.fract() != 0.0 {
+        return (libm::sin(degrees.to_radians()), libm::cos(degrees.to_radians()));
+    }
+    match quarters.rem_euclid(4.0) {
+        0.0 => (0.0, 1.0),
+        1.0 => (1.0, 0.0),
+        2.0 => (0.0, -1.0),
+        _ => (-1.0, 0.0),
+    }
+}
+
+impl Transform {
+    /// S⁻¹·R⁻¹: from the result to the input.
+    fn inverse(&self) -> DMat2 {
+        let (sin, cos) = sin_cos(self.angle);
+        let (x, y) = (1.0 / self.scale.x, 1.0 / self.scale.y);
+        DMat2::from_cols(DVec2::new(cos * x, -sin * y), DVec2::new(sin * x, cos * y))
+    }
+
+    /// Where the result repeats if the input repeats where `input` says: where a side of the canvas leads to whole sides.
+    fn repeats(&self, size: DVec2, input: Tiling) -> Tiling {
+        let whole = |side: DVec2| {
+            let sides = self.inverse() * side / size;
+            let near = (sides - sides.round()).abs().max_element() < 1e-9 * sides.abs().max_element().max(1.0);
+            near && (input.x || sides.x.round() == 0.0) && (input.y || sides.y.round() == 0.0)
+        };
+        Tiling { x: whole(DVec2::new(size.x, 0.0)), y: whole(DVec2::new(0.0, size.y)) }
+    }
+
+    fn is_identity(&self) -> bool {
+        let Self { offset, angle, scale, .. } = self;
+        *offset == Xy::new(0.0, 0.0) && angle % 360.0 == 0.0 && *scale == Xy::new(1.0, 1.0)
+    }
+}
+
+impl Node for Transform {
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input, moved.")];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        self.repeats(canvas.size_mm, canvas.tile)
+    }
+
+    fn no_op(&self) -> Option<&'static str> {
+        self.is_identity().then_some("input")
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let turned = input.ty() == Type::Normal && self.angle % 360.0 != 0.0;
+        if self.is_identity() || (input.as_constant().is_some() && !turned) {
+            return Ok(Outputs::one(input));
+        }
+        let size = cx.size_mm();
+        let pivot = self.pivot.map_or(size * 0.5, |p| DVec2::new(p.x, p.y));
+        let moved = Moved {
+            inverse: self.inverse(),
+            turn: sin_cos(self.angle),
+            shift: pivot + DVec2::new(self.offset.x, self.offset.y),
+            pivot,
+            size,
+            input: input.clone(),
+        };
+        Ok(Outputs::one(Field::new(input.ty(), self.repeats(size, input.tiling()), moved)))
+    }
+}
+
+struct Moved {
+    input: Field,
+    inverse: DMat2,
+    /// Sine and cosine of the angle.
+    turn: (f64, f64),
+    /// Where the pivot goes.
+    shift: DVec2,
+    pivot: DVec2,
+    /// The canvas.
+    size: DVec2,
+}
+
+/// How the input's pixels lie under those of the result.
+enum Plan {
+    /// Pixel (x, y) shows the input's pixel (x, y) - shift.
+    Copy { grid: Grid, shift: (i32, i32) },
+    /// Pixel (x, y) shows the place `map`·(x, y), counted from the centre of pixel (0, 0).
+    Read { grid: Grid, map: DMat2 },
+}
+
+impl Moved {
+    fn to_input(&self, point: DVec2) -> DVec2 {
+        self.pivot + self.inverse * (point - self.shift)
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "compared with what it was just after")]
+    fn plan(&self, grid: &Grid) -> Plan {
+        let first = self.to_input(grid.center(0, 0));
+        if self.inverse == DMat2::IDENTITY {
+            let pixels = (self.shift - self.pivot) / grid.step;
+            let near = pixels.round();
+            if (pixels - near).abs().max_element() < 1e-6 && near.abs().max_element() < 1e8 {
+                return Plan::Copy { grid: *grid, shift: (near.x as i32, near.y as i32) };
+            }
+        }
+        // Rows of the map from the result's pixels to mm of the input.
+        let map = self.inverse * DMat2::from_diagonal(grid.step);
+        let step = DVec2::new(map.row(0).length(), map.row(1).length());
+        if map.x_axis.y == 0.0 && map.y_axis.x == 0.0 && map.x_axis.x > 0.0 && map.y_axis.y > 0.0 {
+            return Plan::Copy { grid: Grid { step, ..*grid }.centered_at(first), shift: (0, 0) };
+        }
+        // A whole number of pixels to the canvas, so that what repeats is read in the same way everywhere.
+        let step = self.size / (self.size / step - 1e-6).ceil().max(DVec2::ONE);
+        let grid = Grid { step, ..*grid }.centered_at(first);
+        Plan::Read { grid, map: DMat2::from_diagonal(1.0 / step) * map }
+    }
+
+    fn copy(&self, reader: &dyn Reader, grid: &Grid, (dx, dy): (i32, i32), out: &mut Tile) -> Result<(), Stop> {
+        let window = Window { x: out.window.x - dx, y: out.window.y - dy, ..out.window };
+        let input = reader.read(&self.input, grid, window)?;
+        out.data_mut().copy_from_slice(input.data());
+        Ok(())
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "pixels, and f32 for what lies between them")]
+    fn read(&self, reader: &dyn Reader, grid: &Grid, map: DMat2, out: &mut Tile) -> Result<(), Stop> {
+        let (window, rect) = (out.window, tile::rect(out.window));
+        let at = |x: i32, y: i32| map * DVec2::new(f64::from(x), f64::from(y));
+        let (right, bottom) = (window.right() - 1, window.bottom() - 1);
+        let corners = [at(window.x, window.y), at(right, window.y), at(window.x, bottom), at(right, bottom)];
+        let low = corners.into_iter().fold(DVec2::MAX, DVec2::min).floor();
+        let high = corners.into_iter().fold(DVec2::MIN, DVec2::max).floor();
+        let size = |d: f64| d as u32 + 1;
+        let whole =
+            Window { x: low.x as i32, y: low.y as i32, width: size(high.x - low.x), height: size(high.y - low.y) };
+        let halo = resample::HALO as i32;
+        let input = reader.read(&self.input, grid, whole.grow(halo, halo))?;
+        let views: Vec<_> = (0..out.channels()).map(|channel| tile::view(&input, channel)).collect();
+        let mut planes = out.planes_mut();
+        resample::resample(
+            &views,
+            rect,
+            &mut planes,
+            #[inline(always)]
+            |x, y, places: &mut Places| {
+                let row = map.y_axis * f64::from(y);
+                for (k, x) in (x..).take(resample::BLOCK).enumerate() {
+                    let (px, py) = (map.x_axis.x * f64::from(x) + row.x, map.x_axis.y * f64::from(x) + row.y);
+                    let (i, j) = (px.floor(), py.floor());
+                    (places.i[k], places.j[k]) = (i as i32, j as i32);
+                    (places.u[k], places.v[k]) = ((px - i) as f32, (py - j) as f32);
+                }
+            },
+        );
+        Ok(())
+    }
+}
+
+impl FieldSource for Moved {
+    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+        match self.plan(&out.grid) {
+            Plan::Copy { grid, shift } => self.copy(reader, &grid, shift, out)?,
+            Plan::Read { grid, map } => self.read(reader, &grid, map, out)?,
+        }
+        if self.input.ty() == Type::Normal && self.turn != (0.0, 1.0) {
+            turn_normals(out, self.turn);
+        }
+        Ok(())
+    }
+
+    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+        match self.plan(grid) {
+            Plan::Copy { grid, .. } | Plan::Read { grid, .. } => vec![(&self.input, grid)],
+        }
+    }
+}
+
+/// Turns normals kept as ½ + ½n with y up, as the picture was turned with y down.
+#[expect(clippy::cast_possible_truncation, reason = "a direction needs no more than f32")]
+fn turn_normals(out: &mut Tile, (sin, cos): (f64, f64)) {
+    let (sin, cos) = (sin as f32, cos as f32);
+    let [x, y, _] = tile::planes3(out);
+    for (x, y) in x.iter_mut().zip(y) {
+        let (a, b) = (*x - 0.5, *y - 0.5);
+        (*x, *y) = (0.5 + (cos * a + sin * b), 0.5 + (cos * b - sin * a));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
+
+    fn node() -> Transform {
+        Transform { input: port(0), ..Transform::default() }
+    }
+
+    #[test]
+    fn offsets_move_to_the_right_and_down() {
+        let inputs = [lumps().into()];
+        let (before, after) =
+            (render(&node(), &inputs), render(&Transform { offset: Xy::new(2.0, 1.0), ..node() }, &inputs));
+        for y in 2..64 {
+            assert_eq!(before.row(0, y - 2)[..60], after.row(0, y)[4..]);
+        }
+    }
+
+    #[test]
+    fn a_quarter_turn_is_exact() {
+        let inputs = [lumps().into()];
+        let (before, after) = (render(&node(), &inputs), render(&Transform { angle: 90.0, ..node() }, &inputs));
+        for y in 0..64 {
+            for x in 0..64 {
+                // +x turns towards +y.
+                assert!((before.row(0, y)[x] - after.row(0, x)[63 - y]).abs() < 1e-5);
+            }
+        }
+        let normal = Field::constant(Type::Normal, &[1.0, 0.5, 0.5]);
+        let turned = raster(&field(&Transform { angle: 90.0, ..node() }, &[normal.into()]), &canvas());
+        assert_eq!([turned.plane(0)[0], turned.plane(1)[0], turned.plane(2)[0]], [0.5, 0.0, 0.5]);
+    }
+
+    #[test]
+    fn enlarging_is_as_sharp_as_a_finer_picture() {
+        let node = Transform { scale: Xy::new(2.0, 2.0), pivot: Some(Xy::new(0.0, 0.0)), ..node() };
+        let large = render(&node, &[lumps().into()]);
+        let fine = Canvas { resolution: canvas().resolution * 2, ..canvas() };
+        let fine = raster(&lumps(), &fine);
+        for y in 0..64 {
+            assert!(large.row(0, y).iter().zip(&fine.row(0, y)[..64]).all(|(a, b)| (a - b).abs() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn says_where_it_tiles() {
+        let (square, wide) = (DVec2::splat(32.0), DVec2::new(64.0, 32.0));
+        let tiles = |node: Transform, size| node.repeats(size, Tiling::BOTH);
+        assert_eq!(tiles(Transform { offset: Xy::new(1.3, 7.7), ..node() }, wide), Tiling::BOTH);
+        assert_eq!(tiles(Transform { angle: 90.0, ..node() }, square), Tiling::BOTH);
+        assert_eq!(tiles(Transform { angle: 90.0, ..node() }, wide), Tiling { x: true, y: false });
+        assert_eq!(tiles(Transform { angle: 180.0, ..node() }, wide), Tiling::BOTH);
+        assert_eq!(tiles(Transform { scale: Xy::new(0.5, 1.0 / 3.0), ..node() }, wide), Tiling::BOTH);
+        assert_eq!(tiles(Transform { scale: Xy::new(2.0, 1.0), ..node() }, wide), Tiling { x: false, y: true });
+        assert_eq!(tiles(Transform { angle: 30.0, ..node() }, square), Tiling::NONE);
+        let diagonal = Xy::new(0.5f64.sqrt(), 0.5f64.sqrt());
+        assert_eq!(tiles(Transform { angle: 45.0, scale: diagonal, ..node() }, square), Tiling::BOTH);
+        let only_x = Tiling { x: true, y: false };
+        assert_eq!(Transform { angle: 90.0, ..node() }.repeats(square, only_x), Tiling { x: false, y: true });
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        let diagonal = Xy::new(0.5f64.sqrt(), 0.5f64.sqrt());
+        for (angle, scale, offset) in [
+            (0.0, Xy::new(0.5, 0.25), 1.234),
+            (90.0, Xy::new(1.0, 1.0), 0.3),
+            (45.0, diagonal, -5.0),
+            (33.0, Xy::new(0.7, 3.0), 1e6),
+            (-360.0, Xy::new(1e3, 1e-3), 0.0),
+        ] {
+            let node = Transform { angle, scale, offset: Xy::new(offset, 0.7), ..node() };
+            check_field(&field(&node, &[lumps().into()]));
+            check_field(&field(&node, &[lumps().to_rgb().into()]));
+        }
+        assert_eq!(node().no_op(), Some("input"));
+    }
+}

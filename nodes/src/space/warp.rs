@@ -1,0 +1,312 @@
+//! [`Warp`]: a field bent by noise or by a field of displacements.
+//!
+//! A point p of the result shows the input at p + d(p), read by Catmull-Rom. Without other displacements d is noise: two
+//! independent sums of gradient noise, each scaled from 0..1 to ±amount, so its root mean square is 0.31·amount. A tile
+//! reads its input as far as its own displacements go. Cost: O(pixels).
+use crate::kernel::cells::CellShape;
+use crate::kernel::hash::Hash;
+use crate::kernel::noise::{Noise, NoiseSpec};
+use crate::kernel::tile;
+use crate::kernel::warp::{self, WarpSpec};
+use crate::kernel::window::Rect;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
+use shibo_engine::value::{Canvas, Field, FieldSource, Grid, Reader, Stop, Tile, Tiling, Type, Window};
+
+/// Bends a field: straight lines become wavy. By noise of its own, or by displacements that are connected.
+///
+/// ```ron
+/// "cells":   Worley(size: 8),
+/// "example": Warp(input: "cells.border", amount: 1.2, size: 5, octaves: 3),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Warp {
+    /// What to bend.
+    pub input: In<AnyField>,
+    /// Displacements in mm, instead of noise; `amount` does not apply.
+    pub by: Option<In<Vec2Field>>,
+    /// Displacement to the right, instead of noise: 0 is `-amount`, ½ is none, 1 is `amount`.
+    pub x: Option<In<Gray>>,
+    /// Displacement down, in the same way.
+    pub y: Option<In<Gray>>,
+    /// Largest displacement, in x and in y; at most half the canvas' longer side.
+    #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    pub amount: f64,
+    /// Size of the noise's bumps.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub size: f64,
+    /// How many times the noise is refined; each octave has half the size and half the weight of the one before.
+    #[schemars(range(min = 1, max = 12))]
+    pub octaves: u32,
+    /// Another number gives another noise.
+    pub seed: u64,
+}
+
+impl Default for Warp {
+    fn default() -> Self {
+        Self { input: In::default(), by: None, x: None, y: None, amount: 0.3, size: 2.0, octaves: 2, seed: 0 }
+    }
+}
+
+impl Warp {
+    fn noise(&self, cx: &Context<'_>, axis: u64) -> Noise {
+        let spec = NoiseSpec { shape: CellShape::round(self.size), ..NoiseSpec::fbm(self.size, self.octaves) };
+        Noise::new(&spec, &tile::canvas(cx.size_mm(), cx.tiling()), Hash::new(cx.seed(self.seed)).with(axis))
+    }
+}
+
+impl Node for Warp {
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input, bent.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
+
+    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        let most = 0.5 * canvas.size_mm.max_element();
+        if self.amount > most {
+            let message =
+                format!("amount is `{}` mm; it must be at most half the canvas' longer side, {most} mm", self.amount);
+            problems.push(Problem::new(Code::OutOfRange, message).at("amount"));
+        }
+        if self.by.is_some() && (self.x.is_some() || self.y.is_some()) {
+            let message = "`by` is connected, and so is `x` or `y`; only one sort of displacement can be";
+            problems.push(Problem::new(Code::BadValue, message).at("by").help("remove `by`, or `x` and `y`"));
+        }
+        problems
+    }
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        canvas.tile
+    }
+
+    fn no_op(&self) -> Option<&'static str> {
+        (self.amount == 0.0 && self.by.is_none()).then_some("input")
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let (by, x, y) = (cx.get_opt(&self.by)?, cx.get_opt(&self.x)?, cx.get_opt(&self.y)?);
+        if self.no_op().is_some() || input.as_constant().is_some() {
+            return Ok(Outputs::one(input));
+        }
+        let limit = 0.5 * cx.size_mm().max_element();
+        let (by, own) = match (by, x, y) {
+            (Some(by), ..) => (Displacement::Vector(by), Tiling::BOTH),
+            (None, None, None) => (Displacement::Noise(Box::new([self.noise(cx, 0), self.noise(cx, 1)])), cx.tiling()),
+            (None, x, y) => {
+                let none = || Field::constant(Type::Gray, &[0.5]);
+                (Displacement::Gray([x.unwrap_or_else(none), y.unwrap_or_else(none)]), Tiling::BOTH)
+            }
+        };
+        let tiling = by.fields().iter().fold(input.tiling().and(own), |tiling, field| tiling.and(field.tiling()));
+        let limit = if matches!(by, Displacement::Vector(_)) { limit } else { self.amount };
+        let warped = Warped { input: input.clone(), by, amount: self.amount, limit };
+        Ok(Outputs::one(Field::new(input.ty(), tiling, warped)))
+    }
+}
+
+enum Displacement {
+    Noise(Box<[Noise; 2]>),
+    Gray([Field; 2]),
+    Vector(Field),
+}
+
+impl Displacement {
+    fn fields(&self) -> &[Field] {
+        match self {
+            Self::Noise(_) => &[],
+            Self::Gray(fields) => fields,
+            Self::Vector(field) => std::slice::from_ref(field),
+        }
+    }
+}
+
+struct Warped {
+    input: Field,
+    by: Displacement,
+    amount: f64,
+    /// Longest displacement, mm.
+    limit: f64,
+}
+
+/// A tile whose displacements lead to more pixels than this is done in parts.
+const MOST_PIXELS: usize = 1 << 22;
+
+impl Warped {
+    /// Displacements in mm for every pixel of a tile.
+    fn displacements(&self, reader: &dyn Reader, out: &Tile) -> Result<[Vec<f32>; 2], Stop> {
+        let (grid, window) = (out.grid, out.window);
+        #[expect(clippy::cast_possible_truncation, reason = "displacements need no more than f32")]
+        let amount = self.amount as f32;
+        let scale = |mut plane: Vec<f32>| {
+            plane.iter_mut().for_each(|v| *v = (*v * 2.0 - 1.0) * amount);
+            plane
+        };
+        Ok(match &self.by {
+            Displacement::Vector(by) => {
+                let by = reader.read(by, &grid, window)?;
+                [by.plane(0).to_vec(), by.plane(1).to_vec()]
+            }
+            Displacement::Gray([x, y]) => {
+                let (x, y) = (reader.read(x, &grid, window)?, reader.read(y, &grid, window)?);
+                [scale(x.plane(0).to_vec()), scale(y.plane(0).to_vec())]
+            }
+            Displacement::Noise(noise) => {
+                let frame = tile::frame(out);
+                [&noise[0], &noise[1]].map(|noise| {
+                    let mut plane = vec![0.0; window.len()];
+                    noise.fill(&frame, &mut plane);
+                    scale(plane)
+                })
+            }
+        })
+    }
+
+    /// Warps one tile, or in parts if what it reads is large.
+    fn warp(&self, reader: &dyn Reader, by: [&[f32]; 2], out: &mut Tile) -> Result<(), Stop> {
+        let spec = WarpSpec { step: tile::step(&out.grid), limit: [self.limit; 2] };
+        let rect = tile::rect(out.window);
+        let read = spec.reads(rect, by);
+        if read.area() > MOST_PIXELS && rect.area() > 1 {
+            return self.halves(reader, by, out);
+        }
+        let input = reader.read(&self.input, &out.grid, window(read))?;
+        let views: Vec<_> = (0..out.channels()).map(|channel| tile::view(&input, channel)).collect();
+        warp::warp(&views, rect, by, &spec, &mut out.planes_mut());
+        Ok(())
+    }
+
+    fn halves(&self, reader: &dyn Reader, by: [&[f32]; 2], out: &mut Tile) -> Result<(), Stop> {
+        let whole = out.window;
+        let (w, h) = (whole.width, whole.height);
+        let (first, second) = if w > h {
+            (Window { width: w / 2, ..whole }, Window { x: whole.x + (w / 2).cast_signed(), width: w - w / 2, ..whole })
+        } else {
+            (
+                Window { height: h / 2, ..whole },
+                Window { y: whole.y + (h / 2).cast_signed(), height: h - h / 2, ..whole },
+            )
+        };
+        for part in [first, second] {
+            reader.check()?;
+            let cut = |plane: &[f32]| -> Vec<f32> {
+                let skip = part.x.abs_diff(whole.x) as usize;
+                let rows = plane.chunks_exact(w as usize).skip(part.y.abs_diff(whole.y) as usize);
+                let rows = rows.take(part.height as usize);
+                rows.flat_map(|row| &row[skip..skip + part.width as usize]).copied().collect()
+            };
+            let mut tile = Tile::new(out.grid, part, out.channels());
+            self.warp(reader, [&cut(by[0]), &cut(by[1])], &mut tile)?;
+            out.copy_from(&tile, 0, 0);
+        }
+        Ok(())
+    }
+}
+
+fn window(rect: Rect) -> Window {
+    let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+    Window { x: rect.x0, y: rect.y0, width: size(rect.w), height: size(rect.h) }
+}
+
+impl FieldSource for Warped {
+    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+        let [x, y] = self.displacements(reader, out)?;
+        self.warp(reader, [&x, &y], out)
+    }
+
+    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+        std::iter::once(&self.input).chain(self.by.fields()).map(|field| (field, *grid)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{check_field, field, lumps, port, render};
+    use shibo_engine::value::Value;
+
+    fn node() -> Warp {
+        Warp { input: port(0), ..Warp::default() }
+    }
+
+    #[test]
+    fn displacements_are_within_the_amount() {
+        let ramp = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
+            let (grid, window) = (out.grid, out.window);
+            for (k, v) in (0..).zip(out.plane_mut(0)) {
+                #[expect(clippy::cast_possible_truncation, reason = "a test picture")]
+                let x = grid.center(window.x + k % window.width.cast_signed(), 0).x as f32;
+                *v = x;
+            }
+            Ok(())
+        });
+        let (still, warped) = (
+            render(&Warp { amount: 0.0, ..node() }, &[ramp.clone().into()]),
+            render(&Warp { amount: 3.0, size: 4.0, ..node() }, &[ramp.into()]),
+        );
+        let moved: Vec<f32> = warped.data().iter().zip(still.data()).map(|(a, b)| a - b).collect();
+        assert!(moved.iter().all(|d| d.abs() <= 3.001));
+        let square = moved.iter().map(|d| d * d).sum::<f32>() / moved.len() as f32;
+        assert!((0.6..1.3).contains(&square.sqrt()), "{}", square.sqrt());
+    }
+
+    #[test]
+    fn grey_and_vector_displacements_agree() {
+        let (right, both) = (Field::constant(Type::Gray, &[0.75]), Field::constant(Type::Vec2, &[1.0, 0.0]));
+        let by_gray = Warp { x: Some(port(1)), amount: 2.0, ..node() };
+        let by_vector = Warp { by: Some(port(1)), ..node() };
+        let a = render(&by_gray, &[lumps().into(), right.into()]);
+        let b = render(&by_vector, &[lumps().into(), both.into()]);
+        let input = crate::testing::raster(&lumps(), &crate::testing::canvas());
+        assert_eq!(a, b);
+        assert_eq!(a.row(0, 7)[..62], input.row(0, 7)[2..]);
+    }
+
+    #[test]
+    fn parts_make_the_whole() {
+        let noise = [0, 1].map(|k| {
+            let spec = NoiseSpec::fbm(3.0, 3);
+            let noise = Noise::new(&spec, &tile::canvas(glam::DVec2::splat(32.0), Tiling::BOTH), Hash::new(k));
+            Field::generate(Type::Gray, Tiling::BOTH, move |out, _| {
+                noise.fill(&tile::frame(out), out.plane_mut(0));
+                Ok(())
+            })
+        });
+        let warped = Warped { input: lumps(), by: Displacement::Gray(noise), amount: 4.0, limit: 4.0 };
+        let field = Field::new(Type::Gray, Tiling::BOTH, Parts(warped));
+        check_field(&field);
+    }
+
+    /// Fills tiles once as they are and once in halves.
+    struct Parts(Warped);
+
+    impl FieldSource for Parts {
+        fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+            let mut halves = out.clone();
+            let [x, y] = self.0.displacements(reader, out)?;
+            self.0.warp(reader, [&x, &y], out)?;
+            self.0.halves(reader, [&x, &y], &mut halves)?;
+            assert_eq!(*out, halves);
+            Ok(())
+        }
+
+        fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+            self.0.reads(grid)
+        }
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        let inputs: [Value; 1] = [lumps().into()];
+        for (amount, size, octaves) in [(0.3, 2.0, 2), (16.0, 1e-4, 12), (16.0, 1e5, 1), (1e-9, 3.0, 1)] {
+            check_field(&field(&Warp { amount, size, octaves, ..node() }, &inputs));
+        }
+        check_field(&field(&Warp { amount: 1.0, ..node() }, &[lumps().to_rgb().into()]));
+        let wild = Field::constant(Type::Vec2, &[1e30, f32::NAN]);
+        check_field(&field(&Warp { by: Some(port(1)), ..node() }, &[lumps().into(), wild.into()]));
+        assert_eq!(Warp { amount: 0.0, ..node() }.no_op(), Some("input"));
+        assert_eq!(Warp { by: Some(port(1)), x: Some(port(1)), ..node() }.check(&crate::testing::canvas()).len(), 1);
+    }
+}

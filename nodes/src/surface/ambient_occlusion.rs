@@ -1,0 +1,86 @@
+//! [`AmbientOcclusion`]: how much of the sky a point sees.
+//!
+//! Compares the height with itself blurred at three scales, 0.35, 1 and 2 times the radius; see
+//! [`kernel::occlusion`](crate::kernel::occlusion). Smooth and free of directions and noise, unlike a ray march; what it
+//! does not know is the shape of what stands around. Cost: three blurs, O(pixels), nearly independent of the radius.
+use crate::kernel::{fields, occlusion};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
+
+/// Openness of a height field to the sky: 1 on plains and hills, darker in hollows and grooves.
+///
+/// ```ron
+/// "cells":   Worley(size: 7),
+/// "example": AmbientOcclusion(input: "cells.border", radius: 1.5, strength: 1.5),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AmbientOcclusion {
+    /// Height in mm.
+    pub input: In<Gray>,
+    /// Size of the hollows that darken; at most half the canvas' longer side.
+    #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub radius: f64,
+    /// 1 is natural, more is darker; 0 is open everywhere.
+    #[schemars(range(min = 0, max = 1e3))]
+    pub strength: f64,
+}
+
+impl Default for AmbientOcclusion {
+    fn default() -> Self {
+        Self { input: In::default(), radius: 0.5, strength: 1.0 }
+    }
+}
+
+impl Node for AmbientOcclusion {
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("ao", Type::Gray, "1 where the surface is open, 0 where it is shut.")];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+        let most = 0.5 * canvas.size_mm.max_element();
+        if self.radius <= most {
+            return Vec::new();
+        }
+        let message =
+            format!("radius is `{}` mm; it must be at most half the canvas' longer side, {most} mm", self.radius);
+        vec![Problem::new(Code::OutOfRange, message).at("radius")]
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let height = cx.get(&self.input)?;
+        let [a, b, c] = occlusion::widths(self.radius).map(|sigma| fields::blurred(&height, sigma, cx.size_mm()));
+        let spec = occlusion::OcclusionSpec { radius: self.radius, strength: self.strength, step: [1.0; 2] };
+        Ok(Outputs::one(Field::map(Type::Gray, [height, a, b, c], Halo::NONE, move |out, [height, a, b, c]| {
+            occlusion::openness(height.data(), [a.data(), b.data(), c.data()], &spec, out.data_mut());
+            Ok(())
+        })))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{check_field, field, lumps, port, render};
+
+    #[test]
+    fn hollows_are_darker_than_hills() {
+        let node = AmbientOcclusion { input: port(0), radius: 2.0, ..AmbientOcclusion::default() };
+        let inputs = [lumps().into()];
+        let (ao, height) = (render(&node, &inputs), crate::testing::raster(&lumps(), &crate::testing::canvas()));
+        let mean = |low: f32, high: f32| {
+            let picked =
+                ao.data().iter().zip(height.data()).filter(|(_, h)| **h >= low && **h <= high).map(|(a, _)| *a);
+            let (n, sum) = picked.fold((0.0, 0.0), |(n, sum), v| (n + 1.0, sum + v));
+            sum / n
+        };
+        assert!(mean(0.9, 1.0) > mean(0.0, 0.1) + 0.05, "{} {}", mean(0.9, 1.0), mean(0.0, 0.1));
+        assert!(ao.data().iter().all(|v| (0.0..=1.0).contains(v)));
+        for (radius, strength) in [(1e-9, 1.0), (16.0, 1e3), (1.0, 0.0)] {
+            check_field(&field(&AmbientOcclusion { radius, strength, ..node.clone() }, &inputs));
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! [`HeightToNormal`]: the normal map of a height.
+//!
+//! n = normalise(-s·∂h/∂x, ∓s·∂h/∂y, 1) with slopes by differences over one pixel on each side; both height and
+//! place are in mm, so the map is the same surface at every resolution. Cost: O(pixels), bound by memory.
+use crate::kernel::normal::{self, NormalSpec, Slope};
+use crate::kernel::tile;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Type};
+
+/// How slopes are measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SlopeFilter {
+    /// Central differences: the sharpest.
+    Central,
+    /// Weights 1 2 1 across: smoother.
+    Sobel,
+    /// Weights 3 10 3 across: the same in all directions.
+    #[default]
+    Scharr,
+}
+
+/// The normal map of a height in mm, stored as ½ + ½n.
+///
+/// ```ron
+/// "height":  Fractal(size: 8, octaves: 3),
+/// "example": HeightToNormal(input: "height", strength: 8),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct HeightToNormal {
+    /// Height in mm.
+    pub input: In<Gray>,
+    /// Factor on the height: 1 is true to scale, below 0 turns hills into hollows.
+    #[schemars(range(min = -1e6, max = 1e6))]
+    pub strength: f64,
+    /// Whether green points up the picture (OpenGL, glTF, Blender) rather than down (DirectX).
+    pub y_up: bool,
+    /// How slopes are measured.
+    pub slope: SlopeFilter,
+}
+
+impl Default for HeightToNormal {
+    fn default() -> Self {
+        Self { input: In::default(), strength: 1.0, y_up: true, slope: SlopeFilter::Scharr }
+    }
+}
+
+impl Node for HeightToNormal {
+    const OUTPUTS: &'static [Output] = &[Output::new("normal", Type::Normal, "The tangent-space normal.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let slope = match self.slope {
+            SlopeFilter::Central => Slope::Central,
+            SlopeFilter::Sobel => Slope::Sobel,
+            SlopeFilter::Scharr => Slope::Scharr,
+        };
+        let (strength, y_up) = (self.strength, self.y_up);
+        let inputs = [cx.get(&self.input)?];
+        Ok(Outputs::one(Field::map(Type::Normal, inputs, Halo::px(normal::HALO), move |out, [height]| {
+            let spec = NormalSpec { step: tile::step(&out.grid), strength, y_up, encode: true, slope };
+            normal::normal(&tile::view(height, 0), tile::rect(out.window), &spec, tile::planes3(out));
+            Ok(())
+        })))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{check_field, field, lumps, port, render};
+
+    #[test]
+    fn normals_have_length_one_and_turn_with_y() {
+        let node = HeightToNormal { input: port(0), ..HeightToNormal::default() };
+        let inputs = [lumps().into()];
+        let (up, down) = (render(&node, &inputs), render(&HeightToNormal { y_up: false, ..node.clone() }, &inputs));
+        for k in 0..up.window.len() {
+            let n = [0, 1, 2].map(|c| 2.0 * up.plane(c)[k] - 1.0);
+            assert!((n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1.0).abs() < 1e-5 && n[2] > 0.0);
+            assert!((up.plane(1)[k] + down.plane(1)[k] - 1.0).abs() < 1e-6);
+        }
+        for strength in [0.0, 1.0, -1e6, 1e6] {
+            for slope in [SlopeFilter::Central, SlopeFilter::Sobel, SlopeFilter::Scharr] {
+                check_field(&field(&HeightToNormal { strength, slope, ..node.clone() }, &inputs));
+            }
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! [`Pillow`]: domes between grooves.
+//!
+//! `1 - (1 - min(d/radius, 1))²` of the distance d to the grooves: steep at their edge, level at the radius, as full-grain
+//! leather swells between its wrinkles. Cost: that of the distance, O(pixels · radius in pixels).
+use crate::kernel::{distance, fields};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
+
+/// Swells what lies between grooves to domes, 0 in the grooves and 1 on top.
+///
+/// ```ron
+/// "cells":   Worley(size: 6),
+/// "example": Pillow(input: "cells.f1", threshold: 0.6, radius: 1.5),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Pillow {
+    /// Grooves are where this is above the threshold.
+    pub input: In<Gray>,
+    /// Distance from a groove at which a dome is full; at most half the canvas' longer side.
+    #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub radius: f64,
+    /// The value at a groove's edge.
+    #[schemars(range(min = -1e6, max = 1e6))]
+    pub threshold: f64,
+}
+
+impl Default for Pillow {
+    fn default() -> Self {
+        Self { input: In::default(), radius: 0.5, threshold: 0.35 }
+    }
+}
+
+impl Node for Pillow {
+    const OUTPUTS: &'static [Output] = &[Output::new("dome", Type::Gray, "0 in the grooves to 1 on top of the domes.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+        let most = 0.5 * canvas.size_mm.max_element();
+        if self.radius <= most {
+            return Vec::new();
+        }
+        let message =
+            format!("radius is `{}` mm; it must be at most half the canvas' longer side, {most} mm", self.radius);
+        vec![Problem::new(Code::OutOfRange, message).at("radius")]
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "fields are f32")]
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let distances = fields::distances(&cx.get(&self.input)?, self.threshold as f32, self.radius);
+        let radius = self.radius as f32;
+        Ok(Outputs::one(Field::map(Type::Gray, [distances], Halo::NONE, move |out, [d]| {
+            out.data_mut().copy_from_slice(d.data());
+            distance::dome(out.data_mut(), radius);
+            Ok(())
+        })))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{check_field, field, lumps, port, render};
+
+    #[test]
+    fn domes_rise_from_the_grooves() {
+        let pillow = Pillow { input: port(0), radius: 2.0, ..Pillow::default() };
+        let (dome, input) =
+            (render(&pillow, &[lumps().into()]), crate::testing::raster(&lumps(), &crate::testing::canvas()));
+        assert!(dome.data().iter().all(|v| (0.0..=1.0).contains(v)));
+        assert!(dome.data().iter().any(|v| *v > 0.9));
+        assert!(dome.data().iter().zip(input.data()).all(|(d, g)| *g <= 0.35 || *d == 0.0));
+        check_field(&field(&pillow, &[lumps().into()]));
+        check_field(&field(&Pillow { radius: 1e-9, ..pillow }, &[lumps().into()]));
+    }
+}

@@ -1,0 +1,159 @@
+//! [`Relief`]: a lit picture of a surface, for looking at.
+//!
+//! Key light, weak fill and a sky; Lambert and GGX (E. Heitz, 2014), 4 % at normal incidence; ambient occlusion darkens
+//! the sky and, by half, the key light; a filmic curve ends it. See [`kernel::relief`](crate::kernel::relief). Metals,
+//! sheen and coat are not shown. Cost: O(pixels).
+use crate::kernel::relief::{self, ReliefSpec, Surface};
+use crate::kernel::tile;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Color, Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
+use shibo_engine::value::{Canvas, Channel, Field, FieldSource, Grid, Material, Reader, Stop, Tile, Tiling, Type};
+
+/// A lit picture of a surface seen from above: of a height, or of a whole material. Scene-linear colour, for looking at.
+///
+/// Channels that are connected here take the place of those of the material.
+///
+/// ```ron
+/// "cells":   Worley(size: 7),
+/// "dome":    Pillow(input: "cells.f1", threshold: 0.7, radius: 2),
+/// "example": Relief(height: "dome"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Relief {
+    /// A material that supplies the channels below; one without height is shown flat.
+    pub material: Option<In<Material>>,
+    /// Height in mm. Needed unless there is a material.
+    pub height: Option<In<Gray>>,
+    /// Base colour; `color` where there is neither this nor a material's.
+    pub base_color: Option<In<Rgb>>,
+    /// Roughness, 0..1; 0.45 where there is none.
+    pub roughness: Option<In<Gray>>,
+    /// Ambient occlusion, 1 is open; 1 where there is none.
+    pub ao: Option<In<Gray>>,
+    /// The colour where no base colour is given.
+    pub color: Color,
+    /// Factor on the height: 1 is true to scale.
+    #[schemars(range(min = -1e4, max = 1e4))]
+    pub strength: f64,
+    /// Direction the light comes from, from +x towards +y: 225° is the upper left.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub azimuth: f64,
+    /// Height of the light above the surface: 90° is from above.
+    #[schemars(range(min = 1, max = 90), extend("unit" = "°"))]
+    pub elevation: f64,
+    /// Factor on all light.
+    #[schemars(range(min = 0, max = 1e3))]
+    pub exposure: f64,
+}
+
+impl Default for Relief {
+    fn default() -> Self {
+        Self {
+            material: None,
+            height: None,
+            base_color: None,
+            roughness: None,
+            ao: None,
+            color: Color([0.28, 0.16, 0.09]),
+            strength: 1.0,
+            azimuth: 225.0,
+            elevation: 40.0,
+            exposure: 1.0,
+        }
+    }
+}
+
+impl Node for Relief {
+    const OUTPUTS: &'static [Output] = &[Output::new("picture", Type::Rgb, "The lit picture, scene-linear, 0..1.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if self.height.is_some() || self.material.is_some() {
+            return Vec::new();
+        }
+        let problem =
+            Problem::new(Code::MissingInput, "neither `height` nor `material` is connected; one of them must be");
+        vec![problem.help("write `height: \"…\"` or `material: \"…\"`")]
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let material = cx.get_opt(&self.material)?;
+        let channel = |own: Option<Field>, channel: Channel, default: &[f32]| {
+            let of_material = || material.as_ref().and_then(|m| m.get(channel)).cloned();
+            own.or_else(of_material).unwrap_or_else(|| Field::constant(channel.ty(), default))
+        };
+        let height = channel(cx.get_opt(&self.height)?, Channel::Height, &[0.0]);
+        let color = channel(cx.get_opt(&self.base_color)?, Channel::BaseColor, &self.color.0);
+        let roughness = channel(cx.get_opt(&self.roughness)?, Channel::Roughness, &[0.45]);
+        let ao = channel(cx.get_opt(&self.ao)?, Channel::Ao, &[1.0]);
+        let inputs = [height, color, roughness, ao];
+        let tiling = inputs.iter().fold(Tiling::BOTH, |tiling, input| tiling.and(input.tiling()));
+        Ok(Outputs::one(Field::new(Type::Rgb, tiling, Lit { inputs, node: self.clone() })))
+    }
+}
+
+/// The lit picture; reads only the height beyond the window.
+struct Lit {
+    /// Height, colour, roughness, occlusion.
+    inputs: [Field; 4],
+    node: Relief,
+}
+
+impl FieldSource for Lit {
+    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+        let (grid, window) = (out.grid, out.window);
+        let [height, color, roughness, ao] = &self.inputs;
+        let height = reader.read(height, &grid, window.grow(relief::HALO, relief::HALO))?;
+        let color = reader.read(color, &grid, window)?;
+        let (roughness, ao) = (reader.read(roughness, &grid, window)?, reader.read(ao, &grid, window)?);
+        let surface = Surface {
+            color: [color.plane(0), color.plane(1), color.plane(2)],
+            roughness: roughness.plane(0),
+            occlusion: ao.plane(0),
+        };
+        let spec = ReliefSpec {
+            step: tile::step(&grid),
+            strength: self.node.strength,
+            azimuth: self.node.azimuth.to_radians(),
+            elevation: self.node.elevation.to_radians(),
+            exposure: self.node.exposure,
+        };
+        relief::relief(&tile::view(&height, 0), tile::rect(window), &surface, &spec, tile::planes3(out));
+        Ok(())
+    }
+
+    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+        self.inputs.iter().map(|input| (input, *grid)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{check_field, field, lumps, port, render};
+
+    #[test]
+    fn a_material_is_lit_as_its_channels_are() {
+        let (height, rough) = (lumps(), Field::constant(Type::Gray, &[0.2]));
+        let wired = Relief { height: Some(port(0)), roughness: Some(port(1)), ..Relief::default() };
+        let channels = [(Channel::Height, height.clone()), (Channel::Roughness, rough.clone())];
+        let whole = Relief { material: Some(port(0)), ..Relief::default() };
+        let a = render(&wired, &[height.into(), rough.into()]);
+        let b = render(&whole, &[Material::new(channels).into()]);
+        assert_eq!(a, b);
+        assert!(a.data().iter().all(|v| (0.0..=1.0).contains(v)));
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        let node = Relief { height: Some(port(0)), ..Relief::default() };
+        for (strength, exposure, elevation) in [(1.0, 1.0, 40.0), (-1e4, 1e3, 1.0), (1e4, 0.0, 90.0)] {
+            check_field(&field(&Relief { strength, exposure, elevation, ..node.clone() }, &[lumps().into()]));
+        }
+        assert_eq!(node.check(&crate::testing::canvas()), []);
+        assert_eq!(Relief::default().check(&crate::testing::canvas()).len(), 1);
+    }
+}

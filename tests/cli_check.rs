@@ -1,4 +1,5 @@
 //! `shibo check`, end to end.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod support;
 
 use serde_json::json;

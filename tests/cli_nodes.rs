@@ -1,4 +1,5 @@
 //! `shibo nodes`, end to end.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod support;
 
 use support::{Desk, finish};

@@ -1,4 +1,5 @@
 //! What goes wrong while files are written: full disks, folders that cannot be written, interruptions.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod support;
 
 use std::time::{Duration, Instant};

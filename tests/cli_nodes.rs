@@ -1,4 +1,5 @@
 //! `shibo nodes`, end to end.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod support;
 
 use support::{Desk, finish};
@@ -22,7 +23,8 @@ fn one_kind_has_a_manual() {
     }
     let ran = Desk::new().shibo("nodes drawwrinkle").expect(2);
     assert!(ran.stderr.contains("did you mean `DrawWrinkles`?") && ran.stdout.is_empty(), "{}", ran.stderr);
-    let mut colored = Desk::new().command(["nodes", "Perlin"]);
+    let desk = Desk::new();
+    let mut colored = desk.command(["nodes", "Perlin"]);
     colored.env("CLICOLOR_FORCE", "1");
     assert!(!finish(colored).stdout.contains('\u{1b}'), "colours without a terminal");
 }

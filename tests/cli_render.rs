@@ -1,4 +1,5 @@
 //! `shibo render`, end to end.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod support;
 
 use serde_json::Value as Json;

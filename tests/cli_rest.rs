@@ -1,4 +1,5 @@
 //! `shibo new`, `graph`, `cache`, `completions`, and the command itself.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod support;
 
 use support::Desk;

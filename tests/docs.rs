@@ -1,6 +1,7 @@
 //! The node reference is that of the code: its text, and a picture of every node's example.
 //!
 //! `BLESS=1 cargo test --release --test docs` writes `docs/nodes.md` and `docs/nodes/KIND.png` anew.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 #[path = "docs/picture.rs"]
 mod picture;
 

@@ -1,2 +1,55 @@
-//! The `shibo` command.
-fn main() {}
+//! The `shibo` command: one file per sub-command, and no algorithm.
+//!
+//! Data goes to stdout, messages go to stderr. The exit code is 0 only when everything asked for was done, 1 for errors in
+//! the user's files, 2 for wrong usage.
+mod args;
+mod cache;
+mod check;
+mod completions;
+mod dump;
+mod environment;
+mod graph;
+mod interrupt;
+mod new;
+mod nodes;
+mod open;
+mod progress;
+mod quit;
+mod render;
+mod report;
+mod stats;
+mod templates;
+mod terminal;
+
+use args::{Cli, Command};
+use clap::Parser;
+use quit::Quit;
+use std::process::ExitCode;
+use std::time::Instant;
+use terminal::Terminal;
+
+fn main() -> ExitCode {
+    let start = Instant::now();
+    let terminal = Terminal::new();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return terminal.usage(&error),
+    };
+    match run(cli.command, &terminal, start) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(quit) => quit.code(&terminal),
+    }
+}
+
+fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit> {
+    match command {
+        Command::Render(args) => render::run(&args, terminal, start),
+        Command::Check(args) => check::run(&args, terminal),
+        Command::Nodes(args) => nodes::run(&args, terminal),
+        Command::Dump(args) => dump::run(&args, terminal),
+        Command::New(args) => new::run(&args, terminal),
+        Command::Graph(args) => graph::run(&args, terminal),
+        Command::Cache(args) => cache::run(&args, terminal),
+        Command::Completions(args) => completions::run(&args, terminal),
+    }
+}

@@ -208,6 +208,8 @@ pub struct Source {
     pub path: PathBuf,
     /// The text.
     pub text: Arc<str>,
+    /// Where its lines begin.
+    lines: Arc<[usize]>,
 }
 
 /// A place as people count: lines and columns from 1, columns in characters.
@@ -228,7 +230,9 @@ pub struct SourceMap {
 impl SourceMap {
     /// Adds a text.
     pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<Arc<str>>) -> FileId {
-        self.sources.push(Source { path: path.into(), text: text.into() });
+        let text = text.into();
+        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect();
+        self.sources.push(Source { path: path.into(), text, lines });
         FileId(self.sources.len() - 1)
     }
 
@@ -249,18 +253,46 @@ impl SourceMap {
 
     /// Where byte `offset` of `file` is; offsets past the end, or inside a character, are clamped.
     pub fn position(&self, file: FileId, offset: usize) -> Position {
-        let text = &self.sources[file.0].text;
+        let Source { text, lines, .. } = &self.sources[file.0];
         let mut offset = offset.min(text.len());
         while !text.is_char_boundary(offset) {
             offset -= 1;
         }
-        let before = &text[..offset];
-        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-        Position {
-            line: before.bytes().filter(|&b| b == b'\n').count() + 1,
-            column: before[line_start..].chars().count() + 1,
-        }
+        // The first line begins at 0, so there always is one at or before the offset.
+        let line = lines.partition_point(|&start| start <= offset);
+        let start = lines.get(line.saturating_sub(1)).copied().unwrap_or(0);
+        Position { line, column: text[start..offset].chars().count() + 1 }
     }
+}
+
+/// Diagnostics as other programs read them: `{"errors": […], "warnings": […]}`.
+pub fn to_json(diagnostics: &[Diagnostic], sources: &SourceMap) -> serde_json::Value {
+    let entry = |diagnostic: &Diagnostic| {
+        let span = diagnostic.span;
+        let (start, end) = (sources.position(span.file, span.start), sources.position(span.file, span.end));
+        let related = diagnostic.related.iter().map(|related| {
+            let start = sources.position(related.span.file, related.span.start);
+            serde_json::json!({
+                "file": sources.path(related.span.file).to_string_lossy(),
+                "line": start.line,
+                "column": start.column,
+                "message": related.message,
+            })
+        });
+        serde_json::json!({
+            "file": sources.path(span.file).to_string_lossy(),
+            "line": start.line,
+            "column": start.column,
+            "end_line": end.line,
+            "end_column": end.column,
+            "code": diagnostic.code.as_str(),
+            "message": diagnostic.message,
+            "help": diagnostic.help,
+            "related": related.collect::<Vec<_>>(),
+        })
+    };
+    let of = |warning: bool| diagnostics.iter().filter(|d| d.warning == warning).map(entry).collect::<Vec<_>>();
+    serde_json::json!({ "errors": of(false), "warnings": of(true) })
 }
 
 /// The candidate nearest to `word`, if any is near enough to be meant.
@@ -300,6 +332,30 @@ mod tests {
         assert_eq!(map.position(file, "シボ: 1,\n".len()), Position { line: 2, column: 1 });
         assert_eq!(map.position(file, 999), Position { line: 2, column: 2 });
         assert_eq!(map.position(file, 1), Position { line: 1, column: 1 });
+    }
+
+    #[test]
+    fn json_has_the_contract_form() {
+        let mut map = SourceMap::default();
+        let file = map.add("a.ron", "(a: 1,\n b: 2)");
+        let span = |start, end| Span { file, start, end };
+        let diagnostics = [
+            Diagnostic::new(Code::DuplicateKey, span(8, 9), "twice").related(span(1, 2), "first"),
+            Diagnostic::new(Code::Advice, span(0, 1), "hm").help("do").as_warning(),
+        ];
+        let json = to_json(&diagnostics, &map);
+        let expected = serde_json::json!({
+            "errors": [{
+                "file": "a.ron", "line": 2, "column": 2, "end_line": 2, "end_column": 3, "code": "duplicate-key",
+                "message": "twice", "help": null,
+                "related": [{"file": "a.ron", "line": 1, "column": 2, "message": "first"}],
+            }],
+            "warnings": [{
+                "file": "a.ron", "line": 1, "column": 1, "end_line": 1, "end_column": 2, "code": "advice",
+                "message": "hm", "help": "do", "related": [],
+            }],
+        });
+        assert_eq!(json, expected);
     }
 
     #[test]

@@ -2,19 +2,41 @@
 //!
 //! A node is one file, plus one line in its family's list. Families do not know each other; what two of them need is in
 //! [`kernel`] or in the engine's `value`.
+pub mod combine;
 pub mod filter;
 pub mod generators;
+pub mod image;
 pub mod kernel;
+pub mod leather;
 pub mod material;
 pub mod space;
 pub mod surface;
+pub mod tone;
 
+mod choice;
+#[cfg(test)]
+mod conform;
 #[cfg(test)]
 mod testing;
 
-use shibo_engine::registry::Registry;
+use shibo_engine::registry::{Family, Registry};
+
+/// All nodes, by family.
+pub fn families() -> Vec<Family> {
+    vec![
+        leather::family(),
+        generators::family(),
+        image::family(),
+        tone::family(),
+        combine::family(),
+        filter::family(),
+        space::family(),
+        surface::family(),
+        material::family(),
+    ]
+}
 
 /// All nodes.
 pub fn registry() -> Registry {
-    Registry::new([generators::family(), filter::family(), space::family(), surface::family(), material::family()])
+    Registry::new(families())
 }

@@ -1,38 +1,88 @@
 //! Graph files: from text, by way of a checked document, to nodes that can be evaluated.
+//!
+//! [`load()`] reads a file and all that it imports and reports every error of all of them, each at its place:
+//! 1. `files` reads the texts; `ron` decides whether they are RON (`syntax`).
+//! 2. `part` cuts a text into values that know where they stand; `document` finds the parts of a graph file among them.
+//! 3. `scope` gives the names of a file, and of every use of a sub-graph, their meanings; `subst` puts parameters and
+//!    expressions (`expr`) into values and remembers where each byte came from.
+//! 4. `ports` and `args` read the fields of nodes, `link` finds types and cycles and builds the nodes, `outputs` checks
+//!    what is rendered.
+//!
+//! What merely follows from another error is not reported: whatever refers to something in error is silent.
+//!
+//! A text is parsed once, by `ron`, and then cut by its tokens. Cutting by `ron`'s raw values was tried: they carry the
+//! comments around a value, and every level of nesting is parsed again, twice.
+mod args;
+mod canvas;
+mod convert;
+mod document;
+mod expr;
+mod files;
+mod lex;
+mod link;
 mod linked;
+mod load;
+mod outputs;
+mod params;
+mod part;
+mod ports;
+mod read;
+mod report;
+mod scope;
+mod subst;
+mod syntax;
 
 pub use linked::{Graph, GraphNode, GraphOutput, GraphParam, Input};
+pub use load::{load, load_text};
 
 use crate::diagnostics::{Diagnostic, SourceMap};
-use crate::registry::Registry;
-use std::path::{Path, PathBuf};
+use glam::UVec2;
+use std::path::PathBuf;
 
 /// What the caller changes of a graph.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct LoadOptions {
-    /// The preset to start from.
+    /// The preset whose values replace the defaults.
     pub preset: Option<String>,
-    /// Parameters by name.
+    /// Values of parameters: RON, or bare text for `Text`, `Path` and `Color`. They replace those of the preset.
     pub set: Vec<(String, String)>,
-    /// The resolution instead of the file's.
-    pub resolution: Option<glam::UVec2>,
-    /// What relative paths in `set` are relative to.
+    /// The resolution in the place of the canvas' own.
+    pub resolution: Option<UVec2>,
+    /// What paths in [`set`](Self::set) are relative to.
     pub working_dir: PathBuf,
+    /// How much is too much.
+    pub limits: Limits,
 }
 
-/// A graph, or why there is none.
+/// How much is too much for a graph.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// The largest graph file in bytes.
+    pub max_file_bytes: u64,
+    /// The deepest nesting of brackets; at most 128.
+    pub max_nesting: usize,
+    /// The most nodes, those of sub-graphs counted at every use.
+    pub max_nodes: usize,
+    /// The most files imported, directly or by way of others.
+    pub max_imports: usize,
+    /// The longest chain of imports.
+    pub max_import_depth: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { max_file_bytes: 8 << 20, max_nesting: 128, max_nodes: 100_000, max_imports: 256, max_import_depth: 32 }
+    }
+}
+
+/// What became of a graph file.
 pub struct Loaded {
-    /// The graph, if there is no error.
+    /// The graph, unless there is an error.
     pub graph: Option<Graph>,
-    /// Errors and warnings.
+    /// Errors and warnings in the order of the text.
     pub diagnostics: Vec<Diagnostic>,
     /// The texts that they point into.
     pub sources: SourceMap,
-    /// Everything that was looked at, missing files too.
+    /// Every file looked at, missing ones too: what to watch.
     pub files: Vec<PathBuf>,
-}
-
-/// Reads and checks a graph file.
-pub fn load(path: &Path, _registry: &Registry, _options: &LoadOptions) -> Loaded {
-    Loaded { graph: None, diagnostics: Vec::new(), sources: SourceMap::default(), files: vec![path.to_path_buf()] }
 }

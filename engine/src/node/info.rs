@@ -138,13 +138,13 @@ fn port(object: &Map<String, Json>) -> Option<PortInfo> {
     let of = |object: &Map<String, Json>| Type::from_name(object.get("port")?.as_str()?);
     let default = object.get("default").and_then(Json::as_f64);
     if let Some(ty) = of(object) {
-        return Some(PortInfo { ty, required: default.is_none(), list: false, default });
+        let optional = object.get("type").is_some_and(Json::is_array);
+        return Some(PortInfo { ty, required: default.is_none() && !optional, list: false, default });
     }
     if let Some(ty) = object.get("items").and_then(Json::as_object).and_then(of) {
         return Some(PortInfo { ty, required: true, list: true, default: None });
     }
-    let ty = alternatives(object).into_iter().find_map(of)?;
-    Some(PortInfo { ty, required: false, list: false, default })
+    None
 }
 
 fn param(object: &Map<String, Json>) -> ParamInfo {

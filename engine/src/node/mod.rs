@@ -38,8 +38,8 @@ mod info;
 mod params;
 mod port;
 
-pub(crate) use build::Functions;
 pub use build::{Arg, BuildError, Built, DynNode, build};
+pub(crate) use build::{Functions, ron_options};
 pub use context::{Context, Outputs};
 pub use info::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};

@@ -126,6 +126,7 @@ impl<T: PortType> JsonSchema for In<T> {
     }
 
     fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "port": T::TYPE.name() })
+        // The type lets `Option` leave its mark: it adds "null".
+        json_schema!({ "type": "integer", "port": T::TYPE.name() })
     }
 }

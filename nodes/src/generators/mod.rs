@@ -1,7 +1,15 @@
 //! Generators: fields made from nothing but parameters.
+mod constant;
+mod fractal;
+mod gradient;
 mod perlin;
+mod worley;
 
+pub use constant::Constant;
+pub use fractal::{Basis, Fractal, FractalKind};
+pub use gradient::{Gradient, GradientShape, Repeat};
 pub use perlin::Perlin;
+pub use worley::{Metric, Worley};
 
 use shibo_engine::registry::{Family, Kind};
 
@@ -10,6 +18,12 @@ pub fn family() -> Family {
     Family {
         name: "Generators",
         doc: "Fields made from nothing but parameters; periodic on a canvas that tiles, with lengths in mm.",
-        kinds: vec![Kind::of::<Perlin>()],
+        kinds: vec![
+            Kind::of::<Constant>(),
+            Kind::of::<Gradient>(),
+            Kind::of::<Perlin>(),
+            Kind::of::<Fractal>(),
+            Kind::of::<Worley>(),
+        ],
     }
 }

@@ -1,6 +1,6 @@
 //! Blending of planes: result = base + (mode(base, top) - base)·opacity·mask, per channel.
 
-use super::math::{max, min};
+use super::math::{max, min, saturate};
 use super::simd;
 
 /// What is done with the base `a` and the top layer `b`. Modes meant for 0..1 also accept other values; divisions by
@@ -50,7 +50,8 @@ pub enum Mode {
     AddSub,
 }
 
-/// Blends one plane. `mask` limits where, `opacity` how much (both 0..1); for colours call it per channel.
+/// Blends one plane. `mask` limits where (taken as 0 or 1 outside 0..1), `opacity` how much; for colours call it per
+/// channel.
 ///
 /// # Panics
 /// If the slices differ in length.
@@ -60,6 +61,18 @@ pub fn blend(mode: Mode, base: &[f32], top: &[f32], mask: Option<&[f32]>, opacit
     simd::dispatch(
         #[inline(always)]
         || mix.mode(mode, out),
+    );
+}
+
+/// The product of two masks, each limited to 0..1.
+pub fn both_masks(a: &[f32], b: &[f32], out: &mut [f32]) {
+    simd::dispatch(
+        #[inline(always)]
+        || {
+            for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
+                *out = saturate(*a) * saturate(*b);
+            }
+        },
     );
 }
 
@@ -76,7 +89,7 @@ impl Mix<'_> {
         let pairs = out.iter_mut().zip(self.base.iter().zip(self.top));
         if let Some(mask) = self.mask {
             for ((out, (a, b)), m) in pairs.zip(mask) {
-                *out = a + (f(*a, *b) - a) * (m * self.opacity);
+                *out = a + (f(*a, *b) - a) * (saturate(*m) * self.opacity);
             }
         } else if self.opacity == 1.0 {
             for (out, (a, b)) in pairs {

@@ -73,6 +73,28 @@ pub enum Operation {
     Greater,
 }
 
+impl Operation {
+    /// How many of a, b, c it looks at.
+    pub const fn operands(self) -> usize {
+        use Operation as O;
+        match self {
+            O::Sqrt
+            | O::Exp
+            | O::Log2
+            | O::Abs
+            | O::Sign
+            | O::Floor
+            | O::Ceil
+            | O::Round
+            | O::Fract
+            | O::Sin
+            | O::Cos => 1,
+            O::MultiplyAdd | O::SmoothMin | O::SmoothMax | O::Smoothstep | O::Clamp | O::Mix => 3,
+            _ => 2,
+        }
+    }
+}
+
 /// A plane or one number for all pixels.
 #[derive(Clone, Copy, Debug)]
 pub enum Operand<'a> {
@@ -241,6 +263,22 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn operands_beyond_its_count_do_not_matter() {
+        for operation in ALL {
+            let run = |b, c| {
+                let mut out = [0.0];
+                math(operation, [Operand::Value(0.7), Operand::Value(b), Operand::Value(c)], &mut out);
+                out[0]
+            };
+            let (b, c) = ([0.3, 0.9, -2.0], [0.2, 1.7, 0.6]);
+            let reads_b = b.iter().any(|b| c.iter().any(|c| run(*b, *c) != run(0.3, *c)));
+            let reads_c = c.iter().any(|c| b.iter().any(|b| run(*b, *c) != run(*b, 0.2)));
+            let operands = if reads_c { 3 } else { 1 + usize::from(reads_b) };
+            assert_eq!(operands, operation.operands(), "{operation:?}");
         }
     }
 

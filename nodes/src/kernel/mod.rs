@@ -4,22 +4,36 @@
 //! random numbers are hashed from a seed and an index; reductions have a fixed order; transcendental functions come
 //! from [`math`], never from the system. Pictures are planar `f32`, rows from y = 0.
 
+pub mod bands;
 pub mod blend;
 pub mod blur;
 pub mod cells;
+pub mod delaunay;
 pub mod distance;
 pub mod fields;
+pub mod gradient;
 pub mod hash;
+pub mod lattice;
+pub mod lines;
 pub mod math;
 pub mod math_ops;
 pub mod noise;
 pub mod normal;
 pub mod occlusion;
+pub mod placed;
+pub mod points;
+pub mod poisson;
 pub mod pyramid;
 pub mod relief;
 pub mod resample;
 pub mod sample;
+pub mod segments;
 pub mod simd;
+pub mod springs;
+mod springs_grid;
+mod springs_list;
+mod stroke_fill;
+pub mod strokes;
 pub mod tile;
 pub mod tone;
 pub mod warp;

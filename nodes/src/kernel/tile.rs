@@ -1,7 +1,7 @@
 //! Tiles of the engine as the kernels see them.
 use super::cells::Canvas;
 use super::window::{Frame, Rect, View};
-use shibo_engine::value::{Grid, Tile, Tiling, Window};
+use shibo_engine::value::{Field, Grid, Tile, Tiling, Type, Window};
 
 /// The pixels of a window.
 pub fn rect(window: Window) -> Rect {
@@ -35,4 +35,24 @@ pub fn step(grid: &Grid) -> [f64; 2] {
 /// The canvas that noise repeats on.
 pub fn canvas(size_mm: glam::DVec2, tiling: Tiling) -> Canvas {
     Canvas { size: size_mm.to_array(), tiles: [tiling.x, tiling.y] }
+}
+
+/// A channel of a tile; all channels of a tile that has only one are that one.
+pub fn channel(tile: &Tile, channel: usize) -> &[f32] {
+    tile.plane(channel.min(tile.channels() - 1))
+}
+
+/// The type of what is computed from these fields channel by channel: the widest of theirs.
+pub fn widest<'a>(fields: impl IntoIterator<Item = &'a Field>) -> Type {
+    fields.into_iter().fold(Type::Gray, |widest, field| match (widest, field.ty()) {
+        (Type::Normal, _) | (_, Type::Normal) => Type::Normal,
+        (Type::Rgb, _) | (_, Type::Rgb) => Type::Rgb,
+        _ => Type::Gray,
+    })
+}
+
+/// A parameter as the kernels take it.
+#[expect(clippy::cast_possible_truncation, reason = "parameters are within ranges that f32 holds")]
+pub fn narrow(value: f64) -> f32 {
+    value as f32
 }

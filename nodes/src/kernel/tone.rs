@@ -39,9 +39,21 @@ pub fn levels(input: &[f32], out: &mut [f32], spec: &Levels) {
     );
 }
 
-/// 1/x; for 0 a number so large that the result is a step.
+/// 1/x; for 0 and its neighbours a number so large that the result is a step.
 fn inverse(x: f32) -> f32 {
-    if x == 0.0 { 1e30 } else { 1.0 / x }
+    if x.abs() < 1e-30 { 1e30 } else { 1.0 / x }
+}
+
+/// Multiplies everything by `factor`.
+pub fn scale(plane: &mut [f32], factor: f32) {
+    simd::dispatch(
+        #[inline(always)]
+        || {
+            for x in plane {
+                *x *= factor;
+            }
+        },
+    );
 }
 
 /// Maps the range `from` linearly to the range `to`, limited to it if `limit`.

@@ -197,7 +197,8 @@ impl Node for DrawWrinkles {
         let set = Arc::new(Lazy { set: OnceLock::new(), node, segments: segments.clone(), hash, period });
         let tiling = segments.periodic;
         let grooves = |what| Grooves { set: set.clone(), what, depth_field: None, floor: 0.0 };
-        let height = Grooves { depth_field: depth_field.clone(), floor: narrow(self.depth_floor), ..grooves(What::Height) };
+        let height =
+            Grooves { depth_field: depth_field.clone(), floor: narrow(self.depth_floor), ..grooves(What::Height) };
         let with = depth_field.map_or(tiling, |field| tiling.and(field.tiling()));
         Ok(Outputs::one(Field::new(Type::Gray, with, height))
             .with("mask", Field::new(Type::Gray, tiling, grooves(What::Mask)))

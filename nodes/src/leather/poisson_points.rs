@@ -90,7 +90,8 @@ impl Node for PoissonPoints {
         let positions = match cx.get_opt(&self.density)? {
             None => poisson(&spec, hash),
             Some(density) => {
-                let samples = (cx.size_mm() / (self.pitch * 0.25)).ceil().clamp(glam::DVec2::ONE, glam::DVec2::splat(4096.0));
+                let samples =
+                    (cx.size_mm() / (self.pitch * 0.25)).ceil().clamp(glam::DVec2::ONE, glam::DVec2::splat(4096.0));
                 let size = samples.as_uvec2();
                 let map = cx.evaluator.raster(&density, &cx.canvas.grid(size), Window::full(size))?;
                 let spread = narrow(self.spread);

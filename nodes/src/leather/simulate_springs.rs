@@ -4,6 +4,7 @@
 //! semi-implicit integrator, drag, and lattices that repeat with the canvas. A run that diverges is an error, never a
 //! picture. Cost: O(steps · links).
 use super::grid_points::narrow;
+use crate::kernel::hash::Hash;
 use crate::kernel::lattice::GridShape;
 use crate::kernel::points::border;
 use crate::kernel::springs::{self, Mass, Motion, Net, Outcome, SpringError};
@@ -11,7 +12,7 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, In, Node, Output, Outputs};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Range};
 use shibo_engine::value::{Canvas, GridLinks, Lattice, Points, SpringNet, Stop, Tiling, Type};
 use std::sync::Arc;
 
@@ -34,17 +35,6 @@ pub enum Boundary {
     Free,
     /// All points move, and the canvas' edges join: needs points of a canvas that tiles.
     Periodic,
-}
-
-/// The force beyond which springs break.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub enum BreakForce {
-    /// None breaks.
-    Never,
-    /// Beyond this force.
-    Force(f64),
-    /// Beyond the force that all but this share of the springs have at the start; 0.05 lets about 5 % break.
-    Share(f64),
 }
 
 /// Which springs can break.
@@ -99,11 +89,18 @@ pub struct SimulateSprings {
     /// What happens at the canvas' edge.
     #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
     pub boundary: Boundary,
-    /// The force beyond which springs break.
+    /// The force beyond which springs break; a pair gives each spring a limit of its own between the two. Without it
+    /// none breaks.
     #[schemars(extend("minimum" = 0.0))]
-    pub break_force: BreakForce,
+    pub break_force: Option<Range>,
+    /// The share of springs that break at the start, those under the greatest force: 0.05 is one in twenty. The limit
+    /// that this comes to holds for all springs and all steps.
+    #[schemars(range(min = 0, max = 1))]
+    pub break_share: Option<f64>,
     /// Which springs can break.
     pub break_on: BreakOn,
+    /// Another number gives springs other limits.
+    pub seed: u64,
 }
 
 impl Default for SimulateSprings {
@@ -117,13 +114,16 @@ impl Default for SimulateSprings {
             damping: 0.0,
             drag: 0.0,
             boundary: Boundary::Fixed(0.0),
-            break_force: BreakForce::Never,
+            break_force: None,
+            break_share: None,
             break_on: BreakOn::Either,
+            seed: 0,
         }
     }
 }
 
 impl Node for SimulateSprings {
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] = &[
         Output::new("lattice", Type::Lattice, "The points where they came to be, with all their links."),
         Output::new("points", Type::Points, "The points alone, ready to be linked anew."),
@@ -131,13 +131,11 @@ impl Node for SimulateSprings {
     ];
 
     fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
-        match self.break_force {
-            BreakForce::Share(share) if share > 1.0 => {
-                let message = format!("break_force is `Share({share})`; a share must be at most 1");
-                vec![Problem::new(Code::OutOfRange, message).at("break_force")]
-            }
-            _ => Vec::new(),
+        if self.break_force.is_some() && self.break_share.is_some() {
+            let message = "break_force and break_share are both given; only one of them can set the limit";
+            return vec![Problem::new(Code::BadValue, message).at("break_share").help("leave one of them out")];
         }
+        Vec::new()
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -214,33 +212,35 @@ impl SimulateSprings {
     fn fixed(&self, points: &Points, periodic: bool) -> Vec<bool> {
         match self.boundary {
             // Where the set repeats there is no edge to hold on to.
-            Boundary::Fixed(margin) if !periodic => {
-                border(&points.positions, points.size_mm.as_vec2(), narrow(margin))
-            }
+            Boundary::Fixed(margin) if !periodic => border(&points.positions, points.size_mm.as_vec2(), narrow(margin)),
             _ => Vec::new(),
         }
     }
 
     /// The force beyond which each spring breaks; empty for never.
     fn threshold(&self, cx: &Context<'_>, springs: &SpringNet, start: &[[f32; 2]]) -> Vec<f32> {
-        if self.break_force == BreakForce::Never {
-            return Vec::new();
+        let forces = || springs::forces(start, &net(springs));
+        match (self.break_force, self.break_share) {
+            (_, Some(share)) => {
+                let forces = forces();
+                // The springs are meant to break at once, so there is nothing to warn of.
+                vec![quantile(&forces, 1.0 - share); forces.len()]
+            }
+            (Some(range), None) => {
+                let hash = Hash::new(cx.seed(self.seed));
+                let forces = forces();
+                let limits: Vec<f32> = (0..forces.len() as u64).map(|n| narrow(range.at(hash.unit(n)))).collect();
+                let early = forces.iter().zip(&limits).filter(|(f, limit)| f > limit).count();
+                if early > 0 {
+                    let message = format!("{early} of {} springs break before the first step", forces.len());
+                    let highest = forces.iter().copied().fold(0.0, f32::max);
+                    let help = format!("the highest force at the start is {highest}; choose a break_force above it");
+                    cx.evaluator.warn(Problem::new(Code::Advice, message).at("break_force").help(help));
+                }
+                limits
+            }
+            (None, None) => Vec::new(),
         }
-        let forces = springs::forces(start, &net(springs));
-        let force = match self.break_force {
-            BreakForce::Force(force) => narrow(force),
-            BreakForce::Share(share) => quantile(&forces, 1.0 - share),
-            BreakForce::Never => f32::INFINITY,
-        };
-        let early = forces.iter().filter(|f| **f > force).count();
-        // With a share the springs are meant to break at once.
-        if early > 0 && matches!(self.break_force, BreakForce::Force(_)) {
-            let message = format!("{early} of {} springs break before the first step", forces.len());
-            let highest = forces.iter().copied().fold(0.0, f32::max);
-            let help = format!("the highest force at the start is {highest}; choose a break_force above it, or a Share");
-            cx.evaluator.warn(Problem::new(Code::Advice, message).at("break_force").help(help));
-        }
-        vec![force; forces.len()]
     }
 
     fn explain(&self, error: &SpringError) -> Problem {
@@ -299,12 +299,8 @@ fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
         velocities: None,
         broken: Vec::new(),
     };
-    let moved = Lattice {
-        points: points.clone(),
-        velocities: Some(vectors(&outcome.velocities)),
-        broken,
-        ..lattice.clone()
-    };
+    let moved =
+        Lattice { points: points.clone(), velocities: Some(vectors(&outcome.velocities)), broken, ..lattice.clone() };
     // As a set of their own the points have no lattice any more that they were meant for.
     let alone = Points { regular: None, grid: None, ..Points::clone(&points) };
     Outputs::one(moved).with("points", alone).with("broken", only_broken)

@@ -1,0 +1,277 @@
+//! The parameters of a node: their values in force, and whether each is allowed.
+use super::files::check_file;
+use super::lex::{Kind, number};
+use super::part::{Part, Shape};
+use super::read::{not_finite, shorten};
+use super::scope::{Unit, check_note};
+use super::subst::substitute;
+use super::syntax;
+use crate::diagnostics::{Code, Diagnostic, suggest};
+use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, Role};
+
+impl Unit<'_> {
+    /// Reads the fields of a node: its wires, and its parameters with those of the graph put in.
+    pub(super) fn read_fields(&mut self, flat: usize) {
+        let (args, scope) = (self.flats[flat].args, self.flats[flat].scope);
+        let Some(info) = self.flats[flat].info else { return };
+        for arg in args {
+            match info.field(&arg.name) {
+                None if arg.name == "note" => check_note(&arg.value, self.report),
+                None => {
+                    let names: Vec<_> = info.fields.iter().map(|f| f.name.as_str()).collect();
+                    let message = format!("`{}` has no field `{}`", info.kind, arg.name);
+                    self.report
+                        .push(arg.key.error(Code::UnknownField, message).help(suggest(&arg.name, "field", &names)));
+                }
+                Some(_) => {}
+            }
+        }
+        // Slots are numbered as declared, so that the order in the file means nothing.
+        for field in &info.fields {
+            let arg = args.iter().find(|arg| arg.name == field.name);
+            match (&field.role, arg) {
+                (Role::Port(port), None) if port.required && !port.list => self.missing(flat, info, &field.name),
+                (Role::Port(port), Some(arg)) => match self.read_port(flat, &field.name, port, &arg.value) {
+                    Some(slots) if slots.is_empty() && port.required => self.missing(flat, info, &field.name),
+                    Some(slots) => self.flats[flat].slots.extend(slots),
+                    None => self.flats[flat].good = false,
+                },
+                (Role::Port(port), None) if port.required => self.missing(flat, info, &field.name),
+                (Role::Param(param), Some(arg)) => {
+                    let value = substitute(&arg.value, &self.scopes[scope].params, self.report);
+                    let checked = value.filter(|value| self.check_param(&field.name, param, &value.part));
+                    match checked {
+                        Some(value) => self.flats[flat].params.push((field.name.clone(), value.part, value.base)),
+                        None => self.flats[flat].good = false,
+                    }
+                }
+                (_, None) => {}
+            }
+        }
+    }
+
+    fn missing(&mut self, flat: usize, info: &KindInfo, port: &str) {
+        let kind = self.flats[flat].kind.clone();
+        let ty = info.ports().find(|(field, _)| field.name == port).map(|(_, port)| port.ty);
+        let wants = ty.map(|ty| format!(" ({ty})")).unwrap_or_default();
+        let message = format!("`{}` needs `{port}`{wants}", info.kind);
+        let help = format!("write `{port}: \"node\"`");
+        self.report.push(kind.error(Code::MissingInput, message).help(help));
+        self.flats[flat].good = false;
+    }
+
+    /// Checks the numbers of a parameter.
+    fn check_param(&mut self, name: &str, info: &ParamInfo, part: &Part) -> bool {
+        let mut good = true;
+        for (kind, word) in part.words() {
+            let Some(value) = (kind == Kind::Number).then(|| number(word.str())).flatten() else { continue };
+            let allowed = info.infinite && value.is_infinite() && word.str().contains("inf");
+            if !value.is_finite() && !allowed {
+                self.report.push(not_finite(&word, name));
+                good = false;
+            } else if let Some(error) = out_of_range(name, info, &word, value) {
+                self.report.push(error);
+                good = false;
+            }
+        }
+        if let (true, "Range", Shape::Tuple(items)) = (good, info.ty.as_str(), part.shape())
+            && let [a, b] = &items[..]
+            && let (Shape::Number(lo), Shape::Number(hi)) = (a.shape(), b.shape())
+            && lo > hi
+        {
+            let message = format!("{name} is `{}`; the smaller number must come first", shorten(part.str()));
+            let help = format!("write `({}, {})`", b.str(), a.str());
+            self.report.push(part.error(Code::OutOfRange, message).help(help));
+            good = false;
+        }
+        good
+    }
+
+    /// Makes the struct of a node, and has it check itself.
+    pub(super) fn build(&mut self, flat: usize) {
+        let node = &self.flats[flat];
+        let Some(info) = node.info else { return };
+        let mut slot_args: Vec<(&str, Arg<'_>)> = Vec::new();
+        for (field, port) in info.ports() {
+            let slots = (0_u32..).zip(&node.slots).filter(|(_, slot)| slot.port == field.name).map(|(i, _)| i);
+            let slots: Vec<u32> = slots.collect();
+            match (port.list, slots.first()) {
+                (true, Some(_)) => slot_args.push((&field.name, Arg::Slots(slots))),
+                (false, Some(slot)) => slot_args.push((&field.name, Arg::Slot(*slot))),
+                _ => {}
+            }
+        }
+        let mut params: Vec<_> = node.params.iter().collect();
+        let mut errors = Vec::new();
+        let built = loop {
+            let mut args = slot_args.clone();
+            args.extend(params.iter().map(|(name, part, _)| (name.as_str(), Arg::Ron(part.str()))));
+            match self.registry.build(&info.kind, &args) {
+                Some(Ok(built)) => break Some(built),
+                Some(Err(error)) => {
+                    let wrong = error.arg.and_then(|arg| arg.checked_sub(slot_args.len()));
+                    let Some((name, part, _)) = wrong.and_then(|i| params.get(i)) else {
+                        errors.push(node.kind.error(Code::BadValue, error.message));
+                        break None;
+                    };
+                    errors.push(explain(info, name, part, &error));
+                    params.remove(wrong.unwrap_or_default());
+                }
+                None => break None,
+            }
+        };
+        let good = errors.is_empty();
+        errors.into_iter().for_each(|error| self.report.push(error));
+        self.flats[flat].good &= good;
+        if let (Some(built), true) = (built, self.flats[flat].good) {
+            self.check_node(flat, &*built);
+            self.flats[flat].node = Some(built);
+        }
+    }
+
+    fn check_node(&mut self, flat: usize, built: &dyn DynNode) {
+        let node = &self.flats[flat];
+        let problems = built.check(&self.canvas).into_iter().map(|problem| (problem, false));
+        let advice = built.advice(&self.canvas).into_iter().map(|problem| (problem, true));
+        let mut found = Vec::new();
+        for (problem, warning) in problems.chain(advice) {
+            let place = problem.field.as_deref().and_then(|field| node.field(field)).unwrap_or(&node.kind);
+            let mut diagnostic = place.error(problem.code, problem.message);
+            diagnostic.help = problem.help;
+            diagnostic.warning = warning;
+            found.push(diagnostic);
+        }
+        let folder = self.docs[self.scopes[node.scope].doc].folder();
+        let mut files = Vec::new();
+        for (field, path) in built.files() {
+            let base = node.params.iter().find(|(name, ..)| name == field).and_then(|(.., base)| base.as_deref());
+            let place = node.field(field).unwrap_or(&node.kind);
+            if path.0.is_empty() {
+                let help = format!("write `{field}: \"file\"`");
+                found.push(place.error(Code::FileNotFound, format!("`{field}` names no file")).help(help));
+                continue;
+            }
+            let path = base.unwrap_or(folder).join(&path.0);
+            if let Err(fault) = check_file(&path) {
+                found.push(place.error(fault.code, fault.message));
+            }
+            files.push((field, path));
+        }
+        self.looked_at.extend(files.iter().map(|(_, path)| path.clone()));
+        self.flats[flat].files = files;
+        self.flats[flat].good &= found.iter().all(|diagnostic| diagnostic.warning);
+        found.into_iter().for_each(|diagnostic| self.report.push(diagnostic));
+    }
+}
+
+fn out_of_range(name: &str, info: &ParamInfo, word: &Part, value: f64) -> Option<Diagnostic> {
+    let below = info.min.is_some_and(|min| value < min || (info.above_min && value <= min));
+    let above = info.max.is_some_and(|max| value > max);
+    if !below && !above {
+        return None;
+    }
+    let unit = info.unit.as_ref().filter(|unit| !unit.is_empty()).map(|unit| format!(" {unit}")).unwrap_or_default();
+    let bounds = match (info.min, info.max) {
+        (Some(min), None) if info.above_min => format!("greater than {min}"),
+        (Some(min), Some(max)) if info.above_min => format!("greater than {min} and at most {max}"),
+        (Some(min), Some(max)) => format!("between {min} and {max}"),
+        (Some(min), None) => format!("at least {min}"),
+        (None, max) => format!("at most {}", max.unwrap_or(f64::INFINITY)),
+    };
+    let message = format!("{name} is `{}`; it must be {bounds}{unit}", shorten(word.str()));
+    Some(word.error(Code::OutOfRange, message))
+}
+
+/// What `serde` and `ron` say of a parameter, as an error at its place.
+fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildError) -> Diagnostic {
+    let Some(ron) = &error.ron else { return part.error(Code::TypeMismatch, format!("{name}: {}", error.message)) };
+    let param = info.params().find(|(field, _)| field.name == name).map(|(_, param)| param);
+    let at = syntax::offset(part.str(), ron.span.end);
+    let word_before = |accept: &dyn Fn(&Part) -> bool| {
+        let before = part.words().filter(|(_, word)| part.offset(&word.tokens()[0]) <= at);
+        before.map(|(_, word)| word).filter(|word| accept(word)).last()
+    };
+    let single = part.tokens().len() == 1;
+    match &ron.code {
+        ron::Error::NoSuchEnumVariant { expected, found, .. } => {
+            let place = word_before(&|word| word.str() == found).unwrap_or_else(|| part.clone());
+            let message = format!("{name} has no choice `{}`", shorten(found));
+            place.error(Code::UnknownVariant, message).help(suggest(found, "choice", expected))
+        }
+        ron::Error::NoSuchStructField { expected, found, .. } => {
+            let place = word_before(&|word| word.str() == found).unwrap_or_else(|| part.clone());
+            let message = format!("{name} has no field `{}`", shorten(found));
+            place.error(Code::UnknownField, message).help(suggest(found, "field", expected))
+        }
+        ron::Error::DuplicateStructField { field, .. } => {
+            let place = word_before(&|word| word.str() == *field).unwrap_or_else(|| part.clone());
+            place.error(Code::DuplicateKey, format!("field `{field}` is given twice"))
+        }
+        ron::Error::IntegerOutOfBounds => {
+            let place = word_before(&|word| matches!(word.shape(), Shape::Number(_))).unwrap_or_else(|| part.clone());
+            let message = format!("{name} is `{}`; that number is out of range", shorten(place.str()));
+            place.error(Code::OutOfRange, message)
+        }
+        _ => {
+            let place = if single { part.clone() } else { element(part, at) };
+            // What is wanted inside of a choice, its schema does not say.
+            let inside = place.tokens().len() < part.tokens().len();
+            let param = param.filter(|param| !inside || param.choices.is_empty());
+            wrong_type(name, param, &place, &error.message)
+        }
+    }
+}
+
+/// The element of a list or tuple that byte `at` lies in; the whole if there is none.
+fn element(part: &Part, at: usize) -> Part {
+    let items = match part.shape() {
+        Shape::List(items) | Shape::Tuple(items) => items,
+        Shape::Named(entries) => entries.into_iter().map(|entry| entry.value).collect(),
+        Shape::Call => part.head().and_then(|(_, body)| body).into_iter().collect(),
+        _ => return part.clone(),
+    };
+    let holds = |item: &Part| {
+        let start = part.offset(&item.tokens()[0]);
+        start <= at && at <= start + item.str().len()
+    };
+    match items.iter().find(|item| holds(item)) {
+        Some(item) if item.tokens().len() > 1 => element(item, at - part.offset(&item.tokens()[0])),
+        Some(item) => item.clone(),
+        None => part.clone(),
+    }
+}
+
+fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -> Diagnostic {
+    let shape = place.shape();
+    if let Some(param) = param.filter(|param| !param.choices.is_empty()) {
+        // A word that is no choice of an enum whose choices have values is not always said to be one by serde.
+        let choices: Vec<_> = param.choices.iter().map(String::as_str).collect();
+        if let Some((head, _)) = place.head() {
+            let names: Vec<_> = choices.iter().map(|c| c.trim_end_matches("(…)")).collect();
+            if !names.contains(&head.str()) {
+                let message = format!("{name} has no choice `{}`", shorten(head.str()));
+                return head.error(Code::UnknownVariant, message).help(suggest(head.str(), "choice", &names));
+            }
+        }
+        let list = choices.iter().map(|c| format!("`{c}`")).collect::<Vec<_>>().join(", ");
+        let message = format!("{name} must be a choice; found {} `{}`", shape.describe(), shorten(place.str()));
+        return place.error(Code::TypeMismatch, message).help(format!("choices: {list}"));
+    }
+    let wanted = match param.map(|param| param.ty.as_str()) {
+        Some("Number") => "a number",
+        Some("Integer") => "a whole number",
+        Some("Bool") => "`true` or `false`",
+        Some("Text") => "a text in quotes",
+        Some("Path") => "a path in quotes",
+        Some("Range" | "Linear" | "Xy") => "a number or a pair of numbers",
+        Some("Color") => "a colour, \"#rrggbb\" or (r, g, b)",
+        Some("List") if matches!(shape, Shape::List(_)) => "a list of another kind of values",
+        Some("List") => "a list, `[ ]`",
+        _ => "of another type",
+    };
+    let message = format!("{name} must be {wanted}; found {} `{}`", shape.describe(), shorten(place.str()));
+    let error = place.error(Code::TypeMismatch, message);
+    let mut chars = said.chars();
+    let lower: String = chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect();
+    error.help(lower)
+}

@@ -1,0 +1,122 @@
+//! The canvas of a graph.
+use super::params::Params;
+use super::part::{Part, Shape};
+use super::read::{self, mismatch, shorten};
+use super::report::Report;
+use super::subst::substitute;
+use crate::diagnostics::{Code, suggest};
+use crate::value::{Canvas, TileMode};
+use glam::{DVec2, UVec2};
+
+/// What holds where a graph says nothing.
+pub(super) const DEFAULT: Canvas =
+    Canvas { size_mm: DVec2::splat(100.0), resolution: UVec2::splat(1024), tile: TileMode::Both.tiling(), seed: 0 };
+
+/// Reads a canvas; what is in error keeps its default.
+pub(super) fn read(part: Option<&Part>, params: &Params, report: &mut Report) -> Canvas {
+    let mut canvas = DEFAULT;
+    let Some(part) = part else { return canvas };
+    let known = ["size_mm", "resolution", "tile", "seed"];
+    let Some(fields) = read::fields(part, "`canvas`", &known, report) else { return canvas };
+    for field in fields {
+        let Some(value) = substitute(&field.value, params, report).map(|s| s.part) else { continue };
+        match field.name.as_str() {
+            "size_mm" => canvas.size_mm = size(&value, report).unwrap_or(canvas.size_mm),
+            "resolution" => canvas.resolution = resolution(&value, report).unwrap_or(canvas.resolution),
+            "tile" => canvas.tile = tile(&value, report).unwrap_or_default().tiling(),
+            _ => canvas.seed = seed(&value, report).unwrap_or(canvas.seed),
+        }
+    }
+    canvas
+}
+
+/// A number for both directions, or one for each.
+fn two(part: &Part, what: &str, report: &mut Report) -> Option<[(Part, f64); 2]> {
+    let items = match part.shape() {
+        Shape::Number(_) => vec![part.clone(), part.clone()],
+        Shape::Tuple(items) if items.len() == 2 => items,
+        _ => {
+            report.push(mismatch(part, &format!("`{what}`"), "a number or a pair of numbers"));
+            return None;
+        }
+    };
+    let read = |item: &Part, report: &mut Report| Some((item.clone(), read::number(item, what, report)?));
+    let (a, b) = (read(&items[0], report), read(&items[1], report));
+    Some([a?, b?])
+}
+
+fn size(part: &Part, report: &mut Report) -> Option<DVec2> {
+    let sides = two(part, "size_mm", report)?;
+    let mut good = true;
+    for (item, value) in &sides {
+        if *value <= 0.0 || *value > Canvas::MAX_SIZE_MM {
+            let message = format!(
+                "size_mm is `{}`; it must be greater than 0 and at most {} mm",
+                shorten(item.str()),
+                Canvas::MAX_SIZE_MM
+            );
+            report.push(item.error(Code::OutOfRange, message));
+            good = false;
+        }
+    }
+    good.then(|| DVec2::new(sides[0].1, sides[1].1))
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole and in range")]
+fn resolution(part: &Part, report: &mut Report) -> Option<UVec2> {
+    let sides = two(part, "resolution", report)?;
+    let mut good = true;
+    for (item, value) in &sides {
+        let found = shorten(item.str());
+        if value.fract() != 0.0 {
+            report.push(mismatch(item, "`resolution`", "a whole number of pixels"));
+        } else if *value < 1.0 {
+            let message = format!("resolution is `{found}`; it must be at least 1 pixel");
+            report.push(item.error(Code::OutOfRange, message));
+        } else if *value > f64::from(Canvas::MAX_RESOLUTION) {
+            report.push(part.error(Code::TooLarge, too_large(&found)));
+        } else {
+            continue;
+        }
+        good = false;
+    }
+    good.then(|| UVec2::new(sides[0].1 as u32, sides[1].1 as u32))
+}
+
+/// What is said of a resolution beyond all measure.
+pub(super) fn too_large(found: &str) -> String {
+    format!("resolution is `{found}`; it must be at most {} pixels", Canvas::MAX_RESOLUTION)
+}
+
+fn tile(part: &Part, report: &mut Report) -> Option<TileMode> {
+    let modes = [("Both", TileMode::Both), ("X", TileMode::X), ("Y", TileMode::Y), ("None", TileMode::None)];
+    let names = modes.map(|(name, _)| name);
+    match part.shape() {
+        Shape::Word(word) => {
+            let found = modes.iter().find(|(name, _)| *name == word).map(|(_, mode)| *mode);
+            if found.is_none() {
+                let message = format!("there is no tiling `{}`", shorten(&word));
+                report.push(part.error(Code::UnknownVariant, message).help(suggest(&word, "tiling", &names)));
+            }
+            found
+        }
+        _ => {
+            report.push(mismatch(part, "`tile`", "one of `Both`, `X`, `Y`, `None`"));
+            None
+        }
+    }
+}
+
+fn seed(part: &Part, report: &mut Report) -> Option<u64> {
+    let value = read::number(part, "seed", report)?;
+    if value.fract() != 0.0 {
+        report.push(mismatch(part, "`seed`", "a whole number"));
+        return None;
+    }
+    let seed = crate::node::ron_options().from_str(part.str()).ok();
+    if seed.is_none() {
+        let message = format!("seed is `{}`; it must be between 0 and {}", shorten(part.str()), u64::MAX);
+        report.push(part.error(Code::OutOfRange, message));
+    }
+    seed
+}

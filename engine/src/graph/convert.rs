@@ -1,0 +1,57 @@
+//! The node that stands for an input of a sub-graph where what is given may be of another type than what is declared.
+use crate::node::{Arg, DynNode};
+use crate::node::{Context, Fact, Gray, In, Node, Output, Outputs, PortType, Rgb, build};
+use crate::value::{Field, Stop, Type};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// Hands on its input as the type `T`.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "", default)]
+struct Convert<T: PortType> {
+    input: In<T>,
+    /// Whether there is nothing to do.
+    same: bool,
+}
+
+impl<T: PortType> Default for Convert<T> {
+    fn default() -> Self {
+        Self { input: In::default(), same: false }
+    }
+}
+
+impl<T: PortType> JsonSchema for Convert<T> {
+    fn schema_name() -> Cow<'static, str> {
+        Cow::Borrowed("Input")
+    }
+
+    fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({})
+    }
+}
+
+impl<T: PortType<Got = Field>> Node for Convert<T> {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", T::TYPE, "What is given to the input.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn no_op(&self) -> Option<&'static str> {
+        self.same.then_some("input")
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Ok(Outputs::one(cx.get(&self.input)?))
+    }
+}
+
+/// The node that makes `ty` of its input; `same` if that is what it gets.
+pub(super) fn node(ty: Type, same: bool) -> Option<Arc<dyn DynNode>> {
+    let same = if same { "true" } else { "false" };
+    let args = [("input", Arg::Slot(0)), ("same", Arg::Ron(same))];
+    match ty {
+        Type::Gray => build::<Convert<Gray>>(&args).ok(),
+        Type::Rgb => build::<Convert<Rgb>>(&args).ok(),
+        _ => None,
+    }
+}

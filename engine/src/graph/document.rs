@@ -1,0 +1,266 @@
+//! A graph file as written: its parts by name, each with its place. Nothing is looked up yet.
+use super::params::{self, ParamDecl};
+use super::part::{Entry, Part, Shape};
+use super::read::{self, mismatch, shorten};
+use super::report::Report;
+use crate::diagnostics::{Code, suggest};
+use crate::picture::{Depth, Format};
+use crate::value::Type;
+
+const FIELDS: &[&str] = &["version", "canvas", "imports", "params", "presets", "inputs", "nodes", "outputs"];
+
+/// A graph file as written.
+#[derive(Debug, Default)]
+pub(super) struct Document {
+    /// `canvas`.
+    pub(super) canvas: Option<Part>,
+    /// `imports`: names and paths.
+    pub(super) imports: Vec<Entry>,
+    /// `params`; the declarations in error are `None`.
+    pub(super) params: Vec<(Entry, Option<ParamDecl>)>,
+    /// `presets`.
+    pub(super) presets: Vec<(Entry, Vec<Entry>)>,
+    /// `inputs`.
+    pub(super) inputs: Vec<InputDecl>,
+    /// `nodes`.
+    pub(super) nodes: Vec<NodeDecl>,
+    /// `outputs`.
+    pub(super) outputs: Vec<OutputDecl>,
+    /// Where `nodes` is written.
+    pub(super) nodes_part: Option<Part>,
+}
+
+/// An input of a sub-graph.
+#[derive(Debug)]
+pub(super) struct InputDecl {
+    pub(super) name: String,
+    pub(super) kind: Part,
+    /// `None` after an error.
+    pub(super) ty: Option<Type>,
+    pub(super) default: Option<Part>,
+}
+
+/// A node as written.
+#[derive(Debug)]
+pub(super) struct NodeDecl {
+    pub(super) name: String,
+    /// The kind word.
+    pub(super) kind: Option<Part>,
+    /// Its arguments; `None` after an error.
+    pub(super) args: Option<Vec<Entry>>,
+    /// Whether references by its name mean it: not so for the second of a name.
+    pub(super) named: bool,
+}
+
+/// An output as written.
+#[derive(Debug)]
+pub(super) struct OutputDecl {
+    pub(super) name: String,
+    pub(super) key: Part,
+    /// The reference; `None` after an error.
+    pub(super) from: Option<Part>,
+    pub(super) format: Option<Format>,
+    pub(super) depth: Option<Depth>,
+    /// Whether the channels of a material go into one file.
+    pub(super) combined: bool,
+    pub(super) range: Option<(f64, f64)>,
+}
+
+impl Document {
+    /// Reads a document from the whole of a text.
+    pub(super) fn read(whole: &Part, report: &mut Report) -> Self {
+        let Some(fields) = read::fields(whole, "a graph file", FIELDS, report) else { return Self::default() };
+        if let Some(version) = read::get(&fields, "version") {
+            check_version(version, report);
+        }
+        let section = |name: &str, report: &mut Report| {
+            let entries = read::get(&fields, name).map(|part| read::map(part, name, report)).unwrap_or_default();
+            if name == "nodes" { entries } else { read::unique(entries, name.trim_end_matches('s'), report) }
+        };
+        let mut document = Self {
+            canvas: read::get(&fields, "canvas").cloned(),
+            nodes_part: read::get(&fields, "nodes").cloned(),
+            ..Self::default()
+        };
+        document.imports = section("imports", report);
+        for import in &document.imports {
+            read::check_name(&import.key, &import.name, "an import", report);
+        }
+        for entry in section("params", report) {
+            let decl = params::declare(&entry, report);
+            document.params.push((entry, decl));
+        }
+        for entry in section("presets", report) {
+            let values = read::unique(read::map(&entry.value, "presets", report), "parameter", report);
+            document.presets.push((entry, values));
+        }
+        document.inputs = section("inputs", report).iter().map(|entry| input(entry, report)).collect();
+        document.read_nodes(section("nodes", report), report);
+        document.outputs = section("outputs", report).iter().map(|entry| output(entry, report)).collect();
+        if document.nodes_part.is_none() {
+            let message = "the graph has no `nodes`";
+            let start = crate::diagnostics::Span { end: whole.span().start + 1, ..whole.span() };
+            let diagnostic = crate::diagnostics::Diagnostic::new(Code::MissingInput, start, message);
+            report.push(diagnostic.help("write `nodes: { \"name\": Kind() }`"));
+        }
+        document
+    }
+
+    fn read_nodes(&mut self, entries: Vec<Entry>, report: &mut Report) {
+        let mut first = std::collections::BTreeMap::new();
+        for input in &self.inputs {
+            first.insert(input.name.clone(), input.kind.span());
+        }
+        for entry in entries {
+            read::check_name(&entry.key, &entry.name, "a node", report);
+            let named = !first.contains_key(&entry.name);
+            if let Some(span) = first.get(&entry.name) {
+                let message = format!("node `{}` is given twice", entry.name);
+                report.push(entry.key.error(Code::DuplicateKey, message).related(*span, "it is given here first"));
+            } else {
+                first.insert(entry.name.clone(), entry.key.span());
+            }
+            self.nodes.push(node(&entry, named, report));
+        }
+    }
+}
+
+fn check_version(part: &Part, report: &mut Report) {
+    match part.shape() {
+        Shape::Number(1.0) => {}
+        Shape::Number(_) => {
+            let message = format!("version is `{}`; this program reads version 1", shorten(part.str()));
+            let help = "a newer file needs a newer program";
+            report.push(part.error(Code::UnknownVersion, message).help(help));
+        }
+        _ => report.push(mismatch(part, "`version`", "the number 1")),
+    }
+}
+
+fn node(entry: &Entry, named: bool, report: &mut Report) -> NodeDecl {
+    let mut decl = NodeDecl { name: entry.name.clone(), kind: None, args: None, named };
+    let Some((kind, body)) = entry.value.head() else {
+        report.push(mismatch(&entry.value, &format!("node `{}`", entry.name), "a kind with its fields, `Kind(a: 1)`"));
+        return decl;
+    };
+    decl.args = match body.as_ref().map(Part::shape) {
+        None => Some(Vec::new()),
+        Some(Shape::Named(args)) => Some(read::unique(args, "field", report)),
+        Some(_) => {
+            let body = body.as_ref().unwrap_or(&entry.value);
+            report.push(mismatch(body, &format!("`{}`", kind.str()), "given named fields, `Kind(name: value)`"));
+            None
+        }
+    };
+    decl.kind = Some(kind);
+    decl
+}
+
+fn input(entry: &Entry, report: &mut Report) -> InputDecl {
+    read::check_name(&entry.key, &entry.name, "an input", report);
+    let mut decl = InputDecl { name: entry.name.clone(), kind: entry.value.clone(), ty: None, default: None };
+    let Some((word, body)) = entry.value.head() else {
+        let what = format!("input `{}`", entry.name);
+        report.push(mismatch(&entry.value, &what, "a type with a default, `Gray(default: 0.5)`"));
+        return decl;
+    };
+    let Some(ty) = Type::from_name(word.str()) else {
+        let names = Type::ALL.map(Type::name);
+        let message = format!("there is no type `{}`", shorten(word.str()));
+        report.push(word.error(Code::UnknownVariant, message).help(suggest(word.str(), "type", &names)));
+        return decl;
+    };
+    let fields = match &body {
+        Some(body) => match read::fields(body, &format!("input `{}`", entry.name), &["default", "doc"], report) {
+            Some(fields) => fields,
+            None => return decl,
+        },
+        None => Vec::new(),
+    };
+    if let Some(doc) = read::get(&fields, "doc") {
+        read::text(doc, "doc", report);
+    }
+    decl.default = read::get(&fields, "default").cloned();
+    decl.kind = word.clone();
+    decl.ty = Some(ty);
+    if decl.default.is_none() {
+        let message = format!("input `{}` has no `default`", entry.name);
+        let help = "a graph with inputs must also run by itself: give a literal, or the name of a node as a stand-in";
+        report.push(word.error(Code::MissingInput, message).help(help));
+        decl.ty = None;
+    }
+    decl
+}
+
+fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
+    let mut decl = OutputDecl {
+        name: entry.name.clone(),
+        key: entry.key.clone(),
+        from: None,
+        format: None,
+        depth: None,
+        combined: false,
+        range: None,
+    };
+    let body = match (entry.value.shape(), entry.value.head()) {
+        (Shape::Text(_), _) => {
+            decl.from = Some(entry.value.clone());
+            return decl;
+        }
+        (_, Some((word, Some(body)))) if word.str() == "File" => (word, body),
+        _ => {
+            let what = format!("output `{}`", entry.name);
+            report.push(mismatch(&entry.value, &what, "\"node\", \"node.port\" or File(from: \"node\")"));
+            return decl;
+        }
+    };
+    let (word, body) = body;
+    let known = ["from", "format", "depth", "combined", "range"];
+    let Some(fields) = read::fields(&body, "`File`", &known, report) else { return decl };
+    decl.from = read::get(&fields, "from").filter(|from| read::text(from, "from", report).is_some()).cloned();
+    if read::get(&fields, "from").is_none() {
+        let help = "write `from: \"node\"`";
+        report.push(word.error(Code::MissingInput, "`File` has no `from`").help(help));
+    }
+    let formats = [("Png", Format::Png), ("Tiff", Format::Tiff), ("Exr", Format::Exr)];
+    let depths = [("U8", Depth::U8), ("U16", Depth::U16), ("F16", Depth::F16), ("F32", Depth::F32)];
+    decl.format = read::get(&fields, "format").and_then(|part| choice(part, "format", &formats, report));
+    decl.depth = read::get(&fields, "depth").and_then(|part| choice(part, "depth", &depths, report));
+    let combined = [("true", true), ("false", false)];
+    decl.combined =
+        read::get(&fields, "combined").and_then(|part| choice(part, "combined", &combined, report)).unwrap_or_default();
+    decl.range = read::get(&fields, "range").and_then(|part| params::range(part, report));
+    if let (Some(format), Some(depth), Some(part)) = (decl.format, decl.depth, read::get(&fields, "depth")) {
+        check_depth(format, depth, part, report);
+    }
+    decl
+}
+
+fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {
+    let Shape::Word(word) = part.shape() else {
+        let words: Vec<_> = choices.iter().map(|(word, _)| format!("`{word}`")).collect();
+        report.push(mismatch(part, &format!("`{what}`"), &format!("one of {}", words.join(", "))));
+        return None;
+    };
+    let found = choices.iter().find(|(name, _)| *name == word).map(|(_, value)| *value);
+    if found.is_none() {
+        let names: Vec<_> = choices.iter().map(|(word, _)| *word).collect();
+        let message = format!("there is no {what} `{}`", shorten(&word));
+        report.push(part.error(Code::UnknownVariant, message).help(suggest(&word, what, &names)));
+    }
+    found
+}
+
+/// Which samples each format can hold.
+fn check_depth(format: Format, depth: Depth, part: &Part, report: &mut Report) {
+    let possible: &[Depth] = match format {
+        Format::Png => &[Depth::U8, Depth::U16],
+        Format::Tiff => &[Depth::U8, Depth::U16, Depth::F32],
+        Format::Exr => &[Depth::F16, Depth::F32],
+    };
+    if !possible.contains(&depth) {
+        let words: Vec<_> = possible.iter().map(|d| format!("`{d:?}`")).collect();
+        let message = format!("`{format:?}` cannot hold `{depth:?}`");
+        report.push(part.error(Code::BadValue, message).help(format!("depths of `{format:?}`: {}", words.join(", "))));
+    }
+}

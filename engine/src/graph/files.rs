@@ -1,0 +1,221 @@
+//! Reading graph files and what they import.
+use super::document::Document;
+use super::lex::Kind;
+use super::part::Src;
+use super::read;
+use super::report::Report;
+use super::{Limits, lex};
+use crate::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span};
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A graph file that was read.
+pub(super) struct Doc {
+    /// Its path.
+    pub(super) path: PathBuf,
+    /// What it says.
+    pub(super) document: Document,
+    /// For each import, the file it means; `None` after an error.
+    pub(super) imports: Vec<Option<usize>>,
+    /// Whether the text is RON.
+    pub(super) readable: bool,
+}
+
+impl Doc {
+    /// The folder that paths in it are relative to.
+    pub(super) fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+}
+
+/// All graph files of a run. An import stands before what imports it.
+pub(super) struct Files<'a> {
+    pub(super) limits: &'a Limits,
+    pub(super) sources: SourceMap,
+    pub(super) report: Report,
+    pub(super) docs: Vec<Doc>,
+    /// Everything looked at.
+    pub(super) looked_at: Vec<PathBuf>,
+    /// What became of a file: `None` while its imports are being read.
+    by_path: BTreeMap<PathBuf, Option<usize>>,
+}
+
+impl<'a> Files<'a> {
+    /// No files yet.
+    pub(super) fn new(limits: &'a Limits) -> Self {
+        Self {
+            limits,
+            sources: SourceMap::default(),
+            report: Report::default(),
+            docs: Vec::new(),
+            looked_at: Vec::new(),
+            by_path: BTreeMap::new(),
+        }
+    }
+
+    /// Reads the main file and all that it imports; `text` is its text, if it is not to be read.
+    pub(super) fn read_main(&mut self, path: &Path, text: Option<String>) -> Option<usize> {
+        self.looked_at.push(path.to_owned());
+        let text = match text.map_or_else(|| read_text(path, self.limits.max_file_bytes), Ok) {
+            Ok(text) => text,
+            Err(fault) => {
+                let file = self.sources.add(path, fault.prefix);
+                let at = self.sources.text(file).len();
+                self.report.push(Diagnostic::new(fault.code, Span { file, start: at, end: at }, fault.message));
+                return None;
+            }
+        };
+        let identity = identity(path);
+        self.by_path.insert(identity.clone(), None);
+        let doc = self.read_document(path, text, 0);
+        self.by_path.insert(identity, Some(doc));
+        Some(doc)
+    }
+
+    fn read_document(&mut self, path: &Path, text: String, depth: usize) -> usize {
+        let text: Arc<str> = text.into();
+        let file = self.sources.add(path, text.clone());
+        let mut doc =
+            Doc { path: path.to_owned(), document: Document::default(), imports: Vec::new(), readable: false };
+        match check_syntax(&text, file, self.limits.max_nesting) {
+            Some(error) => self.report.push(error),
+            None => {
+                doc.readable = true;
+                if let Some(whole) = Src::new(file, text).whole() {
+                    doc.document = Document::read(&whole, &mut self.report);
+                }
+            }
+        }
+        for i in 0..doc.document.imports.len() {
+            let import = self.import(&doc, i, depth);
+            doc.imports.push(import);
+        }
+        self.docs.push(doc);
+        self.docs.len() - 1
+    }
+
+    fn import(&mut self, doc: &Doc, index: usize, depth: usize) -> Option<usize> {
+        let entry = &doc.document.imports[index];
+        let name = read::text(&entry.value, "an import", &mut self.report)?;
+        let path = doc.folder().join(&name);
+        self.looked_at.push(path.clone());
+        let identity = identity(&path);
+        match self.by_path.get(&identity) {
+            Some(Some(known)) => return Some(*known),
+            Some(None) => {
+                let message = format!("`{name}` imports itself, directly or by way of others");
+                self.report.push(entry.value.error(Code::Cycle, message));
+                return None;
+            }
+            None => {}
+        }
+        if depth >= self.limits.max_import_depth || self.by_path.len() > self.limits.max_imports {
+            let message = format!(
+                "too many imports; there may be {}, nested {} deep",
+                self.limits.max_imports, self.limits.max_import_depth
+            );
+            self.report.push(entry.value.error(Code::TooLarge, message));
+            return None;
+        }
+        let text = match read_text(&path, self.limits.max_file_bytes) {
+            Ok(text) => text,
+            Err(fault) => {
+                self.report.push(entry.value.error(fault.code, fault.message));
+                return None;
+            }
+        };
+        self.by_path.insert(identity.clone(), None);
+        let imported = self.read_document(&path, text, depth + 1);
+        self.by_path.insert(identity, Some(imported));
+        Some(imported)
+    }
+}
+
+fn identity(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
+/// Why a file cannot be used.
+pub(super) struct Fault {
+    pub(super) code: Code,
+    pub(super) message: String,
+    /// What could be read before the fault.
+    prefix: String,
+}
+
+impl Fault {
+    fn new(code: Code, message: String) -> Self {
+        Self { code, message, prefix: String::new() }
+    }
+}
+
+/// Whether a path leads to a file that can be read. What is not a regular file is not opened: that could wait for ever.
+pub(super) fn check_file(path: &Path) -> Result<std::fs::File, Fault> {
+    let shown = path.display();
+    let explain = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory => {
+            Fault::new(Code::FileNotFound, format!("there is no file `{shown}`"))
+        }
+        _ => Fault::new(Code::BadFile, format!("`{shown}` cannot be read: {error}")),
+    };
+    let metadata = std::fs::metadata(path).map_err(explain)?;
+    if metadata.is_dir() {
+        return Err(Fault::new(Code::BadFile, format!("`{shown}` is a folder; it must be a file")));
+    }
+    if !metadata.is_file() {
+        return Err(Fault::new(Code::BadFile, format!("`{shown}` is not a regular file")));
+    }
+    std::fs::File::open(path).map_err(explain)
+}
+
+fn read_text(path: &Path, limit: u64) -> Result<String, Fault> {
+    let file = check_file(path)?;
+    let shown = path.display();
+    let mut bytes = Vec::new();
+    let read = file.take(limit + 1).read_to_end(&mut bytes);
+    read.map_err(|e| Fault::new(Code::BadFile, format!("`{shown}` cannot be read: {e}")))?;
+    if bytes.len() as u64 > limit {
+        let message = format!("`{shown}` is larger than {limit} bytes, the most that a graph file may have");
+        return Err(Fault::new(Code::TooLarge, message));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let prefix = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
+        Fault { prefix, ..Fault::new(Code::BadFile, format!("`{shown}` is not UTF-8 text: byte {at} is not")) }
+    })
+}
+
+/// What is wrong with a text that is not RON.
+pub(super) fn check_syntax(text: &str, file: FileId, nesting: usize) -> Option<Diagnostic> {
+    if text.starts_with('\u{FEFF}') {
+        let span = Span { file, start: 0, end: '\u{FEFF}'.len_utf8() };
+        let message = "the file begins with a byte order mark";
+        return Some(Diagnostic::new(Code::Syntax, span, message).help("save it as UTF-8 without BOM"));
+    }
+    let mut scratch = text.to_owned();
+    // A number too large for RON is no syntax error: it is reported at its place as what it is.
+    for _ in 0..64 {
+        let error = match super::syntax::parse(&scratch, nesting) {
+            Ok(()) => return None,
+            Err(error) => error,
+        };
+        let at = super::syntax::offset(&scratch, error.span.end);
+        if !matches!(error.code, ron::Error::IntegerOutOfBounds) || !blank_number(&mut scratch, at) {
+            return Some(super::syntax::explain(text, file, &error));
+        }
+    }
+    let span = Span { file, start: 0, end: 0 };
+    Some(Diagnostic::new(Code::Syntax, span, "the file has too many numbers that are too large"))
+}
+
+/// Puts a 0 in the place of the number at or before byte `at`.
+fn blank_number(text: &mut String, at: usize) -> bool {
+    let tokens = lex::tokenize(text);
+    let index = tokens.partition_point(|t| t.start < at.max(1));
+    let near = tokens[index.saturating_sub(1)..].iter().take(2).find(|t| t.kind == Kind::Number && t.end - t.start > 9);
+    let Some(token) = near else { return false };
+    text.replace_range(token.start..token.end, &format!("{:<1$}", 0, token.end - token.start));
+    true
+}

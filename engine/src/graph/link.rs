@@ -1,0 +1,215 @@
+//! From scopes to a graph: wires, cycles, types and nodes.
+use super::ports::Literal;
+use super::scope::{Flat, Target, Unit};
+use super::{convert, ports};
+use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::graph::{GraphNode, Input};
+use crate::node::OutputType;
+use crate::value::Type;
+use petgraph::algo::tarjan_scc;
+use petgraph::graph::{DiGraph, NodeIndex};
+
+impl Unit<'_> {
+    /// Checks all that was declared, and builds the nodes.
+    pub(super) fn link(&mut self) {
+        for flat in 0..self.flats.len() {
+            self.enter(self.flats[flat].scope);
+            if self.flats[flat].info.is_some() {
+                self.read_fields(flat);
+            } else {
+                self.resolve_pass(flat);
+            }
+        }
+        self.resolve_checks();
+        let order = self.order();
+        for &flat in &order {
+            self.find_types(flat);
+        }
+        self.check_types();
+        for flat in 0..self.flats.len() {
+            self.enter(self.flats[flat].scope);
+            match self.flats[flat].info {
+                Some(_) => self.build(flat),
+                None => self.build_pass(flat),
+            }
+        }
+    }
+
+    /// Finds what is given to an input of a sub-graph that converts it.
+    fn resolve_pass(&mut self, flat: usize) {
+        let node = &self.flats[flat];
+        let (scope, part, wants) = (node.scope, node.slots[0].part.clone(), node.slots[0].wants);
+        if let Ok(Literal::Reference(name)) = ports::literal(&part, wants, "", false) {
+            let meaning = self.resolve(scope, &part, &name);
+            self.flats[flat].slots[0].target = meaning.target;
+            self.flats[flat].slots[0].declared = meaning.declared;
+        }
+    }
+
+    fn resolve_checks(&mut self) {
+        let mut checks = std::mem::take(&mut self.checks);
+        for (scope, slot) in &mut checks {
+            self.enter(*scope);
+            if let Ok(Literal::Reference(name)) = ports::literal(&slot.part, slot.wants, "", false) {
+                let meaning = self.resolve(*scope, &slot.part, &name);
+                slot.target = meaning.target;
+                slot.declared = meaning.declared;
+            }
+        }
+        self.checks = checks;
+    }
+
+    /// The nodes, each after those that it reads; cycles are reported.
+    fn order(&mut self) -> Vec<usize> {
+        let mut graph: DiGraph<(), Span> = DiGraph::with_capacity(self.flats.len(), self.flats.len() * 2);
+        for _ in &self.flats {
+            graph.add_node(());
+        }
+        for (reader, node) in self.flats.iter().enumerate() {
+            for slot in &node.slots {
+                if let Target::Out { flat, .. } = slot.target {
+                    graph.add_edge(NodeIndex::new(flat), NodeIndex::new(reader), slot.part.span());
+                }
+            }
+        }
+        let components = tarjan_scc(&graph);
+        let mut component_of = vec![0; self.flats.len()];
+        for (number, component) in components.iter().enumerate() {
+            component.iter().for_each(|node| component_of[node.index()] = number);
+        }
+        let mut wires: Vec<Vec<(Span, usize)>> = vec![Vec::new(); components.len()];
+        for edge in graph.edge_indices() {
+            if let (Some((from, to)), Some(span)) = (graph.edge_endpoints(edge), graph.edge_weight(edge)) {
+                let number = component_of[from.index()];
+                if number == component_of[to.index()] {
+                    wires[number].push((*span, to.index()));
+                }
+            }
+        }
+        for wires in &mut wires {
+            wires.sort_unstable();
+            wires.dedup();
+            self.report_cycle(wires);
+        }
+        components.into_iter().rev().flatten().map(NodeIndex::index).collect()
+    }
+
+    fn report_cycle(&mut self, wires: &[(Span, usize)]) {
+        let Some((first, reader)) = wires.first() else { return };
+        self.enter(self.flats[*reader].scope);
+        let mut names: Vec<_> = wires.iter().map(|(_, node)| format!("`{}`", self.flats[*node].name)).collect();
+        names.dedup();
+        let message = match &names[..] {
+            [name] => format!("{name} needs itself"),
+            _ if names.len() <= 8 => format!("these nodes need each other: {}", names.join(", ")),
+            _ => format!("{} nodes need each other: {}, …", names.len(), names[..8].join(", ")),
+        };
+        let mut error = Diagnostic::new(Code::Cycle, *first, message).help("remove one of these references");
+        for (span, _) in &wires[1..] {
+            error = error.related(*span, "the cycle goes on here");
+        }
+        self.report.push(error);
+        for (_, node) in wires {
+            self.flats[*node].good = false;
+        }
+    }
+
+    fn find_types(&mut self, flat: usize) {
+        let node = &self.flats[flat];
+        let Some(info) = node.info else {
+            self.flats[flat].outputs = vec![Some(node.slots[0].wants)];
+            return;
+        };
+        let outputs = info.outputs.iter().map(|output| match output.ty {
+            OutputType::Fixed(ty) => Some(ty),
+            OutputType::Like(ports) => {
+                let read = node.slots.iter().filter(|slot| ports.contains(&slot.port.as_str()));
+                let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();
+                let wide = types.iter().any(|ty| matches!(ty, Some(Type::Rgb | Type::Picture)));
+                // What is given to a port but in error could be of either type.
+                let unknown = types.contains(&None) || (!node.good && types.is_empty());
+                match (types.contains(&Some(Type::Normal)), wide, unknown) {
+                    (true, ..) => Some(Type::Normal),
+                    (false, true, _) => Some(Type::Rgb),
+                    (false, false, true) => None,
+                    (false, false, false) => Some(Type::Gray),
+                }
+            }
+        });
+        self.flats[flat].outputs = outputs.collect();
+    }
+
+    fn check_types(&mut self) {
+        for flat in 0..self.flats.len() {
+            let errors: Vec<_> = self.flats[flat].slots.iter().filter_map(|slot| self.check_type(slot)).collect();
+            if !errors.is_empty() {
+                self.enter(self.flats[flat].scope);
+                self.flats[flat].good = false;
+                errors.into_iter().for_each(|error| self.report.push(error));
+            }
+        }
+        let checks = std::mem::take(&mut self.checks);
+        for (scope, slot) in &checks {
+            self.enter(*scope);
+            if let Some(error) = self.check_type(slot) {
+                self.report.push(error);
+            }
+        }
+    }
+
+    fn build_pass(&mut self, flat: usize) {
+        let slot = &self.flats[flat].slots[0];
+        let same = self.type_of(&slot.target) == Some(slot.wants);
+        self.flats[flat].node = convert::node(slot.wants, same);
+    }
+
+    /// The nodes as they are evaluated; only without errors.
+    pub(super) fn into_nodes(self) -> Option<DiGraph<GraphNode, ()>> {
+        let mut graph = DiGraph::with_capacity(self.flats.len(), self.flats.len() * 2);
+        let mut edges = Vec::new();
+        for (reader, flat) in self.flats.into_iter().enumerate() {
+            for slot in &flat.slots {
+                if let Target::Out { flat, .. } = slot.target {
+                    edges.push((flat, reader));
+                }
+            }
+            graph.add_node(graph_node(flat)?);
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        for (from, to) in edges {
+            graph.add_edge(NodeIndex::new(from), NodeIndex::new(to), ());
+        }
+        Some(graph)
+    }
+}
+
+fn graph_node(flat: Flat<'_>) -> Option<GraphNode> {
+    let mut inputs = Vec::with_capacity(flat.slots.len());
+    let mut slots = Vec::with_capacity(flat.slots.len());
+    let mut fields: Vec<_> = flat.args.iter().map(|arg| (arg.name.clone(), arg.value.span())).collect();
+    for (name, part, _) in &flat.params {
+        if let Some(field) = fields.iter_mut().find(|(field, _)| field == name) {
+            field.1 = part.span();
+        }
+    }
+    for slot in flat.slots {
+        inputs.push(match slot.target {
+            Target::Out { flat, output } => Input::Wire { node: NodeIndex::new(flat), output },
+            Target::Constant(field) => Input::Constant(field),
+            Target::Broken => return None,
+        });
+        slots.push(if flat.info.is_some() { slot.port } else { "input".to_owned() });
+    }
+    Some(GraphNode {
+        name: flat.name,
+        kind: flat.kind_name,
+        node: flat.node?,
+        inputs,
+        slots,
+        outputs: flat.outputs.into_iter().collect::<Option<Vec<_>>>()?,
+        files: flat.files,
+        span: flat.kind.span(),
+        fields,
+    })
+}

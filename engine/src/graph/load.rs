@@ -1,0 +1,265 @@
+//! Loading a graph: all the steps, in order.
+use super::files::{Doc, Files};
+use super::params::{ParamDecl, Params};
+use super::part::{Part, Piece, Shape, Src};
+use super::read::{self, shorten};
+use super::report::Report;
+use super::scope::{Unit, defaults, presets};
+use super::subst::ron_string;
+use super::{Graph, GraphParam, LoadOptions, Loaded, canvas, syntax};
+use crate::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span, suggest};
+use crate::registry::Registry;
+use crate::value::Canvas;
+use std::path::{Path, PathBuf};
+
+/// Loads the graph file at `path`, with everything that it imports.
+pub fn load(path: &Path, registry: &Registry, options: &LoadOptions) -> Loaded {
+    run(path, None, registry, options)
+}
+
+/// The same with `text` in the place of what the file says; the file need not exist.
+pub fn load_text(path: &Path, text: &str, registry: &Registry, options: &LoadOptions) -> Loaded {
+    run(path, Some(text.to_owned()), registry, options)
+}
+
+fn run(path: &Path, text: Option<String>, registry: &Registry, options: &LoadOptions) -> Loaded {
+    let mut files = Files::new(&options.limits);
+    let graph = files.read_main(path, text).and_then(|main| link(main, &mut files, registry, options));
+    let errors = files.report.errors();
+    let diagnostics = files.report.finish();
+    let graph = graph.filter(|_| errors == 0).map(|mut graph| {
+        graph.sources = files.sources.clone();
+        graph.warnings.clone_from(&diagnostics);
+        graph
+    });
+    let mut looked_at = files.looked_at;
+    let mut seen = std::collections::BTreeSet::new();
+    looked_at.retain(|path| seen.insert(path.clone()));
+    Loaded { graph, diagnostics, sources: files.sources, files: looked_at }
+}
+
+/// Links the main graph, then each import by itself, so that what is not used is checked too.
+fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadOptions) -> Option<Graph> {
+    let sizes = sizes(&files.docs, options.limits.max_nodes, &mut files.report);
+    if !files.docs[main].readable {
+        link_imports(main, files, registry, &sizes, 0);
+        return None;
+    }
+    let doc = &files.docs[main];
+    let mut params = defaults(doc, &mut files.report);
+    params.extend(presets(doc, options.preset.as_deref(), &mut files.report));
+    check_preset(doc, options, &mut files.sources, &mut files.report);
+    set(doc, options, &mut params, &mut files.sources, &mut files.report);
+    let mut canvas = canvas::read(doc.document.canvas.as_ref(), &params, &mut files.report);
+    resize(&mut canvas, options, &mut files.sources, &mut files.report);
+    let mut linked = None;
+    let mut instances = 0;
+    if sizes[main].is_some() {
+        let mut unit = unit(files, registry, &sizes, canvas, 0);
+        unit.declare(main, String::new(), params.clone(), None);
+        unit.fill(0, &[]);
+        unit.link();
+        let outputs = unit.outputs(true);
+        instances = unit.scopes.len();
+        let nodes = (unit.report.errors() == 0).then(|| unit.into_nodes()).flatten();
+        linked = nodes.map(|nodes| (nodes, outputs));
+    }
+    link_imports(main, files, registry, &sizes, instances);
+    let (nodes, outputs) = linked?;
+    let doc = &files.docs[main];
+    let start = Span { file: FileId(0), start: 0, end: 0 };
+    Some(Graph {
+        path: doc.path.clone(),
+        sources: SourceMap::default(),
+        canvas,
+        nodes,
+        outputs,
+        params: graph_params(doc, &params),
+        presets: doc.document.presets.iter().map(|(entry, _)| entry.name.clone()).collect(),
+        warnings: Vec::new(),
+        canvas_span: doc.document.canvas.as_ref().map_or(start, Part::span),
+    })
+}
+
+fn unit<'a>(
+    files: &'a mut Files<'_>,
+    registry: &'a Registry,
+    sizes: &'a [Option<usize>],
+    canvas: Canvas,
+    first_instance: usize,
+) -> Unit<'a> {
+    Unit {
+        registry,
+        docs: &files.docs,
+        sizes,
+        report: &mut files.report,
+        looked_at: &mut files.looked_at,
+        canvas,
+        scopes: Vec::new(),
+        flats: Vec::new(),
+        checks: Vec::new(),
+        first_instance,
+    }
+}
+
+fn link_imports(
+    main: usize,
+    files: &mut Files<'_>,
+    registry: &Registry,
+    sizes: &[Option<usize>],
+    mut instances: usize,
+) {
+    for index in 0..files.docs.len() {
+        let doc = &files.docs[index];
+        if index == main || !doc.readable || sizes[index].is_none() {
+            continue;
+        }
+        files.report.enter(instances, None);
+        let params = defaults(doc, &mut files.report);
+        presets(doc, None, &mut files.report);
+        let canvas = canvas::read(doc.document.canvas.as_ref(), &params, &mut files.report);
+        let mut unit = unit(files, registry, sizes, canvas, instances);
+        unit.declare(index, String::new(), params, None);
+        unit.fill(0, &[]);
+        unit.link();
+        unit.outputs(false);
+        instances += unit.scopes.len();
+    }
+}
+
+/// The number of nodes of each document with all its sub-graphs; `None`, and an error, where there are too many.
+fn sizes(docs: &[Doc], limit: usize, report: &mut Report) -> Vec<Option<usize>> {
+    let mut sizes = Vec::with_capacity(docs.len());
+    // An import stands before what imports it.
+    for doc in docs {
+        let size = size(doc, &sizes, limit, report);
+        sizes.push(size);
+    }
+    sizes
+}
+
+fn size(doc: &Doc, sizes: &[Option<usize>], limit: usize, report: &mut Report) -> Option<usize> {
+    let mut total = 0_usize;
+    for node in &doc.document.nodes {
+        let graph = match &node.kind {
+            Some(kind) if kind.str() == "Use" => node.args.as_deref().and_then(|args| read::get(args, "graph")),
+            _ => None,
+        };
+        let index = graph.and_then(|graph| match graph.shape() {
+            Shape::Text(name) => doc.document.imports.iter().position(|import| import.name == name),
+            _ => None,
+        });
+        let used = index.and_then(|index| *doc.imports.get(index)?).and_then(|doc| sizes.get(doc));
+        let nodes = match used {
+            // What uses too large a graph is too large, too, and need not be told again.
+            Some(None) => return None,
+            Some(Some(nodes)) => (*nodes).max(1),
+            None => 1,
+        };
+        total = total.saturating_add(nodes);
+        if total > limit {
+            let message = format!("the graph has more than {limit} nodes, those of its sub-graphs included");
+            let place = graph.or(doc.document.nodes_part.as_ref())?;
+            report.push(place.error(Code::TooLarge, message));
+            return None;
+        }
+    }
+    Some(total)
+}
+
+/// A text from the command line as a source of its own.
+fn pseudo(sources: &mut SourceMap, before: &str, value: &str) -> Span {
+    let file = sources.add("<command line>", format!("{before}{value}"));
+    Span { file, start: before.len(), end: before.len() + value.len() }
+}
+
+fn check_preset(doc: &Doc, options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) {
+    let Some(wanted) = &options.preset else { return };
+    let names: Vec<_> = doc.document.presets.iter().map(|(entry, _)| entry.name.as_str()).collect();
+    if !names.contains(&wanted.as_str()) {
+        let span = pseudo(sources, "--preset ", wanted);
+        let message = format!("there is no preset `{}`", shorten(wanted));
+        report.push(Diagnostic::new(Code::UnknownVariant, span, message).help(suggest(wanted, "preset", &names)));
+    }
+}
+
+fn set(doc: &Doc, options: &LoadOptions, params: &mut Params, sources: &mut SourceMap, report: &mut Report) {
+    for (name, value) in &options.set {
+        let decl = doc.document.params.iter().find(|(entry, _)| entry.name == *name);
+        let Some((_, decl)) = decl else {
+            let span = pseudo(sources, "--set ", &format!("{name}={value}"));
+            let names: Vec<_> = doc.document.params.iter().map(|(entry, _)| entry.name.as_str()).collect();
+            let message = format!("there is no parameter `{}`", shorten(name));
+            let span = Span { end: span.start + name.len(), ..span };
+            report.push(Diagnostic::new(Code::UnknownParam, span, message).help(suggest(name, "parameter", &names)));
+            continue;
+        };
+        let span = pseudo(sources, &format!("--set {name}="), value);
+        let decl = decl.as_ref();
+        let read = decl.and_then(|decl| decl.value(&argument(decl, value, span), true, &options.working_dir, report));
+        params.insert(name.clone(), read);
+    }
+}
+
+/// A value from the command line: RON, or bare text where a text is wanted.
+fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
+    let ron = syntax::parse(value, syntax::MAX_NESTING).is_ok();
+    let bare = decl.ty.takes_bare_text() && !(ron && value.trim_start().starts_with(['"', '(', 'r']));
+    let text = if bare || !ron { ron_string(value) } else { value.to_owned() };
+    let piece = Piece { end: text.len(), span, copied: text == value, related: None };
+    let whole = |text: String| Src::made(span.file, text, vec![piece.clone()]).whole();
+    // A text without any token, such as a comment, is nothing that could be meant.
+    whole(text).or_else(|| whole(ron_string(value))).unwrap_or_else(|| decl.default.clone())
+}
+
+fn resize(canvas: &mut Canvas, options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) {
+    let Some(size) = options.resolution else { return };
+    let text = format!("{}x{}", size.x, size.y);
+    if size.max_element() > Canvas::MAX_RESOLUTION {
+        let span = pseudo(sources, "--resolution ", &text);
+        report.push(Diagnostic::new(Code::TooLarge, span, canvas::too_large(&text)));
+    } else if size.min_element() == 0 {
+        let span = pseudo(sources, "--resolution ", &text);
+        let message = format!("resolution is `{text}`; it must be at least 1 pixel");
+        report.push(Diagnostic::new(Code::OutOfRange, span, message));
+    } else {
+        canvas.resolution = size;
+    }
+}
+
+fn graph_params(doc: &Doc, params: &Params) -> Vec<GraphParam> {
+    let decls = doc.document.params.iter().filter_map(|(_, decl)| decl.as_ref());
+    let param = |decl: &ParamDecl| {
+        let value = params.get(&decl.name).cloned().flatten()?;
+        Some(GraphParam {
+            name: decl.name.clone(),
+            ty: decl.ty.name(),
+            value: value.text,
+            default: decl.default.str().to_owned(),
+            range: decl.range,
+            unit: decl.unit.clone(),
+            doc: decl.doc.clone(),
+        })
+    };
+    decls.filter_map(param).collect()
+}
+
+/// What can be said about a graph beyond its nodes.
+impl Loaded {
+    /// Whether there is an error, which means that there is no graph.
+    pub fn has_errors(&self) -> bool {
+        self.diagnostics.iter().any(|diagnostic| !diagnostic.warning)
+    }
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            preset: None,
+            set: Vec::new(),
+            resolution: None,
+            working_dir: PathBuf::new(),
+            limits: super::Limits::default(),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What of a graph can be rendered.
+use super::document::OutputDecl;
+use super::part::{Part, Shape};
+use super::read::shorten;
+use super::scope::{Target, Unit};
+use crate::diagnostics::{Code, Span};
+use crate::graph::GraphOutput;
+use crate::value::{Channel, Type};
+use petgraph::graph::NodeIndex;
+use std::collections::BTreeMap;
+
+/// The longest name of an output in bytes.
+const MAX_NAME: usize = 100;
+
+impl Unit<'_> {
+    /// Checks the outputs of the first scope. Those of a graph that is only imported may be of any type.
+    pub(super) fn outputs(&mut self, rendered: bool) -> Vec<GraphOutput> {
+        let docs = self.docs;
+        self.enter(0);
+        let mut outputs = Vec::new();
+        let mut names = BTreeMap::new();
+        for decl in &docs[self.scopes[0].doc].document.outputs {
+            let named = self.check_name(decl);
+            let Some(from) = &decl.from else { continue };
+            let Shape::Text(reference) = from.shape() else { continue };
+            let meaning = self.resolve(0, from, &reference);
+            let Some(ty) = self.type_of(&meaning.target) else { continue };
+            if rendered && !(ty.is_field() || matches!(ty, Type::Picture | Type::Material)) {
+                let message = format!("an output must be a picture or a material; `{}` is {ty}", shorten(&reference));
+                let help = "connect a node that draws it; its data can be had with `dump`";
+                self.report.push(from.error(Code::TypeMismatch, message).help(help));
+                continue;
+            }
+            let Target::Out { flat, output } = meaning.target else {
+                let message =
+                    format!("`{}` is a number or a colour; an output must come from a node", shorten(&reference));
+                self.report.push(from.error(Code::TypeMismatch, message));
+                continue;
+            };
+            if named {
+                self.claim(decl, flat, ty, &mut names);
+            }
+            outputs.push(GraphOutput {
+                name: decl.name.clone(),
+                node: NodeIndex::new(flat),
+                output,
+                ty,
+                format: decl.format,
+                depth: decl.depth,
+                combined: decl.combined,
+                range: decl.range,
+                span: from.span(),
+            });
+        }
+        outputs
+    }
+
+    fn check_name(&mut self, decl: &OutputDecl) -> bool {
+        let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+        let why = if decl.name.is_empty() {
+            "it is empty"
+        } else if decl.name.len() > MAX_NAME {
+            "it is longer than 100 bytes"
+        } else if !decl.name.chars().all(allowed) {
+            "an output's name is letters, digits, `_`, `-` and `.`"
+        } else if decl.name.starts_with('.') {
+            "a file whose name begins with a dot is hidden"
+        } else {
+            return true;
+        };
+        let message = format!("`{}` cannot be the name of an output: {why}", shorten(&decl.name));
+        self.report.push(decl.key.error(Code::BadName, message));
+        false
+    }
+
+    /// Takes the names of the files of an output, which must differ by more than case.
+    fn claim(&mut self, decl: &OutputDecl, flat: usize, ty: Type, names: &mut BTreeMap<String, (Span, String)>) {
+        let files: Vec<String> = if ty == Type::Material && !decl.combined {
+            self.channels(flat).into_iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect()
+        } else {
+            vec![decl.name.clone()]
+        };
+        for file in files {
+            if let Some((span, other)) = names.get(&file.to_ascii_lowercase()) {
+                let message = if *other == decl.name {
+                    continue;
+                } else if file == decl.name {
+                    format!("`{file}` would overwrite a file of the output `{other}`")
+                } else {
+                    format!("`{}` would write `{file}`, as the output `{other}` does", decl.name)
+                };
+                self.report.push(name_error(&decl.key, message, *span));
+                return;
+            }
+            names.insert(file.to_ascii_lowercase(), (decl.key.span(), decl.name.clone()));
+        }
+    }
+
+    /// The channels that a material has: those connected, if its node has ports of their names, else any.
+    fn channels(&self, flat: usize) -> Vec<Channel> {
+        let node = &self.flats[flat];
+        let has_port = |channel: &Channel| node.info.is_some_and(|info| info.field(channel.name()).is_some());
+        if !Channel::ALL.iter().any(has_port) {
+            return Channel::ALL.to_vec();
+        }
+        let connected = |channel: &Channel| node.slots.iter().any(|slot| slot.port == channel.name());
+        let default = |channel: &Channel| {
+            let port = node.info.and_then(|info| info.ports().find(|(field, _)| field.name == channel.name()));
+            port.is_some_and(|(_, port)| port.default.is_some())
+        };
+        Channel::ALL.iter().copied().filter(|channel| connected(channel) || default(channel)).collect()
+    }
+}
+
+fn name_error(key: &Part, message: String, other: Span) -> crate::diagnostics::Diagnostic {
+    let help = "names must differ by more than upper and lower case";
+    key.error(Code::BadName, message).help(help).related(other, "the other output is here")
+}

@@ -1,0 +1,223 @@
+//! The parameters of a graph: how they are declared, and which values they may have.
+use super::lex::is_name;
+use super::part::{Entry, Part, Shape};
+use super::read::{self, mismatch, not_finite, shorten};
+use super::report::Report;
+use super::subst::ron_string;
+use crate::diagnostics::{Code, Span, suggest};
+use crate::node::parse_color;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// The type of a parameter of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ParamType {
+    Number,
+    Integer,
+    Bool,
+    Color,
+    Text,
+    Path,
+    Choice,
+}
+
+impl ParamType {
+    const NAMES: [&'static str; 7] = ["Number", "Integer", "Bool", "Color", "Text", "Path", "Choice"];
+
+    /// The word that declares it.
+    pub(super) fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
+    fn from_name(name: &str) -> Option<Self> {
+        use ParamType::*;
+        [Number, Integer, Bool, Color, Text, Path, Choice].into_iter().find(|ty| ty.name() == name)
+    }
+
+    /// Whether a value on the command line may be written without quotes.
+    pub(super) fn takes_bare_text(self) -> bool {
+        matches!(self, Self::Color | Self::Text | Self::Path)
+    }
+
+    fn wanted(self) -> &'static str {
+        match self {
+            Self::Number => "a number",
+            Self::Integer => "a whole number",
+            Self::Bool => "`true` or `false`",
+            Self::Color => "a colour, \"#rrggbb\" or (r, g, b)",
+            Self::Text => "a text in quotes",
+            Self::Path => "a path in quotes",
+            Self::Choice => "one of its options",
+        }
+    }
+}
+
+/// A parameter as declared.
+#[derive(Debug)]
+pub(super) struct ParamDecl {
+    pub(super) name: String,
+    pub(super) key: Part,
+    pub(super) ty: ParamType,
+    pub(super) default: Part,
+    pub(super) range: Option<(f64, f64)>,
+    pub(super) unit: Option<String>,
+    pub(super) doc: String,
+    options: Vec<String>,
+}
+
+/// The value of a parameter.
+#[derive(Clone, Debug)]
+pub(super) struct ParamValue {
+    /// As RON.
+    pub(super) text: String,
+    /// If it is a number.
+    pub(super) number: Option<f64>,
+    /// Whether it is a text or a path.
+    pub(super) is_text: bool,
+    /// Where it is written.
+    pub(super) span: Span,
+    /// Whether that is outside of the file that declares the parameter.
+    pub(super) outside: bool,
+    /// What it is relative to, if it is a path.
+    pub(super) base: Option<PathBuf>,
+}
+
+/// The values in force by name; `None` for a parameter in error.
+pub(super) type Params = BTreeMap<String, Option<ParamValue>>;
+
+/// A parameter, or its name alone if its declaration is in error.
+pub(super) fn declare(entry: &Entry, report: &mut Report) -> Option<ParamDecl> {
+    read::check_name(&entry.key, &entry.name, "a parameter", report);
+    let Some((word, Some(body))) = entry.value.head() else {
+        report.push(mismatch(&entry.value, &format!("parameter `{}`", entry.name), "like `Number(default: 1)`"));
+        return None;
+    };
+    let Some(ty) = ParamType::from_name(word.str()) else {
+        let message = format!("there is no type of parameters `{}`", word.str());
+        let help = suggest(word.str(), "type", &ParamType::NAMES);
+        report.push(word.error(Code::UnknownVariant, message).help(help));
+        return None;
+    };
+    let known: &[&str] = match ty {
+        ParamType::Number | ParamType::Integer => &["default", "range", "unit", "doc"],
+        ParamType::Choice => &["default", "options", "doc"],
+        _ => &["default", "doc"],
+    };
+    let fields = read::fields(&body, &format!("`{}`", ty.name()), known, report)?;
+    let Some(default) = read::get(&fields, "default") else {
+        let message = format!("parameter `{}` has no `default`", entry.name);
+        report.push(word.error(Code::MissingInput, message));
+        return None;
+    };
+    let decl = ParamDecl {
+        name: entry.name.clone(),
+        key: entry.key.clone(),
+        ty,
+        default: default.clone(),
+        range: read::get(&fields, "range").and_then(|part| range(part, report)),
+        unit: read::get(&fields, "unit").and_then(|part| read::text(part, "unit", report)),
+        doc: read::get(&fields, "doc").and_then(|part| read::text(part, "doc", report)).unwrap_or_default(),
+        options: read::get(&fields, "options").map(|part| options(part, report)).unwrap_or_default(),
+    };
+    Some(decl)
+}
+
+/// Two numbers, the smaller one first.
+pub(super) fn range(part: &Part, report: &mut Report) -> Option<(f64, f64)> {
+    let (lo, hi) = read::pair(part, "range", report)?;
+    if lo < hi {
+        return Some((lo, hi));
+    }
+    let message = format!("range is `{}`; the smaller number must come first", part.str());
+    report.push(part.error(Code::OutOfRange, message));
+    None
+}
+
+fn options(part: &Part, report: &mut Report) -> Vec<String> {
+    let Shape::List(items) = part.shape() else {
+        report.push(mismatch(part, "`options`", "a list of words, `[\"A\", \"B\"]`"));
+        return Vec::new();
+    };
+    let mut words = Vec::new();
+    for item in items {
+        match item.shape() {
+            Shape::Text(word) | Shape::Word(word) if is_name(&word) => words.push(word),
+            Shape::Text(word) => {
+                let message = format!("`{}` cannot be an option", shorten(&word));
+                report.push(item.error(Code::BadName, message).help("an option is a word"));
+            }
+            _ => report.push(mismatch(&item, "an option", "a word")),
+        }
+    }
+    words
+}
+
+impl ParamDecl {
+    /// Checks a value; `folder` is what a path is relative to.
+    pub(super) fn value(&self, part: &Part, outside: bool, folder: &Path, report: &mut Report) -> Option<ParamValue> {
+        let shape = part.shape();
+        let mut value = ParamValue {
+            text: part.str().to_owned(),
+            number: None,
+            is_text: false,
+            span: part.span(),
+            outside,
+            base: None,
+        };
+        match (self.ty, &shape) {
+            (ParamType::Number | ParamType::Integer, Shape::Number(number)) => {
+                self.check_number(part, *number, report)?;
+                value.number = Some(*number);
+            }
+            (ParamType::Bool, Shape::Word(word)) if word == "true" || word == "false" => {}
+            (ParamType::Color, Shape::Text(color)) if parse_color(color).is_some() => {}
+            (ParamType::Color, Shape::Tuple(items)) if items.len() == 3 => {
+                for item in items {
+                    read::number(item, &self.name, report)?;
+                }
+            }
+            (ParamType::Text | ParamType::Path, Shape::Text(text)) => {
+                value.text = ron_string(text);
+                value.is_text = true;
+                value.base = (self.ty == ParamType::Path).then(|| folder.to_owned());
+            }
+            (ParamType::Choice, Shape::Text(word) | Shape::Word(word)) => {
+                self.check_choice(part, word, report)?;
+                value.text.clone_from(word);
+            }
+            _ => {
+                report.push(mismatch(part, &format!("parameter `{}`", self.name), self.ty.wanted()));
+                return None;
+            }
+        }
+        Some(value)
+    }
+
+    fn check_number(&self, part: &Part, number: f64, report: &mut Report) -> Option<()> {
+        if !number.is_finite() {
+            report.push(not_finite(part, &self.name));
+            return None;
+        }
+        if self.ty == ParamType::Integer && (number.fract() != 0.0 || part.str().contains(['.', 'e', 'E'])) {
+            report.push(mismatch(part, &format!("parameter `{}`", self.name), self.ty.wanted()));
+            return None;
+        }
+        if let Some((lo, hi)) = self.range.filter(|(lo, hi)| number < *lo || number > *hi) {
+            let unit = self.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+            let message = format!("{} is `{}`; it must be between {lo} and {hi}{unit}", self.name, part.str());
+            report.push(part.error(Code::OutOfRange, message).related(self.key.span(), "declared here"));
+            return None;
+        }
+        Some(())
+    }
+
+    fn check_choice(&self, part: &Part, word: &str, report: &mut Report) -> Option<()> {
+        if self.options.iter().any(|option| option == word) {
+            return Some(());
+        }
+        let message = format!("parameter `{}` has no option `{}`", self.name, shorten(word));
+        let options: Vec<_> = self.options.iter().map(String::as_str).collect();
+        report.push(part.error(Code::UnknownVariant, message).help(suggest(word, "option", &options)));
+        None
+    }
+}

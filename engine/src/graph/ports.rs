@@ -1,0 +1,282 @@
+//! What is written at a port: a reference or a literal, and what a reference means.
+use super::part::{Part, Shape};
+use super::read::{self, shorten};
+use super::scope::{Bound, Entity, Slot, Target, Unit};
+use super::subst::substitute;
+use crate::diagnostics::{Code, Diagnostic, suggest};
+use crate::node::{OutputType, PortInfo, parse_color};
+use crate::value::{Field, Type};
+use std::collections::BTreeSet;
+
+/// What is written at a port.
+pub(super) enum Literal {
+    /// A number, a colour or a vector.
+    Constant(Field),
+    /// The name of a node or of one of its outputs.
+    Reference(String),
+}
+
+/// Reads what is written at `port`, which takes `ty`; `is_text` if it is the value of a parameter that is a text.
+pub(super) fn literal(part: &Part, ty: Type, port: &str, is_text: bool) -> Result<Literal, Box<Diagnostic>> {
+    let wrong = |found: &str| {
+        let message = format!("{port} takes {ty}; found {found} `{}`", shorten(part.str()));
+        Box::new(part.error(Code::TypeMismatch, message).help(how_to_write(ty)))
+    };
+    let colour = matches!(ty, Type::Rgb | Type::Field);
+    let values = match part.shape() {
+        Shape::Text(_) if is_text => return Err(wrong("a parameter that is a text")),
+        Shape::Text(text) if text.starts_with('#') => match parse_color(&text) {
+            Some(rgb) if colour => return Ok(Literal::Constant(Field::constant(Type::Rgb, &rgb))),
+            Some(_) => return Err(wrong("a colour")),
+            None => return Err(wrong("what is not a colour")),
+        },
+        Shape::Text(text) => return Ok(Literal::Reference(text)),
+        Shape::Number(value) => vec![(part.clone(), value)],
+        Shape::Tuple(items) => {
+            let numbers = items.into_iter().map(|item| match item.shape() {
+                Shape::Number(value) => Some((item, value)),
+                _ => None,
+            });
+            numbers.collect::<Option<Vec<_>>>().ok_or_else(|| wrong("values in brackets"))?
+        }
+        shape => return Err(wrong(shape.describe())),
+    };
+    let constant = match (ty, values.len()) {
+        (Type::Gray | Type::Field, 1) => Type::Gray,
+        (Type::Rgb, 1 | 3) | (Type::Field, 3) => Type::Rgb,
+        (Type::Vec2, 2) => Type::Vec2,
+        (Type::Jacobian, 4) => Type::Jacobian,
+        (_, 1) => return Err(wrong("a number")),
+        _ => return Err(wrong("values in brackets")),
+    };
+    let mut numbers = [0.0_f32; 4];
+    for (slot, (item, value)) in numbers.iter_mut().zip(&values) {
+        *slot = narrow(*value);
+        if !slot.is_finite() {
+            return Err(Box::new(read::not_finite(item, port)));
+        }
+    }
+    let numbers = if values.len() == 1 { [numbers[0]; 4] } else { numbers };
+    Ok(Literal::Constant(Field::constant(constant, &numbers[..constant.channels()])))
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "fields hold f32; what does not fit becomes infinite and is refused"
+)]
+fn narrow(value: f64) -> f32 {
+    value as f32
+}
+
+fn how_to_write(ty: Type) -> &'static str {
+    match ty {
+        Type::Gray => "write a number, or the name of a node, \"node\" or \"node.port\"",
+        Type::Rgb | Type::Field => "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node",
+        Type::Vec2 => "write a pair of numbers, or the name of a node",
+        _ => "write the name of a node, \"node\" or \"node.port\"",
+    }
+}
+
+/// What a reference means.
+pub(super) struct Meaning {
+    pub(super) target: Target,
+    pub(super) declared: Option<Type>,
+}
+
+impl Meaning {
+    const BROKEN: Self = Self { target: Target::Broken, declared: None };
+}
+
+impl Unit<'_> {
+    /// Finds what `name`, written at `part` in `scope`, means. Errors of the name itself are reported; others were or will
+    /// be where they are.
+    pub(super) fn resolve(&mut self, scope: usize, part: &Part, name: &str) -> Meaning {
+        let mut at = (scope, part.clone(), name.to_owned());
+        let mut seen = BTreeSet::new();
+        let mut declared = None;
+        loop {
+            let (scope, part, name) = &at;
+            let first = seen.is_empty();
+            let (node, port) = name.split_once('.').map_or((name.as_str(), None), |(node, port)| (node, Some(port)));
+            let entity = self.scopes[*scope].names.get(node).copied();
+            if !seen.insert((*scope, name.clone())) {
+                let message = format!("`{name}` leads back to itself");
+                self.report.push(part.error(Code::Cycle, message));
+                return Meaning::BROKEN;
+            }
+            let found = match entity {
+                None => Err(self.unknown_node(*scope, part, node)),
+                Some(Entity::Broken) => return Meaning::BROKEN,
+                Some(Entity::Node(flat)) => self.output_of(flat, part, node, port).map(|output| {
+                    let target = Target::Out { flat, output };
+                    Next::Found(target)
+                }),
+                Some(Entity::Use(child)) => self.output_of_use(child, part, node, port),
+                Some(Entity::Input(index)) => {
+                    if first {
+                        declared = self.docs[self.scopes[*scope].doc].document.inputs[index].ty;
+                    }
+                    self.input_of(*scope, index, part, node, port)
+                }
+            };
+            match found {
+                Ok(Next::Found(target)) => return Meaning { target, declared },
+                Ok(Next::Go(next)) => at = next,
+                Err(error) => {
+                    if first {
+                        self.report.push(*error);
+                    }
+                    return Meaning::BROKEN;
+                }
+            }
+        }
+    }
+
+    fn unknown_node(&self, scope: usize, part: &Part, node: &str) -> Box<Diagnostic> {
+        let names: Vec<_> = self.scopes[scope].names.keys().map(String::as_str).collect();
+        let message = format!("there is no node `{}`", shorten(node));
+        Box::new(part.error(Code::UnknownNode, message).help(suggest(node, "node", &names)))
+    }
+
+    fn output_of(&self, flat: usize, part: &Part, node: &str, port: Option<&str>) -> Result<usize, Box<Diagnostic>> {
+        let outputs = self.flats[flat].info.map_or(&[][..], |info| info.outputs);
+        let Some(port) = port else { return Ok(0) };
+        outputs.iter().position(|output| output.name == port).ok_or_else(|| {
+            let names: Vec<_> = outputs.iter().map(|output| output.name).collect();
+            unknown_port(part, node, port, &names)
+        })
+    }
+
+    fn output_of_use(
+        &self,
+        child: usize,
+        part: &Part,
+        node: &str,
+        port: Option<&str>,
+    ) -> Result<Next, Box<Diagnostic>> {
+        let outputs = &self.docs[self.scopes[child].doc].document.outputs;
+        let found = match port {
+            Some(port) => outputs.iter().find(|output| output.name == port),
+            None => outputs.first(),
+        };
+        let names: Vec<_> = outputs.iter().map(|output| output.name.as_str()).collect();
+        let output = found.ok_or_else(|| unknown_port(part, node, port.unwrap_or("…"), &names))?;
+        Ok(match output.from.as_ref().map(|from| (from, from.shape())) {
+            Some((from, Shape::Text(name))) => Next::Go((child, from.clone(), name)),
+            _ => Next::Found(Target::Broken),
+        })
+    }
+
+    fn input_of(
+        &self,
+        scope: usize,
+        index: usize,
+        part: &Part,
+        node: &str,
+        port: Option<&str>,
+    ) -> Result<Next, Box<Diagnostic>> {
+        if let Some(port) = port {
+            let message = format!("`{node}` is an input of the graph; it has no output `{}`", shorten(port));
+            return Err(Box::new(part.error(Code::UnknownPort, message).help(format!("write \"{node}\""))));
+        }
+        Ok(match &self.scopes[scope].inputs[index] {
+            Bound::Constant(field) => Next::Found(Target::Constant(field.clone())),
+            Bound::Pass(flat) => Next::Found(Target::Out { flat: *flat, output: 0 }),
+            Bound::Wire { scope, part, name } => Next::Go((*scope, part.clone(), name.clone())),
+            Bound::Broken => Next::Found(Target::Broken),
+        })
+    }
+
+    /// Reads what is written at a port into slots; `None` after an error.
+    pub(super) fn read_port(&mut self, flat: usize, name: &str, port: &PortInfo, value: &Part) -> Option<Vec<Slot>> {
+        let scope = self.flats[flat].scope;
+        let value = substitute(value, &self.scopes[scope].params, self.report)?;
+        let items = match (port.list, value.part.shape()) {
+            (true, Shape::List(items)) => items,
+            (true, _) => {
+                let message = format!("`{name}` takes a list of {}; found `{}`", port.ty, shorten(value.part.str()));
+                let help = format!("write `{name}: [{}]`", shorten(value.part.str()));
+                self.report.push(value.part.error(Code::TypeMismatch, message).help(help));
+                return None;
+            }
+            (false, _) => vec![value.part],
+        };
+        let mut slots = Vec::with_capacity(items.len());
+        let mut good = true;
+        for part in items {
+            let slot =
+                |target, declared| Slot { port: name.to_owned(), wants: port.ty, part: part.clone(), target, declared };
+            match literal(&part, port.ty, &format!("`{name}`"), value.is_text) {
+                Ok(Literal::Constant(field)) => slots.push(slot(Target::Constant(field), None)),
+                Ok(Literal::Reference(reference)) => {
+                    let meaning = self.resolve(scope, &part, &reference);
+                    slots.push(slot(meaning.target, meaning.declared));
+                }
+                Err(error) => {
+                    self.report.push(*error);
+                    good = false;
+                }
+            }
+        }
+        good.then_some(slots)
+    }
+
+    /// The type of what goes into a slot; `None` if it is unknown because of an error.
+    pub(super) fn type_of(&self, target: &Target) -> Option<Type> {
+        match target {
+            Target::Constant(field) => Some(field.ty()),
+            Target::Out { flat, output } => self.flats[*flat].outputs.get(*output).copied().flatten(),
+            Target::Broken => None,
+        }
+    }
+
+    /// Reports a wire that does not fit its port.
+    pub(super) fn check_type(&self, slot: &Slot) -> Option<Diagnostic> {
+        let ty = slot.declared.or_else(|| self.type_of(&slot.target))?;
+        if matches!(slot.target, Target::Broken) || ty.fits(slot.wants) {
+            return None;
+        }
+        let written = shorten(slot.part.str());
+        let port = if slot.port.contains('`') { slot.port.clone() } else { format!("`{}`", slot.port) };
+        let message = format!("{port} takes {}; {written} is {ty}", slot.wants);
+        let error = slot.part.error(Code::TypeMismatch, message);
+        Some(match self.remedy(slot, ty) {
+            Some(help) => error.help(help),
+            None => error,
+        })
+    }
+
+    /// Another output of the same node that would fit, or a kind that makes what is wanted of what is there.
+    fn remedy(&self, slot: &Slot, ty: Type) -> Option<String> {
+        if let Target::Out { flat, output } = &slot.target
+            && let Some(info) = self.flats[*flat].info
+            && slot.declared.is_none()
+        {
+            let types = &self.flats[*flat].outputs;
+            let fits = |i: usize| i != *output && types.get(i).copied().flatten().is_some_and(|ty| ty.fits(slot.wants));
+            if let Some(i) = (0..info.outputs.len()).find(|&i| fits(i)) {
+                let text = slot.part.str().trim_matches('"');
+                let node = text.split('.').next().unwrap_or(text);
+                return Some(format!("`{node}.{}` is {}", info.outputs[i].name, types[i].unwrap_or(slot.wants)));
+            }
+        }
+        let converts = |kind: &&str| {
+            let Some(info) = self.registry.info(kind) else { return false };
+            let makes = info.outputs.first().is_some_and(|o| o.ty == OutputType::Fixed(slot.wants));
+            let mut required = info.ports().filter(|(_, port)| port.required);
+            makes && required.next().is_some_and(|(_, port)| ty.fits(port.ty)) && required.next().is_none()
+        };
+        let kinds: Vec<_> = self.registry.kinds().filter(converts).take(3).map(|kind| format!("`{kind}`")).collect();
+        (!kinds.is_empty()).then(|| format!("{} makes {} of {ty}", kinds.join(" or "), slot.wants))
+    }
+}
+
+enum Next {
+    Found(Target),
+    Go((usize, Part, String)),
+}
+
+fn unknown_port(part: &Part, node: &str, port: &str, names: &[&str]) -> Box<Diagnostic> {
+    let message = format!("`{node}` has no output `{}`", shorten(port));
+    Box::new(part.error(Code::UnknownPort, message).help(suggest(port, "output", names)))
+}

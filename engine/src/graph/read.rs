@@ -1,0 +1,137 @@
+//! Reading the parts of a document, one kind of value at a time; what does not fit is reported and left out.
+use super::lex;
+use super::part::{Entry, Part, Shape};
+use super::report::Report;
+use crate::diagnostics::{Code, Diagnostic, suggest};
+
+/// What was found where something else should be.
+pub(super) fn mismatch(part: &Part, what: &str, wanted: &str) -> Diagnostic {
+    let found = part.shape();
+    let message = match found {
+        Shape::Text(_) | Shape::Number(_) | Shape::Word(_) => {
+            format!("{what} must be {wanted}; found {} `{}`", found.describe(), shorten(part.str()))
+        }
+        _ => format!("{what} must be {wanted}; found {}", found.describe()),
+    };
+    part.error(Code::TypeMismatch, message)
+}
+
+/// A text that fits into a line of a message.
+pub(super) fn shorten(text: &str) -> String {
+    let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(60).collect();
+    if line.chars().count() < text.chars().count() { format!("{line}…") } else { line }
+}
+
+/// Drops entries whose key was there before, and says so.
+pub(super) fn unique(entries: Vec<Entry>, what: &str, report: &mut Report) -> Vec<Entry> {
+    let mut first = std::collections::BTreeMap::new();
+    let mut kept = Vec::with_capacity(entries.len());
+    for entry in entries {
+        if let Some(span) = first.get(&entry.name) {
+            let message = format!("{what} `{}` is given twice", entry.name);
+            report.push(entry.key.error(Code::DuplicateKey, message).related(*span, "it is given here first"));
+        } else {
+            first.insert(entry.name.clone(), entry.key.span());
+            kept.push(entry);
+        }
+    }
+    kept
+}
+
+/// The entries of `{"name": value}`.
+pub(super) fn map(part: &Part, what: &str, report: &mut Report) -> Vec<Entry> {
+    match part.shape() {
+        Shape::Map(entries) => {
+            for entry in entries.iter().filter(|entry| !matches!(entry.key.shape(), Shape::Text(_))) {
+                let message = format!("names in `{what}` are texts; found `{}`", shorten(entry.key.str()));
+                let help = format!("write `\"{}\"`", shorten(entry.key.str()));
+                report.push(entry.key.error(Code::TypeMismatch, message).help(help));
+            }
+            entries
+        }
+        _ => {
+            report.push(mismatch(part, &format!("`{what}`"), "a map, `{ \"name\": value }`"));
+            Vec::new()
+        }
+    }
+}
+
+/// The fields of `(name: value)`, those that `known` lists; the others are reported.
+pub(super) fn fields(part: &Part, owner: &str, known: &[&str], report: &mut Report) -> Option<Vec<Entry>> {
+    let Shape::Named(entries) = part.shape() else {
+        report.push(mismatch(part, owner, "named fields in brackets, `(name: value)`"));
+        return None;
+    };
+    let mut kept = Vec::new();
+    for entry in unique(entries, "field", report) {
+        if known.contains(&entry.name.as_str()) {
+            kept.push(entry);
+        } else {
+            let message = format!("{owner} has no field `{}`", entry.name);
+            report.push(entry.key.error(Code::UnknownField, message).help(suggest(&entry.name, "field", known)));
+        }
+    }
+    Some(kept)
+}
+
+/// The value of a field.
+pub(super) fn get<'a>(entries: &'a [Entry], name: &str) -> Option<&'a Part> {
+    entries.iter().find(|e| e.name == name).map(|e| &e.value)
+}
+
+/// A text.
+pub(super) fn text(part: &Part, what: &str, report: &mut Report) -> Option<String> {
+    match part.shape() {
+        Shape::Text(text) => Some(text),
+        _ => {
+            report.push(mismatch(part, &format!("`{what}`"), "a text in quotes"));
+            None
+        }
+    }
+}
+
+/// A finite number.
+pub(super) fn number(part: &Part, what: &str, report: &mut Report) -> Option<f64> {
+    match part.shape() {
+        Shape::Number(value) if value.is_finite() => Some(value),
+        Shape::Number(_) => {
+            report.push(not_finite(part, what));
+            None
+        }
+        _ => {
+            report.push(mismatch(part, &format!("`{what}`"), "a number"));
+            None
+        }
+    }
+}
+
+/// Two numbers.
+pub(super) fn pair(part: &Part, what: &str, report: &mut Report) -> Option<(f64, f64)> {
+    match part.shape() {
+        Shape::Tuple(items) | Shape::List(items) if items.len() == 2 => {
+            let (a, b) = (number(&items[0], what, report), number(&items[1], what, report));
+            a.zip(b)
+        }
+        _ => {
+            report.push(mismatch(part, &format!("`{what}`"), "a pair of numbers"));
+            None
+        }
+    }
+}
+
+/// A number that is none.
+pub(super) fn not_finite(part: &Part, what: &str) -> Diagnostic {
+    let message = format!("{what} is `{}`; it must be a finite number", shorten(part.str()));
+    part.error(Code::NotFinite, message)
+}
+
+/// Reports a name that may not be one.
+pub(super) fn check_name(key: &Part, name: &str, what: &str, report: &mut Report) -> bool {
+    let good = lex::is_name(name);
+    if !good {
+        let message = format!("`{}` cannot be the name of {what}", shorten(name));
+        let help = "a name is letters, digits and `_`, and does not begin with a digit";
+        report.push(key.error(Code::BadName, message).help(help));
+    }
+    good
+}

@@ -1,0 +1,368 @@
+//! Scopes: a graph file, and every use of a sub-graph, with what the names in it mean.
+use super::document::NodeDecl;
+use super::files::Doc;
+use super::params::{ParamDecl, Params};
+use super::part::{Entry, Part, Shape};
+use super::ports::{self, Literal};
+use super::read::{self, mismatch};
+use super::report::Report;
+use super::subst::substitute;
+use crate::diagnostics::{Code, Span, suggest};
+use crate::node::{DynNode, KindInfo};
+use crate::registry::Registry;
+use crate::value::{Canvas, Field, Type};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What a name of a scope means.
+#[derive(Clone, Copy)]
+pub(super) enum Entity {
+    /// A node.
+    Node(usize),
+    /// A sub-graph: its scope.
+    Use(usize),
+    /// An input of the graph.
+    Input(usize),
+    /// Something in error.
+    Broken,
+}
+
+/// What an input of a graph stands for.
+#[derive(Clone)]
+pub(super) enum Bound {
+    /// A literal.
+    Constant(Field),
+    /// A reference to be understood in `scope`.
+    Wire { scope: usize, part: Part, name: String },
+    /// The node that converts what is given to the type of the input.
+    Pass(usize),
+    /// Something in error.
+    Broken,
+}
+
+/// A graph file, or a use of one.
+pub(super) struct Scope {
+    pub(super) doc: usize,
+    pub(super) prefix: String,
+    pub(super) params: Params,
+    pub(super) names: BTreeMap<String, Entity>,
+    pub(super) inputs: Vec<Bound>,
+    /// Where it is used.
+    pub(super) used: Option<Span>,
+}
+
+/// What goes into a slot.
+#[derive(Clone)]
+pub(super) enum Target {
+    /// An output of a node.
+    Out { flat: usize, output: usize },
+    /// A literal.
+    Constant(Field),
+    /// Something in error.
+    Broken,
+}
+
+/// A wire, or a literal in its place.
+pub(super) struct Slot {
+    /// The port.
+    pub(super) port: String,
+    /// What the port takes.
+    pub(super) wants: Type,
+    /// What is written.
+    pub(super) part: Part,
+    /// What it means.
+    pub(super) target: Target,
+    /// The type that the value counts as, if it is an input of a graph by itself.
+    pub(super) declared: Option<Type>,
+}
+
+impl Slot {
+    fn unresolved(port: String, wants: Type, part: Part) -> Self {
+        Self { port, wants, part, target: Target::Broken, declared: None }
+    }
+}
+
+/// A node of all scopes together.
+pub(super) struct Flat<'a> {
+    pub(super) scope: usize,
+    pub(super) name: String,
+    pub(super) kind: Part,
+    pub(super) kind_name: String,
+    /// `None` for the conversion at an input.
+    pub(super) info: Option<&'a KindInfo>,
+    pub(super) args: &'a [Entry],
+    pub(super) slots: Vec<Slot>,
+    /// The parameters, with the parameters of the graph put in, and what a path in them is relative to.
+    pub(super) params: Vec<(String, Part, Option<PathBuf>)>,
+    /// Whether all of it is in order so far.
+    pub(super) good: bool,
+    pub(super) node: Option<Arc<dyn DynNode>>,
+    /// `None` for a type that is unknown because of an error.
+    pub(super) outputs: Vec<Option<Type>>,
+    /// Its files with the parameter that names each.
+    pub(super) files: Vec<(&'static str, PathBuf)>,
+}
+
+/// One graph with all its sub-graphs while it is linked.
+pub(super) struct Unit<'a> {
+    pub(super) registry: &'a Registry,
+    pub(super) docs: &'a [Doc],
+    /// The number of nodes of each document with all its sub-graphs; `None` if it must not be used.
+    pub(super) sizes: &'a [Option<usize>],
+    pub(super) report: &'a mut Report,
+    pub(super) looked_at: &'a mut Vec<PathBuf>,
+    pub(super) canvas: Canvas,
+    pub(super) scopes: Vec<Scope>,
+    pub(super) flats: Vec<Flat<'a>>,
+    /// Wires that must fit but lead to no node: values given to inputs that need no conversion.
+    pub(super) checks: Vec<(usize, Slot)>,
+    /// The number of the first scope among those of all units.
+    pub(super) first_instance: usize,
+}
+
+impl<'a> Unit<'a> {
+    /// What is reported from here on is about `scope`.
+    pub(super) fn enter(&mut self, scope: usize) {
+        self.report.enter(self.first_instance + scope, self.scopes[scope].used);
+    }
+
+    /// Adds a scope with all its nodes and sub-graphs. `given` are the inputs that are given a value.
+    pub(super) fn declare(&mut self, doc: usize, prefix: String, params: Params, used: Option<Span>) -> usize {
+        let scope = self.scopes.len();
+        let inputs = vec![Bound::Broken; self.docs[doc].document.inputs.len()];
+        self.scopes.push(Scope { doc, prefix, params, names: BTreeMap::new(), inputs, used });
+        scope
+    }
+
+    /// Fills a scope: what its names mean. Inputs that were given a value are known already.
+    pub(super) fn fill(&mut self, scope: usize, given: &[Option<Bound>]) {
+        let docs = self.docs;
+        let doc = &docs[self.scopes[scope].doc];
+        self.enter(scope);
+        for (i, input) in doc.document.inputs.iter().enumerate() {
+            // The default is checked even where it is not used.
+            let default = self.default_input(scope, i);
+            self.scopes[scope].inputs[i] = given.get(i).cloned().flatten().unwrap_or(default);
+            self.scopes[scope].names.insert(input.name.clone(), Entity::Input(i));
+        }
+        for decl in &doc.document.nodes {
+            self.enter(scope);
+            let entity = self.entity(scope, decl);
+            if decl.named {
+                self.scopes[scope].names.insert(decl.name.clone(), entity);
+            }
+        }
+    }
+
+    fn default_input(&mut self, scope: usize, index: usize) -> Bound {
+        let docs = self.docs;
+        let input = &docs[self.scopes[scope].doc].document.inputs[index];
+        let (Some(ty), Some(default)) = (input.ty, &input.default) else { return Bound::Broken };
+        let Some(value) = substitute(default, &self.scopes[scope].params, self.report) else { return Bound::Broken };
+        let port = format!("input `{}`", input.name);
+        match ports::literal(&value.part, ty, &port, value.is_text) {
+            Ok(Literal::Constant(field)) => Bound::Constant(field),
+            Ok(Literal::Reference(name)) => {
+                self.checks.push((scope, Slot::unresolved(port, ty, value.part.clone())));
+                Bound::Wire { scope, part: value.part, name }
+            }
+            Err(error) => {
+                self.report.push(*error);
+                Bound::Broken
+            }
+        }
+    }
+
+    fn entity(&mut self, scope: usize, decl: &'a NodeDecl) -> Entity {
+        let (Some(kind), Some(args)) = (&decl.kind, &decl.args) else { return Entity::Broken };
+        if kind.str() == "Use" {
+            return self.declare_use(scope, decl, kind, args).map_or(Entity::Broken, Entity::Use);
+        }
+        let Some(info) = self.registry.info(kind.str()) else {
+            let kinds: Vec<_> = self.registry.kinds().chain(["Use"]).collect();
+            let message = format!("there is no node kind `{}`", read::shorten(kind.str()));
+            self.report.push(kind.error(Code::UnknownKind, message).help(suggest(kind.str(), "kind", &kinds)));
+            return Entity::Broken;
+        };
+        let name = format!("{}{}", self.scopes[scope].prefix, decl.name);
+        let kind_name = info.kind.clone();
+        Entity::Node(self.add_flat(Flat::new(scope, name, kind.clone(), kind_name, Some(info), args)))
+    }
+
+    pub(super) fn add_flat(&mut self, flat: Flat<'a>) -> usize {
+        self.flats.push(flat);
+        self.flats.len() - 1
+    }
+
+    fn declare_use(&mut self, scope: usize, decl: &NodeDecl, kind: &Part, args: &[Entry]) -> Option<usize> {
+        let known = ["graph", "with", "note"];
+        for arg in args.iter().filter(|arg| !known.contains(&arg.name.as_str())) {
+            let message = format!("`Use` has no field `{}`", arg.name);
+            let help = suggest(&arg.name, "field", &known[..2]);
+            self.report.push(arg.key.error(Code::UnknownField, message).help(help));
+        }
+        let Some(graph) = read::get(args, "graph") else {
+            let help = "write `graph: \"name\"`, a name from `imports`";
+            self.report.push(kind.error(Code::MissingInput, "`Use` has no `graph`").help(help));
+            return None;
+        };
+        let import = read::text(graph, "graph", self.report)?;
+        let docs = self.docs;
+        let outer = &docs[self.scopes[scope].doc];
+        let Some(index) = outer.document.imports.iter().position(|entry| entry.name == import) else {
+            let names: Vec<_> = outer.document.imports.iter().map(|entry| entry.name.as_str()).collect();
+            let message = format!("there is no import `{}`", read::shorten(&import));
+            self.report.push(graph.error(Code::UnknownVariant, message).help(suggest(&import, "import", &names)));
+            return None;
+        };
+        let doc = outer.imports[index].filter(|doc| docs[*doc].readable && self.sizes[*doc].is_some())?;
+        let with = match read::get(args, "with") {
+            Some(with) => read::unique(read::map(with, "with", self.report), "value", self.report),
+            None => Vec::new(),
+        };
+        let params = self.with_params(scope, doc, &with);
+        let prefix = format!("{}{}/", self.scopes[scope].prefix, decl.name);
+        let child = self.declare(doc, prefix, params, Some(kind.span()));
+        let given = self.with_inputs(scope, child, &import, &with);
+        self.fill(child, &given);
+        Some(child)
+    }
+
+    /// The parameters of a sub-graph: its defaults, and what `with` says.
+    fn with_params(&mut self, scope: usize, doc: usize, with: &[Entry]) -> Params {
+        let docs = self.docs;
+        let (child, folder) = (&docs[doc], docs[self.scopes[scope].doc].folder());
+        // Its defaults are checked when it is looked at by itself.
+        let mut params = defaults(child, &mut Report::default());
+        for entry in with {
+            let Some(decl) = find(child, &entry.name) else { continue };
+            let outer = &self.scopes[scope].params;
+            let value = substitute(&entry.value, outer, self.report).and_then(|value| {
+                let base = value.base.unwrap_or_else(|| folder.to_owned());
+                decl.value(&value.part, true, &base, self.report)
+            });
+            params.insert(entry.name.clone(), value);
+        }
+        params
+    }
+
+    /// The inputs of a sub-graph that `with` gives a value.
+    fn with_inputs(&mut self, scope: usize, child: usize, import: &str, with: &[Entry]) -> Vec<Option<Bound>> {
+        let docs = self.docs;
+        let document = &docs[self.scopes[child].doc].document;
+        let mut given = vec![None; document.inputs.len()];
+        for entry in with {
+            if let Some(index) = document.inputs.iter().position(|input| input.name == entry.name) {
+                let ty = document.inputs[index].ty;
+                given[index] = Some(ty.map_or(Bound::Broken, |ty| self.bind(scope, child, entry, ty)));
+            } else if !document.params.iter().any(|(param, _)| param.name == entry.name) {
+                let inputs = document.inputs.iter().map(|input| input.name.as_str());
+                let names: Vec<_> =
+                    inputs.chain(document.params.iter().map(|(param, _)| param.name.as_str())).collect();
+                let message = format!("`{import}` has no input or parameter `{}`", entry.name);
+                let help = suggest(&entry.name, "input or parameter", &names);
+                self.report.push(entry.key.error(Code::UnknownField, message).help(help));
+            }
+        }
+        given
+    }
+
+    fn bind(&mut self, scope: usize, child: usize, entry: &Entry, ty: Type) -> Bound {
+        let Some(value) = substitute(&entry.value, &self.scopes[scope].params, self.report) else {
+            return Bound::Broken;
+        };
+        let port = format!("input `{}`", entry.name);
+        let name = match ports::literal(&value.part, ty, &port, value.is_text) {
+            Ok(Literal::Constant(field)) => return Bound::Constant(field),
+            Ok(Literal::Reference(name)) => name,
+            Err(error) => {
+                self.report.push(*error);
+                return Bound::Broken;
+            }
+        };
+        let slot = Slot::unresolved(port, ty, value.part.clone());
+        if matches!(ty, Type::Gray | Type::Rgb) {
+            let path = format!("{}{}", self.scopes[child].prefix, entry.name);
+            let mut flat = Flat::new(scope, path, entry.key.clone(), "Input".to_owned(), None, &[]);
+            flat.slots.push(slot);
+            return Bound::Pass(self.add_flat(flat));
+        }
+        self.checks.push((scope, slot));
+        Bound::Wire { scope, part: value.part, name }
+    }
+}
+
+impl<'a> Flat<'a> {
+    fn new(
+        scope: usize,
+        name: String,
+        kind: Part,
+        kind_name: String,
+        info: Option<&'a KindInfo>,
+        args: &'a [Entry],
+    ) -> Self {
+        Self {
+            scope,
+            name,
+            kind,
+            kind_name,
+            info,
+            args,
+            slots: Vec::new(),
+            params: Vec::new(),
+            good: true,
+            node: None,
+            outputs: Vec::new(),
+            files: Vec::new(),
+        }
+    }
+
+    /// Where the value of a field is written, if it is.
+    pub(super) fn field(&self, name: &str) -> Option<&Part> {
+        let param = self.params.iter().find(|(param, ..)| param == name).map(|(_, part, _)| part);
+        param.or_else(|| self.args.iter().find(|arg| arg.name == name).map(|arg| &arg.value))
+    }
+}
+
+/// The declaration of a parameter.
+fn find<'a>(doc: &'a Doc, name: &str) -> Option<&'a ParamDecl> {
+    doc.document.params.iter().find(|(entry, _)| entry.name == name).and_then(|(_, decl)| decl.as_ref())
+}
+
+/// The parameters of a document with their defaults.
+pub(super) fn defaults(doc: &Doc, report: &mut Report) -> Params {
+    let params = doc.document.params.iter();
+    let value = |decl: &ParamDecl, report: &mut Report| decl.value(&decl.default, false, doc.folder(), report);
+    params.map(|(entry, decl)| (entry.name.clone(), decl.as_ref().and_then(|decl| value(decl, report)))).collect()
+}
+
+/// Checks the presets of a document, and gives the values of the one named `wanted`.
+pub(super) fn presets(doc: &Doc, wanted: Option<&str>, report: &mut Report) -> Params {
+    let mut params = Params::new();
+    for (preset, values) in &doc.document.presets {
+        for entry in values {
+            let Some(decl) = find(doc, &entry.name) else {
+                if !doc.document.params.iter().any(|(param, _)| param.name == entry.name) {
+                    let names: Vec<_> = doc.document.params.iter().map(|(param, _)| param.name.as_str()).collect();
+                    let message = format!("there is no parameter `{}`", read::shorten(&entry.name));
+                    let help = suggest(&entry.name, "parameter", &names);
+                    report.push(entry.key.error(Code::UnknownParam, message).help(help));
+                }
+                continue;
+            };
+            let value = decl.value(&entry.value, false, doc.folder(), report);
+            if wanted == Some(preset.name.as_str()) {
+                params.insert(entry.name.clone(), value);
+            }
+        }
+    }
+    params
+}
+
+/// A note is a text and means nothing.
+pub(super) fn check_note(part: &Part, report: &mut Report) {
+    if !matches!(part.shape(), Shape::Text(_)) {
+        report.push(mismatch(part, "`note`", "a text in quotes"));
+    }
+}

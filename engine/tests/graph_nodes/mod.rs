@@ -1,0 +1,243 @@
+//! A few nodes that do nothing but have every sort of port and parameter.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{
+    AnyField, Color, Context, FilePath, Gray, In, Linear, Node, Output, Outputs, Range, Rgb, Vec2Field, Xy,
+};
+use shibo_engine::registry::{Family, Kind, Registry};
+use shibo_engine::value::{Canvas, Lattice, Points, Stop, Type};
+
+macro_rules! node {
+    ($name:ident, [$($output:expr),*]) => {
+        impl Node for $name {
+            const OUTPUTS: &'static [Output] = &[$($output),*];
+            fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+                Err(Stop::Cancelled)
+            }
+        }
+    };
+}
+
+/// A choice.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub(crate) enum Profile {
+    /// Soft.
+    #[default]
+    Smooth,
+    /// Straight.
+    Linear,
+    /// With a number.
+    Fixed(f64),
+}
+
+/// A branch.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Branch {
+    /// A number.
+    pub(crate) height: f64,
+    /// A count.
+    pub(crate) count: u32,
+}
+
+/// All sorts of parameters.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Bands {
+    /// A number above zero.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub(crate) pitch: f64,
+    /// A number in a range.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub(crate) amount: f64,
+    /// A count.
+    #[schemars(range(max = 100))]
+    pub(crate) count: u32,
+    /// From, to.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 50.0, "unit" = "mm"))]
+    pub(crate) width: Range,
+    /// A line.
+    pub(crate) line: Linear,
+    /// Two directions.
+    pub(crate) offset: Xy,
+    /// A choice.
+    pub(crate) profile: Profile,
+    /// A colour.
+    pub(crate) tint: Color,
+    /// A text.
+    pub(crate) label: String,
+    /// A switch.
+    pub(crate) on: bool,
+    /// May be infinite.
+    #[schemars(extend("infinite" = true))]
+    pub(crate) k: f64,
+    /// A list.
+    pub(crate) points: Vec<(f64, f64)>,
+    /// A list of structs.
+    pub(crate) branches: Vec<Branch>,
+    /// A seed.
+    pub(crate) seed: u64,
+    /// Perhaps a number.
+    pub(crate) limit: Option<f64>,
+}
+
+impl Default for Bands {
+    fn default() -> Self {
+        Self {
+            pitch: 1.0,
+            amount: 0.5,
+            count: 3,
+            width: Range::new(1.0, 2.0),
+            line: Linear::new(0.0, 1.0),
+            offset: Xy::new(0.0, 0.0),
+            profile: Profile::Smooth,
+            tint: Color::default(),
+            label: String::new(),
+            on: false,
+            k: 2.0,
+            points: Vec::new(),
+            branches: Vec::new(),
+            seed: 0,
+            limit: None,
+        }
+    }
+}
+
+impl Node for Bands {
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("value", Type::Gray, "Bands."), Output::new("color", Type::Rgb, "Coloured bands.")];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        let wrong = self.pitch == 7.0 && self.amount == 0.25;
+        let problem = Problem::new(Code::BadValue, "amount does not go with pitch 7").at("amount").help("take 0.5");
+        if wrong { vec![problem] } else { Vec::new() }
+    }
+
+    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+        let odd = self.pitch == 13.0;
+        if odd { vec![Problem::new(Code::Advice, "thirteen brings bad luck").at("pitch")] } else { Vec::new() }
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// Points.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct GridPoints {
+    /// A number.
+    #[schemars(range(min = 0.1), extend("unit" = "mm"))]
+    pub(crate) pitch: f64,
+}
+node!(GridPoints, [Output::new("points", Type::Points, "P."), Output::new("lattice", Type::Lattice, "L.")]);
+
+/// Links.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Connect {
+    /// Points.
+    pub(crate) points: In<Points>,
+}
+node!(Connect, [Output::new("lattice", Type::Lattice, "L.")]);
+
+/// Springs.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Springs {
+    /// Lattice.
+    pub(crate) lattice: In<Lattice>,
+    /// Field.
+    pub(crate) field: Option<In<Gray>>,
+}
+node!(Springs, [Output::new("springs", Type::SpringNet, "S.")]);
+
+/// Like its inputs.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Mix {
+    /// One.
+    pub(crate) a: In<AnyField>,
+    /// Other.
+    pub(crate) b: In<AnyField>,
+    /// How much.
+    pub(crate) amount: In<Gray>,
+}
+
+impl Default for Mix {
+    fn default() -> Self {
+        Self { a: In::default(), b: In::constant(0.0), amount: In::constant(0.5) }
+    }
+}
+node!(Mix, [Output::like("value", &["a", "b"], "Both.")]);
+
+/// A list.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Sum {
+    /// Several.
+    pub(crate) inputs: Vec<In<Gray>>,
+}
+node!(Sum, [Output::new("value", Type::Gray, "Sum.")]);
+
+/// A displacement.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Warp {
+    /// What.
+    pub(crate) input: In<AnyField>,
+    /// Where to.
+    pub(crate) vector: In<Vec2Field>,
+}
+node!(Warp, [Output::like("value", &["input"], "Warped.")]);
+
+/// A picture.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Image {
+    /// Where it is.
+    pub(crate) path: FilePath,
+}
+
+impl Node for Image {
+    const OUTPUTS: &'static [Output] = &[Output::new("picture", Type::Picture, "The picture.")];
+
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        vec![("path", &self.path)]
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// A material.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Surface {
+    /// Colour.
+    pub(crate) base_color: Option<In<Rgb>>,
+    /// Roughness.
+    pub(crate) roughness: Option<In<Gray>>,
+    /// Height.
+    pub(crate) height: Option<In<Gray>>,
+}
+node!(Surface, [Output::new("material", Type::Material, "M.")]);
+
+/// All of them.
+pub(crate) fn registry() -> Registry {
+    let kinds = vec![
+        Kind::of::<Bands>(),
+        Kind::of::<GridPoints>(),
+        Kind::of::<Connect>(),
+        Kind::of::<Springs>(),
+        Kind::of::<Mix>(),
+        Kind::of::<Sum>(),
+        Kind::of::<Warp>(),
+        Kind::of::<Image>(),
+        Kind::of::<Surface>(),
+    ];
+    Registry::new([Family { name: "Test", doc: "For tests.", kinds }])
+}

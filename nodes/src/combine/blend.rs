@@ -1,0 +1,226 @@
+//! [`Blend`]: one layer over another.
+//!
+//! Source of the modes: the compositing rules of the W3C and of picture editors; see
+//! [`kernel::blend`](crate::kernel::blend). Differs in that colours are blended scene-linear and nothing is cut to 0..1.
+//! Cost: O(pixels), bound by memory.
+use crate::choice::choice;
+use crate::kernel::blend as kernel;
+use crate::kernel::math::saturate;
+use crate::kernel::tile::{channel, widest};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+
+choice! {
+    /// What becomes of the base `a` and the top layer `b`.
+    BlendMode = kernel::Mode {
+        /// b
+        #[default]
+        Normal,
+        /// a + b
+        Add,
+        /// a - b
+        Subtract,
+        /// a·b
+        Multiply,
+        /// a / b; 0 where b is 0
+        Divide,
+        /// 1 - (1-a)(1-b): brightens
+        Screen,
+        /// Multiply in the dark, screen in the light of a: more contrast
+        Overlay,
+        /// Multiply in the dark, screen in the light of b
+        HardLight,
+        /// As overlay, but gentle
+        SoftLight,
+        /// a + 2b - 1
+        LinearLight,
+        /// Darken where b is below ½, lighten above
+        PinLight,
+        /// The larger of a and b
+        Lighten,
+        /// The smaller of a and b
+        Darken,
+        /// |a - b|
+        Difference,
+        /// a + b - 2ab
+        Exclusion,
+        /// a / (1-b), at most 1
+        ColorDodge,
+        /// 1 - (1-a)/b, at least 0
+        ColorBurn,
+        /// a + b - 1
+        LinearBurn,
+        /// (a + b) / 2
+        Average,
+        /// a + b - ½: adds detail that varies around ½
+        AddSub,
+    }
+}
+
+/// Lays one field over another, everywhere or through a mask.
+///
+/// ```ron
+/// "clouds": Fractal(size: 14),
+/// "land": GradientMap(input: "clouds", stops: [(0.3, "#2f4a2a"), (0.6, "#b9a06a"), (0.8, "#f4f0e6")]),
+/// "sea": GradientMap(input: "clouds", stops: [(0.2, "#0d2b4a"), (0.5, "#3f8ea8")]),
+/// "shore": Threshold(input: "clouds", level: 0.48, softness: 0.02),
+/// "example": Blend(base: "sea", top: "land", mask: "shore"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Blend {
+    /// The layer below, a.
+    pub base: In<AnyField>,
+    /// The layer above, b.
+    pub top: In<AnyField>,
+    /// Where the top layer shows, 0..1; what lies outside counts as 0 or 1. Everywhere if not given.
+    pub mask: Option<In<Gray>>,
+    /// How much of it shows, 0..1, as the mask.
+    pub opacity: In<Gray>,
+    /// What becomes of the two where the top layer shows.
+    pub mode: BlendMode,
+}
+
+impl Default for Blend {
+    fn default() -> Self {
+        Self {
+            base: In::default(),
+            top: In::default(),
+            mask: None,
+            opacity: In::constant(1.0),
+            mode: BlendMode::Normal,
+        }
+    }
+}
+
+/// What is the same everywhere.
+#[derive(Clone, Copy)]
+struct Layers {
+    mode: kernel::Mode,
+    opacity: f32,
+}
+
+impl Layers {
+    fn fill(self, out: &mut Tile, base: &Tile, top: &Tile, mask: Option<&[f32]>) -> Result<(), Stop> {
+        for (k, out) in out.planes_mut().into_iter().enumerate() {
+            kernel::blend(self.mode, channel(base, k), channel(top, k), mask, self.opacity, out);
+        }
+        Ok(())
+    }
+}
+
+impl Node for Blend {
+    const OUTPUTS: &'static [Output] =
+        &[Output::like("result", &["base", "top"], "The blend; a colour if one of the two is.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (base, top) = (cx.get(&self.base)?, cx.get(&self.top)?);
+        let ty = widest([&base, &top]);
+        let mut layers = Layers { mode: self.mode.into(), opacity: 1.0 };
+        let mut masks = Vec::new();
+        for field in cx.get_opt(&self.mask)?.into_iter().chain([cx.get(&self.opacity)?]) {
+            match field.as_constant() {
+                Some(value) => layers.opacity *= value.first().map_or(1.0, |value| saturate(*value)),
+                None => masks.push(field),
+            }
+        }
+        let field = match masks.as_slice() {
+            _ if layers.opacity == 0.0 => as_type(base, ty),
+            [] => Field::map(ty, [base, top], Halo::NONE, move |out: &mut Tile, [base, top]: [&Tile; 2]| {
+                layers.fill(out, base, top, None)
+            }),
+            [mask] => {
+                let fill = move |out: &mut Tile, [base, top, mask]: [&Tile; 3]| {
+                    layers.fill(out, base, top, Some(mask.plane(0)))
+                };
+                Field::map(ty, [base, top, mask.clone()], Halo::NONE, fill)
+            }
+            [mask, opacity, ..] => {
+                let fill = move |out: &mut Tile, [base, top, mask, opacity]: [&Tile; 4]| {
+                    let mut both = vec![0.0; mask.data().len()];
+                    kernel::both_masks(mask.plane(0), opacity.plane(0), &mut both);
+                    layers.fill(out, base, top, Some(&both))
+                };
+                Field::map(ty, [base, top, mask.clone(), opacity.clone()], Halo::NONE, fill)
+            }
+        };
+        Ok(Outputs::one(field))
+    }
+}
+
+/// A field as another type of more channels, or as it is.
+fn as_type(field: Field, ty: Type) -> Field {
+    if field.ty() == ty {
+        return field;
+    }
+    Field::map(ty, [field], Halo::NONE, |out: &mut Tile, [input]: [&Tile; 1]| {
+        out.planes_mut().into_iter().enumerate().for_each(|(k, plane)| plane.copy_from_slice(channel(input, k)));
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, field, gray, part, rgb};
+    use crate::testing::{canvas, port};
+    use shibo_engine::value::{Type, Value};
+
+    fn number(value: f32) -> Field {
+        Field::constant(Type::Gray, &[value])
+    }
+
+    /// The blend of `inputs` = base, top and, if there are more, mask and opacity; as values.
+    fn blend(mode: BlendMode, inputs: &[Field]) -> Vec<f32> {
+        let mut node = Blend { base: port(0), top: port(1), mode, ..Blend::default() };
+        node.mask = inputs.get(2).map(|_| port(2));
+        if inputs.len() > 3 {
+            node.opacity = port(3);
+        }
+        let inputs: Vec<Value> = inputs.iter().cloned().map(Value::from).collect();
+        conforms(&node, &inputs);
+        values(&field(&node, &inputs, "result"))
+    }
+
+    fn values(field: &Field) -> Vec<f32> {
+        part(field, &canvas(), 0, 0, 64, 64).data().to_vec()
+    }
+
+    #[test]
+    fn masks_and_opacity_multiply() {
+        let top = number(2.0);
+        let expected = |weight: f32| move |x: &f32| x + (2.0 - x) * weight;
+        let (a, b) = (values(&gray()), values(&gray()));
+        let close = |got: Vec<f32>, want: Vec<f32>| got.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-5);
+        assert!(close(blend(BlendMode::Normal, &[gray(), top.clone()]), vec![2.0; 4096]));
+        let half = blend(BlendMode::Normal, &[gray(), top.clone(), number(0.5), number(0.5)]);
+        assert!(close(half, a.iter().map(expected(0.25)).collect()));
+        let both = blend(BlendMode::Normal, &[gray(), top.clone(), gray(), gray()]);
+        let weights = b.iter().map(|m| m.clamp(0.0, 1.0).powi(2));
+        assert!(close(both, a.iter().zip(weights).map(|(x, w)| expected(w)(x)).collect()));
+        let one = blend(BlendMode::Normal, &[gray(), top, gray(), number(7.0)]);
+        let weights = b.iter().map(|m| m.clamp(0.0, 1.0));
+        assert!(close(one, a.iter().zip(weights).map(|(x, w)| expected(w)(x)).collect()));
+    }
+
+    #[test]
+    fn grey_and_colour_mix() {
+        let mixed = blend(BlendMode::Multiply, &[gray(), rgb()]);
+        let (grey, color) = (values(&gray()), values(&rgb()));
+        assert_eq!(mixed.len(), 3 * grey.len());
+        assert!(mixed.iter().enumerate().all(|(k, v)| *v == grey[k % grey.len()] * color[k]));
+        assert_eq!(blend(BlendMode::Add, &[rgb(), gray(), number(0.0)]), color);
+        assert_eq!(blend(BlendMode::Add, &[gray(), rgb(), number(0.0)])[4096..8192], grey);
+    }
+
+    #[test]
+    fn every_mode_conforms() {
+        use BlendMode as M;
+        for mode in [M::Divide, M::Screen, M::Overlay, M::HardLight, M::SoftLight, M::PinLight, M::ColorDodge] {
+            assert!(blend(mode, &[rgb(), gray(), gray()]).iter().all(|v| v.is_finite()));
+        }
+    }
+}

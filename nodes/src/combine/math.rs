@@ -1,0 +1,267 @@
+//! [`Math`]: arithmetic on fields.
+//!
+//! Every operation has a finite result for every input; see [`kernel::math_ops`](crate::kernel::math_ops). Operands that
+//! the operation does not look at are not computed, and numbers are not read pixel by pixel. Cost: O(pixels), bound by
+//! memory but for powers, logarithms and angles (1 to 3 ns each).
+use crate::choice::choice;
+use crate::kernel::math_ops::{self as kernel, Operand};
+use crate::kernel::tile::{channel, widest};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile, Type};
+
+choice! {
+    /// What is computed of a, b and c.
+    Operation = kernel::Operation {
+        /// a + b
+        #[default]
+        Add,
+        /// a - b
+        Subtract,
+        /// a·b
+        Multiply,
+        /// a / b; 0 where b is 0
+        Divide,
+        /// a·b + c
+        MultiplyAdd,
+        /// The smaller of a and b
+        Min,
+        /// The larger of a and b
+        Max,
+        /// The smaller of a and b, rounded over a width c
+        SmoothMin,
+        /// The larger of a and b, rounded over a width c
+        SmoothMax,
+        /// a to the power b; 0 where a is not above 0 (1 if b is 0)
+        Power,
+        /// The square root of a; 0 below 0
+        Sqrt,
+        /// e to the power a
+        Exp,
+        /// The logarithm of a to base 2; -126 at and below 0
+        Log2,
+        /// |a|
+        Abs,
+        /// -1, 0 or 1
+        Sign,
+        /// The rest of a / b, in 0..b; 0 where b is 0
+        Modulo,
+        /// From 0 to b and back as a grows; 0 where b is 0
+        PingPong,
+        /// The largest whole number not above a
+        Floor,
+        /// The smallest whole number not below a
+        Ceil,
+        /// The whole number next to a
+        Round,
+        /// a without its whole part, in 0..1
+        Fract,
+        /// a rounded down to a multiple of b; a where b is 0
+        Snap,
+        /// The sine of a radians
+        Sin,
+        /// The cosine of a radians
+        Cos,
+        /// The angle of the vector (b, a) in radians
+        Atan2,
+        /// √(a² + b²)
+        Hypot,
+        /// 0 up to a = b, 1 from a = c on, and the cubic step between
+        Smoothstep,
+        /// 1 where a is not below b, else 0
+        Step,
+        /// a limited to b..c
+        Clamp,
+        /// a + (b - a)·c
+        Mix,
+        /// 1 where a < b, else 0
+        Less,
+        /// 1 where a > b, else 0
+        Greater,
+    }
+}
+
+/// Computes with fields and numbers, channel by channel. Results that are no finite number become 0.
+///
+/// ```ron
+/// "cells": Worley(size: 9),
+/// "gap": Math(operation: Subtract, a: "cells.f2", b: "cells.f1"),
+/// "waves": Math(operation: MultiplyAdd, a: "cells.f1", b: 7, c: "gap"),
+/// "sine": Math(operation: Sin, a: "waves"),
+/// "example": Math(operation: Smoothstep, a: "sine", b: -0.6, c: 0.6),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Math {
+    /// The first operand.
+    pub a: In<AnyField>,
+    /// The second operand, where the operation has one.
+    pub b: In<AnyField>,
+    /// The third operand, where the operation has one.
+    pub c: In<AnyField>,
+    /// What is computed of them.
+    pub operation: Operation,
+}
+
+impl Default for Math {
+    fn default() -> Self {
+        Self { a: In::default(), b: In::constant(0.0), c: In::constant(1.0), operation: Operation::Add }
+    }
+}
+
+/// An operand: a place among the fields that are read, or the channels of a constant.
+#[derive(Clone, Copy)]
+enum Source {
+    Read(usize),
+    Value([f32; 4]),
+}
+
+#[derive(Clone, Copy)]
+struct Arithmetic {
+    operation: kernel::Operation,
+    sources: [Source; 3],
+}
+
+impl Arithmetic {
+    fn fill(self, out: &mut Tile, read: &[&Tile]) -> Result<(), Stop> {
+        for (k, out) in out.planes_mut().into_iter().enumerate() {
+            let operands = self.sources.map(|source| match source {
+                Source::Read(i) => Operand::Plane(channel(read[i], k)),
+                Source::Value(values) => Operand::Value(values[k]),
+            });
+            kernel::math(self.operation, operands, out);
+        }
+        Ok(())
+    }
+
+    fn of_constants(self, ty: Type) -> Field {
+        let mut values = vec![0.0; ty.channels()];
+        for (k, value) in values.iter_mut().enumerate() {
+            let operands = self.sources.map(|source| match source {
+                Source::Value(values) => Operand::Value(values[k]),
+                Source::Read(_) => Operand::Value(0.0),
+            });
+            kernel::math(self.operation, operands, std::slice::from_mut(value));
+        }
+        Field::constant(ty, &values)
+    }
+}
+
+/// The four channels of a constant; grey counts for all.
+fn channels(constant: &[f32]) -> [f32; 4] {
+    std::array::from_fn(|k| constant.get(k).or(constant.first()).copied().unwrap_or(0.0))
+}
+
+impl Node for Math {
+    const OUTPUTS: &'static [Output] =
+        &[Output::like("result", &["a", "b", "c"], "The result; a colour if an operand is.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if matches!(self.operation, Operation::Clamp | Operation::Smoothstep) {
+            return Vec::new();
+        }
+        let operands = kernel::Operation::from(self.operation).operands();
+        let given = [("a", &self.a), ("b", &self.b), ("c", &self.c)];
+        let missing = given.iter().take(operands).filter(|(_, port)| port.slot().is_none());
+        let advice = |(name, port): &(&str, &In<AnyField>)| {
+            let value = port.default_value()?;
+            let message = format!("`{:?}` without `{name}` takes {value} for it", self.operation);
+            Some(Problem::new(Code::Advice, message).help(format!("write `{name}: {value}` if that is meant")))
+        };
+        missing.filter_map(advice).collect()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let fields = [cx.get(&self.a)?, cx.get(&self.b)?, cx.get(&self.c)?];
+        let ty = widest(&fields);
+        let operation = kernel::Operation::from(self.operation);
+        let mut read = Vec::new();
+        let mut sources = [Source::Value([0.0; 4]); 3];
+        for (source, field) in sources.iter_mut().zip(fields).take(operation.operands()) {
+            *source = match field.as_constant() {
+                Some(values) => Source::Value(channels(values)),
+                None => Source::Read(read.len()),
+            };
+            if matches!(source, Source::Read(_)) {
+                read.push(field);
+            }
+        }
+        let math = Arithmetic { operation, sources };
+        let field = match read.as_slice() {
+            [] => math.of_constants(ty),
+            [a] => Field::map(ty, [a.clone()], Halo::NONE, move |out: &mut Tile, read| math.fill(out, &read)),
+            [a, b] => {
+                Field::map(ty, [a.clone(), b.clone()], Halo::NONE, move |out: &mut Tile, read| math.fill(out, &read))
+            }
+            [a, b, c, ..] => {
+                let all = [a.clone(), b.clone(), c.clone()];
+                Field::map(ty, all, Halo::NONE, move |out: &mut Tile, read| math.fill(out, &read))
+            }
+        };
+        Ok(Outputs::one(field))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, field, gray, part, rgb};
+    use crate::testing::{canvas, port};
+    use shibo_engine::value::Value;
+
+    fn math(operation: Operation, inputs: &[Field]) -> Field {
+        let mut node = Math { a: port(0), operation, ..Math::default() };
+        if inputs.len() > 1 {
+            node.b = port(1);
+        }
+        if inputs.len() > 2 {
+            node.c = port(2);
+        }
+        let inputs: Vec<Value> = inputs.iter().cloned().map(Value::from).collect();
+        conforms(&node, &inputs);
+        field(&node, &inputs, "result")
+    }
+
+    fn values(field: &Field) -> Vec<f32> {
+        part(field, &canvas(), 0, 0, 64, 64).data().to_vec()
+    }
+
+    fn number(value: f32) -> Field {
+        Field::constant(Type::Gray, &[value])
+    }
+
+    #[test]
+    fn fields_and_numbers_mix() {
+        let a = values(&gray());
+        let b = values(&rgb());
+        let scaled = values(&math(Operation::MultiplyAdd, &[gray(), number(3.0), number(1.0)]));
+        assert!(a.iter().zip(scaled).all(|(x, y)| y == 3.0 * x + 1.0));
+        let mixed = values(&math(Operation::MultiplyAdd, &[gray(), rgb(), gray()]));
+        assert!(mixed.iter().enumerate().all(|(k, y)| *y == a[k % 4096] * b[k] + a[k % 4096]));
+        let tinted = values(&math(Operation::Multiply, &[gray(), Field::constant(Type::Rgb, &[1.0, 2.0, 3.0])]));
+        assert!((0..3).all(|c| tinted[c * 4096 + 9] == a[9] * (c + 1) as f32));
+    }
+
+    #[test]
+    fn constants_stay_constant() {
+        assert_eq!(math(Operation::Power, &[number(3.0), number(2.0)]).as_constant(), Some(&[9.0][..]));
+        let color = math(Operation::Add, &[Field::constant(Type::Rgb, &[1.0, 2.0, 3.0]), number(1.0)]);
+        assert_eq!(color.as_constant(), Some(&[2.0, 3.0, 4.0][..]));
+    }
+
+    #[test]
+    fn idle_operands_are_not_read_but_count_for_the_type() {
+        let abs = math(Operation::Abs, &[gray(), rgb()]);
+        assert_eq!((abs.ty(), abs.source().reads(&canvas().grid(canvas().resolution)).len()), (Type::Rgb, 1));
+    }
+
+    #[test]
+    fn a_forgotten_operand_is_pointed_out() {
+        let advice = |operation| Math { a: port(0), operation, ..Math::default() }.advice(&canvas()).len();
+        let found = [Operation::Multiply, Operation::MultiplyAdd, Operation::Abs, Operation::Clamp].map(advice);
+        assert_eq!(found, [1, 2, 0, 0]);
+    }
+}

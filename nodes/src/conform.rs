@@ -1,0 +1,88 @@
+//! What must hold for every field of every node, for use in unit tests.
+use crate::testing::{Plain, canvas, outputs};
+use shibo_engine::node::Node;
+use shibo_engine::value::{Canvas, Evaluator, Field, Tile, Tiling, Type, Value, Window};
+
+/// The part of a field in `window` of the canvas' grid.
+pub(crate) fn part(field: &Field, canvas: &Canvas, x: i32, y: i32, width: u32, height: u32) -> Tile {
+    Plain.raster(field, &canvas.grid(canvas.resolution), Window { x, y, width, height }).unwrap()
+}
+
+/// A node's output, which must be a field.
+pub(crate) fn field<N: Node>(node: &N, inputs: &[Value], output: &str) -> Field {
+    let main = N::OUTPUTS.first().is_some_and(|o| o.name == output);
+    let outputs = outputs(node, inputs, &canvas()).unwrap();
+    let Some(Value::Field(field)) = outputs.take(output, main).cloned() else { panic!("{output} is no field") };
+    field
+}
+
+/// Checks that a node's fields are finite, are the same in all windows, repeat where they promise to, and promise what
+/// the node does.
+pub(crate) fn conforms<N: Node>(node: &N, inputs: &[Value]) {
+    let canvas = canvas();
+    assert!(node.check(&canvas).is_empty());
+    for output in N::OUTPUTS {
+        let field = field(node, inputs, output.name);
+        let promised = inputs.iter().fold(node.tiling(&canvas), |tiling, input| match input {
+            Value::Field(input) => tiling.and(input.tiling()),
+            _ => tiling,
+        });
+        assert!(field.tiling().covers(promised), "{}", output.name);
+        let whole = part(&field, &canvas, -65, -7, 197, 75);
+        assert!(whole.data().iter().all(|v| v.is_finite()), "{}", output.name);
+        for (x, y, width, height) in [(-65, -7, 1, 1), (-3, 5, 37, 11), (61, -1, 71, 3), (5, 67, 66, 1)] {
+            let mut crop = part(&field, &canvas, x, y, width, height);
+            let small = crop.clone();
+            crop.copy_from(&whole, 0, 0);
+            assert_eq!(bits(&small), bits(&crop), "{} at {x}, {y}", output.name);
+        }
+        if field.tiling() == Tiling::BOTH {
+            repeats(&field, &canvas, output.name);
+        }
+    }
+}
+
+fn bits(tile: &Tile) -> Vec<u32> {
+    tile.data().iter().map(|v| v.to_bits()).collect()
+}
+
+/// Positions are rounded, so a pixel in two hundred may lie on the other side of an edge.
+fn repeats(field: &Field, canvas: &Canvas, name: &str) {
+    let here = part(field, canvas, 0, 0, 64, 64);
+    let there = part(field, canvas, 64, -64, 64, 64);
+    let pairs = here.data().iter().zip(there.data());
+    let different = pairs.filter(|(a, b)| (*a - *b).abs() > 1e-3 * (1.0 + a.abs())).count();
+    assert!(different <= here.data().len() / 200, "{name}: {different} values do not repeat");
+}
+
+/// A field that takes values in -0.5..1.5 and repeats.
+pub(crate) fn gray() -> Field {
+    pattern(Type::Gray)
+}
+
+/// The same with three different channels.
+pub(crate) fn rgb() -> Field {
+    pattern(Type::Rgb)
+}
+
+fn pattern(ty: Type) -> Field {
+    Field::generate(ty, Tiling::BOTH, |out: &mut Tile, _| {
+        let window = out.window;
+        for (channel, factor) in (0..out.channels()).zip([7, 11, 13]) {
+            for (row, y) in (0..out.height()).zip(window.y..) {
+                for (value, x) in out.row_mut(channel, row).iter_mut().zip(window.x..) {
+                    let step = i16::try_from((x * factor + y * 5).rem_euclid(64)).unwrap();
+                    *value = f32::from(step) / 32.0 - 0.5;
+                }
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The values of a field that does not depend on any other and of one computed from it, side by side.
+pub(crate) fn pairs(input: &Field, output: &Field) -> Vec<(f32, f32)> {
+    let canvas = canvas();
+    let values = |field: &Field| part(field, &canvas, 0, 0, 64, 64).data().to_vec();
+    values(input).into_iter().zip(values(output)).collect()
+}

@@ -1,0 +1,63 @@
+//! [`Constant`]: one number or one colour.
+//!
+//! Field ports take numbers and colours as they are, so this node is for a value that several ports share, or that
+//! shall have a name. Cost: none; nodes that know what to do with a constant do not read it pixel by pixel.
+use crate::kernel::tile::narrow;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Color, Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Field, Stop, Type};
+
+/// The same number and the same colour everywhere.
+///
+/// ```ron
+/// "leather": Constant(color: "#9a5a34"),
+/// "grain": Fractal(size: 12, kind: Billow),
+/// "example": Blend(base: "leather.color", top: "grain", mode: Overlay),
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Constant {
+    /// The number, in whatever unit the ports have that read it.
+    #[schemars(range(min = -1e9, max = 1e9))]
+    pub value: f64,
+    /// The colour; the grey of `value` if not given.
+    #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    pub color: Option<Color>,
+}
+
+impl Default for Constant {
+    fn default() -> Self {
+        Self { value: 0.5, color: None }
+    }
+}
+
+impl Node for Constant {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("value", Type::Gray, "The number."),
+        Output::new("color", Type::Rgb, "The colour, scene-linear."),
+    ];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let value = narrow(self.value);
+        let color = self.color.map_or([value; 3], |color| color.0);
+        Ok(Outputs::one(Field::constant(Type::Gray, &[value])).with("color", Field::constant(Type::Rgb, &color)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, field};
+
+    #[test]
+    fn is_a_constant_field() {
+        conforms(&Constant::default(), &[]);
+        let gray = Constant { value: 0.25, color: None };
+        assert_eq!(field(&gray, &[], "value").as_constant(), Some(&[0.25][..]));
+        assert_eq!(field(&gray, &[], "color").as_constant(), Some(&[0.25; 3][..]));
+        let colored = Constant { color: Some(Color([0.1, 0.2, 0.3])), ..gray };
+        assert_eq!(field(&colored, &[], "color").as_constant(), Some(&[0.1, 0.2, 0.3][..]));
+    }
+}

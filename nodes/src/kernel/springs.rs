@@ -1,0 +1,367 @@
+//! Virtual springs: points pulled about by springs along the links of a lattice.
+//!
+//! Source: JP4905282B2 §4 to §6, claims 13 to 16. A spring of stiffness k and natural length L between points D apart
+//! pulls both with the force `F = k (D - L)` along the link and pushes when `D < L` (A34); `a = ΣF / m`; all points
+//! start at rest and move from the same instant (A36). Beyond the plain case: masses, dampers, drag, breakage and
+//! periodic lattices. Lengths are mm; stiffness, mass, drag and step only have meaning in the groups `k δ²/m` and
+//! `drag δ/m`.
+//!
+//! Two paths give the same motion but sum the forces of a point in different orders: [`super::springs_grid`] for
+//! lattices that are grids, with no index lists, and [`super::springs_list`] for all others. Each is deterministic for
+//! any number of threads: work is cut into parts of fixed size and each part sums in a fixed order. Everything is
+//! generic over [`Real`] so that the tests run the shipped code in double precision.
+
+use super::lattice::GridShape;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// A floating-point number: `f32` in use, `f64` in tests.
+pub trait Real:
+    Copy
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + 'static
+{
+    /// One.
+    const ONE: Self;
+    /// One half.
+    const HALF: Self;
+    /// The square root, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// The nearest number to `value`.
+    fn of(value: f64) -> Self;
+    /// The number as `f64`, exact.
+    fn wide(self) -> f64;
+}
+
+impl Real for f32 {
+    const ONE: Self = 1.0;
+    const HALF: Self = 0.5;
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "rounding to f32 is what it is for")]
+    fn of(value: f64) -> Self {
+        value as Self
+    }
+    #[inline(always)]
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+impl Real for f64 {
+    const ONE: Self = 1.0;
+    const HALF: Self = 0.5;
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn wide(self) -> f64 {
+        self
+    }
+}
+
+/// How position and velocity advance by one step δ (L-6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Integrator {
+    /// The source's: `x += v δ + a δ²/2; v += a δ`. Gains energy, a factor `√(1 + ω²δ²/2)` a step.
+    #[default]
+    Explicit,
+    /// `v += a δ; x += v δ`: keeps the energy while `ω δ < 2`.
+    SemiImplicit,
+}
+
+/// Which springs can break (L-7).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BreakOn {
+    /// Pulled and pushed springs: `|F| > threshold`.
+    #[default]
+    Either,
+    /// Pulled springs only: `F > threshold`.
+    Tension,
+}
+
+/// The masses of the points, each greater than 0.
+#[derive(Clone, Copy, Default)]
+pub enum Mass<'a, T> {
+    /// 1 everywhere (A35).
+    #[default]
+    One,
+    /// One mass per point, fixed at the start (A30).
+    Each(&'a [T]),
+    /// Read at the point's place in every step (A31); places may lie outside the canvas.
+    Live(&'a (dyn Fn([T; 2]) -> T + Sync)),
+}
+
+/// A net of springs. Slices that are optional may be empty.
+#[derive(Clone, Copy, Default)]
+pub struct Net<'a, T> {
+    /// The two ends of each spring, indices of points.
+    pub links: &'a [[u32; 2]],
+    /// Per spring the canvas offset of its second end, in canvases; optional.
+    pub wraps: &'a [[i8; 2]],
+    /// Size of the canvas in mm; used with `wraps`.
+    pub size: [T; 2],
+    /// Stiffness k per spring, ≥ 0.
+    pub stiffness: &'a [T],
+    /// Natural length L per spring in mm; may be negative.
+    pub rest: &'a [T],
+    /// Damper per spring: a force against the speed at which the link grows (A38); optional.
+    pub damping: &'a [T],
+    /// Force beyond which a spring breaks, ≥ 0 (A44, A45); infinity for never; optional.
+    pub threshold: &'a [T],
+    /// True for points that stay (A42); optional.
+    pub fixed: &'a [bool],
+    /// Masses.
+    pub mass: Mass<'a, T>,
+    /// Set when points and links are those of [`super::lattice::grid_links`] with this shape: takes the fast path
+    /// unless `damping` is given.
+    pub grid: Option<GridShape>,
+}
+
+/// How to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion<T> {
+    /// The step δ, > 0.
+    pub step: T,
+    /// Steps to run, K.
+    pub steps: u32,
+    /// The integrator.
+    pub integrator: Integrator,
+    /// Drag: a force `-drag v` on every point (A39), ≥ 0.
+    pub drag: T,
+    /// Which springs may break.
+    pub break_on: BreakOn,
+    /// Stops when no point is faster than this (A41); 0 runs all steps.
+    pub settle: T,
+}
+
+/// A spring that broke.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Broken {
+    /// The step at whose start it broke, from 0.
+    pub step: u32,
+    /// Index into `links`.
+    pub link: u32,
+}
+
+/// Where the points are after the run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome<T> {
+    /// Positions in mm, not wrapped into the canvas.
+    pub positions: Vec<[T; 2]>,
+    /// Velocities in mm per unit of time.
+    pub velocities: Vec<[T; 2]>,
+    /// Broken springs by step, then link.
+    pub broken: Vec<Broken>,
+    /// Steps that were run.
+    pub steps: u32,
+    /// Largest kinetic energy over the energy that the springs held at the start. Above 1 the integrator has made
+    /// energy; above 1000 the picture hardly means anything.
+    pub energy_growth: f64,
+}
+
+/// Why a run has no outcome.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SpringError {
+    /// Numbers ran away.
+    #[error("the motion diverged in step {step}: reduce the step or the stiffness, or add drag")]
+    Diverged {
+        /// The step, from 0.
+        step: u32,
+    },
+    /// The callback said to stop.
+    #[error("cancelled in step {step}")]
+    Cancelled {
+        /// The step, from 0.
+        step: u32,
+    },
+    /// A slice has the wrong length.
+    #[error("`{what}` has {found} entries; it must have {expected}")]
+    Length {
+        /// The field of [`Net`].
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length it must have.
+        expected: usize,
+    },
+    /// A link names a point that does not exist.
+    #[error("link {link} names a point that does not exist")]
+    Link {
+        /// Index into `links`.
+        link: usize,
+    },
+    /// Too many links meet in one part of the lattice.
+    #[error("too many links meet near point {point}: use a smaller radius")]
+    Crowded {
+        /// A point of that part.
+        point: usize,
+    },
+}
+
+/// Kinetic energy beyond this multiple of the energy at the start counts as divergence: speeds a thousand times
+/// above any that the springs can give.
+const RUNAWAY: f64 = 1e6;
+
+/// What a step reports: `Σ v²`, and the square of the highest speed.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Speed<T> {
+    pub(super) sum: f64,
+    pub(super) max: T,
+}
+
+/// A set of points and springs that can advance by a step.
+pub(super) trait Stepper<T> {
+    /// Advances by step number `step`, adding what breaks.
+    fn advance(&mut self, step: u32, broken: &mut Vec<Broken>) -> Speed<T>;
+    /// Positions and velocities in the order of the input.
+    fn finish(self: Box<Self>) -> [Vec<[T; 2]>; 2];
+}
+
+/// Runs `motion` on `net` from `points` at rest. `on_step` hears the number of each step before it runs and says
+/// whether to go on. O(steps · links).
+///
+/// # Errors
+/// When slices do not fit, when the callback stops the run, when the motion diverges.
+pub fn simulate<T: Real>(
+    points: &[[T; 2]],
+    net: &Net<'_, T>,
+    motion: &Motion<T>,
+    on_step: &mut dyn FnMut(u32) -> bool,
+) -> Result<Outcome<T>, SpringError> {
+    check(points.len(), net)?;
+    let limit = 2.0 * start_energy(points, net) * largest_weight(points, net);
+    let mut stepper: Box<dyn Stepper<T> + '_> = match net.grid {
+        Some(shape) if net.damping.is_empty() => Box::new(super::springs_grid::Grid::new(points, net, motion, shape)),
+        _ => Box::new(super::springs_list::List::new(points, net, motion)?),
+    };
+    let (mut broken, mut done, mut fastest) = (Vec::new(), 0, 0.0f64);
+    for step in 0..motion.steps {
+        if !on_step(step) {
+            return Err(SpringError::Cancelled { step });
+        }
+        let start = broken.len();
+        let speed = stepper.advance(step, &mut broken);
+        broken[start..].sort_unstable();
+        done = step + 1;
+        fastest = fastest.max(speed.sum);
+        // Written so that NaN counts as divergence.
+        if !(speed.sum.is_finite() && speed.sum <= RUNAWAY * limit) {
+            return Err(SpringError::Diverged { step });
+        }
+        if speed.max.wide().sqrt() < motion.settle.wide() {
+            break;
+        }
+    }
+    let [positions, velocities] = stepper.finish();
+    let energy_growth = if limit > 0.0 { fastest / limit } else { 0.0 };
+    Ok(Outcome { positions, velocities, broken, steps: done, energy_growth })
+}
+
+/// Final length over initial length of each link; 1 where the initial length is 0.
+pub fn stretch<T: Real>(before: &[[T; 2]], after: &[[T; 2]], net: &Net<'_, T>) -> Vec<T> {
+    let ratio = |l| {
+        let length = link_length(before, net, l);
+        if length > T::default() { link_length(after, net, l) / length } else { T::ONE }
+    };
+    (0..net.links.len()).map(ratio).collect()
+}
+
+/// The force `|k (D - L)|` of each spring at `points`: what breakage thresholds are compared with.
+pub fn forces<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> Vec<T> {
+    let force = |l: usize| {
+        let f = net.stiffness[l] * (link_length(points, net, l) - net.rest[l]);
+        if f < T::default() { -f } else { f }
+    };
+    (0..net.links.len()).map(force).collect()
+}
+
+/// The present length of link `l`.
+fn link_length<T: Real>(points: &[[T; 2]], net: &Net<'_, T>, l: usize) -> T {
+    let [a, b] = net.links[l].map(|p| points[p as usize]);
+    let [wx, wy] = net.wraps.get(l).map_or([0.0, 0.0], |w| w.map(f64::from));
+    let dx = b[0] - a[0] + T::of(wx) * net.size[0];
+    let dy = b[1] - a[1] + T::of(wy) * net.size[1];
+    (dx * dx + dy * dy).sqrt()
+}
+
+/// The energy of the springs at the start, with a floor for rounding so that a net at rest does not "diverge".
+fn start_energy<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> f64 {
+    let mut energy = 0.0;
+    for l in 0..net.links.len() {
+        let (k, length) = (net.stiffness[l].wide(), link_length(points, net, l).wide());
+        let stretch = length - net.rest[l].wide();
+        energy += 0.5 * k * (stretch * stretch + 1e-6 * length * length);
+    }
+    energy
+}
+
+/// The largest 1/m.
+fn largest_weight<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> f64 {
+    let of = |masses: &mut dyn Iterator<Item = T>| masses.map(|m| 1.0 / m.wide()).fold(0.0, f64::max);
+    match net.mass {
+        Mass::One => 1.0,
+        Mass::Each(masses) => of(&mut masses.iter().copied()),
+        // Points may come to lie on lighter places.
+        Mass::Live(mass) => 10.0 * of(&mut points.iter().map(|&p| mass(p))),
+    }
+}
+
+/// Checks the lengths of the slices and the ends of the links.
+fn check<T: Real>(points: usize, net: &Net<'_, T>) -> Result<(), SpringError> {
+    let links = net.links.len();
+    let masses = if let Mass::Each(masses) = net.mass { masses.len() } else { points };
+    let optional = |len: usize, expected| if len == 0 { expected } else { len };
+    let rows = [
+        ("stiffness", net.stiffness.len(), links),
+        ("rest", net.rest.len(), links),
+        ("wraps", optional(net.wraps.len(), links), links),
+        ("damping", optional(net.damping.len(), links), links),
+        ("threshold", optional(net.threshold.len(), links), links),
+        ("fixed", optional(net.fixed.len(), points), points),
+        ("mass", masses, points),
+        ("grid", net.grid.map_or(points, |g| g.nx * g.ny), points),
+        ("grid links", net.grid.map_or(links, |g| g.link_count()), links),
+    ];
+    for (what, found, expected) in rows {
+        if found != expected {
+            return Err(SpringError::Length { what, found, expected });
+        }
+    }
+    match net.links.iter().position(|l| l.iter().any(|&p| p as usize >= points)) {
+        Some(link) => Err(SpringError::Link { link }),
+        None => Ok(()),
+    }
+}
+
+/// Per point 1/m, or 0 for fixed points.
+pub(super) fn weights<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> Vec<T> {
+    let weight = |(i, &p): (usize, &[T; 2])| {
+        if net.fixed.get(i) == Some(&true) {
+            return T::default();
+        }
+        match net.mass {
+            Mass::One => T::ONE,
+            Mass::Each(masses) => T::ONE / masses[i],
+            Mass::Live(mass) => T::ONE / mass(p),
+        }
+    };
+    points.iter().enumerate().map(weight).collect()
+}

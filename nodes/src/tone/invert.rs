@@ -1,0 +1,50 @@
+//! [`Invert`]: one minus a field. Cost: O(pixels), bound by memory.
+use crate::kernel::tone;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile};
+
+/// One minus the input: bright becomes dark.
+///
+/// ```ron
+/// "cells": Worley(size: 8, normalize: true),
+/// "example": Invert(input: "cells"),
+/// ```
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Invert {
+    /// What to turn around. Values outside 0..1 are turned around too: 1.2 becomes -0.2.
+    pub input: In<AnyField>,
+}
+
+impl Node for Invert {
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "One minus the input.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let fill = |out: &mut Tile, [input]: [&Tile; 1]| {
+            tone::invert(input.data(), out.data_mut());
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(input.ty(), [input], Halo::NONE, fill)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, field, gray, pairs, rgb};
+    use crate::testing::port;
+
+    #[test]
+    fn turns_every_channel_around() {
+        let invert = Invert { input: port(0) };
+        for input in [gray(), rgb()] {
+            let inputs = [input.clone().into()];
+            conforms(&invert, &inputs);
+            assert!(pairs(&input, &field(&invert, &inputs, "result")).iter().all(|(x, y)| *y == 1.0 - x));
+        }
+    }
+}

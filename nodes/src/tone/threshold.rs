@@ -1,0 +1,69 @@
+//! [`Threshold`]: a mask of what lies above a level.
+//!
+//! The soft edge is the cubic step, `softness` wide in values and centred on `level`. Cost: O(pixels), bound by memory.
+use crate::kernel::tile::narrow;
+use crate::kernel::tone;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+
+/// A mask: 1 where the input lies above a level, 0 below.
+///
+/// ```ron
+/// "clouds": Fractal(size: 14),
+/// "example": Threshold(input: "clouds", level: 0.52),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Threshold {
+    /// What to compare.
+    pub input: In<Gray>,
+    /// The level, in the unit of the input.
+    #[schemars(range(min = -1e9, max = 1e9))]
+    pub level: f64,
+    /// Width of the edge, in the unit of the input; 0 is hard and shows steps where it crosses pixels.
+    #[schemars(range(min = 0, max = 1e9))]
+    pub softness: f64,
+}
+
+impl Default for Threshold {
+    fn default() -> Self {
+        Self { input: In::default(), level: 0.5, softness: 0.04 }
+    }
+}
+
+impl Node for Threshold {
+    const OUTPUTS: &'static [Output] = &[Output::new("mask", Type::Gray, "1 above the level, 0 below.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (level, softness) = (narrow(self.level), narrow(self.softness));
+        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
+            tone::threshold(input.data(), out.data_mut(), level, softness);
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(Type::Gray, [cx.get(&self.input)?], Halo::NONE, fill)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, field, gray, pairs};
+    use crate::testing::port;
+
+    #[test]
+    fn is_a_mask() {
+        for softness in [0.0, 1e-42, 0.3, 1e9] {
+            let threshold = Threshold { input: port(0), level: 0.5, softness };
+            conforms(&threshold, &[gray().into()]);
+            for (x, y) in pairs(&gray(), &field(&threshold, &[gray().into()], "mask")) {
+                assert!((0.0..=1.0).contains(&y));
+                if f64::from((x - 0.5).abs()) > 0.5 * softness {
+                    assert_eq!(y, if x > 0.5 { 1.0 } else { 0.0 }, "{x} {softness}");
+                }
+            }
+        }
+    }
+}

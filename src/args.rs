@@ -1,0 +1,122 @@
+//! The command line.
+use crate::{cache, check, completions, dump, graph, new, nodes, render};
+use clap::{Args, Parser, Subcommand};
+use glam::UVec2;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo new calf --from leather        make a commented graph file, calf.ron
+  shibo check calf.ron                 all errors, with line, column and advice
+  shibo render calf.ron -o maps        write the pictures
+  shibo nodes Perlin                   the manual of a node
+
+Exit code: 0 when everything asked for was done, 1 for errors in your files, 2 for wrong usage.";
+
+/// Node-graph procedural textures from text files.
+#[derive(Debug, Parser)]
+#[command(name = "shibo", version, about, max_term_width = 120, after_help = EXAMPLES)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What can be done.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render the outputs of a graph to picture files.
+    Render(render::RenderArgs),
+    /// Report all errors of graph files.
+    Check(check::CheckArgs),
+    /// List the kinds of nodes, or show the manual of one.
+    Nodes(nodes::NodesArgs),
+    /// Print what a node makes, as JSON.
+    Dump(dump::DumpArgs),
+    /// Make a commented graph file to start from.
+    New(new::NewArgs),
+    /// Draw a graph.
+    Graph(graph::GraphArgs),
+    /// Look at, or empty, the cache of results.
+    Cache(cache::CacheArgs),
+    /// Print a completion script for a shell.
+    Completions(completions::CompletionsArgs),
+}
+
+/// Values of a graph's parameters.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct ValueArgs {
+    /// Give a parameter of the graph a value; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
+    /// Use the values of a preset of the graph.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+}
+
+/// What a computation may take.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct EngineArgs {
+    /// Threads to compute with; one per core if not given.
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    pub(crate) threads: u16,
+    /// Memory for results, in MiB.
+    #[arg(long, value_name = "MIB", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..))]
+    pub(crate) memory: u32,
+    /// Neither read nor keep results on disk.
+    #[arg(long)]
+    pub(crate) no_cache: bool,
+    /// The folder for results; $XDG_CACHE_HOME/shibo or ~/.cache/shibo if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) cache_dir: Option<PathBuf>,
+    /// The most that this folder may hold, in MiB.
+    #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) cache_size: u32,
+}
+
+fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().to_owned(), value.to_owned())),
+        _ => Err("write NAME=VALUE".to_owned()),
+    }
+}
+
+/// Reads `WxH`, or `N` for both.
+pub(crate) fn size(text: &str) -> Result<UVec2, String> {
+    let side = |text: &str| text.trim().parse::<u32>().ok().filter(|&n| n > 0);
+    let pair = match text.split_once(['x', 'X', '×']) {
+        Some((w, h)) => side(w).zip(side(h)),
+        None => side(text).map(|n| (n, n)),
+    };
+    pair.map(UVec2::from).ok_or_else(|| "write WIDTHxHEIGHT, or one number for both, in pixels".to_owned())
+}
+
+/// Reads `X,Y,W,H`.
+pub(crate) fn region(text: &str) -> Result<[u32; 4], String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    numbers
+        .and_then(|numbers| <[u32; 4]>::try_from(numbers).ok())
+        .ok_or_else(|| "write X,Y,WIDTH,HEIGHT in pixels from the top left".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn values_are_read() {
+        assert_eq!(size("640x480"), Ok(UVec2::new(640, 480)));
+        assert_eq!(size("512"), Ok(UVec2::new(512, 512)));
+        assert!(["", "0", "1x", "-1x3", "1x2x3", "1e3"].iter().all(|text| size(text).is_err()));
+        assert_eq!(region("0, 1,2,3"), Ok([0, 1, 2, 3]));
+        assert!(["", "1,2,3", "1,2,3,4,5", "1,2,3,-4"].iter().all(|text| region(text).is_err()));
+        assert_eq!(assignment("a=b=c"), Ok(("a".into(), "b=c".into())));
+        assert!(assignment("=1").is_err() && assignment("a").is_err());
+    }
+}

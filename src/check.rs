@@ -1,0 +1,110 @@
+//! `shibo check`: all errors of graph files.
+use crate::args::{EngineArgs, ValueArgs};
+use crate::interrupt;
+use crate::open;
+use crate::progress::Progress;
+use crate::quit::Quit;
+use crate::report;
+use crate::terminal::Terminal;
+use clap::{Args, ValueEnum};
+use serde_json::{Value as Json, json};
+use shibo_engine::diagnostics::{Diagnostic, SourceMap};
+use shibo_engine::eval::CancelToken;
+use shibo_engine::graph::Graph;
+use shibo_engine::session::Failure;
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo check calf.ron
+  shibo check graphs/*.ron --format json     for editors and scripts
+  shibo check calf.ron --verify              also prove that the cache gives what a cold run gives (slow)";
+
+/// Report all errors of graph files.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct CheckArgs {
+    /// The graph files.
+    #[arg(required = true, value_name = "GRAPH")]
+    graphs: Vec<PathBuf>,
+    /// For people, on stderr, or for programs, on stdout.
+    #[arg(long, default_value = "human")]
+    format: FormatArg,
+    /// Compute everything with and without the cache, and compare the bytes.
+    #[arg(long)]
+    verify: bool,
+    #[command(flatten)]
+    values: ValueArgs,
+    #[command(flatten)]
+    engine: EngineArgs,
+}
+
+/// How to print.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FormatArg {
+    Human,
+    Json,
+}
+
+/// What was found in one file.
+struct Found {
+    diagnostics: Vec<Diagnostic>,
+    sources: SourceMap,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &CheckArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let mut found = Vec::new();
+    for path in &args.graphs {
+        found.push(check(path, args, terminal)?);
+    }
+    let errors = found.iter().flat_map(|f| &f.diagnostics).filter(|d| !d.warning).count();
+    match args.format {
+        FormatArg::Json => terminal.json(&json_of(&found))?,
+        FormatArg::Human => {
+            found.iter().for_each(|f| report::show(terminal, &f.diagnostics, &f.sources));
+            if errors > 0 {
+                terminal.say(&report::count(errors));
+            }
+        }
+    }
+    if errors > 0 { Err(Quit::Shown) } else { Ok(()) }
+}
+
+fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Quit> {
+    let loaded = open::load(path, &shibo_nodes::registry(), &args.values, None);
+    let mut diagnostics = loaded.diagnostics;
+    if let Some(graph) = &loaded.graph {
+        diagnostics.extend(open::advice(graph));
+        if args.verify {
+            diagnostics.extend(verify(graph, args, terminal)?);
+        }
+    }
+    Ok(Found { diagnostics, sources: loaded.sources })
+}
+
+/// The nodes that are not pure. Only here are threads started and caches opened.
+fn verify(graph: &Graph, args: &CheckArgs, terminal: &Terminal) -> Result<Vec<Diagnostic>, Quit> {
+    let cancel = CancelToken::default();
+    interrupt::cancel_on_signals(&cancel);
+    let session = open::session(shibo_nodes::registry(), &args.engine, terminal)?;
+    let progress = Progress::new(terminal, args.format == FormatArg::Json);
+    let result = session.verify(graph, &cancel, &progress);
+    let mut found = progress.finish();
+    match result {
+        Ok(impure) => found.extend(impure),
+        Err(Failure::Errors(errors)) => found.extend(errors),
+        Err(failure) => return Err(open::failed(failure, &graph.sources, terminal)),
+    }
+    Ok(found)
+}
+
+/// `errors` is what fails a check; warnings stand apart.
+fn json_of(found: &[Found]) -> Json {
+    let list = |warning: bool| -> Vec<Json> {
+        let of =
+            |f: &Found| f.diagnostics.iter().filter(|d| d.warning == warning).map(|d| d.to_json(&f.sources)).collect();
+        found.iter().flat_map(|f| -> Vec<Json> { of(f) }).collect()
+    };
+    json!({ "errors": list(false), "warnings": list(true) })
+}

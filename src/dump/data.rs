@@ -1,0 +1,210 @@
+//! What objects and fields look like in JSON.
+use serde::{Serialize, Serializer};
+use shibo_engine::value::{Lattice, Points, Segments, SpringNet};
+use std::collections::BTreeMap;
+
+/// A number that reads back exactly; what JSON cannot say is a word.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Number(pub(super) f32);
+
+impl Serialize for Number {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            n if n.is_nan() => serializer.serialize_str("nan"),
+            n if n.is_infinite() => serializer.serialize_str(if n > 0.0 { "inf" } else { "-inf" }),
+            n => serializer.serialize_f32(n),
+        }
+    }
+}
+
+type Pair = [Number; 2];
+
+/// What is printed.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub(super) enum Data {
+    Field(FieldData),
+    Material(MaterialData),
+    Points(PointsData),
+    Lattice(LatticeData),
+    Springs(SpringsData),
+    Segments(SegmentsData),
+}
+
+/// A field at the pixels of a picture, or at points.
+#[derive(Serialize)]
+pub(super) struct FieldData {
+    #[serde(rename = "type")]
+    pub(super) ty: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) size: Option<[u32; 2]>,
+    pub(super) channels: usize,
+    pub(super) values: Vec<Number>,
+}
+
+#[derive(Serialize)]
+pub(super) struct MaterialData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    fields: BTreeMap<&'static str, FieldData>,
+}
+
+#[derive(Serialize)]
+pub(super) struct PointsData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    points: Vec<Pair>,
+}
+
+#[derive(Serialize)]
+pub(super) struct LatticeData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    points: Vec<Pair>,
+    links: Vec<[u32; 2]>,
+    alive: Vec<bool>,
+    /// By how many canvases the second end of each link is shifted, on canvases that tile.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    offsets: Vec<[i8; 2]>,
+    /// After a simulation only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    velocities: Option<Vec<Pair>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    broken: Option<Vec<(u32, u32)>>,
+}
+
+#[derive(Serialize)]
+pub(super) struct SpringsData {
+    #[serde(flatten)]
+    lattice: LatticeData,
+    stiffness: Vec<Number>,
+    rest_length: Vec<Number>,
+    mass: Vec<Number>,
+}
+
+#[derive(Serialize)]
+pub(super) struct SegmentsData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    segments: Vec<[Number; 4]>,
+    width: Vec<Number>,
+}
+
+impl Data {
+    /// A material, by the names of its channels.
+    pub(super) fn material(fields: BTreeMap<&'static str, FieldData>) -> Self {
+        Self::Material(MaterialData { ty: "Material", fields })
+    }
+}
+
+fn pairs(vectors: &[glam::Vec2]) -> Vec<Pair> {
+    vectors.iter().map(|v| [Number(v.x), Number(v.y)]).collect()
+}
+
+fn numbers(values: &[f32]) -> Vec<Number> {
+    values.iter().map(|&v| Number(v)).collect()
+}
+
+/// Points.
+pub(super) fn points(points: &Points) -> Data {
+    Data::Points(PointsData { ty: "Points", points: pairs(&points.positions) })
+}
+
+/// Points and links.
+pub(super) fn lattice(lattice: &Lattice) -> Data {
+    Data::Lattice(lattice_data("Lattice", lattice))
+}
+
+fn lattice_data(ty: &'static str, lattice: &Lattice) -> LatticeData {
+    LatticeData {
+        ty,
+        points: pairs(&lattice.points.positions),
+        links: lattice.links.to_vec(),
+        alive: lattice.alive(),
+        offsets: lattice.offsets.to_vec(),
+        velocities: lattice.velocities.as_deref().map(pairs),
+        broken: lattice.velocities.is_some().then(|| lattice.broken.clone()),
+    }
+}
+
+/// Springs.
+pub(super) fn springs(springs: &SpringNet) -> Data {
+    let mass = if springs.mass.is_empty() { vec![1.0; springs.lattice.points.len()] } else { springs.mass.clone() };
+    Data::Springs(SpringsData {
+        lattice: lattice_data("SpringNet", &springs.lattice),
+        stiffness: numbers(&springs.stiffness),
+        rest_length: numbers(&springs.rest_length),
+        mass: numbers(&mass),
+    })
+}
+
+/// Line segments.
+pub(super) fn segments(segments: &Segments) -> Data {
+    let ends = |[a, b]: &[glam::Vec2; 2]| [a.x, a.y, b.x, b.y].map(Number);
+    Data::Segments(SegmentsData {
+        ty: "Segments",
+        segments: segments.ends.iter().map(ends).collect(),
+        width: numbers(&segments.width),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec2, Vec2};
+    use serde_json::{Value as Json, json};
+    use shibo_engine::value::Tiling;
+    use std::sync::Arc;
+
+    fn json(data: &impl Serialize) -> Json {
+        serde_json::to_value(data).unwrap()
+    }
+
+    fn square() -> Lattice {
+        let points = Points {
+            positions: vec![Vec2::ZERO, Vec2::new(0.5, f32::INFINITY)],
+            regular: None,
+            size_mm: DVec2::ONE,
+            periodic: Tiling::NONE,
+            pitch: 1.0,
+            grid: None,
+        };
+        Lattice {
+            points: Arc::new(points),
+            links: Arc::new(vec![[0, 1]]),
+            offsets: Arc::default(),
+            grid: None,
+            velocities: None,
+            broken: vec![],
+        }
+    }
+
+    #[test]
+    fn numbers_read_back_exactly() {
+        for n in [0.1_f32, 1.0 / 3.0, f32::MIN_POSITIVE, 1e-45, f32::MAX, -0.0, 16_777_217.0] {
+            let text = serde_json::to_string(&Number(n)).unwrap();
+            assert_eq!(text.parse::<f32>().unwrap().to_bits(), n.to_bits(), "{text}");
+        }
+        let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].map(Number);
+        assert_eq!(json(&odd), json!(["nan", "inf", "-inf"]));
+    }
+
+    #[test]
+    fn objects_have_their_fields() {
+        let mut lattice = square();
+        let plain =
+            json!({ "type": "Lattice", "points": [[0.0, 0.0], [0.5, "inf"]], "links": [[0, 1]], "alive": [true] });
+        assert_eq!(json(&super::lattice(&lattice)), plain);
+        lattice.velocities = Some(vec![Vec2::ONE; 2]);
+        lattice.broken = vec![(0, 7)];
+        let simulated = json(&super::lattice(&lattice));
+        assert_eq!(simulated["velocities"], json!([[1.0, 1.0], [1.0, 1.0]]));
+        assert_eq!((&simulated["broken"], &simulated["alive"]), (&json!([[0, 7]]), &json!([false])));
+        let springs =
+            SpringNet { lattice: Arc::new(square()), stiffness: vec![2.0], rest_length: vec![-0.5], mass: vec![] };
+        let springs = json(&super::springs(&springs));
+        assert_eq!(springs["type"], "SpringNet");
+        assert_eq!(springs["mass"], json!([1.0, 1.0]));
+        assert_eq!(springs["rest_length"], json!([-0.5]));
+    }
+}

@@ -1,0 +1,25 @@
+//! From `NODE[.PORT]` to an output of a graph.
+use crate::quit::Quit;
+use petgraph::graph::NodeIndex;
+use shibo_engine::diagnostics::suggest;
+use shibo_engine::graph::{Graph, GraphNode};
+
+/// The output that is meant.
+pub(super) fn output(graph: &Graph, name: &str) -> Result<(NodeIndex, usize), Quit> {
+    let (node, port) = name.split_once('.').map_or((name, None), |(node, port)| (node, Some(port)));
+    let Some(index) = graph.nodes.node_indices().find(|&i| graph.nodes[i].name == node) else {
+        let names: Vec<&str> = graph.nodes.node_weights().map(|n| n.name.as_str()).collect();
+        return Err(Quit::Usage(format!("the graph has no node `{node}`; {}", suggest(node, "node", &names))));
+    };
+    let Some(port) = port else { return Ok((index, 0)) };
+    Ok((index, output_of(&graph.nodes[index], port)?))
+}
+
+fn output_of(node: &GraphNode, port: &str) -> Result<usize, Quit> {
+    let outputs = node.node.outputs();
+    outputs.iter().position(|output| output.name == port).ok_or_else(|| {
+        let names: Vec<&str> = outputs.iter().map(|output| output.name).collect();
+        let (name, kind) = (&node.name, &node.kind);
+        Quit::Usage(format!("`{name}`, a {kind}, has no output `{port}`; {}", suggest(port, "output", &names)))
+    })
+}

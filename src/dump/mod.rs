@@ -1,0 +1,138 @@
+//! `shibo dump`: what a node makes, as JSON.
+mod at;
+mod data;
+mod find;
+
+use crate::args::{EngineArgs, ValueArgs, size};
+use crate::interrupt;
+use crate::open;
+use crate::progress::Progress;
+use crate::quit::Quit;
+use crate::report;
+use crate::terminal::Terminal;
+use clap::{Args, ValueEnum};
+use data::{Data, FieldData};
+use glam::UVec2;
+use shibo_engine::eval::CancelToken;
+use shibo_engine::graph::Graph;
+use shibo_engine::session::{Failure, Session};
+use shibo_engine::value::{Field, Tile, Value, Window};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo dump calf.ron points                           points, as [x, y] in mm
+  shibo dump calf.ron moved.stretch                    another output of a node
+  shibo dump calf.ron height --resolution 64           a field, by rows
+  shibo dump calf.ron height --at places.csv           the same at points, one x,y in mm a line";
+
+/// Print what a node makes, as JSON.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct DumpArgs {
+    /// The graph file.
+    graph: PathBuf,
+    /// The node, or one of its outputs; nodes inside a sub-graph are USE/NODE.
+    #[arg(value_name = "NODE[.PORT]")]
+    node: String,
+    /// How to print.
+    #[arg(long, default_value = "json")]
+    format: FormatArg,
+    /// The size in pixels at which fields are taken, instead of the graph's.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    resolution: Option<UVec2>,
+    /// Take a field at the points of a file instead, one `x,y` in mm a line.
+    #[arg(long, value_name = "FILE")]
+    at: Option<PathBuf>,
+    #[command(flatten)]
+    values: ValueArgs,
+    #[command(flatten)]
+    engine: EngineArgs,
+}
+
+/// How to print.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum FormatArg {
+    Json,
+}
+
+/// What is needed to evaluate a field.
+struct Source<'a> {
+    session: &'a Session,
+    graph: &'a Graph,
+    cancel: &'a CancelToken,
+    progress: &'a Progress<'a>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &DumpArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let FormatArg::Json = args.format;
+    let points = args.at.as_deref().map(at::read).transpose()?;
+    let cancel = CancelToken::default();
+    interrupt::cancel_on_signals(&cancel);
+    let registry = shibo_nodes::registry();
+    let graph = open::graph(open::load(&args.graph, &registry, &args.values, args.resolution), terminal)?;
+    let place = find::output(&graph, &args.node)?;
+    let session = open::session(registry, &args.engine, terminal)?;
+    let progress = Progress::new(terminal, false);
+    let source = Source { session: &session, graph: &graph, cancel: &cancel, progress: &progress };
+    let data = session.value(&graph, place, &cancel, &progress).and_then(|value| match &points {
+        Some(points) => source.at(&value, points),
+        None => source.data(&value),
+    });
+    report::show(terminal, &progress.finish(), &graph.sources);
+    let data = data.map_err(|failure| open::failed(failure, &graph.sources, terminal))?;
+    terminal.json(&data)
+}
+
+impl Source<'_> {
+    fn data(&self, value: &Value) -> Result<Data, Failure> {
+        Ok(match value {
+            Value::Field(field) => Data::Field(self.field(field)?),
+            Value::Picture(picture) => Data::Field(FieldData { ty: "Picture", ..self.field(&picture.rgb)? }),
+            Value::Material(material) => {
+                let one =
+                    |(channel, field): &(shibo_engine::value::Channel, Field)| Ok((channel.name(), self.field(field)?));
+                Data::material(material.channels().iter().map(one).collect::<Result<_, Failure>>()?)
+            }
+            Value::Points(points) => data::points(points),
+            Value::Lattice(lattice) => data::lattice(lattice),
+            Value::SpringNet(springs) => data::springs(springs),
+            Value::Segments(segments) => data::segments(segments),
+            other => return Err(Failure::Usage(format!("a {} cannot be printed", other.ty()))),
+        })
+    }
+
+    fn field(&self, field: &Field) -> Result<FieldData, Failure> {
+        let size = self.graph.canvas.resolution;
+        let window = (self.graph.canvas.grid(size), Window::full(size));
+        let (tiles, _) = self.session.rasters(self.graph, field, &[window], self.cancel, self.progress)?;
+        Ok(FieldData {
+            ty: field.ty().name(),
+            size: Some(size.to_array()),
+            channels: field.channels(),
+            values: tiles.iter().flat_map(interleaved).collect(),
+        })
+    }
+
+    /// The values of a field at points; each stands for a pixel around it.
+    fn at(&self, value: &Value, points: &[glam::DVec2]) -> Result<Data, Failure> {
+        let (field, ty) = match value {
+            Value::Field(field) => (field, field.ty()),
+            Value::Picture(picture) => (&picture.rgb, value.ty()),
+            other => return Err(Failure::Usage(format!("`--at` takes a field, and this is a {}", other.ty()))),
+        };
+        let grid = self.graph.canvas.grid(self.graph.canvas.resolution);
+        let window = Window::full(UVec2::ONE);
+        let wanted: Vec<_> = points.iter().map(|point| (grid.centered_at(*point), window)).collect();
+        let (tiles, _) = self.session.rasters(self.graph, field, &wanted, self.cancel, self.progress)?;
+        let values = tiles.iter().flat_map(interleaved).collect();
+        Ok(Data::Field(FieldData { ty: ty.name(), size: None, channels: field.channels(), values }))
+    }
+}
+
+/// The values of a tile, channels innermost.
+fn interleaved(tile: &Tile) -> impl Iterator<Item = data::Number> {
+    let pixels = tile.window.len();
+    (0..pixels).flat_map(move |i| (0..tile.channels()).map(move |c| data::Number(tile.plane(c)[i])))
+}

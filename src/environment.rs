@@ -1,0 +1,19 @@
+//! What is read from the environment. Nothing below the command reads any of it.
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+fn variable(name: &str) -> Option<OsString> {
+    std::env::var_os(name).filter(|value| !value.is_empty())
+}
+
+/// Whether the user lets terminals be coloured.
+pub(crate) fn colors() -> bool {
+    variable("NO_COLOR").is_none() && variable("TERM").is_none_or(|term| term != "dumb")
+}
+
+/// The folder for results: `$XDG_CACHE_HOME/shibo`, else `~/.cache/shibo`.
+pub(crate) fn cache_dir() -> Option<PathBuf> {
+    // The specification says that relative paths are to be ignored.
+    let absolute = |name| variable(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache"))).map(|dir| dir.join("shibo"))
+}

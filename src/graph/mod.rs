@@ -1,0 +1,124 @@
+//! `shibo graph`: a drawing of a graph.
+mod dot;
+mod layout;
+mod svg;
+
+use crate::args::ValueArgs;
+use crate::open;
+use crate::quit::Quit;
+use crate::terminal::Terminal;
+use clap::{Args, ValueEnum};
+use shibo_engine::graph::{Graph, Input};
+use shibo_engine::value::Type;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo graph calf.ron --format svg > calf.svg
+  shibo graph calf.ron --format dot | dot -Tpdf -o calf.pdf";
+
+/// Draw a graph.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct GraphArgs {
+    /// The graph file.
+    graph: PathBuf,
+    /// What to draw it in.
+    #[arg(long)]
+    format: FormatArg,
+    #[command(flatten)]
+    values: ValueArgs,
+}
+
+/// What to draw in.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum FormatArg {
+    Dot,
+    Svg,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &GraphArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let registry = shibo_nodes::registry();
+    let graph = open::graph(open::load(&args.graph, &registry, &args.values, None), terminal)?;
+    let drawing = Drawing::of(&graph);
+    terminal.data(&match args.format {
+        FormatArg::Dot => dot::dot(&drawing),
+        FormatArg::Svg => svg::svg(&drawing),
+    })
+}
+
+/// A box: a node, or an output of the graph.
+struct Item {
+    name: String,
+    /// The kind of a node; of an output, what it carries.
+    kind: String,
+    is_output: bool,
+}
+
+/// A wire between boxes.
+struct Wire {
+    from: usize,
+    to: usize,
+    /// The output it leaves, unless that is the main one.
+    output: Option<&'static str>,
+    /// The port it goes into; empty for outputs of the graph.
+    port: String,
+    ty: Type,
+}
+
+/// What is drawn.
+struct Drawing {
+    title: String,
+    items: Vec<Item>,
+    wires: Vec<Wire>,
+}
+
+impl Drawing {
+    fn of(graph: &Graph) -> Self {
+        let mut items: Vec<Item> = graph
+            .nodes
+            .node_weights()
+            .map(|n| Item { name: n.name.clone(), kind: n.kind.clone(), is_output: false })
+            .collect();
+        let mut wires = Vec::new();
+        let port_of = |node: usize, output: usize| {
+            let node = &graph.nodes[petgraph::graph::NodeIndex::new(node)];
+            let name = node.node.outputs().get(output).filter(|_| output > 0).map(|o| o.name);
+            (name, node.outputs.get(output).copied().unwrap_or(Type::Gray))
+        };
+        for index in graph.nodes.node_indices() {
+            let node = &graph.nodes[index];
+            for (slot, input) in node.inputs.iter().enumerate() {
+                let Input::Wire { node: from, output: out } = input else { continue };
+                let (output, ty) = port_of(from.index(), *out);
+                let port = node.slots.get(slot).cloned().unwrap_or_default();
+                wires.push(Wire { from: from.index(), to: index.index(), output, port, ty });
+            }
+        }
+        for out in &graph.outputs {
+            let (output, ty) = port_of(out.node.index(), out.output);
+            wires.push(Wire { from: out.node.index(), to: items.len(), output, port: String::new(), ty });
+            items.push(Item { name: out.name.clone(), kind: out.ty.to_string(), is_output: true });
+        }
+        let title = graph.path.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+        Self { title, items, wires }
+    }
+}
+
+/// The colour of what a wire carries.
+const fn color(ty: Type) -> &'static str {
+    match ty {
+        Type::Gray => "#7a8290",
+        Type::Rgb | Type::Picture => "#d08a1d",
+        Type::Normal => "#7f6be0",
+        Type::Vec2 | Type::Jacobian => "#3f8fd2",
+        Type::Ids => "#b0589c",
+        Type::Points => "#3f9c5a",
+        Type::Lattice => "#2f8f86",
+        Type::SpringNet => "#c2503e",
+        Type::Segments => "#8a6d3b",
+        Type::Material => "#c03a6b",
+        _ => "#555555",
+    }
+}

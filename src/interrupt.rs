@@ -1,0 +1,25 @@
+//! Ctrl-C and SIGTERM: the run ends cleanly; a second one ends it at once.
+use shibo_engine::eval::CancelToken;
+
+/// Lets signals cancel `token`. Without signals the run can only be killed, which is no reason not to run.
+///
+/// SIGHUP is left alone, so that `nohup` works.
+#[cfg(unix)]
+pub(crate) fn cancel_on_signals(token: &CancelToken) {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else { return };
+    let token = token.clone();
+    std::thread::spawn(move || {
+        for _ in signals.forever() {
+            if token.is_cancelled() {
+                // What is left behind is removed by the next run.
+                std::process::exit(1);
+            }
+            token.cancel();
+        }
+    });
+}
+
+/// Signals are handled on Unix only.
+#[cfg(not(unix))]
+pub(crate) fn cancel_on_signals(_token: &CancelToken) {}

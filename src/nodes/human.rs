@@ -1,0 +1,121 @@
+//! The manual for people.
+use super::doc::{Block, blocks, summary};
+use super::json::output_type;
+use super::spelling;
+use crate::terminal::{Style, Text};
+use shibo_engine::node::{FieldInfo, KindInfo, OutputType, Role};
+use shibo_engine::registry::Registry;
+
+/// The list of all kinds, by family.
+pub(super) fn families(page: &mut Text, registry: &Registry, width: usize) {
+    let widest = registry.kinds().map(str::len).max().unwrap_or(0);
+    for (name, doc) in registry.families() {
+        page.styled(Style::Bold, name).end();
+        paragraph(page, doc, "  ", width);
+        let kinds = registry.kinds().filter_map(|kind| registry.info(kind)).filter(|info| info.family == *name);
+        for info in kinds {
+            let indent = " ".repeat(widest + 6);
+            let room = width.max(widest + 26);
+            let options = textwrap::Options::new(room).initial_indent(&indent).subsequent_indent(&indent);
+            let lines = textwrap::fill(&summary(&info.doc), options);
+            page.push("    ").styled(Style::Accent, &format!("{:widest$}  ", info.kind));
+            page.push(lines.get(widest + 6..).unwrap_or_default()).end();
+        }
+        page.end();
+    }
+    page.push("`shibo nodes KIND` shows the manual of one.").end();
+}
+
+/// The manual of one kind.
+pub(super) fn node(page: &mut Text, info: &KindInfo, width: usize) {
+    page.styled(Style::Bold, &info.kind).styled(Style::Dim, &format!("  {}", info.family)).end().end();
+    document(page, &info.doc, "  ", width);
+    page.end().styled(Style::Bold, "Written").end();
+    signature(page, info, width);
+    if info.ports().next().is_some() {
+        page.end().styled(Style::Bold, "Ports").end();
+    }
+    for (field, port) in info.ports() {
+        entry(page, field, &spelling::port(port), width);
+    }
+    if info.params().next().is_some() {
+        page.end().styled(Style::Bold, "Parameters").end();
+    }
+    for (field, param) in info.params() {
+        let mut facts = vec![param.ty.clone(), format!("default {}", spelling::default(param))];
+        let range = spelling::range(param);
+        if !range.is_empty() {
+            facts.push(range);
+        }
+        entry(page, field, &facts.join(", "), width);
+        if !param.choices.is_empty() {
+            paragraph(page, &format!("One of {}.", param.choices.join(", ")), "      ", width);
+        }
+    }
+    page.end().styled(Style::Bold, "Outputs").end();
+    for (i, output) in info.outputs.iter().enumerate() {
+        let main = if i == 0 { ", the main output" } else { "" };
+        let ty = match output.ty {
+            OutputType::Fixed(_) => output_type(output).to_owned(),
+            OutputType::Like(ports) => format!("as {}", ports.join(", ")),
+        };
+        page.push("  ").styled(Style::Accent, output.name).styled(Style::Dim, &format!("  {ty}{main}")).end();
+        paragraph(page, output.doc, "      ", width);
+    }
+}
+
+/// The node as one would write it, with its defaults.
+fn signature(page: &mut Text, info: &KindInfo, width: usize) {
+    let arguments: Vec<String> = info
+        .fields
+        .iter()
+        .filter_map(|field| match &field.role {
+            Role::Port(port) if port.list => Some(format!("{}: [\"…\", \"…\"]", field.name)),
+            Role::Port(port) if port.required => Some(format!("{}: \"…\"", field.name)),
+            Role::Port(_) => None,
+            Role::Param(param) => Some(format!("{}: {}", field.name, spelling::default(param))),
+        })
+        .collect();
+    let one_line = format!("{}({})", info.kind, arguments.join(", "));
+    if one_line.chars().count() + 2 <= width {
+        page.push("  ").push(&one_line).end();
+        return;
+    }
+    page.push(&format!("  {}(", info.kind)).end();
+    for argument in arguments {
+        page.push(&format!("    {argument},")).end();
+    }
+    page.push("  )").end();
+}
+
+fn entry(page: &mut Text, field: &FieldInfo, facts: &str, width: usize) {
+    page.push("  ").styled(Style::Accent, &field.name).styled(Style::Dim, &format!("  {facts}")).end();
+    document(page, &field.doc, "      ", width);
+}
+
+fn document(page: &mut Text, doc: &str, indent: &str, width: usize) {
+    let mut after_item = true;
+    for (i, block) in blocks(doc).iter().enumerate() {
+        let item = matches!(block, Block::Item(_));
+        if i > 0 && !(item && after_item) {
+            page.end();
+        }
+        after_item = item;
+        match block {
+            Block::Paragraph(text) => paragraph(page, text, indent, width),
+            Block::Item(text) => {
+                let (first, rest) = (format!("{indent}- "), format!("{indent}  "));
+                let options = textwrap::Options::new(width.max(40)).initial_indent(&first).subsequent_indent(&rest);
+                page.push(&textwrap::fill(text, options)).end();
+            }
+            Block::Code(lines) => lines.iter().for_each(|line| {
+                page.push(&format!("{indent}  {line}")).end();
+            }),
+        }
+    }
+}
+
+fn paragraph(page: &mut Text, text: &str, indent: &str, width: usize) {
+    let options = textwrap::Options::new(width.max(40)).initial_indent(indent).subsequent_indent(indent);
+    page.push(&textwrap::fill(text, options)).end();
+}

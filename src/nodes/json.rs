@@ -1,0 +1,59 @@
+//! The manual for programs.
+use serde_json::{Value as Json, json};
+use shibo_engine::node::{FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo};
+
+/// The kinds as JSON.
+pub(super) fn nodes<'a>(kinds: impl IntoIterator<Item = &'a KindInfo>) -> Json {
+    json!({ "nodes": kinds.into_iter().map(node).collect::<Vec<_>>() })
+}
+
+fn node(info: &KindInfo) -> Json {
+    json!({
+        "kind": info.kind,
+        "family": info.family,
+        "doc": info.doc,
+        "ports": info.ports().map(|(field, info)| port(field, info)).collect::<Vec<_>>(),
+        "parameters": info.params().map(|(field, info)| param(field, info)).collect::<Vec<_>>(),
+        "outputs": info.outputs.iter().map(output).collect::<Vec<_>>(),
+    })
+}
+
+fn port(field: &FieldInfo, port: &PortInfo) -> Json {
+    json!({
+        "name": field.name,
+        "type": port.ty.name(),
+        "required": port.required,
+        "list": port.list,
+        "default": port.default,
+        "doc": field.doc,
+    })
+}
+
+fn param(field: &FieldInfo, param: &ParamInfo) -> Json {
+    // JSON has no infinity.
+    let default = if param.default.is_null() && param.infinite { json!("inf") } else { param.default.clone() };
+    let range = (param.min.is_some() || param.max.is_some()).then(|| json!([param.min, param.max]));
+    json!({
+        "name": field.name,
+        "type": param.ty,
+        "default": default,
+        "range": range,
+        "above_min": param.above_min,
+        "infinite": param.infinite,
+        "unit": param.unit,
+        "choices": param.choices,
+        "doc": field.doc,
+    })
+}
+
+fn output(output: &Output) -> Json {
+    json!({ "name": output.name, "type": output_type(output), "doc": output.doc })
+}
+
+/// The type of an output; one that follows its inputs may be any of the field types that go into them.
+pub(super) fn output_type(output: &Output) -> &'static str {
+    match output.ty {
+        OutputType::Fixed(ty) => ty.name(),
+        OutputType::Like(_) => "Field",
+    }
+}

@@ -1,0 +1,45 @@
+//! How a command ends when it does not end well.
+use crate::terminal::Terminal;
+use std::process::ExitCode;
+
+/// Why a command ended early.
+#[derive(Debug)]
+pub(crate) enum Quit {
+    /// Errors in the user's files, which have been shown.
+    Shown,
+    /// Something that could not be done.
+    Failed(anyhow::Error),
+    /// The command makes no sense.
+    Usage(String),
+    /// Whoever read stdout does not want more.
+    Closed,
+}
+
+impl Quit {
+    /// A failure with a message.
+    pub(crate) fn failed(message: impl Into<String>) -> Self {
+        Self::Failed(anyhow::Error::msg(message.into()))
+    }
+
+    /// Says what has not been said yet, and gives the exit code.
+    pub(crate) fn code(&self, terminal: &Terminal) -> ExitCode {
+        match self {
+            Self::Shown | Self::Closed => ExitCode::FAILURE,
+            Self::Failed(error) => {
+                terminal.error(&format!("{error:#}"));
+                ExitCode::FAILURE
+            }
+            Self::Usage(message) => {
+                terminal.error(message);
+                terminal.note("`shibo --help` and `shibo COMMAND --help` say what there is");
+                ExitCode::from(2)
+            }
+        }
+    }
+}
+
+impl From<anyhow::Error> for Quit {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Failed(error)
+    }
+}

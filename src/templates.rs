@@ -1,0 +1,44 @@
+//! The graph files that `shibo new` starts from; they are graphs that we ship.
+
+/// A graph file to start from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Template {
+    /// The name.
+    pub(crate) name: &'static str,
+    /// What it is, one line.
+    pub(crate) doc: &'static str,
+    /// The file.
+    pub(crate) text: &'static str,
+}
+
+/// All templates.
+pub(crate) const TEMPLATES: &[Template] = &[
+    Template {
+        name: "starter",
+        doc: "a small material, every line explained",
+        text: include_str!("../graphs/starter.ron"),
+    },
+    Template {
+        name: "leather",
+        doc: "a full-grain calf from bands, springs and wrinkles",
+        text: include_str!("../graphs/leather.ron"),
+    },
+    Template {
+        name: "noise",
+        doc: "noises and what can be made of them",
+        text: include_str!("../graphs/noise_basics.ron"),
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn templates_stand_alone() {
+        for template in TEMPLATES {
+            // A copy has no folder `lib` beside it.
+            assert!(!template.text.contains("imports:"), "{}", template.name);
+        }
+    }
+}

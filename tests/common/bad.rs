@@ -1,0 +1,79 @@
+//! Nodes that break the rules of the house.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Node, Output, Outputs};
+use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+static CALLS: AtomicU32 = AtomicU32::new(0);
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Impure {
+    pub value: f64,
+}
+
+impl Node for Impure {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "")];
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Ok(Outputs::one(gray(|out| {
+            let call = CALLS.fetch_add(1, Ordering::Relaxed);
+            out.data_mut().fill(f32::from(u16::try_from(call % 1000).unwrap()));
+        })))
+    }
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Unwindowed {
+    pub value: f64,
+}
+
+impl Node for Unwindowed {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "Depends on the window.")];
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Ok(Outputs::one(gray(|out| {
+            let value = f32::from(u16::try_from(out.width()).unwrap());
+            out.data_mut().fill(value);
+        })))
+    }
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Infinite {
+    pub value: f64,
+}
+
+impl Node for Infinite {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "Is not finite.")];
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Ok(Outputs::one(gray(|out| out.data_mut().fill(f32::INFINITY))))
+    }
+}
+
+/// A field whose windows are computed as they are asked for.
+fn gray(fill: impl Fn(&mut Tile) + Send + Sync + 'static) -> Field {
+    let source = Plain(fill);
+    Field::new(Type::Gray, Tiling::NONE, source)
+}
+
+struct Plain<F>(F);
+
+impl<F: Fn(&mut Tile) + Send + Sync> shibo_engine::value::FieldSource for Plain<F> {
+    fn fill(&self, _reader: &dyn shibo_engine::value::Reader, out: &mut Tile) -> Result<(), Stop> {
+        (self.0)(out);
+        Ok(())
+    }
+
+    fn reads(&self, _grid: &shibo_engine::value::Grid) -> Vec<(&Field, shibo_engine::value::Grid)> {
+        Vec::new()
+    }
+
+    fn cost(&self) -> shibo_engine::value::Cost {
+        shibo_engine::value::Cost::Pointwise
+    }
+}

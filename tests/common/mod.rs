@@ -1,0 +1,2 @@
+//! Shared by tests.
+pub mod bad;

@@ -1,0 +1,296 @@
+//! The house rules, checked on every registered node; and on nodes made to break them, so that the checks can fail.
+mod common;
+
+use common::bad;
+use glam::UVec2;
+use shibo_engine::eval::{CancelToken, Keys, Silent, encode};
+use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
+use shibo_engine::node::{KindInfo, ParamInfo, Role};
+use shibo_engine::registry::{Family, Kind, Registry};
+use shibo_engine::session::{Failure, Session, Settings};
+use shibo_engine::value::{Field, Type, Value, Window};
+use std::path::Path;
+
+/// A picture for nodes that read one.
+const PICTURE: &str = "tests/data/ramp.png";
+
+fn options(resolution: UVec2) -> LoadOptions {
+    LoadOptions {
+        preset: None,
+        set: Vec::new(),
+        resolution: Some(resolution),
+        working_dir: env!("CARGO_MANIFEST_DIR").into(),
+        limits: Limits::default(),
+    }
+}
+
+/// What nodes are connected to.
+const STAND_INS: &str = r##"
+    "gray": Perlin(size: 5),
+    "rgb": GradientMap(input: "gray", stops: [(0.0, "#102030"), (1.0, "#f0c080")]),
+    "normal": HeightToNormal(input: "gray"),
+    "cells": Worley(size: 5),
+    "points": PoissonPoints(pitch: 3),
+    "lattice": ConnectNeighbors(points: "points"),
+    "springs": DefineSprings(lattice: "lattice"),
+    "segments": PlaceWrinkles(lattice: "lattice"),
+    "material": Material(base_color: "rgb", roughness: 0.5, height: "gray"),
+"##;
+
+fn stand_in(ty: Type) -> &'static str {
+    match ty {
+        Type::Gray | Type::Field => "\"gray\"",
+        Type::Rgb => "\"rgb\"",
+        Type::Normal => "\"normal\"",
+        Type::Ids => "\"cells.ids\"",
+        Type::Points => "\"points\"",
+        Type::Lattice => "\"lattice\"",
+        Type::SpringNet => "\"springs\"",
+        Type::Segments => "\"segments\"",
+        Type::Material => "\"material\"",
+        other => panic!("no stand-in for a port of type {other}"),
+    }
+}
+
+/// Parameters without which a node makes no sense.
+fn needed(kind: &str) -> Option<(&'static str, String)> {
+    match kind {
+        "PointList" => Some(("points", "[(3, 4), (10, 7), (5, 12), (13, 13), (8, 2)]".into())),
+        "Image" => Some(("path", format!("\"{PICTURE}\""))),
+        _ => None,
+    }
+}
+
+/// A graph whose node `it` is a `kind` with its ports connected and one parameter changed.
+fn graph(registry: &Registry, info: &KindInfo, size: UVec2, change: Option<(&str, &str)>) -> Result<Graph, String> {
+    let mut args = Vec::new();
+    for (field, port) in info.ports().filter(|(_, port)| port.required) {
+        let text = stand_in(port.ty);
+        args.push(if port.list { format!("{}: [{text}]", field.name) } else { format!("{}: {text}", field.name) });
+    }
+    if let Some((field, text)) = needed(&info.kind).filter(|(field, _)| change.is_none_or(|c| c.0 != *field)) {
+        args.push(format!("{field}: {text}"));
+    }
+    args.extend(change.map(|(field, text)| format!("{field}: {text}")));
+    let node = format!("\"it\": {}({}),", info.kind, args.join(", "));
+    let text = format!("(canvas: (size_mm: 16, resolution: 64, seed: 3), nodes: {{ {STAND_INS} {node} }})");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("contract.ron");
+    let loaded = load_text(&path, &text, registry, &options(size));
+    let errors: Vec<&str> = loaded.diagnostics.iter().filter(|d| !d.warning).map(|d| d.message.as_str()).collect();
+    loaded.graph.ok_or_else(|| format!("{node} {}", errors.join("; ")))
+}
+
+fn session(registry: Registry, threads: usize) -> Session {
+    Session::new(registry, &Settings { threads, ..Settings::default() }).unwrap()
+}
+
+fn it(graph: &Graph) -> petgraph::graph::NodeIndex {
+    graph.nodes.node_indices().find(|i| graph.nodes[*i].name == "it").unwrap()
+}
+
+/// The fields that a value consists of.
+fn fields(value: &Value) -> Vec<Field> {
+    match value {
+        Value::Field(field) => vec![field.clone()],
+        Value::Picture(picture) => vec![picture.gray.clone(), picture.rgb.clone()],
+        Value::Material(material) => material.channels().iter().map(|(_, field)| field.clone()).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Everything that a node makes, as bytes; fields put together from windows of at most `side` pixels.
+fn bytes(session: &Session, graph: &Graph, side: u32) -> Result<Vec<u8>, String> {
+    let fail = |failure: Failure| format!("{failure:?}");
+    let (node, size) = (it(graph), graph.canvas.resolution);
+    let grid = graph.canvas.grid(size);
+    let mut all = Vec::new();
+    for output in 0..graph.nodes[node].outputs.len() {
+        let value = session.value(graph, (node, output), &CancelToken::default(), &Silent).map_err(fail)?;
+        all.extend(encode(&value).unwrap_or_default());
+        for field in fields(&value) {
+            let mut whole = shibo_engine::value::Tile::new(grid, Window::full(size), field.channels());
+            let mut windows = Vec::new();
+            for y in (0..size.y).step_by(side as usize) {
+                for x in (0..size.x).step_by(side as usize) {
+                    let (width, height) = (side.min(size.x - x), side.min(size.y - y));
+                    windows.push((grid, Window { x: x.cast_signed(), y: y.cast_signed(), width, height }));
+                }
+            }
+            let token = CancelToken::default();
+            let (tiles, _) = session.rasters(graph, &field, &windows, &token, &Silent).map_err(fail)?;
+            tiles.iter().for_each(|tile| whole.copy_from(tile, 0, 0));
+            if let Some(bad) = whole.data().iter().find(|v| !v.is_finite()) {
+                return Err(format!("output {output} has the value {bad}"));
+            }
+            all.extend(whole.data().iter().flat_map(|v| v.to_bits().to_le_bytes()));
+        }
+    }
+    Ok(all)
+}
+
+/// Runs a check on every kind and gives all complaints.
+fn on_all(check: impl Fn(&Registry, &KindInfo) -> Result<(), String>) -> Vec<String> {
+    let registry = shibo_nodes::registry();
+    let infos: Vec<&KindInfo> = registry.kinds().map(|kind| registry.info(kind).unwrap()).collect();
+    assert!(infos.len() > 20, "too few kinds for this to mean anything");
+    infos.iter().filter_map(|info| check(&registry, info).err().map(|e| format!("{}: {e}", info.kind))).collect()
+}
+
+fn is_documented(_: &Registry, info: &KindInfo) -> Result<(), String> {
+    let missing: Vec<&str> = info.fields.iter().filter(|f| f.doc.len() < 8).map(|f| f.name.as_str()).collect();
+    let outputs = info.outputs.iter().filter(|o| o.doc.len() < 8).count();
+    if info.doc.len() < 20 || !missing.is_empty() || outputs > 0 || info.outputs.is_empty() {
+        return Err(format!("not documented: {missing:?}, {outputs} outputs"));
+    }
+    Ok(())
+}
+
+#[test]
+fn everything_is_documented() {
+    assert_eq!(on_all(is_documented), Vec::<String>::new());
+}
+
+#[test]
+fn defaults_give_finite_values_however_small() {
+    for size in [UVec2::splat(24), UVec2::ONE, UVec2::new(1, 9)] {
+        let complaints = on_all(|registry, info| {
+            let graph = graph(registry, info, size, None)?;
+            bytes(&session(shibo_nodes::registry(), 1), &graph, 64).map(drop)
+        });
+        assert_eq!(complaints, Vec::<String>::new(), "at {size}");
+    }
+}
+
+fn is_deterministic(registry: &dyn Fn() -> Registry, info: &KindInfo) -> Result<(), String> {
+    let graph = graph(&registry(), info, UVec2::new(300, 280), None)?;
+    let reference = bytes(&session(registry(), 1), &graph, 300)?;
+    for (threads, side) in [(2, 300), (8, 300), (2, 77)] {
+        if bytes(&session(registry(), threads), &graph, side)? != reference {
+            return Err(format!("other bytes on {threads} threads by windows of {side}"));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn the_same_bytes_on_any_threads_and_in_any_windows() {
+    assert_eq!(on_all(|_, info| is_deterministic(&shibo_nodes::registry, info)), Vec::<String>::new());
+}
+
+/// RON for a value of a parameter other than its default.
+fn another(param: &ParamInfo) -> Option<String> {
+    let number = |default: f64| {
+        let (min, max) = (param.min.unwrap_or(-1e6), param.max.unwrap_or(1e6));
+        let up = default * 1.25 + 0.1;
+        if up <= max { up } else { 0.5 * (default + min) }
+    };
+    let whole = |default: f64| if default < param.max.unwrap_or(1e6) { default + 1.0 } else { default - 1.0 };
+    let default = param.default.as_f64();
+    let list = |i: usize| param.default.get(i).and_then(serde_json::Value::as_f64);
+    match param.ty.as_str() {
+        "Number" => Some(format!("{:?}", number(default.unwrap_or(0.5)))),
+        "Integer" => Some(format!("{}", whole(default.unwrap_or(1.0)))),
+        "Bool" => Some((!param.default.as_bool()?).to_string()),
+        "Choice" => param.choices.iter().find(|c| param.default.as_str() != Some(c) && !c.contains('(')).cloned(),
+        "Range" => match (list(0), list(1)) {
+            (Some(lo), Some(hi)) => Some(format!("({lo:?}, {:?})", number(hi).max(lo))),
+            _ => Some("0.5".into()),
+        },
+        "Linear" | "Xy" => Some(format!("({:?}, {:?})", list(0)?, number(list(1)?))),
+        "Color" => Some("(0.11, 0.07, 0.05)".into()),
+        _ => None,
+    }
+}
+
+fn reads_its_parameters(registry: &Registry, info: &KindInfo) -> Result<(), String> {
+    let key = |change| {
+        let graph = graph(registry, info, UVec2::splat(16), change)?;
+        let keys = Keys::of(&graph).map_err(|e| format!("{e:?}"))?;
+        let last = graph.nodes[it(&graph)].outputs.len() - 1;
+        Ok::<_, String>(keys.output(it(&graph), last))
+    };
+    let plain = key(None)?;
+    for field in &info.fields {
+        let Role::Param(param) = &field.role else { continue };
+        let Some(value) = another(param) else { continue };
+        // Some parameters contradict each other; that is said elsewhere.
+        let Ok(changed) = key(Some((&field.name, &value))) else { continue };
+        if changed == plain {
+            return Err(format!("`{}: {value}` has the key of the default", field.name));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn another_parameter_is_another_key() {
+    assert_eq!(on_all(reads_its_parameters), Vec::<String>::new());
+}
+
+fn can_be_cancelled(_: &Registry, info: &KindInfo) -> Result<(), String> {
+    let graph = graph(&shibo_nodes::registry(), info, UVec2::splat(64), None)?;
+    let token = CancelToken::default();
+    token.cancel();
+    match session(shibo_nodes::registry(), 1).value(&graph, (it(&graph), 0), &token, &Silent) {
+        Err(Failure::Cancelled) => Ok(()),
+        other => Err(format!("{other:?} although cancelled")),
+    }
+}
+
+#[test]
+fn cancelling_stops_every_node() {
+    assert_eq!(on_all(can_be_cancelled), Vec::<String>::new());
+}
+
+#[test]
+fn a_long_simulation_stops_when_asked() {
+    let text = format!(
+        "(canvas: (size_mm: 100), nodes: {{ {STAND_INS} \"many\": GridPoints(pitch: 0.2), \
+         \"links\": ConnectNeighbors(points: \"many\", neighbors: Eight), \"net\": DefineSprings(lattice: \"links\"), \
+         \"it\": SimulateSprings(springs: \"net\", steps: 100000, drag: 4) }})"
+    );
+    let registry = shibo_nodes::registry();
+    let graph = load_text(Path::new("long.ron"), &text, &registry, &options(UVec2::splat(64))).graph.unwrap();
+    let token = CancelToken::default();
+    let other = token.clone();
+    let stop = std::thread::spawn(move || {
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        other.cancel();
+    });
+    let result = session(registry, 2).value(&graph, (it(&graph), 0), &token, &Silent);
+    assert!(matches!(result, Err(Failure::Cancelled)), "{result:?}");
+    stop.join().unwrap();
+}
+
+#[test]
+fn verify_finds_nothing_in_a_graph_of_all_kinds() {
+    let registry = shibo_nodes::registry();
+    for kind in ["SimulateSprings", "DrawWrinkles", "Warp", "Relief"] {
+        let graph = graph(&registry, registry.info(kind).unwrap(), UVec2::splat(64), None).unwrap();
+        let found = session(shibo_nodes::registry(), 2).verify(&graph, &CancelToken::default(), &Silent);
+        assert_eq!(found, Ok(Vec::new()), "{kind}");
+    }
+}
+
+/// All nodes, and those made to break the rules.
+fn with_bad_nodes() -> Registry {
+    let bad = vec![Kind::of::<bad::Impure>(), Kind::of::<bad::Unwindowed>(), Kind::of::<bad::Infinite>()];
+    let mut families = shibo_nodes::families();
+    families.push(Family { name: "Bad", doc: "Nodes that break the rules.", kinds: bad });
+    Registry::new(families)
+}
+
+#[test]
+fn bad_nodes_are_found() {
+    let registry = with_bad_nodes();
+    let info = |kind: &str| registry.info(kind).unwrap();
+    assert!(is_documented(&registry, info("Impure")).is_err());
+    assert!(is_deterministic(&with_bad_nodes, info("Impure")).is_err());
+    assert!(is_deterministic(&with_bad_nodes, info("Unwindowed")).is_err());
+    let infinite = graph(&registry, info("Infinite"), UVec2::splat(8), None).unwrap();
+    assert!(bytes(&session(with_bad_nodes(), 1), &infinite, 8).is_err());
+    let impure = graph(&registry, info("Impure"), UVec2::splat(64), None).unwrap();
+    let found = session(with_bad_nodes(), 1).verify(&impure, &CancelToken::default(), &Silent).unwrap();
+    assert_eq!(found.len(), 1);
+    assert!(found[0].message.contains("`it`"), "{}", found[0].message);
+}

@@ -5,6 +5,7 @@
 pub mod combine;
 pub mod filter;
 pub mod generators;
+pub mod image;
 pub mod kernel;
 pub mod leather;
 pub mod material;
@@ -25,6 +26,7 @@ pub fn families() -> Vec<Family> {
     vec![
         leather::family(),
         generators::family(),
+        image::family(),
         tone::family(),
         combine::family(),
         filter::family(),

@@ -20,6 +20,7 @@ pub mod math_ops;
 pub mod noise;
 pub mod normal;
 pub mod occlusion;
+pub mod placed;
 pub mod points;
 pub mod poisson;
 pub mod pyramid;

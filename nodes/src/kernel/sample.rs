@@ -126,13 +126,13 @@ fn bring(x: i32, start: i32, n: usize, outside: Outside) -> i32 {
 }
 
 #[inline(always)]
-fn catmull_rom(t: f32) -> [f32; 4] {
+pub(crate) fn catmull_rom(t: f32) -> [f32; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [0.5 * (2.0 * t2 - t - t3), 0.5 * (3.0 * t3 - 5.0 * t2 + 2.0), 0.5 * (4.0 * t2 - 3.0 * t3 + t), 0.5 * (t3 - t2)]
 }
 
 #[inline(always)]
-fn bspline(t: f32) -> [f32; 4] {
+pub(crate) fn bspline(t: f32) -> [f32; 4] {
     let u = 1.0 - t;
     let near = |t: f32| (4.0 - 6.0 * t * t + 3.0 * t * t * t) * (1.0 / 6.0);
     [u * u * u * (1.0 / 6.0), near(t), near(u), t * t * t * (1.0 / 6.0)]
@@ -160,6 +160,12 @@ impl Pyramid {
             levels.push((nw, nh, half));
         }
         Self { levels, outside }
+    }
+
+    /// Width, height and values of a level.
+    pub(crate) fn level(&self, level: usize) -> (usize, usize, &[f32]) {
+        let (w, h, data) = &self.levels[level.min(self.levels.len() - 1)];
+        (*w, *h, data)
     }
 
     /// Number of levels.

@@ -1,0 +1,277 @@
+//! [`Image`]: a picture from a file.
+//!
+//! PNG, JPEG, TIFF and OpenEXR. Only the header is read until somebody wants a pixel. Where a pixel of the result covers
+//! more than one of the picture, area averages are shown, so small pictures do not alias. Cost: decoding once, then
+//! O(pixels).
+use super::pixels::{Pick, Pixels, Placement, Source};
+use crate::choice::choice;
+use crate::kernel::sample::{Filter, Outside};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, FilePath, Node, Output, Outputs, Xy};
+use shibo_engine::picture;
+use shibo_engine::value::{Canvas, Field, Grid, PictureFields, Stop, Tiling, Type, Value};
+use std::sync::Arc;
+
+/// What the numbers in a picture mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum ColorSpace {
+    /// Colour, encoded by the sRGB curve.
+    Srgb,
+    /// Colour, proportional to light.
+    Linear,
+    /// Data: heights, masks, normals.
+    Raw,
+}
+
+choice! {
+    /// How values between pixel centres are made.
+    PictureFilter = Filter {
+        /// The nearest pixel.
+        Nearest,
+        /// Linear in x and y.
+        Bilinear,
+        /// Cubic and sharp; overshoots a little at edges.
+        #[default]
+        CatmullRom,
+        /// Cubic and smooth; pixels lose a little contrast.
+        BSpline,
+    }
+}
+
+/// What lies outside the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Wrap {
+    /// The picture again.
+    #[default]
+    Repeat,
+    /// Its border goes on.
+    Clamp,
+}
+
+/// A picture from a file, placed with its corner at the canvas' corner. Serves as grey and as colour.
+///
+/// A read at the centre of one of its pixels gives the pixel exactly, with every filter but `BSpline`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Image {
+    /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file.
+    pub path: FilePath,
+    /// How large the picture is on the canvas; the whole canvas by default.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
+    pub size_mm: Option<Xy>,
+    /// What its numbers mean. By default sRGB for 8-bit colour, raw for 16 bits and for one channel, linear for float
+    /// colour.
+    pub color_space: Option<ColorSpace>,
+    /// How values between pixel centres are made.
+    pub filter: PictureFilter,
+    /// What lies outside the picture.
+    pub wrap: Wrap,
+}
+
+/// A picture that cannot be read, at the parameter that names it.
+pub(super) fn problem(error: &picture::FileError) -> Problem {
+    let code = match &error.reason {
+        reason if reason.is_not_found() => Code::FileNotFound,
+        reason if reason.is_too_large() => Code::TooLarge,
+        _ => Code::BadFile,
+    };
+    Problem::new(code, error.to_string()).at("path")
+}
+
+impl Image {
+    fn placement(&self, canvas: glam::DVec2, pixels: [u32; 2]) -> Placement {
+        let size = self.size_mm.map_or(canvas, |size| glam::DVec2::new(size.x, size.y));
+        let outside = match self.wrap {
+            Wrap::Repeat => Outside::Wrap,
+            Wrap::Clamp => Outside::Clamp,
+        };
+        let pitch = size / glam::UVec2::from(pixels).as_dvec2();
+        Placement { pitch, filter: self.filter.into(), outside: [outside; 2] }
+    }
+
+    fn repeats(&self, canvas: glam::DVec2) -> Tiling {
+        let size = self.size_mm.map_or(canvas, |size| glam::DVec2::new(size.x, size.y));
+        let whole = |n: f64| self.wrap == Wrap::Repeat && (n - n.round()).abs() < 1e-9 * n && n.round() >= 1.0;
+        let times = canvas / size;
+        Tiling { x: whole(times.x), y: whole(times.y) }
+    }
+}
+
+impl Node for Image {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("image", Type::Picture, "The picture, for ports of either kind."),
+        Output::new("rgb", Type::Rgb, "Its colour, scene-linear; grey if it has one channel."),
+        Output::new("gray", Type::Gray, "Its only channel, or its luminance."),
+        Output::new("red", Type::Gray, "Its first channel."),
+        Output::new("green", Type::Gray, "Its second channel; the first if there is none."),
+        Output::new("blue", Type::Gray, "Its third channel; the first if there is none."),
+        Output::new("alpha", Type::Gray, "Its opacity; 1 if it has none."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if !self.path.0.is_empty() {
+            return Vec::new();
+        }
+        let problem = Problem::new(Code::MissingInput, "`path` is not given; it must name a picture");
+        vec![problem.help("write `path: \"picture.png\"`")]
+    }
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        self.repeats(canvas.size_mm)
+    }
+
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        vec![("path", &self.path)]
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let missing = || Problem::new(Code::MissingInput, "`path` is not given; it must name a picture");
+        let path = cx.file("path").ok_or_else(missing)?;
+        let header = picture::header(path).map_err(|error| problem(&error))?;
+        let space = self.color_space.map(|space| match space {
+            ColorSpace::Srgb => picture::ColorSpace::Srgb,
+            ColorSpace::Linear => picture::ColorSpace::Linear,
+            ColorSpace::Raw => picture::ColorSpace::Raw,
+        });
+        let placement = self.placement(cx.size_mm(), [header.width, header.height]);
+        let resolution = glam::UVec2::new(header.width, header.height);
+        let fits = placement.pitch * resolution.as_dvec2() == cx.size_mm() || self.size_mm.is_none();
+        let native = Grid { origin: glam::DVec2::ZERO, step: placement.pitch, period: fits.then_some(resolution) };
+        let tiling = self.repeats(cx.size_mm());
+        let pixels = Arc::new(Pixels::new(path, space, &header, cx.evaluator.memory())?);
+        let field = |ty: Type, pick: Pick| {
+            Field::new(ty, tiling, Source { pixels: pixels.clone(), placement, pick }).with_native(native)
+        };
+        let alpha = if header.has_alpha { field(Type::Gray, Pick::Alpha) } else { Field::constant(Type::Gray, &[1.0]) };
+        let (rgb, gray) = (field(Type::Rgb, Pick::Color), field(Type::Gray, Pick::Gray));
+        let picture = PictureFields { gray: gray.clone(), rgb: rgb.clone() };
+        Ok(Outputs::one(Value::Picture(Arc::new(picture)))
+            .with("rgb", rgb)
+            .with("gray", gray)
+            .with("red", field(Type::Gray, Pick::Channel(0)))
+            .with("green", field(Type::Gray, Pick::Channel(1)))
+            .with("blue", field(Type::Gray, Pick::Channel(2)))
+            .with("alpha", alpha))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Plain, canvas, check_field, crop, raster};
+    use shibo_engine::node::Context;
+    use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
+    use shibo_engine::value::Window;
+    use std::path::{Path, PathBuf};
+
+    /// A picture of 16 × 8 pixels of noise with `channels` channels.
+    fn file(folder: &Path, name: &str, channels: usize, wrong: Option<f32>) -> (PathBuf, Vec<f32>) {
+        let path = folder.join(name);
+        let mut planes: Vec<f32> = (0..128 * channels).map(|k| (k * k % 97) as f32 / 97.0).collect();
+        if let Some(wrong) = wrong {
+            planes[128 + 17] = wrong;
+        }
+        let names = ["R", "G", "B", "A"].map(str::to_owned);
+        let spec = PictureSpec {
+            width: 16,
+            height: 8,
+            channels: names[..channels].to_vec(),
+            format: Format::Tiff,
+            depth: Depth::F32,
+            encoding: Encoding::default(),
+            compression: Compression::Fast,
+            metadata: Vec::new(),
+        };
+        let mut writer = Writer::create(&path, &spec).unwrap();
+        writer.write_rows(&planes.chunks_exact(128).collect::<Vec<_>>(), 8).unwrap();
+        writer.finish().unwrap();
+        (path, planes)
+    }
+
+    fn outputs(node: &Image, path: &Path) -> Result<Outputs, Stop> {
+        let files = [("path", path.to_owned())];
+        let canvas = Canvas { size_mm: glam::DVec2::new(32.0, 16.0), ..canvas() };
+        node.evaluate(&Context { kind: "Image", canvas: &canvas, inputs: &[], files: &files, evaluator: &Plain })
+    }
+
+    fn output(outputs: &Outputs, name: &str) -> Field {
+        match outputs.take(name, name == "image") {
+            Some(Value::Field(field)) => field.clone(),
+            Some(Value::Picture(picture)) => picture.rgb.clone(),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+
+    /// The canvas of [`outputs`] at the picture's own resolution.
+    fn native() -> Canvas {
+        Canvas { size_mm: glam::DVec2::new(32.0, 16.0), resolution: glam::UVec2::new(16, 8), ..canvas() }
+    }
+
+    #[test]
+    fn its_own_pixels_are_exact() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, planes) = file(folder.path(), "a.tif", 4, None);
+        let outputs = outputs(&Image::default(), &path).unwrap();
+        let rgb = output(&outputs, "image");
+        assert_eq!(rgb.native(), Some(native().grid(native().resolution)));
+        assert_eq!(raster(&rgb, &native()).data(), &planes[..384]);
+        assert_eq!(raster(&output(&outputs, "green"), &native()).data(), &planes[128..256]);
+        assert_eq!(raster(&output(&outputs, "alpha"), &native()).data(), &planes[384..]);
+        let gray = raster(&output(&outputs, "gray"), &native());
+        assert!((gray.data()[5] - (0.2126 * planes[5] + 0.7152 * planes[133] + 0.0722 * planes[261])).abs() < 1e-6);
+        let again = crop(&rgb, &native(), Window { x: -32, y: 8, width: 16, height: 8 });
+        assert_eq!(again.data(), &planes[..384]);
+    }
+
+    #[test]
+    fn one_channel_is_grey_and_opaque() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, planes) = file(folder.path(), "a.tif", 1, None);
+        let outputs = outputs(&Image { color_space: Some(ColorSpace::Raw), ..Image::default() }, &path).unwrap();
+        for name in ["gray", "red", "green", "blue"] {
+            assert_eq!(raster(&output(&outputs, name), &native()).data(), planes);
+        }
+        assert_eq!(raster(&output(&outputs, "rgb"), &native()).plane(2), planes);
+        assert_eq!(output(&outputs, "alpha").as_constant(), Some(&[1.0][..]));
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, _) = file(folder.path(), "a.tif", 3, None);
+        for wrap in [Wrap::Repeat, Wrap::Clamp] {
+            for size in [0.01, 5.0, 16.0, 1e6] {
+                for filter in [PictureFilter::Nearest, PictureFilter::CatmullRom, PictureFilter::BSpline] {
+                    let node = Image { size_mm: Some(Xy::new(size, size)), wrap, filter, ..Image::default() };
+                    check_field(&output(&outputs(&node, &path).unwrap(), "rgb"));
+                    assert_eq!(
+                        node.repeats(glam::DVec2::splat(32.0)).x,
+                        wrap == Wrap::Repeat && size < 32.0 && size != 5.0
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let fails = |path: &Path| match outputs(&Image::default(), path) {
+            Err(Stop::Failed(problem)) => problem,
+            other => panic!("{other:?}"),
+        };
+        let missing = fails(&folder.path().join("none.png"));
+        assert_eq!((missing.code, missing.field.as_deref()), (Code::FileNotFound, Some("path")));
+        let (path, _) = file(folder.path(), "nan.tif", 3, Some(f32::NAN));
+        let rgb = output(&outputs(&Image::default(), &path).unwrap(), "rgb");
+        let prepared = rgb.source().prepare(&native().grid(native().resolution), &Plain);
+        let Err(Stop::Failed(problem)) = prepared else { panic!("no error") };
+        assert_eq!(problem.code, Code::BadFile);
+        let place = "1 samples are not finite; all must be. The first is `NaN` in channel `G` at pixel (1, 1)";
+        assert!(problem.message.contains(place), "{}", problem.message);
+        assert_eq!(Image::default().check(&canvas()).len(), 1);
+    }
+}

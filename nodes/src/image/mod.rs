@@ -1,0 +1,13 @@
+//! Pictures from files.
+#[expect(clippy::module_inception, reason = "a file is named after its node")]
+mod image;
+mod pixels;
+
+pub use image::{ColorSpace, Image, PictureFilter, Wrap};
+
+use shibo_engine::registry::{Family, Kind};
+
+/// The nodes of this family.
+pub fn family() -> Family {
+    Family { name: "Image", doc: "Pictures from files, placed on the canvas in mm.", kinds: vec![Kind::of::<Image>()] }
+}

@@ -1,0 +1,167 @@
+//! The pixels of a picture file, decoded when the first of them is wanted, and the fields that show them.
+use super::image::problem;
+use crate::kernel::placed::{self, Place};
+use crate::kernel::sample::{Filter, Outside, Pyramid};
+use crate::kernel::tile;
+use glam::DVec2;
+use rayon::prelude::*;
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::picture::{ColorSpace, Header, Picture, ReadLimits, default_for, read, to_linear};
+use shibo_engine::value::{Evaluator, Field, FieldSource, Grid, Reader, Stop, Tile};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+/// A picture file.
+pub(super) struct Pixels {
+    path: PathBuf,
+    space: Option<ColorSpace>,
+    limits: ReadLimits,
+    /// Bytes of the decoded channels and their smaller versions, and of the file's samples while they are decoded.
+    bytes: u64,
+    decoding: u64,
+    decoded: OnceLock<Result<Decoded, Problem>>,
+}
+
+struct Decoded {
+    /// By channel; opacity last.
+    channels: Vec<Pyramid>,
+    /// How many of them are colour or data.
+    data: usize,
+}
+
+impl Pixels {
+    /// Nothing is decoded yet; refuses what would not fit into `memory` bytes.
+    pub(super) fn new(path: &Path, space: Option<ColorSpace>, header: &Header, memory: u64) -> Result<Self, Problem> {
+        let samples = u64::from(header.width) * u64::from(header.height) * u64::from(header.channels);
+        let bytes = samples * 16 / 3;
+        let decoding = samples * (4 + header.kind.bytes() as u64);
+        if bytes + decoding > memory {
+            let message = format!(
+                "the picture of `{}x{}` pixels needs {} MiB; {} MiB are allowed",
+                header.width,
+                header.height,
+                (bytes + decoding) >> 20,
+                memory >> 20
+            );
+            return Err(Problem::new(Code::TooLarge, message).at("path").help("scale it down, or raise --memory"));
+        }
+        let limits = ReadLimits { max_bytes_decoded: memory, ..ReadLimits::default() };
+        Ok(Self { path: path.to_owned(), space, limits, bytes, decoding, decoded: OnceLock::new() })
+    }
+
+    /// The pixels. Decoded outside of the lock: decoding waits for other threads, and one of them may come here.
+    fn get(&self) -> Result<&Decoded, Stop> {
+        let decoded = match self.decoded.get() {
+            Some(decoded) => decoded,
+            None => {
+                let decoded = self.decode();
+                self.decoded.get_or_init(|| decoded)
+            }
+        };
+        decoded.as_ref().map_err(|problem| problem.clone().into())
+    }
+
+    fn decode(&self) -> Result<Decoded, Problem> {
+        let mut picture = read(&self.path, &self.limits).map_err(|error| problem(&error))?;
+        self.refuse_non_finite(&picture)?;
+        let space = self.space.unwrap_or_else(|| default_for(&picture));
+        to_linear(&mut picture, space);
+        let (w, h) = (picture.width as usize, picture.height as usize);
+        let planes: Vec<Vec<f32>> = picture.planes.chunks_exact(w * h).map(<[f32]>::to_vec).collect();
+        let data = usize::from(picture.data_channels());
+        drop(picture);
+        let channels = planes.into_par_iter().map(|plane| Pyramid::new(plane, w, h, [Outside::Clamp; 2])).collect();
+        Ok(Decoded { channels, data })
+    }
+
+    fn refuse_non_finite(&self, picture: &Picture) -> Result<(), Problem> {
+        let Some(first) = picture.first_non_finite() else { return Ok(()) };
+        let channel = picture.names.get(usize::from(first.channel)).map_or("?", String::as_str);
+        let message = format!(
+            "`{}`: {} samples are not finite; all must be. The first is `{}` in channel `{channel}` at pixel ({}, {})",
+            self.path.display(),
+            picture.count_non_finite(),
+            first.value,
+            first.x,
+            first.y
+        );
+        Err(Problem::new(Code::BadFile, message).at("path").help("replace NaN and infinities before saving"))
+    }
+}
+
+/// Which channels a field shows.
+#[derive(Clone, Copy)]
+pub(super) enum Pick {
+    /// Three of them; the first thrice if there are fewer.
+    Color,
+    /// The only one, or the luminance.
+    Gray,
+    /// One of them; the first if there are not so many.
+    Channel(usize),
+    /// Opacity.
+    Alpha,
+}
+
+/// Where a picture lies.
+#[derive(Clone, Copy)]
+pub(super) struct Placement {
+    /// Size of one of its pixels, mm.
+    pub(super) pitch: DVec2,
+    pub(super) filter: Filter,
+    pub(super) outside: [Outside; 2],
+}
+
+/// A picture as a field.
+pub(super) struct Source {
+    pub(super) pixels: Arc<Pixels>,
+    pub(super) placement: Placement,
+    pub(super) pick: Pick,
+}
+
+/// Weights of linear red, green and blue in luminance (Rec. 709).
+const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
+impl FieldSource for Source {
+    fn fill(&self, _reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+        let pixels = self.pixels.get()?;
+        let Placement { pitch, filter, outside } = self.placement;
+        let (origin, step) = (out.grid.origin / pitch, out.grid.step / pitch);
+        let place =
+            Place { rect: tile::rect(out.window), origin: origin.to_array(), step: step.to_array(), filter, outside };
+        let channel = |k: usize| &pixels.channels[if k < pixels.data { k } else { 0 }];
+        match self.pick {
+            Pick::Color => {
+                for (k, plane) in tile::planes3(out).into_iter().enumerate() {
+                    placed::fill(channel(k), &place, plane);
+                }
+            }
+            Pick::Gray if pixels.data < 3 => placed::fill(channel(0), &place, out.plane_mut(0)),
+            Pick::Gray => {
+                let mut plane = vec![0.0; out.window.len()];
+                for (k, weight) in LUMINANCE.into_iter().enumerate() {
+                    placed::fill(channel(k), &place, &mut plane);
+                    out.data_mut().iter_mut().zip(&plane).for_each(|(out, v)| *out += weight * v);
+                }
+            }
+            Pick::Channel(k) => placed::fill(channel(k), &place, out.plane_mut(0)),
+            Pick::Alpha => placed::fill(&pixels.channels[pixels.channels.len() - 1], &place, out.plane_mut(0)),
+        }
+        Ok(())
+    }
+
+    fn reads(&self, _grid: &Grid) -> Vec<(&Field, Grid)> {
+        Vec::new()
+    }
+
+    fn prepare(&self, _grid: &Grid, _evaluator: &dyn Evaluator) -> Result<Option<Tile>, Stop> {
+        self.pixels.get().map(|_| None)
+    }
+
+    fn prepare_bytes(&self, _grid: &Grid) -> u64 {
+        if self.pixels.decoded.get().is_some() { 0 } else { self.pixels.bytes + self.pixels.decoding }
+    }
+
+    fn bytes(&self) -> usize {
+        usize::try_from(self.pixels.bytes).unwrap_or(usize::MAX)
+    }
+}

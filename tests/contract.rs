@@ -1,4 +1,5 @@
 //! The house rules, checked on every registered node; and on nodes made to break them, so that the checks can fail.
+#![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 mod common;
 
 use common::bad;

@@ -53,6 +53,11 @@ pub enum Wrap {
 /// A picture from a file, placed with its corner at the canvas' corner. Serves as grey and as colour.
 ///
 /// A read at the centre of one of its pixels gives the pixel exactly, with every filter but `BSpline`.
+///
+/// ```ron
+/// "picture": Image(path: "ramp.png", size_mm: (20, 15)),
+/// "example": Warp(input: "picture", amount: 1.5, size: 9),
+/// ```
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Image {

@@ -156,7 +156,7 @@ pub fn distances(input: &Field, threshold: f32, radius: f64) -> Field {
 }
 
 /// Up to this halo in pixels one pass is the faster way.
-const ONE_PASS: usize = 96;
+const ONE_PASS: usize = 40;
 
 struct Squares {
     input: Field,

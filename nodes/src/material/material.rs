@@ -11,10 +11,12 @@ use shibo_engine::value::{self, Canvas, Channel, Field, Stop, Type};
 /// left out: a normal is not made from the height, connect `HeightToNormal`.
 ///
 /// ```ron
-/// "noise":   Fractal(size: 7),
-/// "normal":  HeightToNormal(input: "noise"),
-/// "leather": Material(base_color: "#7a4526", roughness: 0.5, height: "noise", normal: "normal"),
-/// "example": Relief(material: "leather"),
+/// "cells":   Worley(size: 4),
+/// "grooves": Remap(input: "cells.border", from: (0, 0.5), to: (1, 0), clamp: true),
+/// "dome":    Pillow(input: "grooves", radius: 1.2),
+/// "normal":  HeightToNormal(input: "dome", strength: 0.4),
+/// "leather": Material(base_color: "#7a2a1c", roughness: 0.5, height: "dome", normal: "normal"),
+/// "example": Relief(material: "leather", strength: 0.4),
 /// ```
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -64,11 +66,11 @@ impl Node for Material {
     const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The channels that are connected.")];
     const FACTS: &'static [Fact] = &[];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
         if !self.is_empty() {
             return Vec::new();
         }
-        let problem = Problem::new(Code::MissingInput, "no channel is connected; at least one must be");
+        let problem = Problem::new(Code::Advice, "no channel is connected; the material is empty");
         vec![problem.help("write for example `base_color: \"#7a4526\", roughness: 0.5`")]
     }
 
@@ -105,8 +107,8 @@ mod tests {
         let Some(Value::Material(material)) = outputs.take("material", true) else { panic!("no material") };
         let found: Vec<_> = material.channels().iter().map(|(channel, field)| (*channel, field.ty())).collect();
         assert_eq!(found, [(Channel::BaseColor, Type::Rgb), (Channel::Height, Type::Gray)]);
-        assert_eq!(Material::default().check(&canvas()).len(), 1);
-        assert_eq!(node.check(&canvas()), []);
+        assert_eq!(Material::default().advice(&canvas()).len(), 1);
+        assert_eq!(node.advice(&canvas()), []);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Type};
 ///
 /// ```ron
 /// "cells":   Worley(size: 7),
-/// "leather": Material(base_color: "#7a4526", height: "cells.border"),
+/// "leather": Material(base_color: "#7a4526", height: "cells.value"),
 /// "example": MaterialChannel(material: "leather", channel: Height),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]

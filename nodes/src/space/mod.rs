@@ -1,6 +1,8 @@
 //! Space: fields moved, turned, scaled and bent.
+mod moved;
 mod transform;
 mod warp;
+mod warped;
 
 pub use transform::Transform;
 pub use warp::Warp;

@@ -13,8 +13,10 @@ use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
 /// Openness of a height field to the sky: 1 on plains and hills, darker in hollows and grooves.
 ///
 /// ```ron
-/// "cells":   Worley(size: 7),
-/// "example": AmbientOcclusion(input: "cells.border", radius: 1.5, strength: 1.5),
+/// "cells":   Worley(size: 6),
+/// "grooves": Remap(input: "cells.border", from: (0, 0.6), to: (1, 0), clamp: true),
+/// "dome":    Pillow(input: "grooves", radius: 1.5),
+/// "example": AmbientOcclusion(input: "dome", radius: 2, strength: 3),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

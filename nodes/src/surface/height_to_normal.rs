@@ -24,8 +24,10 @@ pub enum SlopeFilter {
 /// The normal map of a height in mm, stored as ½ + ½n.
 ///
 /// ```ron
-/// "height":  Fractal(size: 8, octaves: 3),
-/// "example": HeightToNormal(input: "height", strength: 8),
+/// "cells":   Worley(size: 6),
+/// "grooves": Remap(input: "cells.border", from: (0, 0.6), to: (1, 0), clamp: true),
+/// "dome":    Pillow(input: "grooves", radius: 2),
+/// "example": HeightToNormal(input: "dome"),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

@@ -13,7 +13,8 @@ use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
 ///
 /// ```ron
 /// "cells":   Worley(size: 6),
-/// "example": Pillow(input: "cells.f1", threshold: 0.6, radius: 1.5),
+/// "grooves": Remap(input: "cells.border", from: (0, 0.6), to: (1, 0), clamp: true),
+/// "example": Pillow(input: "grooves", radius: 1.5),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

@@ -16,16 +16,18 @@ use shibo_engine::value::{Canvas, Channel, Field, FieldSource, Grid, Material, R
 /// Channels that are connected here take the place of those of the material.
 ///
 /// ```ron
-/// "cells":   Worley(size: 7),
-/// "dome":    Pillow(input: "cells.f1", threshold: 0.7, radius: 2),
-/// "example": Relief(height: "dome"),
+/// "cells":   Worley(size: 2.6),
+/// "grooves": Remap(input: "cells.border", from: (0, 0.4), to: (1, 0), clamp: true),
+/// "bent":    Warp(input: "grooves", amount: 0.4, size: 2.5),
+/// "dome":    Pillow(input: "bent", radius: 0.8),
+/// "example": Relief(height: "dome", strength: 0.35),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Relief {
-    /// A material that supplies the channels below; one without height is shown flat.
+    /// A material that supplies the channels below.
     pub material: Option<In<Material>>,
-    /// Height in mm. Needed unless there is a material.
+    /// Height in mm; flat where there is neither this nor a material's.
     pub height: Option<In<Gray>>,
     /// Base colour; `color` where there is neither this nor a material's.
     pub base_color: Option<In<Rgb>>,
@@ -57,7 +59,7 @@ impl Default for Relief {
             base_color: None,
             roughness: None,
             ao: None,
-            color: Color([0.28, 0.16, 0.09]),
+            color: Color([0.16, 0.085, 0.045]),
             strength: 1.0,
             azimuth: 225.0,
             elevation: 40.0,
@@ -70,12 +72,11 @@ impl Node for Relief {
     const OUTPUTS: &'static [Output] = &[Output::new("picture", Type::Rgb, "The lit picture, scene-linear, 0..1.")];
     const FACTS: &'static [Fact] = &[];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
         if self.height.is_some() || self.material.is_some() {
             return Vec::new();
         }
-        let problem =
-            Problem::new(Code::MissingInput, "neither `height` nor `material` is connected; one of them must be");
+        let problem = Problem::new(Code::Advice, "neither `height` nor `material` is connected; the surface is flat");
         vec![problem.help("write `height: \"…\"` or `material: \"…\"`")]
     }
 
@@ -153,7 +154,7 @@ mod tests {
         for (strength, exposure, elevation) in [(1.0, 1.0, 40.0), (-1e4, 1e3, 1.0), (1e4, 0.0, 90.0)] {
             check_field(&field(&Relief { strength, exposure, elevation, ..node.clone() }, &[lumps().into()]));
         }
-        assert_eq!(node.check(&crate::testing::canvas()), []);
-        assert_eq!(Relief::default().check(&crate::testing::canvas()).len(), 1);
+        assert_eq!(node.advice(&crate::testing::canvas()), []);
+        assert_eq!(Relief::default().advice(&crate::testing::canvas()).len(), 1);
     }
 }

@@ -8,7 +8,7 @@ use crate::report;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use serde_json::{Value as Json, json};
-use shibo_engine::diagnostics::{Diagnostic, SourceMap};
+use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
 use shibo_engine::session::Failure;
@@ -99,12 +99,16 @@ fn verify(graph: &Graph, args: &CheckArgs, terminal: &Terminal) -> Result<Vec<Di
     Ok(found)
 }
 
-/// `errors` is what fails a check; warnings stand apart.
+/// The contract's form, for all files together; `warnings` stand apart, so that whatever is in `errors` fails.
 fn json_of(found: &[Found]) -> Json {
-    let list = |warning: bool| -> Vec<Json> {
-        let of =
-            |f: &Found| f.diagnostics.iter().filter(|d| d.warning == warning).map(|d| d.to_json(&f.sources)).collect();
-        found.iter().flat_map(|f| -> Vec<Json> { of(f) }).collect()
-    };
-    json!({ "errors": list(false), "warnings": list(true) })
+    let mut all = json!({ "errors": [], "warnings": [] });
+    for one in found {
+        let Json::Object(lists) = to_json(&one.diagnostics, &one.sources) else { continue };
+        for (name, list) in lists {
+            if let (Some(Json::Array(all)), Json::Array(list)) = (all.get_mut(&name), list) {
+                all.extend(list);
+            }
+        }
+    }
+    all
 }

@@ -6,7 +6,7 @@ use crate::report;
 use crate::terminal::Terminal;
 use glam::UVec2;
 use shibo_engine::diagnostics::{Diagnostic, SourceMap};
-use shibo_engine::graph::{self, Graph, LoadOptions, Loaded};
+use shibo_engine::graph::{self, Graph, Limits, LoadOptions, Loaded};
 use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Session, Settings};
 use std::path::{Path, PathBuf};
@@ -19,6 +19,7 @@ pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolut
         resolution,
         // Without a working folder, relative paths stay as they are, which means the same.
         working_dir: std::env::current_dir().unwrap_or_default(),
+        limits: Limits::default(),
     };
     graph::load(path, registry, &options)
 }

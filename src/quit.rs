@@ -31,7 +31,6 @@ impl Quit {
             }
             Self::Usage(message) => {
                 terminal.error(message);
-                terminal.note("`shibo --help` and `shibo COMMAND --help` say what there is");
                 ExitCode::from(2)
             }
         }

@@ -38,7 +38,9 @@ fn write(text: &mut Text, diagnostic: &Diagnostic, texts: &mut Texts<'_>, width:
     places.extend(diagnostic.related.iter().map(|r| (r.span, one_line(&r.message), false)));
     let pictures = picture.then(|| pictures(&places, texts, width, text.color())).flatten();
     match pictures {
-        Some(pictures) => pictures.iter().for_each(|p| drop(text.rendered(p))),
+        Some(pictures) => pictures.iter().for_each(|p| {
+            text.rendered(p);
+        }),
         None => plain(text, &places, texts.sources),
     }
     if let Some(help) = &diagnostic.help {
@@ -96,7 +98,7 @@ fn label(source: &Shown, (span, label, primary): &(Span, String, bool)) -> Label
     let (start, end) = source.within(span);
     let label = (!label.is_empty()).then(|| escape(label));
     if *primary {
-        LabeledSpan::new_primary_with_span(label.or_else(|| Some("here".to_owned())), (start, end - start))
+        LabeledSpan::new_primary_with_span(label, (start, end - start))
     } else {
         LabeledSpan::new_with_span(label, (start, end - start))
     }

@@ -15,12 +15,12 @@ pub(crate) struct Template {
 pub(crate) const TEMPLATES: &[Template] = &[
     Template {
         name: "starter",
-        doc: "a small material, every line explained",
+        doc: "one layer of leather, every line explained",
         text: include_str!("../graphs/starter.ron"),
     },
     Template {
         name: "leather",
-        doc: "a full-grain calf from bands, springs and wrinkles",
+        doc: "a full-grain calf: fine grain, folds and pores",
         text: include_str!("../graphs/leather.ron"),
     },
     Template {

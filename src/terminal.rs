@@ -187,11 +187,6 @@ impl Terminal {
         self.message(Style::Warning, "warning", message);
     }
 
-    /// Says more about what was said before.
-    pub(crate) fn note(&self, message: &str) {
-        self.message(Style::Dim, "help", message);
-    }
-
     /// Says what was done.
     pub(crate) fn say(&self, message: &str) {
         let mut text = Text::new(self.color);

@@ -1,4 +1,5 @@
 //! The rules of ARCHITECTURE.md on who may know whom, kept by reading the `use` lines.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use std::fs;
 use std::path::{Path, PathBuf};
 

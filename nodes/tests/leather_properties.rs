@@ -1,4 +1,5 @@
 //! What must hold for the leather kernels whatever the numbers.
+#![allow(clippy::cast_possible_truncation, reason = "the vectors are f64, the kernels f32")]
 
 use glam::Vec2;
 use proptest::prelude::*;

@@ -1,4 +1,5 @@
 //! The leather kernels against reference values computed independently in double precision.
+#![allow(clippy::cast_possible_truncation, reason = "the vectors are f64, the kernels f32")]
 
 use glam::{IVec2, Vec2};
 use serde_json::Value;
@@ -171,7 +172,7 @@ fn hexagons() {
 fn line_pixels_and_scalars() {
     let all = vectors();
     for case in all["lines"].as_array().expect("cases") {
-        let ends = [&case["p"], &case["q"]].map(|p| numbers(p));
+        let ends = [&case["p"], &case["q"]].map(numbers);
         let [w, h] = [0, 1].map(|i| numbers(&case["image"])[i] as usize);
         let raster = Raster { values: &vec![0.0; w * h], width: w, height: h, size: Vec2::splat(4.0), periodic: false };
         let [p, q] = ends.map(|e| raster.pixel(Vec2::new(e[0] as f32, e[1] as f32)));

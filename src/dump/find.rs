@@ -8,6 +8,11 @@ use shibo_engine::graph::{Graph, GraphNode};
 pub(super) fn output(graph: &Graph, name: &str) -> Result<(NodeIndex, usize), Quit> {
     let (node, port) = name.split_once('.').map_or((name, None), |(node, port)| (node, Some(port)));
     let Some(index) = graph.nodes.node_indices().find(|&i| graph.nodes[i].name == node) else {
+        let inside = format!("{node}/");
+        if let Some(inner) = graph.nodes.node_weights().find(|n| n.name.starts_with(&inside)) {
+            let message = format!("`{node}` is a sub-graph; its nodes are `{node}/NODE`, such as `{}`", inner.name);
+            return Err(Quit::Usage(message));
+        }
         let names: Vec<&str> = graph.nodes.node_weights().map(|n| n.name.as_str()).collect();
         return Err(Quit::Usage(format!("the graph has no node `{node}`; {}", suggest(node, "node", &names))));
     };

@@ -1,5 +1,4 @@
-//! Where the boxes of a drawing go: in columns, by the longest way from a source, so that wires run from left to right
-//! and cross seldom.
+//! Where the boxes of a drawing go: in columns, by the longest way, so that wires run from left to right and cross seldom.
 
 /// The number of boxes and bends above which long wires are drawn straight.
 const MOST_BENDS: usize = 100_000;
@@ -30,9 +29,8 @@ pub(super) struct Layout {
 
 /// Lays out `count` boxes connected by `wires`, which form no cycle; `last` are drawn in the last column.
 pub(super) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool) -> Layout {
-    let mut columns = columns(count, wires);
+    let columns = columns(count, wires, last);
     let rightmost = columns.iter().copied().max().unwrap_or(0);
-    (0..count).filter(|&i| last(i)).for_each(|i| columns[i] = rightmost);
     let mut net = Net::new(columns, wires);
     net.order();
     net.straighten();
@@ -45,27 +43,31 @@ pub(super) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize
     }
 }
 
-/// The column of each box: one more than the rightmost of those it reads; sources stand beside their first reader.
-fn columns(count: usize, wires: &[(usize, usize)]) -> Vec<usize> {
+/// The column of each box: as far right as its readers let it, which keeps wires short; the longest way sets the width.
+fn columns(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut readers = vec![Vec::new(); count];
-    let mut waiting = vec![0; count];
+    let mut waiting = vec![0_usize; count];
     for &(from, to) in wires {
         readers[from].push(to);
         waiting[to] += 1;
     }
-    let sources: Vec<usize> = (0..count).filter(|&i| waiting[i] == 0).collect();
-    let mut ready = sources.clone();
-    let mut columns = vec![0; count];
-    while let Some(i) = ready.pop() {
+    let mut order: Vec<usize> = (0..count).filter(|&i| waiting[i] == 0).collect();
+    let mut columns = vec![0_usize; count];
+    let mut next = 0;
+    while let Some(&i) = order.get(next) {
+        next += 1;
         for &to in &readers[i] {
             columns[to] = columns[to].max(columns[i] + 1);
             waiting[to] -= 1;
             if waiting[to] == 0 {
-                ready.push(to);
+                order.push(to);
             }
         }
     }
-    for i in sources {
+    let rightmost = columns.iter().copied().max().unwrap_or(0);
+    (0..count).filter(|&i| last(i)).for_each(|i| columns[i] = rightmost);
+    for &i in order.iter().rev() {
+        // What nobody reads stays where it is.
         if let Some(first) = readers[i].iter().map(|&to| columns[to]).min() {
             columns[i] = first.saturating_sub(1);
         }

@@ -9,8 +9,8 @@ static CALLS: AtomicU32 = AtomicU32::new(0);
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
-pub struct Impure {
-    pub value: f64,
+pub(crate) struct Impure {
+    pub(crate) value: f64,
 }
 
 impl Node for Impure {
@@ -26,8 +26,8 @@ impl Node for Impure {
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
-pub struct Unwindowed {
-    pub value: f64,
+pub(crate) struct Unwindowed {
+    pub(crate) value: f64,
 }
 
 impl Node for Unwindowed {
@@ -43,8 +43,8 @@ impl Node for Unwindowed {
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
-pub struct Infinite {
-    pub value: f64,
+pub(crate) struct Infinite {
+    pub(crate) value: f64,
 }
 
 impl Node for Infinite {

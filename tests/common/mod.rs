@@ -1,2 +1,2 @@
 //! Shared by tests.
-pub mod bad;
+pub(crate) mod bad;

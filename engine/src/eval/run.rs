@@ -4,7 +4,7 @@ use super::tiles::covering;
 use super::{CancelToken, DiskCache, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, TileKey, codec, keys};
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::graph::{Graph, GraphNode, Input};
-use crate::node::Context;
+use crate::node::{Context, Outputs};
 use crate::value::{
     Evaluator, Field, FieldSource, Grid, GridId, Key, Material, PictureFields, Stop, Tile, Value, Window,
 };
@@ -162,13 +162,19 @@ impl<'g> Run<'g> {
             files: &node.files,
             evaluator: &evaluator,
         };
+        let handed_on = keys::no_op_slot(node).and_then(|slot| inputs.get(slot)?.convert(node.outputs[0]));
         let start = Clock::start(alone);
-        let outputs = node.node.evaluate(&context)?;
+        // What a node hands on has the key of its input: it must be that, whatever the node would make of it.
+        let outputs = match handed_on {
+            Some(_) if node.outputs.len() == 1 => Outputs::default(),
+            _ => node.node.evaluate(&context)?,
+        };
         let time = start.elapsed().saturating_sub(Duration::from_nanos(evaluator.nested.load(Ordering::Relaxed)));
         let mut object = false;
         for (i, spec) in node.node.outputs().iter().enumerate() {
             let key = self.keys.output(index, i);
-            let Some(value) = outputs.take(spec.name, i == 0) else {
+            let handed_on = handed_on.as_ref().filter(|_| i == 0);
+            let Some(value) = handed_on.or_else(|| outputs.take(spec.name, i == 0)) else {
                 let message = format!("`{}` did not make its output `{}`", node.kind, spec.name);
                 return Err(Problem::new(Code::BadValue, message).help("this is a defect of the node").into());
             };

@@ -2,8 +2,8 @@
 //!
 //! Source: S. Worley, "A cellular texture basis function" (1996); the border distance after I. Quilez, "Voronoi
 //! borders". Differs in that cells lie on a lattice that repeats with the canvas, with one point in each; see
-//! [`kernel::worley`](crate::kernel::worley). Each output is computed for itself. Cost: O(pixels), about 10 ns each;
-//! `border` twice that.
+//! [`kernel::worley`](crate::kernel::worley). Each output is computed for itself. Cost: O(pixels), about 13 ns each;
+//! `border` four times that.
 use crate::choice::choice;
 use crate::kernel::cells::CellShape;
 use crate::kernel::hash::Hash;

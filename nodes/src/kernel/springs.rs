@@ -6,8 +6,8 @@
 //! periodic lattices. Lengths are mm; stiffness, mass, drag and step only have meaning in the groups `k δ²/m` and
 //! `drag δ/m`.
 //!
-//! Two paths give the same motion but sum the forces of a point in different orders: [`super::springs_grid`] for
-//! lattices that are grids, with no index lists, and [`super::springs_list`] for all others. Each is deterministic for
+//! Two paths give the same motion but sum the forces of a point in different orders: `springs_grid` for
+//! lattices that are grids, with no index lists, and `springs_list` for all others. Each is deterministic for
 //! any number of threads: work is cut into parts of fixed size and each part sums in a fixed order. Everything is
 //! generic over [`Real`] so that the tests run the shipped code in double precision.
 

@@ -41,7 +41,7 @@ pub struct WorleyOut<'a> {
     pub f1: Option<&'a mut [f32]>,
     /// Distance to the second nearest, mm.
     pub f2: Option<&'a mut [f32]>,
-    /// Distance to the border of the cell, mm (doubles the cost).
+    /// Distance to the border of the cell, mm (four times the cost).
     pub border: Option<&'a mut [f32]>,
     /// A number per cell, uniform in 0..1.
     pub value: Option<&'a mut [f32]>,

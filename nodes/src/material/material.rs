@@ -13,7 +13,7 @@ use shibo_engine::value::{self, Canvas, Channel, Field, Stop, Type};
 /// ```ron
 /// "cells":   Worley(size: 4),
 /// "grooves": Remap(input: "cells.border", from: (0, 0.5), to: (1, 0), clamp: true),
-/// "dome":    Pillow(grooves: "grooves", radius: 1.2),
+/// "dome":    Pillow(input: "grooves", radius: 1.2),
 /// "normal":  HeightToNormal(input: "dome", strength: 0.4),
 /// "leather": Material(base_color: "#7a2a1c", roughness: 0.5, height: "dome", normal: "normal"),
 /// "example": Relief(material: "leather", strength: 0.4),

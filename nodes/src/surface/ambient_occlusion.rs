@@ -15,14 +15,14 @@ use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
 /// ```ron
 /// "cells":   Worley(size: 6),
 /// "grooves": Remap(input: "cells.border", from: (0, 0.6), to: (1, 0), clamp: true),
-/// "dome":    Pillow(grooves: "grooves", radius: 1.5),
-/// "example": AmbientOcclusion(height: "dome", radius: 2, strength: 3),
+/// "dome":    Pillow(input: "grooves", radius: 1.5),
+/// "example": AmbientOcclusion(input: "dome", radius: 2, strength: 3),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AmbientOcclusion {
     /// Height in mm.
-    pub height: In<Gray>,
+    pub input: In<Gray>,
     /// Size of the hollows that darken; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
@@ -33,7 +33,7 @@ pub struct AmbientOcclusion {
 
 impl Default for AmbientOcclusion {
     fn default() -> Self {
-        Self { height: In::default(), radius: 0.5, strength: 1.0 }
+        Self { input: In::default(), radius: 0.5, strength: 1.0 }
     }
 }
 
@@ -53,7 +53,7 @@ impl Node for AmbientOcclusion {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let height = cx.get(&self.height)?;
+        let height = cx.get(&self.input)?;
         let [a, b, c] = occlusion::widths(self.radius).map(|sigma| fields::blurred(&height, sigma, cx.size_mm()));
         let spec = occlusion::OcclusionSpec { radius: self.radius, strength: self.strength, step: [1.0; 2] };
         Ok(Outputs::one(Field::map(Type::Gray, [height, a, b, c], Halo::NONE, move |out, [height, a, b, c]| {
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn hollows_are_darker_than_hills() {
-        let node = AmbientOcclusion { height: port(0), radius: 2.0, ..AmbientOcclusion::default() };
+        let node = AmbientOcclusion { input: port(0), radius: 2.0, ..AmbientOcclusion::default() };
         let inputs = [lumps().into()];
         let (ao, height) = (render(&node, &inputs), crate::testing::raster(&lumps(), &crate::testing::canvas()));
         let mean = |low: f32, high: f32| {

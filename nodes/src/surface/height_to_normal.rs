@@ -26,7 +26,7 @@ pub enum SlopeFilter {
 /// ```ron
 /// "cells":   Worley(size: 6),
 /// "grooves": Remap(input: "cells.border", from: (0, 0.6), to: (1, 0), clamp: true),
-/// "dome":    Pillow(grooves: "grooves", radius: 2),
+/// "dome":    Pillow(input: "grooves", radius: 2),
 /// "example": HeightToNormal(input: "dome"),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]

@@ -14,13 +14,13 @@ use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
 /// ```ron
 /// "cells":   Worley(size: 6),
 /// "grooves": Remap(input: "cells.border", from: (0, 0.6), to: (1, 0), clamp: true),
-/// "example": Pillow(grooves: "grooves", radius: 1.5),
+/// "example": Pillow(input: "grooves", radius: 1.5),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pillow {
     /// Grooves are where this is above the threshold.
-    pub grooves: In<Gray>,
+    pub input: In<Gray>,
     /// Distance from a groove at which a dome is full; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
@@ -31,7 +31,7 @@ pub struct Pillow {
 
 impl Default for Pillow {
     fn default() -> Self {
-        Self { grooves: In::default(), radius: 0.5, threshold: 0.35 }
+        Self { input: In::default(), radius: 0.5, threshold: 0.35 }
     }
 }
 
@@ -51,7 +51,7 @@ impl Node for Pillow {
 
     #[expect(clippy::cast_possible_truncation, reason = "fields are f32")]
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let distances = fields::distances(&cx.get(&self.grooves)?, self.threshold as f32, self.radius);
+        let distances = fields::distances(&cx.get(&self.input)?, self.threshold as f32, self.radius);
         let radius = self.radius as f32;
         Ok(Outputs::one(Field::map(Type::Gray, [distances], Halo::NONE, move |out, [d]| {
             out.data_mut().copy_from_slice(d.data());
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn domes_rise_from_the_grooves() {
-        let pillow = Pillow { grooves: port(0), radius: 2.0, ..Pillow::default() };
+        let pillow = Pillow { input: port(0), radius: 2.0, ..Pillow::default() };
         let (dome, input) =
             (render(&pillow, &[lumps().into()]), crate::testing::raster(&lumps(), &crate::testing::canvas()));
         assert!(dome.data().iter().all(|v| (0.0..=1.0).contains(v)));

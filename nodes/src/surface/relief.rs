@@ -19,7 +19,7 @@ use shibo_engine::value::{Canvas, Channel, Field, FieldSource, Grid, Material, R
 /// "cells":   Worley(size: 2.6),
 /// "grooves": Remap(input: "cells.border", from: (0, 0.4), to: (1, 0), clamp: true),
 /// "bent":    Warp(input: "grooves", amount: 0.4, size: 2.5),
-/// "dome":    Pillow(grooves: "bent", radius: 0.8),
+/// "dome":    Pillow(input: "bent", radius: 0.8),
 /// "example": Relief(height: "dome", strength: 0.35),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]

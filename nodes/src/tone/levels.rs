@@ -13,7 +13,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile};
 ///
 /// ```ron
 /// "clouds": Fractal(size: 14),
-/// "example": Levels(input: "clouds", low: 0.35, high: 0.7, gamma: 0.8),
+/// "example": Levels(input: "clouds", low: 0.25, high: 0.75),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

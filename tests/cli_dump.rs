@@ -1,0 +1,94 @@
+//! `shibo dump`, end to end.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+mod support;
+
+use serde_json::{Value as Json, json};
+use support::Desk;
+
+fn count(json: &Json, key: &str) -> usize {
+    json[key].as_array().unwrap_or_else(|| panic!("no list `{key}` in {json}")).len()
+}
+
+#[test]
+fn objects_print_their_data() {
+    let desk = Desk::with_graph();
+    let points = desk.shibo("dump a.ron points --format json").expect(0).json();
+    assert_eq!(points["type"], "Points");
+    let n = count(&points, "points");
+    assert!(n > 20 && points["points"][0].as_array().unwrap().len() == 2);
+    let lattice = desk.shibo("dump a.ron links").expect(0).json();
+    assert_eq!((lattice["type"].as_str(), count(&lattice, "points")), (Some("Lattice"), n));
+    let links = count(&lattice, "links");
+    assert_eq!(count(&lattice, "alive"), links);
+    assert!(lattice.get("velocities").is_none() && lattice.get("broken").is_none());
+    let springs = desk.shibo("dump a.ron springs").expect(0).json();
+    assert_eq!(springs["type"], "SpringNet");
+    assert_eq!(["stiffness", "rest_length", "mass"].map(|key| count(&springs, key)), [links, links, n]);
+    let moved = desk.shibo("dump a.ron moved").expect(0).json();
+    assert_eq!((moved["type"].as_str(), count(&moved, "velocities")), (Some("Lattice"), n));
+    assert_eq!(moved["broken"], json!([]));
+    let segments = desk.shibo("dump a.ron wrinkles").expect(0).json();
+    assert_eq!(segments["type"], "Segments");
+    assert_eq!(segments["segments"][0].as_array().unwrap().len(), 4);
+    assert!(segments["width"].is_array());
+}
+
+#[test]
+fn fields_print_their_values_by_rows() {
+    let desk = Desk::with_graph();
+    let field = desk.shibo("dump a.ron strokes.mask --resolution 8x4").expect(0).json();
+    assert_eq!((&field["type"], &field["size"], &field["channels"]), (&json!("Gray"), &json!([8, 4]), &json!(1)));
+    assert_eq!(count(&field, "values"), 32);
+    let whole = desk.shibo("dump a.ron bumps").expect(0).json();
+    assert_eq!(whole["size"], json!([96, 96]));
+    // The same on any number of threads, with and without a cache.
+    let one = desk.shibo("dump a.ron bumps --threads 1 --no-cache").expect(0).stdout;
+    assert_eq!(one, desk.shibo("dump a.ron bumps --threads 8").expect(0).stdout);
+}
+
+#[test]
+fn fields_are_taken_at_points() {
+    let desk = Desk::with_graph();
+    let field = desk.shibo("dump a.ron bumps --resolution 40").expect(0).json();
+    // The centres of pixels (0, 0), (3, 0) and (0, 2).
+    desk.write("p.csv", "0.5,0.5\n3.5, 0.5\r\n\n0.5,2.5\n");
+    let at = desk.shibo("dump a.ron bumps --resolution 40 --at p.csv").expect(0).json();
+    assert_eq!((&at["type"], &at["channels"], count(&at, "values")), (&json!("Gray"), &json!(1), 3));
+    for (i, pixel) in [0, 3, 80].into_iter().enumerate() {
+        let (a, b) = (at["values"][i].as_f64().unwrap(), field["values"][pixel].as_f64().unwrap());
+        assert!((a - b).abs() < 1e-5, "{a} {b}");
+    }
+    for (text, line) in [("1,2\nx,3\n", "line 2"), ("1\n", "line 1"), ("1,2,3\n", "line 1"), ("1,2\n1,nan", "line 2")] {
+        desk.write("p.csv", text);
+        let ran = desk.shibo("dump a.ron bumps --at p.csv").expect(1);
+        assert!(ran.stderr.contains("p.csv") && ran.stderr.contains(line), "{text}: {}", ran.stderr);
+        assert_eq!(ran.stdout, "");
+    }
+    desk.shibo("dump a.ron bumps --at none.csv").expect(1);
+    desk.shibo("dump a.ron bumps --at cache").expect(1);
+    desk.write("p.csv", "1,2\n");
+    let ran = desk.shibo("dump a.ron points --at p.csv").expect(2);
+    assert!(ran.stderr.contains("Points"), "{}", ran.stderr);
+}
+
+#[test]
+fn unknown_nodes_and_ports_are_wrong_usage() {
+    let desk = Desk::with_graph();
+    for (node, help) in [("bump", "did you mean `bumps`?"), ("strokes.msk", "did you mean `mask`?"), ("", "no node")] {
+        let ran = desk.run(["dump", "a.ron", node]).expect(2);
+        assert!(ran.stderr.contains(help), "{}", ran.stderr);
+        assert_eq!(ran.stdout, "");
+    }
+}
+
+#[test]
+fn nodes_inside_sub_graphs() {
+    let desk = Desk::with_graph();
+    let outer = r#"( version: 1, imports: { "inner": "a.ron" },
+        nodes: { "use": Use(graph: "inner", with: { "size": 3 }) }, outputs: { "o": "use.bumps" } )"#;
+    desk.write("outer.ron", outer);
+    let points = desk.shibo("dump outer.ron use/points").expect(0).json();
+    assert_eq!(points["type"], "Points");
+    let ran = desk.shibo("dump outer.ron use").expect(2);
+    assert!(ran.stderr.contains("use/NODE"), "{}", ran.stderr);
+}

@@ -1,0 +1,72 @@
+//! `shibo nodes`, end to end.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+mod support;
+
+use support::{Desk, finish};
+
+#[test]
+fn families_and_kinds_are_listed() {
+    let ran = Desk::new().shibo("nodes").expect(0);
+    assert_eq!(ran.stderr, "");
+    for word in ["Generators", "Perlin", "Leather", "SimulateSprings"] {
+        assert!(ran.stdout.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn one_kind_has_a_manual() {
+    let ran = Desk::new().shibo("nodes DrawWrinkles").expect(0);
+    for word in
+        ["segments  Segments, required", "profile: Gaussian", "One of Flat,", "Height in mm", "width: (0.15, 0.35)"]
+    {
+        assert!(ran.stdout.contains(word), "{word}: {}", ran.stdout);
+    }
+    let ran = Desk::new().shibo("nodes drawwrinkle").expect(2);
+    assert!(ran.stderr.contains("did you mean `DrawWrinkles`?") && ran.stdout.is_empty(), "{}", ran.stderr);
+    let desk = Desk::new();
+    let mut colored = desk.command(["nodes", "Perlin"]);
+    colored.env("CLICOLOR_FORCE", "1");
+    assert!(!finish(colored).stdout.contains('\u{1b}'), "colours without a terminal");
+}
+
+#[test]
+fn programs_read_the_manual() {
+    let json = Desk::new().shibo("nodes --format json").expect(0).json();
+    let nodes = json["nodes"].as_array().unwrap();
+    let draw = nodes.iter().find(|n| n["kind"] == "DrawWrinkles").unwrap();
+    assert_eq!(draw["family"], "Leather");
+    let find =
+        |list: &str, name: &str| draw[list].as_array().unwrap().iter().find(|f| f["name"] == name).unwrap().clone();
+    let port = find("ports", "segments");
+    assert_eq!((port["type"].as_str(), port["required"].as_bool()), (Some("Segments"), Some(true)));
+    assert_eq!(find("ports", "depth_field")["required"], false);
+    let width = find("parameters", "width");
+    assert_eq!((width["type"].as_str(), width["unit"].as_str()), (Some("Range"), Some("mm")));
+    assert_eq!(width["default"], serde_json::json!([0.15, 0.35]));
+    assert_eq!(width["range"][0], 0.0);
+    let profile = find("parameters", "profile");
+    assert!(profile["choices"].as_array().unwrap().contains(&"Gaussian".into()) && profile["default"] == "Gaussian");
+    assert_eq!(find("outputs", "mask")["type"], "Gray");
+    for node in nodes {
+        for list in ["ports", "parameters", "outputs"] {
+            for field in node[list].as_array().unwrap() {
+                assert!(field["doc"].as_str().is_some_and(|doc| !doc.is_empty()), "{} {}", node["kind"], field["name"]);
+            }
+        }
+    }
+    let one = Desk::new().shibo("nodes Perlin --format json").expect(0).json();
+    assert_eq!(one["nodes"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn the_reference_is_markdown() {
+    let page = Desk::new().shibo("nodes --format markdown").expect(0).stdout;
+    assert!(page.starts_with("# Nodes\n"));
+    for word in
+        ["## Leather\n", "### Perlin\n", "![Perlin](nodes/Perlin.png)", "[Perlin](#perlin)", "```ron\n", "| `size` |"]
+    {
+        assert!(page.contains(word), "{word}");
+    }
+    let rows = page.lines().filter(|line| line.starts_with('|'));
+    assert!(rows.into_iter().all(|row| row.ends_with('|')));
+}

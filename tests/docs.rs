@@ -1,0 +1,145 @@
+//! The node reference is that of the code: its text, and a picture of every node's example.
+//!
+//! `BLESS=1 cargo test --release --test docs` writes `docs/nodes.md` and `docs/nodes/KIND.png` anew.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+#[path = "docs/picture.rs"]
+mod picture;
+
+use picture::{Picture, SIDE};
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::graph::{Graph, Limits, LoadOptions, load};
+use shibo_engine::session::{Session, Settings};
+use shibo_engine::value::{Channel, Field, Value, Window};
+use std::path::{Path, PathBuf};
+
+/// The mean difference allowed between pictures, of 255.
+const MEAN: f64 = 1.5;
+/// The difference that 999 of 1000 samples must not exceed.
+const MOST: u8 = 12;
+
+fn root(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn bless() -> bool {
+    std::env::var_os("BLESS").is_some_and(|value| value == "1")
+}
+
+#[test]
+fn the_reference_is_up_to_date() {
+    let page = std::process::Command::new(assert_cmd::cargo::cargo_bin!("shibo"))
+        .args(["nodes", "--format", "markdown"])
+        .output()
+        .unwrap();
+    assert!(page.status.success(), "{}", String::from_utf8_lossy(&page.stderr));
+    let path = root("docs/nodes.md");
+    if bless() {
+        std::fs::write(&path, &page.stdout).unwrap();
+    }
+    let kept = std::fs::read(&path).unwrap_or_default();
+    assert!(kept == page.stdout, "docs/nodes.md is out of date: BLESS=1 cargo test --release --test docs");
+}
+
+/// The inside of `nodes: { … }` in a doc comment.
+fn example(doc: &str) -> Option<String> {
+    let block = doc.split("```ron\n").nth(1)?.split("```").next()?;
+    block.contains("\"example\"").then(|| block.to_owned())
+}
+
+/// The graph of an example; what it names lies in `tests/data`.
+fn graph(session: &Session, kind: &str, example: &str) -> Result<Graph, String> {
+    let text = format!(
+        "( version: 1, canvas: (size_mm: 40, resolution: {SIDE}, tile: Both, seed: 1),\nnodes: {{\n{example}\n}} )"
+    );
+    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+    for entry in std::fs::read_dir(root("tests/data")).into_iter().flatten().flatten() {
+        let _ = std::fs::copy(entry.path(), folder.path().join(entry.file_name()));
+    }
+    let path = folder.path().join(format!("{kind}.ron"));
+    std::fs::write(&path, text).map_err(|e| e.to_string())?;
+    let options = LoadOptions {
+        preset: None,
+        set: Vec::new(),
+        resolution: None,
+        working_dir: folder.path().to_path_buf(),
+        limits: Limits::default(),
+    };
+    let loaded = load(&path, session.registry(), &options);
+    let found: Vec<String> = loaded
+        .diagnostics
+        .iter()
+        .map(|d| {
+            format!("line {}: {}", loaded.sources.position(d.span.file, d.span.start).line.saturating_sub(2), d.message)
+        })
+        .collect();
+    // Examples are examples: they must not even be warned about.
+    loaded.graph.filter(|_| found.is_empty()).ok_or_else(|| found.join("; "))
+}
+
+/// What a graph's node `example` shows.
+fn show(session: &Session, graph: &Graph) -> Result<Picture, String> {
+    let mut nodes = graph.nodes.node_indices();
+    let node = nodes.find(|&i| graph.nodes[i].name == "example").ok_or("there is no node `example`")?;
+    let cancel = CancelToken::default();
+    let value = session.value(graph, (node, 0), &cancel, &Silent).map_err(|e| format!("{e:?}"))?;
+    let field = |field: &Field| {
+        let size = glam::UVec2::splat(SIDE);
+        let wanted = [(graph.canvas.grid(size), Window::full(size))];
+        let (mut tiles, _) = session.rasters(graph, field, &wanted, &cancel, &Silent).map_err(|e| format!("{e:?}"))?;
+        Ok::<_, String>(Picture::of_tile(field.ty(), &tiles.remove(0)))
+    };
+    match &value {
+        Value::Field(f) => field(f),
+        Value::Picture(picture) => field(&picture.rgb),
+        Value::Material(material) => {
+            let shown = material.get(Channel::BaseColor).or_else(|| material.channels().first().map(|(_, f)| f));
+            field(shown.ok_or("the material has no channels")?)
+        }
+        Value::Points(points) => Ok(Picture::of_points(points)),
+        Value::Lattice(lattice) => Ok(Picture::of_lattice(lattice)),
+        Value::SpringNet(springs) => Ok(Picture::of_lattice(&springs.lattice)),
+        Value::Segments(segments) => Ok(Picture::of_segments(segments)),
+        other => Err(format!("a {} cannot be shown", other.ty())),
+    }
+}
+
+fn check(session: &Session, kind: &str) -> Result<(), String> {
+    let doc = session.registry().info(kind).map(|info| info.doc.clone()).unwrap_or_default();
+    let example = example(&doc).ok_or("its doc comment has no ```ron block with a node `example`")?;
+    let picture = graph(session, kind, &example).and_then(|graph| show(session, &graph))?;
+    if picture.is_flat() {
+        return Err("its picture is of one colour".to_owned());
+    }
+    let path = root("docs/nodes").join(format!("{kind}.png"));
+    if bless() {
+        // A picture that has not changed visibly stays as it is.
+        if Picture::read(&path).is_none_or(|kept| kept.difference(&picture).is_none_or(|d| !d.within(MEAN, MOST))) {
+            picture.write(&path)?;
+        }
+        return Ok(());
+    }
+    let kept = Picture::read(&path).ok_or_else(|| format!("there is no picture {}", path.display()))?;
+    let difference = kept.difference(&picture).ok_or("its picture has another size")?;
+    if difference.within(MEAN, MOST) { Ok(()) } else { Err(format!("its picture differs: {difference:?}")) }
+}
+
+#[test]
+fn every_example_is_as_pictured() {
+    let session = Session::new(shibo_nodes::registry(), &Settings::default()).unwrap();
+    std::fs::create_dir_all(root("docs/nodes")).unwrap();
+    let kinds: Vec<String> = session.registry().kinds().map(str::to_owned).collect();
+    let problems: Vec<String> = kinds
+        .iter()
+        .filter_map(|kind| check(&session, kind).err().map(|problem| format!("{kind}: {problem}")))
+        .collect();
+    // Pictures of kinds that are gone.
+    let mut strays = Vec::new();
+    for entry in std::fs::read_dir(root("docs/nodes")).unwrap().flatten() {
+        let stem = entry.path().file_stem().map_or(String::new(), |s| s.to_string_lossy().into_owned());
+        if !kinds.contains(&stem) {
+            strays.push(format!("docs/nodes/{} belongs to no kind", entry.file_name().to_string_lossy()));
+        }
+    }
+    let all: Vec<String> = problems.into_iter().chain(strays).collect();
+    assert!(all.is_empty(), "{}\nBLESS=1 cargo test --release --test docs writes the pictures anew", all.join("\n"));
+}

@@ -7,7 +7,7 @@ mod picture;
 
 use picture::{Picture, SIDE};
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{Graph, Limits, LoadOptions, load};
+use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
 use shibo_engine::session::{Session, Settings};
 use shibo_engine::value::{Channel, Field, Value, Window};
 use std::path::{Path, PathBuf};
@@ -51,20 +51,15 @@ fn graph(session: &Session, kind: &str, example: &str) -> Result<Graph, String> 
     let text = format!(
         "( version: 1, canvas: (size_mm: 40, resolution: {SIDE}, tile: Both, seed: 1),\nnodes: {{\n{example}\n}} )"
     );
-    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
-    for entry in std::fs::read_dir(root("tests/data")).into_iter().flatten().flatten() {
-        let _ = std::fs::copy(entry.path(), folder.path().join(entry.file_name()));
-    }
-    let path = folder.path().join(format!("{kind}.ron"));
-    std::fs::write(&path, text).map_err(|e| e.to_string())?;
+    let path = root("tests/data").join(format!("{kind}.ron"));
     let options = LoadOptions {
         preset: None,
         set: Vec::new(),
         resolution: None,
-        working_dir: folder.path().to_path_buf(),
+        working_dir: root("tests/data"),
         limits: Limits::default(),
     };
-    let loaded = load(&path, session.registry(), &options);
+    let loaded = load_text(&path, &text, session.registry(), &options);
     let found: Vec<String> = loaded
         .diagnostics
         .iter()

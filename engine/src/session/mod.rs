@@ -29,7 +29,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { threads: 0, memory: 1 << 30, cache_dir: None, disk: 4 << 30 }
+        Self { threads: 0, memory: 1536 << 20, cache_dir: None, disk: 4 << 30 }
     }
 }
 

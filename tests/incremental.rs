@@ -1,0 +1,132 @@
+//! An edit recomputes only what is downstream of it: the nodes that ran are compared with the graph.
+#![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
+
+use glam::UVec2;
+use petgraph::visit::Dfs;
+use shibo_engine::eval::{CancelToken, NodeState, NodeStats, Silent};
+use shibo_engine::graph::{Graph, LoadOptions, load_text};
+use shibo_engine::session::{RenderRequest, Session, Settings};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+const RESOLUTION: u32 = 384;
+
+fn path() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs/starter.ron")
+}
+
+fn graph(text: &str) -> Graph {
+    let options = LoadOptions { resolution: Some(UVec2::splat(RESOLUTION)), ..LoadOptions::default() };
+    let loaded = load_text(&path(), text, &shibo_nodes::registry(), &options);
+    loaded.graph.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics))
+}
+
+fn session(cache: Option<&Path>) -> Session {
+    let settings = Settings { threads: 2, cache_dir: cache.map(Path::to_path_buf), ..Settings::default() };
+    Session::new(shibo_nodes::registry(), &settings).unwrap()
+}
+
+fn render(session: &Session, graph: &Graph, out: &Path) -> Vec<NodeStats> {
+    let request = RenderRequest { dir: out.to_path_buf(), ..RenderRequest::default() };
+    session.render(graph, &request, &CancelToken::default(), &Silent).unwrap().nodes
+}
+
+fn computed(stats: &[NodeStats]) -> BTreeSet<String> {
+    stats.iter().filter(|n| n.state == NodeState::Computed).map(|n| n.name.clone()).collect()
+}
+
+/// A node and all that reads it, directly or by way of others.
+fn downstream(graph: &Graph, name: &str) -> BTreeSet<String> {
+    let start = graph.nodes.node_indices().find(|i| graph.nodes[*i].name == name).unwrap();
+    let mut search = Dfs::new(&graph.nodes, start);
+    let mut names = BTreeSet::new();
+    while let Some(node) = search.next(&graph.nodes) {
+        names.insert(graph.nodes[node].name.clone());
+    }
+    names
+}
+
+/// What ran, without the kinds that work on each pixel alone: those are made again sooner than they are kept.
+fn dear(stats: &[NodeStats]) -> BTreeSet<String> {
+    const POINTWISE: [&str; 4] = ["Math", "GradientMap", "Pillow", "AmbientOcclusion"];
+    let dear = stats.iter().filter(|n| n.state == NodeState::Computed && !POINTWISE.contains(&n.kind.as_str()));
+    dear.map(|n| n.name.clone()).collect()
+}
+
+/// Edits of the starter graph: what is replaced, by what, and the node that this changes.
+const EDITS: [(&str, &str, &str); 5] = [
+    ("drag: 6", "drag: 5", "moved"),
+    ("\"= $pitch * 0.45\")", "\"= $pitch * 0.5\")", "strokes"),
+    ("\"= $pitch * 0.07\"", "\"= $pitch * 0.08\"", "height"),
+    ("strength: 2", "strength: 3", "ao"),
+    ("HeightToNormal(input: \"height\")", "HeightToNormal(input: \"height\", strength: 1.5)", "normal"),
+];
+
+#[test]
+fn an_edit_runs_what_is_downstream_in_memory() {
+    let original = std::fs::read_to_string(path()).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    for (from, to, node) in EDITS {
+        let session = session(None);
+        let all = render(&session, &graph(&original), out.path());
+        assert!(computed(&all).len() > 10);
+        let edited = graph(&original.replacen(from, to, 1));
+        let stats = render(&session, &edited, out.path());
+        assert!(computed(&stats).contains(node), "{node} did not run again");
+        let ran = dear(&stats);
+        assert!(ran.is_subset(&downstream(&edited, node)), "after an edit of {node} these ran: {ran:?}");
+    }
+}
+
+#[test]
+fn an_edit_runs_what_is_downstream_in_another_process() {
+    let original = std::fs::read_to_string(path()).unwrap();
+    let (out, cache) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    render(&session(Some(cache.path())), &graph(&original), out.path());
+    for (from, to, node) in EDITS {
+        let edited = graph(&original.replacen(from, to, 1));
+        let stats = render(&session(Some(cache.path())), &edited, out.path());
+        let below = downstream(&edited, node);
+        assert!(computed(&stats).contains(node));
+        for other in stats.iter().filter(|n| n.state == NodeState::Computed && !below.contains(&n.name)) {
+            // What is made sooner than read is not kept. The bound is generous: tests share the machine.
+            assert!(other.seconds < 0.02, "after an edit of {node}, `{}` ran {} s", other.name, other.seconds);
+        }
+    }
+}
+
+#[test]
+fn undo_finds_everything_in_memory() {
+    let original = std::fs::read_to_string(path()).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let session = session(None);
+    render(&session, &graph(&original), out.path());
+    render(&session, &graph(&original.replacen("drag: 6", "drag: 5", 1)), out.path());
+    assert_eq!(dear(&render(&session, &graph(&original), out.path())), BTreeSet::new());
+}
+
+#[test]
+fn comments_order_names_and_spelling_change_nothing() {
+    let original = std::fs::read_to_string(path()).unwrap();
+    let (out, cache) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    render(&session(Some(cache.path())), &graph(&original), out.path());
+    let edited = original.replace("\"moved", "\"pulled").replace("step: 0.1,", "step: 0.100, /* small */");
+    assert_ne!(edited, original);
+    let stats = render(&session(Some(cache.path())), &graph(&edited), out.path());
+    assert_eq!(computed(&stats), BTreeSet::new());
+}
+
+#[test]
+fn the_resolution_runs_no_simulation_again() {
+    let original = std::fs::read_to_string(path()).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let session = session(None);
+    render(&session, &graph(&original), out.path());
+    let options = LoadOptions { resolution: Some(UVec2::splat(2 * RESOLUTION)), ..LoadOptions::default() };
+    let larger = load_text(&path(), &original, &shibo_nodes::registry(), &options).graph.unwrap();
+    let ran = computed(&render(&session, &larger, out.path()));
+    for node in ["points", "links", "springs", "moved", "relinked", "wrinkles"] {
+        assert!(!ran.contains(node), "{node} ran again");
+    }
+    assert!(ran.contains("strokes"));
+}

@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// An object that takes less to make is not written to disk.
-const DISK_OBJECT: Duration = Duration::from_millis(2);
+const DISK_OBJECT: Duration = Duration::from_micros(700);
 
 /// Where results are kept between runs.
 pub struct Caches {

@@ -75,8 +75,8 @@ pub(super) struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// The picture of a part of an output.
-    pub(super) fn picture<'g>(&self, output: &'g GraphOutput, part: Part) -> Result<Planned<'g>, Failure> {
+    /// The picture of a part of an output, `key` naming what it shows.
+    pub(super) fn picture<'g>(&self, output: &'g GraphOutput, part: Part, key: Key) -> Result<Planned<'g>, Failure> {
         let (stem, ty, channel) = match &part {
             Part::Channel(channel) => (format!("{}_{}", output.name, channel.name()), channel.ty(), Some(*channel)),
             Part::Field | Part::All => (output.name.clone(), output.ty, None),
@@ -92,7 +92,7 @@ impl Planner<'_> {
             depth,
             range,
             metadata: Vec::new(),
-            key: self.keys.output(output.node, output.output),
+            key,
         };
         planned.metadata = self.metadata(&planned);
         planned.key = self.file_key(&planned, ty);

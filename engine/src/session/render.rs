@@ -68,8 +68,8 @@ impl Session {
             let render = Render { session: self, run, planner, observer };
             let mut pictures = Vec::new();
             for (output, channel) in &wanted {
-                for part in render.parts(output.node, output.output, output.ty, *channel, output.combined)? {
-                    pictures.push(render.planner.picture(output, part)?);
+                for (part, key) in render.parts(output.node, output.output, output.ty, *channel, output.combined)? {
+                    pictures.push(render.planner.picture(output, part, key)?);
                 }
             }
             let files = pictures.iter().map(|p| p.path.clone()).collect();
@@ -109,7 +109,7 @@ struct Render<'r, 'g> {
 }
 
 impl<'r> Render<'r, '_> {
-    /// The pictures that an output is made of.
+    /// The pictures that an output is made of, and the keys of what they show.
     fn parts(
         &self,
         node: NodeIndex,
@@ -117,35 +117,38 @@ impl<'r> Render<'r, '_> {
         ty: Type,
         channel: Option<Channel>,
         combined: bool,
-    ) -> Result<Vec<Part>, Failure> {
+    ) -> Result<Vec<(Part, Key)>, Failure> {
+        let key = self.planner.keys.output(node, output);
         if ty != Type::Material {
-            return Ok(vec![Part::Field]);
+            return Ok(vec![(Part::Field, key)]);
         }
-        if combined || self.planner.request.combined {
-            return Ok(vec![Part::All]);
+        if channel.is_none() && (combined || self.planner.request.combined) {
+            return Ok(vec![(Part::All, key)]);
         }
-        let channels = self.channels(node, output)?;
-        match channel {
-            None => Ok(channels.into_iter().map(Part::Channel).collect()),
-            Some(channel) if channels.contains(&channel) => Ok(vec![Part::Channel(channel)]),
-            Some(channel) => Err(Failure::Usage(format!("the material does not set its channel `{}`", channel.name()))),
+        let mut channels = self.channels(node, output)?;
+        if let Some(channel) = channel {
+            channels.retain(|c| c.0 == channel);
+            if channels.is_empty() {
+                let message = format!("the material does not set its channel `{}`", channel.name());
+                return Err(Failure::Usage(message));
+            }
         }
+        Ok(channels.into_iter().map(|(channel, key)| (Part::Channel(channel), key)).collect())
     }
 
-    /// The channels of a material, remembered so that files in the cache can be found without making it.
-    fn channels(&self, node: NodeIndex, output: usize) -> Result<Vec<Channel>, Failure> {
+    /// The channels of a material and their keys, remembered so that files in the cache can be found without making it.
+    fn channels(&self, node: NodeIndex, output: usize) -> Result<Vec<(Channel, Key)>, Failure> {
         let key = Key::of("channels", &[self.planner.keys.output(node, output).as_bytes()]);
         let disk = self.session.caches.disk.as_ref();
-        let known = disk.and_then(|disk| String::from_utf8(disk.get(DiskCache::OBJECTS, key)?).ok());
-        if let Some(names) = known.map(|names| names.lines().map(Channel::from_name).collect::<Option<Vec<_>>>()) {
-            return Ok(names.unwrap_or_default());
+        if let Some(known) = disk.and_then(|disk| decode_channels(&disk.get(DiskCache::OBJECTS, key)?)) {
+            return Ok(known);
         }
         let values = self.run.values(&[(node, output)])?;
         let Some(Value::Material(material)) = values.first() else { return Ok(Vec::new()) };
-        let channels: Vec<Channel> = material.channels().iter().map(|c| c.0).collect();
+        let keyed = |(channel, field): &(Channel, Field)| Some((*channel, field.key()?));
+        let channels: Vec<_> = material.channels().iter().filter_map(keyed).collect();
         if let Some(disk) = disk {
-            let names: Vec<&str> = channels.iter().map(|c| c.name()).collect();
-            disk.put(DiskCache::OBJECTS, key, names.join("\n").as_bytes());
+            disk.put(DiskCache::OBJECTS, key, &encode_channels(&channels));
         }
         Ok(channels)
     }
@@ -277,6 +280,21 @@ impl<'r> Render<'r, '_> {
             disk.put_file(job.planned.key, &job.planned.path);
         }
     }
+}
+
+/// Channels and keys, 17 bytes each.
+fn encode_channels(channels: &[(Channel, Key)]) -> Vec<u8> {
+    let index = |channel: &Channel| Channel::ALL.iter().position(|c| c == channel).and_then(|i| u8::try_from(i).ok());
+    channels.iter().flat_map(|(c, key)| index(c).into_iter().chain(*key.as_bytes())).collect()
+}
+
+fn decode_channels(bytes: &[u8]) -> Option<Vec<(Channel, Key)>> {
+    let (entries, rest) = bytes.as_chunks::<17>();
+    let entry = |bytes: &[u8; 17]| {
+        let (index, key) = bytes.split_first()?;
+        Some((*Channel::ALL.get(usize::from(*index))?, Key::from_bytes(key.try_into().ok()?)))
+    };
+    entries.iter().map(entry).collect::<Option<Vec<_>>>().filter(|_| rest.is_empty())
 }
 
 fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {

@@ -1,0 +1,144 @@
+//! Every graph that is shipped: without errors and warnings, rendered, seamless, and looking as it did.
+#![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
+#[allow(dead_code, reason = "only what compares pictures is needed here")]
+#[path = "docs/picture.rs"]
+mod picture;
+
+use glam::UVec2;
+use picture::Picture;
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::graph::{Graph, LoadOptions, load};
+use shibo_engine::session::{Session, Settings};
+use shibo_engine::value::{Field, Tile, Tiling, Value, Window};
+use std::path::{Path, PathBuf};
+
+/// Golden pictures are of this size.
+const SIDE: u32 = 128;
+
+fn root(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn shipped() -> Vec<PathBuf> {
+    let mut graphs = Vec::new();
+    for folder in ["graphs", "graphs/lib"] {
+        let files = std::fs::read_dir(root(folder)).unwrap().map(|e| e.unwrap().path());
+        graphs.extend(files.filter(|path| path.extension().is_some_and(|e| e == "ron")));
+    }
+    graphs.sort();
+    assert!(graphs.len() >= 6, "{graphs:?}");
+    graphs
+}
+
+fn session() -> Session {
+    Session::new(shibo_nodes::registry(), &Settings { threads: 2, ..Settings::default() }).unwrap()
+}
+
+fn graph(session: &Session, path: &Path, side: u32) -> Graph {
+    let options = LoadOptions { resolution: Some(UVec2::splat(side)), ..LoadOptions::default() };
+    let loaded = load(path, session.registry(), &options);
+    let messages: Vec<&str> = loaded.diagnostics.iter().map(|d| d.message.as_str()).collect();
+    assert_eq!(messages, Vec::<&str>::new(), "{}", path.display());
+    loaded.graph.unwrap()
+}
+
+/// The pictures of all outputs, named as their files are.
+fn pictures(session: &Session, graph: &Graph) -> Vec<(String, Field, Tile)> {
+    let cancel = CancelToken::default();
+    let mut fields = Vec::new();
+    for output in &graph.outputs {
+        let value = session.value(graph, (output.node, output.output), &cancel, &Silent).unwrap();
+        match value {
+            Value::Field(field) => fields.push((output.name.clone(), field)),
+            Value::Material(material) => fields.extend(
+                material.channels().iter().map(|(c, field)| (format!("{}_{}", output.name, c.name()), field.clone())),
+            ),
+            other => panic!("{}: {}", output.name, other.ty()),
+        }
+    }
+    let size = graph.canvas.resolution;
+    let whole = [(graph.canvas.grid(size), Window::full(size))];
+    let raster = |field: &Field| session.rasters(graph, field, &whole, &cancel, &Silent).unwrap().0.remove(0);
+    fields.into_iter().map(|(name, field)| (name, field.clone(), raster(&field))).collect()
+}
+
+/// The mean step across the picture's edges over the median step inside.
+fn seam(tile: &Tile) -> f32 {
+    let (w, h) = (tile.width(), tile.height());
+    let at = |x: usize, y: usize| tile.row(0, y)[x];
+    let column = |a: usize, b: usize| (0..h).map(|y| (at(a, y) - at(b, y)).abs()).sum::<f32>() / h as f32;
+    let row = |a: usize, b: usize| (0..w).map(|x| (at(x, a) - at(x, b)).abs()).sum::<f32>() / w as f32;
+    let median = |mut steps: Vec<f32>| {
+        steps.sort_by(f32::total_cmp);
+        steps[steps.len() / 2].max(1e-9)
+    };
+    let across = column(0, w - 1) / median((1..w).map(|x| column(x, x - 1)).collect());
+    let down = row(0, h - 1) / median((1..h).map(|y| row(y, y - 1)).collect());
+    across.max(down)
+}
+
+#[test]
+fn every_graph_renders_without_a_seam() {
+    let session = session();
+    for path in shipped() {
+        let graph = graph(&session, &path, 256);
+        assert!(session.advice(&graph).is_empty(), "{}", path.display());
+        assert!(!graph.outputs.is_empty(), "{}", path.display());
+        for (name, field, tile) in pictures(&session, &graph) {
+            let place = format!("{} {name}", path.display());
+            assert!(tile.data().iter().all(|v| v.is_finite()), "{place}");
+            assert_eq!(field.tiling(), Tiling::BOTH, "{place}");
+            if field.as_constant().is_none() {
+                assert!(seam(&tile) < 1.6, "{place}: {}", seam(&tile));
+            }
+        }
+    }
+}
+
+#[test]
+fn graphs_look_as_they_did() {
+    let session = session();
+    std::fs::create_dir_all(root("tests/golden")).unwrap();
+    for (graph_file, output) in [
+        ("graphs/calf.ron", "calf_lit"),
+        ("graphs/calf.ron", "calf_normal"),
+        ("graphs/starter.ron", "leather_base_color"),
+        ("graphs/noise_basics.ron", "marble"),
+        ("graphs/calf_from_photo.ron", "leather_lit"),
+    ] {
+        let graph = graph(&session, &root(graph_file), SIDE);
+        let (_, field, tile) =
+            pictures(&session, &graph).into_iter().find(|(name, ..)| name == output).expect("the output is there");
+        let made = Picture::of_tile(field.ty(), &tile);
+        let path = root("tests/golden").join(format!("{output}_{}.png", graph.path.file_stem().unwrap().display()));
+        if std::env::var_os("BLESS").is_some() {
+            made.write(&path).unwrap();
+            continue;
+        }
+        let kept = Picture::read(&path).unwrap_or_else(|| panic!("no golden picture {}", path.display()));
+        let difference = kept.difference(&made).expect("golden pictures have the size of those made");
+        assert!(difference.within(1.5, 12), "{}: {difference:?}; BLESS=1 rewrites it", path.display());
+    }
+}
+
+#[test]
+fn presets_and_parameters_are_sound() {
+    let session = session();
+    for path in shipped() {
+        let plain = graph(&session, &path, 64);
+        for preset in plain.presets.clone() {
+            let options = LoadOptions { preset: Some(preset.clone()), ..LoadOptions::default() };
+            let loaded = load(&path, session.registry(), &options);
+            assert!(loaded.graph.is_some(), "{} {preset}: {:?}", path.display(), loaded.diagnostics);
+        }
+        for param in plain.params.iter().filter(|p| p.ty != "Path" && p.ty != "Text") {
+            assert!(param.doc.len() > 8, "{} {}", path.display(), param.name);
+            for edge in param.range.map_or(Vec::new(), |(lo, hi)| vec![lo, hi]) {
+                let options =
+                    LoadOptions { set: vec![(param.name.clone(), edge.to_string())], ..LoadOptions::default() };
+                let loaded = load(&path, session.registry(), &options);
+                assert!(loaded.graph.is_some(), "{} {}={edge}: {:?}", path.display(), param.name, loaded.diagnostics);
+            }
+        }
+    }
+}

@@ -86,8 +86,8 @@ fn threads_change_no_byte() {
 #[test]
 fn a_region_is_the_crop_of_the_whole() {
     let desk = Desk::with_graph();
-    for (format, depth) in [("png", "8"), ("png", "16"), ("tiff", "16")] {
-        let common = format!("render a.ron --resolution 300x200 --format {format} --depth {depth}");
+    for (format, depth, more) in [("png", "8", ""), ("png", "16", ""), ("tiff", "16", ""), ("png", "8", "--dither")] {
+        let common = format!("render a.ron --resolution 300x200 --format {format} --depth {depth} {more}");
         desk.shibo(&format!("{common} -o whole")).expect(0);
         desk.shibo(&format!("{common} -o part --region 37,61,150,99")).expect(0);
         for name in ["bumps", "mask"] {

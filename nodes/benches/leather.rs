@@ -1,5 +1,5 @@
-//! Speed of the leather kernels. `cargo bench -p shibo-nodes --bench leather`; `SHIBO_BENCH_REPORT=springs`,
-//! `strokes` or `points` prints rates instead, for springs also the share of the memory bandwidth. Times are CPU
+//! Speed of the leather kernels. `cargo bench -p shibo-nodes --bench leather` prints rates, for springs also the share of
+//! the memory bandwidth; `SHIBO_BENCH_REPORT=springs`, `strokes` or `points` prints those alone. Times are CPU
 //! seconds of the whole process where the system tells them, so that other work on the machine matters less.
 use shibo_nodes::kernel::hash::Hash;
 use shibo_nodes::kernel::springs::{Net, simulate};
@@ -9,7 +9,12 @@ fn main() {
         Ok("points") => report::points(),
         Ok("strokes") => report::strokes(),
         Ok(_) => report::springs(),
-        Err(_) => divan::main(),
+        Err(_) => {
+            report::springs();
+            report::strokes();
+            report::points();
+            divan::main();
+        }
     }
 }
 

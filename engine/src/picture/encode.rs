@@ -196,7 +196,8 @@ impl RowEncoder {
         }
         if self.encoding.dither {
             let channel = u32::try_from(channel).unwrap_or(0);
-            let offsets = (0_u32..).map(|x| threshold(x, y, channel));
+            let (left, top) = self.encoding.origin;
+            let offsets = (0_u32..).map(|x| threshold(x.wrapping_add(left), y.wrapping_add(top), channel));
             scratch.codes.extend(values.iter().zip(offsets).map(|(value, offset)| quantise(*value, max, offset)));
         } else {
             scratch.codes.extend(values.iter().map(|value| quantise(*value, max, 0.5)));

@@ -112,6 +112,8 @@ pub struct Encoding {
     /// Whether steps are broken up by a fixed pattern of positions (the R2 sequence, which has the even spacing of blue
     /// noise) of ±½ step.
     pub dither: bool,
+    /// Where the picture's first pixel lies in the dither pattern: a part of a picture is then dithered as in the whole.
+    pub origin: (u32, u32),
 }
 
 /// How much time is spent on small files. No samples are changed by it.

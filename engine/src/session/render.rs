@@ -214,7 +214,11 @@ impl<'r> Render<'r, '_> {
             channels: job.fields.iter().flat_map(|(name, field)| channel_names(name, field.ty())).collect(),
             format: planned.format,
             depth: planned.depth,
-            encoding: encoding(planned, job, self.planner.request.dither),
+            encoding: Encoding {
+                dither: self.planner.request.dither,
+                origin: (window.x.cast_unsigned(), window.y.cast_unsigned()),
+                ..encoding(planned, job)
+            },
             compression: if self.planner.request.best_compression { Compression::Best } else { Compression::Fast },
             metadata: planned.metadata.clone(),
         };
@@ -327,7 +331,7 @@ fn channel_names(prefix: &str, ty: Type) -> Vec<String> {
     parts.iter().map(|part| format!("{prefix}{dot}{part}")).collect()
 }
 
-fn encoding(planned: &Planned<'_>, job: &Job<'_>, dither: bool) -> Encoding {
+fn encoding(planned: &Planned<'_>, job: &Job<'_>) -> Encoding {
     let ty = job.fields.first().map_or(Type::Gray, |(_, field)| field.ty());
     let whole = match planned.depth {
         Depth::U8 => 255.0,
@@ -337,7 +341,7 @@ fn encoding(planned: &Planned<'_>, job: &Job<'_>, dither: bool) -> Encoding {
     #[expect(clippy::cast_possible_truncation, reason = "picture samples are f32")]
     let range = (lo as f32, hi as f32);
     let transfer = if ty == Type::Rgb { Transfer::Srgb } else { Transfer::Raw };
-    Encoding { transfer, range: Some(range), dither }
+    Encoding { transfer, range: Some(range), ..Encoding::default() }
 }
 
 fn not_finite(job: &Job<'_>, tile: &Tile, at: usize) -> Failure {

@@ -180,6 +180,40 @@ fn the_same_bytes_on_any_threads_and_in_any_windows() {
     assert_eq!(on_all(|_, info| is_deterministic(&shibo_nodes::registry, info)), Vec::<String>::new());
 }
 
+/// A field asked for at the centre of a pixel, on a grid of its own, gives about what the picture has there.
+fn agrees_at_points(registry: &Registry, info: &KindInfo) -> Result<(), String> {
+    let size = UVec2::splat(96);
+    let graph = graph(registry, info, size, None)?;
+    let (session, grid) = (session(shibo_nodes::registry(), 1), graph.canvas.grid(size));
+    let (token, node) = (CancelToken::default(), it(&graph));
+    for output in 0..graph.nodes[node].outputs.len() {
+        let value = session.value(&graph, (node, output), &token, &Silent).map_err(|f| format!("{f:?}"))?;
+        // Names of regions have no values in between.
+        for field in fields(&value).into_iter().filter(|field| field.ty() != Type::Ids) {
+            let points = [(5, 7), (40, 61), (95, 0), (17, 88)];
+            let mut wanted = vec![(grid, Window::full(size))];
+            let one = Window { x: 0, y: 0, width: 1, height: 1 };
+            wanted.extend(points.iter().map(|&(x, y)| (grid.centered_at(grid.center(x, y)), one)));
+            let (tiles, _) = session.rasters(&graph, &field, &wanted, &token, &Silent).map_err(|f| format!("{f:?}"))?;
+            for (&(x, y), point) in points.iter().zip(&tiles[1..]) {
+                let (x, y) = (usize::try_from(x).unwrap(), usize::try_from(y).unwrap());
+                for channel in 0..field.channels() {
+                    let (a, b) = (tiles[0].row(channel, y)[x], point.row(channel, 0)[0]);
+                    if (a - b).abs() > 2e-2 * a.abs().max(1.0) {
+                        return Err(format!("output {output} is {a} at ({x}, {y}), but {b} when asked for alone"));
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn points_agree_with_pictures() {
+    assert_eq!(on_all(agrees_at_points), Vec::<String>::new());
+}
+
 /// RON for a value of a parameter other than its default.
 fn another(param: &ParamInfo) -> Option<String> {
     let number = |default: f64| {

@@ -122,8 +122,14 @@ mod report {
         let mut touched = 0;
         for n in 0..tiles * tiles {
             let origin = |i: usize| i32::try_from(i * tile).expect("small");
-            let window =
-                Window { x: origin(n % tiles), y: origin(n / tiles), width: tile, height: tile, step: Vec2::ONE };
+            let window = Window {
+                x: origin(n % tiles),
+                y: origin(n / tiles),
+                width: tile,
+                height: tile,
+                step: Vec2::ONE,
+                origin: glam::DVec2::ZERO,
+            };
             set.fill(&window, Draw::Depth, &mut out);
             touched += black_box(&mut out).iter().filter(|v| **v > 0.0).count();
         }

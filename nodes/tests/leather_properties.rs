@@ -208,7 +208,7 @@ fn strokes(seed: u64, count: usize) -> Vec<Stroke> {
 }
 
 fn window(x: i32, y: i32, width: usize, height: usize, step: f32) -> Window {
-    Window { x, y, width, height, step: Vec2::splat(step) }
+    Window { x, y, width, height, step: Vec2::splat(step), origin: glam::DVec2::ZERO }
 }
 
 const PROFILES: [Profile; 5] =

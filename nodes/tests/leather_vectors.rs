@@ -235,7 +235,11 @@ fn picture(strokes: &[Stroke], profile: Profile, size: Vec2, image: &[f64]) -> V
     let (width, height) = (image[0] as usize, image[1] as usize);
     let step = size / Vec2::new(width as f32, height as f32);
     let mut out = vec![f32::NAN; width * height];
-    StrokeSet::new(strokes, style, None).fill(&Window { x: 0, y: 0, width, height, step }, Draw::Depth, &mut out);
+    StrokeSet::new(strokes, style, None).fill(
+        &Window { x: 0, y: 0, width, height, step, origin: glam::DVec2::ZERO },
+        Draw::Depth,
+        &mut out,
+    );
     out
 }
 

@@ -6,6 +6,7 @@
 mod cancel;
 mod codec;
 mod disk;
+mod evaluators;
 mod keys;
 mod memory;
 mod run;

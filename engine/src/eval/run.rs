@@ -1,20 +1,18 @@
 //! One evaluation of a graph.
+use super::evaluators::{Clock, NodeEvaluator, Whole};
 use super::stats::{Ledger, Work};
 use super::tiles::covering;
 use super::{CancelToken, DiskCache, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, TileKey, codec, keys};
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::graph::{Graph, GraphNode, Input};
 use crate::node::{Context, Outputs};
-use crate::value::{
-    Evaluator, Field, FieldSource, Grid, GridId, Key, Material, PictureFields, Stop, Tile, Value, Window,
-};
-use cpu_time::ProcessTime;
+use crate::value::{Field, FieldSource, Grid, GridId, Key, Material, PictureFields, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// An object that takes less to make is not written to disk.
 const DISK_OBJECT: Duration = Duration::from_micros(700);
@@ -37,8 +35,8 @@ pub struct Run<'g> {
     pub(super) cancel: &'g CancelToken,
     pub(super) ledger: Ledger,
     pub(super) shared: HashSet<Key>,
-    observer: &'g dyn Observer,
-    memory: u64,
+    pub(super) observer: &'g dyn Observer,
+    pub(super) memory: u64,
     values: Mutex<HashMap<Key, Value>>,
     prepared: Mutex<Prepared>,
     failures: Mutex<Vec<(Key, Problem)>>,
@@ -301,7 +299,7 @@ impl<'g> Run<'g> {
         Some(found.min_by_key(|d| d.span).unwrap_or_else(|| Diagnostic::from_problem(*problem, fallback)))
     }
 
-    fn at_node(&self, node: &GraphNode, problem: Problem) -> Diagnostic {
+    pub(super) fn at_node(&self, node: &GraphNode, problem: Problem) -> Diagnostic {
         let span = match problem.code {
             Code::TooLarge if problem.field.is_none() => self.graph.canvas_span,
             _ => node.field_span(problem.field.as_deref()),
@@ -388,88 +386,4 @@ fn intersection(a: Window, b: Window) -> Window {
     let (x, y) = (a.x.max(b.x), a.y.max(b.y));
     let (right, bottom) = (a.right().min(b.right()), a.bottom().min(b.bottom()));
     Window { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
-}
-
-/// The clock of the process where only one node runs, else that on the wall.
-enum Clock {
-    Process(ProcessTime),
-    Wall(Instant),
-}
-
-impl Clock {
-    fn start(alone: bool) -> Self {
-        if alone { Self::Process(ProcessTime::now()) } else { Self::Wall(Instant::now()) }
-    }
-
-    fn elapsed(&self) -> Duration {
-        match self {
-            Self::Process(start) => start.elapsed(),
-            Self::Wall(start) => start.elapsed(),
-        }
-    }
-}
-
-fn nanos(time: Duration) -> u64 {
-    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
-}
-
-/// The engine as a node sees it.
-struct NodeEvaluator<'r, 'g> {
-    run: &'r Run<'g>,
-    node: &'r GraphNode,
-    alone: bool,
-    nested: AtomicU64,
-}
-
-impl Evaluator for NodeEvaluator<'_, '_> {
-    fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
-        let start = Clock::start(self.alone);
-        let tile = self.run.raster(field, grid, window);
-        self.nested.fetch_add(nanos(start.elapsed()), Ordering::Relaxed);
-        tile
-    }
-
-    fn check(&self) -> Result<(), Stop> {
-        self.run.cancel.check()
-    }
-
-    fn progress(&self, done: u64, total: u64) {
-        self.run.observer.event(Event::Node { name: self.node.name.clone(), done, total });
-    }
-
-    fn memory(&self) -> u64 {
-        self.run.memory
-    }
-
-    fn warn(&self, problem: Problem) {
-        let warning = self.run.at_node(self.node, problem).as_warning();
-        self.run.observer.event(Event::Warning(warning));
-    }
-}
-
-/// The engine as an operation on a whole picture sees it.
-struct Whole<'r, 'g> {
-    run: &'r Run<'g>,
-    nested: AtomicU64,
-}
-
-impl Evaluator for Whole<'_, '_> {
-    fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
-        let start = ProcessTime::now();
-        let tile = self.run.raster(field, grid, window);
-        self.nested.fetch_add(nanos(start.elapsed()), Ordering::Relaxed);
-        tile
-    }
-
-    fn check(&self) -> Result<(), Stop> {
-        self.run.cancel.check()
-    }
-
-    fn progress(&self, _done: u64, _total: u64) {}
-
-    fn memory(&self) -> u64 {
-        self.run.memory
-    }
-
-    fn warn(&self, _problem: Problem) {}
 }

@@ -157,7 +157,7 @@ impl<const IDS: bool> pulp::WithSimd for Call<'_, '_, IDS> {
         let Job { strokes, near, style, period, draw, most } = self.job;
         let blend = (style.combine, most.recip());
         for &(id, copy) in near {
-            let shift = period.as_dvec2() * copy.as_dvec2();
+            let shift = period.as_dvec2() * copy.as_dvec2() - self.canvas.window.origin;
             let stroke = &strokes[id as usize];
             let Some(pen) = Pen::new(id, stroke, &style, &self.canvas.window, (draw, shift)) else { continue };
             match style.profile {

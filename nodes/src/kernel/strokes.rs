@@ -91,7 +91,7 @@ impl Default for StrokeStyle {
     }
 }
 
-/// A part of a picture: pixel (i, j) has its centre at `((i + ½) step.x, (j + ½) step.y)` mm.
+/// A part of a picture: pixel (i, j) has its centre at `origin + ((i + ½) step.x, (j + ½) step.y)` mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// First column; may be negative.
@@ -104,6 +104,8 @@ pub struct Window {
     pub height: usize,
     /// Millimetres per pixel, > 0.
     pub step: Vec2,
+    /// The corner of pixel (0, 0) in mm.
+    pub origin: DVec2,
 }
 
 /// What is drawn.
@@ -196,7 +198,7 @@ impl StrokeSet {
     fn near(&self, window: &Window) -> Vec<(u32, IVec2)> {
         // Thin strokes grow to the least width, and edges are half a pixel soft.
         let margin = window.step * (1.0 + 0.5 * self.style.min_width) + 1e-5 * (self.high - self.low).max_element();
-        let corner = |x: i64, y: i64| narrow2(DVec2::new(x as f64, y as f64) * window.step.as_dvec2());
+        let corner = |x: i64, y: i64| narrow2(DVec2::new(x as f64, y as f64) * window.step.as_dvec2() + window.origin);
         let (x, y) = (i64::from(window.x), i64::from(window.y));
         let low = corner(x, y) - margin;
         let high = corner(x + window.width as i64, y + window.height as i64) + margin;

@@ -2,10 +2,10 @@
 //!
 //! Source: JP4905282B2 §8, claims 9 to 11, figs 22 to 24 (rows A59–A66; decision L-13). Beyond the source: bands that
 //! repeat with the canvas, and nuclei everywhere on it. Cost: O(bands + pixels), by tiles.
-use super::grid_points::narrow;
 use crate::kernel::bands::{self, BandSpec};
 use crate::kernel::hash::Hash;
 use crate::kernel::strokes::{self, Draw, StrokeSet, StrokeStyle};
+use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -158,6 +158,7 @@ impl Node for BandPattern {
                 width: out.width(),
                 height: out.height(),
                 step: out.grid.step.as_vec2(),
+                origin: out.grid.origin,
             };
             set.fill(&window, Draw::Depth, out.plane_mut(0));
             Ok(())

@@ -1,9 +1,9 @@
 //! [`DefineSprings`]: springs on the links of a lattice.
 //!
 //! Source: JP4905282B2 §4, claims 2 and 3 (rows A17–A27; decisions L-3, L-4, L-5, L-11). Cost: O(links · pixels on a link).
-use super::grid_points::narrow;
 use crate::kernel::lattice::Links;
 use crate::kernel::lines::{self, Raster};
+use crate::kernel::tile::narrow;
 use glam::{DVec2, UVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

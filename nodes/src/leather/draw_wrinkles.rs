@@ -3,9 +3,9 @@
 //! Source: JP4905282B2 §7, claims 17 to 19 (rows A49–A56; decisions L-9, L-10). Beyond the source: width and depth that
 //! follow the link, tapering, depth fields. Strokes keep to millimetres, so any resolution draws the same grooves; those
 //! thinner than `min_width` pixels keep that width and fade instead. Cost: O(strokes + pixels under strokes), by tiles.
-use super::grid_points::narrow;
 use crate::kernel::hash::Hash;
 use crate::kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
+use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -244,6 +244,7 @@ impl FieldSource for Grooves {
             width: out.width(),
             height: out.height(),
             step: out.grid.step.as_vec2(),
+            origin: out.grid.origin,
         };
         let (set, grid, at) = (self.set.get(), out.grid, out.window);
         match self.what {

@@ -4,6 +4,7 @@
 //! grids that repeat with the canvas. Cost: O(points).
 use crate::kernel::hash::Hash;
 use crate::kernel::points::{GridSpec, grid, grid_counts};
+use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -60,12 +61,6 @@ impl GridPoints {
             periodic: canvas.tile == Tiling::BOTH,
         }
     }
-}
-
-/// A parameter as the kernels take it.
-#[expect(clippy::cast_possible_truncation, reason = "parameters are within ranges that f32 holds")]
-pub(super) fn narrow(value: f64) -> f32 {
-    value as f32
 }
 
 impl Node for GridPoints {

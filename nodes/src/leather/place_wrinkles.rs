@@ -2,9 +2,9 @@
 //!
 //! Source: JP4905282B2 §7, claim 1 (rows A46–A48). Beyond the source: lengths other than the link's, and leaving out
 //! links that are too long. Cost: O(links).
-use super::grid_points::narrow;
 use crate::kernel::lattice::Links;
 use crate::kernel::segments::{self, SegmentSpec};
+use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -67,7 +67,7 @@ impl Node for PointList {
             regular: None,
             size_mm: cx.size_mm(),
             periodic: Node::tiling(self, cx.canvas),
-            pitch: super::grid_points::narrow(pitch),
+            pitch: crate::kernel::tile::narrow(pitch),
             grid: None,
         }))
     }

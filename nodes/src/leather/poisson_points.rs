@@ -2,9 +2,10 @@
 //!
 //! Stands for "any algorithm giving an almost uniform distribution" (JP4905282B2 §3, rows A9v, A68); LEATHER-LOOK lever 3.
 //! Cost: O(points), about half a microsecond each.
-use super::grid_points::{MAX_POINTS, narrow, too_many};
+use super::grid_points::{MAX_POINTS, too_many};
 use crate::kernel::hash::Hash;
 use crate::kernel::poisson::{PoissonSpec, poisson, poisson_estimate};
+use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -3,11 +3,11 @@
 //! Source: JP4905282B2 §5 and §6, claims 13 to 16 (rows A34–A46; decisions L-6, L-7, L-8, L-14). Beyond the source: the
 //! semi-implicit integrator, drag, and lattices that repeat with the canvas. A run that diverges is an error, never a
 //! picture. Cost: O(steps · links).
-use super::grid_points::narrow;
 use crate::kernel::hash::Hash;
 use crate::kernel::lattice::GridShape;
 use crate::kernel::points::border;
 use crate::kernel::springs::{self, Mass, Motion, Net, Outcome, SpringError};
+use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -29,7 +29,7 @@ pub enum Integrator {
 /// What happens at the canvas' edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Boundary {
-    /// Points at most so many mm from the edge stay where they are. On a set that repeats there is no edge.
+    /// Points at most so many mm from the canvas' edge stay where they are. With 0, none of a set that repeats.
     Fixed(f64),
     /// All points move.
     Free,
@@ -211,8 +211,10 @@ impl SimulateSprings {
 
     fn fixed(&self, points: &Points, periodic: bool) -> Vec<bool> {
         match self.boundary {
-            // Where the set repeats there is no edge to hold on to.
-            Boundary::Fixed(margin) if !periodic => border(&points.positions, points.size_mm.as_vec2(), narrow(margin)),
+            // Where the set repeats there is no edge to hold on to, unless a margin asks for one.
+            Boundary::Fixed(margin) if !periodic || margin > 0.0 => {
+                border(&points.positions, points.size_mm.as_vec2(), narrow(margin))
+            }
             _ => Vec::new(),
         }
     }

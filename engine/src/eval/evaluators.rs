@@ -1,0 +1,93 @@
+//! The engine as code sees it that computes whole pictures, with a clock that leaves out the time of what it reads.
+use super::Event;
+use super::run::Run;
+use crate::diagnostics::Problem;
+use crate::graph::GraphNode;
+use crate::value::{Evaluator, Field, Grid, Stop, Tile, Window};
+use cpu_time::ProcessTime;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// The clock of the process where only one node runs, else that on the wall.
+pub(super) enum Clock {
+    Process(ProcessTime),
+    Wall(Instant),
+}
+
+impl Clock {
+    pub(super) fn start(alone: bool) -> Self {
+        if alone { Self::Process(ProcessTime::now()) } else { Self::Wall(Instant::now()) }
+    }
+
+    pub(super) fn elapsed(&self) -> Duration {
+        match self {
+            Self::Process(start) => start.elapsed(),
+            Self::Wall(start) => start.elapsed(),
+        }
+    }
+}
+
+fn nanos(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// The engine as a node sees it.
+pub(super) struct NodeEvaluator<'r, 'g> {
+    pub(super) run: &'r Run<'g>,
+    pub(super) node: &'r GraphNode,
+    pub(super) alone: bool,
+    pub(super) nested: AtomicU64,
+}
+
+impl Evaluator for NodeEvaluator<'_, '_> {
+    fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
+        let start = Clock::start(self.alone);
+        let tile = self.run.raster(field, grid, window);
+        self.nested.fetch_add(nanos(start.elapsed()), Ordering::Relaxed);
+        tile
+    }
+
+    fn check(&self) -> Result<(), Stop> {
+        self.run.cancel.check()
+    }
+
+    fn progress(&self, done: u64, total: u64) {
+        self.run.observer.event(Event::Node { name: self.node.name.clone(), done, total });
+    }
+
+    fn memory(&self) -> u64 {
+        self.run.memory
+    }
+
+    fn warn(&self, problem: Problem) {
+        let warning = self.run.at_node(self.node, problem).as_warning();
+        self.run.observer.event(Event::Warning(warning));
+    }
+}
+
+/// The engine as an operation on a whole picture sees it.
+pub(super) struct Whole<'r, 'g> {
+    pub(super) run: &'r Run<'g>,
+    pub(super) nested: AtomicU64,
+}
+
+impl Evaluator for Whole<'_, '_> {
+    fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
+        let start = ProcessTime::now();
+        let tile = self.run.raster(field, grid, window);
+        self.nested.fetch_add(nanos(start.elapsed()), Ordering::Relaxed);
+        tile
+    }
+
+    fn check(&self) -> Result<(), Stop> {
+        self.run.cancel.check()
+    }
+
+    fn progress(&self, _done: u64, _total: u64) {}
+
+    fn memory(&self) -> u64 {
+        self.run.memory
+    }
+
+    fn warn(&self, _problem: Problem) {}
+}

@@ -153,7 +153,6 @@ mod tests {
     use super::*;
     use glam::{DVec2, Vec2};
     use serde_json::{Value as Json, json};
-    use shibo_engine::value::Tiling;
     use std::sync::Arc;
 
     fn json(data: &impl Serialize) -> Json {
@@ -163,11 +162,9 @@ mod tests {
     fn square() -> Lattice {
         let points = Points {
             positions: vec![Vec2::ZERO, Vec2::new(0.5, f32::INFINITY)],
-            regular: None,
             size_mm: DVec2::ONE,
-            periodic: Tiling::NONE,
             pitch: 1.0,
-            grid: None,
+            ..Points::default()
         };
         Lattice {
             points: Arc::new(points),
@@ -200,8 +197,12 @@ mod tests {
         let simulated = json(&super::lattice(&lattice));
         assert_eq!(simulated["velocities"], json!([[1.0, 1.0], [1.0, 1.0]]));
         assert_eq!((&simulated["broken"], &simulated["alive"]), (&json!([[0, 7]]), &json!([false])));
-        let springs =
-            SpringNet { lattice: Arc::new(square()), stiffness: vec![2.0], rest_length: vec![-0.5], mass: vec![] };
+        let springs = SpringNet {
+            lattice: Arc::new(square()),
+            stiffness: vec![2.0],
+            rest_length: vec![-0.5],
+            ..SpringNet::default()
+        };
         let springs = json(&super::springs(&springs));
         assert_eq!(springs["type"], "SpringNet");
         assert_eq!(springs["mass"], json!([1.0, 1.0]));

@@ -13,8 +13,11 @@ pub fn encode(value: &Value) -> Option<Vec<u8>> {
     }
 }
 
+/// Changes with the fields of any object.
+const FORM: u8 = 2;
+
 fn tagged<T: serde::Serialize>(tag: u8, object: &T) -> Option<Vec<u8>> {
-    postcard::to_extend(object, vec![tag]).ok()
+    postcard::to_extend(object, vec![FORM, tag]).ok()
 }
 
 /// The object of [`encode`]; `None` for bytes that are not its.
@@ -22,7 +25,7 @@ pub fn decode(bytes: &[u8]) -> Option<Value> {
     fn object<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Option<Arc<T>> {
         postcard::from_bytes(bytes).ok().map(Arc::new)
     }
-    let (tag, body) = bytes.split_first()?;
+    let (tag, body) = bytes.strip_prefix(&[FORM])?.split_first()?;
     Some(match tag {
         b'P' => Value::Points(object(body)?),
         b'L' => Value::Lattice(object(body)?),

@@ -1,4 +1,5 @@
 //! What wires carry: objects, computed whole, and fields, evaluated lazily by tiles. Data and accessors, no algorithm.
+mod area;
 mod canvas;
 mod color;
 mod field;
@@ -10,11 +11,12 @@ mod segments;
 mod tile;
 mod ty;
 
+pub use area::Area;
 pub use canvas::{Canvas, Grid, GridId, TileMode, Tiling, Window};
 pub use color::{linear_to_srgb, srgb_to_linear};
 pub use field::{Cost, Evaluator, Field, FieldSource, Halo, Reader, Stop};
 pub use key::Key;
-pub use lattice::{GridLinks, Lattice, SpringNet};
+pub use lattice::{GridLinks, Lattice, LiveMass, SpringNet};
 pub use material::{Channel, Material};
 pub use points::{GridOrder, Points};
 pub use segments::Segments;

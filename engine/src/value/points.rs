@@ -1,7 +1,8 @@
 //! Sets of positions.
-use super::Tiling;
+use super::{Area, Tiling};
 use glam::{DVec2, Vec2};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The order of points that were laid out as a grid: point `(i, j)` has index `j · columns + i`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,7 +18,7 @@ pub struct GridOrder {
 }
 
 /// Positions in mm on a canvas.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Points {
     /// Where they are. A point of a periodic set may lie outside the canvas; it stands for the one inside.
     pub positions: Vec<Vec2>,
@@ -31,6 +32,12 @@ pub struct Points {
     pub pitch: f32,
     /// Present when the points are in grid order.
     pub grid: Option<GridOrder>,
+    /// Present when the points are the corners of a tiling by regular hexagons: the wanted length of an edge in mm.
+    pub hexagons: Option<f32>,
+    /// Present when only a part of a grid or of a tiling is left: the index that each point had in the whole.
+    pub sites: Option<Vec<u32>>,
+    /// The part of the canvas that the points keep to, if it is not the whole.
+    pub area: Option<Arc<Area>>,
 }
 
 impl Points {
@@ -49,8 +56,17 @@ impl Points {
         self.regular.as_deref().unwrap_or(&self.positions)
     }
 
+    /// The same positions as a set of their own, which remembers no layout.
+    #[must_use]
+    pub fn alone(&self) -> Self {
+        Self { regular: None, grid: None, hexagons: None, sites: None, ..self.clone() }
+    }
+
     /// The memory they take.
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + size_of::<Vec2>() * (self.positions.len() + self.regular.as_ref().map_or(0, Vec::len))
+        let regular = self.regular.as_ref().map_or(0, Vec::len);
+        let sites = self.sites.as_ref().map_or(0, Vec::len);
+        let area = self.area.as_ref().map_or(0, |area| area.bytes());
+        size_of::<Self>() + size_of::<Vec2>() * (self.positions.len() + regular) + 4 * sites + area
     }
 }

@@ -3,7 +3,7 @@
 //! PNG, JPEG, TIFF and OpenEXR. Only the header is read until somebody wants a pixel. Where a pixel of the result covers
 //! more than one of the picture, area averages are shown, so small pictures do not alias. Cost: decoding once, then
 //! O(pixels).
-use super::pixels::{Pick, Pixels, Placement, Source};
+use super::pixels::{Crop, Pick, Pixels, Placement, Source};
 use crate::choice::choice;
 use crate::kernel::sample::{Filter, Outside};
 use schemars::JsonSchema;
@@ -58,12 +58,18 @@ pub enum Wrap {
 /// "picture": Image(path: "ramp.png", size_mm: (20, 15)),
 /// "example": Warp(input: "picture", amount: 1.5, size: 9),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Image {
     /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file.
     pub path: FilePath,
-    /// How large the picture is on the canvas; the whole canvas by default.
+    /// The part that is used: left column, top row, width and height in pixels. By default all.
+    #[schemars(extend("unit" = "px"))]
+    pub crop: Option<(u32, u32, u32, u32)>,
+    /// Where its upper left corner lies on the canvas.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
+    pub position: Xy,
+    /// How large the picture, or its part, is on the canvas; the whole canvas by default.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size_mm: Option<Xy>,
     /// What its numbers mean. By default sRGB for 8-bit colour, raw for 16 bits and for one channel, linear for float
@@ -73,6 +79,20 @@ pub struct Image {
     pub filter: PictureFilter,
     /// What lies outside the picture.
     pub wrap: Wrap,
+}
+
+impl Default for Image {
+    fn default() -> Self {
+        Self {
+            path: FilePath::default(),
+            crop: None,
+            position: Xy::new(0.0, 0.0),
+            size_mm: None,
+            color_space: None,
+            filter: PictureFilter::default(),
+            wrap: Wrap::default(),
+        }
+    }
 }
 
 /// A picture that cannot be read, at the parameter that names it.
@@ -93,7 +113,23 @@ impl Image {
             Wrap::Clamp => Outside::Clamp,
         };
         let pitch = size / glam::UVec2::from(pixels).as_dvec2();
-        Placement { pitch, filter: self.filter.into(), outside: [outside; 2] }
+        let position = glam::DVec2::new(self.position.x, self.position.y);
+        Placement { position, pitch, filter: self.filter.into(), outside: [outside; 2] }
+    }
+
+    /// The part of a picture that is used.
+    fn part(&self, width: u32, height: u32) -> Result<Crop, Problem> {
+        let Some((x, y, w, h)) = self.crop else { return Ok(Crop { x: 0, y: 0, width, height }) };
+        let fits =
+            |at: u32, length: u32, whole: u32| length > 0 && at.checked_add(length).is_some_and(|end| end <= whole);
+        if fits(x, w, width) && fits(y, h, height) {
+            return Ok(Crop { x, y, width: w, height: h });
+        }
+        let message = format!(
+            "crop is `({x}, {y}, {w}, {h})`, which does not lie within the picture of {width} × {height} pixels"
+        );
+        let help = "crop takes the left column, the top row, the width and the height";
+        Err(Problem::new(Code::OutOfRange, message).at("crop").help(help))
     }
 
     fn repeats(&self, canvas: glam::DVec2) -> Tiling {
@@ -141,12 +177,14 @@ impl Node for Image {
             ColorSpace::Linear => picture::ColorSpace::Linear,
             ColorSpace::Raw => picture::ColorSpace::Raw,
         });
-        let placement = self.placement(cx.size_mm(), [header.width, header.height]);
-        let resolution = glam::UVec2::new(header.width, header.height);
-        let fits = placement.pitch * resolution.as_dvec2() == cx.size_mm() || self.size_mm.is_none();
-        let native = Grid { origin: glam::DVec2::ZERO, step: placement.pitch, period: fits.then_some(resolution) };
+        let crop = self.part(header.width, header.height)?;
+        let placement = self.placement(cx.size_mm(), [crop.width, crop.height]);
+        let resolution = glam::UVec2::new(crop.width, crop.height);
+        let whole = placement.pitch * resolution.as_dvec2() == cx.size_mm() || self.size_mm.is_none();
+        let fits = whole && placement.position == glam::DVec2::ZERO;
+        let native = Grid { origin: placement.position, step: placement.pitch, period: fits.then_some(resolution) };
         let tiling = self.repeats(cx.size_mm());
-        let pixels = Arc::new(Pixels::new(path, space, &header, cx.evaluator.memory())?);
+        let pixels = Arc::new(Pixels::new(path, space, (&header, crop), cx.evaluator.memory())?);
         let field = |ty: Type, pick: Pick| {
             Field::new(ty, tiling, Source { pixels: pixels.clone(), placement, pick }).with_native(native)
         };
@@ -258,6 +296,32 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_part_can_be_put_anywhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, planes) = file(folder.path(), "a.tif", 1, None);
+        let node = Image {
+            crop: Some((3, 2, 4, 5)),
+            position: Xy::new(4.0, -2.0),
+            size_mm: Some(Xy::new(8.0, 10.0)),
+            color_space: Some(ColorSpace::Raw),
+            ..Image::default()
+        };
+        let gray = output(&outputs(&node, &path).unwrap(), "gray");
+        // The part's pixel (1, 2) is the file's (4, 4); it lies 1.5 · 2 mm right of and 2.5 · 2 mm below the corner.
+        let pixel = crop(&gray, &native(), Window { x: 3, y: 1, width: 1, height: 1 });
+        assert_eq!(pixel.data(), &planes[4 * 16 + 4..][..1]);
+        let again = crop(&gray, &native(), Window { x: 3 + 4, y: 1 + 5, width: 1, height: 1 });
+        assert_eq!(again.data(), pixel.data());
+        check_field(&gray);
+        for part in [(0, 0, 0, 1), (14, 0, 3, 1), (0, 8, 1, 1), (u32::MAX, 0, 2, 2)] {
+            let Err(Stop::Failed(problem)) = outputs(&Image { crop: Some(part), ..node.clone() }, &path) else {
+                panic!()
+            };
+            assert_eq!((problem.code, problem.field.as_deref()), (Code::OutOfRange, Some("crop")));
         }
     }
 

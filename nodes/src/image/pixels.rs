@@ -11,11 +11,30 @@ use shibo_engine::value::{Evaluator, Field, FieldSource, Grid, Reader, Stop, Til
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
+/// A part of a picture in pixels, known to lie within it.
+#[derive(Clone, Copy)]
+pub(super) struct Crop {
+    pub(super) x: u32,
+    pub(super) y: u32,
+    pub(super) width: u32,
+    pub(super) height: u32,
+}
+
+impl Crop {
+    /// The part of a plane of pictures `width` pixels wide.
+    fn of(self, plane: &[f32], width: usize) -> Vec<f32> {
+        let (x, w) = (self.x as usize, self.width as usize);
+        let rows = plane.chunks_exact(width).skip(self.y as usize).take(self.height as usize);
+        rows.flat_map(|row| &row[x..x + w]).copied().collect()
+    }
+}
+
 /// A picture file.
 pub(super) struct Pixels {
     path: PathBuf,
     space: Option<ColorSpace>,
     limits: ReadLimits,
+    crop: Crop,
     /// Bytes of the decoded channels and their smaller versions, and of the file's samples while they are decoded.
     bytes: u64,
     decoding: u64,
@@ -31,7 +50,12 @@ struct Decoded {
 
 impl Pixels {
     /// Nothing is decoded yet; refuses what would not fit into `memory` bytes.
-    pub(super) fn new(path: &Path, space: Option<ColorSpace>, header: &Header, memory: u64) -> Result<Self, Problem> {
+    pub(super) fn new(
+        path: &Path,
+        space: Option<ColorSpace>,
+        (header, crop): (&Header, Crop),
+        memory: u64,
+    ) -> Result<Self, Problem> {
         let samples = u64::from(header.width) * u64::from(header.height) * u64::from(header.channels);
         let bytes = samples * 16 / 3;
         let decoding = samples * (4 + header.kind.bytes() as u64);
@@ -46,7 +70,7 @@ impl Pixels {
             return Err(Problem::new(Code::TooLarge, message).at("path").help("scale it down, or raise --memory"));
         }
         let limits = ReadLimits { max_bytes_decoded: memory, ..ReadLimits::default() };
-        Ok(Self { path: path.to_owned(), space, limits, bytes, decoding, decoded: OnceLock::new() })
+        Ok(Self { path: path.to_owned(), space, limits, crop, bytes, decoding, decoded: OnceLock::new() })
     }
 
     /// The pixels. Decoded outside of the lock: decoding waits for other threads, and one of them may come here.
@@ -66,8 +90,10 @@ impl Pixels {
         self.refuse_non_finite(&picture)?;
         let space = self.space.unwrap_or_else(|| default_for(&picture));
         to_linear(&mut picture, space);
-        let (w, h) = (picture.width as usize, picture.height as usize);
-        let planes: Vec<Vec<f32>> = picture.planes.chunks_exact(w * h).map(<[f32]>::to_vec).collect();
+        let (width, height) = (picture.width as usize, picture.height as usize);
+        let (w, h) = (self.crop.width as usize, self.crop.height as usize);
+        let planes: Vec<Vec<f32>> =
+            picture.planes.chunks_exact(width * height).map(|plane| self.crop.of(plane, width)).collect();
         let data = usize::from(picture.data_channels());
         drop(picture);
         let channels = planes.into_par_iter().map(|plane| Pyramid::new(plane, w, h, [Outside::Clamp; 2])).collect();
@@ -105,6 +131,8 @@ pub(super) enum Pick {
 /// Where a picture lies.
 #[derive(Clone, Copy)]
 pub(super) struct Placement {
+    /// Where its corner lies, mm.
+    pub(super) position: DVec2,
     /// Size of one of its pixels, mm.
     pub(super) pitch: DVec2,
     pub(super) filter: Filter,
@@ -124,8 +152,8 @@ const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 impl FieldSource for Source {
     fn fill(&self, _reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
         let pixels = self.pixels.get()?;
-        let Placement { pitch, filter, outside } = self.placement;
-        let (origin, step) = (out.grid.origin / pitch, out.grid.step / pitch);
+        let Placement { position, pitch, filter, outside } = self.placement;
+        let (origin, step) = ((out.grid.origin - position) / pitch, out.grid.step / pitch);
         let place =
             Place { rect: tile::rect(out.window), origin: origin.to_array(), step: step.to_array(), filter, outside };
         let channel = |k: usize| &pixels.channels[if k < pixels.data { k } else { 0 }];

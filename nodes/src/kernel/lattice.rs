@@ -108,27 +108,69 @@ pub fn grid_links(shape: GridShape) -> Links {
     links
 }
 
+/// Square cells about a radius wide, for finding points near each other.
+struct Buckets {
+    low: Vec2,
+    extent: Vec2,
+    count: [i64; 2],
+    periodic: bool,
+}
+
+impl Buckets {
+    fn new(points: &[Vec2], radius: f32, size: Vec2, periodic: bool) -> Self {
+        let (low, extent) = if periodic { (Vec2::ZERO, size) } else { bounds(points) };
+        let most = f64::from(radius.max(1e-30)).recip();
+        let fit = |length: f32| whole((f64::from(length) * most).min((points.len() as f64).sqrt() + 1.0)).max(1);
+        Self { low, extent, count: [fit(extent.x), fit(extent.y)], periodic }
+    }
+
+    fn of(&self, p: Vec2) -> (i64, i64) {
+        let at = |axis: usize| {
+            let n = self.count[axis];
+            let t = f64::from(p[axis] - self.low[axis]) / f64::from(self.extent[axis].max(1e-30)) * n as f64;
+            let cell = whole(t.clamp(-1e15, 1e15));
+            if self.periodic { cell.rem_euclid(n) } else { cell.clamp(0, n - 1) }
+        };
+        (at(0), at(1))
+    }
+
+    fn sort(&self, points: &[Vec2]) -> Cells {
+        let [nx, ny] = self.count;
+        Cells::new(points, nx * ny, |p| {
+            let (x, y) = self.of(p);
+            y * nx + x
+        })
+    }
+}
+
+/// About how many links [`radius_links`] would make, in O(n): the share π/9 of the pairs in neighbouring cells.
+pub fn radius_estimate(points: &[Vec2], radius: f32, size: Vec2, periodic: bool) -> f64 {
+    let buckets = Buckets::new(points, radius, size, periodic);
+    let ([nx, ny], cells) = (buckets.count, buckets.sort(points));
+    let mut pairs = 0.0;
+    for y in 0..ny {
+        for x in 0..nx {
+            let here = cells.of(y * nx + x).len() as f64;
+            for (dx, dy) in [-1, 0, 1].into_iter().flat_map(|dy| [-1, 0, 1].map(|dx| (dx, dy))) {
+                let (x, y) =
+                    if periodic { ((x + dx).rem_euclid(nx), (y + dy).rem_euclid(ny)) } else { (x + dx, y + dy) };
+                if (0..nx).contains(&x) && (0..ny).contains(&y) {
+                    pairs += here * cells.of(y * nx + x).len() as f64;
+                }
+            }
+        }
+    }
+    let all = points.len() as f64 * (points.len() as f64 - 1.0) / 2.0;
+    (pairs * 0.5 * std::f64::consts::PI / 9.0).min(all)
+}
+
 /// Links between all points at most `radius` mm apart (A15), sorted; on a periodic canvas also across its edges, to
 /// the nearest copy only. O(n + links) for points spread evenly.
 pub fn radius_links(points: &[Vec2], radius: f32, size: Vec2, periodic: bool) -> Links {
-    let (low, extent) = if periodic { (Vec2::ZERO, size) } else { bounds(points) };
-    let most = f64::from(radius.max(1e-30)).recip();
-    let fit = |length: f32| whole((f64::from(length) * most).min((points.len() as f64).sqrt() + 1.0)).max(1);
-    let (nx, ny) = (fit(extent.x), fit(extent.y));
-    let cell_of = |p: Vec2| {
-        let at = |v: f32, low: f32, length: f32, n: i64| {
-            let t = f64::from(v - low) / f64::from(length.max(1e-30)) * n as f64;
-            let cell = whole(t.clamp(-1e15, 1e15));
-            if periodic { cell.rem_euclid(n) } else { cell.clamp(0, n - 1) }
-        };
-        (at(p.x, low.x, extent.x, nx), at(p.y, low.y, extent.y, ny))
-    };
-    let cells = Cells::new(points, nx * ny, |p| {
-        let (x, y) = cell_of(p);
-        y * nx + x
-    });
+    let buckets = Buckets::new(points, radius, size, periodic);
+    let ([nx, ny], cells) = (buckets.count, buckets.sort(points));
     let neighbours = |i: usize| {
-        let (cx, cy) = cell_of(points[i]);
+        let (cx, cy) = buckets.of(points[i]);
         let mut found: Vec<([u32; 2], [i8; 2])> = Vec::new();
         for y in cy - 1..=cy + 1 {
             for x in cx - 1..=cx + 1 {

@@ -4,6 +4,7 @@
 //! random numbers are hashed from a seed and an index; reductions have a fixed order; transcendental functions come
 //! from [`math`], never from the system. Pictures are planar `f32`, rows from y = 0.
 
+pub mod area;
 pub mod bands;
 pub mod blend;
 pub mod blur;
@@ -27,6 +28,7 @@ pub mod pyramid;
 pub mod relief;
 pub mod resample;
 pub mod sample;
+pub mod scatter;
 pub mod segments;
 pub mod simd;
 pub mod springs;

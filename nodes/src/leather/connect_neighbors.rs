@@ -1,9 +1,11 @@
 //! [`ConnectNeighbors`]: which points are neighbours.
 //!
-//! Source: JP4905282B2 §3, claim 8 (rows A11, A12, A14–A16). Delaunay links are beyond the source; they are the first
+//! Source: JP4905282B2 §3, claim 8 (rows A11–A16). Delaunay links are beyond the source; they are the first
 //! lever of LEATHER-LOOK. Cost: O(links), Delaunay O(n log n).
 use crate::kernel::delaunay::delaunay;
-use crate::kernel::lattice::{GridShape, Links, grid_links, wrap};
+use crate::kernel::lattice::{GridShape, Links, grid_links, radius_estimate, radius_links, wrap};
+use crate::kernel::points::hexagons;
+use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -18,6 +20,10 @@ pub enum Neighbors {
     Four,
     /// The 8 nearest of a grid.
     Eight,
+    /// Those at the other end of an edge of the hexagons of `HexPoints`: 3.
+    HexEdges,
+    /// All at most so many mm away, for any points.
+    Radius(f64),
     /// Those whose cells touch; about 6, for any points.
     #[default]
     Delaunay,
@@ -39,9 +45,13 @@ pub enum Neighbors {
 pub struct ConnectNeighbors {
     /// The points to link.
     pub points: In<Points>,
-    /// Which points are neighbours. `Four` and `Eight` need the points of a grid.
+    /// Which points are neighbours. `Four` and `Eight` need the points of a grid, `HexEdges` those of hexagons.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub neighbors: Neighbors,
 }
+
+/// The most links that a node makes.
+const MAX_LINKS: usize = 32_000_000;
 
 impl Node for ConnectNeighbors {
     const OUTPUTS: &'static [Output] = &[Output::new("lattice", Type::Lattice, "The points and their links.")];
@@ -50,45 +60,125 @@ impl Node for ConnectNeighbors {
         let points = cx.get(&self.points)?;
         let periodic = points.periodic == Tiling::BOTH;
         let size = points.size_mm.as_vec2();
-        let shape = |order: &shibo_engine::value::GridOrder| GridShape {
-            nx: order.columns as usize,
-            ny: order.rows as usize,
-            eight: self.neighbors == Neighbors::Eight,
-            periodic,
-        };
-        let (points, links, grid) = match (self.neighbors, &points.grid) {
-            (Neighbors::Delaunay, _) => {
+        let (points, links, grid) = match self.neighbors {
+            Neighbors::Delaunay => {
                 let (points, links) = triangulate(points, size, periodic);
                 (points, links, None)
             }
-            (Neighbors::Four, Some(order)) => (points.clone(), grid_links(shape(order)), Some(GridLinks::Four)),
-            (Neighbors::Eight, Some(order)) => (points.clone(), grid_links(shape(order)), Some(GridLinks::Eight)),
-            (Neighbors::Four | Neighbors::Eight, None) => {
-                let message = format!("neighbors is `{:?}`, which needs the points of a grid", self.neighbors);
-                let problem = Problem::new(Code::BadValue, message).at("neighbors");
-                return Err(problem.help("use `GridPoints`, or `neighbors: Delaunay`").into());
+            Neighbors::Radius(radius) => {
+                let links = self.within(cx, &points, radius)?;
+                (points, links, None)
+            }
+            Neighbors::Four | Neighbors::Eight | Neighbors::HexEdges => {
+                let (whole, grid) = self.of_layout(&points)?;
+                let links = kept(whole, &points);
+                (points, links, Some(grid))
             }
         };
         cx.check()?;
+        self.advise(cx, &points, &links);
         Ok(Outputs::one(Lattice {
             points,
             links: Arc::new(links.pairs),
             offsets: Arc::new(links.wraps),
             grid,
-            velocities: None,
-            broken: Vec::new(),
+            ..Lattice::default()
         }))
     }
+}
+
+impl ConnectNeighbors {
+    /// The links of the whole grid or tiling.
+    fn of_layout(&self, points: &Points) -> Result<(Links, GridLinks), Problem> {
+        let periodic = points.periodic == Tiling::BOTH;
+        let eight = self.neighbors == Neighbors::Eight;
+        match (self.neighbors, &points.grid, points.hexagons) {
+            (Neighbors::HexEdges, _, Some(edge)) => {
+                Ok((hexagons(points.size_mm.as_vec2(), edge, periodic).1, GridLinks::HexEdges))
+            }
+            (Neighbors::Four | Neighbors::Eight, Some(order), _) => {
+                let shape = GridShape { nx: order.columns as usize, ny: order.rows as usize, eight, periodic };
+                Ok((grid_links(shape), if eight { GridLinks::Eight } else { GridLinks::Four }))
+            }
+            _ => {
+                let (needs, node) = match self.neighbors {
+                    Neighbors::HexEdges => ("the corners of hexagons", "HexPoints"),
+                    _ => ("the points of a grid", "GridPoints"),
+                };
+                let message = format!("neighbors is `{:?}`, which needs {needs}", self.neighbors);
+                let help = format!("use `{node}`, or `neighbors: Delaunay`");
+                Err(Problem::new(Code::BadValue, message).at("neighbors").help(help))
+            }
+        }
+    }
+
+    /// Links to all within a radius, unless there are too many.
+    fn within(&self, cx: &Context<'_>, points: &Points, radius: f64) -> Result<Links, Stop> {
+        let periodic = points.periodic == Tiling::BOTH;
+        let (size, reach) = (points.size_mm.as_vec2(), narrow(radius));
+        let shorter = points.size_mm.min_element();
+        if periodic && radius >= 0.5 * shorter {
+            let message = format!(
+                "neighbors is `Radius({radius})`; on a canvas that tiles the radius must be less than half of it, {} mm",
+                0.5 * shorter
+            );
+            return Err(Problem::new(Code::OutOfRange, message).at("neighbors").into());
+        }
+        let count = radius_estimate(&points.positions, reach, size, periodic);
+        // A link takes 10 bytes here and about 40 while it is found and sorted.
+        let most = (cx.evaluator.memory() / 50).min(MAX_LINKS as u64) as f64;
+        if count > most {
+            let message = format!(
+                "neighbors is `Radius({radius})`, which would make about {count:.0} links between {} points; at most \
+                 {most:.0} are allowed",
+                points.len()
+            );
+            let pitch = points.pitch;
+            let help = format!("points are about {pitch} mm apart; a radius of {} mm gives about 8 each", 1.6 * pitch);
+            return Err(Problem::new(Code::TooLarge, message).at("neighbors").help(help).into());
+        }
+        Ok(radius_links(&points.positions, reach, size, periodic))
+    }
+
+    /// Warns of points that have no part in the lattice.
+    fn advise(&self, cx: &Context<'_>, points: &Points, links: &Links) {
+        let mut linked = vec![false; points.len()];
+        links.pairs.iter().flatten().for_each(|&p| linked[p as usize] = true);
+        let alone = linked.iter().filter(|l| !**l).count();
+        if alone > 0 {
+            let message = format!("{alone} of {} points have no neighbour: they stay where they are", points.len());
+            let help = match self.neighbors {
+                Neighbors::Radius(_) => "a larger radius links more of them",
+                _ => "a larger work area leaves fewer of them alone",
+            };
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("neighbors").help(help));
+        }
+    }
+}
+
+/// The links whose two ends are left, by the new numbers of the points.
+fn kept(whole: Links, points: &Points) -> Links {
+    let Some(sites) = &points.sites else { return whole };
+    let most = whole.pairs.iter().flatten().copied().chain(sites.iter().copied()).max().unwrap_or(0);
+    let mut number = vec![u32::MAX; most as usize + 1];
+    (0u32..).zip(sites).for_each(|(n, &site)| number[site as usize] = n);
+    let mut left = Links::default();
+    for (l, pair) in whole.pairs.iter().enumerate() {
+        let ends = pair.map(|p| number[p as usize]);
+        if !ends.contains(&u32::MAX) {
+            left.pairs.push(ends);
+            left.wraps.extend(whole.wraps.get(l));
+        }
+    }
+    left
 }
 
 /// Links by triangulation. Points of a periodic set that have left the canvas come back first.
 fn triangulate(points: Arc<Points>, size: glam::Vec2, periodic: bool) -> (Arc<Points>, Links) {
     let inside = |p: &glam::Vec2| p.cmpge(glam::Vec2::ZERO).all() && p.cmplt(size).all();
     let points = if periodic && !points.positions.iter().all(inside) {
-        let mut moved = Points::clone(&points);
+        let mut moved = points.alone();
         wrap(&mut moved.positions, &mut Links::default(), size);
-        moved.grid = None;
-        moved.regular = None;
         Arc::new(moved)
     } else {
         points

@@ -1,15 +1,14 @@
 //! [`DefineSprings`]: springs on the links of a lattice.
 //!
 //! Source: JP4905282B2 §4, claims 2 and 3 (rows A17–A27; decisions L-3, L-4, L-5, L-11). Cost: O(links · pixels on a link).
-use crate::kernel::lattice::Links;
-use crate::kernel::lines::{self, Raster};
+use super::reading::{self, Reduction, Sample};
+use crate::kernel::hash::Hash;
 use crate::kernel::tile::narrow;
-use glam::{DVec2, UVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Gray, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Lattice, SpringNet, Stop, Tile, Tiling, Type, Window};
+use shibo_engine::node::{Context, Fact, Gray, In, Linear, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, Lattice, SpringNet, Stop, Tiling, Type};
 
 /// What a spring's length at rest is, before `rest_length` is added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,28 +21,6 @@ pub enum Rest {
     InitialMinus(f64),
     /// 0: the force at the start is stiffness times length, different for every link.
     Zero,
-}
-
-/// Which places of the field belong to a link.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub enum Sample {
-    /// Two samples per pixel along the link, between the pixels: the better choice in practice.
-    #[default]
-    Smooth,
-    /// The pixels of Bresenham's line, as in the source.
-    Line,
-    /// The pixels at most so many mm from the link.
-    Near(f64),
-}
-
-/// How the values along a link are summed up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Reduce {
-    /// Their mean.
-    #[default]
-    Mean,
-    /// Their sum, which grows with the number of pixels.
-    Sum,
 }
 
 /// Turns links into springs whose stiffness and length at rest come from a field: stiff where it is bright, so small
@@ -78,17 +55,27 @@ pub struct DefineSprings {
     /// What is added to the length at rest where the field is 0 and where it is 1, in pitches; may be negative.
     #[schemars(extend("minimum" = -100.0, "maximum" = 100.0, "unit" = "pitch"))]
     pub rest_length: Linear,
+    /// Damping where the field is 0 and where it is 1: a force against the speed at which a spring grows, times that
+    /// speed.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
+    pub damping: Linear,
+    /// How far chance makes each spring stiffer or softer, as a share of its stiffness: at 0.5 from half to one and a half
+    /// times.
+    #[schemars(range(min = 0, max = 1))]
+    pub spread: f64,
     /// Which places of the field belong to a link.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub sample: Sample,
     /// How the values along a link are summed up.
-    pub reduce: Reduce,
+    pub reduce: Reduction,
     /// Whether 0 and 1 of the field change places.
     pub invert: bool,
     /// Columns and rows at which the field is read. By default those of the picture, where the field is one, else four
     /// per pitch.
     #[schemars(extend("minimum" = 1.0, "maximum" = 8192.0))]
     pub sample_resolution: Option<(u32, u32)>,
+    /// Another number gives another `spread`.
+    pub seed: u64,
 }
 
 impl Default for DefineSprings {
@@ -99,19 +86,20 @@ impl Default for DefineSprings {
             stiffness: Linear::new(2.0, 10.0),
             rest: Rest::Source,
             rest_length: Linear::new(0.0, 0.0),
+            damping: Linear::new(0.0, 0.0),
+            spread: 0.0,
             sample: Sample::Smooth,
-            reduce: Reduce::Mean,
+            reduce: Reduction::Mean,
             invert: false,
             sample_resolution: None,
+            seed: 0,
         }
     }
 }
 
-/// The most columns or rows at which a field is read by default.
-const MOST_SAMPLES: f64 = 4096.0;
-
 impl Node for DefineSprings {
     const OUTPUTS: &'static [Output] = &[Output::new("springs", Type::SpringNet, "The springs, all at rest speed 0.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
     fn tiling(&self, _canvas: &Canvas) -> Tiling {
         Tiling::BOTH
@@ -120,71 +108,44 @@ impl Node for DefineSprings {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let lattice = cx.get(&self.lattice)?;
         let scalars = match cx.get_opt(&self.field)? {
-            Some(field) => self.read(cx, &lattice, &field)?,
+            Some(field) => {
+                let read = reading::read(
+                    cx,
+                    (lattice.points.pitch, lattice.points.periodic),
+                    (&field, "field"),
+                    self.sample_resolution,
+                )?;
+                let mut scalars = read.along(&lattice, self.sample, self.reduce);
+                if self.invert {
+                    scalars.iter_mut().for_each(|s| *s = 1.0 - *s);
+                }
+                scalars
+            }
             None => vec![0.0; lattice.links.len()],
         };
         cx.check()?;
         let pitch = self.pitch(&lattice);
         let standard = self.standard(&lattice, pitch);
         let of = |map: Linear, s: f32| narrow(map.at(f64::from(s)));
-        let stiffness = scalars.iter().map(|&s| of(self.stiffness, s)).collect::<Vec<_>>();
-        if let Some(bad) = stiffness.iter().find(|k| **k < 0.0) {
-            let message = format!("stiffness becomes `{bad}`; it must be at least 0");
-            let help = "keep the field within 0..1, or use `reduce: Mean`";
-            return Err(Problem::new(Code::OutOfRange, message).at("stiffness").help(help).into());
+        let hash = Hash::new(cx.seed(self.seed));
+        let factor = |l: u64| 1.0 + self.spread * (2.0 * hash.unit(l) - 1.0);
+        let stiffness: Vec<f32> =
+            (0..).zip(&scalars).map(|(l, &s)| narrow(self.stiffness.at(f64::from(s)) * factor(l))).collect();
+        let damped = self.damping != Linear::new(0.0, 0.0);
+        let damping = if damped { scalars.iter().map(|&s| of(self.damping, s)).collect() } else { Vec::new() };
+        for (name, values) in [("stiffness", &stiffness), ("damping", &damping)] {
+            if let Some(bad) = values.iter().find(|k| **k < 0.0) {
+                let message = format!("{name} becomes `{bad}`; it must be at least 0");
+                let help = "keep the field within 0..1, or use `reduce: Mean`";
+                return Err(Problem::new(Code::OutOfRange, message).at(name).help(help).into());
+            }
         }
         let rest_length = standard.iter().zip(&scalars).map(|(l, &s)| l + pitch * of(self.rest_length, s)).collect();
-        Ok(Outputs::one(SpringNet { lattice, stiffness, rest_length, mass: Vec::new() }))
+        Ok(Outputs::one(SpringNet { lattice, stiffness, rest_length, damping, ..SpringNet::default() }))
     }
 }
 
 impl DefineSprings {
-    /// The scalar of each link.
-    fn read(&self, cx: &Context<'_>, lattice: &Lattice, field: &Field) -> Result<Vec<f32>, Stop> {
-        let size = self.resolution(cx, lattice, field);
-        let map: Tile = cx.evaluator.raster(field, &cx.canvas.grid(size), Window::full(size))?;
-        if let Some(bad) = map.data().iter().find(|v| !v.is_finite()) {
-            let message = format!("field has the value `{bad}`; it must be finite everywhere");
-            return Err(Problem::new(Code::NotFinite, message).at("field").into());
-        }
-        let raster = Raster {
-            values: map.plane(0),
-            width: size.x as usize,
-            height: size.y as usize,
-            size: cx.size_mm().as_vec2(),
-            periodic: lattice.points.periodic == Tiling::BOTH,
-        };
-        let links = Links { pairs: lattice.links.to_vec(), wraps: lattice.offsets.to_vec() };
-        let ends: Vec<[Vec2; 2]> =
-            (0..links.pairs.len()).map(|l| links.ends(l, &lattice.points.positions, raster.size)).collect();
-        let along = match self.sample {
-            Sample::Smooth => lines::Along::Smooth,
-            Sample::Line => lines::Along::Line,
-            Sample::Near(radius) => lines::Along::Near(narrow(radius)),
-        };
-        let reduce = match self.reduce {
-            Reduce::Mean => lines::Reduce::Mean,
-            Reduce::Sum => lines::Reduce::Sum,
-        };
-        let mut scalars = raster.along_all(&ends, along, reduce);
-        if self.invert {
-            scalars.iter_mut().for_each(|s| *s = 1.0 - *s);
-        }
-        Ok(scalars)
-    }
-
-    fn resolution(&self, cx: &Context<'_>, lattice: &Lattice, field: &Field) -> UVec2 {
-        if let Some((width, height)) = self.sample_resolution {
-            return UVec2::new(width, height);
-        }
-        if let Some(native) = field.native() {
-            let pixels = (cx.size_mm() / native.step).round();
-            return pixels.clamp(DVec2::ONE, DVec2::splat(2.0 * MOST_SAMPLES)).as_uvec2();
-        }
-        let pitch = f64::from(lattice.points.pitch);
-        (cx.size_mm() / pitch * 4.0).ceil().clamp(DVec2::ONE, DVec2::splat(MOST_SAMPLES)).as_uvec2()
-    }
-
     /// The length d that standard lengths refer to: of a grid the smaller pitch, else as `rest` says.
     fn pitch(&self, lattice: &Lattice) -> f32 {
         match (&lattice.points.grid, self.rest) {

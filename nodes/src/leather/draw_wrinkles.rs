@@ -3,12 +3,14 @@
 //! Source: JP4905282B2 §7, claims 17 to 19 (rows A49–A56; decisions L-9, L-10). Beyond the source: width and depth that
 //! follow the link, tapering, depth fields. Strokes keep to millimetres, so any resolution draws the same grooves; those
 //! thinner than `min_width` pixels keep that width and fade instead. Cost: O(strokes + pixels under strokes), by tiles.
+use super::reading;
 use crate::kernel::hash::Hash;
 use crate::kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
 use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Range};
 use shibo_engine::value::{Canvas, Cost, Field, FieldSource, Grid, Reader, Segments, Stop, Tile, Tiling, Type};
 use std::sync::{Arc, OnceLock};
@@ -39,6 +41,8 @@ pub enum VaryBy {
     Length,
     /// How far the link was stretched by the motion.
     Stretch,
+    /// `vary_field` at the middle of the groove: 0 is the narrowest and shallowest, 1 the widest and deepest.
+    Field,
 }
 
 /// How grooves that overlap are combined.
@@ -67,6 +71,8 @@ pub enum Combine {
 pub struct DrawWrinkles {
     /// The segments.
     pub segments: In<Segments>,
+    /// What `vary_by: Field` reads, 0..1.
+    pub vary_field: Option<In<Gray>>,
     /// Factor on the depth by place, 0..1.
     pub depth_field: Option<In<Gray>>,
     /// Factor on the depth where `depth_field` is 0.
@@ -109,6 +115,7 @@ impl Default for DrawWrinkles {
     fn default() -> Self {
         Self {
             segments: In::default(),
+            vary_field: None,
             depth_field: None,
             depth_floor: 0.0,
             width: Range::new(0.15, 0.35),
@@ -152,27 +159,37 @@ impl DrawWrinkles {
         }
     }
 
-    /// The strokes of all segments. Segment n draws numbers 2n for the width and 2n + 1 for the depth.
-    fn strokes(&self, segments: &Segments, hash: Hash) -> Vec<Stroke> {
-        let mix = match self.vary_by {
-            VaryBy::Random => 0.0,
-            VaryBy::Length | VaryBy::Stretch => self.mix,
-        };
-        let by = |n: usize| -> f64 {
-            let list = match self.vary_by {
-                VaryBy::Random => return 0.0,
-                VaryBy::Length => &segments.length_ratio,
-                VaryBy::Stretch => &segments.stretch,
-            };
-            // LEATHER-LOOK: from 0.55 of the median length, the narrowest, to 1.45, the widest.
-            list.get(n).map_or(0.5, |&ratio| ((f64::from(ratio) - 0.55) / 0.9).clamp(0.0, 1.0))
-        };
-        let stroke = |(n, ends): (usize, &[Vec2; 2])| {
-            let draw = |k: u64| mix * by(n) + (1.0 - mix) * hash.unit(2 * n as u64 + k);
+    /// The width and the depth of each segment. Segment n draws numbers 2n for the width and 2n + 1 for the depth.
+    fn sizes(&self, cx: &Context<'_>, segments: &Segments) -> Result<Vec<[f32; 2]>, Stop> {
+        let hash = Hash::new(cx.seed(self.seed));
+        let by = self.decided(cx, segments)?;
+        let mix = if by.is_empty() { 0.0 } else { self.mix };
+        let size = |n: usize| {
+            let draw = |k: u64| mix * by.get(n).copied().unwrap_or(0.5) + (1.0 - mix) * hash.unit(2 * n as u64 + k);
             let width = segments.width.get(n).map_or_else(|| narrow(self.width.at(draw(0))), |w| *w);
-            Stroke { ends: *ends, half_width: 0.5 * width, depth: narrow(self.depth.at(draw(1))) }
+            [width, narrow(self.depth.at(draw(1)))]
         };
-        segments.ends.iter().enumerate().map(stroke).collect()
+        Ok((0..segments.len()).map(size).collect())
+    }
+
+    /// What `vary_by` says of each segment, 0..1; nothing where chance alone decides.
+    fn decided(&self, cx: &Context<'_>, segments: &Segments) -> Result<Vec<f64>, Stop> {
+        // LEATHER-LOOK: from 0.55 of the median length, the narrowest, to 1.45, the widest.
+        let spread = |ratio: &f32| ((f64::from(*ratio) - 0.55) / 0.9).clamp(0.0, 1.0);
+        Ok(match self.vary_by {
+            VaryBy::Random => Vec::new(),
+            VaryBy::Length => segments.length_ratio.iter().map(spread).collect(),
+            VaryBy::Stretch => segments.stretch.iter().map(spread).collect(),
+            VaryBy::Field => {
+                let Some(field) = cx.get_opt(&self.vary_field)? else { return Ok(Vec::new()) };
+                let lengths = segments.ends.iter().map(|[a, b]| f64::from((*b - *a).length())).sum::<f64>();
+                let pitch = narrow(lengths / segments.len().max(1) as f64);
+                let read = reading::read(cx, (pitch, segments.periodic), (&field, "vary_field"), None)?;
+                let raster = read.raster();
+                let at = |[a, b]: &[Vec2; 2]| f64::from(raster.sample((*a + *b) * 0.5)).clamp(0.0, 1.0);
+                segments.ends.iter().map(at).collect()
+            }
+        })
     }
 }
 
@@ -181,8 +198,21 @@ impl Node for DrawWrinkles {
         Output::new("height", Type::Gray, "Height in mm: 0 on the hills, minus the depth in the grooves."),
         Output::new("mask", Type::Gray, "The cross-section alone: 1 in the middle of a groove, 0 on the hills."),
         Output::new("ids", Type::Ids, "Which groove is deepest at a place, from 1; 0 on the hills."),
+        Output::new("segments", Type::Segments, "The segments with the widths at which they are drawn."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        let field = self.vary_by == VaryBy::Field;
+        let (message, at) = match (field, &self.vary_field) {
+            (true, None) => ("vary_by is `Field`, but vary_field is not given", "vary_by"),
+            (false, Some(_)) => {
+                ("vary_field is given, but vary_by is not `Field`: nothing would read it", "vary_field")
+            }
+            _ => return Vec::new(),
+        };
+        vec![Problem::new(Code::BadValue, message).at(at).help("write `vary_by: Field, vary_field: …`")]
+    }
 
     fn tiling(&self, _canvas: &Canvas) -> Tiling {
         Tiling::BOTH
@@ -191,10 +221,12 @@ impl Node for DrawWrinkles {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let segments = cx.get(&self.segments)?;
         let depth_field = cx.get_opt(&self.depth_field)?;
-        let hash = Hash::new(cx.seed(self.seed));
         let period = (segments.periodic == Tiling::BOTH).then(|| segments.size_mm.as_vec2());
-        let node = self.clone();
-        let set = Arc::new(Lazy { set: OnceLock::new(), node, segments: segments.clone(), hash, period });
+        let sizes = self.sizes(cx, &segments)?;
+        let drawn = Segments { width: sizes.iter().map(|s| s[0]).collect(), ..Segments::clone(&segments) };
+        let depths = sizes.iter().map(|s| s[1]).collect();
+        let drawn = Arc::new(drawn);
+        let set = Arc::new(Lazy { set: OnceLock::new(), style: self.style(), drawn: drawn.clone(), depths, period });
         let tiling = segments.periodic;
         let grooves = |what| Grooves { set: set.clone(), what, depth_field: None, floor: 0.0 };
         let height =
@@ -202,22 +234,32 @@ impl Node for DrawWrinkles {
         let with = depth_field.map_or(tiling, |field| tiling.and(field.tiling()));
         Ok(Outputs::one(Field::new(Type::Gray, with, height))
             .with("mask", Field::new(Type::Gray, tiling, grooves(What::Mask)))
-            .with("ids", Field::new(Type::Ids, tiling, grooves(What::Ids))))
+            .with("ids", Field::new(Type::Ids, tiling, grooves(What::Ids)))
+            .with("segments", drawn))
     }
 }
 
 /// Strokes that are sorted into bins when the first tile asks for them: a graph whose tiles are all cached never does.
 struct Lazy {
     set: OnceLock<StrokeSet>,
-    node: DrawWrinkles,
-    segments: Arc<Segments>,
-    hash: Hash,
+    style: StrokeStyle,
+    drawn: Arc<Segments>,
+    depths: Vec<f32>,
     period: Option<Vec2>,
 }
 
 impl Lazy {
     fn get(&self) -> &StrokeSet {
-        let make = || StrokeSet::new(&self.node.strokes(&self.segments, self.hash), self.node.style(), self.period);
+        let make = || {
+            let sizes = self.drawn.width.iter().zip(&self.depths);
+            let stroke = |(ends, (width, depth)): (&[Vec2; 2], (&f32, &f32))| Stroke {
+                ends: *ends,
+                half_width: 0.5 * width,
+                depth: *depth,
+            };
+            let strokes: Vec<Stroke> = self.drawn.ends.iter().zip(sizes).map(stroke).collect();
+            StrokeSet::new(&strokes, self.style, self.period)
+        };
         self.set.get_or_init(make)
     }
 }

@@ -106,6 +106,7 @@ impl Node for GridPoints {
             periodic: Node::tiling(self, cx.canvas),
             pitch: made.pitch.min_element(),
             grid: Some(order),
+            ..Points::default()
         }))
     }
 }

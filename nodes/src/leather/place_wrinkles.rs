@@ -2,6 +2,7 @@
 //!
 //! Source: JP4905282B2 §7, claim 1 (rows A46–A48). Beyond the source: lengths other than the link's, and leaving out
 //! links that are too long. Cost: O(links).
+use crate::kernel::area;
 use crate::kernel::lattice::Links;
 use crate::kernel::segments::{self, SegmentSpec};
 use crate::kernel::tile::narrow;
@@ -9,7 +10,7 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, In, Node, Output, Outputs};
-use shibo_engine::value::{GridLinks, Lattice, Segments, Stop, Tiling, Type};
+use shibo_engine::value::{Lattice, Segments, Stop, Tiling, Type};
 
 /// Links by what became of their springs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -37,8 +38,8 @@ pub enum Only {
 pub struct PlaceWrinkles {
     /// The links.
     pub lattice: In<Lattice>,
-    /// Length of a wrinkle over that of its link. By default 1, as in the source, for the links of a grid, and 0.62 for
-    /// others, whose cells it just closes.
+    /// Length of a wrinkle over that of its link. By default 1, as in the source, for the links of a grid or of hexagons,
+    /// and 0.62 for others, whose cells it just closes.
     #[schemars(range(min = 0, max = 10))]
     pub length_scale: Option<f64>,
     /// Which links get a wrinkle.
@@ -46,7 +47,8 @@ pub struct PlaceWrinkles {
     /// Links longer than this multiple of the median get none; `inf` keeps all.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
     pub max_length: f64,
-    /// Whether wrinkles are cut at the canvas' edge. Where the canvas tiles they go on at the opposite edge instead.
+    /// Whether wrinkles are cut at the canvas' edge and at the contour of the work area. Where the canvas tiles they go on
+    /// at the opposite edge instead.
     pub clip: bool,
 }
 
@@ -67,7 +69,7 @@ impl Node for PlaceWrinkles {
         let points = &lattice.points;
         let size = points.size_mm.as_vec2();
         let links = Links { pairs: lattice.links.to_vec(), wraps: lattice.offsets.to_vec() };
-        let default = if matches!(lattice.grid, Some(GridLinks::Four | GridLinks::Eight)) { 1.0 } else { CELL_LENGTH };
+        let default = if lattice.grid.is_some() { 1.0 } else { CELL_LENGTH };
         let spec = SegmentSpec {
             size,
             length_scale: narrow(self.length_scale.unwrap_or(default)),
@@ -82,6 +84,9 @@ impl Node for PlaceWrinkles {
         let mut placed = segments::place(&points.positions, &links, &spec, keep);
         if self.clip && points.periodic == Tiling::NONE {
             placed = segments::clip(&placed, Vec2::ZERO, size);
+        }
+        if let (true, Some(shape)) = (self.clip, &points.area) {
+            placed = area::clip(&placed, shape);
         }
         let lengths = links.lengths(&points.positions, size);
         let before = links.lengths(points.regular(), size);

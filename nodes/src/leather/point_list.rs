@@ -64,11 +64,10 @@ impl Node for PointList {
         let pitch = self.pitch.unwrap_or_else(|| (cx.size_mm().element_product() / count).sqrt());
         Ok(Outputs::one(Points {
             positions,
-            regular: None,
             size_mm: cx.size_mm(),
             periodic: Node::tiling(self, cx.canvas),
             pitch: crate::kernel::tile::narrow(pitch),
-            grid: None,
+            ..Points::default()
         }))
     }
 }

@@ -102,11 +102,10 @@ impl Node for PoissonPoints {
         };
         Ok(Outputs::one(Points {
             positions,
-            regular: None,
             size_mm: cx.size_mm(),
             periodic: Node::tiling(self, cx.canvas),
             pitch: narrow(self.pitch),
-            grid: None,
+            ..Points::default()
         }))
     }
 }

@@ -1,10 +1,15 @@
 //! [`SimulateSprings`]: springs set in motion.
 //!
 //! Source: JP4905282B2 §5 and §6, claims 13 to 16 (rows A34–A46; decisions L-6, L-7, L-8, L-14). Beyond the source: the
-//! semi-implicit integrator, drag, and lattices that repeat with the canvas. A run that diverges is an error, never a
-//! picture. Cost: O(steps · links).
+//! semi-implicit integrator, drag, lattices that repeat with the canvas, and stretch and breakage as fields. A run that
+//! diverges is an error, never a picture. Cost: O(steps · links).
+use super::define_mass::mass_at;
+use super::reading::{self, Reduction, Sample};
+use super::strain::{Strain, What};
+use crate::kernel::area::near_contour;
 use crate::kernel::hash::Hash;
 use crate::kernel::lattice::GridShape;
+use crate::kernel::lines::Raster;
 use crate::kernel::points::border;
 use crate::kernel::springs::{self, Mass, Motion, Net, Outcome, SpringError};
 use crate::kernel::tile::narrow;
@@ -12,9 +17,10 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Canvas, GridLinks, Lattice, Points, SpringNet, Stop, Tiling, Type};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_engine::value::{Canvas, GridLinks, Lattice, LiveMass, Points, SpringNet, Stop, Tiling, Type};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How position and velocity advance by a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -29,7 +35,8 @@ pub enum Integrator {
 /// What happens at the canvas' edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Boundary {
-    /// Points at most so many mm from the canvas' edge stay where they are. With 0, none of a set that repeats.
+    /// Points at most so many mm from the canvas' edge, or from the contour of their work area, stay where they are. With
+    /// 0, none of a set that repeats.
     Fixed(f64),
     /// All points move.
     Free,
@@ -69,6 +76,9 @@ pub enum BreakOn {
 pub struct SimulateSprings {
     /// The springs.
     pub springs: In<SpringNet>,
+    /// Where springs are weak: the limit of a spring goes from the first number of `break_force` where this is 0 to the
+    /// second where it is 1, instead of by chance.
+    pub break_field: Option<In<Gray>>,
     /// Length of a time step.
     #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0.0))]
     pub step: f64,
@@ -80,7 +90,7 @@ pub struct SimulateSprings {
     pub until: f64,
     /// How position and velocity advance.
     pub integrator: Integrator,
-    /// A force against the speed at which each link grows, times that speed.
+    /// A force against the speed at which each link grows, times that speed; added to what `DefineSprings` gives each.
     #[schemars(range(min = 0, max = 1e6))]
     pub damping: f64,
     /// A force against the speed of each point, times that speed.
@@ -89,8 +99,8 @@ pub struct SimulateSprings {
     /// What happens at the canvas' edge.
     #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
     pub boundary: Boundary,
-    /// The force beyond which springs break; a pair gives each spring a limit of its own between the two. Without it
-    /// none breaks.
+    /// The force beyond which springs break; a pair gives each spring a limit of its own between the two, by chance or by
+    /// `break_field`. Without it none breaks.
     #[schemars(extend("minimum" = 0.0))]
     pub break_force: Option<Range>,
     /// The share of springs that break at the start, those under the greatest force: 0.05 is one in twenty. The limit
@@ -107,6 +117,7 @@ impl Default for SimulateSprings {
     fn default() -> Self {
         Self {
             springs: In::default(),
+            break_field: None,
             step: 0.05,
             steps: 40,
             until: 0.0,
@@ -128,12 +139,24 @@ impl Node for SimulateSprings {
         Output::new("lattice", Type::Lattice, "The points where they came to be, with all their links."),
         Output::new("points", Type::Points, "The points alone, ready to be linked anew."),
         Output::new("broken", Type::Lattice, "The same points with the links of broken springs only."),
+        Output::new(
+            "stretch",
+            Type::Gray,
+            "How far the links around a place were stretched: 1 is not at all, 2 twice as long.",
+        ),
+        Output::new("breakage", Type::Gray, "The share of broken springs around a place."),
     ];
 
     fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
         if self.break_force.is_some() && self.break_share.is_some() {
             let message = "break_force and break_share are both given; only one of them can set the limit";
             return vec![Problem::new(Code::BadValue, message).at("break_share").help("leave one of them out")];
+        }
+        if self.break_field.is_some() && self.break_force.is_none() {
+            let message = "break_field is given, but break_force is not: there is no limit that it could choose";
+            return vec![
+                Problem::new(Code::BadValue, message).at("break_field").help("write `break_force: (lowest, highest)`"),
+            ];
         }
         Vec::new()
     }
@@ -149,9 +172,18 @@ impl Node for SimulateSprings {
         }
         let start: Vec<[f32; 2]> = lattice.points.positions.iter().map(Vec2::to_array).collect();
         let fixed = self.fixed(&lattice.points, periodic);
-        let threshold = self.threshold(cx, &springs, &start);
-        let damping = if self.damping > 0.0 { vec![narrow(self.damping); lattice.links.len()] } else { Vec::new() };
-        let net = Net { damping: &damping, threshold: &threshold, fixed: &fixed, ..net(&springs) };
+        let threshold = self.threshold(cx, &springs, &start)?;
+        let mut damping = springs.damping.clone();
+        if self.damping > 0.0 {
+            damping.resize(lattice.links.len(), 0.0);
+            damping.iter_mut().for_each(|d| *d += narrow(self.damping));
+        }
+        let weightless = AtomicBool::new(false);
+        let live = springs.live_mass.as_deref().map(|live| live_mass(live, &lattice.points, &weightless));
+        let mut net = Net { damping: &damping, threshold: &threshold, fixed: &fixed, ..net(&springs) };
+        if let Some(live) = &live {
+            net.mass = Mass::Live(live);
+        }
         let total = u64::from(self.steps);
         let mut stopped = false;
         let outcome = springs::simulate(&start, &net, &self.motion(), &mut |step| {
@@ -162,6 +194,11 @@ impl Node for SimulateSprings {
         if stopped {
             return Err(Stop::Cancelled);
         }
+        if weightless.load(Ordering::Relaxed) {
+            let message = "the mass of a point becomes 0 or less on its way";
+            let help = "in `DefineMass`, keep both masses and the field's values positive";
+            return Err(Problem::new(Code::OutOfRange, message).at("springs").help(help).into());
+        }
         let outcome = outcome.map_err(|e| self.explain(&e))?;
         self.advise(cx, &springs, &outcome);
         Ok(outputs(lattice, &outcome))
@@ -171,7 +208,9 @@ impl Node for SimulateSprings {
 /// The springs as the kernel takes them, without dampers, thresholds and fixed points.
 fn net(springs: &SpringNet) -> Net<'_, f32> {
     let lattice = &springs.lattice;
-    let shape = lattice.points.grid.as_ref().zip(lattice.grid).map(|(order, links)| GridShape {
+    let whole = lattice.points.sites.is_none();
+    let links = lattice.grid.filter(|links| whole && *links != GridLinks::HexEdges);
+    let shape = lattice.points.grid.as_ref().zip(links).map(|(order, links)| GridShape {
         nx: order.columns as usize,
         ny: order.rows as usize,
         eight: links == GridLinks::Eight,
@@ -188,6 +227,29 @@ fn net(springs: &SpringNet) -> Net<'_, f32> {
         fixed: &[],
         mass: if springs.mass.is_empty() { Mass::One } else { Mass::Each(&springs.mass) },
         grid: shape,
+    }
+}
+
+/// The mass of a point at any place, bringing places back onto a canvas that repeats.
+fn live_mass<'a>(
+    live: &'a LiveMass,
+    points: &Points,
+    weightless: &'a AtomicBool,
+) -> impl Fn([f32; 2]) -> f32 + Sync + use<'a> {
+    let raster = Raster {
+        values: &live.values,
+        width: live.size.x as usize,
+        height: live.size.y as usize,
+        size: points.size_mm.as_vec2(),
+        periodic: points.periodic == Tiling::BOTH,
+    };
+    move |place| {
+        let mass = mass_at(live, &raster, Vec2::from_array(place));
+        if mass > 0.0 {
+            return mass;
+        }
+        weightless.store(true, Ordering::Relaxed);
+        1.0
     }
 }
 
@@ -212,37 +274,58 @@ impl SimulateSprings {
     fn fixed(&self, points: &Points, periodic: bool) -> Vec<bool> {
         match self.boundary {
             // Where the set repeats there is no edge to hold on to, unless a margin asks for one.
-            Boundary::Fixed(margin) if !periodic || margin > 0.0 => {
-                border(&points.positions, points.size_mm.as_vec2(), narrow(margin))
+            Boundary::Fixed(margin) if !periodic || margin > 0.0 || points.area.is_some() => {
+                let margin = narrow(margin);
+                let mut fixed = vec![false; points.len()];
+                if !periodic || margin > 0.0 {
+                    fixed = border(&points.positions, points.size_mm.as_vec2(), margin);
+                }
+                if let Some(area) = &points.area {
+                    // With no margin those that have lost a neighbour: within a pitch of the contour.
+                    let margin = if margin > 0.0 { margin } else { points.pitch };
+                    let near = near_contour(&points.positions, area, margin);
+                    fixed.iter_mut().zip(near).for_each(|(f, n)| *f |= n);
+                }
+                fixed
             }
             _ => Vec::new(),
         }
     }
 
     /// The force beyond which each spring breaks; empty for never.
-    fn threshold(&self, cx: &Context<'_>, springs: &SpringNet, start: &[[f32; 2]]) -> Vec<f32> {
+    fn threshold(&self, cx: &Context<'_>, springs: &SpringNet, start: &[[f32; 2]]) -> Result<Vec<f32>, Stop> {
         let forces = || springs::forces(start, &net(springs));
-        match (self.break_force, self.break_share) {
+        let range = match (self.break_force, self.break_share) {
             (_, Some(share)) => {
                 let forces = forces();
                 // The springs are meant to break at once, so there is nothing to warn of.
-                vec![quantile(&forces, 1.0 - share); forces.len()]
+                return Ok(vec![quantile(&forces, 1.0 - share); forces.len()]);
             }
-            (Some(range), None) => {
+            (Some(range), None) => range,
+            (None, None) => return Ok(Vec::new()),
+        };
+        let forces = forces();
+        let limits: Vec<f32> = match cx.get_opt(&self.break_field)? {
+            None => {
                 let hash = Hash::new(cx.seed(self.seed));
-                let forces = forces();
-                let limits: Vec<f32> = (0..forces.len() as u64).map(|n| narrow(range.at(hash.unit(n)))).collect();
-                let early = forces.iter().zip(&limits).filter(|(f, limit)| f > limit).count();
-                if early > 0 {
-                    let message = format!("{early} of {} springs break before the first step", forces.len());
-                    let highest = forces.iter().copied().fold(0.0, f32::max);
-                    let help = format!("the highest force at the start is {highest}; choose a break_force above it");
-                    cx.evaluator.warn(Problem::new(Code::Advice, message).at("break_force").help(help));
-                }
-                limits
+                (0..forces.len() as u64).map(|n| narrow(range.at(hash.unit(n)))).collect()
             }
-            (None, None) => Vec::new(),
+            Some(field) => {
+                let lattice = &springs.lattice;
+                let read =
+                    reading::read(cx, (lattice.points.pitch, lattice.points.periodic), (&field, "break_field"), None)?;
+                let scalars = read.along(lattice, Sample::Smooth, Reduction::Mean);
+                scalars.iter().map(|&s| narrow(range.at(f64::from(s).clamp(0.0, 1.0)))).collect()
+            }
+        };
+        let early = forces.iter().zip(&limits).filter(|(f, limit)| f > limit).count();
+        if early > 0 {
+            let message = format!("{early} of {} springs break before the first step", forces.len());
+            let highest = forces.iter().copied().fold(0.0, f32::max);
+            let help = format!("the highest force at the start is {highest}; choose a break_force above it");
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("break_force").help(help));
         }
+        Ok(limits)
     }
 
     fn explain(&self, error: &SpringError) -> Problem {
@@ -297,13 +380,21 @@ fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
         points: points.clone(),
         links: Arc::new(kept.iter().map(|&l| lattice.links[l]).collect()),
         offsets: Arc::new(select(&lattice.offsets)),
-        grid: None,
-        velocities: None,
-        broken: Vec::new(),
+        ..Lattice::default()
     };
-    let moved =
-        Lattice { points: points.clone(), velocities: Some(vectors(&outcome.velocities)), broken, ..lattice.clone() };
+    let moved = Arc::new(Lattice {
+        points: points.clone(),
+        velocities: Some(vectors(&outcome.velocities)),
+        broken,
+        ..lattice.clone()
+    });
     // As a set of their own the points have no lattice any more that they were meant for.
-    let alone = Points { regular: None, grid: None, ..Points::clone(&points) };
-    Outputs::one(moved).with("points", alone).with("broken", only_broken)
+    let alone = points.alone();
+    let strain = |what| Strain::field(&moved, what);
+    let (stretch, breakage) = (strain(What::Stretch), strain(What::Breakage));
+    Outputs::one(moved)
+        .with("points", alone)
+        .with("broken", only_broken)
+        .with("stretch", stretch)
+        .with("breakage", breakage)
 }

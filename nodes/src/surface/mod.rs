@@ -1,10 +1,12 @@
 //! Surface detail: what follows from a height in mm.
 mod ambient_occlusion;
+mod emboss;
 mod height_to_normal;
 mod pillow;
 mod relief;
 
 pub use ambient_occlusion::AmbientOcclusion;
+pub use emboss::{Emboss, EmbossCurve};
 pub use height_to_normal::{HeightToNormal, SlopeFilter};
 pub use pillow::Pillow;
 pub use relief::Relief;
@@ -17,6 +19,7 @@ pub fn family() -> Family {
         name: "Surface detail",
         doc: "Shapes of a surface and what follows from its height in mm: domes, normals, occlusion, a lit picture.",
         kinds: vec![
+            Kind::of::<Emboss>(),
             Kind::of::<Pillow>(),
             Kind::of::<HeightToNormal>(),
             Kind::of::<AmbientOcclusion>(),

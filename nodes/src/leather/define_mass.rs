@@ -1,0 +1,184 @@
+//! [`DefineMass`]: masses of the points.
+//!
+//! Source: JP4905282B2 §6(1), claims 4 and 5 (rows A28–A33; decision L-12). Cost: O(points · pixels near a point).
+use super::reading::{self, Reduction};
+use crate::kernel::hash::Hash;
+use crate::kernel::lines::Raster;
+use crate::kernel::tile::narrow;
+use glam::Vec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Gray, In, Linear, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, LiveMass, SpringNet, Stop, Tiling, Type};
+use std::sync::Arc;
+
+/// Which places of the field belong to a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum SamplePoint {
+    /// The pixel that it lies on.
+    #[default]
+    Point,
+    /// The pixels at most so many mm from it.
+    Near(f64),
+}
+
+/// When masses are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Refresh {
+    /// Before the motion: a point keeps its mass.
+    #[default]
+    Once,
+    /// In every step, at the place where the point then is.
+    EveryStep,
+}
+
+/// Gives the points of springs their masses, from a field: heavy points move little, light ones are pulled about.
+///
+/// It is another way to make a pattern from a field than stiffness, or one more beside it. On a regular grid whose springs
+/// are all alike nothing moves whatever the masses: give `DefineSprings` a `spread`.
+///
+/// ```ron
+/// "points": GridPoints(pitch: 2.5, stagger: 0.5, jitter: 0.6),
+/// "links": ConnectNeighbors(points: "points"),
+/// "field": Perlin(size: 12),
+/// "springs": DefineSprings(lattice: "links", stiffness: 5, spread: 0.8),
+/// "weights": DefineMass(springs: "springs", field: "field", mass: (0.3, 6)),
+/// "moved": SimulateSprings(springs: "weights", step: 0.1, steps: 60, drag: 3, integrator: SemiImplicit, boundary: Periodic),
+/// "relinked": ConnectNeighbors(points: "moved.points"),
+/// "wrinkles": PlaceWrinkles(lattice: "relinked"),
+/// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.8), depth: 0.5),
+/// "example": Relief(height: "height"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DefineMass {
+    /// The springs.
+    pub springs: In<SpringNet>,
+    /// What the masses depend on, 0..1. Without it all are alike, as for 0.
+    pub field: Option<In<Gray>>,
+    /// Mass where the field is 0 and where it is 1. One number: the same everywhere.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
+    pub mass: Linear,
+    /// Which places of the field belong to a point.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    pub sample: SamplePoint,
+    /// How the values near a point are summed up.
+    pub reduce: Reduction,
+    /// When masses are read.
+    pub refresh: Refresh,
+    /// How far chance makes each point heavier or lighter, as a share of its mass. Not with `refresh: EveryStep`, whose
+    /// masses belong to places.
+    #[schemars(range(min = 0, max = 0.95))]
+    pub spread: f64,
+    /// Whether 0 and 1 of the field change places.
+    pub invert: bool,
+    /// Columns and rows at which the field is read. By default those of the picture, where the field is one, else four
+    /// per pitch.
+    #[schemars(extend("minimum" = 1.0, "maximum" = 8192.0))]
+    pub sample_resolution: Option<(u32, u32)>,
+    /// Another number gives another `spread`.
+    pub seed: u64,
+}
+
+impl Default for DefineMass {
+    fn default() -> Self {
+        Self {
+            springs: In::default(),
+            field: None,
+            mass: Linear::new(0.5, 4.0),
+            sample: SamplePoint::Point,
+            reduce: Reduction::Mean,
+            refresh: Refresh::Once,
+            spread: 0.0,
+            invert: false,
+            sample_resolution: None,
+            seed: 0,
+        }
+    }
+}
+
+impl Node for DefineMass {
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("springs", Type::SpringNet, "The springs with masses at their ends.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if self.refresh == Refresh::Once || self.spread == 0.0 {
+            return Vec::new();
+        }
+        let message = format!("spread is `{}`; with `refresh: EveryStep` it must be 0", self.spread);
+        let help = "masses that are read in every step belong to places, not to points: add noise to the field instead";
+        vec![Problem::new(Code::BadValue, message).at("spread").help(help)]
+    }
+
+    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+        Tiling::BOTH
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let springs = cx.get(&self.springs)?;
+        let points = &springs.lattice.points;
+        self.advise(cx, &springs);
+        let hash = Hash::new(cx.seed(self.seed));
+        let factor = |n: u64| 1.0 + self.spread * (2.0 * hash.unit(n) - 1.0);
+        let Some(field) = cx.get_opt(&self.field)? else {
+            let mass = (0..points.len() as u64).map(|n| narrow(self.mass.at0 * factor(n))).collect();
+            return Ok(Outputs::one(SpringNet { mass, live_mass: None, ..SpringNet::clone(&springs) }));
+        };
+        let read = reading::read(cx, (points.pitch, points.periodic), (&field, "field"), self.sample_resolution)?;
+        let ends = if self.invert { [self.mass.at1, self.mass.at0] } else { [self.mass.at0, self.mass.at1] };
+        let live = LiveMass {
+            size: read.size,
+            values: read.values.clone(),
+            mass: ends.map(narrow),
+            sum: self.reduce == Reduction::Sum,
+            near: match self.sample {
+                SamplePoint::Point => None,
+                SamplePoint::Near(radius) => Some(narrow(radius)),
+            },
+        };
+        let raster = read.raster();
+        let at = |(n, p): (u64, &Vec2)| mass_at(&live, &raster, *p) * narrow(factor(n));
+        let mass: Vec<f32> = (0..).zip(&points.positions).map(at).collect();
+        self.positive(&mass)?;
+        let live_mass = (self.refresh == Refresh::EveryStep).then(|| Arc::new(live));
+        if let (Some(live), true) = (&live_mass, self.reduce == Reduction::Mean) {
+            // Points may come to lie anywhere.
+            let of = |v: f32| live.mass[0] + (live.mass[1] - live.mass[0]) * v;
+            self.positive(&live.values.iter().map(|&v| of(v)).collect::<Vec<_>>())?;
+        }
+        Ok(Outputs::one(SpringNet { mass, live_mass, ..SpringNet::clone(&springs) }))
+    }
+}
+
+/// The mass of a point at a place.
+pub(super) fn mass_at(live: &LiveMass, raster: &Raster<'_>, place: Vec2) -> f32 {
+    let reduce = if live.sum { Reduction::Sum } else { Reduction::Mean };
+    let scalar = match live.near {
+        None => raster.at(place),
+        Some(radius) => raster.along([place; 2], crate::kernel::lines::Along::Near(radius), reduce.kernel()),
+    };
+    live.mass[0] + (live.mass[1] - live.mass[0]) * scalar
+}
+
+impl DefineMass {
+    fn positive(&self, masses: &[f32]) -> Result<(), Problem> {
+        let Some(bad) = masses.iter().find(|m| !(**m > 0.0 && m.is_finite())) else { return Ok(()) };
+        let message = format!("mass becomes `{bad}`; it must be greater than 0");
+        Err(Problem::new(Code::OutOfRange, message)
+            .at("mass")
+            .help("keep the field within 0..1, or use `reduce: Mean`"))
+    }
+
+    /// A regular grid of equal springs is in balance.
+    fn advise(&self, cx: &Context<'_>, springs: &SpringNet) {
+        let (points, first) = (&springs.lattice.points, springs.stiffness.first());
+        let alike = springs.stiffness.iter().all(|k| Some(k) == first);
+        if alike && points.regular.is_none() && springs.lattice.grid.is_some() {
+            let message = "all springs of this regular lattice are alike and hold each other in balance: nothing moves";
+            let help = "give `DefineSprings` a `spread`, or the points some jitter";
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("springs").help(help));
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! [`HexPoints`]: the corners of hexagons.
+//!
+//! Source: JP4905282B2 §3 (rows A7v, A13v). Beyond the source: jitter, and tilings that repeat with the canvas.
+//! Cost: O(points · log points).
+use super::grid_points::{MAX_POINTS, too_many};
+use crate::kernel::hash::Hash;
+use crate::kernel::points::hexagons;
+use crate::kernel::tile::narrow;
+use glam::{DVec2, Vec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
+
+/// Points at the corners of a tiling by regular hexagons, two sides of which run across the canvas.
+///
+/// On a canvas that tiles, the hexagons are stretched a little so that a whole number of them fits.
+///
+/// ```ron
+/// "points": HexPoints(edge: 3, jitter: 0.3),
+/// "links": ConnectNeighbors(points: "points", neighbors: HexEdges),
+/// "wrinkles": PlaceWrinkles(lattice: "links"),
+/// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.9), depth: 0.5, taper: 0.6),
+/// "example": Relief(height: "height"),
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct HexPoints {
+    /// Length of the sides of a hexagon: the distance of neighbours.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub edge: f64,
+    /// How far points stray from their places, as a share of the edge: at 1 by up to half of it in x and in y.
+    #[schemars(range(min = 0, max = 1))]
+    pub jitter: f64,
+    /// Another number gives another jitter.
+    pub seed: u64,
+}
+
+impl Default for HexPoints {
+    fn default() -> Self {
+        Self { edge: 1.0, jitter: 0.0, seed: 0 }
+    }
+}
+
+impl Node for HexPoints {
+    const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The corners, by rows.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
+
+    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+        // A hexagon is two edges wide and √3 of them high.
+        let hexagon = DVec2::new(2.0, 3f64.sqrt()) * self.edge;
+        if hexagon.cmpgt(canvas.size_mm).any() {
+            let size = canvas.size_mm;
+            let message = format!(
+                "edge is `{}`; a hexagon of {:.3} × {:.3} mm must fit on the canvas, {} × {} mm",
+                self.edge, hexagon.x, hexagon.y, size.x, size.y
+            );
+            return vec![Problem::new(Code::OutOfRange, message).at("edge")];
+        }
+        let wanted = canvas.size_mm.element_product() / (self.edge * self.edge * 0.75 * 3f64.sqrt());
+        if wanted > MAX_POINTS as f64 { vec![too_many(wanted, "edge")] } else { Vec::new() }
+    }
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        if canvas.tile == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let periodic = Node::tiling(self, cx.canvas);
+        let edge = narrow(self.edge);
+        let (regular, _) = hexagons(cx.size_mm().as_vec2(), edge, periodic == Tiling::BOTH);
+        let hash = Hash::new(cx.seed(self.seed));
+        let reach = self.edge * self.jitter;
+        let stray = |(n, p): (u64, &Vec2)| {
+            let rnd = DVec2::new(hash.unit(2 * n), hash.unit(2 * n + 1)) - 0.5;
+            (p.as_dvec2() + rnd * reach).as_vec2()
+        };
+        let jittered = self.jitter > 0.0;
+        let positions = if jittered { (0..).zip(&regular).map(stray).collect() } else { regular.clone() };
+        Ok(Outputs::one(Points {
+            positions,
+            regular: jittered.then_some(regular),
+            size_mm: cx.size_mm(),
+            periodic,
+            pitch: edge,
+            hexagons: Some(edge),
+            ..Points::default()
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, outputs};
+    use shibo_engine::value::Value;
+
+    fn points(node: &HexPoints) -> std::sync::Arc<Points> {
+        match outputs(node, &[], &canvas()).unwrap().take("", true) {
+            Some(Value::Points(points)) => points.clone(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn jitter_keeps_the_regular_places() {
+        let made = points(&HexPoints { edge: 2.0, jitter: 0.5, ..HexPoints::default() });
+        let regular = made.regular.as_ref().unwrap();
+        assert_eq!(regular, &points(&HexPoints { edge: 2.0, ..HexPoints::default() }).positions);
+        let far = made.positions.iter().zip(regular).map(|(a, b)| (*a - *b).abs().max_element());
+        let far = far.fold(0.0, f32::max);
+        assert!(far > 0.3 && far <= 0.5 + 1e-5, "{far}");
+    }
+
+    #[test]
+    fn sizes_are_checked() {
+        let check = |edge| HexPoints { edge, ..HexPoints::default() }.check(&canvas()).first().map(|p| p.code);
+        assert_eq!(check(20.0), Some(Code::OutOfRange));
+        assert_eq!(check(1e-3), Some(Code::TooLarge));
+        assert_eq!(check(1.0), None);
+    }
+}

@@ -1,0 +1,76 @@
+//! [`RandomPoints`]: points anywhere.
+//!
+//! Source: JP4905282B2 §3 (row A8v). Cost: O(points).
+use super::grid_points::MAX_POINTS;
+use crate::kernel::hash::Hash;
+use crate::kernel::points::random;
+use crate::kernel::tile::narrow;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
+
+/// Points anywhere on the canvas, each by chance alone: they clump and leave gaps.
+///
+/// `PoissonPoints` looks better; this is the source's plain form, and right for specks that should clump.
+///
+/// ```ron
+/// "points": RandomPoints(count: 220),
+/// "links": ConnectNeighbors(points: "points", neighbors: Radius(3.6)),
+/// "wrinkles": PlaceWrinkles(lattice: "links"),
+/// "height": DrawWrinkles(segments: "wrinkles", width: (0.3, 0.7), depth: 0.4, taper: 0.5),
+/// "example": Relief(height: "height"),
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RandomPoints {
+    /// Number of points.
+    #[schemars(range(min = 1, max = 4_000_000))]
+    pub count: u32,
+    /// Another number gives other points.
+    pub seed: u64,
+}
+
+impl Default for RandomPoints {
+    fn default() -> Self {
+        Self { count: 1000, seed: 0 }
+    }
+}
+
+impl Node for RandomPoints {
+    const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The points, in no particular order.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        if canvas.tile == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let count = (self.count as usize).min(MAX_POINTS);
+        let pitch = (cx.size_mm().element_product() / count.max(1) as f64).sqrt();
+        Ok(Outputs::one(Points {
+            positions: random(count, cx.size_mm().as_vec2(), Hash::new(cx.seed(self.seed))),
+            size_mm: cx.size_mm(),
+            periodic: Node::tiling(self, cx.canvas),
+            pitch: narrow(pitch),
+            ..Points::default()
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, outputs};
+    use shibo_engine::value::Value;
+
+    #[test]
+    fn they_lie_on_the_canvas() {
+        let made = outputs(&RandomPoints::default(), &[], &canvas()).unwrap();
+        let Some(Value::Points(points)) = made.take("", true) else { panic!() };
+        assert_eq!(points.len(), 1000);
+        let inside = |p: &glam::Vec2| p.cmpge(glam::Vec2::ZERO).all() && p.cmplt(glam::Vec2::splat(32.0)).all();
+        assert!(points.positions.iter().all(inside));
+        assert!((points.pitch - (32.0f32 * 32.0 / 1000.0).sqrt()).abs() < 1e-5);
+    }
+}

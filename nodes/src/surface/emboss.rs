@@ -1,0 +1,93 @@
+//! [`Emboss`]: a grey picture as relief.
+//!
+//! Source: JP4905282B2 §7, "a grey picture whose values are depths for embossing" (row A56). Cost: O(pixels).
+use crate::kernel::math;
+use crate::kernel::tile::narrow;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Type};
+
+/// How values become depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum EmbossCurve {
+    /// In proportion.
+    #[default]
+    Linear,
+    /// Level at both ends, as where a rounded tool has pressed: `v² (3 - 2v)`.
+    Smooth,
+    /// `v` to this power: above 1 only the brightest parts go deep, below 1 all but the darkest.
+    Power(f64),
+}
+
+/// Presses a grey picture into the surface: 0 stays, 1 goes to the full depth.
+///
+/// Values beyond 0..1 are cut off.
+///
+/// ```ron
+/// "shape": Worley(size: 6),
+/// "height": Emboss(input: "shape.f1", depth: 1.5, curve: Smooth),
+/// "example": Relief(height: "height"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Emboss {
+    /// The picture, 0..1.
+    pub input: In<Gray>,
+    /// Depth where the picture is 1; negative raises it.
+    #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    pub depth: f64,
+    /// How values become depth.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 100.0))]
+    pub curve: EmbossCurve,
+}
+
+impl Default for Emboss {
+    fn default() -> Self {
+        Self { input: In::default(), depth: 0.2, curve: EmbossCurve::Linear }
+    }
+}
+
+impl Node for Emboss {
+    const OUTPUTS: &'static [Output] = &[Output::new("height", Type::Gray, "Height in mm: 0 where the picture is 0.")];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let (depth, curve) = (narrow(self.depth), self.curve);
+        Ok(Outputs::one(Field::map(Type::Gray, [input], Halo::NONE, move |out, [input]| {
+            let press = |v: f32| {
+                let v = v.clamp(0.0, 1.0);
+                -depth
+                    * match curve {
+                        EmbossCurve::Linear => v,
+                        EmbossCurve::Smooth => v * v * (3.0 - 2.0 * v),
+                        EmbossCurve::Power(power) => math::pow(v, narrow(power)),
+                    }
+            };
+            out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = press(*v));
+            Ok(())
+        })))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, gray};
+    use crate::testing::{port, render};
+    use shibo_engine::value::Value;
+
+    #[test]
+    fn values_become_depth() {
+        for (curve, at) in
+            [(EmbossCurve::Linear, 0.25), (EmbossCurve::Smooth, 0.15625), (EmbossCurve::Power(2.0), 0.0625)]
+        {
+            let node = Emboss { input: port(0), depth: 2.0, curve };
+            let half = render(&node, &[Value::Field(Field::constant(Type::Gray, &[0.25]))]);
+            assert!((half.data()[0] + 2.0 * at).abs() < 1e-5, "{curve:?} {}", half.data()[0]);
+            let beyond = render(&node, &[Value::Field(Field::constant(Type::Gray, &[7.0]))]);
+            assert!((beyond.data()[0] + 2.0).abs() < 1e-5);
+            conforms(&node, &[Value::Field(gray())]);
+        }
+    }
+}

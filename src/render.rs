@@ -23,6 +23,7 @@ Examples:
   shibo render calf.ron --output calf.height --format exr
   shibo render calf.ron --set pitch=0.5 --preset fine
   shibo render calf.ron --region 0,0,256,256           the top left corner
+  shibo render veins.ron --output lines --format svg   segments, for plotters and engravers
 
 A second run of the same graph only copies files; after an edit, what is not downstream of it is not computed.";
 
@@ -77,6 +78,7 @@ enum FormatArg {
     Png,
     Tiff,
     Exr,
+    Svg,
 }
 
 /// The types of samples.
@@ -129,6 +131,7 @@ fn request(args: &RenderArgs) -> RenderRequest {
             FormatArg::Png => Format::Png,
             FormatArg::Tiff => Format::Tiff,
             FormatArg::Exr => Format::Exr,
+            FormatArg::Svg => Format::Svg,
         }),
         depth: args.depth.map(|depth| match depth {
             DepthArg::U8 => Depth::U8,

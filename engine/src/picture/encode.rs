@@ -86,7 +86,8 @@ impl RowEncoder {
         let mut order: Vec<usize> = (0..spec.channels.len()).collect();
         let arrangement = match spec.format {
             Format::Png => Arrangement::PixelsBigEndian,
-            Format::Tiff => Arrangement::PixelsLittleEndian,
+            // Svg has no pixels to arrange.
+            Format::Tiff | Format::Svg => Arrangement::PixelsLittleEndian,
             Format::Exr => {
                 // The format demands it.
                 order.sort_by_key(|index| &spec.channels[*index]);

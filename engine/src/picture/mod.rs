@@ -26,6 +26,7 @@ mod spec;
 mod write;
 mod write_exr;
 mod write_png;
+mod write_svg;
 mod write_tiff;
 
 pub use atomic::{AtomicFile, remove_stale_temporaries};
@@ -35,6 +36,7 @@ pub use limits::{FileError, ReadError, ReadLimits};
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError};
 pub use write::{Writer, Written};
+pub use write_svg::{Drawing, write_svg};
 
 /// How the samples of a picture are stored in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -12,6 +12,8 @@ pub enum Format {
     Tiff,
     /// OpenEXR with 16 or 32-bit floats.
     Exr,
+    /// SVG: lines, for plotters and laser engravers. Holds `Segments` and no pixels; see [`super::write_svg`].
+    Svg,
 }
 
 impl Format {
@@ -22,6 +24,7 @@ impl Format {
             Self::Png => &[Depth::U8, Depth::U16],
             Self::Tiff => &[Depth::U16, Depth::U8, Depth::F32],
             Self::Exr => &[Depth::F16, Depth::F32],
+            Self::Svg => &[],
         }
     }
 
@@ -32,6 +35,7 @@ impl Format {
             Self::Png => "png",
             Self::Tiff => "tiff",
             Self::Exr => "exr",
+            Self::Svg => "svg",
         }
     }
 
@@ -41,6 +45,7 @@ impl Format {
         match self {
             Self::Png | Self::Tiff => 4,
             Self::Exr => 64,
+            Self::Svg => 0,
         }
     }
 }
@@ -51,6 +56,7 @@ impl fmt::Display for Format {
             Self::Png => "Png",
             Self::Tiff => "Tiff",
             Self::Exr => "Exr",
+            Self::Svg => "Svg",
         })
     }
 }
@@ -280,4 +286,9 @@ impl WriteError {
             _ => Self::Io { path, source },
         }
     }
+}
+
+/// Metadata as one text.
+pub(super) fn described(metadata: &[(String, String)]) -> String {
+    metadata.iter().map(|(name, text)| format!("{name}: {text}")).collect::<Vec<_>>().join("\n")
 }

@@ -73,6 +73,10 @@ impl Writer {
             Format::Png => Sink::Png(Box::new(PngSink::new(output.clone(), spec).map_err(at)?)),
             Format::Tiff => Sink::Tiff(Box::new(TiffSink::new(output.clone(), spec).map_err(at)?)),
             Format::Exr => Sink::Exr(Box::new(ExrSink::new(output.clone(), spec).map_err(at)?)),
+            // Holds no samples of any depth, as the check has said.
+            Format::Svg => {
+                return Err(WriteError::Depth { format: spec.format, depth: spec.depth, allowed: String::new() });
+            }
         };
         let encoder = RowEncoder::new(spec);
         let (spec, path) = (spec.clone(), path.to_path_buf());

@@ -164,6 +164,7 @@ mod tests {
                 sink.write(&encoder, rows)?;
                 sink.finish()
             }
+            Format::Svg => Ok(()),
         }
     }
 

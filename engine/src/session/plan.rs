@@ -16,6 +16,8 @@ pub(super) enum Part {
     Channel(Channel),
     /// All channels of a material.
     All,
+    /// Segments, as lines.
+    Lines,
 }
 
 /// A picture to be made.
@@ -79,7 +81,7 @@ impl Planner<'_> {
     pub(super) fn picture<'g>(&self, output: &'g GraphOutput, part: Part, key: Key) -> Result<Planned<'g>, Failure> {
         let (stem, ty, channel) = match &part {
             Part::Channel(channel) => (format!("{}_{}", output.name, channel.name()), channel.ty(), Some(*channel)),
-            Part::Field | Part::All => (output.name.clone(), output.ty, None),
+            Part::Field | Part::All | Part::Lines => (output.name.clone(), output.ty, None),
         };
         let (format, depth) = self.encoding(output, ty, channel, &stem)?;
         let ty = if ty == Type::Picture { Type::Rgb } else { ty };
@@ -107,6 +109,20 @@ impl Planner<'_> {
         channel: Option<Channel>,
         stem: &str,
     ) -> Result<(Format, Depth), Failure> {
+        let stated = self.request.format.or(output.format);
+        if ty == Type::Segments {
+            return match stated {
+                None | Some(Format::Svg) => Ok((Format::Svg, Depth::F32)),
+                Some(other) => Err(Failure::Usage(format!(
+                    "`{stem}` is made of segments, which {other} cannot hold; say `--format svg`, or draw them with a node"
+                ))),
+            };
+        }
+        if stated == Some(Format::Svg) {
+            let message =
+                format!("`{stem}` is a {ty}; SVG holds segments only. Name an output of segments with --output");
+            return Err(Failure::Usage(message));
+        }
         let exr_only = matches!(ty, Type::Vec2 | Type::Jacobian | Type::Material);
         let floats = exr_only || channel == Some(Channel::Height);
         let stated = self.request.format.or(if self.request.depth.is_none() { output.format } else { None });
@@ -123,7 +139,7 @@ impl Planner<'_> {
             Format::Exr => Depth::F32,
             Format::Tiff => Depth::U16,
             Format::Png if fine && !mask => Depth::U16,
-            Format::Png => Depth::U8,
+            Format::Png | Format::Svg => Depth::U8,
         });
         if exr_only && format != Format::Exr {
             return Err(Failure::Usage(format!("`{stem}` is a {ty}, which only EXR can hold; say `--format exr`")));

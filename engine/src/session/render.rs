@@ -5,11 +5,14 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, DiskCache, Event, NodeStats, Observer, Run, TILE};
 use crate::graph::Graph;
 use crate::picture::{
-    Compression, Depth, Encoding, Format, PictureSpec, Transfer, Writer, Written, remove_stale_temporaries,
+    Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, Writer, Written, remove_stale_temporaries,
+    write_svg,
 };
-use crate::value::{Channel, Field, Grid, Key, Tile, Type, Value, Window};
+use crate::value::{Channel, Field, Grid, Key, Segments, Tile, Type, Value, Window};
+use glam::DVec2;
 use petgraph::graph::NodeIndex;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What to render, and how.
 #[derive(Clone, Debug, Default)]
@@ -46,6 +49,8 @@ struct Job<'g> {
     planned: Planned<'g>,
     /// Names of the file's channels, and the fields that they come from.
     fields: Vec<(String, Field)>,
+    /// What is written as lines instead.
+    lines: Option<Arc<Segments>>,
 }
 
 impl Session {
@@ -120,7 +125,7 @@ impl<'r> Render<'r, '_> {
     ) -> Result<Vec<(Part, Key)>, Failure> {
         let key = self.planner.keys.output(node, output);
         if ty != Type::Material {
-            return Ok(vec![(Part::Field, key)]);
+            return Ok(vec![(if ty == Type::Segments { Part::Lines } else { Part::Field }, key)]);
         }
         if channel.is_none() && (combined || self.planner.request.combined) {
             return Ok(vec![(Part::All, key)]);
@@ -178,12 +183,18 @@ impl<'r> Render<'r, '_> {
         }
         let graph = self.planner.graph;
         let grid = graph.canvas.grid(graph.canvas.resolution);
-        self.check_size(jobs)?;
+        let (lines, jobs): (Vec<&Job<'_>>, Vec<&Job<'_>>) = jobs.iter().partition(|job| job.lines.is_some());
+        self.check_size(&jobs)?;
         for (_, field) in jobs.iter().flat_map(|job| &job.fields) {
             self.run.prepare(field, &grid).map_err(|stop| located(self.run, graph, stop))?;
         }
         let mut writers = jobs.iter().map(|job| self.writer(job)).collect::<Result<Vec<_>, _>>()?;
-        self.bands(jobs, &mut writers, &grid)?;
+        if !jobs.is_empty() {
+            self.bands(&jobs, &mut writers, &grid)?;
+        }
+        for (job, segments) in lines.iter().filter_map(|job| Some((job, job.lines.as_ref()?))) {
+            self.write_lines(job, segments, &grid)?;
+        }
         for (job, writer) in jobs.iter().zip(writers) {
             let written = writer.finish().map_err(|e| Failure::File(e.to_string()))?;
             self.warn_clipped(job, &written);
@@ -193,7 +204,7 @@ impl<'r> Render<'r, '_> {
     }
 
     /// Refuses what would not fit the memory budget, before anything is allocated.
-    fn check_size(&self, jobs: &[Job<'_>]) -> Result<(), Failure> {
+    fn check_size(&self, jobs: &[&Job<'_>]) -> Result<(), Failure> {
         let channels: usize = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field.channels()).sum();
         let band = u64::from(self.planner.window.width) * u64::from(TILE) * 4 * channels as u64 * 2;
         if band <= self.session.memory {
@@ -226,7 +237,7 @@ impl<'r> Render<'r, '_> {
     }
 
     /// Computes and writes the pictures together, from top to bottom, so that what they share is still in memory.
-    fn bands(&self, jobs: &[Job<'_>], writers: &mut [Writer], grid: &Grid) -> Result<(), Failure> {
+    fn bands(&self, jobs: &[&Job<'_>], writers: &mut [Writer], grid: &Grid) -> Result<(), Failure> {
         let window = self.planner.window;
         let tile = TILE.cast_signed();
         // Enough tiles at once that every thread has some.
@@ -244,6 +255,18 @@ impl<'r> Render<'r, '_> {
             let done = u64::from(y.abs_diff(window.y));
             self.observer.event(Event::Rows { done, total: u64::from(window.height) });
         }
+        Ok(())
+    }
+
+    /// Writes segments as lines on a page of the canvas, or of the region that is asked for.
+    fn write_lines(&self, job: &Job<'_>, segments: &Segments, grid: &Grid) -> Result<(), Failure> {
+        let window = self.planner.window;
+        let corner = grid.origin + DVec2::new(f64::from(window.x), f64::from(window.y)) * grid.step;
+        let size = DVec2::new(f64::from(window.width), f64::from(window.height)) * grid.step;
+        let lines = segments.within(corner.as_vec2(), (corner + size).as_vec2());
+        let drawing = Drawing { corner, size, lines: &lines, metadata: &job.planned.metadata };
+        write_svg(&job.planned.path, &drawing).map_err(|e| Failure::File(e.to_string()))?;
+        self.keep(job);
         Ok(())
     }
 
@@ -313,7 +336,8 @@ fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
         (Value::Field(field), _) => vec![(String::new(), field.clone())],
         _ => Vec::new(),
     };
-    Job { planned, fields }
+    let lines = if let Value::Segments(segments) = value { Some(segments.clone()) } else { None };
+    Job { planned, fields, lines }
 }
 
 /// The names of a field's channels in a file; those of a material are `channel.R`.

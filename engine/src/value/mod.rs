@@ -19,7 +19,7 @@ pub use key::Key;
 pub use lattice::{GridLinks, Lattice, LiveMass, SpringNet};
 pub use material::{Channel, Material};
 pub use points::{GridOrder, Points};
-pub use segments::Segments;
+pub use segments::{Segments, clip_line};
 pub use tile::Tile;
 pub use ty::Type;
 

@@ -31,8 +31,89 @@ impl Segments {
         self.ends.is_empty()
     }
 
+    /// What of them lies within the rectangle from `low` to `high`, in order, with their widths (0 if they have none), cut
+    /// at its edges. Where the set repeats, copies that reach into the rectangle are there too.
+    pub fn within(&self, low: Vec2, high: Vec2) -> Vec<([Vec2; 2], f32)> {
+        let size = self.size_mm.as_vec2();
+        let mut pieces = Vec::with_capacity(self.ends.len());
+        for (n, &ends) in self.ends.iter().enumerate() {
+            let width = self.width.get(n).copied().unwrap_or(0.0);
+            let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            // By how many canvases a copy must be moved to reach the rectangle.
+            let first = ((low - to) / size).ceil();
+            let last = ((high - from) / size).floor();
+            let range = |repeats: bool, axis: usize| {
+                let whole = |v: f32| if v.abs() < 1e6 { v } else { 0.0 };
+                if repeats { (whole(first[axis]), whole(last[axis])) } else { (0.0, 0.0) }
+            };
+            let (x, y) = (range(self.periodic.x, 0), range(self.periodic.y, 1));
+            let mut row = y.0;
+            while row <= y.1 {
+                let mut column = x.0;
+                while column <= x.1 {
+                    let shift = Vec2::new(column, row) * size;
+                    pieces.extend(clip_line(ends.map(|e| e + shift), low, high).map(|ends| (ends, width)));
+                    column += 1.0;
+                }
+                row += 1.0;
+            }
+        }
+        pieces
+    }
+
     /// The memory they take.
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + self.ends.len() * 16 + 4 * (self.length_ratio.len() + self.stretch.len() + self.width.len())
+    }
+}
+
+/// The part of a line between two points that lies in a rectangle (Liang and Barsky); nothing where it only touches it.
+pub fn clip_line([a, b]: [Vec2; 2], low: Vec2, high: Vec2) -> Option<[Vec2; 2]> {
+    let d = b - a;
+    let (mut from, mut to) = (0.0f32, 1.0f32);
+    for axis in 0..2 {
+        for (step, room) in [(-d[axis], a[axis] - low[axis]), (d[axis], high[axis] - a[axis])] {
+            if step == 0.0 {
+                if room < 0.0 {
+                    return None;
+                }
+            } else if step < 0.0 {
+                from = from.max(room / step);
+            } else {
+                to = to.min(room / step);
+            }
+        }
+    }
+    let at = |t: f32| (a + d * t).clamp(low, high);
+    (from < to).then(|| [if from > 0.0 { at(from) } else { a }, if to < 1.0 { at(to) } else { b }])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(periodic: Tiling) -> Segments {
+        Segments {
+            ends: vec![[Vec2::new(-1.0, 4.0), Vec2::new(3.0, 4.0)]],
+            length_ratio: Vec::new(),
+            stretch: Vec::new(),
+            width: vec![0.5],
+            size_mm: DVec2::splat(8.0),
+            periodic,
+        }
+    }
+
+    #[test]
+    fn lines_are_cut_at_the_edges() {
+        let cut = one(Tiling::NONE).within(Vec2::ZERO, Vec2::splat(8.0));
+        assert_eq!(cut, [([Vec2::new(0.0, 4.0), Vec2::new(3.0, 4.0)], 0.5)]);
+    }
+
+    #[test]
+    fn copies_come_in_at_the_other_edge() {
+        let cut = one(Tiling::BOTH).within(Vec2::ZERO, Vec2::splat(8.0));
+        let pieces: Vec<_> = cut.iter().map(|c| c.0).collect();
+        let line = |x0, x1| [Vec2::new(x0, 4.0), Vec2::new(x1, 4.0)];
+        assert_eq!(pieces, [line(0.0, 3.0), line(7.0, 8.0)]);
     }
 }

@@ -5,6 +5,7 @@
 use super::lattice::Links;
 use glam::Vec2;
 use rayon::prelude::*;
+use shibo_engine::value::clip_line;
 
 /// How to place segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,26 +57,4 @@ pub fn median(values: &[f32]) -> f32 {
 pub fn clip(segments: &[Segment], low: Vec2, high: Vec2) -> Vec<Segment> {
     let cut = |s: &Segment| clip_line(s.ends, low, high).map(|ends| Segment { ends, ..*s });
     segments.iter().filter_map(cut).collect()
-}
-
-/// The part of a line between two points that lies in a rectangle (Liang and Barsky).
-fn clip_line([a, b]: [Vec2; 2], low: Vec2, high: Vec2) -> Option<[Vec2; 2]> {
-    let d = b - a;
-    let (mut from, mut to) = (0.0f32, 1.0f32);
-    for axis in 0..2 {
-        for (step, room) in [(-d[axis], a[axis] - low[axis]), (d[axis], high[axis] - a[axis])] {
-            if step == 0.0 {
-                if room < 0.0 {
-                    return None;
-                }
-            } else if step < 0.0 {
-                from = from.max(room / step);
-            } else {
-                to = to.min(room / step);
-            }
-        }
-    }
-    let at = |t: f32| (a + d * t).clamp(low, high);
-    // A segment that only touches the rectangle leaves nothing.
-    (from < to).then(|| [if from > 0.0 { at(from) } else { a }, if to < 1.0 { at(to) } else { b }])
 }

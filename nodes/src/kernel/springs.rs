@@ -126,12 +126,15 @@ pub struct Net<'a, T> {
     pub damping: &'a [T],
     /// Force beyond which a spring breaks, ≥ 0 (A44, A45); infinity for never; optional.
     pub threshold: &'a [T],
+    /// True for springs that only push: contacts between bodies (A40), whose rest length is the sum of their radii;
+    /// optional.
+    pub pushes: &'a [bool],
     /// True for points that stay (A42); optional.
     pub fixed: &'a [bool],
     /// Masses.
     pub mass: Mass<'a, T>,
     /// Set when points and links are those of [`super::lattice::grid_links`] with this shape: takes the fast path
-    /// unless `damping` is given.
+    /// unless `damping` or `pushes` is given.
     pub grid: Option<GridShape>,
 }
 
@@ -249,7 +252,9 @@ pub fn simulate<T: Real>(
     check(points.len(), net)?;
     let limit = 2.0 * start_energy(points, net) * largest_weight(points, net);
     let mut stepper: Box<dyn Stepper<T> + '_> = match net.grid {
-        Some(shape) if net.damping.is_empty() => Box::new(super::springs_grid::Grid::new(points, net, motion, shape)),
+        Some(shape) if net.damping.is_empty() && net.pushes.is_empty() => {
+            Box::new(super::springs_grid::Grid::new(points, net, motion, shape))
+        }
         _ => Box::new(super::springs_list::List::new(points, net, motion)?),
     };
     let (mut broken, mut done, mut fastest) = (Vec::new(), 0, 0.0f64);
@@ -308,6 +313,9 @@ fn start_energy<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> f64 {
     for l in 0..net.links.len() {
         let (k, length) = (net.stiffness[l].wide(), link_length(points, net, l).wide());
         let stretch = length - net.rest[l].wide();
+        if net.pushes.get(l) == Some(&true) && stretch > 0.0 {
+            continue;
+        }
         energy += 0.5 * k * (stretch * stretch + 1e-6 * length * length);
     }
     energy
@@ -335,6 +343,7 @@ fn check<T: Real>(points: usize, net: &Net<'_, T>) -> Result<(), SpringError> {
         ("wraps", optional(net.wraps.len(), links), links),
         ("damping", optional(net.damping.len(), links), links),
         ("threshold", optional(net.threshold.len(), links), links),
+        ("pushes", optional(net.pushes.len(), links), links),
         ("fixed", optional(net.fixed.len(), points), points),
         ("mass", masses, points),
         ("grid", net.grid.map_or(points, |g| g.nx * g.ny), points),

@@ -29,6 +29,8 @@ struct Patch<T> {
     rest: Vec<T>,
     damping: Vec<T>,
     threshold: Vec<T>,
+    /// Springs that only push; empty if none do.
+    pushes: Vec<bool>,
     /// Index into the links; asked only when a spring breaks.
     ids: Vec<u32>,
 }
@@ -162,6 +164,7 @@ impl<T: Real> Patch<T> {
             rest: gather(net.rest),
             damping: gather(net.damping),
             threshold: gather(net.threshold),
+            pushes: ids.iter().filter_map(|&id| net.pushes.get(id as usize).copied()).collect(),
             ghosts,
             ids,
         })
@@ -210,7 +213,19 @@ impl<T: Real> Patch<T> {
                 let tension = motion.break_on == BreakOn::Tension;
                 sizes(k, rest, tension, &scratch.dx, &scratch.dy, &mut scratch.size);
             }
-            pulls(k, rest, &mut scratch.dx, &mut scratch.dy);
+            if self.pushes.is_empty() {
+                pulls(k, rest, &mut scratch.dx, &mut scratch.dy);
+            } else {
+                let mut apart = [false; BLOCK];
+                for i in 0..n {
+                    let (dx, dy) = (scratch.dx[i], scratch.dy[i]);
+                    apart[i] = self.pushes[block.start + i] && (dx * dx + dy * dy).sqrt() >= rest[i];
+                }
+                pulls(k, rest, &mut scratch.dx, &mut scratch.dy);
+                for i in (0..n).filter(|&i| apart[i]) {
+                    (scratch.dx[i], scratch.dy[i]) = (T::default(), T::default());
+                }
+            }
             if !self.threshold.is_empty() {
                 self.snap(block.clone(), scratch, &mut snapped);
             }

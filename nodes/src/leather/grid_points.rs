@@ -90,6 +90,8 @@ impl Node for GridPoints {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let spec = self.spec(cx.canvas);
         let hash = Hash::new(cx.seed(self.seed));
+        let (columns, rows) = grid_counts(&spec);
+        afford(cx, columns * rows, "pitch")?;
         let made = grid(&spec, hash);
         let regular = (self.jitter > 0.0).then(|| grid(&GridSpec { jitter: 0.0, ..spec }, hash).points);
         let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
@@ -115,6 +117,24 @@ impl Node for GridPoints {
 pub(super) fn too_many(wanted: f64, field: &str) -> Problem {
     let message = format!("{field} would make about {wanted:.0} points; at most {MAX_POINTS} are allowed");
     Problem::new(Code::TooLarge, message).at(field).help("use a larger pitch, or a smaller canvas")
+}
+
+/// Bytes that a point takes in the stages after it: with its links, springs and segments, and while they move.
+const BYTES: u64 = 256;
+
+/// Refuses points that would not fit the memory budget.
+pub(super) fn afford(cx: &Context<'_>, count: usize, field: &str) -> Result<(), Problem> {
+    let (needed, allowed) = (count as u64 * BYTES, cx.evaluator.memory());
+    if needed <= allowed {
+        return Ok(());
+    }
+    let message = format!(
+        "{field} makes {count} points, which with their links and springs need about {} MiB; {} MiB are allowed",
+        needed >> 20,
+        allowed >> 20
+    );
+    let help = "use fewer points (a larger pitch), or raise --memory";
+    Err(Problem::new(Code::TooLarge, message).at(field).help(help))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! Source: JP4905282B2 §3 (rows A7v, A13v). Beyond the source: jitter, and tilings that repeat with the canvas.
 //! Cost: O(points · log points).
-use super::grid_points::{MAX_POINTS, too_many};
+use super::grid_points::{MAX_POINTS, afford, too_many};
 use crate::kernel::hash::Hash;
 use crate::kernel::points::hexagons;
 use crate::kernel::tile::narrow;
@@ -43,6 +43,13 @@ impl Default for HexPoints {
     }
 }
 
+impl HexPoints {
+    /// About how many corners there are: a hexagon has six, each of three hexagons.
+    fn count(&self, canvas: &Canvas) -> f64 {
+        canvas.size_mm.element_product() / (self.edge * self.edge * 0.75 * 3f64.sqrt())
+    }
+}
+
 impl Node for HexPoints {
     const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The corners, by rows.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
@@ -58,7 +65,7 @@ impl Node for HexPoints {
             );
             return vec![Problem::new(Code::OutOfRange, message).at("edge")];
         }
-        let wanted = canvas.size_mm.element_product() / (self.edge * self.edge * 0.75 * 3f64.sqrt());
+        let wanted = self.count(canvas);
         if wanted > MAX_POINTS as f64 { vec![too_many(wanted, "edge")] } else { Vec::new() }
     }
 
@@ -69,6 +76,8 @@ impl Node for HexPoints {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let periodic = Node::tiling(self, cx.canvas);
         let edge = narrow(self.edge);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a few million")]
+        afford(cx, self.count(cx.canvas) as usize, "edge")?;
         let (regular, _) = hexagons(cx.size_mm().as_vec2(), edge, periodic == Tiling::BOTH);
         let hash = Hash::new(cx.seed(self.seed));
         let reach = self.edge * self.jitter;

@@ -1,5 +1,7 @@
 //! Leather: the wrinkle method of JP4905282B2, a stage a node.
 mod band_pattern;
+#[cfg(test)]
+mod chain_tests;
 mod connect_neighbors;
 mod define_mass;
 mod define_springs;
@@ -7,6 +9,7 @@ mod dots;
 mod draw_wrinkles;
 mod grid_points;
 mod hex_points;
+mod net;
 mod place_wrinkles;
 mod point_list;
 mod poisson_points;

@@ -2,7 +2,7 @@
 //!
 //! Stands for "any algorithm giving an almost uniform distribution" (JP4905282B2 §3, rows A9v, A68); LEATHER-LOOK lever 3.
 //! Cost: O(points), about half a microsecond each.
-use super::grid_points::{MAX_POINTS, too_many};
+use super::grid_points::{MAX_POINTS, afford, too_many};
 use crate::kernel::hash::Hash;
 use crate::kernel::poisson::{PoissonSpec, poisson, poisson_estimate};
 use crate::kernel::tile::narrow;
@@ -88,6 +88,8 @@ impl Node for PoissonPoints {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let hash = Hash::new(cx.seed(self.seed));
         let spec = self.spec(cx.canvas);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a few million")]
+        afford(cx, poisson_estimate(&spec) as usize, "pitch")?;
         let positions = match cx.get_opt(&self.density)? {
             None => poisson(&spec, hash),
             Some(density) => {

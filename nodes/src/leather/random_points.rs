@@ -1,7 +1,7 @@
 //! [`RandomPoints`]: points anywhere.
 //!
 //! Source: JP4905282B2 §3 (row A8v). Cost: O(points).
-use super::grid_points::MAX_POINTS;
+use super::grid_points::{MAX_POINTS, afford};
 use crate::kernel::hash::Hash;
 use crate::kernel::points::random;
 use crate::kernel::tile::narrow;
@@ -47,6 +47,7 @@ impl Node for RandomPoints {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let count = (self.count as usize).min(MAX_POINTS);
+        afford(cx, count, "count")?;
         let pitch = (cx.size_mm().element_product() / count.max(1) as f64).sqrt();
         Ok(Outputs::one(Points {
             positions: random(count, cx.size_mm().as_vec2(), Hash::new(cx.seed(self.seed))),

@@ -3,13 +3,10 @@
 //! Source: JP4905282B2 §5 and §6, claims 13 to 16 (rows A34–A46; decisions L-6, L-7, L-8, L-14). Beyond the source: the
 //! semi-implicit integrator, drag, lattices that repeat with the canvas, and stretch and breakage as fields. A run that
 //! diverges is an error, never a picture. Cost: O(steps · links).
-use super::define_mass::mass_at;
+use super::net::{Contacts, live_mass, net, outputs, quantile};
 use super::reading::{self, Reduction, Sample};
-use super::strain::{Strain, What};
 use crate::kernel::area::near_contour;
 use crate::kernel::hash::Hash;
-use crate::kernel::lattice::GridShape;
-use crate::kernel::lines::Raster;
 use crate::kernel::points::border;
 use crate::kernel::springs::{self, Mass, Motion, Net, Outcome, SpringError};
 use crate::kernel::tile::narrow;
@@ -18,8 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Canvas, GridLinks, Lattice, LiveMass, Points, SpringNet, Stop, Tiling, Type};
-use std::sync::Arc;
+use shibo_engine::value::{Canvas, Points, SpringNet, Stop, Tiling, Type};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How position and velocity advance by a step.
@@ -96,6 +92,13 @@ pub struct SimulateSprings {
     /// A force against the speed of each point, times that speed.
     #[schemars(range(min = 0, max = 1e6))]
     pub drag: f64,
+    /// Makes points bodies of this diameter, which push each other away when they touch; 0 for none. Points that are
+    /// more than three diameters apart at the start are taken never to meet.
+    #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
+    pub body: f64,
+    /// How hard bodies are: their force per mm of overlap.
+    #[schemars(range(min = 0, max = 1e6))]
+    pub body_stiffness: f64,
     /// What happens at the canvas' edge.
     #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
     pub boundary: Boundary,
@@ -124,6 +127,8 @@ impl Default for SimulateSprings {
             integrator: Integrator::Explicit,
             damping: 0.0,
             drag: 0.0,
+            body: 0.0,
+            body_stiffness: 20.0,
             boundary: Boundary::Fixed(0.0),
             break_force: None,
             break_share: None,
@@ -172,7 +177,7 @@ impl Node for SimulateSprings {
         }
         let start: Vec<[f32; 2]> = lattice.points.positions.iter().map(Vec2::to_array).collect();
         let fixed = self.fixed(&lattice.points, periodic);
-        let threshold = self.threshold(cx, &springs, &start)?;
+        let mut threshold = self.threshold(cx, &springs, &start)?;
         let mut damping = springs.damping.clone();
         if self.damping > 0.0 {
             damping.resize(lattice.links.len(), 0.0);
@@ -180,7 +185,25 @@ impl Node for SimulateSprings {
         }
         let weightless = AtomicBool::new(false);
         let live = springs.live_mass.as_deref().map(|live| live_mass(live, &lattice.points, &weightless));
+        let contacts = Contacts::of(cx, &springs, self.body, self.body_stiffness)?;
+        if let Some(contacts) = &contacts {
+            // Contacts neither break nor dampen.
+            let count = contacts.links.len();
+            damping.resize(if damping.is_empty() { 0 } else { count }, 0.0);
+            threshold.resize(if threshold.is_empty() { 0 } else { count }, f32::INFINITY);
+        }
         let mut net = Net { damping: &damping, threshold: &threshold, fixed: &fixed, ..net(&springs) };
+        if let Some(contacts) = &contacts {
+            net = Net {
+                links: &contacts.links,
+                wraps: &contacts.wraps,
+                stiffness: &contacts.stiffness,
+                rest: &contacts.rest,
+                pushes: &contacts.pushes,
+                grid: None,
+                ..net
+            };
+        }
         if let Some(live) = &live {
             net.mass = Mass::Live(live);
         }
@@ -202,54 +225,6 @@ impl Node for SimulateSprings {
         let outcome = outcome.map_err(|e| self.explain(&e))?;
         self.advise(cx, &springs, &outcome);
         Ok(outputs(lattice, &outcome))
-    }
-}
-
-/// The springs as the kernel takes them, without dampers, thresholds and fixed points.
-fn net(springs: &SpringNet) -> Net<'_, f32> {
-    let lattice = &springs.lattice;
-    let whole = lattice.points.sites.is_none();
-    let links = lattice.grid.filter(|links| whole && *links != GridLinks::HexEdges);
-    let shape = lattice.points.grid.as_ref().zip(links).map(|(order, links)| GridShape {
-        nx: order.columns as usize,
-        ny: order.rows as usize,
-        eight: links == GridLinks::Eight,
-        periodic: lattice.points.periodic == Tiling::BOTH,
-    });
-    Net {
-        links: &lattice.links,
-        wraps: &lattice.offsets,
-        size: lattice.points.size_mm.as_vec2().to_array(),
-        stiffness: &springs.stiffness,
-        rest: &springs.rest_length,
-        damping: &[],
-        threshold: &[],
-        fixed: &[],
-        mass: if springs.mass.is_empty() { Mass::One } else { Mass::Each(&springs.mass) },
-        grid: shape,
-    }
-}
-
-/// The mass of a point at any place, bringing places back onto a canvas that repeats.
-fn live_mass<'a>(
-    live: &'a LiveMass,
-    points: &Points,
-    weightless: &'a AtomicBool,
-) -> impl Fn([f32; 2]) -> f32 + Sync + use<'a> {
-    let raster = Raster {
-        values: &live.values,
-        width: live.size.x as usize,
-        height: live.size.y as usize,
-        size: points.size_mm.as_vec2(),
-        periodic: points.periodic == Tiling::BOTH,
-    };
-    move |place| {
-        let mass = mass_at(live, &raster, Vec2::from_array(place));
-        if mass > 0.0 {
-            return mass;
-        }
-        weightless.store(true, Ordering::Relaxed);
-        1.0
     }
 }
 
@@ -353,48 +328,4 @@ impl SimulateSprings {
         let help = "lower step, or raise drag to about 6 · stiffness · step";
         Problem::new(Code::Advice, message).at("step").help(help)
     }
-}
-
-/// The value below which `share` of the values lie.
-fn quantile(values: &[f32], share: f64) -> f32 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f32::total_cmp);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index into the list")]
-    let at = ((sorted.len() as f64 * share.clamp(0.0, 1.0)).ceil() as usize).saturating_sub(1);
-    sorted.get(at).copied().unwrap_or(f32::INFINITY)
-}
-
-fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
-    let vectors = |list: &[[f32; 2]]| list.iter().map(|p| Vec2::from_array(*p)).collect::<Vec<_>>();
-    let points = Arc::new(Points {
-        positions: vectors(&outcome.positions),
-        regular: Some(lattice.points.regular.clone().unwrap_or_else(|| lattice.points.positions.clone())),
-        ..Points::clone(&lattice.points)
-    });
-    let broken: Vec<(u32, u32)> = outcome.broken.iter().map(|b| (b.link, b.step)).collect();
-    let kept: Vec<usize> = broken.iter().map(|b| b.0 as usize).collect();
-    let select = |offsets: &[[i8; 2]]| {
-        if offsets.is_empty() { Vec::new() } else { kept.iter().map(|&l| offsets[l]).collect() }
-    };
-    let only_broken = Lattice {
-        points: points.clone(),
-        links: Arc::new(kept.iter().map(|&l| lattice.links[l]).collect()),
-        offsets: Arc::new(select(&lattice.offsets)),
-        ..Lattice::default()
-    };
-    let moved = Arc::new(Lattice {
-        points: points.clone(),
-        velocities: Some(vectors(&outcome.velocities)),
-        broken,
-        ..lattice.clone()
-    });
-    // As a set of their own the points have no lattice any more that they were meant for.
-    let alone = points.alone();
-    let strain = |what| Strain::field(&moved, what);
-    let (stretch, breakage) = (strain(What::Stretch), strain(What::Breakage));
-    Outputs::one(moved)
-        .with("points", alone)
-        .with("broken", only_broken)
-        .with("stretch", stretch)
-        .with("breakage", breakage)
 }

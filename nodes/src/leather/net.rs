@@ -1,0 +1,151 @@
+//! What [`super::SimulateSprings`] hands to the kernel, and what it makes of the outcome.
+use super::define_mass::mass_at;
+use super::strain::{Strain, What};
+use crate::kernel::lattice::{GridShape, radius_estimate, radius_links};
+use crate::kernel::lines::Raster;
+use crate::kernel::springs::{Mass, Net, Outcome};
+use crate::kernel::tile::narrow;
+use glam::Vec2;
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Outputs};
+use shibo_engine::value::{GridLinks, Lattice, LiveMass, Points, SpringNet, Stop, Tiling};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The springs as the kernel takes them, without dampers, thresholds and fixed points.
+pub(super) fn net(springs: &SpringNet) -> Net<'_, f32> {
+    let lattice = &springs.lattice;
+    let whole = lattice.points.sites.is_none();
+    let links = lattice.grid.filter(|links| whole && *links != GridLinks::HexEdges);
+    let shape = lattice.points.grid.as_ref().zip(links).map(|(order, links)| GridShape {
+        nx: order.columns as usize,
+        ny: order.rows as usize,
+        eight: links == GridLinks::Eight,
+        periodic: lattice.points.periodic == Tiling::BOTH,
+    });
+    Net {
+        links: &lattice.links,
+        wraps: &lattice.offsets,
+        size: lattice.points.size_mm.as_vec2().to_array(),
+        stiffness: &springs.stiffness,
+        rest: &springs.rest_length,
+        mass: if springs.mass.is_empty() { Mass::One } else { Mass::Each(&springs.mass) },
+        grid: shape,
+        ..Net::default()
+    }
+}
+
+/// The mass of a point at any place, bringing places back onto a canvas that repeats.
+pub(super) fn live_mass<'a>(
+    live: &'a LiveMass,
+    points: &Points,
+    weightless: &'a AtomicBool,
+) -> impl Fn([f32; 2]) -> f32 + Sync + use<'a> {
+    let raster = Raster {
+        values: &live.values,
+        width: live.size.x as usize,
+        height: live.size.y as usize,
+        size: points.size_mm.as_vec2(),
+        periodic: points.periodic == Tiling::BOTH,
+    };
+    move |place| {
+        let mass = mass_at(live, &raster, Vec2::from_array(place));
+        if mass > 0.0 {
+            return mass;
+        }
+        weightless.store(true, Ordering::Relaxed);
+        1.0
+    }
+}
+
+/// The springs of a net, and after them contacts between bodies.
+pub(super) struct Contacts {
+    pub(super) links: Vec<[u32; 2]>,
+    pub(super) wraps: Vec<[i8; 2]>,
+    pub(super) stiffness: Vec<f32>,
+    pub(super) rest: Vec<f32>,
+    pub(super) pushes: Vec<bool>,
+}
+
+impl Contacts {
+    /// Contacts between bodies of a diameter and a stiffness; nothing without bodies.
+    ///
+    /// # Errors
+    /// When too many bodies would touch.
+    pub(super) fn of(cx: &Context<'_>, springs: &SpringNet, body: f64, hardness: f64) -> Result<Option<Self>, Stop> {
+        if body <= 0.0 {
+            return Ok(None);
+        }
+        let (lattice, points) = (&springs.lattice, &springs.lattice.points);
+        let (size, reach, periodic) = (points.size_mm.as_vec2(), narrow(3.0 * body), points.periodic == Tiling::BOTH);
+        let pairs = radius_estimate(&points.positions, reach, size, periodic);
+        let most = (cx.evaluator.memory() / 50) as f64;
+        if pairs > most || (periodic && reach >= 0.5 * size.min_element()) {
+            let message =
+                format!("body is `{}` mm: about {pairs:.0} bodies would touch; at most {most:.0} are allowed", body);
+            let help = format!("points are about {} mm apart; bodies must be smaller than that", points.pitch);
+            return Err(Problem::new(Code::TooLarge, message).at("body").help(help).into());
+        }
+        let near = radius_links(&points.positions, reach, size, periodic);
+        let (springs_count, count) = (lattice.links.len(), near.pairs.len());
+        let extend = |list: &[f32], value: f32| [list, &vec![value; count]].concat();
+        let wraps = match (lattice.offsets.is_empty(), near.wraps.is_empty()) {
+            (true, true) => Vec::new(),
+            (true, false) => [&vec![[0, 0]; springs_count], &near.wraps[..]].concat(),
+            (false, true) => [&lattice.offsets[..], &vec![[0, 0]; count]].concat(),
+            (false, false) => [&lattice.offsets[..], &near.wraps[..]].concat(),
+        };
+        Ok(Some(Self {
+            links: [&lattice.links[..], &near.pairs[..]].concat(),
+            wraps,
+            stiffness: extend(&springs.stiffness, narrow(hardness)),
+            rest: extend(&springs.rest_length, narrow(body)),
+            pushes: [vec![false; springs_count], vec![true; count]].concat(),
+        }))
+    }
+}
+
+/// The value below which `share` of the values lie.
+pub(super) fn quantile(values: &[f32], share: f64) -> f32 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f32::total_cmp);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index into the list")]
+    let at = ((sorted.len() as f64 * share.clamp(0.0, 1.0)).ceil() as usize).saturating_sub(1);
+    sorted.get(at).copied().unwrap_or(f32::INFINITY)
+}
+
+/// What the node gives.
+pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
+    let vectors = |list: &[[f32; 2]]| list.iter().map(|p| Vec2::from_array(*p)).collect::<Vec<_>>();
+    let points = Arc::new(Points {
+        positions: vectors(&outcome.positions),
+        regular: Some(lattice.points.regular.clone().unwrap_or_else(|| lattice.points.positions.clone())),
+        ..Points::clone(&lattice.points)
+    });
+    let broken: Vec<(u32, u32)> = outcome.broken.iter().map(|b| (b.link, b.step)).collect();
+    let kept: Vec<usize> = broken.iter().map(|b| b.0 as usize).collect();
+    let select = |offsets: &[[i8; 2]]| {
+        if offsets.is_empty() { Vec::new() } else { kept.iter().map(|&l| offsets[l]).collect() }
+    };
+    let only_broken = Lattice {
+        points: points.clone(),
+        links: Arc::new(kept.iter().map(|&l| lattice.links[l]).collect()),
+        offsets: Arc::new(select(&lattice.offsets)),
+        ..Lattice::default()
+    };
+    let moved = Arc::new(Lattice {
+        points: points.clone(),
+        velocities: Some(vectors(&outcome.velocities)),
+        broken,
+        ..lattice.clone()
+    });
+    // As a set of their own the points have no lattice any more that they were meant for.
+    let alone = points.alone();
+    let strain = |what| Strain::field(&moved, what);
+    let (stretch, breakage) = (strain(What::Stretch), strain(What::Breakage));
+    Outputs::one(moved)
+        .with("points", alone)
+        .with("broken", only_broken)
+        .with("stretch", stretch)
+        .with("breakage", breakage)
+}

@@ -1,0 +1,134 @@
+//! Leather end to end: what users get wrong, each with its place, and segments as SVG.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+mod support;
+
+use support::Desk;
+
+/// A graph of some nodes; the first of them is on line 5.
+fn graph(nodes: &str, output: &str) -> String {
+    format!(
+        "(\n  version: 1,\n  canvas: (size_mm: 30, resolution: 64, tile: Both, seed: 1),\n  nodes: {{\n{nodes}\n  }},\n  \
+         outputs: {{ \"out\": \"{output}\" }},\n)\n"
+    )
+}
+
+const CHAIN: &str = r#"    "links": ConnectNeighbors(points: "points"),
+    "springs": DefineSprings(lattice: "links"),
+    "moved": SimulateSprings(springs: "springs", boundary: Periodic, step: 0.1, drag: 6),
+    "wrinkles": PlaceWrinkles(lattice: "moved"),
+    "height": DrawWrinkles(segments: "wrinkles"),"#;
+
+/// Renders a graph that must fail, and checks what is said of it: code, line, column, and a part of the message.
+fn fails(nodes: &str, (code, line, column): (&str, u64, u64), words: &str) {
+    let desk = Desk::new();
+    desk.write("a.ron", &graph(nodes, "height"));
+    let ran = desk.shibo("render a.ron --no-cache --memory 64").expect(1);
+    let place = format!("a.ron:{line}:{column}");
+    assert!(ran.stderr.contains(&place) && ran.stderr.contains(code), "{place} {code}: {}", ran.stderr);
+    // Messages are broken into lines.
+    let flat = ran.stderr.split_whitespace().filter(|w| *w != "\u{2502}").collect::<Vec<_>>().join(" ");
+    assert!(flat.contains(words), "{words}: {flat}");
+    assert!(!desk.path("out/out.png").exists());
+}
+
+#[test]
+fn points_are_checked() {
+    let points = |text: &str| format!("    \"points\": {text},\n{CHAIN}");
+    fails(&points("GridPoints(pitch: 0)"), ("out-of-range", 5, 33), "greater than 0");
+    fails(&points("PoissonPoints(pitch: -1)"), ("out-of-range", 5, 36), "greater than 0");
+    fails(&points("GridPoints(pitch: 31)"), ("out-of-range", 5, 33), "smaller than the canvas, 30 × 30 mm");
+    fails(&points("HexPoints(edge: 20)"), ("out-of-range", 5, 31), "must fit on the canvas");
+    fails(&points("GridPoints(pitch: 0.03)"), ("too-large", 5, 33), "1000000 points");
+    fails(&points("RandomPoints(count: 1000000)"), ("too-large", 5, 35), "64 MiB are allowed");
+    fails(&points("PoissonPoints(pitch: 0.001)"), ("too-large", 5, 36), "at most 4000000 are allowed");
+}
+
+#[test]
+fn ranges_links_and_fields_are_checked() {
+    let with = |links: &str, springs: &str| {
+        format!(
+            "    \"points\": PoissonPoints(pitch: 1),\n    \"links\": {links},\n    \"springs\": {springs},\n    \"moved\": \
+             SimulateSprings(springs: \"springs\", boundary: Periodic, step: 0.1, drag: 6),\n    \"wrinkles\": \
+             PlaceWrinkles(lattice: \"moved\"),\n    \"height\": DrawWrinkles(segments: \"wrinkles\"),"
+        )
+    };
+    let plain = "DefineSprings(lattice: \"links\")";
+    let linked = "ConnectNeighbors(points: \"points\")";
+    let links = "ConnectNeighbors(points: \"points\", neighbors: Radius(16))";
+    fails(&with(links, plain), ("out-of-range", 6, 60), "less than half of it, 15 mm");
+    let links = "ConnectNeighbors(points: \"points\", neighbors: HexEdges)";
+    fails(&with(links, plain), ("bad-value", 6, 60), "corners of hexagons");
+    let mass = "DefineMass(springs: \"plain\", mass: (0, 2)),\n    \"plain\": DefineSprings(lattice: \"links\")";
+    fails(&with(linked, mass), ("out-of-range", 7, 52), "greater than 0");
+    let springs = "DefineSprings(lattice: \"links\", sample_resolution: (0, 4))";
+    fails(&with(linked, springs), ("out-of-range", 7, 68), "between 1 and 8192");
+}
+
+#[test]
+fn reversed_ranges_and_missing_pictures() {
+    let nodes = format!(
+        "    \"points\": PoissonPoints(pitch: 1),\n    \"bands\": BandPattern(angle: (40, 20)),\n    \"photo\": \
+         Image(path: \"none.png\"),\n{CHAIN}"
+    );
+    fails(&nodes, ("out-of-range", 6, 33), "the smaller number must come first");
+    fails(&nodes, ("file-not-found", 7, 26), "none.png");
+}
+
+#[test]
+fn what_can_go_on_is_warned_of() {
+    let desk = Desk::new();
+    let chain = CHAIN.replace("points: \"points\"", "points: \"points\", neighbors: Radius(0.8)");
+    desk.write("a.ron", &graph(&format!("    \"points\": RandomPoints(count: 500),\n{chain}"), "height"));
+    let ran = desk.shibo("render a.ron --no-cache").expect(0);
+    assert!(ran.stderr.contains("of 500 points have no neighbour"), "{}", ran.stderr);
+    let chain = CHAIN.replace("drag: 6", "drag: 6, break_force: 0.5");
+    desk.write("b.ron", &graph(&format!("    \"points\": PoissonPoints(pitch: 2),\n{chain}"), "height"));
+    let ran = desk.shibo("render b.ron --no-cache").expect(0);
+    assert!(ran.stderr.contains("springs break before the first step"), "{}", ran.stderr);
+    let balanced = "    \"points\": GridPoints(pitch: 2, jitter: 0),\n    \"links\": ConnectNeighbors(points: \"points\", \
+                    neighbors: Eight),\n    \"plain\": DefineSprings(lattice: \"links\", stiffness: 4),\n    \"springs\": \
+                    DefineMass(springs: \"plain\", mass: 2),\n    \"moved\": SimulateSprings(springs: \"springs\"),\n    \
+                    \"wrinkles\": PlaceWrinkles(lattice: \"moved\"),\n    \"height\": DrawWrinkles(segments: \"wrinkles\"),";
+    desk.write("c.ron", &graph(balanced, "height"));
+    let ran = desk.shibo("render c.ron --no-cache").expect(0);
+    assert!(ran.stderr.contains("nothing moves"), "{}", ran.stderr);
+}
+
+#[test]
+fn a_motion_that_diverges_names_the_step() {
+    let chain = CHAIN.replace("drag: 6", "drag: 0, steps: 900").replace("step: 0.1", "step: 0.4");
+    let nodes = format!("    \"points\": PoissonPoints(pitch: 2),\n{chain}");
+    fails(&nodes, ("diverged", 8, 76), "diverged in step");
+}
+
+#[test]
+fn segments_are_written_as_svg() {
+    let desk = Desk::new();
+    let text = graph(&format!("    \"points\": PoissonPoints(pitch: 2),\n{CHAIN}"), "height.segments");
+    desk.write("a.ron", &text.replace("outputs: {", "outputs: { \"picture\": \"height\","));
+    desk.shibo("render a.ron --output out --format svg").expect(0);
+    let first = std::fs::read_to_string(desk.path("out/out.svg")).unwrap();
+    assert!(first.contains(r#"width="30mm" height="30mm" viewBox="0 0 30 30""#), "{}", &first[..300]);
+    assert!(first.matches('M').count() > 500);
+    let numbers = first.split("d=\"").skip(1).flat_map(|path| {
+        path.split('"')
+            .next()
+            .unwrap()
+            .split(['M', 'L', ' '])
+            .filter(|n| !n.is_empty())
+            .map(|n| n.parse::<f64>().unwrap())
+            .collect::<Vec<_>>()
+    });
+    assert!(numbers.into_iter().all(|n| (0.0..=30.0).contains(&n)));
+    // By default, too; from the cache; and with the same bytes.
+    desk.shibo("render a.ron -o again").expect(0);
+    assert_eq!(std::fs::read_to_string(desk.path("again/out.svg")).unwrap(), first);
+    assert!(desk.path("again/picture.png").exists());
+    let corner = desk.shibo("render a.ron --output out --region 0,0,32,16 -o corner").expect(0);
+    let part = std::fs::read_to_string(desk.path("corner/out.svg")).unwrap();
+    assert!(part.contains(r#"viewBox="0 0 15 7.5""#), "{}", corner.stderr);
+    let ran = desk.shibo("render a.ron --output picture --format svg").expect(2);
+    assert!(ran.stderr.contains("SVG holds segments only"), "{}", ran.stderr);
+    let ran = desk.shibo("render a.ron --output out --format png").expect(2);
+    assert!(ran.stderr.contains("cannot hold"), "{}", ran.stderr);
+}

@@ -21,7 +21,7 @@ const CHAIN: &str = r#"    "links": ConnectNeighbors(points: "points"),
 /// Renders a graph that must fail, and checks what is said of it: code, line, column, and a part of the message.
 fn fails(nodes: &str, (code, line, column): (&str, u64, u64), words: &str) {
     let desk = Desk::new();
-    desk.write("a.ron", &graph(nodes, "height"));
+    desk.write("a.ron", graph(nodes, "height"));
     let ran = desk.shibo("render a.ron --no-cache --memory 64").expect(1);
     let place = format!("a.ron:{line}:{column}");
     assert!(ran.stderr.contains(&place) && ran.stderr.contains(code), "{place} {code}: {}", ran.stderr);
@@ -78,20 +78,28 @@ fn reversed_ranges_and_missing_pictures() {
 fn what_can_go_on_is_warned_of() {
     let desk = Desk::new();
     let chain = CHAIN.replace("points: \"points\"", "points: \"points\", neighbors: Radius(0.8)");
-    desk.write("a.ron", &graph(&format!("    \"points\": RandomPoints(count: 500),\n{chain}"), "height"));
+    desk.write("a.ron", graph(&format!("    \"points\": RandomPoints(count: 500),\n{chain}"), "height"));
     let ran = desk.shibo("render a.ron --no-cache").expect(0);
     assert!(ran.stderr.contains("of 500 points have no neighbour"), "{}", ran.stderr);
     let chain = CHAIN.replace("drag: 6", "drag: 6, break_force: 0.5");
-    desk.write("b.ron", &graph(&format!("    \"points\": PoissonPoints(pitch: 2),\n{chain}"), "height"));
+    desk.write("b.ron", graph(&format!("    \"points\": PoissonPoints(pitch: 2),\n{chain}"), "height"));
     let ran = desk.shibo("render b.ron --no-cache").expect(0);
     assert!(ran.stderr.contains("springs break before the first step"), "{}", ran.stderr);
     let balanced = "    \"points\": GridPoints(pitch: 2, jitter: 0),\n    \"links\": ConnectNeighbors(points: \"points\", \
                     neighbors: Eight),\n    \"plain\": DefineSprings(lattice: \"links\", stiffness: 4),\n    \"springs\": \
                     DefineMass(springs: \"plain\", mass: 2),\n    \"moved\": SimulateSprings(springs: \"springs\"),\n    \
                     \"wrinkles\": PlaceWrinkles(lattice: \"moved\"),\n    \"height\": DrawWrinkles(segments: \"wrinkles\"),";
-    desk.write("c.ron", &graph(balanced, "height"));
+    desk.write("c.ron", graph(balanced, "height"));
     let ran = desk.shibo("render c.ron --no-cache").expect(0);
     assert!(ran.stderr.contains("nothing moves"), "{}", ran.stderr);
+}
+
+#[test]
+fn bands_far_apart_are_advised_against() {
+    let desk = Desk::new();
+    desk.write("a.ron", graph("    \"height\": BandPattern(angle: (10, 40)),", "height"));
+    let ran = desk.shibo("check a.ron").expect(0);
+    assert!(ran.stderr.contains("a.ron:5:34") && ran.stderr.contains("less than 30"), "{}", ran.stderr);
 }
 
 #[test]
@@ -105,7 +113,7 @@ fn a_motion_that_diverges_names_the_step() {
 fn segments_are_written_as_svg() {
     let desk = Desk::new();
     let text = graph(&format!("    \"points\": PoissonPoints(pitch: 2),\n{CHAIN}"), "height.segments");
-    desk.write("a.ron", &text.replace("outputs: {", "outputs: { \"picture\": \"height\","));
+    desk.write("a.ron", text.replace("outputs: {", "outputs: { \"picture\": \"height\","));
     desk.shibo("render a.ron --output out --format svg").expect(0);
     let first = std::fs::read_to_string(desk.path("out/out.svg")).unwrap();
     assert!(first.contains(r#"width="30mm" height="30mm" viewBox="0 0 30 30""#), "{}", &first[..300]);

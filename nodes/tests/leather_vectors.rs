@@ -145,6 +145,21 @@ fn grids_and_links() {
 }
 
 #[test]
+fn pitches_may_differ() {
+    let spec = GridSpec {
+        size: Vec2::new(6.0, 4.0),
+        pitch: Vec2::new(1.5, 1.0),
+        stagger: 0.0,
+        jitter: 0.0,
+        keep_border: true,
+        periodic: false,
+    };
+    let grid = points::grid(&spec, Hash::new(1));
+    assert_eq!((grid.nx, grid.ny, grid.pitch), (5, 5, Vec2::new(1.5, 1.0)));
+    assert_eq!(grid.points[7], Vec2::new(3.0, 1.0));
+}
+
+#[test]
 fn random_points_and_radius_links() {
     let all = vectors();
     let case = &all["random_seed3"];

@@ -55,7 +55,7 @@ impl Pen {
         let step = window.step;
         let pixel = [(along * step).length(), (along.perp() * step).length()];
         let least = 0.5 * style.min_width * pixel[1];
-        let fade = if stroke.half_width < least { stroke.half_width / least } else { 1.0 };
+        let fade = if style.fade && stroke.half_width < least { stroke.half_width / least } else { 1.0 };
         let half_width = stroke.half_width.max(least);
         let depth = fade * if draw == Draw::Mask { 1.0 } else { stroke.depth };
         let nothing = depth <= 0.0 || half_width <= 0.0 || (half_length <= 0.0 && !style.round_caps);

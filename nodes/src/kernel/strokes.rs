@@ -71,6 +71,8 @@ pub struct StrokeStyle {
     pub round_caps: bool,
     /// Thinner strokes are drawn this wide, in output pixels, and fade instead; 0 draws them as they are.
     pub min_width: f32,
+    /// Whether strokes below the least width fade; otherwise they keep their depth (A50).
+    pub fade: bool,
     /// Edges of `Flat` and `Brush` and square ends are a pixel wide; otherwise a pixel is in or out by its centre.
     pub antialias: bool,
     /// How strokes are combined.
@@ -85,6 +87,7 @@ impl Default for StrokeStyle {
             tip: 0.0,
             round_caps: false,
             min_width: 1.0,
+            fade: true,
             antialias: true,
             combine: Combine::Max,
         }

@@ -274,3 +274,20 @@ fn fields_that_are_not_finite_are_named_with_the_place() {
         other => panic!("{:?}", other.map(|_| ())),
     }
 }
+
+#[test]
+fn thin_grooves_can_keep_their_depth() {
+    let segments = make(&PlaceWrinkles { lattice: port(0), ..PlaceWrinkles::default() }, &[lattice(4.0)], "");
+    let node = DrawWrinkles {
+        segments: port(0),
+        width: Range::new(1e-3, 1e-3),
+        depth: Range::new(1.0, 1.0),
+        ..DrawWrinkles::default()
+    };
+    let deepest = |node: &DrawWrinkles| {
+        let height = field(&make(node, std::slice::from_ref(&segments), ""));
+        raster(&height, &canvas()).data().iter().copied().fold(0.0, f32::min)
+    };
+    assert!(deepest(&node) > -0.01);
+    assert!(deepest(&DrawWrinkles { fade: false, ..node }) < -0.95);
+}

@@ -102,9 +102,12 @@ pub struct DrawWrinkles {
     pub tip: Option<f64>,
     /// Whether ends are rounded by the cross-section, or cut square as in the source.
     pub round: bool,
-    /// The least width in pixels of the output; narrower grooves keep it and fade.
+    /// The least width in pixels of the output; narrower grooves are drawn this wide.
     #[schemars(range(min = 0, max = 100), extend("unit" = "px"))]
     pub min_width: f64,
+    /// Whether grooves below the least width fade, as they would if they were drawn large and then scaled down; otherwise
+    /// they keep their depth, as the source's lines of one pixel.
+    pub fade: bool,
     /// How grooves that overlap are combined.
     pub combine: Combine,
     /// Another number gives the same grooves other widths and depths.
@@ -128,6 +131,7 @@ impl Default for DrawWrinkles {
             tip: None,
             round: true,
             min_width: 1.0,
+            fade: true,
             combine: Combine::Max,
             seed: 0,
         }
@@ -150,6 +154,7 @@ impl DrawWrinkles {
             tip: narrow(self.tip.unwrap_or(self.taper)),
             round_caps: self.round,
             min_width: narrow(self.min_width),
+            fade: self.fade,
             antialias: true,
             combine: match self.combine {
                 Combine::Max => strokes::Combine::Max,

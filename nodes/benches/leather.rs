@@ -3,6 +3,7 @@
 //! seconds of the whole process where the system tells them, so that other work on the machine matters less.
 use shibo_nodes::kernel::hash::Hash;
 use shibo_nodes::kernel::springs::{Net, simulate};
+use shibo_nodes::kernel::strokes::{StrokeSet, StrokeStyle};
 
 fn main() {
     match std::env::var("SHIBO_BENCH_REPORT").as_deref() {
@@ -41,7 +42,7 @@ fn springs_list(bencher: divan::Bencher<'_, '_>) {
 /// 100 000 Gaussian strokes of about 140 pixels in tiles.
 #[divan::bench]
 fn strokes(bencher: divan::Bencher<'_, '_>) {
-    let set = report::stroke_set(100_000);
+    let set = StrokeSet::new(&report::random_strokes(100_000), StrokeStyle::default(), None);
     bencher.bench_local(|| report::fill_all(&set, 256, 5));
 }
 
@@ -104,7 +105,7 @@ mod report {
     }
 
     /// Strokes of 16 by 2.7 pixels (σ = W/4, cut at .8 W) on `256 √count / 316` mm, a pixel being a mm.
-    pub(crate) fn stroke_set(count: usize) -> StrokeSet {
+    pub(crate) fn random_strokes(count: usize) -> Vec<Stroke> {
         let side = 1280.0 * (count as f32 / 100_000.0).sqrt();
         let hash = Hash::new(5);
         let stroke = |n: u64| {
@@ -112,8 +113,7 @@ mod report {
             let half = Vec2::from_angle(6.3 * hash.unit_f32(4 * n + 2)) * 8.0;
             Stroke { ends: [at - half, at + half], half_width: 2.7, depth: 0.5 + 0.5 * hash.unit_f32(4 * n + 3) }
         };
-        let strokes: Vec<_> = (0..count as u64).map(stroke).collect();
-        StrokeSet::new(&strokes, StrokeStyle { taper: 0.3, tip: 0.3, ..StrokeStyle::default() }, None)
+        (0..count as u64).map(stroke).collect()
     }
 
     /// Fills `tiles²` tiles; returns the share of pixels that are not 0.
@@ -137,12 +137,18 @@ mod report {
     }
 
     pub(crate) fn strokes() {
-        let (set, built) = timed(|| stroke_set(1_000_000));
-        for tile in [256, 64] {
-            let (share, filled) = timed(|| fill_all(&set, tile, 4096 / tile));
-            println!(
-                "1 M Gaussian strokes of 16 x 8.6 px, tiles of {tile}: build {built:.2} s, fill {filled:.2} s, {share:.2} covered"
-            );
+        let strokes = random_strokes(1_000_000);
+        let plain = StrokeStyle::default();
+        let tapered = StrokeStyle { taper: 0.3, tip: 0.3, ..plain };
+        let round = StrokeStyle { round_caps: true, ..plain };
+        for (name, style) in [("square", plain), ("round", round), ("tapered", tapered)] {
+            let (set, built) = timed(|| StrokeSet::new(&strokes, style, None));
+            for tile in [256, 64] {
+                let (share, filled) = timed(|| fill_all(&set, tile, 4096 / tile));
+                println!(
+                    "1 M Gaussian strokes of 16 x 8.6 px, {name:7} ends, tiles of {tile:3}: bins {built:.2} s, fill {filled:.2} s, {share:.2} covered"
+                );
+            }
         }
     }
 

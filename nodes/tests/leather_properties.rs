@@ -236,6 +236,34 @@ proptest! {
     }
 
     #[test]
+    fn long_strokes_have_the_same_bits_in_any_window(seed: u64, x in 0i32..500, y in 0i32..300, power in -9i32..3,
+                                                     p in 0usize..5, caps: bool, thin in 0.01f32..0.4) {
+        // From level or upright, within a rounding error, to slanting; far longer than the window.
+        let hash = Hash::new(seed);
+        let stroke = |n: u64| {
+            let r = |i: u64| hash.unit_f32(4 * n + i);
+            let slant = (r(0) - 0.5) * 10f32.powi(power);
+            let half = if r(1) < 0.5 { Vec2::new(90.0, 90.0 * slant) } else { Vec2::new(90.0 * slant, 90.0) };
+            let at = Vec2::new(r(2), r(3)) * 60.0;
+            Stroke { ends: [at - half, at + half], half_width: thin, depth: 1.0 }
+        };
+        let list: Vec<_> = (0..6).map(stroke).collect();
+        let style = StrokeStyle { profile: PROFILES[p], round_caps: caps, ..StrokeStyle::default() };
+        let set = StrokeSet::new(&list, style, None);
+        let window = |x, y, width, height| {
+            Window { x, y, width, height, step: Vec2::new(0.11, 0.17), origin: glam::DVec2::new(-1.3, 0.2) }
+        };
+        let mut whole = vec![0.0; 530 * 330];
+        set.fill(&window(0, 0, 530, 330), Draw::Depth, &mut whole);
+        let mut part = vec![0.0; 30 * 30];
+        set.fill(&window(x, y, 30, 30), Draw::Depth, &mut part);
+        for (n, value) in part.iter().enumerate() {
+            let at = (y as usize + n / 30) * 530 + x as usize + n % 30;
+            prop_assert_eq!(value.to_bits(), whole[at].to_bits());
+        }
+    }
+
+    #[test]
     fn periodic_strokes_repeat(seed: u64, p in 0usize..5) {
         let style = StrokeStyle { profile: PROFILES[p], taper: 0.5, ..StrokeStyle::default() };
         let set = StrokeSet::new(&strokes(seed, 60), style, Some(Vec2::splat(16.0)));

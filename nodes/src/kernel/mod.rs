@@ -6,6 +6,7 @@
 
 pub mod area;
 pub mod bands;
+mod bins;
 pub mod blend;
 pub mod blur;
 pub mod cells;
@@ -35,6 +36,7 @@ pub mod springs;
 mod springs_grid;
 mod springs_list;
 mod stroke_fill;
+mod stroke_pen;
 pub mod strokes;
 pub mod tile;
 pub mod tone;

@@ -5,9 +5,10 @@
 //! alone, so windows fit together bit by bit. Strokes are combined in their order, so sums do not depend on the cut
 //! either. What is drawn is depth, 0 where there is no stroke; heights are its negative.
 
-use super::stroke_fill::{Canvas, Job};
+use super::bins::{Bins, Extent};
+use super::lattice::index as number;
+use super::stroke_fill::{Canvas, Job, Rule};
 use glam::{DVec2, IVec2, Vec2};
-use rayon::prelude::*;
 
 /// A straight stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,138 +124,155 @@ pub enum Draw {
 /// Strokes in bins.
 #[derive(Clone, Debug)]
 pub struct StrokeSet {
-    strokes: Vec<Stroke>,
+    /// In the order of the bins.
+    grooves: Vec<Groove>,
+    bins: Bins,
     style: StrokeStyle,
     /// Size of the canvas if it is periodic.
     period: Option<Vec2>,
-    /// What the strokes cover, and its division into bins.
-    low: Vec2,
-    high: Vec2,
-    bins: IVec2,
-    start: Vec<u32>,
-    members: Vec<u32>,
     deepest: f32,
+}
+
+/// A stroke, ready to be drawn at any resolution.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Groove {
+    pub(super) middle: DVec2,
+    /// Unit vector from the first end to the second.
+    pub(super) along: Vec2,
+    pub(super) half_length: f32,
+    pub(super) half_width: f32,
+    pub(super) depth: f32,
+    /// The stroke's number.
+    pub(super) id: u32,
+}
+
+/// A stroke to be drawn: its number, its copy of the canvas, and where its groove is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Near {
+    id: u32,
+    pub(super) copy: u32,
+    pub(super) groove: u32,
 }
 
 /// Marks pixels without a stroke in the ids of [`StrokeSet::fill_with_ids`].
 pub const NO_STROKE: u32 = u32::MAX;
 
 impl StrokeSet {
-    /// Sorts strokes into bins; those that are not finite are left out. With `period`, the size of the canvas in mm,
-    /// they are repeated over the plane. O(n).
+    /// Sorts strokes into bins; those that are not finite or draw nothing are left out. With `period`, the size of the
+    /// canvas in mm, they are repeated over the plane. O(n), on one thread: tiles that wait for it may be under way.
     pub fn new(strokes: &[Stroke], style: StrokeStyle, period: Option<Vec2>) -> Self {
-        let mut strokes = strokes.to_vec();
-        for s in &mut strokes {
-            if !(s.ends[0].is_finite() && s.ends[1].is_finite() && s.half_width.is_finite() && s.depth.is_finite()) {
-                // Keeps its number, draws nothing.
-                *s = Stroke { ends: [Vec2::ZERO; 2], half_width: 0.0, depth: 0.0 };
-            } else if let Some(size) = period {
-                let home = ((s.ends[0] + s.ends[1]) * 0.5 / size).floor() * size;
-                s.ends = s.ends.map(|e| e - home);
-            }
+        let extent = |id: usize| {
+            let s = &strokes[id];
+            let e = extent(s, &style, period);
+            let wide = s.half_width > 0.0 || (s.half_width == 0.0 && !style.fade && style.min_width > 0.0);
+            let draws = s.depth > 0.0 && s.depth.is_finite() && wide;
+            (draws && e.middle.is_finite() && e.half.is_finite()).then_some(e)
+        };
+        let (bins, order) = Bins::new(strokes.len(), extent);
+        // Fetched some at a time, so that the memory fetches many at once.
+        let mut grooves = Vec::with_capacity(order.len());
+        let mut some = [Stroke { ends: [Vec2::ZERO; 2], half_width: 0.0, depth: 0.0 }; 64];
+        for ids in order.chunks(some.len()) {
+            some.iter_mut().zip(ids).for_each(|(stroke, &id)| *stroke = strokes[id as usize]);
+            grooves.extend(some.iter().zip(ids).map(|(stroke, &id)| Groove::new(id, stroke, period)));
         }
-        let boxes: Vec<[Vec2; 2]> = strokes.par_iter().map(|s| bounds(s, &style)).collect();
-        let low = boxes.iter().map(|b| b[0]).reduce(Vec2::min).unwrap_or_default();
-        let high = boxes.iter().map(|b| b[1]).reduce(Vec2::max).unwrap_or_default();
-        let mean = boxes.iter().map(|b| (b[1] - b[0]).as_dvec2()).sum::<DVec2>() / boxes.len().max(1) as f64;
-        // Bins about twice as large as a stroke, and no more of them than strokes.
-        let side = (2.0 * mean.max_element())
-            .max(((high - low).as_dvec2().element_product() / boxes.len().max(1) as f64).sqrt());
-        let bins = ((high - low) / narrow(side.max(1e-12))).ceil().clamp(Vec2::ONE, Vec2::splat(8192.0)).as_ivec2();
-        let mut set =
-            Self { style, period, low, high, bins, start: Vec::new(), members: Vec::new(), deepest: 0.0, strokes };
-        set.deepest = set.strokes.iter().map(|s| s.depth).fold(0.0, f32::max);
-        set.start = vec![0; bins.as_usizevec2().element_product() + 1];
-        for b in &boxes {
-            set.for_bins(*b).for_each(|bin| set.start[bin + 1] += 1);
-        }
-        for bin in 1..set.start.len() {
-            set.start[bin] += set.start[bin - 1];
-        }
-        let mut next = set.start.clone();
-        set.members = vec![0; set.start.last().copied().unwrap_or(0) as usize];
-        for (id, b) in (0u32..).zip(&boxes) {
-            for bin in set.for_bins(*b) {
-                set.members[next[bin] as usize] = id;
-                next[bin] += 1;
-            }
-        }
-        set
+        let deepest = grooves.iter().map(|g| g.depth).fold(0.0, f32::max);
+        Self { grooves, bins, style, period, deepest }
     }
 
-    /// The strokes, moved so that their middles lie on the canvas if it is periodic.
-    pub fn strokes(&self) -> &[Stroke] {
-        &self.strokes
+    #[cfg(test)]
+    pub(super) fn grooves(&self) -> &[Groove] {
+        &self.grooves
     }
 
-    /// The indices of the bins that a box touches.
-    fn for_bins(&self, [low, high]: [Vec2; 2]) -> impl Iterator<Item = usize> + use<> {
-        let bins = self.bins;
-        let scale = bins.as_vec2() / (self.high - self.low).max(Vec2::splat(1e-12));
-        let cell = |p: Vec2| ((p - self.low) * scale).floor().as_ivec2().clamp(IVec2::ZERO, bins - 1);
-        let (from, to) = (cell(low).as_usizevec2(), cell(high).as_usizevec2());
-        let columns = bins.as_usizevec2().x;
-        (from.y..=to.y).flat_map(move |y| (from.x..=to.x).map(move |x| y * columns + x))
-    }
-
-    /// The strokes that may touch a window, in order, each with the copy of the canvas it lies in.
-    fn near(&self, window: &Window) -> Vec<(u32, IVec2)> {
+    /// The strokes that may touch a window, and the copies of the canvas they lie in; in order if `sorted`.
+    pub(super) fn near(&self, window: &Window, sorted: bool) -> (Vec<Near>, Vec<IVec2>) {
         // Thin strokes grow to the least width, and edges are half a pixel soft.
-        let margin = window.step * (1.0 + 0.5 * self.style.min_width) + 1e-5 * (self.high - self.low).max_element();
+        let (all_low, all_high) = (self.bins.low, self.bins.high);
+        let margin = window.step * (1.0 + 0.5 * self.style.min_width) + 1e-5 * (all_high - all_low).max_element();
         let corner = |x: i64, y: i64| narrow2(DVec2::new(x as f64, y as f64) * window.step.as_dvec2() + window.origin);
         let (x, y) = (i64::from(window.x), i64::from(window.y));
         let low = corner(x, y) - margin;
         let high = corner(x + window.width as i64, y + window.height as i64) + margin;
         let (first, last) = match self.period {
-            Some(size) => (((low - self.high) / size).ceil().as_ivec2(), ((high - self.low) / size).floor().as_ivec2()),
+            Some(size) => (((low - all_high) / size).ceil().as_ivec2(), ((high - all_low) / size).floor().as_ivec2()),
             None => (IVec2::ZERO, IVec2::ZERO),
         };
-        let mut found = Vec::new();
+        let (mut found, mut copies) = (Vec::new(), Vec::new());
         for y in first.y..=last.y {
             for x in first.x..=last.x {
-                let copy = IVec2::new(x, y);
-                let shift = copy.as_vec2() * self.period.unwrap_or_default();
-                for bin in self.for_bins([low - shift, high - shift]) {
-                    let members = &self.members[self.start[bin] as usize..self.start[bin + 1] as usize];
-                    found.extend(members.iter().map(|&id| (id, (copy.y, copy.x))));
-                }
+                let shift = IVec2::new(x, y).as_vec2() * self.period.unwrap_or_default();
+                let copy = number(copies.len());
+                copies.push(IVec2::new(x, y));
+                self.bins.find(low - shift, high - shift, |range| {
+                    let near = |(groove, g): (u32, &Groove)| Near { id: g.id, copy, groove };
+                    found.extend((number(range.start)..).zip(&self.grooves[range]).map(near));
+                });
             }
         }
-        found.sort_unstable();
-        found.dedup();
-        found.into_iter().map(|(id, (y, x))| (id, IVec2::new(x, y))).collect()
+        if sorted {
+            found.sort_unstable();
+        }
+        (found, copies)
     }
 
     /// Fills a window by rows, whatever was in `out` before. O(strokes near + pixels + pixels of strokes).
     pub fn fill(&self, window: &Window, draw: Draw, out: &mut [f32]) {
-        self.paint::<false>(window, draw, out, &mut []);
+        let rule = match self.style.combine {
+            Combine::Max => Rule::Max,
+            Combine::Add => Rule::Add,
+            Combine::Screen => {
+                let most = if draw == Draw::Mask { 1.0 } else { self.deepest.max(f32::MIN_POSITIVE) };
+                Rule::Screen(most.recip())
+            }
+        };
+        self.paint(window, (draw, rule), out, &mut []);
     }
 
     /// As [`Self::fill`], always by the deepest; `ids` receives the stroke that is deepest in each pixel, the first of
     /// equals, or [`NO_STROKE`].
     pub fn fill_with_ids(&self, window: &Window, draw: Draw, out: &mut [f32], ids: &mut [u32]) {
-        self.paint::<true>(window, draw, out, ids);
+        self.paint(window, (draw, Rule::Ids), out, ids);
     }
 
-    fn paint<const IDS: bool>(&self, window: &Window, draw: Draw, out: &mut [f32], ids: &mut [u32]) {
-        let mut canvas = Canvas::<IDS>::new(window);
-        let near = self.near(window);
-        let combine = if IDS { Combine::Max } else { self.style.combine };
-        let most = if draw == Draw::Mask { 1.0 } else { self.deepest.max(f32::MIN_POSITIVE) };
+    fn paint(&self, window: &Window, (draw, rule): (Draw, Rule), out: &mut [f32], ids: &mut [u32]) {
+        let mut canvas = Canvas::new(window, rule);
+        // The deepest is the deepest in any order.
+        let (near, copies) = self.near(window, rule != Rule::Max);
         let period = self.period.unwrap_or_default();
-        let style = StrokeStyle { combine, ..self.style };
-        canvas.draw(Job { strokes: &self.strokes, near: &near, style, period, draw, most });
+        canvas.draw(Job { grooves: &self.grooves, near: &near, copies: &copies, style: self.style, period, draw });
         canvas.copy_to(out, ids);
     }
 }
 
-/// The box around a stroke.
-fn bounds(s: &Stroke, style: &StrokeStyle) -> [Vec2; 2] {
-    let reach = s.half_width * cut(style.profile);
-    let [a, b] = s.ends;
-    let normal = (b - a).perp().normalize_or(Vec2::Y).abs();
-    let grow = if style.round_caps { Vec2::splat(reach) } else { normal * reach };
-    [a.min(b) - grow, a.max(b) + grow]
+impl Groove {
+    fn new(id: u32, stroke: &Stroke, period: Option<Vec2>) -> Self {
+        let [a, b] = home(stroke, period).map(|e| e.as_dvec2());
+        let way = b - a;
+        let length = way.length();
+        let along = if length > 0.0 { way * length.recip() } else { DVec2::X };
+        Self {
+            middle: (a + b) * 0.5,
+            along: along.as_vec2(),
+            half_length: narrow(length * 0.5),
+            half_width: stroke.half_width,
+            depth: stroke.depth,
+            id,
+        }
+    }
+}
+
+/// The ends of a stroke, moved so that its middle lies on the canvas if that is periodic.
+fn home(stroke: &Stroke, period: Option<Vec2>) -> [Vec2; 2] {
+    let [a, b] = stroke.ends;
+    let home = period.map_or(Vec2::ZERO, |size| ((a + b) * 0.5 / size).floor() * size);
+    [a - home, b - home]
+}
+
+/// The box around a stroke, or a larger one.
+fn extent(stroke: &Stroke, style: &StrokeStyle, period: Option<Vec2>) -> Extent {
+    let [a, b] = home(stroke, period);
+    Extent { middle: (a + b) * 0.5, half: (b - a).abs() * 0.5 + stroke.half_width * cut(style.profile) }
 }
 
 /// Where a cross-section ends, in half widths.

@@ -95,6 +95,7 @@ impl Default for BandPattern {
 const MAX_BANDS: f64 = 1e6;
 
 impl Node for BandPattern {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("value", Type::Gray, "1 in bands, 0 elsewhere."),
         Output::new("segments", Type::Segments, "The middle lines of the bands, with their widths."),

@@ -199,6 +199,7 @@ impl DrawWrinkles {
 }
 
 impl Node for DrawWrinkles {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("height", Type::Gray, "Height in mm: 0 on the hills, minus the depth in the grooves."),
         Output::new("mask", Type::Gray, "The cross-section alone: 1 in the middle of a groove, 0 on the hills."),

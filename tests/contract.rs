@@ -36,6 +36,11 @@ const STAND_INS: &str = r##"
     "springs": DefineSprings(lattice: "lattice"),
     "segments": PlaceWrinkles(lattice: "lattice"),
     "material": Material(base_color: "rgb", roughness: 0.5, height: "gray"),
+    "turned": JacobianFromAngleScale(angle: 20, scale: "stretch"),
+    "stretch": Remap(input: "gray", to: (0.8, 1.3)),
+    "exemplar": Exemplar(input: "rgb", size: (32, 32)),
+    "start": StartCoords(size: (8, 8), levels: 2),
+    "coords": JitterCoords(coords: "start", amount: 4),
 "##;
 
 fn stand_in(ty: Type) -> &'static str {
@@ -49,6 +54,9 @@ fn stand_in(ty: Type) -> &'static str {
         Type::SpringNet => "\"springs\"",
         Type::Segments => "\"segments\"",
         Type::Material => "\"material\"",
+        Type::Jacobian => "\"turned\"",
+        Type::Exemplar => "\"exemplar\"",
+        Type::CoordMap => "\"coords\"",
         other => panic!("no stand-in for a port of type {other}"),
     }
 }

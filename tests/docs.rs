@@ -94,6 +94,8 @@ fn show(session: &Session, graph: &Graph) -> Result<Picture, String> {
         Value::Lattice(lattice) => Ok(Picture::of_lattice(lattice)),
         Value::SpringNet(springs) => Ok(Picture::of_lattice(&springs.lattice)),
         Value::Segments(segments) => Ok(Picture::of_segments(segments)),
+        Value::Exemplar(exemplar) => Ok(Picture::of_exemplar(exemplar)),
+        Value::CoordMap(map) => Ok(Picture::of_coords(map)),
         other => Err(format!("a {} cannot be shown", other.ty())),
     }
 }

@@ -11,6 +11,7 @@ pub mod leather;
 pub mod material;
 pub mod space;
 pub mod surface;
+pub mod synthesis;
 pub mod tone;
 
 mod choice;
@@ -32,6 +33,7 @@ pub fn families() -> Vec<Family> {
         filter::family(),
         space::family(),
         surface::family(),
+        synthesis::family(),
         material::family(),
     ]
 }

@@ -1,6 +1,6 @@
 //! What objects and fields look like in JSON.
 use serde::{Serialize, Serializer};
-use shibo_engine::value::{Lattice, Points, Segments, SpringNet};
+use shibo_engine::value::{CoordMap, Exemplar, Lattice, Points, Segments, SpringNet};
 use std::collections::BTreeMap;
 
 /// A number that reads back exactly; what JSON cannot say is a word.
@@ -29,6 +29,8 @@ pub(super) enum Data {
     Lattice(LatticeData),
     Springs(SpringsData),
     Segments(SegmentsData),
+    Exemplar(ExemplarData),
+    Coords(CoordsData),
 }
 
 /// A field at the pixels of a picture, or at points.
@@ -90,6 +92,39 @@ pub(super) struct SegmentsData {
     width: Vec<Number>,
 }
 
+/// What is shown of an exemplar, and what is known of it.
+#[derive(Serialize)]
+pub(super) struct ExemplarData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    size: [u32; 2],
+    channels: usize,
+    values: Vec<Number>,
+    periodic: [bool; 2],
+    /// Spacings of the levels that are analysed.
+    levels: Vec<usize>,
+    /// The vectors by which it repeats, in pixels, once they are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lattice: Option<[[f64; 2]; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    strength: Option<f64>,
+}
+
+/// Positions in an exemplar, by rows.
+#[derive(Serialize)]
+pub(super) struct CoordsData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    size: [u32; 2],
+    start: [i32; 2],
+    /// Finest pixels per pixel.
+    spacing: u32,
+    /// Shares, after a whole synthesis.
+    coherence: Number,
+    coverage: Number,
+    coords: Vec<Pair>,
+}
+
 impl Data {
     /// A material, by the names of its channels.
     pub(super) fn material(fields: BTreeMap<&'static str, FieldData>) -> Self {
@@ -145,6 +180,36 @@ pub(super) fn segments(segments: &Segments) -> Data {
         ty: "Segments",
         segments: segments.ends.iter().map(ends).collect(),
         width: numbers(&segments.width),
+    })
+}
+
+/// An exemplar.
+pub(super) fn exemplar(exemplar: &Exemplar) -> Data {
+    let (n, channels) = (exemplar.len(), if exemplar.is_color() { 3 } else { 1 });
+    let values = (0..n).flat_map(|p| (0..channels).map(move |c| Number(exemplar.shown[c * n + p]))).collect();
+    let vectors = exemplar.lattice.and_then(|lattice| lattice.vectors);
+    Data::Exemplar(ExemplarData {
+        ty: "Exemplar",
+        size: exemplar.frame.size.to_array(),
+        channels,
+        values,
+        periodic: [exemplar.frame.periodic.x, exemplar.frame.periodic.y],
+        levels: exemplar.levels.iter().map(|level| level.h).collect(),
+        lattice: vectors.map(|v| v.map(|v| v.to_array())),
+        strength: exemplar.lattice.map(|lattice| lattice.strength),
+    })
+}
+
+/// Coordinates.
+pub(super) fn coords(map: &CoordMap) -> Data {
+    Data::Coords(CoordsData {
+        ty: "CoordMap",
+        size: map.size.to_array(),
+        start: map.start.to_array(),
+        spacing: map.spacing,
+        coherence: Number(map.coherence),
+        coverage: Number(map.coverage),
+        coords: map.coords.iter().map(|c| c.map(Number)).collect(),
     })
 }
 

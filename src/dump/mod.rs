@@ -99,6 +99,8 @@ impl Source<'_> {
             Value::Lattice(lattice) => data::lattice(lattice),
             Value::SpringNet(springs) => data::springs(springs),
             Value::Segments(segments) => data::segments(segments),
+            Value::Exemplar(exemplar) => data::exemplar(exemplar),
+            Value::CoordMap(map) => data::coords(map),
             other => return Err(Failure::Usage(format!("a {} cannot be printed", other.ty()))),
         })
     }

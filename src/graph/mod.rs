@@ -118,6 +118,7 @@ const fn color(ty: Type) -> &'static str {
         Type::Lattice => "#2f8f86",
         Type::SpringNet => "#c2503e",
         Type::Segments => "#8a6d3b",
+        Type::Exemplar | Type::CoordMap => "#7a4fa3",
         Type::Material => "#c03a6b",
         _ => "#555555",
     }

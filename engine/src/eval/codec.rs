@@ -9,6 +9,8 @@ pub fn encode(value: &Value) -> Option<Vec<u8>> {
         Value::Lattice(lattice) => tagged(b'L', lattice),
         Value::SpringNet(springs) => tagged(b'N', springs),
         Value::Segments(segments) => tagged(b'G', segments),
+        Value::Exemplar(exemplar) => tagged(b'E', exemplar),
+        Value::CoordMap(map) => tagged(b'C', map),
         Value::Field(_) | Value::Picture(_) | Value::Material(_) => None,
     }
 }
@@ -31,6 +33,8 @@ pub fn decode(bytes: &[u8]) -> Option<Value> {
         b'L' => Value::Lattice(object(body)?),
         b'N' => Value::SpringNet(object(body)?),
         b'G' => Value::Segments(object(body)?),
+        b'E' => Value::Exemplar(object(body)?),
+        b'C' => Value::CoordMap(object(body)?),
         _ => return None,
     })
 }

@@ -120,7 +120,7 @@ macro_rules! into_value {
     )*};
 }
 
-into_value! { Points, Lattice, SpringNet, Segments, Material, }
+into_value! { Points, Lattice, SpringNet, Segments, Material, Exemplar, CoordMap, }
 
 impl From<Field> for Value {
     fn from(field: Field) -> Self {

@@ -142,7 +142,8 @@ fn port(object: &Map<String, Json>) -> Option<PortInfo> {
         return Some(PortInfo { ty, required: default.is_none() && !optional, list: false, default });
     }
     if let Some(ty) = object.get("items").and_then(Json::as_object).and_then(of) {
-        return Some(PortInfo { ty, required: true, list: true, default: None });
+        let optional = object.get("optional").and_then(Json::as_bool).unwrap_or(false);
+        return Some(PortInfo { ty, required: !optional, list: true, default: None });
     }
     None
 }

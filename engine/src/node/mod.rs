@@ -31,7 +31,7 @@
 //! Everything about a node follows from that one declaration: parsing, type check, range check, cache key, manual.
 //! Attributes that the engine reads from the schema of a parameter: `range(min, max)` or, for parameters that are not
 //! plain numbers, `extend("minimum" = …, "maximum" = …)`; `extend("exclusiveMinimum" = …)`; `extend("unit" = "mm")`;
-//! `extend("infinite" = true)` where `inf` is allowed.
+//! `extend("infinite" = true)` where `inf` is allowed. A list of ports may be empty with `extend("optional" = true)`.
 mod build;
 mod context;
 mod info;

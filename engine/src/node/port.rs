@@ -1,5 +1,5 @@
 //! Ports: the fields of a node struct that wires go into.
-use crate::value::{Field, Lattice, Material, Points, Segments, SpringNet, Type, Value};
+use crate::value::{CoordMap, Exemplar, Field, Lattice, Material, Points, Segments, SpringNet, Type, Value};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
@@ -61,7 +61,7 @@ macro_rules! object_ports {
     )*};
 }
 
-object_ports! { Points, Lattice, SpringNet, Segments, Material, }
+object_ports! { Points, Lattice, SpringNet, Segments, Material, Exemplar, CoordMap, }
 
 /// A port. In a node struct: `In<T>` must be connected unless its default is a [`constant`](Self::constant),
 /// `Option<In<T>>` may be, `Vec<In<T>>` takes a list.

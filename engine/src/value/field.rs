@@ -108,6 +108,7 @@ pub struct Field {
     ty: Type,
     tiling: Tiling,
     native: Option<Grid>,
+    pixels: Option<glam::UVec2>,
     constant: Option<[f32; 4]>,
     key: Option<Key>,
     source: Arc<dyn FieldSource>,
@@ -126,7 +127,7 @@ impl fmt::Debug for Field {
 impl Field {
     /// A field of type `ty` (one of the field types) computed by `source`.
     pub fn new(ty: Type, tiling: Tiling, source: impl FieldSource + 'static) -> Self {
-        Self { ty, tiling, native: None, constant: None, key: None, source: Arc::new(source) }
+        Self { ty, tiling, native: None, pixels: None, constant: None, key: None, source: Arc::new(source) }
     }
 
     /// A field that has the same value everywhere; `values` as many as the type has channels.
@@ -172,6 +173,13 @@ impl Field {
         self
     }
 
+    /// The same, made from a picture of so many pixels, placed at the grid's origin.
+    #[must_use]
+    pub fn with_pixels(mut self, size: glam::UVec2) -> Self {
+        self.pixels = Some(size);
+        self
+    }
+
     /// Which kind of field.
     pub fn ty(&self) -> Type {
         self.ty
@@ -190,6 +198,11 @@ impl Field {
     /// The pixels of the picture that it was made from, if it is a picture.
     pub fn native(&self) -> Option<Grid> {
         self.native
+    }
+
+    /// How many pixels that picture has.
+    pub fn pixels(&self) -> Option<glam::UVec2> {
+        self.pixels
     }
 
     /// Its value, if it has the same everywhere.

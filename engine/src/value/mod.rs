@@ -2,6 +2,7 @@
 mod area;
 mod canvas;
 mod color;
+mod exemplar;
 mod field;
 mod key;
 mod lattice;
@@ -14,6 +15,7 @@ mod ty;
 pub use area::Area;
 pub use canvas::{Canvas, Grid, GridId, TileMode, Tiling, Window};
 pub use color::{linear_to_srgb, srgb_to_linear};
+pub use exemplar::{CoordMap, Exemplar, ExemplarFrame, ExemplarLattice, ExemplarLevel, Neighborhood};
 pub use field::{Cost, Evaluator, Field, FieldSource, Halo, Reader, Stop};
 pub use key::Key;
 pub use lattice::{GridLinks, Lattice, LiveMass, SpringNet};
@@ -52,6 +54,10 @@ pub enum Value {
     Segments(Arc<Segments>),
     /// Channels of a surface.
     Material(Arc<Material>),
+    /// A picture to synthesise from.
+    Exemplar(Arc<Exemplar>),
+    /// Positions in an exemplar.
+    CoordMap(Arc<CoordMap>),
 }
 
 impl Value {
@@ -65,6 +71,8 @@ impl Value {
             Self::SpringNet(_) => Type::SpringNet,
             Self::Segments(_) => Type::Segments,
             Self::Material(_) => Type::Material,
+            Self::Exemplar(_) => Type::Exemplar,
+            Self::CoordMap(_) => Type::CoordMap,
         }
     }
 
@@ -77,6 +85,8 @@ impl Value {
             Self::Lattice(lattice) => lattice.bytes(),
             Self::SpringNet(springs) => springs.bytes(),
             Self::Segments(segments) => segments.bytes(),
+            Self::Exemplar(exemplar) => exemplar.bytes(),
+            Self::CoordMap(map) => map.bytes(),
             Self::Material(material) => material.channels().len() * size_of::<Field>(),
         }
     }

@@ -32,11 +32,15 @@ pub enum Type {
     Segments,
     /// Named channels of a surface.
     Material,
+    /// A picture to synthesise from.
+    Exemplar,
+    /// For each pixel of an output, a position in an exemplar.
+    CoordMap,
 }
 
 impl Type {
     /// All types.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Gray,
         Self::Rgb,
         Self::Normal,
@@ -50,6 +54,8 @@ impl Type {
         Self::SpringNet,
         Self::Segments,
         Self::Material,
+        Self::Exemplar,
+        Self::CoordMap,
     ];
 
     /// The name as users read it.
@@ -68,6 +74,8 @@ impl Type {
             Self::SpringNet => "SpringNet",
             Self::Segments => "Segments",
             Self::Material => "Material",
+            Self::Exemplar => "Exemplar",
+            Self::CoordMap => "CoordMap",
         }
     }
 

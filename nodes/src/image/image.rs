@@ -186,7 +186,9 @@ impl Node for Image {
         let tiling = self.repeats(cx.size_mm());
         let pixels = Arc::new(Pixels::new(path, space, (&header, crop), cx.evaluator.memory())?);
         let field = |ty: Type, pick: Pick| {
-            Field::new(ty, tiling, Source { pixels: pixels.clone(), placement, pick }).with_native(native)
+            Field::new(ty, tiling, Source { pixels: pixels.clone(), placement, pick })
+                .with_native(native)
+                .with_pixels(resolution)
         };
         let alpha = if header.has_alpha { field(Type::Gray, Pick::Alpha) } else { Field::constant(Type::Gray, &[1.0]) };
         let (rgb, gray) = (field(Type::Rgb, Pick::Color), field(Type::Gray, Pick::Gray));

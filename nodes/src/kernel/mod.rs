@@ -38,6 +38,7 @@ mod springs_list;
 mod stroke_fill;
 mod stroke_pen;
 pub mod strokes;
+pub mod synthesis;
 pub mod tile;
 pub mod tone;
 pub mod warp;

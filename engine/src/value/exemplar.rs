@@ -1,0 +1,155 @@
+//! Exemplars, and the coordinates that synthesis finds in them.
+use super::Tiling;
+use glam::{DVec2, IVec2, UVec2};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Where the pixels of an exemplar lie.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExemplarFrame {
+    /// Columns and rows.
+    pub size: UVec2,
+    /// The outer corner of the first pixel in mm, in the field that it was taken from.
+    pub origin: DVec2,
+    /// The size of a pixel in mm.
+    pub pitch: DVec2,
+    /// The directions in which it joins itself.
+    pub periodic: Tiling,
+}
+
+/// Which neighbours of a pixel are compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Neighborhood {
+    /// The four diagonal ones.
+    #[default]
+    Diagonal4,
+    /// The eight nearest.
+    Square3,
+    /// The 24 nearest.
+    Square5,
+}
+
+impl Neighborhood {
+    /// The offsets, without the pixel itself, by rows.
+    pub fn offsets(self) -> Vec<[i32; 2]> {
+        let square = |r: i32| (-r..=r).flat_map(move |y| (-r..=r).map(move |x| [x, y])).filter(|o| *o != [0, 0]);
+        match self {
+            Self::Diagonal4 => vec![[-1, -1], [1, -1], [-1, 1], [1, 1]],
+            Self::Square3 => square(1).collect(),
+            Self::Square5 => square(2).collect(),
+        }
+    }
+
+    /// How far it reaches, in pixels of the level.
+    pub const fn reach(self) -> i32 {
+        match self {
+            Self::Diagonal4 | Self::Square3 => 1,
+            Self::Square5 => 2,
+        }
+    }
+}
+
+/// A level of an exemplar, analysed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExemplarLevel {
+    /// Spacing in finest pixels.
+    pub h: usize,
+    /// Which neighbours are compared.
+    pub hood: Neighborhood,
+    /// What surrounds each pixel, as eight numbers.
+    pub appearance: Vec<[f32; 8]>,
+    /// From the eight numbers of each neighbour, one after another, to eight of the whole neighbourhood.
+    pub matrix: Vec<[f32; 8]>,
+    /// For every pixel the number of another that looks alike; empty if none were sought.
+    pub second: Vec<u32>,
+}
+
+/// The vectors by which an exemplar repeats.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExemplarLattice {
+    /// In exemplar pixels; `None` if it does not repeat.
+    pub vectors: Option<[DVec2; 2]>,
+    /// How strongly, 0..1.
+    pub strength: f64,
+}
+
+/// A picture to synthesise from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Exemplar {
+    /// Size and place.
+    pub frame: ExemplarFrame,
+    /// What is shown: one plane of grey, or three of scene-linear colour.
+    pub shown: Arc<Vec<f32>>,
+    /// Numbers that are compared, per pixel.
+    pub channels: usize,
+    /// What is compared: the numbers of a pixel side by side.
+    pub features: Arc<Vec<f32>>,
+    /// A guide value for each pixel; empty without a guide.
+    pub guide: Arc<Vec<f32>>,
+    /// Whether each pixel may be shown; empty if all may.
+    pub usable: Arc<Vec<bool>>,
+    /// Whether levels are halved pictures instead of blurred ones.
+    pub pyramid: bool,
+    /// Distance from the border within which nothing is shown, in level spacings.
+    pub margin: f64,
+    /// Its levels from the finest, once they are analysed.
+    pub levels: Arc<Vec<ExemplarLevel>>,
+    /// How it repeats, once that is known.
+    pub lattice: Option<ExemplarLattice>,
+}
+
+impl Exemplar {
+    /// The number of pixels.
+    pub fn len(&self) -> usize {
+        self.frame.size.x as usize * self.frame.size.y as usize
+    }
+
+    /// Whether there is no pixel.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether colour is shown, and not grey.
+    pub fn is_color(&self) -> bool {
+        self.shown.len() > self.len()
+    }
+
+    /// The memory it takes.
+    pub fn bytes(&self) -> usize {
+        let levels = self.levels.iter().map(|l| 32 * (l.appearance.len() + l.matrix.len()) + 4 * l.second.len());
+        size_of::<Self>()
+            + 4 * (self.shown.len() + self.features.len() + self.guide.len())
+            + self.usable.len()
+            + levels.sum::<usize>()
+    }
+}
+
+/// For each pixel of an output, a position in an exemplar.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CoordMap {
+    /// Columns and rows.
+    pub size: UVec2,
+    /// The number of the first column and row; pixel (0, 0) has its corner at the canvas' corner.
+    pub start: IVec2,
+    /// The size of a pixel in mm.
+    pub pitch: DVec2,
+    /// The directions in which it joins itself.
+    pub periodic: Tiling,
+    /// How many pixels of the finest level a pixel stands for, in x and in y.
+    pub spacing: u32,
+    /// Positions by rows, in exemplar pixels: the centre of pixel `i` is at `i + ½`.
+    pub coords: Arc<Vec<[f32; 2]>>,
+    /// The exemplar, if it is known.
+    pub exemplar: Option<ExemplarFrame>,
+    /// The share of pixels that go on in the exemplar to the right and below; 0 if it was not counted.
+    pub coherence: f32,
+    /// The share of the exemplar that is shown, counting even use; 0 if it was not counted.
+    pub coverage: f32,
+}
+
+impl CoordMap {
+    /// The memory it takes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + 8 * self.coords.len()
+    }
+}

@@ -1,0 +1,177 @@
+//! What is known of an exemplar before synthesis: per level, appearance vectors, vectors of whole neighbourhoods, and for
+//! every pixel another that looks alike.
+//!
+//! Appearance: 5×5 colours at spacing h under a Gaussian of σ 1.41, by their main directions. Neighbourhood: the
+//! appearance of the neighbours at spacing h, again by main directions, without their mean, since only differences count.
+use super::Plane;
+use super::candidates;
+use super::pca::{DIMS, Projection, principal};
+use super::texels::{Texels, mirrored};
+use crate::kernel::hash::Hash;
+use crate::kernel::simd;
+use crate::kernel::window::index;
+use rayon::prelude::*;
+pub use shibo_engine::value::{ExemplarLevel as Level, Neighborhood as Hood};
+
+/// How to analyse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnalysisSpec {
+    /// Neighbours where `h ≥ switch`.
+    pub coarse: Hood,
+    /// Neighbours below.
+    pub fine: Hood,
+    /// See `coarse`.
+    pub switch: usize,
+    /// Numbers per pixel, at most [`DIMS`].
+    pub dims: usize,
+}
+
+impl Default for AnalysisSpec {
+    fn default() -> Self {
+        Self { coarse: Hood::Square5, fine: Hood::Diagonal4, switch: 4, dims: DIMS }
+    }
+}
+
+/// Spacings of the levels of an exemplar whose shorter side is `side`, from the finest: powers of two up to a quarter.
+pub fn spacings(side: usize) -> Vec<usize> {
+    let most = (side / 4).max(1);
+    std::iter::successors(Some(1usize), |h| Some(h * 2)).take_while(|h| *h <= most && *h <= 256).collect()
+}
+
+/// Analyses levels; `image` gives the picture of one. `usable` tells the pixels that may be shown; empty if all.
+pub fn analyse(
+    levels: &[usize],
+    image: impl Fn(usize) -> Texels<f32> + Sync,
+    usable: &[bool],
+    spec: &AnalysisSpec,
+    hash: Hash,
+) -> Vec<Level> {
+    levels.par_iter().map(|&h| level(h, &image(h), usable, spec, hash.with(h as u64))).collect()
+}
+
+fn level(h: usize, image: &Texels<f32>, usable: &[bool], spec: &AnalysisSpec, hash: Hash) -> Level {
+    let picked = |most: u64, hash: Hash| -> Vec<usize> {
+        let good: Vec<usize> = (0..image.plane.w * image.plane.h).filter(|&p| usable.is_empty() || usable[p]).collect();
+        if good.len() as u64 <= most {
+            return good;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "below the length of the list")]
+        (0..most).map(|n| good[(hash.u64(n) % good.len() as u64) as usize]).collect()
+    };
+    let disc: Vec<([i32; 2], f32)> = (-2i32..=2)
+        .flat_map(|y| (-2i32..=2).map(move |x| [x, y]))
+        .map(|[x, y]| ([x, y], crate::kernel::math::exp(-((x * x + y * y) as f32) / 4.0)))
+        .collect();
+    let disc = Around::new(image.plane, h, &disc);
+    let matrix = disc.principal(&image.data, image.channels, &picked(2048, hash.with(1)), spec.dims);
+    let appearance = disc.project(&image.data, image.channels, &matrix);
+    let hood = if h >= spec.switch { spec.coarse } else { spec.fine };
+    let around: Vec<([i32; 2], f32)> = hood.offsets().into_iter().map(|o| (o, 1.0)).collect();
+    let around = Around::new(image.plane, h, &around);
+    let flat = appearance.as_flattened();
+    let matrix = around.principal(flat, DIMS, &picked(1024, hash.with(2)), spec.dims);
+    Level { h, hood, appearance, matrix, second: Vec::new() }
+}
+
+/// Neighbourhood vectors of all pixels of a level.
+pub fn neighbourhoods(level: &Level, plane: Plane) -> Vec<[f32; DIMS]> {
+    let around: Vec<([i32; 2], f32)> = level.hood.offsets().into_iter().map(|o| (o, 1.0)).collect();
+    Around::new(plane, level.h, &around).project(level.appearance.as_flattened(), DIMS, &level.matrix)
+}
+
+/// Finds for every pixel of every level another one that looks alike, at least `distance` pixels away.
+pub fn find_seconds(levels: &mut [Level], plane: Plane, usable: &[bool], distance: f64, hash: Hash) {
+    levels.par_iter_mut().for_each(|level| {
+        let hoods = neighbourhoods(level, plane);
+        level.second = candidates::similar(&hoods, plane, usable, distance, level.h, hash.with(level.h as u64));
+    });
+}
+
+/// Pixels where a level's neighbourhood is whole enough to be compared: `margin` finest pixels from sides that do not
+/// join and from what is not usable. If none is left, those usable.
+pub fn valid(plane: Plane, usable: &[bool], margin: usize) -> Vec<bool> {
+    let Plane { w, h, wrap } = plane;
+    let inside = |k: usize, n: usize, wrap: bool| wrap || (k >= margin && k + margin < n);
+    let mut valid: Vec<bool> = (0..w * h).map(|p| inside(p % w, w, wrap[0]) && inside(p / w, h, wrap[1])).collect();
+    if !usable.is_empty() {
+        let r = index(margin);
+        for p in (0..w * h).filter(|&p| !usable[p]) {
+            for y in -r..=r {
+                for x in -r..=r {
+                    let (x, y) = (index(p % w) + x, index(p / w) + y);
+                    valid[Plane::bring(y, h, wrap[1]) * w + Plane::bring(x, w, wrap[0])] = false;
+                }
+            }
+        }
+    }
+    if valid.contains(&true) {
+        return valid;
+    }
+    if usable.is_empty() { vec![true; w * h] } else { usable.to_vec() }
+}
+
+/// Reads around every pixel of a picture, at multiples of a spacing, mirrored at sides that do not join.
+struct Around {
+    plane: Plane,
+    /// For each offset, the columns and rows that are read, and the weight.
+    taps: Vec<(usize, usize, f32)>,
+    columns: Vec<Vec<usize>>,
+    rows: Vec<Vec<usize>>,
+}
+
+impl Around {
+    fn new(plane: Plane, h: usize, offsets: &[([i32; 2], f32)]) -> Self {
+        let line = |n: usize, wrap: bool| -> Vec<Vec<usize>> {
+            (-2..=2).map(|d| (0..index(n)).map(|k| mirrored(k + d * index(h), n, wrap)).collect()).collect()
+        };
+        let tap = |d: i32| crate::kernel::window::offset(d + 2);
+        Self {
+            plane,
+            taps: offsets.iter().map(|&([x, y], weight)| (tap(x), tap(y), weight)).collect(),
+            columns: line(plane.w, plane.wrap[0]),
+            rows: line(plane.h, plane.wrap[1]),
+        }
+    }
+
+    /// The pixel that a tap reads for pixel (x, y).
+    #[inline(always)]
+    fn source(&self, (i, j, _): (usize, usize, f32), x: usize, y: usize) -> usize {
+        self.rows[j][y] * self.plane.w + self.columns[i][x]
+    }
+
+    fn principal(&self, data: &[f32], channels: usize, pixels: &[usize], dims: usize) -> Projection {
+        let mut samples = Vec::with_capacity(pixels.len() * self.taps.len() * channels);
+        for &p in pixels {
+            for &tap in &self.taps {
+                let from = self.source(tap, p % self.plane.w, p / self.plane.w) * channels;
+                samples.extend(data[from..from + channels].iter().map(|v| v * tap.2));
+            }
+        }
+        principal(&samples, self.taps.len() * channels, dims)
+    }
+
+    fn project(&self, data: &[f32], channels: usize, matrix: &Projection) -> Vec<[f32; DIMS]> {
+        let Plane { w, h, .. } = self.plane;
+        // The weights go into the matrix.
+        let weighted = |(k, row): (usize, &[f32; DIMS])| row.map(|v| v * self.taps[k / channels].2);
+        let matrix: Projection = matrix.iter().enumerate().map(weighted).collect();
+        let mut out = vec![[0.0; DIMS]; w * h];
+        out.par_chunks_mut(w).enumerate().for_each(|(y, out)| {
+            simd::dispatch(
+                #[inline(always)]
+                || {
+                    for (&tap, matrix) in self.taps.iter().zip(matrix.chunks_exact(channels)) {
+                        let row = self.rows[tap.1][y] * w;
+                        for (out, column) in out.iter_mut().zip(&self.columns[tap.0]) {
+                            let from = (row + column) * channels;
+                            for (v, matrix) in data[from..from + channels].iter().zip(matrix) {
+                                out.iter_mut().zip(matrix).for_each(|(out, m)| *out += v * m);
+                            }
+                        }
+                    }
+                },
+            );
+        });
+        out
+    }
+}

@@ -1,0 +1,145 @@
+//! For every pixel of an exemplar another that looks alike: candidate sets of two.
+//!
+//! PatchMatch on neighbourhood vectors: every pixel starts with a hashed guess, learns from the pixels before it (in
+//! alternating direction), and searches around what it has in rings that shrink by half.
+use super::Plane;
+use super::pca::DIMS;
+use crate::kernel::hash::Hash;
+use crate::kernel::simd;
+use crate::kernel::window::{index, offset};
+
+const ROUNDS: u64 = 4;
+
+/// The pixel that looks most like each one, of those at least `distance` pixels away that are `usable` (all, if empty).
+/// `h` is the spacing of the level, to which the search is scaled.
+pub fn similar(
+    vectors: &[[f32; DIMS]],
+    plane: Plane,
+    usable: &[bool],
+    distance: f64,
+    h: usize,
+    hash: Hash,
+) -> Vec<u32> {
+    #[expect(clippy::cast_possible_truncation, reason = "a number of pixels of an exemplar")]
+    let near = distance.ceil().max(1.0) as i32;
+    simd::dispatch(
+        #[inline(always)]
+        || Search { vectors, plane, usable, near, h, hash }.run(),
+    )
+}
+
+struct Search<'a> {
+    vectors: &'a [[f32; DIMS]],
+    plane: Plane,
+    usable: &'a [bool],
+    near: i32,
+    h: usize,
+    hash: Hash,
+}
+
+/// The squared distance of two vectors, summed in a fixed order.
+#[inline(always)]
+pub(super) fn distance(a: &[f32; DIMS], b: &[f32; DIMS]) -> f32 {
+    let mut t = [0.0f32; DIMS];
+    for ((t, a), b) in t.iter_mut().zip(a).zip(b) {
+        let d = a - b;
+        *t = d * d;
+    }
+    ((t[0] + t[4]) + (t[2] + t[6])) + ((t[1] + t[5]) + (t[3] + t[7]))
+}
+
+impl Search<'_> {
+    /// The pixel at (x, y), if it may stand for one at (x0, y0).
+    #[inline(always)]
+    fn allowed(&self, x: i32, y: i32, x0: i32, y0: i32) -> Option<usize> {
+        let Plane { w, h, wrap } = self.plane;
+        let (w, h) = (index(w), index(h));
+        let x = if wrap[0] { x.rem_euclid(w) } else { x };
+        let y = if wrap[1] { y.rem_euclid(h) } else { y };
+        if !(0..w).contains(&x) || !(0..h).contains(&y) {
+            return None;
+        }
+        let span = |a: i32, b: i32, n: i32, wrap: bool| {
+            if wrap { (a - b).abs().min(n - (a - b).abs()) } else { (a - b).abs() }
+        };
+        if span(x, x0, w, wrap[0]).max(span(y, y0, h, wrap[1])) < self.near {
+            return None;
+        }
+        let p = offset(y * w + x);
+        (self.usable.is_empty() || self.usable[p]).then_some(p)
+    }
+
+    #[inline(always)]
+    fn run(&self) -> Vec<u32> {
+        let (w, h) = (index(self.plane.w), index(self.plane.h));
+        let n = self.vectors.len();
+        let mut best: Vec<(f32, u32)> = vec![(f32::INFINITY, 0); n];
+        for (p, best) in best.iter_mut().enumerate() {
+            *best = (f32::INFINITY, narrow(p));
+            for k in 0..8 {
+                let word = self.hash.with(k).u64(p as u64);
+                self.try_one(best, p, pick(word, w), pick(word >> 32, h));
+                if best.0.is_finite() {
+                    break;
+                }
+            }
+        }
+        // Far apart pixels of a coarse level differ little from their neighbours; the search need not be finer.
+        let finest = index((self.h / 2).max(1));
+        for round in 0..ROUNDS {
+            let hash = self.hash.with(100 + round);
+            let back = if round % 2 == 0 { -1 } else { 1 };
+            for k in 0..n {
+                let p = if round % 2 == 0 { k } else { n - 1 - k };
+                let (x, y) = (index(p) % w, index(p) / w);
+                let mut mine = best[p];
+                for (dx, dy) in [(back, 0), (0, back)] {
+                    let (qx, qy) = (x + dx, y + dy);
+                    if (0..w).contains(&qx) && (0..h).contains(&qy) {
+                        let other = best[offset(qy * w + qx)].1 as usize;
+                        self.try_one(&mut mine, p, index(other) % w - dx, index(other) / w - dy);
+                    }
+                }
+                let mut radius = w.max(h) / 2;
+                let mut draw = 0;
+                while radius >= finest && mine.0 > 0.0 {
+                    let word = hash.u64((p as u64) << 5 | draw);
+                    let at = (index(mine.1 as usize) % w, index(mine.1 as usize) / w);
+                    let dx = pick(word, 2 * radius + 1) - radius;
+                    let dy = pick(word >> 32, 2 * radius + 1) - radius;
+                    self.try_one(&mut mine, p, at.0 + dx, at.1 + dy);
+                    radius /= 2;
+                    draw += 1;
+                }
+                best[p] = mine;
+            }
+        }
+        best.into_iter().map(|b| b.1).collect()
+    }
+
+    #[inline(always)]
+    fn try_one(&self, best: &mut (f32, u32), p: usize, x: i32, y: i32) {
+        let w = index(self.plane.w);
+        if let Some(q) = self.allowed(x, y, index(p) % w, index(p) / w)
+            && narrow(q) != best.1
+        {
+            let d = distance(&self.vectors[p], &self.vectors[q]);
+            if d < best.0 {
+                *best = (d, narrow(q));
+            }
+        }
+    }
+}
+
+/// A number below `n` from the lower half of a word.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "the lower half is meant, and the result is below n")]
+fn pick(word: u64, n: i32) -> i32 {
+    ((u64::from(word as u32) * u64::from(n.unsigned_abs())) >> 32) as i32
+}
+
+/// A pixel's number as it is kept.
+#[inline(always)]
+pub(super) fn narrow(p: usize) -> u32 {
+    u32::try_from(p).expect("an exemplar has fewer than 2^32 pixels")
+}

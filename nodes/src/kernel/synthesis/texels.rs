@@ -1,0 +1,161 @@
+//! Exemplars: pictures of any number of channels, and the levels that are made of them.
+use super::Plane;
+use crate::kernel::springs::Real;
+use rayon::prelude::*;
+
+/// How values between pixel centres are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fetch {
+    /// Linear in x and y.
+    #[default]
+    Bilinear,
+    /// The pixel that holds the position.
+    Nearest,
+}
+
+/// A picture: rows from the top, the channels of a pixel side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texels<T> {
+    /// Size, and where sides join.
+    pub plane: Plane,
+    /// Values per pixel.
+    pub channels: usize,
+    /// The values.
+    pub data: Vec<T>,
+}
+
+impl<T: Real> Texels<T> {
+    /// A picture of these values.
+    ///
+    /// # Panics
+    /// If there are not `w`·`h`·`channels` values, or none.
+    pub fn new(plane: Plane, channels: usize, data: Vec<T>) -> Self {
+        assert!(!data.is_empty() && data.len() == plane.w * plane.h * channels, "a picture of {plane:?}");
+        Self { plane, channels, data }
+    }
+
+    /// The values of a pixel; outside, what the sides say.
+    #[inline(always)]
+    pub fn at(&self, x: i32, y: i32) -> &[T] {
+        let i = super::Lookup::index(&self.plane, x, y) * self.channels;
+        &self.data[i..i + self.channels]
+    }
+
+    /// The values at a position, added to `out` with a weight.
+    #[inline(always)]
+    pub fn add(&self, [x, y]: [T; 2], fetch: Fetch, weight: T, out: &mut [T]) {
+        match fetch {
+            Fetch::Nearest => {
+                let (i, j) = (floor(x), floor(y));
+                out.iter_mut().zip(self.at(i, j)).for_each(|(o, v)| *o += weight * *v);
+            }
+            Fetch::Bilinear => {
+                let (fx, fy) = (x - T::HALF, y - T::HALF);
+                let (i, j) = (floor(fx), floor(fy));
+                let (u, v) = (fx - T::of(f64::from(i)), fy - T::of(f64::from(j)));
+                let rows = [self.at(i, j), self.at(i + 1, j), self.at(i, j + 1), self.at(i + 1, j + 1)];
+                for (c, out) in out.iter_mut().enumerate().take(self.channels) {
+                    let top = rows[0][c] * (T::ONE - u) + rows[1][c] * u;
+                    let bottom = rows[2][c] * (T::ONE - u) + rows[3][c] * u;
+                    *out += weight * (top * (T::ONE - v) + bottom * v);
+                }
+            }
+        }
+    }
+
+    /// The values at a position.
+    pub fn fetch(&self, at: [T; 2], fetch: Fetch) -> Vec<T> {
+        let mut out = vec![T::default(); self.channels];
+        self.add(at, fetch, T::ONE, &mut out);
+        out
+    }
+
+    /// Blurred by a Gaussian of σ = h/2, cut at 4 σ: level `h` of the stack. Level 1 is the picture itself.
+    #[must_use]
+    pub fn blurred(&self, h: usize) -> Self {
+        if h <= 1 {
+            return self.clone();
+        }
+        let weights = gaussian::<T>(h);
+        let across = self.convolve(&weights, true);
+        across.convolve(&weights, false)
+    }
+
+    fn convolve(&self, weights: &[T], across: bool) -> Self {
+        let (Plane { w, h, wrap }, c) = (self.plane, self.channels);
+        let n = if across { w } else { h };
+        let radius = crate::kernel::window::index(weights.len() / 2);
+        // Where each tap of each column or row comes from.
+        let from: Vec<Vec<usize>> = (0..crate::kernel::window::index(n))
+            .map(|k| (k - radius..=k + radius).map(|k| mirrored(k, n, wrap[usize::from(!across)])).collect())
+            .collect();
+        let mut data = vec![T::default(); self.data.len()];
+        data.par_chunks_mut(w * c).enumerate().for_each(|(y, out)| {
+            crate::kernel::simd::dispatch(
+                #[inline(always)]
+                || {
+                    if across {
+                        let row = &self.data[y * w * c..(y + 1) * w * c];
+                        for (x, out) in out.chunks_exact_mut(c).enumerate() {
+                            for (weight, &from) in weights.iter().zip(&from[x]) {
+                                for (out, v) in out.iter_mut().zip(&row[from * c..(from + 1) * c]) {
+                                    *out += *weight * *v;
+                                }
+                            }
+                        }
+                    } else {
+                        for (weight, &from) in weights.iter().zip(&from[y]) {
+                            for (out, v) in out.iter_mut().zip(&self.data[from * w * c..(from + 1) * w * c]) {
+                                *out += *weight * *v;
+                            }
+                        }
+                    }
+                },
+            );
+        });
+        Self { data, ..self.clone() }
+    }
+
+    /// Half as large, each pixel the mean of 2×2 (of what is there at an odd border): the next level of the pyramid.
+    #[must_use]
+    pub fn halved(&self) -> Self {
+        let plane = Plane { w: self.plane.w.div_ceil(2), h: self.plane.h.div_ceil(2), ..self.plane };
+        let mut data = Vec::with_capacity(plane.w * plane.h * self.channels);
+        for y in 0..plane.h {
+            for x in 0..plane.w {
+                let (x1, y1) = ((2 * x + 1).min(self.plane.w - 1), (2 * y + 1).min(self.plane.h - 1));
+                let quad = [(2 * x, 2 * y), (x1, 2 * y), (2 * x, y1), (x1, y1)];
+                for c in 0..self.channels {
+                    let v = quad.map(|(x, y)| self.data[(y * self.plane.w + x) * self.channels + c]);
+                    data.push((v[0] + v[1] + v[2] + v[3]) * T::of(0.25));
+                }
+            }
+        }
+        Self { plane, channels: self.channels, data }
+    }
+}
+
+/// The column that stands for column `k` of `n`: beyond a side that does not join, the picture is mirrored.
+pub(super) fn mirrored(k: i32, n: usize, wrap: bool) -> usize {
+    if wrap {
+        return Plane::bring(k, n, true);
+    }
+    let period = 2 * crate::kernel::window::index(n);
+    let k = k.rem_euclid(period);
+    crate::kernel::window::offset(k.min(period - 1 - k))
+}
+
+/// Weights of a Gaussian of σ = h/2 at the distances -2h … 2h; they sum up to 1.
+fn gaussian<T: Real>(h: usize) -> Vec<T> {
+    let (radius, sigma) = (2 * crate::kernel::window::index(h), h as f64 / 2.0);
+    let bell = |d: i32| libm::exp(-f64::from(d * d) / (2.0 * sigma * sigma));
+    let sum: f64 = (-radius..=radius).map(bell).sum();
+    (-radius..=radius).map(|d| T::of(bell(d) / sum)).collect()
+}
+
+/// The largest whole number not above `x`, within ±10⁹.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "limited just before")]
+pub(super) fn floor<T: Real>(x: T) -> i32 {
+    x.wide().floor().clamp(-1e9, 1e9) as i32
+}

@@ -1,0 +1,47 @@
+//! What the nodes of this family have in common: from an exemplar on a wire to what the kernels take.
+use crate::kernel::hash::Hash;
+use crate::kernel::synthesis::Plane;
+use crate::kernel::synthesis::analysis::{AnalysisSpec, analyse, find_seconds, spacings};
+use crate::kernel::synthesis::texels::Texels;
+use crate::kernel::synthesis::{lattice, levels};
+use glam::DVec2;
+use shibo_engine::value::{Exemplar, ExemplarLattice, ExemplarLevel, Tiling};
+
+/// Size, and where sides join.
+pub(super) fn plane(exemplar: &Exemplar) -> Plane {
+    let (size, Tiling { x, y }) = (exemplar.frame.size, exemplar.frame.periodic);
+    Plane { w: size.x as usize, h: size.y as usize, wrap: [x, y] }
+}
+
+/// What is compared at the finest level.
+pub(super) fn features(exemplar: &Exemplar) -> Texels<f32> {
+    Texels::new(plane(exemplar), exemplar.channels, exemplar.features.to_vec())
+}
+
+/// The hash of all that is random in an analysis: the same exemplar is analysed in the same way everywhere.
+pub(super) const ANALYSIS: Hash = Hash::new(0x5348_4942_4F31);
+
+/// The levels, analysed.
+pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec) -> Vec<ExemplarLevel> {
+    let features = features(exemplar);
+    let spacings = spacings(features.plane.w.min(features.plane.h));
+    analyse(&spacings, |h| levels::image(&features, h, exemplar.pyramid), &exemplar.usable, spec, ANALYSIS)
+}
+
+/// Adds what looks alike to every level; `distance` is a share of the shorter side.
+pub(super) fn add_seconds(exemplar: &Exemplar, levels: &mut [ExemplarLevel], distance: f64) {
+    let plane = plane(exemplar);
+    find_seconds(levels, plane, &exemplar.usable, distance * plane.w.min(plane.h) as f64, ANALYSIS.with(1));
+}
+
+/// How an exemplar repeats.
+pub(super) fn find_lattice(exemplar: &Exemplar) -> ExemplarLattice {
+    match lattice::detect(&features(exemplar)) {
+        Some(found) => {
+            let vectors = [DVec2::from(found.basis.a), DVec2::from(found.basis.b)];
+            let regular = found.is_regular();
+            ExemplarLattice { vectors: regular.then_some(vectors), strength: found.mean.clamp(0.0, 1.0) }
+        }
+        None => ExemplarLattice { vectors: None, strength: 0.0 },
+    }
+}

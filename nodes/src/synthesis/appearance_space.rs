@@ -1,0 +1,83 @@
+//! [`AppearanceSpace`]: pixels described by what surrounds them.
+//!
+//! Beyond the source (JP5149288B2 compares colours): appearance vectors of 5×5 colours under a Gaussian, reduced to 8
+//! numbers by their main directions; neighbourhoods of 24 at coarse levels and 4 at fine ones. Cost: O(pixels · levels).
+use super::analysis::levels_of;
+use crate::choice::choice;
+use crate::kernel::synthesis::analysis::AnalysisSpec;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{self, Exemplar, Stop, Type};
+use std::sync::Arc;
+
+choice! {
+    /// Which neighbours are compared.
+    Neighborhood = value::Neighborhood {
+        /// The four diagonal ones.
+        #[default]
+        Diagonal4,
+        /// The eight nearest.
+        Square3,
+        /// The 24 nearest.
+        Square5,
+    }
+}
+
+/// Describes every pixel of an exemplar by what surrounds it, which keeps features whole where colours alone would not.
+///
+/// `Synthesize` does this by itself with these defaults; use it to choose others, or to share the work.
+///
+/// ```ron
+/// "cells": Worley(size: 5, jitter: 0.8),
+/// "exemplar": Exemplar(input: "cells.border", size: (64, 64)),
+/// "described": AppearanceSpace(exemplar: "exemplar", coarse: Square5),
+/// "coords": Synthesize(exemplar: "described", size: (200, 200)),
+/// "example": SampleExemplar(coords: "coords", input: "cells.border"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AppearanceSpace {
+    /// The exemplar.
+    pub exemplar: In<Exemplar>,
+    /// Neighbours that are compared at coarse levels.
+    pub coarse: Neighborhood,
+    /// Neighbours that are compared at fine levels.
+    pub fine: Neighborhood,
+    /// Levels whose pixels are at least so many of the finest apart are coarse.
+    #[schemars(range(min = 1, max = 512))]
+    pub switch: u32,
+    /// Numbers by which a pixel is described.
+    #[schemars(range(min = 1, max = 8))]
+    pub dimensions: u32,
+}
+
+impl Default for AppearanceSpace {
+    fn default() -> Self {
+        Self {
+            exemplar: In::default(),
+            coarse: Neighborhood::Square5,
+            fine: Neighborhood::Diagonal4,
+            switch: 4,
+            dimensions: 8,
+        }
+    }
+}
+
+impl Node for AppearanceSpace {
+    const FACTS: &'static [Fact] = &[];
+    const OUTPUTS: &'static [Output] = &[Output::new("exemplar", Type::Exemplar, "The exemplar, its levels analysed.")];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let exemplar = cx.get(&self.exemplar)?;
+        let spec = AnalysisSpec {
+            coarse: self.coarse.into(),
+            fine: self.fine.into(),
+            switch: self.switch as usize,
+            dims: self.dimensions as usize,
+        };
+        let levels = levels_of(&exemplar, &spec);
+        cx.check()?;
+        Ok(Outputs::one(Exemplar { levels: Arc::new(levels), ..Exemplar::clone(&exemplar) }))
+    }
+}

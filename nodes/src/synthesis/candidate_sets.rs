@@ -1,0 +1,63 @@
+//! [`CandidateSets`]: for every pixel of an exemplar another that looks alike.
+//!
+//! Beyond the source (k-coherence of the published work): k = 2, found by PatchMatch on neighbourhood vectors. Cost:
+//! O(pixels · levels · log pixels).
+use super::analysis::{add_seconds, levels_of};
+use crate::kernel::synthesis::analysis::AnalysisSpec;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Exemplar, Stop, Type};
+use std::sync::Arc;
+
+/// Finds for every pixel of an exemplar another that looks alike, so that pieces can be joined in more ways.
+///
+/// `Synthesize` does this by itself with these defaults; use it to choose others, or to share the work.
+///
+/// ```ron
+/// "cells": Worley(size: 5, jitter: 0.8),
+/// "exemplar": Exemplar(input: "cells.border", size: (64, 64)),
+/// "analysed": CandidateSets(exemplar: "exemplar", distance: 0.1),
+/// "coords": Synthesize(exemplar: "analysed", size: (200, 200)),
+/// "example": SampleExemplar(coords: "coords", input: "cells.border"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CandidateSets {
+    /// The exemplar. Where it is not analysed, `AppearanceSpace` is applied with its defaults.
+    pub exemplar: In<Exemplar>,
+    /// Candidates per pixel, itself included: 1 looks for no other.
+    #[schemars(range(min = 1, max = 2))]
+    pub k: u32,
+    /// The other is at least so far away, as a share of the exemplar's shorter side.
+    #[schemars(range(min = 0, max = 0.5))]
+    pub distance: f64,
+}
+
+impl Default for CandidateSets {
+    fn default() -> Self {
+        Self { exemplar: In::default(), k: 2, distance: 0.05 }
+    }
+}
+
+impl Node for CandidateSets {
+    const FACTS: &'static [Fact] = &[];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("exemplar", Type::Exemplar, "The exemplar with what looks alike at every level.")];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let exemplar = cx.get(&self.exemplar)?;
+        let mut levels = match exemplar.levels.is_empty() {
+            true => levels_of(&exemplar, &AnalysisSpec::default()),
+            false => exemplar.levels.to_vec(),
+        };
+        cx.check()?;
+        if self.k > 1 {
+            add_seconds(&exemplar, &mut levels, self.distance);
+        } else {
+            levels.iter_mut().for_each(|level| level.second.clear());
+        }
+        cx.check()?;
+        Ok(Outputs::one(Exemplar { levels: Arc::new(levels), ..Exemplar::clone(&exemplar) }))
+    }
+}

@@ -1,0 +1,141 @@
+//! [`CorrectCoords`]: coordinates made to fit those around them.
+//!
+//! Source: JP5149288B2 II and III, equations (1) and (2), claims 2 to 4, 10, 16 (rows C6 to C11; decisions S-3 to S-5, S-7,
+//! S-10, S-12). Cost: O(pixels · candidates · neighbours).
+use super::analysis::{features, plane};
+use super::appearance_space::Neighborhood;
+use super::patent::{level, wide};
+use super::stages;
+use crate::choice::choice;
+use crate::kernel::synthesis::exact::{Corrector, Features, Rule};
+use crate::kernel::synthesis::texels::{self, Texels};
+use crate::kernel::tile::narrow;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, CoordMap, Exemplar, Stop, Type};
+use std::sync::Arc;
+
+choice! {
+    /// How values between exemplar pixels are read.
+    Fetch = texels::Fetch {
+        /// Linear in x and y.
+        #[default]
+        Bilinear,
+        /// The nearest pixel.
+        Nearest,
+    }
+}
+
+/// Replaces each coordinate by the best of itself and what its eight neighbours predict, compared with the exemplar.
+///
+/// Works at whatever level the coordinates are. An exemplar that is analysed is compared by its appearance, and offers what
+/// looks alike as further candidates; else its colours are compared, as in the source.
+///
+/// ```ron
+/// "cells": Worley(size: 5),
+/// "exemplar": Exemplar(input: "cells", size: (64, 64), periodic: Yes),
+/// "start": StartCoords(size: (10, 10), levels: 3),
+/// "varied": JitterCoords(coords: "start", amount: 4),
+/// "a": UpsampleCoords(coords: "varied"),
+/// "b": CorrectCoords(coords: "a", exemplar: "exemplar", passes: 2),
+/// "c": UpsampleCoords(coords: "b"),
+/// "d": CorrectCoords(coords: "c", exemplar: "exemplar", passes: 2),
+/// "e": UpsampleCoords(coords: "d"),
+/// "f": CorrectCoords(coords: "e", exemplar: "exemplar", passes: 2),
+/// "example": SampleExemplar(coords: "f", input: "cells"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CorrectCoords {
+    /// The coordinates.
+    pub coords: In<CoordMap>,
+    /// The exemplar.
+    pub exemplar: In<Exemplar>,
+    /// From output to exemplar; 1 by default.
+    pub jacobian: Option<In<JacobianField>>,
+    /// Which neighbours are compared.
+    pub neighborhood: Neighborhood,
+    /// How often.
+    #[schemars(range(min = 0, max = 64))]
+    pub passes: u32,
+    /// Groups in which pixels are corrected, a square number: 1 all from the old map, 4 interleaved.
+    #[schemars(range(min = 1, max = 256))]
+    pub sub_passes: u32,
+    /// Whether three predictions are averaged per neighbour, or one is taken.
+    pub averaged: bool,
+    /// How values between exemplar pixels are read.
+    pub fetch: Fetch,
+    /// Cost factor of candidates that merely look alike.
+    #[schemars(range(min = 1, max = 10))]
+    pub copy_size: f64,
+}
+
+impl Default for CorrectCoords {
+    fn default() -> Self {
+        Self {
+            coords: In::default(),
+            exemplar: In::default(),
+            jacobian: None,
+            neighborhood: Neighborhood::Diagonal4,
+            passes: 1,
+            sub_passes: 4,
+            averaged: true,
+            fetch: Fetch::Bilinear,
+            copy_size: 1.0,
+        }
+    }
+}
+
+impl Node for CorrectCoords {
+    const FACTS: &'static [Fact] = &[Fact::Size];
+    const OUTPUTS: &'static [Output] = &[Output::new("coords", Type::CoordMap, "The map, corrected.")];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if self.sub_passes.isqrt().pow(2) == self.sub_passes {
+            return Vec::new();
+        }
+        let message = format!("sub_passes is `{}`; it must be a square number: 1, 4, 9, …", self.sub_passes);
+        vec![Problem::new(Code::OutOfRange, message).at("sub_passes")]
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (map, exemplar) = (cx.get(&self.coords)?, cx.get(&self.exemplar)?);
+        let h = map.spacing as usize;
+        let analysed = exemplar.levels.iter().find(|level| level.h == h);
+        let (texels, ratio) = match analysed {
+            Some(found) => {
+                let data = found.appearance.as_flattened().iter().map(|v| f64::from(*v)).collect();
+                (Texels::new(plane(&exemplar), 8, data), 1.0)
+            }
+            None => level(&wide(&features(&exemplar)), h, exemplar.pyramid),
+        };
+        let second = analysed.map_or(&[][..], |level| &level.second);
+        let features = Features { texels: &texels, ratio, second, plane: plane(&exemplar) };
+        let rule = Rule {
+            square: match self.neighborhood {
+                Neighborhood::Diagonal4 => 4,
+                Neighborhood::Square3 => 3,
+                Neighborhood::Square5 => 5,
+            },
+            averaged: self.averaged,
+            fetch: self.fetch.into(),
+            h: f64::from(map.spacing),
+            kappa: self.copy_size,
+            sub_passes: self.sub_passes,
+        };
+        let jacobians = stages::jacobians(cx, cx.get_opt(&self.jacobian)?.as_ref(), map.size, map.pitch)?;
+        let plane = stages::plane(&map);
+        let jacobian = |pixel: usize| stages::at(&jacobians, pixel);
+        let corrector = Corrector { features: &features, rule: &rule, lookup: &plane, jacobian };
+        let mut coords = stages::wide(&map);
+        for pass in 0..self.passes {
+            cx.evaluator.progress(u64::from(pass), u64::from(self.passes));
+            cx.check()?;
+            corrector.pass(plane, &[], &mut coords);
+        }
+        let coords = Arc::new(coords.into_iter().map(|c| c.map(narrow)).collect());
+        Ok(Outputs::one(CoordMap { coords, exemplar: Some(exemplar.frame), ..CoordMap::clone(&map) }))
+    }
+}

@@ -1,0 +1,72 @@
+//! [`DetectLattice`]: the two vectors by which a near-regular exemplar repeats.
+//!
+//! Beyond the source: from the correlation of the exemplar with itself, refined to parts of a pixel. Cost:
+//! O(pixels · log pixels).
+use super::analysis::find_lattice;
+use glam::DVec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Canvas, Exemplar, ExemplarLattice, Stop, Type};
+
+/// Where the vectors come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Lattice {
+    /// From the exemplar, if it is near-regular.
+    #[default]
+    Auto,
+    /// There are none.
+    Off,
+    /// These two, in exemplar pixels.
+    Given(Xy, Xy),
+}
+
+/// Finds the two vectors by which brickwork, cloth or tiles repeat, so that synthesis keeps in step.
+///
+/// `Synthesize` does this by itself; use it to switch it off, to state the vectors, or to look at them with `shibo dump`.
+///
+/// ```ron
+/// "cells": Worley(size: 5, jitter: 0),
+/// "exemplar": Exemplar(input: "cells.border", size: (96, 96)),
+/// "regular": DetectLattice(exemplar: "exemplar"),
+/// "coords": Synthesize(exemplar: "regular", size: (200, 200)),
+/// "example": SampleExemplar(coords: "coords", input: "cells.border"),
+/// ```
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DetectLattice {
+    /// The exemplar.
+    pub exemplar: In<Exemplar>,
+    /// Where the vectors come from.
+    pub vectors: Lattice,
+}
+
+impl Node for DetectLattice {
+    const FACTS: &'static [Fact] = &[];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("exemplar", Type::Exemplar, "The exemplar; its dump tells the vectors and their strength.")];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        let Lattice::Given(a, b) = self.vectors else { return Vec::new() };
+        if (a.x * b.y - a.y * b.x).abs() >= 1.0 {
+            return Vec::new();
+        }
+        let message = "the two vectors must span a cell of at least a pixel; these lie in one line";
+        vec![Problem::new(Code::BadValue, message).at("vectors")]
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let exemplar = cx.get(&self.exemplar)?;
+        let lattice = match self.vectors {
+            Lattice::Auto => find_lattice(&exemplar),
+            Lattice::Off => ExemplarLattice { vectors: None, strength: 0.0 },
+            Lattice::Given(a, b) => {
+                let vectors = Some([DVec2::new(a.x, a.y), DVec2::new(b.x, b.y)]);
+                ExemplarLattice { vectors, strength: 1.0 }
+            }
+        };
+        cx.check()?;
+        Ok(Outputs::one(Exemplar { lattice: Some(lattice), ..Exemplar::clone(&exemplar) }))
+    }
+}

@@ -1,0 +1,281 @@
+//! [`Exemplar`]: a picture, or any field, made ready to synthesise from.
+//!
+//! Source: JP5149288B2 II and III (row C1; decisions S-11 stack or pyramid, S-12 borders). Beyond the source: several
+//! aligned pictures with weights, guide, mask, exemplars from fields. Cost: O(pixels · channels).
+use crate::kernel::math::srgb_encode;
+use crate::kernel::synthesis::seams;
+use crate::kernel::tile::narrow;
+use glam::{DVec2, UVec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
+use shibo_engine::value::{self, Canvas, ExemplarFrame, Field, Grid, Stop, Tile, Tiling, Type, Window};
+use std::sync::Arc;
+
+/// How coarser levels are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Levels {
+    /// Blurred more and more, on the same pixels.
+    #[default]
+    Stack,
+    /// Half as large each time.
+    Pyramid,
+}
+
+/// Whether an exemplar's sides join.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Periodic {
+    /// As the field promises; of a picture, as it looks.
+    #[default]
+    Auto,
+    /// Left and right, top and bottom join.
+    Yes,
+    /// They do not.
+    No,
+}
+
+/// In which form colours are compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Compare {
+    /// As the eye sees them: colour encoded by the sRGB curve, anything else as it is.
+    #[default]
+    Encoded,
+    /// As they are.
+    Linear,
+}
+
+/// A small picture of anything, to grow more of it.
+///
+/// A picture file is taken at its own pixels, any other field at `size` pixels over `size_mm` of the canvas: the height of
+/// a leather or a cut of wood is an exemplar too. Aligned pictures in `others` are compared as well, so that a
+/// colour, a height and a normal map stay together; all of them can be sampled later.
+///
+/// ```ron
+/// "cells": Worley(size: 5, jitter: 0.8),
+/// "input": GradientMap(input: "cells.border", stops: [(0.0, "#2a1a10"), (0.25, "#8a5a34"), (1.0, "#c99a66")]),
+/// "example": Exemplar(input: "input", size: (64, 64)),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Exemplar {
+    /// The picture, or any field.
+    pub input: In<AnyField>,
+    /// More fields, aligned with the first, that are compared too.
+    #[schemars(extend("optional" = true))]
+    pub others: Vec<In<AnyField>>,
+    /// Weights of the first and the other fields; 1 for those that have none. What has weight 0 is not compared.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e3))]
+    pub weights: Vec<f64>,
+    /// Numbers by which the look can be steered, 0..1: `guide` of the output asks for places of that value.
+    pub guide: Option<In<Gray>>,
+    /// What may be shown: where it is below 0.5, nothing is. The opacity of a picture is a good one.
+    pub mask: Option<In<Gray>>,
+    /// Columns and rows. By default those of the picture, where the field is one, else 128.
+    #[schemars(extend("minimum" = 1.0, "maximum" = 16384.0))]
+    pub size: Option<(u32, u32)>,
+    /// The part of the field that is taken. By default the picture, or the whole canvas.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
+    pub size_mm: Option<Xy>,
+    /// Where that part begins.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
+    pub origin: Xy,
+    /// How coarser levels are made.
+    pub levels: Levels,
+    /// Whether its sides join.
+    pub periodic: Periodic,
+    /// In which form colours are compared.
+    pub compare: Compare,
+    /// Nothing nearer to the border is shown, in spacings of the level.
+    #[schemars(range(min = 0, max = 4))]
+    pub margin: f64,
+    /// Takes out shading that is wider than this share of the exemplar before comparing; 0 leaves it.
+    #[schemars(range(min = 0, max = 1))]
+    pub flatten: f64,
+}
+
+impl Default for Exemplar {
+    fn default() -> Self {
+        Self {
+            input: In::default(),
+            others: Vec::new(),
+            weights: Vec::new(),
+            guide: None,
+            mask: None,
+            size: None,
+            size_mm: None,
+            origin: Xy::new(0.0, 0.0),
+            levels: Levels::Stack,
+            periodic: Periodic::Auto,
+            compare: Compare::Encoded,
+            margin: 0.25,
+            flatten: 0.0,
+        }
+    }
+}
+
+/// The most pixels of an exemplar on a side.
+const MOST: u32 = 16_384;
+
+impl Exemplar {
+    fn frame(&self, cx: &Context<'_>, input: &Field) -> Result<ExemplarFrame, Stop> {
+        let canvas = cx.size_mm();
+        let picture = input.native().zip(input.pixels()).map(|(grid, pixels)| (grid.step, pixels));
+        let extent = match (self.size_mm, picture) {
+            (Some(size), _) => DVec2::new(size.x, size.y),
+            (None, Some((step, pixels))) => step * pixels.as_dvec2(),
+            (None, None) => canvas,
+        };
+        let size = match (self.size, picture) {
+            (Some((w, h)), _) => UVec2::new(w, h),
+            (None, Some((step, _))) => {
+                (extent / step).round().clamp(DVec2::ONE, DVec2::splat(f64::from(MOST) + 1.0)).as_uvec2()
+            }
+            (None, None) => UVec2::splat(128),
+        };
+        let pixels = u64::from(size.x) * u64::from(size.y);
+        // Colours, features, and per level appearance, neighbourhoods, tables.
+        let bytes = pixels * 4 * 12 + pixels * 100 * u64::from((size.min_element().max(4) / 4).ilog2() + 1);
+        if size.max_element() > MOST || bytes > cx.evaluator.memory() {
+            let message = format!(
+                "the exemplar of `{}x{}` pixels needs about {} MiB to analyse; {} MiB are allowed",
+                size.x,
+                size.y,
+                bytes >> 20,
+                cx.evaluator.memory() >> 20
+            );
+            let help = "set `size` to fewer pixels (256 are plenty), or raise --memory";
+            return Err(Problem::new(Code::TooLarge, message).at("input").help(help).into());
+        }
+        let (pitch, origin) = (extent / size.as_dvec2(), DVec2::new(self.origin.x, self.origin.y));
+        Ok(ExemplarFrame { size, origin, pitch, periodic: Tiling::NONE })
+    }
+
+    /// The directions in which the exemplar joins itself.
+    fn joins(
+        &self,
+        cx: &Context<'_>,
+        input: &Field,
+        frame: &ExemplarFrame,
+        features: &[f32],
+        channels: usize,
+    ) -> Tiling {
+        match self.periodic {
+            Periodic::Yes => Tiling::BOTH,
+            Periodic::No => Tiling::NONE,
+            Periodic::Auto if input.pixels().is_some() => {
+                let [x, y] = seams::join(features, channels, frame.size.to_array().map(|n| n as usize));
+                Tiling { x, y }
+            }
+            Periodic::Auto => {
+                let extent = frame.pitch * frame.size.as_dvec2();
+                let whole = |a: f64, b: f64| (a - b).abs() < 1e-9 * b;
+                let tiling = input.tiling().and(cx.tiling());
+                Tiling {
+                    x: tiling.x && whole(extent.x, cx.size_mm().x),
+                    y: tiling.y && whole(extent.y, cx.size_mm().y),
+                }
+            }
+        }
+    }
+
+    fn read(&self, cx: &Context<'_>, field: &Field, frame: &ExemplarFrame, port: &str) -> Result<Tile, Stop> {
+        let grid = Grid { origin: frame.origin, step: frame.pitch, period: None };
+        let tile = cx.evaluator.raster(field, &grid, Window::full(frame.size))?;
+        if let Some(bad) = tile.data().iter().position(|v| !v.is_finite()) {
+            let pixel = bad % tile.window.len();
+            let (x, y) = (pixel % tile.width(), pixel / tile.width());
+            let message = format!("`{port}` is not finite at pixel ({x}, {y}) of the exemplar; it must be everywhere");
+            return Err(Problem::new(Code::NotFinite, message).at(port).into());
+        }
+        Ok(tile)
+    }
+
+    /// Mean free, with a variance of `weight`² over all channels, encoded if it is colour.
+    fn feature(&self, field: &Field, tile: &Tile, weight: f64) -> Vec<f32> {
+        let encode = self.compare == Compare::Encoded && field.ty() == Type::Rgb;
+        let mut data: Vec<f32> =
+            tile.data().iter().map(|&v| if encode { srgb_encode(v.max(0.0)) } else { v }).collect();
+        let n = tile.window.len();
+        let mut variance = 0.0;
+        for plane in data.chunks_exact_mut(n) {
+            let mean = plane.iter().map(|v| f64::from(*v)).sum::<f64>() / n as f64;
+            plane.iter_mut().for_each(|v| *v -= narrow(mean));
+            variance += plane.iter().map(|v| f64::from(*v) * f64::from(*v)).sum::<f64>() / n as f64;
+        }
+        if self.flatten > 0.0 {
+            let size = [tile.width(), tile.height()];
+            data.chunks_exact_mut(n).for_each(|plane| seams::flatten(plane, size, self.flatten));
+        }
+        let scale = if variance > 1e-20 { weight / variance.sqrt() } else { weight };
+        data.iter_mut().for_each(|v| *v *= narrow(scale));
+        data
+    }
+}
+
+impl Node for Exemplar {
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("exemplar", Type::Exemplar, "The exemplar, ready to be analysed or synthesised from.")];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if self.weights.len() <= 1 + self.others.len() {
+            return Vec::new();
+        }
+        let message = format!("{} weights for {} fields", self.weights.len(), 1 + self.others.len());
+        vec![
+            Problem::new(Code::BadValue, message)
+                .at("weights")
+                .help("give one for `input` and one for each of `others`"),
+        ]
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let frame = self.frame(cx, &input)?;
+        let shown = self.read(cx, &input, &frame, "input")?;
+        let mut planes: Vec<Vec<f32>> = Vec::new();
+        let weight = |k: usize| self.weights.get(k).copied().unwrap_or(1.0);
+        let n = shown.window.len();
+        let mut add = |field: &Field, tile: &Tile, weight: f64| {
+            if weight > 0.0 {
+                planes.extend(self.feature(field, tile, weight).chunks_exact(n).map(<[f32]>::to_vec));
+            }
+        };
+        add(&input, &shown, weight(0));
+        for (k, other) in cx.get_all(&self.others)?.iter().enumerate() {
+            add(other, &self.read(cx, other, &frame, "others")?, weight(k + 1));
+        }
+        if planes.is_empty() || planes.len() > 24 {
+            let message = format!("{} channels are compared; there must be 1 to 24", planes.len());
+            return Err(Problem::new(Code::BadValue, message).at("weights").into());
+        }
+        cx.check()?;
+        let features: Vec<f32> = (0..n).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
+        let guide = match cx.get_opt(&self.guide)? {
+            Some(guide) => self.read(cx, &guide, &frame, "guide")?.plane(0).to_vec(),
+            None => Vec::new(),
+        };
+        let usable: Vec<bool> = match cx.get_opt(&self.mask)? {
+            Some(mask) => self.read(cx, &mask, &frame, "mask")?.plane(0).iter().map(|v| *v >= 0.5).collect(),
+            None => Vec::new(),
+        };
+        if !usable.is_empty() && !usable.contains(&true) {
+            let problem = Problem::new(Code::BadValue, "the mask leaves nothing: it is below 0.5 everywhere");
+            return Err(problem.at("mask").help("it must be at least 0.5 where the exemplar may be shown").into());
+        }
+        let frame = ExemplarFrame { periodic: self.joins(cx, &input, &frame, &features, planes.len()), ..frame };
+        Ok(Outputs::one(value::Exemplar {
+            frame,
+            shown: Arc::new(shown.data().to_vec()),
+            channels: planes.len(),
+            features: Arc::new(features),
+            guide: Arc::new(guide),
+            usable: Arc::new(usable),
+            pyramid: self.levels == Levels::Pyramid,
+            margin: self.margin,
+            levels: Arc::default(),
+            lattice: None,
+        }))
+    }
+}

@@ -1,0 +1,61 @@
+//! [`JacobianFromAngleScale`]: how features turn, scale and stretch.
+//!
+//! Source: JP5149288B2 III, figures 6 and 7 (rows C3, C14, C15; decision S-1: users give orientation and size of features,
+//! nodes invert). `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
+use crate::kernel::synthesis::jacobian::from_angle_scale;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+
+/// Turns, scales and stretches the features of a synthesised texture, the same everywhere or by fields.
+///
+/// ```ron
+/// "input": Gradient(shape: Linear, angle: 90),
+/// "exemplar": Exemplar(input: "stripes", size: (64, 64), periodic: Yes),
+/// "stripes": Worley(size: 4),
+/// "jacobian": JacobianFromAngleScale(angle: "angle", scale: 1.4, stretch: 1.8),
+/// "angle": Math(operation: Multiply, a: "input", b: 90),
+/// "coords": Synthesize(exemplar: "exemplar", jacobian: "jacobian", size: (200, 200)),
+/// "example": SampleExemplar(coords: "coords", input: "stripes", jacobian: "jacobian"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct JacobianFromAngleScale {
+    /// By how many degrees features turn, from +x towards +y.
+    pub angle: In<Gray>,
+    /// How many times as large they become.
+    pub scale: In<Gray>,
+    /// How many times longer along their own x.
+    pub stretch: In<Gray>,
+}
+
+impl Default for JacobianFromAngleScale {
+    fn default() -> Self {
+        Self { angle: In::constant(0.0), scale: In::constant(1.0), stretch: In::constant(1.0) }
+    }
+}
+
+impl Node for JacobianFromAngleScale {
+    const FACTS: &'static [Fact] = &[];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("jacobian", Type::Jacobian, "From output to exemplar: J00 J01 J10 J11.")];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let inputs = [cx.get(&self.angle)?, cx.get(&self.scale)?, cx.get(&self.stretch)?];
+        let of = |angle: f32, scale: f32, stretch: f32| from_angle_scale(angle.to_radians(), scale, stretch);
+        let constants = inputs.each_ref().map(|field| field.as_constant().map(|c| c[0]));
+        if let [Some(angle), Some(scale), Some(stretch)] = constants {
+            return Ok(Outputs::one(Field::constant(Type::Jacobian, &of(angle, scale, stretch))));
+        }
+        let fill = move |out: &mut Tile, [angle, scale, stretch]: [&Tile; 3]| {
+            let n = out.window.len();
+            for p in 0..n {
+                let j = of(angle.data()[p], scale.data()[p], stretch.data()[p]);
+                (0..4).for_each(|c| out.data_mut()[c * n + p] = j[c]);
+            }
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(Type::Jacobian, inputs, Halo::NONE, fill)))
+    }
+}

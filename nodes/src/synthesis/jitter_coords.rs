@@ -1,0 +1,66 @@
+//! [`JitterCoords`]: variety by displacing coordinates at random.
+//!
+//! Beyond the source (S-6): without it, `J = 1` and zeros give back the exemplar, tiled. Cost: O(pixels).
+use super::stages;
+use crate::kernel::hash::Hash;
+use crate::kernel::synthesis::exact;
+use crate::kernel::tile::narrow;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{CoordMap, Stop, Type};
+use std::sync::Arc;
+
+/// Displaces the coordinates of one level at random, as far as the exemplar allows variety.
+///
+/// ```ron
+/// "start": StartCoords(size: (10, 10), levels: 4),
+/// "varied": JitterCoords(coords: "start", amount: 3),
+/// "a": UpsampleCoords(coords: "varied"),
+/// "b": UpsampleCoords(coords: "a"),
+/// "c": UpsampleCoords(coords: "b"),
+/// "d": UpsampleCoords(coords: "c"),
+/// "cells": Worley(size: 5),
+/// "example": SampleExemplar(coords: "d", input: "cells"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct JitterCoords {
+    /// The coordinates.
+    pub coords: In<CoordMap>,
+    /// What the amount is multiplied by.
+    pub mask: Option<In<Gray>>,
+    /// How far coordinates move at the most, in pixels of the level.
+    #[schemars(range(min = 0, max = 64))]
+    pub amount: f64,
+    /// Another number moves them elsewhere.
+    pub seed: u64,
+}
+
+impl Default for JitterCoords {
+    fn default() -> Self {
+        Self { coords: In::default(), mask: None, amount: 0.5, seed: 0 }
+    }
+}
+
+impl Node for JitterCoords {
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
+    const OUTPUTS: &'static [Output] = &[Output::new("coords", Type::CoordMap, "The map, displaced.")];
+
+    fn no_op(&self) -> Option<&'static str> {
+        (self.amount == 0.0).then_some("coords")
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let map = cx.get(&self.coords)?;
+        let mask = match cx.get_opt(&self.mask)? {
+            Some(mask) => stages::raster(cx, &mask, map.size, map.pitch)?.plane(0).to_vec(),
+            None => Vec::new(),
+        };
+        let mut coords = stages::wide(&map);
+        let hash = Hash::new(cx.seed(self.seed)).with(u64::from(map.spacing));
+        exact::jitter(&mut coords, self.amount * f64::from(map.spacing), &mask, hash);
+        let coords = Arc::new(coords.into_iter().map(|c| c.map(narrow)).collect());
+        Ok(Outputs::one(CoordMap { coords, ..CoordMap::clone(&map) }))
+    }
+}

@@ -1,0 +1,51 @@
+//! [`MagnifyCoords`]: a detailed picture at coordinates that were found on a coarse one.
+//!
+//! Source: JP5149288B2 III, equations (5) and (6), claims 8, 15, 20 (rows C27 to C30; decision S-9). The coordinates stay
+//! as they are: any output resolution picks from a picture as fine as one likes. Cost: O(pixels).
+use super::sampled::{Between, Sampled};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{AnyField, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, CoordMap, Stop, Tiling};
+
+/// Shows a finer picture of the exemplar at coordinates that were synthesised from a coarse one.
+///
+/// With a Jacobian, equation (6) leads from pixel to pixel, else (5), which fits `J = 1`.
+///
+/// ```ron
+/// "coarse": Worley(size: 10, jitter: 0.8),
+/// "exemplar": Exemplar(input: "coarse", size: (24, 24), periodic: Yes),
+/// "coords": Synthesize(exemplar: "exemplar", size: (48, 48)),
+/// "example": MagnifyCoords(coords: "coords", input: "coarse", resolution: 8),
+/// ```
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct MagnifyCoords {
+    /// The coordinates.
+    pub coords: In<CoordMap>,
+    /// What they show: a fine picture over the same place as the exemplar's.
+    pub input: In<AnyField>,
+    /// The Jacobian that the coordinates follow.
+    pub jacobian: Option<In<JacobianField>>,
+    /// Pixels at which `input` is read per pixel of the exemplar, in x and in y. A picture file by default at its own.
+    #[schemars(range(min = 1, max = 64))]
+    pub resolution: Option<u32>,
+    /// Whether values are heights that grow with their features: divided by √|det J|.
+    pub scale_heights: bool,
+}
+
+impl Node for MagnifyCoords {
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The picture at the coordinates.")];
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        canvas.tile
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (coords, input, jacobian) = (cx.get(&self.coords)?, cx.get(&self.input)?, cx.get_opt(&self.jacobian)?);
+        let between = if jacobian.is_some() { Between::Anisometric } else { Between::Isometric };
+        let sampled = Sampled::new(cx, coords, input, jacobian, between, self.scale_heights, self.resolution)?;
+        Ok(Outputs::one(sampled.into_field()))
+    }
+}

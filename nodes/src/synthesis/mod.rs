@@ -1,0 +1,68 @@
+//! Exemplar synthesis: a small picture of anything grows into any amount of it, bending along a Jacobian field.
+//!
+//! Source: JP5149288B2 (anisometric synthesis, rows C1 to C17 and C27 to C34), and the published work on parallel
+//! controllable synthesis and appearance space. Synthesis finds coordinates; what they show is sampled afterwards, from
+//! as many aligned pictures as there are.
+mod analysis;
+mod appearance_space;
+mod candidate_sets;
+mod correct_coords;
+mod detect_lattice;
+mod exemplar;
+mod inputs;
+mod jacobian_from_angle_scale;
+mod jacobian_from_vectors;
+mod jacobian_from_warp;
+mod jacobian_multiply;
+mod jitter_coords;
+mod magnify_coords;
+mod patent;
+mod sample_exemplar;
+mod sampled;
+mod stages;
+mod start_coords;
+mod synthesize;
+mod upsample_coords;
+
+pub use appearance_space::AppearanceSpace;
+pub use candidate_sets::CandidateSets;
+pub use correct_coords::CorrectCoords;
+pub use detect_lattice::DetectLattice;
+pub use exemplar::Exemplar;
+pub use jacobian_from_angle_scale::JacobianFromAngleScale;
+pub use jacobian_from_vectors::JacobianFromVectors;
+pub use jacobian_from_warp::JacobianFromWarp;
+pub use jacobian_multiply::JacobianMultiply;
+pub use jitter_coords::JitterCoords;
+pub use magnify_coords::MagnifyCoords;
+pub use sample_exemplar::SampleExemplar;
+pub use start_coords::StartCoords;
+pub use synthesize::Synthesize;
+pub use upsample_coords::UpsampleCoords;
+
+use shibo_engine::registry::{Family, Kind};
+
+/// The nodes of this family.
+pub fn family() -> Family {
+    Family {
+        name: "Exemplar synthesis",
+        doc: "From a small picture of anything to any amount of it: exemplars, coordinates, and what they show.",
+        kinds: vec![
+            Kind::of::<Exemplar>(),
+            Kind::of::<AppearanceSpace>(),
+            Kind::of::<CandidateSets>(),
+            Kind::of::<DetectLattice>(),
+            Kind::of::<JacobianFromAngleScale>(),
+            Kind::of::<JacobianFromVectors>(),
+            Kind::of::<JacobianFromWarp>(),
+            Kind::of::<JacobianMultiply>(),
+            Kind::of::<StartCoords>(),
+            Kind::of::<UpsampleCoords>(),
+            Kind::of::<JitterCoords>(),
+            Kind::of::<CorrectCoords>(),
+            Kind::of::<Synthesize>(),
+            Kind::of::<SampleExemplar>(),
+            Kind::of::<MagnifyCoords>(),
+        ],
+    }
+}

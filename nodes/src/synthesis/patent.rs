@@ -1,0 +1,85 @@
+//! The source's method from start to end: zeros, and per level upsample (3), jitter if any, and correct (1), (2).
+use super::analysis::{features, plane};
+use super::inputs::FieldInputs;
+use super::synthesize::Synthesize;
+use crate::kernel::hash::Hash;
+use crate::kernel::synthesis::Plane;
+use crate::kernel::synthesis::aniso::Jacobians;
+use crate::kernel::synthesis::driver::Inputs;
+use crate::kernel::synthesis::exact::{self, Corrector, Features, Rule};
+use crate::kernel::synthesis::jacobian::IDENTITY;
+use crate::kernel::synthesis::levels::pyramid_level;
+use crate::kernel::synthesis::region::Region;
+use crate::kernel::synthesis::texels::{Fetch, Texels};
+use crate::kernel::tile::narrow;
+use shibo_engine::value::{Exemplar, Stop};
+
+/// Features of a level in double precision, and how many finest pixels one of them is wide.
+pub(super) fn level(features: &Texels<f64>, h: usize, pyramid: bool) -> (Texels<f64>, f64) {
+    if pyramid { (pyramid_level(features, h), h as f64) } else { (features.blurred(h), 1.0) }
+}
+
+/// Numbers in double precision.
+pub(super) fn wide(texels: &Texels<f32>) -> Texels<f64> {
+    Texels::new(texels.plane, texels.channels, texels.data.iter().map(|v| f64::from(*v)).collect())
+}
+
+/// Coordinates of all pixels.
+pub(super) fn run(
+    node: &Synthesize,
+    exemplar: &Exemplar,
+    inputs: &FieldInputs<'_>,
+    hash: Hash,
+) -> Result<Vec<[f32; 2]>, Stop> {
+    let features = wide(&features(exemplar));
+    let finest = plane(exemplar);
+    let side = finest.w.min(finest.h);
+    let coarsest = node.start_size.map_or(side, |size| size as usize).clamp(1, side);
+    let levels = coarsest.ilog2();
+    let (w, h) = (inputs.size.x as usize, inputs.size.y as usize);
+    let wrap = [inputs.cx.tiling().x, inputs.cx.tiling().y];
+    let region = |h_l: usize| Region {
+        h: h_l,
+        start: [0, 0],
+        plane: Plane {
+            w: w.div_ceil(1 << levels) << (levels - h_l.ilog2()),
+            h: h.div_ceil(1 << levels) << (levels - h_l.ilog2()),
+            wrap,
+        },
+    };
+    let first = region(1 << levels);
+    let mut map: Vec<[f64; 2]> = match inputs.start {
+        Some(_) => inputs.start(&first)?.into_iter().map(|c| c.map(f64::from)).collect(),
+        None => vec![[0.0; 2]; first.plane.w * first.plane.h],
+    };
+    for l in 1..=levels {
+        inputs.step(l as usize - 1, levels as usize)?;
+        let h_l = 1usize << (levels - l);
+        let (parent, region) = (region(2 * h_l).plane, region(h_l));
+        let jacobians = inputs.jacobians(&region)?.unwrap_or(Jacobians::Constant(IDENTITY));
+        let jacobian = |p: usize| jacobians.at(p).map(f64::from);
+        map = exact::upsample(&map, parent, h_l as f64, |x, y| jacobian(y * region.plane.w + x));
+        if node.jitter > 0.0 && h_l > 2 {
+            let mask = inputs.jitter(&region)?;
+            exact::jitter(&mut map, node.jitter * h_l as f64, &mask, hash.with(h_l as u64));
+        }
+        let (texels, ratio) = level(&features, h_l, exemplar.pyramid);
+        let features = Features { texels: &texels, ratio, second: &[], plane: finest };
+        let rule = Rule {
+            square: 4,
+            averaged: node.averaged,
+            fetch: Fetch::Bilinear,
+            h: h_l as f64,
+            kappa: 1.0,
+            sub_passes: node.sub_passes,
+        };
+        let corrector = Corrector { features: &features, rule: &rule, lookup: &region.plane, jacobian };
+        for _ in 0..node.passes {
+            inputs.cx.check()?;
+            corrector.pass(region.plane, &[], &mut map);
+        }
+    }
+    let full = w.div_ceil(1 << levels) << levels;
+    let rows = map.chunks_exact(full).take(h);
+    Ok(rows.flat_map(|row| &row[..w]).map(|c| c.map(narrow)).collect())
+}

@@ -1,0 +1,54 @@
+//! [`SampleExemplar`]: what synthesised coordinates show.
+//!
+//! Source: JP5149288B2 II box 265 and III (rows C13, C27 to C30, C32): values are looked up at the very end, from any
+//! number of aligned pictures; between pixels by magnification, equations (5) and (6). Beyond the source: normals turned
+//! and heights scaled with the Jacobian, area averages where features shrink. Cost: O(pixels).
+use super::sampled::{self, Sampled};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{AnyField, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, CoordMap, Stop, Tiling};
+
+/// Shows a picture at synthesised coordinates: the exemplar itself, or any other that is aligned with it.
+///
+/// On the coordinates' own pixels values are the picture's own, without a blur. Finer pictures are magnified, coarser ones are
+/// averages. A normal map is turned with the Jacobian, if that is connected.
+///
+/// ```ron
+/// "cells": Worley(size: 5, jitter: 0.8),
+/// "input": GradientMap(input: "cells.border", stops: [(0.0, "#2a1a10"), (0.25, "#8a5a34"), (1.0, "#c99a66")]),
+/// "exemplar": Exemplar(input: "input", size: (64, 64)),
+/// "coords": Synthesize(exemplar: "exemplar", size: (160, 160)),
+/// "example": SampleExemplar(coords: "coords", input: "input"),
+/// ```
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SampleExemplar {
+    /// The coordinates.
+    pub coords: In<CoordMap>,
+    /// What they show: a picture over the same place as the exemplar's.
+    pub input: In<AnyField>,
+    /// The Jacobian that the coordinates follow: turns normals, keeps shrunken features from aliasing, and leads (6)
+    /// between pixels.
+    pub jacobian: Option<In<JacobianField>>,
+    /// Whether values are heights that grow with their features: divided by √|det J|.
+    pub scale_heights: bool,
+}
+
+impl Node for SampleExemplar {
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The picture at the coordinates.")];
+
+    fn tiling(&self, canvas: &Canvas) -> Tiling {
+        canvas.tile
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let coords = cx.get(&self.coords)?;
+        let jacobian = cx.get_opt(&self.jacobian)?;
+        let between = if jacobian.is_some() { sampled::Between::Anisometric } else { sampled::Between::Isometric };
+        let sampled = Sampled::new(cx, coords, input, jacobian, between, self.scale_heights, None)?;
+        Ok(Outputs::one(sampled.into_field()))
+    }
+}

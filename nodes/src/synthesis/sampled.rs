@@ -1,0 +1,163 @@
+//! A picture seen through coordinates: what [`SampleExemplar`](super::SampleExemplar) and
+//! [`MagnifyCoords`](super::MagnifyCoords) make.
+use crate::kernel::synthesis::Plane;
+use crate::kernel::synthesis::jacobian::{IDENTITY, Jacobian};
+use crate::kernel::synthesis::sampling::{Area, Source};
+use glam::{DVec2, UVec2};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::Context;
+use shibo_engine::value::{
+    CoordMap, Evaluator, ExemplarFrame, Field, FieldSource, Grid, Reader, Stop, Tile, Tiling, Type, Window,
+};
+use std::sync::{Arc, OnceLock};
+
+/// How values between the coordinates' pixels are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Between {
+    /// Equation (5).
+    Isometric,
+    /// Equation (6).
+    Anisometric,
+}
+
+/// A picture seen through coordinates.
+pub(super) struct Sampled {
+    coords: Arc<CoordMap>,
+    input: Field,
+    jacobian: Option<Field>,
+    between: Between,
+    scale_heights: bool,
+    /// Where the picture is read, once for all tiles.
+    frame: ExemplarFrame,
+    grid: Grid,
+    size: UVec2,
+    source: OnceLock<Source>,
+}
+
+impl Sampled {
+    pub(super) fn new(
+        cx: &Context<'_>,
+        coords: Arc<CoordMap>,
+        input: Field,
+        jacobian: Option<Field>,
+        between: Between,
+        scale_heights: bool,
+        resolution: Option<u32>,
+    ) -> Result<Self, Stop> {
+        let native = input.native().zip(input.pixels());
+        let whole = || {
+            // Coordinates that know no exemplar refer to the picture itself.
+            let size = native.map_or(UVec2::splat(128), |n| n.1);
+            let pitch = native.map_or(cx.size_mm() / size.as_dvec2(), |n| n.0.step);
+            ExemplarFrame { size, origin: DVec2::ZERO, pitch, periodic: Tiling::BOTH }
+        };
+        let frame = coords.exemplar.unwrap_or_else(whole);
+        // A finer picture is read at its own pixels, as many as cover the exemplar.
+        let own = native.map_or(DVec2::ONE, |n| (frame.pitch / n.0.step).round().max(DVec2::ONE));
+        let times = resolution.map_or(own, |times| DVec2::splat(f64::from(times)));
+        let size = (frame.size.as_dvec2() * times).as_uvec2();
+        let bytes = u64::from(size.x) * u64::from(size.y) * 4 * input.channels() as u64 * 3;
+        if bytes > cx.evaluator.memory() {
+            let message = format!("`input` has `{}x{}` pixels over the exemplar, {} MiB", size.x, size.y, bytes >> 20);
+            return Err(Problem::new(Code::TooLarge, message).at("input").help("raise --memory").into());
+        }
+        let grid = Grid { origin: frame.origin, step: frame.pitch / times, period: None };
+        let source = OnceLock::new();
+        Ok(Self { coords, input, jacobian, between, scale_heights, frame, grid, size, source })
+    }
+
+    pub(super) fn into_field(self) -> Field {
+        let mut tiling = self.coords.periodic;
+        if let Some(jacobian) = &self.jacobian {
+            tiling = tiling.and(jacobian.tiling());
+        }
+        Field::new(self.input.ty(), tiling, self)
+    }
+
+    fn read(&self, tile: &Tile) -> Source {
+        let Tiling { x, y } = self.frame.periodic;
+        let plane = Plane { w: self.size.x as usize, h: self.size.y as usize, wrap: [x, y] };
+        let planes: Vec<&[f32]> = (0..tile.channels()).map(|c| tile.plane(c)).collect();
+        let scale = (self.size.as_dvec2() / self.frame.size.as_dvec2()).as_vec2().to_array();
+        Source::new(plane, &planes, scale, self.jacobian.is_some() || scale[0].max(scale[1]) > 1.0)
+    }
+}
+
+impl FieldSource for Sampled {
+    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+        let source = match self.source.get() {
+            Some(source) => source,
+            None => {
+                let tile = reader.read(&self.input, &self.grid, Window::full(self.size))?;
+                let source = self.read(&tile);
+                self.source.get_or_init(|| source)
+            }
+        };
+        let jacobians: Option<Vec<Jacobian>> = match &self.jacobian {
+            Some(field) => {
+                let tile = reader.read(field, &out.grid, out.window)?;
+                Some((0..tile.window.len()).map(|p| std::array::from_fn(|c| tile.plane(c)[p])).collect())
+            }
+            None => None,
+        };
+        let (map, pitch) = (&self.coords, self.coords.pitch);
+        let area = Area {
+            map: &map.coords,
+            plane: Plane { w: map.size.x as usize, h: map.size.y as usize, wrap: [map.periodic.x, map.periodic.y] },
+            spacing: f64::from(map.spacing),
+            origin: ((out.grid.origin / pitch) - map.start.as_dvec2()).to_array(),
+            step: (out.grid.step / pitch).to_array(),
+            window: crate::kernel::tile::rect(out.window),
+            jacobians: jacobians.as_deref(),
+            follow: self.between == Between::Anisometric,
+        };
+        let n = out.window.len();
+        let channels = out.channels();
+        area.fill(source, channels, out.data_mut());
+        let at = |p: usize| jacobians.as_ref().map_or(IDENTITY, |j| j[p]);
+        if self.input.ty() == Type::Normal && jacobians.is_some() {
+            (0..n).for_each(|p| turn(out.data_mut(), p, n, &at(p)));
+        }
+        if self.scale_heights && jacobians.is_some() {
+            for p in 0..n {
+                let scale = 1.0 / crate::kernel::synthesis::jacobian::det(&at(p)).abs().sqrt().max(1e-4);
+                (0..channels).for_each(|c| out.data_mut()[c * n + p] *= scale);
+            }
+        }
+        Ok(())
+    }
+
+    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+        let jacobian = self.jacobian.as_ref().map(|field| (field, *grid));
+        std::iter::once((&self.input, self.grid)).chain(jacobian).collect()
+    }
+
+    fn prepare(&self, _grid: &Grid, evaluator: &dyn Evaluator) -> Result<Option<Tile>, Stop> {
+        if self.source.get().is_none() {
+            let tile = evaluator.raster(&self.input, &self.grid, Window::full(self.size))?;
+            let source = self.read(&tile);
+            self.source.get_or_init(|| source);
+        }
+        Ok(None)
+    }
+
+    fn prepare_bytes(&self, _grid: &Grid) -> u64 {
+        if self.source.get().is_some() {
+            0
+        } else {
+            self.size.element_product() as u64 * 8 * self.input.channels() as u64
+        }
+    }
+}
+
+/// Turns a normal kept as ½ + ½n, y up, as features turn: slopes are multiplied by Jᵀ without its scale.
+fn turn(data: &mut [f32], p: usize, n: usize, j: &Jacobian) {
+    let (x, y, z) = (data[p] * 2.0 - 1.0, 1.0 - data[n + p] * 2.0, (data[2 * n + p] * 2.0 - 1.0).max(1e-4));
+    let scale = 1.0 / crate::kernel::synthesis::jacobian::det(j).abs().sqrt().max(1e-4);
+    let slope = [x / z, y / z];
+    let turned = [(j[0] * slope[0] + j[2] * slope[1]) * scale, (j[1] * slope[0] + j[3] * slope[1]) * scale];
+    let length = (turned[0] * turned[0] + turned[1] * turned[1] + 1.0).sqrt();
+    data[p] = 0.5 + 0.5 * turned[0] / length;
+    data[n + p] = 0.5 - 0.5 * turned[1] / length;
+    data[2 * n + p] = 0.5 + 0.5 / length;
+}

@@ -1,0 +1,81 @@
+//! [`StartCoords`]: the coordinates that synthesis begins with.
+//!
+//! Source: JP5149288B2 II, claim 1 (row C2; decision S-16: any size to start from). Cost: O(pixels).
+use crate::kernel::tile::narrow;
+use glam::{IVec2, UVec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, CoordMap, Stop, Type};
+use std::sync::Arc;
+
+/// A small map of coordinates over the canvas, zeros or given, to be doubled `levels` times.
+///
+/// ```ron
+/// "start": StartCoords(size: (4, 4), levels: 4),
+/// "a": UpsampleCoords(coords: "start"),
+/// "b": UpsampleCoords(coords: "a"),
+/// "c": UpsampleCoords(coords: "b"),
+/// "d": UpsampleCoords(coords: "c"),
+/// "cells": Worley(size: 5),
+/// "example": SampleExemplar(coords: "d", input: "cells"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct StartCoords {
+    /// Columns and rows.
+    #[schemars(extend("minimum" = 1.0, "maximum" = 4096.0))]
+    pub size: (u32, u32),
+    /// The coordinates by rows, in exemplar pixels; zeros if there are none.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
+    pub coords: Vec<(f64, f64)>,
+    /// How often the map is going to be doubled: a pixel stands for 2^levels of the finest, in x and in y.
+    #[schemars(range(min = 0, max = 12))]
+    pub levels: u32,
+}
+
+impl Default for StartCoords {
+    fn default() -> Self {
+        Self { size: (2, 2), coords: Vec::new(), levels: 0 }
+    }
+}
+
+impl Node for StartCoords {
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+    const OUTPUTS: &'static [Output] = &[Output::new("coords", Type::CoordMap, "The map.")];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        let n = self.size.0 as usize * self.size.1 as usize;
+        if self.coords.is_empty() || self.coords.len() == n {
+            return Vec::new();
+        }
+        let message = format!(
+            "{} coordinates for {}x{} pixels; there must be {n}, or none",
+            self.coords.len(),
+            self.size.0,
+            self.size.1
+        );
+        vec![Problem::new(Code::BadValue, message).at("coords")]
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let size = UVec2::new(self.size.0, self.size.1);
+        let coords = if self.coords.is_empty() {
+            vec![[0.0; 2]; size.element_product() as usize]
+        } else {
+            self.coords.iter().map(|&(u, v)| [narrow(u), narrow(v)]).collect()
+        };
+        Ok(Outputs::one(CoordMap {
+            size,
+            start: IVec2::ZERO,
+            pitch: cx.size_mm() / size.as_dvec2(),
+            periodic: cx.tiling(),
+            spacing: 1 << self.levels,
+            coords: Arc::new(coords),
+            exemplar: None,
+            coherence: 0.0,
+            coverage: 0.0,
+        }))
+    }
+}

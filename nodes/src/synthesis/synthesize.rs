@@ -1,0 +1,341 @@
+//! [`Synthesize`]: any amount of a texture from an exemplar.
+//!
+//! Source: JP5149288B2 II and III, claims 1 to 5, 10, 16 (rows C2 to C15, C31 to C34; decisions S-1 to S-12). The preset
+//! `Patent` is exactly that: colours, zeros to start from, no randomness. The others work in appearance space, with
+//! candidate sets, with a random start or one from the exemplar's lattice, and with even use of the exemplar. Cost:
+//! O(pixels · passes).
+use super::analysis::{self, add_seconds, find_lattice, levels_of};
+use super::inputs::FieldInputs;
+use super::patent;
+use crate::kernel::hash::Hash;
+use crate::kernel::synthesis::analysis::AnalysisSpec;
+use crate::kernel::synthesis::coverage::EvenUse;
+use crate::kernel::synthesis::driver::{self, Analysed, Settings, Start};
+use crate::kernel::synthesis::lattice::Basis;
+use crate::kernel::synthesis::region::Output as Pixels;
+use crate::kernel::tile::narrow;
+use glam::{DVec2, IVec2, UVec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Gray, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, CoordMap, Exemplar, ExemplarLattice, ExemplarLevel, Stop, Type};
+use std::sync::Arc;
+
+/// Settings that belong together; single parameters go before them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Preset {
+    /// The source's method and nothing more: gives back the exemplar, tiled, unless a Jacobian or `jitter` varies it.
+    Patent,
+    /// For what has no order: grain, stone, bark.
+    Stochastic,
+    /// For anything: keeps features whole, and finds out whether the exemplar is regular.
+    #[default]
+    Structured,
+    /// For brickwork, cloth, tiles: strictly in step, with no visible repeats.
+    Regular,
+    /// Larger pieces of the exemplar, as they are.
+    Faithful,
+}
+
+/// Over what the use of the exemplar is evened out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Scope {
+    /// The whole, on a canvas that tiles in both directions; else locally.
+    #[default]
+    Auto,
+    /// The whole output; then a part of a larger output is not the same as a smaller one.
+    Whole,
+    /// Squares of 128 pixels.
+    Local,
+}
+
+/// What the first coordinates are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum StartMode {
+    /// On the lattice of the exemplar, if it has one.
+    #[default]
+    Auto,
+    /// Anywhere.
+    Random,
+}
+
+/// Grows any amount of a texture from an exemplar: finds for every pixel where in the exemplar it comes from.
+///
+/// Works at the exemplar's pixel size from the canvas' corner, whatever the output's resolution: a larger canvas shows more.
+/// On a canvas that tiles the result joins. `SampleExemplar` shows what the coordinates mean, of any aligned picture.
+/// Structure wider than half the exemplar cannot be kept; `guide` or `jacobian` give it from outside.
+///
+/// ```ron
+/// "cells": Worley(size: 5, jitter: 0.8),
+/// "input": GradientMap(input: "cells.border", stops: [(0.0, "#2a1a10"), (0.25, "#8a5a34"), (1.0, "#c99a66")]),
+/// "exemplar": Exemplar(input: "input", size: (64, 64)),
+/// "example": Synthesize(exemplar: "exemplar", size: (256, 256)),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Synthesize {
+    /// The exemplar. What `AppearanceSpace`, `CandidateSets` and `DetectLattice` have not done is done here.
+    pub exemplar: In<Exemplar>,
+    /// How features turn and scale: from output to exemplar. 1 by default.
+    pub jacobian: Option<In<JacobianField>>,
+    /// Which guide values of the exemplar are wanted where, 0..1; needs an exemplar with a guide.
+    pub guide: Option<In<Gray>>,
+    /// Coordinates that are given: they stay where `fixed_mask` is at least 0.5, and the rest is made to fit.
+    pub fixed: Option<In<CoordMap>>,
+    /// See `fixed`; everywhere by default.
+    pub fixed_mask: Option<In<Gray>>,
+    /// Coordinates to start from instead of random ones.
+    pub start: Option<In<CoordMap>>,
+    /// What `jitter` is multiplied by.
+    pub jitter_mask: Option<In<Gray>>,
+    /// Settings that belong together; the parameters below go before them.
+    pub preset: Preset,
+    /// Columns and rows over the canvas. By default as many as the exemplar's pixels need.
+    #[schemars(extend("minimum" = 1.0, "maximum" = 65536.0))]
+    pub size: Option<(u32, u32)>,
+    /// The pixel of the unbounded texture that lies at the canvas' corner.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
+    pub origin: (i32, i32),
+    /// Size of the pieces that are copied whole: 1.5 fine, 2.5 as most presets have it, 3 large.
+    #[schemars(range(min = 1, max = 10))]
+    pub copy_size: Option<f64>,
+    /// How evenly all of the exemplar is used: 0 not at all, 1 as the presets have it.
+    #[schemars(range(min = 0, max = 1.5))]
+    pub even_use: Option<f64>,
+    /// Over what the use is evened out.
+    pub scope: Scope,
+    /// What the first coordinates are.
+    pub start_mode: StartMode,
+    /// Spacing of the first coordinates in pixels, rounded down to a power of two. By default a quarter of the exemplar, or about
+    /// the period of its lattice.
+    #[schemars(range(min = 1, max = 16384))]
+    pub start_size: Option<u32>,
+    /// Corrections at each level.
+    #[schemars(range(min = 0, max = 16))]
+    pub passes: u32,
+    /// Groups in which pixels are corrected, of the preset `Patent`: 1 all at once, 4 interleaved.
+    #[schemars(range(min = 1, max = 256))]
+    pub sub_passes: u32,
+    /// Displaces pixels at random at all coarse levels: more variety, less order. In pixels of the level.
+    #[schemars(range(min = 0, max = 4))]
+    pub jitter: f64,
+    /// Weight of the guide.
+    #[schemars(range(min = 0, max = 1e3))]
+    pub guide_weight: f64,
+    /// Whether three predictions are averaged where a Jacobian turns or stretches.
+    pub averaged: bool,
+    /// Another number gives another texture of the same kind.
+    pub seed: u64,
+}
+
+impl Default for Synthesize {
+    fn default() -> Self {
+        Self {
+            exemplar: In::default(),
+            jacobian: None,
+            guide: None,
+            fixed: None,
+            fixed_mask: None,
+            start: None,
+            jitter_mask: None,
+            preset: Preset::Structured,
+            size: None,
+            origin: (0, 0),
+            copy_size: None,
+            even_use: None,
+            scope: Scope::Auto,
+            start_mode: StartMode::Auto,
+            start_size: None,
+            passes: 2,
+            sub_passes: 4,
+            jitter: 0.0,
+            guide_weight: 1.0,
+            averaged: true,
+            seed: 0,
+        }
+    }
+}
+
+/// Side of the squares over which use is evened out locally.
+const TILE: usize = 128;
+
+impl Synthesize {
+    /// Pixels over the canvas, and their size in mm.
+    fn pixels(&self, cx: &Context<'_>, exemplar: &Exemplar) -> Result<(UVec2, DVec2), Stop> {
+        let canvas = cx.size_mm();
+        let tiling = cx.tiling();
+        let (size, pitch) = match self.size {
+            Some((w, h)) => (DVec2::new(f64::from(w), f64::from(h)), canvas / DVec2::new(f64::from(w), f64::from(h))),
+            None => {
+                let count = canvas / exemplar.frame.pitch;
+                // Where the canvas joins, a whole number of pixels covers it.
+                let axis = |tiles: bool, n: f64| if tiles { n.round().max(1.0) } else { (n - 1e-9).ceil().max(1.0) };
+                let size = DVec2::new(axis(tiling.x, count.x), axis(tiling.y, count.y));
+                let pitch = |tiles: bool, whole: f64, n: f64, pitch: f64| if tiles { whole / n } else { pitch };
+                let x = pitch(tiling.x, canvas.x, size.x, exemplar.frame.pitch.x);
+                (size, DVec2::new(x, pitch(tiling.y, canvas.y, size.y, exemplar.frame.pitch.y)))
+            }
+        };
+        let per_pixel = if self.jacobian.is_some() { 56.0 } else { 24.0 };
+        let bytes = size.x * size.y * per_pixel;
+        if bytes > cx.evaluator.memory() as f64 || size.max_element() > 65_536.0 {
+            let message = format!(
+                "the canvas takes `{}x{}` pixels of the exemplar's size, {:.0} MiB; {} MiB are allowed",
+                size.x,
+                size.y,
+                bytes / 1_048_576.0,
+                cx.evaluator.memory() >> 20
+            );
+            let help = "enlarge the exemplar's `size_mm`, set `size`, or raise --memory";
+            return Err(Problem::new(Code::TooLarge, message).at("exemplar").help(help).into());
+        }
+        Ok((size.as_uvec2(), pitch))
+    }
+
+    fn lattice(&self, exemplar: &Exemplar) -> Option<Basis> {
+        if self.start_mode == StartMode::Random || matches!(self.preset, Preset::Patent | Preset::Stochastic) {
+            return None;
+        }
+        let found: ExemplarLattice = exemplar.lattice.unwrap_or_else(|| find_lattice(exemplar));
+        found.vectors.map(|[a, b]| Basis { a: a.to_array(), b: b.to_array() })
+    }
+
+    fn settings(&self, cx: &Context<'_>, exemplar: &Exemplar, basis: Option<Basis>) -> Settings {
+        let side = exemplar.frame.size.min_element();
+        let regular = self.preset == Preset::Regular;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of pixels")]
+        let period = basis.map(|basis| (basis.shortest() / if regular { 2.0 } else { 1.0 }).max(1.0) as u32);
+        let wanted = self.start_size.or(period).unwrap_or(side / 4).clamp(1, (side / 4).max(1));
+        let kappa = self.copy_size.unwrap_or(match self.preset {
+            Preset::Regular => 2.0,
+            Preset::Faithful => 3.0,
+            _ => 2.5,
+        });
+        let local = match self.scope {
+            Scope::Auto => regular || cx.tiling() != shibo_engine::value::Tiling::BOTH,
+            Scope::Whole => false,
+            Scope::Local => true,
+        };
+        let even = self.even_use.unwrap_or(1.0);
+        Settings {
+            kappa: narrow(kappa),
+            even: (even > 0.0).then(|| EvenUse { amount: narrow(even), tile: local.then_some(TILE) }),
+            passes: self.passes,
+            averaged: self.averaged,
+            jitter: narrow(self.jitter),
+            guide_weight: narrow(self.guide_weight),
+            margin: exemplar.margin,
+            coarsest: 1 << wanted.ilog2(),
+            start: match (self.start.is_some(), basis) {
+                (true, _) => Start::Given,
+                (false, Some(basis)) => Start::Lattice(basis),
+                (false, None) => Start::Random,
+            },
+            hash: Hash::new(cx.seed(self.seed)),
+        }
+    }
+
+    fn levels(&self, cx: &Context<'_>, exemplar: &Exemplar) -> Result<Arc<Vec<ExemplarLevel>>, Stop> {
+        let seconds = exemplar.levels.iter().any(|level| !level.second.is_empty());
+        if !exemplar.levels.is_empty() && seconds {
+            return Ok(exemplar.levels.clone());
+        }
+        let mut levels = match exemplar.levels.is_empty() {
+            true => levels_of(exemplar, &AnalysisSpec::default()),
+            false => exemplar.levels.to_vec(),
+        };
+        cx.check()?;
+        add_seconds(exemplar, &mut levels, 0.05);
+        cx.check()?;
+        Ok(Arc::new(levels))
+    }
+
+    fn advise(&self, cx: &Context<'_>, exemplar: &Exemplar) {
+        if self.guide.is_some() && exemplar.guide.is_empty() {
+            let problem = Problem::new(Code::Advice, "the exemplar has no guide, so that of the output does nothing");
+            cx.evaluator.warn(problem.at("guide").help("connect `guide` of the Exemplar too"));
+        }
+    }
+}
+
+impl Node for Synthesize {
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if self.fixed_mask.is_some() && self.fixed.is_none() {
+            let message = "`fixed_mask` says where coordinates are given, but there are none";
+            return vec![Problem::new(Code::MissingInput, message).at("fixed_mask").help("connect `fixed` too")];
+        }
+        Vec::new()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let exemplar = cx.get(&self.exemplar)?;
+        self.advise(cx, &exemplar);
+        let (size, pitch) = self.pixels(cx, &exemplar)?;
+        let tiling = cx.tiling();
+        let guide = if exemplar.guide.is_empty() { None } else { cx.get_opt(&self.guide)? };
+        let fixed = match cx.get_opt(&self.fixed)? {
+            Some(map) => Some((map, cx.get_opt(&self.fixed_mask)?)),
+            None => None,
+        };
+        let inputs = FieldInputs {
+            cx,
+            jacobian: cx.get_opt(&self.jacobian)?,
+            guide,
+            fixed,
+            jitter: cx.get_opt(&self.jitter_mask)?,
+            start: cx.get_opt(&self.start)?,
+            pitch,
+            size,
+            origin: IVec2::new(self.origin.0, self.origin.1),
+        };
+        let map = CoordMap {
+            size,
+            start: IVec2::ZERO,
+            pitch,
+            periodic: tiling,
+            spacing: 1,
+            coords: Arc::default(),
+            exemplar: Some(exemplar.frame),
+            coherence: 0.0,
+            coverage: 0.0,
+        };
+        if self.preset == Preset::Patent {
+            let hash = Hash::new(cx.seed(self.seed));
+            let coords = patent::run(self, &exemplar, &inputs, hash)?;
+            return Ok(Outputs::one(CoordMap { coords: Arc::new(coords), ..map }));
+        }
+        let levels = self.levels(cx, &exemplar)?;
+        let settings = self.settings(cx, &exemplar, self.lattice(&exemplar));
+        let output = Pixels {
+            start: [0, 1].map(|d| if [tiling.x, tiling.y][d] { 0 } else { inputs.origin[d] }),
+            size: [size.x as usize, size.y as usize],
+            wrap: [tiling.x, tiling.y],
+        };
+        let analysed = Analysed {
+            plane: analysis::plane(&exemplar),
+            levels: &levels,
+            usable: &exemplar.usable,
+            guide: if inputs.guide.is_some() { &exemplar.guide } else { &[] },
+        };
+        let made = driver::run(&analysed, &output, &settings, &inputs)?;
+        let coords = rolled(made.coords, size, self.origin, [tiling.x, tiling.y]);
+        let (coherence, coverage) = (made.coherence, made.coverage);
+        Ok(Outputs::one(CoordMap { coords: Arc::new(coords), coherence, coverage, ..map }))
+    }
+}
+
+/// A map that joins, begun at another pixel.
+fn rolled(coords: Vec<[f32; 2]>, size: UVec2, origin: (i32, i32), wrap: [bool; 2]) -> Vec<[f32; 2]> {
+    let by = |k: i32, n: u32, wrap: bool| if wrap { k.rem_euclid(n.cast_signed()).unsigned_abs() as usize } else { 0 };
+    let (dx, dy) = (by(origin.0, size.x, wrap[0]), by(origin.1, size.y, wrap[1]));
+    if dx == 0 && dy == 0 {
+        return coords;
+    }
+    let (w, h) = (size.x as usize, size.y as usize);
+    (0..w * h).map(|p| coords[(p / w + dy) % h * w + (p % w + dx) % w]).collect()
+}

@@ -1,0 +1,57 @@
+//! [`UpsampleCoords`]: from a level to the next finer one.
+//!
+//! Source: JP5149288B2 II, equation (3) (rows C4, C5; decision S-2): child = parent + h·J·Δ, Δ = (±½, ±½). Cost:
+//! O(pixels).
+use super::stages;
+use crate::kernel::synthesis::exact;
+use crate::kernel::tile::narrow;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::value::{CoordMap, Stop, Type};
+use std::sync::Arc;
+
+/// Doubles a map of coordinates in x and y; the children of a pixel lie around it as the Jacobian says.
+///
+/// ```ron
+/// "start": StartCoords(size: (2, 2), coords: [(20, 20), (50, 30), (80, 70), (30, 90)], levels: 5),
+/// "a": UpsampleCoords(coords: "start"),
+/// "b": UpsampleCoords(coords: "a"),
+/// "c": UpsampleCoords(coords: "b"),
+/// "d": UpsampleCoords(coords: "c"),
+/// "e": UpsampleCoords(coords: "d"),
+/// "cells": Worley(size: 5),
+/// "example": SampleExemplar(coords: "e", input: "cells"),
+/// ```
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct UpsampleCoords {
+    /// The coarser map.
+    pub coords: In<CoordMap>,
+    /// From output to exemplar; 1 by default.
+    pub jacobian: Option<In<JacobianField>>,
+}
+
+impl Node for UpsampleCoords {
+    const FACTS: &'static [Fact] = &[Fact::Size];
+    const OUTPUTS: &'static [Output] = &[Output::new("coords", Type::CoordMap, "The finer map.")];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let map = cx.get(&self.coords)?;
+        if map.spacing < 2 {
+            let message = "these coordinates are of the finest level already and cannot be doubled";
+            let help = "raise `levels` of StartCoords, or leave this node out";
+            return Err(Problem::new(Code::BadValue, message).at("coords").help(help).into());
+        }
+        let (size, pitch) = (map.size * 2, map.pitch / 2.0);
+        stages::afford(cx, u64::from(size.x) * u64::from(size.y))?;
+        let jacobians = stages::jacobians(cx, cx.get_opt(&self.jacobian)?.as_ref(), size, pitch)?;
+        let (h, w) = (map.spacing / 2, size.x as usize);
+        let coords = exact::upsample(&stages::wide(&map), stages::plane(&map), f64::from(h), |x, y| {
+            stages::at(&jacobians, y * w + x)
+        });
+        let coords = Arc::new(coords.into_iter().map(|c| c.map(narrow)).collect());
+        Ok(Outputs::one(CoordMap { size, pitch, spacing: h, coords, ..CoordMap::clone(&map) }))
+    }
+}

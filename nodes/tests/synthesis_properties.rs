@@ -1,0 +1,266 @@
+//! What must hold for synthesis whatever the exemplar.
+#![allow(clippy::cast_possible_truncation, reason = "test pictures are small")]
+use proptest::prelude::*;
+use shibo_nodes::kernel::hash::Hash;
+use shibo_nodes::kernel::synthesis::analysis::{AnalysisSpec, Level, analyse, find_seconds, spacings};
+use shibo_nodes::kernel::synthesis::aniso::{Jacobians, Position};
+use shibo_nodes::kernel::synthesis::coverage::EvenUse;
+use shibo_nodes::kernel::synthesis::driver::{Analysed, Fixed, Inputs, Settings, Start, run};
+use shibo_nodes::kernel::synthesis::exact::{Corrector, Features, Rule, upsample};
+use shibo_nodes::kernel::synthesis::jacobian::{Jacobian, from_angle_scale};
+use shibo_nodes::kernel::synthesis::lattice::detect;
+use shibo_nodes::kernel::synthesis::levels::image;
+use shibo_nodes::kernel::synthesis::magnify::places;
+use shibo_nodes::kernel::synthesis::region::{Output, Region};
+use shibo_nodes::kernel::synthesis::texels::{Fetch, Texels};
+use shibo_nodes::kernel::synthesis::{Lookup, Plane};
+
+fn plane(w: usize, h: usize, wrap: bool) -> Plane {
+    Plane { w, h, wrap: [wrap; 2] }
+}
+
+/// Round lumps of many sizes, two channels.
+fn lumps(w: usize, h: usize, wrap: bool) -> Texels<f32> {
+    let hash = Hash::new(5);
+    let noise = Texels::new(plane(w, h, wrap), 2, (0..2 * w as u64 * h as u64).map(|n| hash.unit_f32(n)).collect());
+    noise.blurred(4)
+}
+
+fn analysed(exemplar: &Texels<f32>) -> Vec<Level> {
+    let spacings = spacings(exemplar.plane.w.min(exemplar.plane.h));
+    let spec = AnalysisSpec::default();
+    let mut levels = analyse(&spacings, |h| image(exemplar, h, false), &[], &spec, Hash::new(1));
+    find_seconds(&mut levels, exemplar.plane, &[], 3.0, Hash::new(2));
+    levels
+}
+
+/// Nothing but a Jacobian and given pixels.
+#[derive(Default)]
+struct Plain {
+    jacobian: Option<fn(f64, f64) -> Jacobian>,
+    fixed: Option<fn(f64, f64) -> Option<Position>>,
+}
+
+impl Inputs for Plain {
+    type Stop = ();
+    fn jacobians(&self, region: &Region) -> Result<Option<Jacobians>, ()> {
+        let Some(j) = self.jacobian else { return Ok(None) };
+        let w = region.plane.w;
+        let at = |p: usize| region.center(p % w, p / w);
+        Ok(Some(Jacobians::Each((0..w * region.plane.h).map(|p| j(at(p)[0], at(p)[1])).collect())))
+    }
+    fn guide(&self, _: &Region) -> Result<Vec<f32>, ()> {
+        Ok(Vec::new())
+    }
+    fn fixed(&self, region: &Region) -> Result<Option<Fixed>, ()> {
+        let Some(fixed) = self.fixed else { return Ok(None) };
+        let w = region.plane.w;
+        let list: Vec<Option<Position>> = (0..w * region.plane.h)
+            .map(|p| {
+                let [x, y] = region.center(p % w, p / w);
+                fixed(x, y)
+            })
+            .collect();
+        Ok(Some((list.iter().map(Option::is_some).collect(), list.iter().map(|f| f.unwrap_or([0.5; 2])).collect())))
+    }
+    fn jitter(&self, _: &Region) -> Result<Vec<f32>, ()> {
+        Ok(Vec::new())
+    }
+    fn start(&self, _: &Region) -> Result<Vec<Position>, ()> {
+        Ok(Vec::new())
+    }
+    fn step(&self, _: usize, _: usize) -> Result<(), ()> {
+        Ok(())
+    }
+}
+
+fn settings(local: bool) -> Settings {
+    Settings {
+        kappa: 2.0,
+        even: Some(EvenUse { amount: 1.0, tile: local.then_some(32) }),
+        passes: 2,
+        averaged: true,
+        jitter: 0.3,
+        guide_weight: 1.0,
+        margin: 0.25,
+        coarsest: 8,
+        start: Start::Random,
+        hash: Hash::new(9),
+    }
+}
+
+fn synthesise(exemplar: &Texels<f32>, usable: &[bool], output: &Output, local: bool, inputs: &Plain) -> Vec<Position> {
+    let levels = analysed(exemplar);
+    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable, guide: &[] };
+    run(&analysed, output, &settings(local), inputs).expect("nothing stops it").coords
+}
+
+fn unbounded(x: i32, y: i32, w: usize, h: usize) -> Output {
+    Output { start: [x, y], size: [w, h], wrap: [false; 2] }
+}
+
+fn swirl(x: f64, y: f64) -> Jacobian {
+    from_angle_scale((0.02 * x) as f32, (1.0 + 0.004 * y) as f32, 1.1)
+}
+
+#[test]
+fn windows_are_parts_of_larger_ones() {
+    for (wrap, jacobian) in [(false, None), (true, None), (false, Some(swirl as fn(f64, f64) -> Jacobian))] {
+        let exemplar = lumps(40, 36, wrap);
+        let inputs = Plain { jacobian, ..Plain::default() };
+        let whole = synthesise(&exemplar, &[], &unbounded(-20, -7, 90, 70), true, &inputs);
+        for (x, y, w, h) in [(-20, -7, 90, 70), (3, 11, 33, 21), (-1, -1, 1, 1), (37, 5, 21, 50)] {
+            let part = synthesise(&exemplar, &[], &unbounded(x, y, w, h), true, &inputs);
+            for (k, at) in part.iter().enumerate() {
+                let (px, py) = (k % w + (x + 20) as usize, k / w + (y + 7) as usize);
+                assert_eq!(*at, whole[py * 90 + px], "window {x} {y}, pixel {k}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_same_on_any_number_of_threads() {
+    let exemplar = lumps(32, 32, false);
+    let inputs = [Plain::default(), Plain { jacobian: Some(swirl), ..Plain::default() }];
+    for inputs in inputs {
+        let results: Vec<Vec<Position>> = [1, 2, 7]
+            .into_iter()
+            .map(|threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+                let output = Output { start: [0, 0], size: [75, 64], wrap: [true, true] };
+                pool.install(|| synthesise(&exemplar, &[], &output, false, &inputs))
+            })
+            .collect();
+        assert_eq!(results[0], results[1]);
+        assert_eq!(results[0], results[2]);
+    }
+}
+
+#[test]
+fn positions_stay_inside_and_never_streak() {
+    for (w, h, wrap) in [(33, 47, false), (32, 32, true), (1, 9, false), (3, 1, true), (1, 1, false), (17, 5, false)] {
+        let exemplar = lumps(w, h, wrap);
+        for jacobian in [None, Some(swirl as fn(f64, f64) -> Jacobian)] {
+            let inputs = Plain { jacobian, ..Plain::default() };
+            let output = Output { start: [0, 0], size: [64, 50], wrap: [true, false] };
+            let coords = synthesise(&exemplar, &[], &output, false, &inputs);
+            let inside = |c: &Position| c[0] >= 0.0 && c[0] < w as f32 && c[1] >= 0.0 && c[1] < h as f32;
+            assert!(coords.iter().all(inside), "{w}x{h}");
+            if w.min(h) >= 32 && jacobian.is_none() {
+                let runs = coords.chunks_exact(64).flat_map(|row| row.windows(4));
+                assert_eq!(runs.filter(|r| r.iter().all(|c| c == &r[0])).count(), 0, "streaks");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_masked_is_not_shown_and_what_is_given_stays() {
+    let exemplar = lumps(48, 48, false);
+    let usable: Vec<bool> = (0..48 * 48).map(|p| !(10..26).contains(&(p % 48)) || p / 48 > 30).collect();
+    let output = Output { start: [0, 0], size: [96, 96], wrap: [true; 2] };
+    let coords = synthesise(&exemplar, &usable, &output, false, &Plain::default());
+    let shown = |c: &Position| usable[c[1] as usize * 48 + c[0] as usize];
+    let hidden = coords.iter().filter(|c| !shown(c)).count();
+    assert!(hidden * 500 < coords.len(), "{hidden} masked pixels are shown");
+    let given = |x: f64, y: f64| -> Option<Position> {
+        ((x - 48.0).abs() < 12.0 && (y - 40.0).abs() < 10.0).then_some([(x - 30.0) as f32, (y - 20.0) as f32])
+    };
+    let coords = synthesise(&exemplar, &[], &output, false, &Plain { fixed: Some(given), ..Plain::default() });
+    for (p, at) in coords.iter().enumerate() {
+        if let Some(wanted) = given((p % 96) as f64 + 0.5, (p / 96) as f64 + 0.5) {
+            assert_eq!(*at, wanted);
+        }
+    }
+}
+
+#[test]
+fn lattices_are_found_to_parts_of_a_pixel() {
+    let (w, h) = (128, 96);
+    let hash = Hash::new(4);
+    let (a, b) = ([13.4, 1.2], [-2.1, 9.7]);
+    let det: f64 = a[0] * b[1] - a[1] * b[0];
+    let data = (0..w * h)
+        .map(|p| {
+            let (x, y) = ((p % w) as f64, (p / w) as f64);
+            let (i, j) = ((x * b[1] - y * b[0]) / det, (a[0] * y - a[1] * x) / det);
+            let wave = (i * std::f64::consts::TAU).cos() + (j * std::f64::consts::TAU).cos();
+            (wave + 0.3 * hash.unit(p as u64)) as f32
+        })
+        .collect();
+    let found = detect(&Texels::new(plane(w, h, false), 1, data)).expect("it repeats");
+    assert!(found.is_regular(), "{found:?}");
+    assert!((found.basis.det().abs() - det.abs()).abs() < 0.5, "{found:?}");
+    for v in [a, b] {
+        let off = found.basis.coordinates(v).map(|c| (c - c.round()).abs());
+        assert!(off[0].max(off[1]) < 0.02, "{found:?}");
+    }
+    let noise = Texels::new(plane(64, 64, false), 1, (0..4096).map(|n| hash.unit_f32(n)).collect());
+    assert!(detect(&noise).is_none_or(|found| !found.is_regular()));
+}
+
+fn jacobian() -> impl Strategy<Value = [f64; 4]> {
+    (0.0..std::f64::consts::TAU, 0.4..2.0, 0.6..1.6).prop_map(|(angle, scale, stretch): (f64, f64, f64)| {
+        from_angle_scale(angle as f32, scale as f32, stretch as f32).map(f64::from)
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn zeros_and_a_constant_jacobian_give_the_affine_map(j in jacobian(), w in 1usize..4, h in 1usize..3, levels in 1u32..5) {
+        let mut size = [w, h];
+        let mut map = vec![[0.0; 2]; w * h];
+        for level in 1..=levels {
+            let spacing = f64::from(1 << (levels - level));
+            map = upsample(&map, plane(size[0], size[1], false), spacing, |_, _| j);
+            size = size.map(|n| 2 * n);
+        }
+        // Around the centre of each pixel that it began with.
+        let side = 1 << levels;
+        for (p, at) in map.iter().enumerate() {
+            let centred = |k: usize| (k % side) as f64 + 0.5 - side as f64 / 2.0;
+            let (x, y) = (centred(p % size[0]), centred(p / size[0]));
+            prop_assert!((at[0] - (j[0] * x + j[1] * y)).abs() < 1e-9);
+            prop_assert!((at[1] - (j[2] * x + j[3] * y)).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn affine_maps_are_fixed_points(j in jacobian(), u in 0.0..40.0f64, v in 0.0..40.0f64, square in 3u8..=5, averaged: bool) {
+        let texels = lumps(32, 32, true);
+        let texels = Texels::new(texels.plane, 2, texels.data.iter().map(|v| f64::from(*v)).collect::<Vec<f64>>());
+        let features = Features { texels: &texels, ratio: 1.0, second: &[], plane: texels.plane };
+        let area = plane(9, 8, false);
+        let map: Vec<[f64; 2]> = (0..72)
+            .map(|p| {
+                let (x, y) = (f64::from(p % 9), f64::from(p / 9));
+                [u + j[0] * x + j[1] * y, v + j[2] * x + j[3] * y]
+            })
+            .collect();
+        let rule = Rule { square, averaged, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 4 };
+        let corrector = Corrector { features: &features, rule: &rule, lookup: &area, jacobian: |_| j };
+        // Inside; at the border neighbours are missing.
+        for (x, y) in (1..8).flat_map(|x| (1..7).map(move |y| (x, y))) {
+            let own = map[area.index(x, y)];
+            let best = corrector.best(&map, (x, y), &[]);
+            prop_assert!((best[0] - own[0]).abs() + (best[1] - own[1]).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn magnification_is_exact_on_affine_maps(j in jacobian(), x in 1.0..7.0f64, y in 1.0..7.0f64) {
+        let area = plane(8, 8, false);
+        let at = |x: f64, y: f64| [3.0 + j[0] * x + j[1] * y, 5.0 + j[2] * x + j[3] * y];
+        let map: Vec<[f64; 2]> = (0..64).map(|p| at(f64::from(p % 8) + 0.5, f64::from(p / 8) + 0.5)).collect();
+        let mut total = 0.0;
+        for (place, weight) in places(&map, &area, [x, y], |_| j) {
+            let wanted = at(x, y);
+            prop_assert!((place[0] - wanted[0]).abs() + (place[1] - wanted[1]).abs() < 1e-9);
+            total += weight;
+        }
+        prop_assert!((total - 1.0).abs() < 1e-12);
+    }
+}

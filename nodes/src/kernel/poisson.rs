@@ -48,6 +48,9 @@ struct Board<'a> {
     axis: Vec2,
     /// Cells that may hold a point too near, nearest first.
     reach: Vec<IVec2>,
+    /// The same as differences of indices, and how far they go: what counts away from the canvas' edges.
+    steps: Vec<isize>,
+    span: IVec2,
     /// Per cell the point and its factor; the factor is 0 in free cells.
     held: Vec<(Vec2, f32)>,
 }
@@ -55,7 +58,7 @@ struct Board<'a> {
 /// A dart: where, its factor, and its number, which is above 0.
 type Dart = (Vec2, f32, u32);
 
-/// Points on the canvas, `0 ≤ p < size`, by cells from the top. O(darts); about a microsecond a point.
+/// Points on the canvas, `0 ≤ p < size`, by cells from the top. O(darts); about two microseconds a point.
 pub fn poisson(spec: &PoissonSpec<'_>, hash: Hash) -> Vec<Vec2> {
     let mut board = Board::new(spec);
     let columns = board.cells.as_usizevec2().x;
@@ -98,7 +101,8 @@ impl<'a> Board<'a> {
         let cells = IVec2::new(fit(spec.size.x), fit(spec.size.y));
         let cell = spec.size / cells.as_vec2();
         let span = (half / cell).ceil().as_ivec2();
-        let mut board = Self { spec, cells, cell, axis, reach: Vec::new(), held: Vec::new() };
+        let (reach, steps) = (Vec::new(), Vec::new());
+        let mut board = Self { spec, cells, cell, axis, reach, steps, span, held: Vec::new() };
         for y in -span.y..=span.y {
             for x in -span.x..=span.x {
                 let gap = (IVec2::new(x, y).abs() - 1).max(IVec2::ZERO).as_vec2() * cell;
@@ -108,6 +112,7 @@ impl<'a> Board<'a> {
             }
         }
         board.reach.sort_by_key(|r| (r.length_squared(), r.y, r.x));
+        board.steps = board.reach.iter().map(|r| (r.y * cells.x + r.x) as isize).collect();
         board.held = vec![(Vec2::ZERO, 0.0); cells.as_usizevec2().element_product()];
         board
     }
@@ -149,6 +154,11 @@ impl<'a> Board<'a> {
     /// Whether `holds` for all cells that may hold something too near to a point in cell `at`; it gets the cell, and by how
     /// much what is in it is shifted across the canvas' edges.
     fn all_near(&self, at: IVec2, holds: impl Fn(usize, Vec2) -> bool) -> bool {
+        let (low, high) = (at - self.span, at + self.span);
+        if low.min_element() >= 0 && high.x < self.cells.x && high.y < self.cells.y {
+            let here = self.index(at);
+            return self.steps.iter().all(|step| holds(here.wrapping_add_signed(*step), Vec2::ZERO));
+        }
         self.reach.iter().all(|reach| {
             let cell = at + *reach;
             let turn = cell.div_euclid(self.cells);

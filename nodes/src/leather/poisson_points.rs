@@ -1,7 +1,7 @@
 //! [`PoissonPoints`]: points at random that keep their distance.
 //!
 //! Stands for "any algorithm giving an almost uniform distribution" (JP4905282B2 §3, rows A9v, A68); LEATHER-LOOK lever 3.
-//! Cost: O(points), about three microseconds each.
+//! Cost: O(points), about two microseconds each.
 use super::grid_points::{MAX_POINTS, afford, too_many};
 use crate::kernel::hash::Hash;
 use crate::kernel::poisson::{PoissonSpec, poisson, poisson_estimate};

@@ -13,6 +13,7 @@ pub mod space;
 pub mod surface;
 pub mod synthesis;
 pub mod tone;
+pub mod wood;
 
 mod choice;
 #[cfg(test)]
@@ -26,6 +27,7 @@ use shibo_engine::registry::{Family, Registry};
 pub fn families() -> Vec<Family> {
     vec![
         leather::family(),
+        wood::family(),
         generators::family(),
         image::family(),
         tone::family(),

@@ -1,6 +1,9 @@
 //! What objects and fields look like in JSON.
+use glam::DVec3;
 use serde::{Serialize, Serializer};
-use shibo_engine::value::{CoordMap, Exemplar, Lattice, Points, Segments, SpringNet};
+use shibo_engine::value::{
+    ColorPattern, CoordMap, Curve, Exemplar, Lattice, Points, Segments, Skeleton, Solid, SpringNet,
+};
 use std::collections::BTreeMap;
 
 /// A number that reads back exactly; what JSON cannot say is a word.
@@ -17,7 +20,22 @@ impl Serialize for Number {
     }
 }
 
+/// The same in double precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Exact(f64);
+
+impl Serialize for Exact {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            n if n.is_nan() => serializer.serialize_str("nan"),
+            n if n.is_infinite() => serializer.serialize_str(if n > 0.0 { "inf" } else { "-inf" }),
+            n => serializer.serialize_f64(n),
+        }
+    }
+}
+
 type Pair = [Number; 2];
+type Triple = [Exact; 3];
 
 /// What is printed.
 #[derive(Serialize)]
@@ -31,6 +49,10 @@ pub(super) enum Data {
     Segments(SegmentsData),
     Exemplar(ExemplarData),
     Coords(CoordsData),
+    Curve(CurveData),
+    Skeleton(SkeletonData),
+    Pattern(PatternData),
+    Solid(SolidData),
 }
 
 /// A field at the pixels of a picture, or at points.
@@ -125,6 +147,49 @@ pub(super) struct CoordsData {
     coords: Vec<Pair>,
 }
 
+#[derive(Serialize)]
+pub(super) struct CurveData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    points: Vec<Triple>,
+}
+
+#[derive(Serialize)]
+pub(super) struct SkeletonData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    trunk: Vec<[Triple; 4]>,
+    branches: Vec<BranchData>,
+}
+
+#[derive(Serialize)]
+struct BranchData {
+    start: Triple,
+    direction: Triple,
+    thickening_speed: Exact,
+    length: Exact,
+    dead_from: Exact,
+    lifetime: Exact,
+}
+
+#[derive(Serialize)]
+pub(super) struct PatternData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    entries: usize,
+    table: Vec<[Number; 3]>,
+    widths: Vec<Number>,
+}
+
+/// A solid at points, channels innermost.
+#[derive(Serialize)]
+pub(super) struct SolidData {
+    #[serde(rename = "type")]
+    ty: &'static str,
+    channels: usize,
+    values: Vec<Exact>,
+}
+
 impl Data {
     /// A material, by the names of its channels.
     pub(super) fn material(fields: BTreeMap<&'static str, FieldData>) -> Self {
@@ -211,6 +276,49 @@ pub(super) fn coords(map: &CoordMap) -> Data {
         coverage: Number(map.coverage),
         coords: map.coords.iter().map(|c| c.map(Number)).collect(),
     })
+}
+
+fn triple(v: &DVec3) -> Triple {
+    v.to_array().map(Exact)
+}
+
+/// Points of a line.
+pub(super) fn curve(curve: &Curve) -> Data {
+    Data::Curve(CurveData { ty: "Curve", points: curve.points.iter().map(triple).collect() })
+}
+
+/// A trunk and its branches.
+pub(super) fn skeleton(skeleton: &Skeleton) -> Data {
+    let branch = |branch: &shibo_engine::value::Branch| BranchData {
+        start: triple(&branch.start),
+        direction: triple(&branch.direction),
+        thickening_speed: Exact(branch.thickening),
+        length: Exact(branch.length),
+        dead_from: Exact(branch.dead_from),
+        lifetime: Exact(branch.lifetime),
+    };
+    Data::Skeleton(SkeletonData {
+        ty: "Skeleton",
+        trunk: skeleton.trunk.iter().map(|controls| controls.each_ref().map(triple)).collect(),
+        branches: skeleton.branches.iter().map(branch).collect(),
+    })
+}
+
+/// The colours of years.
+pub(super) fn pattern(pattern: &ColorPattern) -> Data {
+    Data::Pattern(PatternData {
+        ty: "ColorPattern",
+        entries: pattern.entries,
+        table: pattern.table.iter().map(|color| color.map(Number)).collect(),
+        widths: numbers(&pattern.widths),
+    })
+}
+
+/// A solid's values at points, given one channel after another.
+pub(super) fn solid(solid: &Solid, values: &[f64]) -> Data {
+    let (channels, points) = (solid.channels(), values.len() / solid.channels());
+    let value = |i: usize| Exact(values[i % channels * points + i / channels]);
+    Data::Solid(SolidData { ty: solid.ty().name(), channels, values: (0..values.len()).map(value).collect() })
 }
 
 #[cfg(test)]

@@ -24,7 +24,8 @@ Examples:
   shibo dump calf.ron points                           points, as [x, y] in mm
   shibo dump calf.ron moved.stretch                    another output of a node
   shibo dump calf.ron height --resolution 64           a field, by rows
-  shibo dump calf.ron height --at places.csv           the same at points, one x,y in mm a line";
+  shibo dump calf.ron height --at places.csv           the same at points, one x,y in mm a line
+  shibo dump oak.ron time --at places.csv              a solid at points, one x,y,z in mm a line";
 
 /// Print what a node makes, as JSON.
 #[derive(Args, Debug)]
@@ -41,7 +42,7 @@ pub(crate) struct DumpArgs {
     /// The size in pixels at which fields are taken, instead of the graph's.
     #[arg(long, value_name = "WxH", value_parser = size)]
     resolution: Option<UVec2>,
-    /// Take a field at the points of a file instead, one `x,y` in mm a line.
+    /// Take a field or a solid at the points of a file, one `x,y` (for a solid `x,y,z`) in mm a line.
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,
     #[command(flatten)]
@@ -67,12 +68,13 @@ struct Source<'a> {
 /// Runs the command.
 pub(crate) fn run(args: &DumpArgs, terminal: &Terminal) -> Result<(), Quit> {
     let FormatArg::Json = args.format;
-    let points = args.at.as_deref().map(at::read).transpose()?;
     let cancel = CancelToken::default();
     interrupt::cancel_on_signals(&cancel);
     let registry = shibo_nodes::registry();
     let graph = open::graph(open::load(&args.graph, &registry, &args.values, args.resolution), terminal)?;
     let place = find::output(&graph, &args.node)?;
+    let solid = graph.nodes[place.0].outputs[place.1].is_solid();
+    let points = args.at.as_deref().map(|path| at::read(path, if solid { 3 } else { 2 })).transpose()?;
     let session = open::session(registry, &args.engine, terminal)?;
     let progress = Progress::new(terminal, false);
     let source = Source { session: &session, graph: &graph, cancel: &cancel, progress: &progress };
@@ -101,6 +103,13 @@ impl Source<'_> {
             Value::Segments(segments) => data::segments(segments),
             Value::Exemplar(exemplar) => data::exemplar(exemplar),
             Value::CoordMap(map) => data::coords(map),
+            Value::Curve(curve) => data::curve(curve),
+            Value::Skeleton(skeleton) => data::skeleton(skeleton),
+            Value::ColorPattern(pattern) => data::pattern(pattern),
+            Value::Solid(solid) => {
+                let message = format!("a {} has values at points only; give some with `--at FILE.csv`", solid.ty());
+                return Err(Failure::Usage(message));
+            }
             other => return Err(Failure::Usage(format!("a {} cannot be printed", other.ty()))),
         })
     }
@@ -118,15 +127,18 @@ impl Source<'_> {
     }
 
     /// The values of a field at points; each stands for a pixel around it.
-    fn at(&self, value: &Value, points: &[glam::DVec2]) -> Result<Data, Failure> {
+    fn at(&self, value: &Value, points: &[glam::DVec3]) -> Result<Data, Failure> {
         let (field, ty) = match value {
             Value::Field(field) => (field, field.ty()),
             Value::Picture(picture) => (&picture.rgb, value.ty()),
-            other => return Err(Failure::Usage(format!("`--at` takes a field, and this is a {}", other.ty()))),
+            Value::Solid(solid) => return Ok(data::solid(solid, &solid.at(points))),
+            other => {
+                return Err(Failure::Usage(format!("`--at` takes a field or a solid, and this is a {}", other.ty())));
+            }
         };
         let grid = self.graph.canvas.grid(self.graph.canvas.resolution);
         let window = Window::full(UVec2::ONE);
-        let wanted: Vec<_> = points.iter().map(|point| (grid.centered_at(*point), window)).collect();
+        let wanted: Vec<_> = points.iter().map(|point| (grid.centered_at(point.truncate()), window)).collect();
         let (tiles, _) = self.session.rasters(self.graph, field, &wanted, self.cancel, self.progress)?;
         let values = tiles.iter().flat_map(interleaved).collect();
         Ok(Data::Field(FieldData { ty: ty.name(), size: None, channels: field.channels(), values }))

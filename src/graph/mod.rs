@@ -119,6 +119,9 @@ const fn color(ty: Type) -> &'static str {
         Type::SpringNet => "#c2503e",
         Type::Segments => "#8a6d3b",
         Type::Exemplar | Type::CoordMap => "#7a4fa3",
+        Type::Curve | Type::Skeleton => "#6b4a2b",
+        Type::ColorPattern => "#d0a21d",
+        Type::Solid | Type::SolidColor | Type::SolidVector => "#9a6a3f",
         Type::Material => "#c03a6b",
         _ => "#555555",
     }

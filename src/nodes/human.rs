@@ -57,7 +57,7 @@ pub(super) fn node(page: &mut Text, info: &KindInfo, width: usize) {
         let main = if i == 0 { ", the main output" } else { "" };
         let ty = match output.ty {
             OutputType::Fixed(_) => output_type(output).to_owned(),
-            OutputType::Like(ports) => format!("as {}", ports.join(", ")),
+            OutputType::Like(ports) | OutputType::SolidLike(ports) => format!("as {}", ports.join(", ")),
         };
         page.push("  ").styled(Style::Accent, output.name).styled(Style::Dim, &format!("  {ty}{main}")).end();
         paragraph(page, output.doc, "      ", width);

@@ -55,5 +55,6 @@ pub(super) fn output_type(output: &Output) -> &'static str {
     match output.ty {
         OutputType::Fixed(ty) => ty.name(),
         OutputType::Like(_) => "Field",
+        OutputType::SolidLike(_) => "AnySolid",
     }
 }

@@ -66,7 +66,7 @@ pub(super) fn node(info: &KindInfo) -> String {
     for output in info.outputs {
         let ty = match output.ty {
             OutputType::Fixed(_) => output_type(output).to_owned(),
-            OutputType::Like(ports) => format!("as `{}`", ports.join("`, `")),
+            OutputType::Like(ports) | OutputType::SolidLike(ports) => format!("as `{}`", ports.join("`, `")),
         };
         let _ = writeln!(out, "| `{}` | {ty} | {} |", output.name, cell(output.doc));
     }

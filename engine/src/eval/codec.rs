@@ -10,8 +10,11 @@ pub fn encode(value: &Value) -> Option<Vec<u8>> {
         Value::SpringNet(springs) => tagged(b'N', springs),
         Value::Segments(segments) => tagged(b'G', segments),
         Value::Exemplar(exemplar) => tagged(b'E', exemplar),
-        Value::CoordMap(map) => tagged(b'C', map),
-        Value::Field(_) | Value::Picture(_) | Value::Material(_) => None,
+        Value::CoordMap(map) => tagged(b'M', map),
+        Value::Curve(curve) => tagged(b'C', curve),
+        Value::Skeleton(skeleton) => tagged(b'K', skeleton),
+        Value::ColorPattern(pattern) => tagged(b'Y', pattern),
+        Value::Field(_) | Value::Picture(_) | Value::Material(_) | Value::Solid(_) => None,
     }
 }
 
@@ -34,7 +37,10 @@ pub fn decode(bytes: &[u8]) -> Option<Value> {
         b'N' => Value::SpringNet(object(body)?),
         b'G' => Value::Segments(object(body)?),
         b'E' => Value::Exemplar(object(body)?),
-        b'C' => Value::CoordMap(object(body)?),
+        b'M' => Value::CoordMap(object(body)?),
+        b'C' => Value::Curve(object(body)?),
+        b'K' => Value::Skeleton(object(body)?),
+        b'Y' => Value::ColorPattern(object(body)?),
         _ => return None,
     })
 }

@@ -3,7 +3,7 @@ use super::Event;
 use super::run::Run;
 use crate::diagnostics::Problem;
 use crate::graph::GraphNode;
-use crate::value::{Evaluator, Field, Grid, Stop, Tile, Window};
+use crate::value::{Evaluator, Field, Grid, Key, Stop, Tile, Window};
 use cpu_time::ProcessTime;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -35,6 +35,7 @@ fn nanos(time: Duration) -> u64 {
 pub(super) struct NodeEvaluator<'r, 'g> {
     pub(super) run: &'r Run<'g>,
     pub(super) node: &'r GraphNode,
+    pub(super) key: Key,
     pub(super) alone: bool,
     pub(super) nested: AtomicU64,
 }
@@ -53,6 +54,10 @@ impl Evaluator for NodeEvaluator<'_, '_> {
 
     fn progress(&self, done: u64, total: u64) {
         self.run.observer.event(Event::Node { name: self.node.name.clone(), done, total });
+    }
+
+    fn key(&self) -> Option<Key> {
+        Some(self.key)
     }
 
     fn memory(&self) -> u64 {

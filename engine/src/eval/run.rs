@@ -152,7 +152,8 @@ impl<'g> Run<'g> {
         self.cancel.check()?;
         let node = &self.graph.nodes[index];
         let inputs: Vec<Value> = node.inputs.iter().map(|input| self.input(input)).collect();
-        let evaluator = NodeEvaluator { run: self, node, alone, nested: AtomicU64::new(0) };
+        let evaluator =
+            NodeEvaluator { run: self, node, key: self.keys.output(index, 0), alone, nested: AtomicU64::new(0) };
         let context = Context {
             kind: &node.kind,
             canvas: &self.graph.canvas,
@@ -345,7 +346,7 @@ impl<'g> Run<'g> {
 
 /// Whether a value is data, computed when its node is evaluated.
 fn is_object(value: &Value) -> bool {
-    !matches!(value, Value::Field(_) | Value::Picture(_) | Value::Material(_))
+    !matches!(value, Value::Field(_) | Value::Picture(_) | Value::Material(_) | Value::Solid(_))
 }
 
 /// Gives the fields of a new value their keys.
@@ -360,6 +361,7 @@ fn keyed(value: &Value, key: Key) -> Value {
         Value::Material(material) => Value::Material(Arc::new(Material::new(
             material.channels().iter().map(|(channel, field)| (*channel, field.clone().keyed(part(channel.name())))),
         ))),
+        Value::Solid(solid) => Value::Solid(solid.clone().keyed(key)),
         value => value.clone(),
     }
 }

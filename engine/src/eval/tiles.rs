@@ -53,11 +53,12 @@ impl Run<'_> {
             let (tile, own) = self.fill(field, grid, window, owner)?;
             return Ok((Arc::new(tile), own));
         };
+        let owner = field.owner().unwrap_or(key);
         let kept = field.source().cost() == Cost::Local || self.shared.contains(&key);
         if field.as_constant().is_some() || (!kept && covering(window).len() == 1) {
-            let (tile, own) = self.fill(field, grid, window, key)?;
+            let (tile, own) = self.fill(field, grid, window, owner)?;
             if field.as_constant().is_none() {
-                self.ledger.add(key, Work { time: own, computed: 1, ..Work::default() });
+                self.ledger.add(owner, Work { time: own, computed: 1, ..Work::default() });
             }
             return Ok((Arc::new(tile), Duration::ZERO));
         }
@@ -90,11 +91,12 @@ impl Run<'_> {
     /// One whole tile, from the caches or computed.
     fn tile(&self, field: &Field, key: Key, grid: &Grid, (x, y): (&Piece, &Piece)) -> Result<Arc<Tile>, Stop> {
         self.cancel.check()?;
+        let owner = field.owner().unwrap_or(key);
         let at = TileKey { field: key, grid: grid.id(), at: (x.index, y.index) };
         let memory: &MemoryCache = &self.caches.memory;
         let guard = match memory.tiles.get_value_or_guard(&at, None) {
             GuardResult::Value(tile) => {
-                self.ledger.add(key, Work { memory: 1, ..Work::default() });
+                self.ledger.add(owner, Work { memory: 1, ..Work::default() });
                 return Ok(tile);
             }
             GuardResult::Guard(guard) => Some(guard),
@@ -105,13 +107,13 @@ impl Run<'_> {
         let name = || Key::of("tile", &[key.as_bytes(), format!("{at:?}").as_bytes()]);
         let tile = match disk.and_then(|disk| from_disk(disk, name(), grid, window, field.channels())) {
             Some(tile) => {
-                self.ledger.add(key, Work { disk: 1, ..Work::default() });
+                self.ledger.add(owner, Work { disk: 1, ..Work::default() });
                 tile
             }
             None => {
                 let start = Instant::now();
-                let (tile, own) = self.fill(field, grid, window, key)?;
-                self.ledger.add(key, Work { time: own, computed: 1, ..Work::default() });
+                let (tile, own) = self.fill(field, grid, window, owner)?;
+                self.ledger.add(owner, Work { time: own, computed: 1, ..Work::default() });
                 // What several nodes read stands for all that is before it.
                 let spared = if self.shared.contains(&key) { start.elapsed() } else { own };
                 if let Some(disk) = disk.filter(|_| spared >= DISK_READ.max(DISK_NODE / tiles(grid))) {

@@ -122,10 +122,22 @@ impl Unit<'_> {
         };
         let outputs = info.outputs.iter().map(|output| match output.ty {
             OutputType::Fixed(ty) => Some(ty),
+            OutputType::SolidLike(ports) => {
+                let read = node.slots.iter().filter(|slot| ports.contains(&slot.port.as_str()));
+                let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();
+                let wide = types.iter().flatten().find(|ty| matches!(ty, Type::SolidColor | Type::SolidVector));
+                match (wide, types.contains(&None) || (!node.good && types.is_empty())) {
+                    (Some(ty), _) => Some(*ty),
+                    (None, true) => None,
+                    (None, false) => Some(Type::Solid),
+                }
+            }
             OutputType::Like(ports) => {
                 let read = node.slots.iter().filter(|slot| ports.contains(&slot.port.as_str()));
                 let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();
-                let wide = types.iter().any(|ty| matches!(ty, Some(Type::Rgb | Type::Picture)));
+                let wide = types
+                    .iter()
+                    .any(|ty| matches!(ty, Some(Type::Rgb | Type::Picture | Type::SolidColor | Type::SolidVector)));
                 // What is given to a port but in error could be of either type.
                 let unknown = types.contains(&None) || (!node.good && types.is_empty());
                 match (types.contains(&Some(Type::Normal)), wide, unknown) {

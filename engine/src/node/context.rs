@@ -60,6 +60,11 @@ impl Context<'_> {
         u64::from_le_bytes(word)
     }
 
+    /// The key of a part of the node's result that is none of its outputs, for parts that several outputs share.
+    pub fn part_key(&self, name: &str) -> Option<Key> {
+        self.evaluator.key().map(|key| Key::of("shared part", &[key.as_bytes(), name.as_bytes()]))
+    }
+
     /// The path of the file that the parameter `field` names.
     pub fn file(&self, field: &str) -> Option<&Path> {
         self.files.iter().find(|(name, _)| *name == field).map(|(_, path)| path.as_path())
@@ -120,7 +125,13 @@ macro_rules! into_value {
     )*};
 }
 
-into_value! { Points, Lattice, SpringNet, Segments, Material, Exemplar, CoordMap, }
+into_value! { Points, Lattice, SpringNet, Segments, Curve, Skeleton, ColorPattern, Material, Exemplar, CoordMap, }
+
+impl From<crate::value::Solid> for Value {
+    fn from(solid: crate::value::Solid) -> Self {
+        Self::Solid(solid)
+    }
+}
 
 impl From<Field> for Value {
     fn from(field: Field) -> Self {

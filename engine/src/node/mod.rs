@@ -43,7 +43,10 @@ pub(crate) use build::{Functions, ron_options};
 pub use context::{Context, Outputs};
 pub use info::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};
-pub use port::{AnyField, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb, Vec2Field};
+pub use port::{
+    AnyField, AnySolid, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb, SolidColor, SolidNumber,
+    SolidVector, Vec2Field,
+};
 
 use crate::diagnostics::Problem;
 use crate::value::{Canvas, Stop, Tiling, Type};
@@ -68,7 +71,10 @@ pub enum OutputType {
     /// Always the same.
     Fixed(Type),
     /// The widest of the types at these ports: `Normal` if any is, else `Rgb` if any is (or a picture), else `Gray`.
+    /// Of solids, the field that a cut through them shows: `Rgb` for colours and vectors.
     Like(&'static [&'static str]),
+    /// The widest of the types of the solids at these ports: that of the first one that is not `Solid`, else `Solid`.
+    SolidLike(&'static [&'static str]),
 }
 
 /// An output of a node; the first of a node's outputs is its main one.
@@ -91,6 +97,11 @@ impl Output {
     /// An output whose type follows those of the ports named.
     pub const fn like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
         Self { name, ty: OutputType::Like(ports), doc }
+    }
+
+    /// An output that is a solid of the type of those at the ports named.
+    pub const fn solid_like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
+        Self { name, ty: OutputType::SolidLike(ports), doc }
     }
 }
 

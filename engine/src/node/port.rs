@@ -1,5 +1,8 @@
 //! Ports: the fields of a node struct that wires go into.
-use crate::value::{CoordMap, Exemplar, Field, Lattice, Material, Points, Segments, SpringNet, Type, Value};
+use crate::value::{
+    ColorPattern, CoordMap, Curve, Exemplar, Field, Lattice, Material, Points, Segments, Skeleton, Solid, SpringNet,
+    Type, Value,
+};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
@@ -61,7 +64,34 @@ macro_rules! object_ports {
     )*};
 }
 
-object_ports! { Points, Lattice, SpringNet, Segments, Material, Exemplar, CoordMap, }
+object_ports! { Points, Lattice, SpringNet, Segments, Curve, Skeleton, ColorPattern, Material, Exemplar, CoordMap, }
+
+macro_rules! solid_ports {
+    ($($(#[$doc:meta])* $name:ident = $ty:ident,)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name;
+
+        impl PortType for $name {
+            const TYPE: Type = Type::$ty;
+            type Got = Solid;
+            fn take(value: Value) -> Option<Solid> {
+                match value { Value::Solid(solid) => Some(solid), _ => None }
+            }
+        }
+    )*};
+}
+
+solid_ports! {
+    /// A port for one number at every point in space.
+    SolidNumber = Solid,
+    /// A port for a colour at every point in space.
+    SolidColor = SolidColor,
+    /// A port for a vector at every point in space.
+    SolidVector = SolidVector,
+    /// A port for any solid.
+    AnySolid = AnySolid,
+}
 
 /// A port. In a node struct: `In<T>` must be connected unless its default is a [`constant`](Self::constant),
 /// `Option<In<T>>` may be, `Vec<In<T>>` takes a list.

@@ -124,7 +124,8 @@ impl Planner<'_> {
             return Err(Failure::Usage(message));
         }
         let exr_only = matches!(ty, Type::Vec2 | Type::Jacobian | Type::Material);
-        let floats = exr_only || channel == Some(Channel::Height);
+        // Heights in mm and angles in degrees do not lie within 0..1.
+        let floats = exr_only || matches!(channel, Some(Channel::Height | Channel::AnisotropyAngle));
         let stated = self.request.format.or(if self.request.depth.is_none() { output.format } else { None });
         let depth = self.request.depth.or(if self.request.format.is_none() { output.depth } else { None });
         let format = stated.unwrap_or(match depth {

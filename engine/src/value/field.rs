@@ -69,6 +69,11 @@ pub trait Evaluator: Sync {
     /// How many bytes a node may take for what it computes.
     fn memory(&self) -> u64;
 
+    /// The key of the main output of the node that is being evaluated.
+    fn key(&self) -> Option<Key> {
+        None
+    }
+
     /// Something that the user should know although the node goes on.
     fn warn(&self, problem: Problem);
 }
@@ -111,6 +116,7 @@ pub struct Field {
     pixels: Option<glam::UVec2>,
     constant: Option<[f32; 4]>,
     key: Option<Key>,
+    owner: Option<Key>,
     source: Arc<dyn FieldSource>,
 }
 
@@ -127,7 +133,16 @@ impl fmt::Debug for Field {
 impl Field {
     /// A field of type `ty` (one of the field types) computed by `source`.
     pub fn new(ty: Type, tiling: Tiling, source: impl FieldSource + 'static) -> Self {
-        Self { ty, tiling, native: None, pixels: None, constant: None, key: None, source: Arc::new(source) }
+        Self {
+            ty,
+            tiling,
+            native: None,
+            pixels: None,
+            constant: None,
+            key: None,
+            owner: None,
+            source: Arc::new(source),
+        }
     }
 
     /// A field that has the same value everywhere; `values` as many as the type has channels.
@@ -220,6 +235,18 @@ impl Field {
     pub fn keyed(mut self, key: Key) -> Self {
         self.key.get_or_insert(key);
         self
+    }
+
+    /// The same, its work to be counted as that of the result `owner`, of which it is a part.
+    #[must_use]
+    pub fn owned_by(mut self, owner: Key) -> Self {
+        self.owner = Some(owner);
+        self
+    }
+
+    /// The result as whose work its own counts, if that is another.
+    pub fn owner(&self) -> Option<Key> {
+        self.owner
     }
 
     /// The code behind it.

@@ -2,6 +2,7 @@
 mod area;
 mod canvas;
 mod color;
+mod cut;
 mod exemplar;
 mod field;
 mod key;
@@ -9,12 +10,15 @@ mod lattice;
 mod material;
 mod points;
 mod segments;
+mod solid;
 mod tile;
 mod ty;
+mod wood;
 
 pub use area::Area;
 pub use canvas::{Canvas, Grid, GridId, TileMode, Tiling, Window};
 pub use color::{linear_to_srgb, srgb_to_linear};
+pub use cut::Cut;
 pub use exemplar::{CoordMap, Exemplar, ExemplarFrame, ExemplarLattice, ExemplarLevel, Neighborhood};
 pub use field::{Cost, Evaluator, Field, FieldSource, Halo, Reader, Stop};
 pub use key::Key;
@@ -22,8 +26,10 @@ pub use lattice::{GridLinks, Lattice, LiveMass, SpringNet};
 pub use material::{Channel, Material};
 pub use points::{GridOrder, Points};
 pub use segments::{Segments, clip_line};
+pub use solid::{Patch, Planes, Solid, SolidSource, Wants};
 pub use tile::Tile;
 pub use ty::Type;
+pub use wood::{Branch, ColorPattern, Curve, Skeleton};
 
 use std::sync::Arc;
 
@@ -52,6 +58,14 @@ pub enum Value {
     SpringNet(Arc<SpringNet>),
     /// Line segments.
     Segments(Arc<Segments>),
+    /// Points of a line in space.
+    Curve(Arc<Curve>),
+    /// The line along which a trunk grew, and its branches.
+    Skeleton(Arc<Skeleton>),
+    /// The colours of wood through the year.
+    ColorPattern(Arc<ColorPattern>),
+    /// Any of the solid types.
+    Solid(Solid),
     /// Channels of a surface.
     Material(Arc<Material>),
     /// A picture to synthesise from.
@@ -70,6 +84,10 @@ impl Value {
             Self::Lattice(_) => Type::Lattice,
             Self::SpringNet(_) => Type::SpringNet,
             Self::Segments(_) => Type::Segments,
+            Self::Curve(_) => Type::Curve,
+            Self::Skeleton(_) => Type::Skeleton,
+            Self::ColorPattern(_) => Type::ColorPattern,
+            Self::Solid(solid) => solid.ty(),
             Self::Material(_) => Type::Material,
             Self::Exemplar(_) => Type::Exemplar,
             Self::CoordMap(_) => Type::CoordMap,
@@ -87,6 +105,10 @@ impl Value {
             Self::Segments(segments) => segments.bytes(),
             Self::Exemplar(exemplar) => exemplar.bytes(),
             Self::CoordMap(map) => map.bytes(),
+            Self::Curve(curve) => curve.bytes(),
+            Self::Skeleton(skeleton) => skeleton.bytes(),
+            Self::ColorPattern(pattern) => pattern.bytes(),
+            Self::Solid(solid) => solid.bytes(),
             Self::Material(material) => material.channels().len() * size_of::<Field>(),
         }
     }

@@ -30,6 +30,20 @@ pub enum Type {
     SpringNet,
     /// Line segments.
     Segments,
+    /// Points of a line in space.
+    Curve,
+    /// The line along which a trunk grew, and its branches.
+    Skeleton,
+    /// The colours of wood through the year.
+    ColorPattern,
+    /// One number at every point in space.
+    Solid,
+    /// Scene-linear colour at every point in space.
+    SolidColor,
+    /// A vector at every point in space.
+    SolidVector,
+    /// In ports only: `Solid`, `SolidColor` or `SolidVector`.
+    AnySolid,
     /// Named channels of a surface.
     Material,
     /// A picture to synthesise from.
@@ -40,7 +54,7 @@ pub enum Type {
 
 impl Type {
     /// All types.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 22] = [
         Self::Gray,
         Self::Rgb,
         Self::Normal,
@@ -53,6 +67,13 @@ impl Type {
         Self::Lattice,
         Self::SpringNet,
         Self::Segments,
+        Self::Curve,
+        Self::Skeleton,
+        Self::ColorPattern,
+        Self::Solid,
+        Self::SolidColor,
+        Self::SolidVector,
+        Self::AnySolid,
         Self::Material,
         Self::Exemplar,
         Self::CoordMap,
@@ -73,6 +94,13 @@ impl Type {
             Self::Lattice => "Lattice",
             Self::SpringNet => "SpringNet",
             Self::Segments => "Segments",
+            Self::Curve => "Curve",
+            Self::Skeleton => "Skeleton",
+            Self::ColorPattern => "ColorPattern",
+            Self::Solid => "Solid",
+            Self::SolidColor => "SolidColor",
+            Self::SolidVector => "SolidVector",
+            Self::AnySolid => "AnySolid",
             Self::Material => "Material",
             Self::Exemplar => "Exemplar",
             Self::CoordMap => "CoordMap",
@@ -89,11 +117,16 @@ impl Type {
         matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Vec2 | Self::Jacobian | Self::Ids | Self::Field)
     }
 
-    /// The number of channels of a field; 0 for anything else.
+    /// Whether it is a function of a point in space.
+    pub const fn is_solid(self) -> bool {
+        matches!(self, Self::Solid | Self::SolidColor | Self::SolidVector | Self::AnySolid)
+    }
+
+    /// The number of channels of a field or a solid; 0 for anything else.
     pub const fn channels(self) -> usize {
         match self {
-            Self::Gray | Self::Ids => 1,
-            Self::Rgb | Self::Normal => 3,
+            Self::Gray | Self::Ids | Self::Solid => 1,
+            Self::Rgb | Self::Normal | Self::SolidColor | Self::SolidVector => 3,
             Self::Vec2 => 2,
             Self::Jacobian => 4,
             _ => 0,
@@ -104,7 +137,7 @@ impl Type {
     ///
     /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
     /// `Picture` → `Rgb` its colour; `Normal` and `Rgb` go into each other as they are, and so does `Picture` → `Normal`;
-    /// a `Field` port takes `Gray`, `Rgb`, `Normal` and, as `Rgb`, `Picture`. Literals (a number for `Gray`, a number or a
+    /// a `Field` port takes `Gray`, `Rgb`, `Normal` and, as `Rgb`, `Picture`; an `AnySolid` port takes every solid. Literals (a number for `Gray`, a number or a
     /// colour for `Rgb`) become constant fields.
     pub const fn fits(self, port: Self) -> bool {
         matches!(
@@ -113,6 +146,7 @@ impl Type {
                 | (Self::Picture, Self::Gray | Self::Rgb | Self::Normal | Self::Field)
                 | (Self::Rgb, Self::Normal | Self::Field)
                 | (Self::Normal, Self::Rgb | Self::Field)
+                | (Self::Solid | Self::SolidColor | Self::SolidVector, Self::AnySolid)
         ) || self as u8 == port as u8
     }
 }

@@ -1,0 +1,74 @@
+//! Cuts: surfaces through solids, each pixel of the canvas a point in space.
+use super::{Field, Grid, Key, Solid, Tiling};
+use std::fmt;
+use std::sync::Arc;
+
+type Spacing = Arc<dyn Fn(&Grid) -> f64 + Send + Sync>;
+
+/// A surface in space: where in it each point of the canvas lies.
+#[derive(Clone)]
+pub struct Cut {
+    place: Field,
+    key: Key,
+    level: bool,
+    spacing: Spacing,
+}
+
+impl fmt::Debug for Cut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Cut").field("key", &self.key).field("level", &self.level).finish_non_exhaustive()
+    }
+}
+
+impl Cut {
+    /// A cut with the x, y and z of each point of the canvas in the three channels of `place`. Equal keys mean equal
+    /// cuts. `spacing` bounds the distance in mm of the points of neighbouring pixels of a grid.
+    pub fn new(key: Key, place: Field, spacing: impl Fn(&Grid) -> f64 + Send + Sync + 'static) -> Self {
+        Self { place, key, level: false, spacing: Arc::new(spacing) }
+    }
+
+    /// The same with the promise that z is the same for all points of a row of pixels, if `level`.
+    #[must_use]
+    pub fn with_level_rows(mut self, level: bool) -> Self {
+        self.level = level;
+        self
+    }
+
+    /// The cut through the points that the `SolidVector` `place` gives for those of this cut.
+    #[must_use]
+    pub(super) fn moved(&self, place: &Solid, keeps_z: bool) -> Self {
+        let by = place.key().map_or([0; 16], |key| *key.as_bytes());
+        Self {
+            place: place.cut(self),
+            key: Key::of("moved cut", &[self.key.as_bytes(), &by]),
+            level: self.level && keeps_z,
+            spacing: self.spacing.clone(),
+        }
+    }
+
+    /// The points, in the three channels of a field.
+    pub fn place(&self) -> &Field {
+        &self.place
+    }
+
+    /// Its identity.
+    pub fn key(&self) -> Key {
+        self.key
+    }
+
+    /// Where it repeats with the canvas.
+    pub fn tiling(&self) -> Tiling {
+        self.place.tiling()
+    }
+
+    /// Whether z is the same for all points of a row of pixels.
+    pub fn level(&self) -> bool {
+        self.level
+    }
+
+    /// A bound of the distance in mm of the points of neighbouring pixels.
+    #[expect(clippy::cast_possible_truncation, reason = "a bound in mm")]
+    pub fn pixel(&self, grid: &Grid) -> f32 {
+        (self.spacing)(grid) as f32
+    }
+}

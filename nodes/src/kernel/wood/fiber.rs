@@ -1,0 +1,258 @@
+//! Fibre space: coordinates that run with the fibres, in which streaks, pores and rays are drawn.
+//!
+//! a = v_h (T - T_e) is the radius as the rings have it: points of equal a are rings of equal time. θ' = θ + δ/d with δ
+//! the sideways way of the fibres: their wander, the spiral of the stem, curl, and the flow round knots (the stream
+//! function of a flow round a cylinder). Then X = a cos θ', Y = a sin θ', Z = z: no seam, no shear, and structure drawn in
+//! X, Y, Z parts round knots by itself (WOOD-LOOK §4.3).
+use super::trunk::{Places, Trunk};
+use crate::kernel::hash::Hash;
+use crate::kernel::math;
+use crate::kernel::noise3::{Noise3, visible};
+use crate::kernel::simd::dispatch;
+use glam::{DVec3, Vec3};
+
+/// How fibres run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FiberStyle {
+    /// Elongation and thickening in mm a year, and the height of the ground in mm.
+    pub elongation: f32,
+    /// See above.
+    pub thickening: f32,
+    /// See above.
+    pub ground: f32,
+    /// How much fibres wander; 1 is natural.
+    pub wander: f32,
+    /// The slope of spiral grain, as a tangent.
+    pub spiral: f32,
+    /// How far curly grain swings, in mm.
+    pub curl: f32,
+    /// The length of a wave of curly grain in mm.
+    pub curl_length: f32,
+    /// How irregular these waves are.
+    pub curl_chaos: f32,
+    /// The slope of interlocked grain, as a tangent; it changes sides from layer to layer.
+    pub interlock: f32,
+    /// The thickness of two layers of interlocked grain in mm.
+    pub interlock_pitch: f32,
+}
+
+/// A branch that fibres flow round.
+#[derive(Clone, Copy, Debug)]
+pub struct Obstacle {
+    start: Vec3,
+    direction: Vec3,
+    /// The horizontal direction sideways of the branch.
+    side: Vec3,
+    /// Its radius over the distance from its start.
+    taper: f32,
+    length: f32,
+}
+
+/// Beyond so many radii a knot moves no fibre.
+const REACH: f32 = 8.0;
+const RUN: usize = 64;
+
+impl Obstacle {
+    /// A branch that thickens at `ratio` times the speed of the trunk.
+    pub fn new(start: DVec3, direction: DVec3, length: f64, ratio: f64) -> Self {
+        let side = direction.cross(DVec3::Z).try_normalize().unwrap_or(DVec3::X);
+        let narrow = crate::kernel::tile::narrow;
+        Self {
+            start: start.as_vec3(),
+            direction: direction.as_vec3(),
+            side: side.as_vec3(),
+            taper: narrow(ratio),
+            length: narrow(length),
+        }
+    }
+
+    fn reaches(&self, low: Vec3, high: Vec3) -> bool {
+        let (centre, radius) = (0.5 * (low + high), 0.5 * low.distance(high));
+        let v = centre - self.start;
+        let s = v.dot(self.direction);
+        let away = (v - self.direction * s.clamp(0.0, self.length)).length() - radius;
+        s + radius > 0.0 && away < REACH * self.taper * math::min(s + radius, self.length)
+    }
+
+    /// How far it moves the fibres at a point sideways, and how much the point is inside it.
+    #[inline(always)]
+    fn push(&self, x: f32, y: f32, z: f32) -> (f32, f32) {
+        let v = [x - self.start.x, y - self.start.y, z - self.start.z];
+        let u = self.direction;
+        let s = math::min(v[0] * u.x + v[1] * u.y + v[2] * u.z, self.length);
+        let w = [v[0] - s * u.x, v[1] - s * u.y, v[2] - s * u.z];
+        let r2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+        let radius = self.taper * math::max(s, 0.0);
+        let square = radius * radius;
+        let aside = w[0] * self.side.x + w[1] * self.side.y;
+        let fade = math::smooth((REACH * REACH * square - r2) / math::max(0.75 * REACH * REACH * square, 1e-6));
+        let push = aside * square / math::max(math::max(r2, square), 1e-6) * fade;
+        let inside = math::smooth((1.15 * square - r2) / math::max(0.3 * square, 1e-6));
+        (push, inside)
+    }
+}
+
+/// Fibres, ready to be evaluated.
+#[derive(Clone, Debug)]
+pub struct Fibers {
+    style: FiberStyle,
+    obstacles: Vec<Obstacle>,
+    noise: [Noise3; 8],
+}
+
+/// How far fibres lie from where an even tree has them: sideways and outwards.
+#[derive(Clone, Copy)]
+struct Stray {
+    sideways: [f32; RUN],
+    outward: [f32; RUN],
+    inside: [f32; RUN],
+    axis: [[f32; RUN]; 3],
+}
+
+impl Fibers {
+    /// From their parameters.
+    pub fn new(style: FiberStyle, obstacles: Vec<Obstacle>, hash: Hash) -> Self {
+        Self { style, obstacles, noise: std::array::from_fn(|i| Noise3::new(hash, i as u64)) }
+    }
+
+    /// The strays of at most [`RUN`] points, `dx` and `dy` counting from the pith; `whole` for the directions inside knots.
+    #[inline(always)]
+    fn stray(&self, at: [&[f32]; 3], from_pith: [&[f32; RUN]; 2], pixel: f32, lift: f32, out: &mut Stray) {
+        let [x, y, z] = at;
+        let [dx, dy] = from_pith;
+        let n = z.len();
+        let style = &self.style;
+        for (out, z) in out.sideways.iter_mut().zip(z) {
+            *out = style.spiral * (z + lift - style.ground);
+        }
+        (out.outward, out.inside) = ([0.0; RUN], [0.0; RUN]);
+        let mut wander = |noise: [Noise3; 2], across: f32, along: f32, side: f32, outward: f32| {
+            let seen = visible(across * 1.5, pixel) * style.wander;
+            if seen > 0.0 {
+                let (a, b) = (1.0 / across, 1.0 / along);
+                for i in 0..n {
+                    let (u, v, w) = (dx[i] * a, dy[i] * a, (z[i] + lift) * b);
+                    out.sideways[i] += seen * side * noise[0].at(u, v, w);
+                    out.outward[i] += seen * outward * noise[1].at(u, v, w);
+                }
+            }
+        };
+        wander([self.noise[0], self.noise[1]], 18.0, 70.0, 0.55, 0.40);
+        wander([self.noise[2], self.noise[3]], 5.0, 15.0, 0.13, 0.10);
+        if style.curl > 0.0 {
+            let inverse = 1.0 / style.curl_length;
+            for i in 0..n {
+                let (u, v, w) = (dx[i], dy[i], z[i] + lift);
+                let wide = self.noise[4].at(u * (1.0 / 28.0), v * (1.0 / 28.0), w * (1.0 / 38.0));
+                let fine = self.noise[5].at(u * (1.0 / 9.0), v * (1.0 / 9.0), w * (1.0 / 16.0));
+                let strong = self.noise[6].at(u * (1.0 / 45.0), v * (1.0 / 45.0), w * (1.0 / 60.0));
+                let strong = math::saturate(0.62 + 0.75 * strong);
+                let turn = std::f32::consts::TAU * (w * inverse + style.curl_chaos * (wide + 0.35 * fine));
+                out.sideways[i] += style.curl * strong * math::sin(turn);
+                out.outward[i] += 0.8 * style.curl * strong * math::cos(turn);
+            }
+        }
+        let range = |v: &[f32]| v.iter().fold((f32::MAX, f32::MIN), |(l, h), &v| (math::min(l, v), math::max(h, v)));
+        if self.obstacles.is_empty() {
+            return;
+        }
+        let ((x0, x1), (y0, y1), (z0, z1)) = (range(x), range(y), range(z));
+        let (low, high) = (Vec3::new(x0, y0, z0) - 1.0, Vec3::new(x1, y1, z1) + 1.0);
+        for obstacle in self.obstacles.iter().filter(|o| o.reaches(low, high)) {
+            for i in 0..n {
+                let (push, inside) = obstacle.push(x[i], y[i], z[i] + lift);
+                // The side of the branch is that of growing angles where it points away from the pith.
+                out.sideways[i] += push;
+                let more = inside > out.inside[i];
+                out.inside[i] = if more { inside } else { out.inside[i] };
+                for (axis, u) in out.axis.iter_mut().zip(obstacle.direction.to_array()) {
+                    axis[i] = if more { u } else { axis[i] };
+                }
+            }
+        }
+    }
+
+    /// X, Y and Z of points with the (even) growth times `time`.
+    pub fn place(&self, trunk: &Trunk<f32>, at: &Places<'_, f32>, time: &[f32], pixel: f32, out: [&mut [f32]; 3]) {
+        let [px, py, pz] = out;
+        pz.copy_from_slice(at.z);
+        let style = &self.style;
+        let inverse = 1.0 / style.elongation;
+        self.each(trunk, at, |from, to, from_pith, stray| {
+            let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
+            self.stray(parts, from_pith, pixel, 0.0, stray);
+            let [dx, dy] = from_pith;
+            for i in 0..to - from {
+                let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt() + 1e-4;
+                let even = style.thickening * (time[from + i] - (at.z[from + i] - style.ground) * inverse);
+                let a = even + stray.outward[i] * d / (d + 4.0);
+                let turn = stray.sideways[i] / (d + 1.5);
+                let (s, c) = (math::sin(turn), math::cos(turn));
+                let (u, v) = (dx[i] / d, dy[i] / d);
+                px[from + i] = a * (u * c - v * s);
+                py[from + i] = a * (v * c + u * s);
+            }
+        });
+    }
+
+    /// The directions of fibres, of length 1.
+    pub fn direction(&self, trunk: &Trunk<f32>, at: &Places<'_, f32>, pixel: f32, out: [&mut [f32]; 3]) {
+        const LIFT: f32 = 0.5;
+        let [fx, fy, fz] = out;
+        let style = &self.style;
+        self.each(trunk, at, |from, to, from_pith, stray| {
+            let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
+            self.stray(parts, from_pith, pixel, LIFT, stray);
+            let above = *stray;
+            self.stray(parts, from_pith, pixel, 0.0, stray);
+            let [dx, dy] = from_pith;
+            let [qx, qy] = trunk.axis_at(parts[2][0]);
+            let [rx, ry] = trunk.axis_at(parts[2][0] + 8.0);
+            let lean = [(rx - qx) * 0.125, (ry - qy) * 0.125];
+            for i in 0..to - from {
+                let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt() + 1e-4;
+                let (u, v) = (dx[i] / d, dy[i] / d);
+                // Along a fibre X and Y stay: what the stray gains upward the point must lose.
+                let swing = if style.interlock > 0.0 {
+                    style.interlock * math::sin(std::f32::consts::TAU * d / style.interlock_pitch)
+                } else {
+                    0.0
+                };
+                let aside = -(above.sideways[i] - stray.sideways[i]) * (1.0 / LIFT) + swing;
+                let outward = -(above.outward[i] - stray.outward[i]) * (1.0 / LIFT) * d / (d + 4.0);
+                let f = [lean[0] + outward * u - aside * v, lean[1] + outward * v + aside * u, 1.0];
+                let w = stray.inside[i];
+                let f: [f32; 3] = std::array::from_fn(|k| math::lerp(f[k], stray.axis[k][i], w));
+                let length = 1.0 / (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
+                (fx[from + i], fy[from + i], fz[from + i]) = (f[0] * length, f[1] * length, f[2] * length);
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn each(
+        &self,
+        trunk: &Trunk<f32>,
+        at: &Places<'_, f32>,
+        mut body: impl FnMut(usize, usize, [&[f32; RUN]; 2], &mut Stray),
+    ) {
+        let none = [0.0; RUN];
+        let mut stray = Stray { sideways: none, outward: none, inside: none, axis: [none; 3] };
+        dispatch(
+            #[inline(always)]
+            || {
+                trunk.runs(
+                    at,
+                    #[inline(always)]
+                    |from, to, qx, qy| {
+                        let (mut dx, mut dy) = ([0.0; RUN], [0.0; RUN]);
+                        for (i, (x, y)) in at.x[from..to].iter().zip(&at.y[from..to]).enumerate() {
+                            (dx[i], dy[i]) = (x - qx[i], y - qy[i]);
+                        }
+                        body(from, to, [&dx, &dy], &mut stray);
+                    },
+                );
+            },
+        );
+    }
+}

@@ -1,0 +1,202 @@
+//! [`BlendTimes`]: growth times of trunk and branches made one.
+//!
+//! Source: Momoi & Takatera 2014, §3.6 (eq 18; rows B18, B19, B20, B35; W-8, W-11). Beyond the source: `origin: Branch`
+//! blends relative to each branch's birth, with branches that end or die, darken and keep their bark (WOOD-LOOK §4.2).
+//! Cost: about 2 ns a point and branch nearby.
+use super::trees::even;
+use crate::kernel::hash::Hash;
+use crate::kernel::solids::{Code, constant, places};
+use crate::kernel::tile::narrow;
+use crate::kernel::wood::branch::{Power, blend, blend_all};
+use crate::kernel::wood::knots::{self, Knot, KnotStyle};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_engine::value::{Canvas, Skeleton, Solid, Stop, Type};
+
+/// From where the times that are blended count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Origin {
+    /// From the tree's first year, as in the source: T = (Σ T^-k)^(-1/k) of all `times`.
+    #[default]
+    Tree,
+    /// From the birth of each branch of `skeleton`: rings are disturbed near a knot only, and nowhere torn.
+    Branch,
+}
+
+/// Blends growth times: rings of the trunk run smoothly round and into those of branches.
+///
+/// With `origin: Tree`, connect the times of trunk and branches. With `origin: Branch`, connect the trunk's time and the
+/// `skeleton`, whose branches are then computed here: they may die, and the outputs tell where knots and bark are.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 5),
+/// "trunk": FitSkeleton(curve: "nodes"),
+/// "tree": Branches(skeleton: "trunk", branches: [
+///     (height: -10, direction: (0.2, 1, 0.7), thickening_speed: 0.42),
+///     (height: 12, direction: (-0.35, 1, 0.4), thickening_speed: 0.36, dead_from: 9),
+/// ]),
+/// "t1": TrunkTime(skeleton: "tree"),
+/// "time": BlendTimes(times: ["t1"], skeleton: "tree", origin: Branch),
+/// "rings": ColorPattern(),
+/// "wood": RingColor(time: "time", pattern: "rings", knots: "time.knots", bark: "time.bark"),
+/// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 40, height: 10),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BlendTimes {
+    /// The times, that of the trunk first.
+    pub times: Vec<In<SolidNumber>>,
+    /// The trunk with its branches, for `origin: Branch`.
+    pub skeleton: Option<In<Skeleton>>,
+    /// From where times count.
+    pub origin: Origin,
+    /// How tightly rings follow both: 2 is the source's, `inf` the smaller of two times. 2 for `Tree` and 4 for `Branch` if
+    /// not given.
+    #[schemars(range(max = 64), extend("exclusiveMinimum" = 0.5, "infinite" = true))]
+    pub k: Option<f64>,
+    /// For `Branch`: how fast the tree grows in length, as in `TrunkTime`.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    pub elongation_speed: f64,
+    /// For `Branch`: how fast the trunk thickens, as in `TrunkTime`.
+    #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    pub thickening_speed: f64,
+    /// The height from which the tree grows, as in `TrunkTime`.
+    #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
+    pub ground: f64,
+    /// By how many years rings dip towards a dead stub.
+    #[schemars(range(min = 0, max = 3), extend("unit" = "years"))]
+    pub dip: f64,
+    /// How thick the bark round a dead stub is.
+    #[schemars(range(min = 0, max = 20), extend("unit" = "mm"))]
+    pub bark: f64,
+    /// How far knots are from round.
+    #[schemars(range(min = 0, max = 0.5))]
+    pub lobes: f64,
+    /// Another number gives knots other lobes.
+    pub seed: u64,
+}
+
+impl Default for BlendTimes {
+    fn default() -> Self {
+        Self {
+            times: Vec::new(),
+            skeleton: None,
+            origin: Origin::Tree,
+            k: None,
+            elongation_speed: 230.0,
+            thickening_speed: 2.6,
+            ground: 0.0,
+            dip: 0.9,
+            bark: 0.6,
+            lobes: 0.16,
+            seed: 0,
+        }
+    }
+}
+
+impl BlendTimes {
+    fn tree(&self, times: Vec<Solid>) -> Solid {
+        let k = self.k.unwrap_or(2.0);
+        let (single, double) = (Power::<f32>::of(k), Power::<f64>::of(k));
+        Code::of_inputs(move |_, inputs, out| {
+            out[0].copy_from_slice(inputs[0].plane(0));
+            inputs[1..].iter().for_each(|input| blend_all(&mut *out[0], input.plane(0), single));
+        })
+        .with_exact(move |_, inputs| {
+            let mut out = inputs[0].clone();
+            for input in &inputs[1..] {
+                out.iter_mut().zip(input).for_each(|(a, b)| *a = blend(*a, *b, double));
+            }
+            out
+        })
+        .solid(Type::Solid, times)
+    }
+
+    /// How much of a point belongs to a branch, by the times of the source.
+    fn share(times: Vec<Solid>) -> Solid {
+        Code::of_inputs(move |_, inputs, out| {
+            let trunk = inputs[0].plane(0);
+            out[0].fill(0.0);
+            for input in &inputs[1..] {
+                for ((share, t1), t2) in out[0].iter_mut().zip(trunk).zip(input.plane(0)) {
+                    let g = (t1 / t2.max(1e-6)).clamp(0.0, 100.0).powi(4);
+                    *share = share.max(g / (1.0 + g));
+                }
+            }
+        })
+        .solid(Type::Solid, times)
+    }
+
+    fn knots(&self, skeleton: &Skeleton, hash: Hash) -> Vec<Knot> {
+        let knot = |(i, b): (usize, &shibo_engine::value::Branch)| {
+            let birth = (b.start.z - self.ground) / self.elongation_speed;
+            let life = (b.dead_from - birth).min(b.lifetime).max(0.0);
+            Knot::new(b.start, b.direction, b.length, birth, life, b.thickening, hash.with(i as u64))
+        };
+        skeleton.branches.iter().enumerate().map(knot).collect()
+    }
+}
+
+impl Node for BlendTimes {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("time", Type::Solid, "Years of growth until anything of the tree reached the point."),
+        Output::new("knots", Type::Solid, "How much of the point belongs to a branch, 0..1."),
+        Output::new("bark", Type::Solid, "Where a dead branch kept its bark, 0..1; for `origin: Branch`."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        let bad = |message: &str, field: &str| vec![Problem::new(ErrorCode::BadValue, message).at(field)];
+        match (self.times.is_empty(), self.origin, &self.skeleton) {
+            (true, ..) => bad("times is empty; connect at least the trunk's time", "times"),
+            (_, Origin::Branch, None) => {
+                bad("origin is `Branch`, which needs `skeleton`: the trunk with its branches", "origin")
+            }
+            (_, Origin::Tree, Some(_)) => bad(
+                "skeleton is not used with `origin: Tree`; connect a `BranchTime` to `times`, or use `origin: Branch`",
+                "skeleton",
+            ),
+            _ => Vec::new(),
+        }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let times = cx.get_all(&self.times)?;
+        if self.origin == Origin::Tree {
+            let share = Self::share(times.clone());
+            return Ok(Outputs::one(self.tree(times)).with("knots", share).with("bark", constant(0.0)));
+        }
+        let trunk = if times.len() == 1 { times[0].clone() } else { self.tree(times) };
+        let Some(skeleton) = cx.get_opt(&self.skeleton)? else {
+            return Err(Problem::new(ErrorCode::MissingInput, "skeleton is not connected").at("skeleton").into());
+        };
+        even(&skeleton, "skeleton")?;
+        let knots = self.knots(&skeleton, Hash::new(cx.seed(self.seed)));
+        let k = self.k.unwrap_or(4.0);
+        let style = KnotStyle {
+            elongation: narrow(self.elongation_speed),
+            thickening: narrow(self.thickening_speed),
+            power: if k.is_finite() { narrow(k) } else { 64.0 },
+            dip: narrow(self.dip),
+            bark: narrow(self.bark),
+            lobes: narrow(self.lobes),
+        };
+        let code = Code::of_place(move |patch, inputs, out| {
+            if let [time, share, bark] = out {
+                knots::blend(
+                    &knots,
+                    &style,
+                    &places(patch),
+                    inputs[0].plane(0),
+                    patch.pixel,
+                    [&mut **time, &mut **share, &mut **bark],
+                );
+            }
+        });
+        let all = Solid::bundle(3, vec![trunk], code);
+        let all = cx.part_key("all").map_or(all.clone(), |key| all.keyed(key));
+        Ok(Outputs::one(all.channel(0)).with("knots", all.channel(1)).with("bark", all.channel(2)))
+    }
+}

@@ -1,0 +1,170 @@
+//! [`FiberStreaks`]: fibres seen as fine streaks, slow drifts of tone, and streaks of pigment.
+//!
+//! Beyond the source; WOOD-LOOK §1 (6, 9) and §2. Cost: about 30 ns a point.
+use crate::kernel::hash::Hash;
+use crate::kernel::math;
+use crate::kernel::noise3::{Noise3, visible};
+use crate::kernel::simd::dispatch;
+use crate::kernel::solids::Code;
+use crate::kernel::tile::narrow;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
+use shibo_engine::value::{Patch, Planes, Solid, Stop, Type, srgb_to_linear};
+
+/// Draws fibres into the colour of wood: streaks from 0.05 to 1.3 mm wide, drifts of tone over many centimetres, and
+/// streaks of pigment.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "time": TrunkTime(skeleton: "tree"),
+/// "rings": ColorPattern(stops: [(0, "#75543b"), (0.4, "#795840"), (0.93, "#62442f"), (1, "#6e4e37")]),
+/// "wood": RingColor(time: "time", pattern: "rings"),
+/// "fiber": FiberSpace(time: "time", skeleton: "tree"),
+/// "streaked": FiberStreaks(color: "wood", fiber: "fiber", fine: 0.1, coarse: 0.1, streak: 0.55, streak_color: "#4a3226"),
+/// "example": CutPlane(solid: "streaked", preset: FlatSawn, distance: 30),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct FiberStreaks {
+    /// The colour to draw on.
+    pub color: In<SolidColor>,
+    /// The fibres: the place of `FiberSpace`.
+    pub fiber: In<SolidVector>,
+    /// How much single fibres differ in tone.
+    #[schemars(range(min = 0, max = 1))]
+    pub fine: f64,
+    /// How much bundles of fibres differ in tone.
+    #[schemars(range(min = 0, max = 1))]
+    pub coarse: f64,
+    /// How much tone drifts over the board.
+    #[schemars(range(min = 0, max = 1))]
+    pub drift: f64,
+    /// How strong streaks of pigment are.
+    #[schemars(range(min = 0, max = 1))]
+    pub streak: f64,
+    /// The colour of pigment.
+    pub streak_color: Color,
+    /// How deep fibres are in the surface.
+    #[schemars(range(min = 0, max = 1), extend("unit" = "mm"))]
+    pub depth: f64,
+    /// Another number gives other streaks of the same kind.
+    pub seed: u64,
+}
+
+impl Default for FiberStreaks {
+    fn default() -> Self {
+        Self {
+            color: In::default(),
+            fiber: In::default(),
+            fine: 0.08,
+            coarse: 0.06,
+            drift: 0.06,
+            streak: 0.0,
+            streak_color: Color([0x4a, 0x32, 0x26].map(|byte: u8| srgb_to_linear(f32::from(byte) / 255.0))),
+            depth: 0.006,
+            seed: 0,
+        }
+    }
+}
+
+/// Layers of streaks: width and length in mm, and strength among those of their kind.
+const FINE: [(f32, f32, f32); 2] = [(0.16, 7.0, 0.75), (0.34, 16.0, 0.65)];
+const COARSE: [(f32, f32, f32); 2] = [(0.9, 42.0, 0.7), (2.4, 110.0, 0.7)];
+
+struct Streaks {
+    noise: [Noise3; 8],
+    fine: f32,
+    coarse: f32,
+    drift: f32,
+    streak: f32,
+}
+
+impl Streaks {
+    /// The relief of fibres (±1), the tone (a factor), and how much pigment there is.
+    fn fill(&self, patch: &Patch<'_>, inputs: &[Planes<'_>], out: &mut [&mut [f32]]) {
+        let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
+        let [relief, tone, pigment] = out else { return };
+        relief.fill(0.0);
+        tone.fill(0.0);
+        pigment.fill(0.0);
+        dispatch(
+            #[inline(always)]
+            || {
+                let add = |noise: Noise3, (width, length, strength): (f32, f32, f32), to: &mut [f32], fade: bool| {
+                    let seen = if fade { visible(width * 2.0, patch.pixel) } else { 1.0 } * strength;
+                    if seen > 0.0 {
+                        let (a, b) = (1.0 / width, 1.0 / length);
+                        for (((to, x), y), z) in to.iter_mut().zip(x).zip(y).zip(z) {
+                            *to += seen * noise.at(x * a, y * a, z * b);
+                        }
+                    }
+                };
+                for (layer, noise) in FINE.into_iter().zip(self.noise) {
+                    add(noise, layer, relief, true);
+                }
+                for (layer, noise) in COARSE.into_iter().zip(&self.noise[2..]) {
+                    add(*noise, layer, tone, true);
+                }
+                if self.streak > 0.0 {
+                    add(self.noise[4], (3.4, 260.0, 1.0), pigment, false);
+                    add(self.noise[5], (11.0, 420.0, 1.1), pigment, false);
+                    pigment.iter_mut().for_each(|p| *p = self.streak * math::smooth((*p - 0.02) * 1.9));
+                }
+                // Darker is stronger than lighter.
+                for (tone, relief) in tone.iter_mut().zip(relief.iter()) {
+                    let all = self.fine * 2.2 * relief + self.coarse * 2.2 * *tone;
+                    *tone = if all < 0.0 { 1.35 * all } else { 0.75 * all };
+                }
+                if self.drift > 0.0 {
+                    let strength = self.drift * 1.8;
+                    add(self.noise[6], (19.0, 300.0, strength), tone, false);
+                    add(self.noise[7], (50.0, 160.0, strength * 0.7), tone, false);
+                }
+                tone.iter_mut().for_each(|t| *t = math::exp(*t));
+            },
+        );
+    }
+}
+
+impl Node for FiberStreaks {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("color", Type::SolidColor, "The colour with its streaks."),
+        Output::new("height", Type::Solid, "The relief of the fibres in mm."),
+        Output::new("tone", Type::Solid, "By how much fibres make wood lighter or darker, around 1."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (color, fiber) = (cx.get(&self.color)?, cx.get(&self.fiber)?);
+        let hash = Hash::new(cx.seed(self.seed));
+        let streaks = Streaks {
+            noise: std::array::from_fn(|i| Noise3::new(hash, i as u64)),
+            fine: narrow(self.fine),
+            coarse: narrow(self.coarse),
+            drift: narrow(self.drift),
+            streak: narrow(self.streak),
+        };
+        let code = Code::of_inputs(move |patch, inputs, out| streaks.fill(patch, inputs, out)).kept();
+        let all = Solid::new(Type::SolidVector, vec![fiber], code);
+        let all = cx.part_key("all").map_or(all.clone(), |key| all.keyed(key));
+        let dye = self.streak_color.0;
+        let paint = Code::of_inputs(move |_, inputs, out| {
+            let (tone, pigment) = (inputs[1].plane(1), inputs[1].plane(2));
+            for (c, plane) in out.iter_mut().enumerate() {
+                for (((out, color), tone), pigment) in plane.iter_mut().zip(inputs[0].plane(c)).zip(tone).zip(pigment) {
+                    // Pigment takes the colour of its stuff and keeps some of the light and dark of the rings.
+                    *out = math::lerp(*color, dye[c] * 0.55 + 0.45 * *color, *pigment) * *tone;
+                }
+            }
+        });
+        let depth = narrow(self.depth);
+        let relief = Code::of_inputs(move |_, inputs, out| {
+            out[0].iter_mut().zip(inputs[0].plane(0)).for_each(|(out, r)| *out = depth * r);
+        });
+        Ok(Outputs::one(paint.solid(Type::SolidColor, vec![color, all.clone()]))
+            .with("height", relief.solid(Type::Solid, vec![all.clone()]))
+            .with("tone", all.channel(1)))
+    }
+}

@@ -1,0 +1,287 @@
+//! [`RingColor`]: growth time to the colours of wood.
+//!
+//! Source: Momoi & Takatera 2014, §4.3 (rows B22, B30; W-10). Beyond the source: the exact mean of the pattern over a pixel's
+//! span of years, so that thin rings never alias; years that differ; late wood as a solid; sapwood, knots and bark
+//! (WOOD-LOOK §4.6). Cost: about 40 ns a point.
+use crate::kernel::hash::Hash;
+use crate::kernel::math;
+use crate::kernel::noise3::{Noise3, visible};
+use crate::kernel::solids::{Code, quad};
+use crate::kernel::tile::narrow;
+use crate::kernel::wood::life::{Life, Variation, late_share};
+use crate::kernel::wood::pattern;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::Problem;
+use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, SolidVector};
+use shibo_engine::value::{Canvas, ColorPattern, Patch, Planes, Solid, Stop, Type};
+use std::sync::Arc;
+
+/// How rings thinner than a pixel are looked up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum RingFilter {
+    /// The mean of the pattern over the span of years that a pixel covers.
+    #[default]
+    Exact,
+    /// The pattern at the pixel's centre, as in the source.
+    None,
+}
+
+/// Gives every point the colour that the year had when it grew.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "even": TrunkTime(skeleton: "tree", age_boost: 0.6),
+/// "shape": VaryGrowth(time: "even", skeleton: "tree", eccentricity: 0.1, waves: [(2.2, 45, 520), (0.55, 12, 150)]),
+/// "time": VaryGrowth(time: "shape", series: Generated),
+/// "rings": ColorPattern(),
+/// "wood": RingColor(time: "time", pattern: "rings", late_variation: 0.3, phase_variation: 0.25, feather: 0.04),
+/// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 30),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RingColor {
+    /// Years of growth.
+    pub time: In<SolidNumber>,
+    /// The colours of a year.
+    pub pattern: In<ColorPattern>,
+    /// How much of a point belongs to a knot, 0..1.
+    pub knots: Option<In<SolidNumber>>,
+    /// Where bark grew in, 0..1.
+    pub bark: Option<In<SolidNumber>>,
+    /// Coordinates along the fibres, from `FiberSpace`, in which `feather` runs; space itself if not given.
+    pub fiber: Option<In<SolidVector>>,
+    /// How rings thinner than a pixel are looked up.
+    pub filter: RingFilter,
+    /// Without a filter: whether colours run from entry to entry.
+    pub interpolate: bool,
+    /// How much the depth of late wood differs from year to year; 0.3 to 0.7 in nature.
+    #[schemars(range(min = 0, max = 2))]
+    pub late_variation: f64,
+    /// How much the part of the year that is late wood differs; about 0.25 in nature.
+    #[schemars(range(min = 0, max = 1))]
+    pub phase_variation: f64,
+    /// How far ring borders fray into the fibres.
+    #[schemars(range(min = 0, max = 0.5), extend("unit" = "years"))]
+    pub feather: f64,
+    /// After how many years `late_variation` repeats.
+    #[schemars(range(min = 1, max = 1024))]
+    pub years: u32,
+    /// The age of the tree, from which `sap_years` count.
+    #[schemars(range(min = 0, max = 1e4), extend("unit" = "years"))]
+    pub age: f64,
+    /// How many of the last years are sapwood; 0 for none.
+    #[schemars(range(min = 0, max = 1e4), extend("unit" = "years"))]
+    pub sap_years: f64,
+    /// Over how many years heartwood turns into sapwood.
+    #[schemars(range(min = 0.01, max = 100), extend("unit" = "years"))]
+    pub sap_softness: f64,
+    /// The mean colour of sapwood.
+    pub sap_color: Color,
+    /// The colour of knots.
+    pub knot_color: Color,
+    /// The colour of bark.
+    pub bark_color: Color,
+    /// Another number gives years other depths.
+    pub seed: u64,
+}
+
+impl Default for RingColor {
+    fn default() -> Self {
+        let srgb = |rgb: [u8; 3]| Color(rgb.map(|byte| shibo_engine::value::srgb_to_linear(f32::from(byte) / 255.0)));
+        Self {
+            time: In::default(),
+            pattern: In::default(),
+            knots: None,
+            bark: None,
+            fiber: None,
+            filter: RingFilter::Exact,
+            interpolate: true,
+            late_variation: 0.0,
+            phase_variation: 0.0,
+            feather: 0.0,
+            years: 192,
+            age: 60.0,
+            sap_years: 0.0,
+            sap_softness: 1.0,
+            sap_color: srgb([0xE2, 0xC4, 0x9A]),
+            knot_color: srgb([0x9A, 0x5A, 0x2C]),
+            bark_color: srgb([0x2A, 0x1A, 0x10]),
+            seed: 0,
+        }
+    }
+}
+
+/// How a time becomes a colour.
+enum Lookup {
+    Mean(Life),
+    Point(Life),
+    Table(Vec<[f32; 3]>, Vec<f32>, bool),
+}
+
+struct Painter {
+    lookup: Lookup,
+    mean: [f32; 3],
+    feather: f32,
+    noise: [Noise3; 2],
+    has_fiber: bool,
+    knots: Option<[f32; 3]>,
+    bark: Option<[f32; 3]>,
+    /// The time at which sapwood begins, the inverse of the softness, and the colour.
+    sap: Option<(f32, f32, [f32; 3])>,
+}
+
+impl Painter {
+    fn color(&self, time: f32, a: f32, b: f32) -> [f32; 4] {
+        let t = f64::from(time);
+        match &self.lookup {
+            Lookup::Mean(life) => life.mean(t, f64::from(a), f64::from(b)),
+            Lookup::Point(life) => life.at(t),
+            Lookup::Table(table, late, smooth) => {
+                let t = if t.is_finite() { t } else { 0.0 };
+                let c = if *smooth { pattern::linear(table, t) } else { pattern::nearest(table, t) };
+                [c[0], c[1], c[2], late[pattern::index(t, late.len())]]
+            }
+        }
+    }
+
+    fn paint(&self, patch: &Patch<'_>, inputs: &[Planes<'_>], out: &mut [&mut [f32]]) {
+        let time = inputs[0].plane(0);
+        let mut next = 1;
+        let mut input = |given: bool| {
+            given.then(|| {
+                next += 1;
+                &inputs[next - 1]
+            })
+        };
+        let (fiber, knots, bark) = (input(self.has_fiber), input(self.knots.is_some()), input(self.bark.is_some()));
+        let jag = self.jag(patch, fiber);
+        let [red, green, blue, late] = out else { return };
+        // Feathers too fine to be seen widen the span by twice their deviation.
+        let blur = 2.0 * self.feather * 0.27 * (1.0 - visible(0.5, patch.pixel));
+        for (i, &t) in time.iter().enumerate() {
+            let (a, b) = if patch.pixel > 0.0 { quad(time, patch.columns, i) } else { (0.0, 0.0) };
+            let (a, b) = (math::max(a, b) + blur, math::min(a, b));
+            let t_jagged = t + jag.as_ref().map_or(0.0, |j| j[i]);
+            let mut c = self.color(t_jagged, a, b);
+            if let Some((from, inverse, sap)) = self.sap {
+                let s = math::smooth((t - from) * inverse + 0.5);
+                (0..3).for_each(|k| c[k] *= 1.0 + s * (sap[k] / self.mean[k] - 1.0));
+            }
+            if let (Some(share), Some(color)) = (knots, self.knots) {
+                let share = share.plane(0)[i];
+                let s = math::smooth((share - 0.08) * (1.0 / 0.54));
+                // Knots keep their rings, in their own colour and closer together in tone.
+                (0..3).for_each(|k| {
+                    let ring = (c[k] / self.mean[k]).sqrt();
+                    c[k] = math::lerp(c[k], color[k] * ring, s);
+                });
+            }
+            if let (Some(bark), Some(color)) = (bark, self.bark) {
+                let s = bark.plane(0)[i];
+                (0..3).for_each(|k| c[k] = math::lerp(c[k], color[k], s));
+                c[3] *= 1.0 - s;
+            }
+            [red[i], green[i], blue[i], late[i]] = c;
+        }
+    }
+
+    /// By how many years the fibres move the borders of rings.
+    fn jag(&self, patch: &Patch<'_>, fiber: Option<&Planes<'_>>) -> Option<Vec<f32>> {
+        if self.feather == 0.0 {
+            return None;
+        }
+        let [x, y, z] = match fiber {
+            Some(planes) => [planes.plane(0), planes.plane(1), planes.plane(2)],
+            None => patch.place,
+        };
+        let (fine, coarse) = (0.6 * visible(0.4, patch.pixel), 0.8 * visible(1.4, patch.pixel));
+        let mut out = vec![0.0; patch.len()];
+        let (p, q, amount) = (self.noise[0], self.noise[1], self.feather);
+        crate::kernel::simd::dispatch(
+            #[inline(always)]
+            || {
+                for (((out, x), y), z) in out.iter_mut().zip(x).zip(y).zip(z) {
+                    *out = amount
+                        * (fine * p.at(x * 2.5, y * 2.5, z * (1.0 / 14.0))
+                            + coarse * q.at(x * 0.7, y * 0.7, z * (1.0 / 45.0)));
+                }
+            },
+        );
+        Some(out)
+    }
+}
+
+impl RingColor {
+    fn lookup(&self, pattern: &ColorPattern, hash: Hash) -> Lookup {
+        let late = late_share(&pattern.table, pattern.entries);
+        let vary = Variation { depth: self.late_variation, phase: self.phase_variation };
+        let same = vary.depth == 0.0 && vary.phase == 0.0 && pattern.table.len() == pattern.entries;
+        if self.filter == RingFilter::None && same {
+            return Lookup::Table(pattern.table.clone(), late, self.interpolate);
+        }
+        let years = if same { 1 } else { (self.years as usize).max(pattern.table.len() / pattern.entries.max(1)) };
+        let life = if same && self.filter == RingFilter::Exact {
+            let entry = |(i, c): (usize, &[f32; 3])| [c[0], c[1], c[2], late[i]];
+            Life::of_table(&pattern.table.iter().enumerate().map(entry).collect::<Vec<_>>(), pattern.entries)
+        } else {
+            Life::new(&pattern.table, pattern.entries, &late, years, vary, hash)
+        };
+        match self.filter {
+            RingFilter::Exact => Lookup::Mean(life),
+            RingFilter::None => Lookup::Point(life),
+        }
+    }
+}
+
+impl Node for RingColor {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("color", Type::SolidColor, "The colour, scene-linear."),
+        Output::new("late", Type::Solid, "How much of the point is late wood, 0..1 and a little more in deep years."),
+        Output::new("year", Type::Solid, "The number of the year in which the point grew, from 0."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+
+    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+        Vec::new()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (time, table) = (cx.get(&self.time)?, cx.get(&self.pattern)?);
+        let hash = Hash::new(cx.seed(self.seed));
+        let n = table.table.len().max(1) as f32;
+        let mean: [f32; 3] = std::array::from_fn(|c| (table.table.iter().map(|e| e[c]).sum::<f32>() / n).max(1e-4));
+        let optional = |port: &Option<In<SolidNumber>>| cx.get_opt(port);
+        let (knots, bark, fiber) = (optional(&self.knots)?, optional(&self.bark)?, cx.get_opt(&self.fiber)?);
+        let sap = (self.sap_years > 0.0)
+            .then(|| (narrow(self.age - self.sap_years), narrow(1.0 / self.sap_softness), self.sap_color.0));
+        let painter = Arc::new(Painter {
+            lookup: self.lookup(&table, hash),
+            mean,
+            feather: narrow(self.feather),
+            noise: [Noise3::new(hash, 1 << 20), Noise3::new(hash, (1 << 20) + 1)],
+            has_fiber: fiber.is_some(),
+            knots: knots.as_ref().map(|_| self.knot_color.0),
+            bark: bark.as_ref().map(|_| self.bark_color.0),
+            sap,
+        });
+        let bytes = match &painter.lookup {
+            Lookup::Mean(life) | Lookup::Point(life) => life.bytes(),
+            Lookup::Table(table, ..) => table.len() * 16,
+        };
+        let inputs: Vec<Solid> = [Some(time.clone()), fiber, knots, bark].into_iter().flatten().collect();
+        let paint = painter.clone();
+        let code =
+            Code::of_place(move |patch, inputs, out| paint.paint(patch, inputs, out)).with_quads().holding(bytes);
+        let all = Solid::bundle(4, inputs, code);
+        let all = cx.part_key("all").map_or(all.clone(), |key| all.keyed(key));
+        let year = Code::of_inputs(|_, inputs, out| {
+            out[0].iter_mut().zip(inputs[0].plane(0)).for_each(|(out, t)| *out = t.floor());
+        })
+        .with_exact(|_, inputs| inputs[0].iter().map(|t| t.floor()).collect());
+        Ok(Outputs::one(all.pick(Type::SolidColor, &[0, 1, 2]))
+            .with("late", all.channel(3))
+            .with("year", year.solid(Type::Solid, vec![time])))
+    }
+}

@@ -1,0 +1,51 @@
+//! What the nodes of trees share: parameters, and errors for people.
+use crate::kernel::wood::branch::Axis;
+use crate::kernel::wood::fit::{self, FitError};
+use glam::DVec3;
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::value::{Skeleton, Stop};
+
+/// Three numbers as they are written.
+pub(super) type Triple = (f64, f64, f64);
+
+/// Three numbers as a vector.
+pub(super) const fn vector(v: Triple) -> DVec3 {
+    DVec3::new(v.0, v.1, v.2)
+}
+
+/// What is wrong with the nodes of a trunk.
+pub(super) fn problem(error: FitError, nodes: &[DVec3]) -> Problem {
+    let at = |i: usize| nodes.get(i).map_or(DVec3::ZERO, |n| *n);
+    let bad = |message: String| Problem::new(Code::BadValue, message);
+    match error {
+        FitError::TooFew => bad(format!("there are {} nodes; a trunk needs at least 2", nodes.len()))
+            .help("give nodes from the ground up"),
+        FitError::NotFinite(i) => {
+            Problem::new(Code::NotFinite, format!("node {i} is not finite; all its numbers must be"))
+        }
+        FitError::Falls(i) => {
+            let (below, z) = (at(i.saturating_sub(1)).z, at(i).z);
+            bad(format!("node {i} is at height `{z}`; it must be above node {}, at `{below}`", i.saturating_sub(1)))
+                .help("a trunk only rises: list its nodes from the ground up, each higher than the one before")
+        }
+        FitError::TangentFalls(i) => bad(format!("the curve does not rise at node {i}; it must rise everywhere"))
+            .help("move the neighbours of this node so that heights are more even, or use `scheme: Local`"),
+    }
+}
+
+/// The trunk with its control points evenly spaced in z, as growth times need it.
+pub(super) fn even(skeleton: &Skeleton, port: &str) -> Result<Vec<[DVec3; 4]>, Stop> {
+    if skeleton.even {
+        return Ok(skeleton.trunk.clone());
+    }
+    let nodes: Vec<DVec3> = skeleton.trunk.iter().map(|c| c[0]).chain(skeleton.trunk.last().map(|c| c[3])).collect();
+    fit::equalize(&skeleton.trunk).map(|(even, _)| even).map_err(|e| problem(e, &nodes).at(port).into())
+}
+
+/// The branches as the equations want them; they grow as fast as the trunk.
+pub(super) fn axes<R: crate::kernel::real::Real>(skeleton: &Skeleton, elongation: f64, ground: f64) -> Vec<Axis<R>> {
+    let axis = |b: &shibo_engine::value::Branch| {
+        Axis::new(b.start, b.direction, b.length, (b.start.z - ground) / elongation, elongation, b.thickening)
+    };
+    skeleton.branches.iter().map(axis).collect()
+}

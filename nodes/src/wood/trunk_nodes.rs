@@ -1,0 +1,161 @@
+//! [`TrunkNodes`]: the points through which a trunk grew.
+//!
+//! Source: Momoi & Takatera 2014, §2.2 and §3 (rows B1, B5): skeleton data of the earlier method can be used unchanged.
+//! Beyond the source: nodes from a file, and nodes generated with the wander measured on a spruce log (WOOD-LOOK §2: a
+//! walk whose deviation halves with the length looked at). Cost: O(nodes).
+use super::trees::{Triple, problem, vector};
+use crate::kernel::hash::Hash;
+use crate::kernel::noise3::{DEVIATION, Noise3};
+use crate::kernel::tile::narrow;
+use crate::kernel::wood::fit;
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, FilePath, Node, Output, Outputs, Range};
+use shibo_engine::value::{Canvas, Curve, Stop, Type};
+use std::path::Path;
+
+/// The pith of a trunk, from the ground up: nodes that are listed, read from a file, or generated.
+///
+/// Without a list or a file, `count` nodes between the heights of `height` lean by `lean` and wander by `wander`.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-200, 400), count: 9, wander: 6),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "time": TrunkTime(skeleton: "tree"),
+/// "example": CutPlane(solid: "time", preset: FlatSawn, distance: 5, height: 60),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrunkNodes {
+    /// Positions `(x, y, z)`, each higher than the one before; x and y lie on the ground. At most 10000.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
+    pub nodes: Vec<Triple>,
+    /// A CSV file of nodes, one `x,y,z` in mm a line, no header.
+    pub file: Option<FilePath>,
+    /// Heights of the lowest and of the highest node generated.
+    #[schemars(extend("minimum" = -1e5, "maximum" = 1e6, "unit" = "mm"))]
+    pub height: Range,
+    /// How many nodes are generated.
+    #[schemars(range(min = 2, max = 10000))]
+    pub count: u32,
+    /// How far the trunk leans.
+    #[schemars(range(min = 0, max = 45), extend("unit" = "°"))]
+    pub lean: f64,
+    /// The direction in which it leans, from +x towards +y.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub lean_direction: f64,
+    /// How far the pith strays from its straight line: the standard deviation over 4 m.
+    #[schemars(range(min = 0, max = 1000), extend("unit" = "mm"))]
+    pub wander: f64,
+    /// Another number gives another tree of the same kind.
+    pub seed: u64,
+}
+
+impl Default for TrunkNodes {
+    fn default() -> Self {
+        Self {
+            nodes: Vec::new(),
+            file: None,
+            height: Range::new(0.0, 4000.0),
+            count: 21,
+            lean: 0.0,
+            lean_direction: 0.0,
+            wander: 4.0,
+            seed: 0,
+        }
+    }
+}
+
+/// The largest number of nodes.
+const MOST: usize = 10_000;
+
+impl TrunkNodes {
+    fn generate(&self, hash: Hash) -> Vec<DVec3> {
+        let (sin, cos) = self.lean_direction.to_radians().sin_cos();
+        let lean = libm::tan(self.lean.to_radians());
+        // Waves of 4 m and shorter, each half as long and half as strong: most of the deviation is in the long ones.
+        let stray = |axis: u64, z: f64| {
+            let wave = |k: i32| {
+                let (length, share) = (4000.0 * 0.5_f64.powi(k), 0.87 * 0.5_f64.powi(k));
+                let noise = Noise3::new(hash, axis * 16 + u64::from(k.unsigned_abs()));
+                share * f64::from(noise.at(narrow(z / length), 0.37, 0.61) / DEVIATION)
+            };
+            (0..7).map(wave).sum::<f64>()
+        };
+        let node = |i: u32| {
+            let z = self.height.at(f64::from(i) / f64::from(self.count - 1));
+            let along = (z - self.height.lo) * lean;
+            DVec3::new(along * cos + self.wander * stray(0, z), along * sin + self.wander * stray(1, z), z)
+        };
+        (0..self.count).map(node).collect()
+    }
+}
+
+impl Node for TrunkNodes {
+    const OUTPUTS: &'static [Output] = &[Output::new("curve", Type::Curve, "The nodes, from the ground up.")];
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if self.nodes.len() > MOST {
+            let message = format!("nodes has {} entries; at most {MOST} are allowed", self.nodes.len());
+            return vec![Problem::new(Code::TooLarge, message).at("nodes")];
+        }
+        let nodes: Vec<DVec3> = self.nodes.iter().map(|n| vector(*n)).collect();
+        if !nodes.is_empty() && self.file.is_none() {
+            return fit::check_nodes(&nodes).err().map(|e| problem(e, &nodes).at("nodes")).into_iter().collect();
+        }
+        if self.height.hi <= self.height.lo && nodes.is_empty() && self.file.is_none() {
+            let message = format!("height ends at `{}`; it must end above `{}`", self.height.hi, self.height.lo);
+            return vec![Problem::new(Code::BadValue, message).at("height")];
+        }
+        Vec::new()
+    }
+
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        self.file.iter().map(|file| ("file", file)).collect()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let mut points: Vec<DVec3> = self.nodes.iter().map(|n| vector(*n)).collect();
+        if let Some(path) = cx.file("file") {
+            points.extend(read_points(path, "file", MOST)?);
+            fit::check_nodes(&points).map_err(|e| problem(e, &points).at("file"))?;
+        }
+        if points.is_empty() {
+            points = self.generate(Hash::new(cx.seed(self.seed)));
+        }
+        Ok(Outputs::one(Curve { points }))
+    }
+}
+
+/// The points of a CSV file with one `x,y,z` a line, at most `most`.
+pub(super) fn read_points(path: &Path, field: &str, most: usize) -> Result<Vec<DVec3>, Problem> {
+    let bad = |line: u64, what: &str| {
+        let message = format!("`{}`, line {line}: {what}; it must be `x,y,z` in mm", path.display());
+        Problem::new(Code::BadFile, message).at(field)
+    };
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_path(path)
+        .map_err(|e| bad(0, &e.to_string()))?;
+    let mut points = Vec::new();
+    for record in reader.records() {
+        let line = |e: &csv::Error| e.position().map_or(0, csv::Position::line);
+        let record = record.map_err(|e| bad(line(&e), "it is not readable as CSV"))?;
+        let at = record.position().map_or(0, csv::Position::line);
+        let number = |i: usize| record.get(i).and_then(|text| text.parse::<f64>().ok()).filter(|v| v.is_finite());
+        match (number(0), number(1), number(2), record.len()) {
+            (Some(x), Some(y), Some(z), 3) => points.push(DVec3::new(x, y, z)),
+            _ => return Err(bad(at, "it is not three finite numbers")),
+        }
+        if points.len() > most {
+            return Err(bad(at, &format!("there are more than {most} points")));
+        }
+    }
+    Ok(points)
+}

@@ -1,0 +1,96 @@
+//! [`TrunkTime`]: when a trunk reached each point of space.
+//!
+//! Source: Momoi & Takatera 2014, §3.3 and §3.5 (eqs 8–13; rows B7–B11, B15; W-5, W-6, W-9). Beyond the source: young trees
+//! may thicken faster. Cost: about 2 ns a point, whatever the number of nodes.
+use super::trees::even;
+use crate::kernel::solids::{Code, columns, places};
+use crate::kernel::wood::trunk::{Growth, Trunk};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Skeleton, Stop, Type};
+use std::sync::Arc;
+
+/// The time at which a growing trunk reached each point: T = z / elongation + d / thickening, d the horizontal distance
+/// from its skeleton.
+///
+/// ```ron
+/// "nodes": TrunkNodes(nodes: [(0, 0, -20), (6, 2, 10), (-8, 0, 40), (4, 0, 70)]),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "time": TrunkTime(skeleton: "tree", elongation_speed: 40, thickening_speed: 2),
+/// "years": SolidMath(operation: Fraction, a: "time"),
+/// "example": CutPlane(solid: "years", origin: (-20, 0, 40), v: (0, 0, -40)),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrunkTime {
+    /// The trunk; its control points are spaced evenly in height if they are not yet.
+    pub skeleton: In<Skeleton>,
+    /// How fast it grows in height.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    pub elongation_speed: f64,
+    /// How fast it grows in radius: the width of a year's ring.
+    #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    pub thickening_speed: f64,
+    /// The height from which it grows.
+    #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
+    pub ground: f64,
+    /// By how much faster it thickens while it is thin; 0 in the source, about 0.6 in nature.
+    #[schemars(range(min = 0, max = 100))]
+    pub age_boost: f64,
+    /// The radius over which `age_boost` fades.
+    #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub age_fade: f64,
+}
+
+impl Default for TrunkTime {
+    fn default() -> Self {
+        Self {
+            skeleton: In::default(),
+            elongation_speed: 230.0,
+            thickening_speed: 2.6,
+            ground: 0.0,
+            age_boost: 0.0,
+            age_fade: 25.0,
+        }
+    }
+}
+
+impl Node for TrunkTime {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("time", Type::Solid, "Years of growth until the trunk reached the point."),
+        Output::new("distance", Type::Solid, "Horizontal distance from the pith in mm."),
+    ];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let skeleton = cx.get(&self.skeleton)?;
+        let controls = even(&skeleton, "skeleton")?;
+        let growth = Growth {
+            elongation: self.elongation_speed,
+            thickening: self.thickening_speed,
+            ground: self.ground,
+            boost: self.age_boost,
+            fade: self.age_fade,
+        };
+        let (single, double) = (Arc::new(Trunk::<f32>::new(&controls)), Arc::new(Trunk::<f64>::new(&controls)));
+        let bytes = controls.len() * 200;
+        let (s, d) = (single.clone(), double.clone());
+        let time = Code::of_place(move |patch, _, out| s.time(&places(patch), &growth, &mut *out[0]))
+            .with_exact(move |at, _| {
+                let mut out = vec![0.0; at.len()];
+                columns(at, |at| d.time(at, &growth, &mut out));
+                out
+            })
+            .holding(bytes);
+        let distance = Code::of_place(move |patch, _, out| single.distance(&places(patch), &mut *out[0])).with_exact(
+            move |at, _| {
+                let mut out = vec![0.0; at.len()];
+                columns(at, |at| double.distance(at, &mut out));
+                out
+            },
+        );
+        let time = time.solid(Type::Solid, Vec::new());
+        Ok(Outputs::one(time).with("distance", distance.solid(Type::Solid, Vec::new())))
+    }
+}

@@ -1,0 +1,204 @@
+//! [`VaryGrowth`]: growth that is irregular in space and from year to year.
+//!
+//! Source: asked for by Momoi & Takatera 2014, §5.1 and §5.3 (rows B31, B32); how is WOOD-LOOK §4.1. Cost: about 5 ns a
+//! point and wave.
+use super::trees::even;
+use crate::kernel::hash::Hash;
+use crate::kernel::solids::{Code, places};
+use crate::kernel::wood::trunk::Trunk;
+use crate::kernel::wood::vary::{Shape, WAVES, Wave, reserve};
+use crate::kernel::wood::years::{Calendar, series};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_engine::value::{Canvas, ColorPattern, Curve, Skeleton, Solid, Stop, Type};
+use std::sync::Arc;
+
+/// The widths of years.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Series {
+    /// All the same.
+    #[default]
+    Even,
+    /// Log-normal with `sigma` and `memory`, as trees grow.
+    Generated,
+    /// These relative widths, from the pith outwards; they repeat.
+    List(Vec<f64>),
+    /// Those that the pattern at `pattern` was sampled from.
+    FromPattern,
+}
+
+/// Makes growth irregular: rings that waver round and along the stem, and years of different widths.
+///
+/// The shape (`eccentricity`, `waves`) belongs between the trunk's time and `BlendTimes`, the `series` after it: use the
+/// node twice. Time stays continuous and rises outward, which is checked.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "even": TrunkTime(skeleton: "tree"),
+/// "shape": VaryGrowth(time: "even", skeleton: "tree", eccentricity: 0.1, waves: [(2.2, 45, 520), (0.55, 12, 150)]),
+/// "time": VaryGrowth(time: "shape", series: Generated),
+/// "rings": ColorPattern(),
+/// "wood": RingColor(time: "time", pattern: "rings"),
+/// "example": CutPlane(solid: "wood", preset: EndGrain, distance: 12),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct VaryGrowth {
+    /// The time of even growth.
+    pub time: In<SolidNumber>,
+    /// The trunk round which the shape varies; without one, round the z axis.
+    pub skeleton: Option<In<Skeleton>>,
+    /// The pattern whose widths `series: FromPattern` takes.
+    pub pattern: Option<In<ColorPattern>>,
+    /// The widths of years.
+    pub series: Series,
+    /// For `Generated`: how much widths differ, the deviation of their logarithm.
+    #[schemars(range(min = 0, max = 1.5))]
+    pub sigma: f64,
+    /// For `Generated`: how much of a year is like the one before.
+    #[schemars(range(min = 0, max = 0.99))]
+    pub memory: f64,
+    /// For `Generated`: after how many years widths repeat.
+    #[schemars(range(min = 8, max = 4096))]
+    pub years: u32,
+    /// How far sections are from round, relative to the radius.
+    #[schemars(range(min = 0, max = 0.5))]
+    pub eccentricity: f64,
+    /// Waves of rings, each `(amplitude, across, along)` in mm; at most 8. Time must still rise outward: the sum of
+    /// amplitude / across must stay below (1 - 1.5 eccentricity) / 3.1.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    pub waves: Vec<(f64, f64, f64)>,
+    /// Whether time may fall outward here and there, as in burls.
+    pub allow_folds: bool,
+    /// Another number gives other variation of the same kind.
+    pub seed: u64,
+}
+
+impl Default for VaryGrowth {
+    fn default() -> Self {
+        Self {
+            time: In::default(),
+            skeleton: None,
+            pattern: None,
+            series: Series::Even,
+            sigma: 0.28,
+            memory: 0.5,
+            years: 256,
+            eccentricity: 0.0,
+            waves: Vec::new(),
+            allow_folds: false,
+            seed: 0,
+        }
+    }
+}
+
+impl VaryGrowth {
+    fn waves(&self) -> Vec<Wave> {
+        self.waves.iter().map(|&(amplitude, across, along)| Wave { amplitude, across, along }).collect()
+    }
+
+    fn calendar(&self, cx: &Context<'_>, hash: Hash) -> Result<Option<Calendar>, Stop> {
+        Ok(match &self.series {
+            Series::Even => None,
+            Series::Generated => {
+                Some(Calendar::new(&series(self.years as usize, self.sigma, self.memory, hash.with(1))))
+            }
+            Series::List(widths) => Some(Calendar::new(widths)),
+            Series::FromPattern => {
+                let pattern = cx.get_opt(&self.pattern)?;
+                let widths: Vec<f64> = pattern.iter().flat_map(|p| p.widths.iter().map(|w| f64::from(*w))).collect();
+                if widths.len() < 2 {
+                    let message = "series is `FromPattern`, but the pattern was sampled from fewer than 2 years";
+                    let help = "connect a `ColorPattern` with `image` and `line` across several years";
+                    return Err(Problem::new(ErrorCode::BadValue, message).at("series").help(help).into());
+                }
+                Some(Calendar::new(&widths))
+            }
+        })
+    }
+
+    fn shaped(&self, cx: &Context<'_>, time: &Solid, hash: Hash) -> Result<Solid, Stop> {
+        if self.eccentricity == 0.0 && self.waves.is_empty() {
+            return Ok(time.clone());
+        }
+        let trunk = match cx.get_opt(&self.skeleton)? {
+            Some(skeleton) => Trunk::<f32>::new(&even(&skeleton, "skeleton")?),
+            None => Trunk::new(&[]),
+        };
+        let shape = Shape::new(self.eccentricity, &self.waves(), hash.with(2));
+        let place = Code::of_place(move |patch, _, out| {
+            if let [x, y, z] = out {
+                shape.place(&trunk, &places(patch), patch.pixel, [&mut **x, &mut **y, &mut **z]);
+            }
+        });
+        let place = place.solid(Type::SolidVector, Vec::new());
+        let place = cx.part_key("place").map_or(place.clone(), |key| place.keyed(key));
+        Ok(time.moved(place, true))
+    }
+}
+
+impl Node for VaryGrowth {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("time", Type::Solid, "The time of irregular growth."),
+        Output::new("calendar", Type::Curve, "Where years begin: points (even time, year, 0)."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+
+    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        let bad = |message: String, field: &str| vec![Problem::new(ErrorCode::BadValue, message).at(field)];
+        if self.waves.len() > WAVES {
+            return bad(format!("waves has {} entries; at most {WAVES} are allowed", self.waves.len()), "waves");
+        }
+        if let Some(w) = self.waves.iter().find(|w| w.1 < 0.01 || w.2 < 0.01) {
+            return bad(format!("a wave is `{} × {}` mm; both sizes must be at least 0.01 mm", w.1, w.2), "waves");
+        }
+        let left = reserve(self.eccentricity, &self.waves());
+        if left <= 0.0 && !self.allow_folds {
+            let sum: f64 = self.waves.iter().map(|w| w.0 / w.1).sum();
+            let message = format!(
+                "time would not rise outward everywhere: the sum of amplitude / across is {sum:.3}; it must be below {:.3}",
+                (1.0 - 1.5 * self.eccentricity).max(0.0) / crate::kernel::noise3::SLOPE
+            );
+            let problem = Problem::new(ErrorCode::BadValue, message).at("waves");
+            return vec![problem.help("lower the amplitudes, widen the waves, or say `allow_folds: true`")];
+        }
+        match &self.series {
+            Series::List(widths) if widths.is_empty() || widths.len() > 4096 => {
+                bad(format!("series has {} widths; there must be 1 to 4096", widths.len()), "series")
+            }
+            Series::List(widths) if widths.iter().any(|w| !(w.is_finite() && *w > 0.0)) => {
+                bad("series has a width that is not greater than 0".to_owned(), "series")
+            }
+            Series::FromPattern if self.pattern.is_none() => {
+                bad("series is `FromPattern`, which needs `pattern`".to_owned(), "series")
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let hash = Hash::new(cx.seed(self.seed));
+        let time = self.shaped(cx, &cx.get(&self.time)?, hash)?;
+        let Some(calendar) = self.calendar(cx, hash)?.map(Arc::new) else {
+            let points = vec![DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0)];
+            return Ok(Outputs::one(time).with("calendar", Curve { points }));
+        };
+        let points = calendar.points().map(|(time, year)| DVec3::new(time, year, 0.0)).collect();
+        let exact = calendar.clone();
+        let code = Code::of_inputs(move |_, inputs, out| {
+            for (out, time) in out[0].iter_mut().zip(inputs[0].plane(0)) {
+                *out = crate::kernel::tile::narrow(calendar.at(f64::from(*time)));
+            }
+        });
+        let time = Solid::new(
+            Type::Solid,
+            vec![time],
+            code.with_exact(move |_, inputs| inputs[0].iter().map(|t| exact.at(*t)).collect()).kept(),
+        );
+        Ok(Outputs::one(time).with("calendar", Curve { points }))
+    }
+}

@@ -1,0 +1,97 @@
+//! [`WarpSolid`]: a solid taken at points that clouds push about: burls, figure, anything less straight.
+//!
+//! Beyond the source; WOOD-LOOK §2 (burl). Cost: about 12 ns a point and octave.
+use super::trees::Triple;
+use crate::kernel::hash::Hash;
+use crate::kernel::noise3::{DEVIATION, Noise3};
+use crate::kernel::simd::dispatch;
+use crate::kernel::solids::Code;
+use crate::kernel::tile::narrow;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Stop, Type};
+
+/// Warps a solid by clouds.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "time": TrunkTime(skeleton: "tree"),
+/// "warped": WarpSolid(solid: "time", amount: 7, size: 30, octaves: 3, stretch: (1, 1, 1.5)),
+/// "rings": ColorPattern(stops: [(0, "#bc8350"), (0.4, "#b67a48"), (0.8, "#a1663a"), (0.95, "#8e542e"), (1, "#a76c40")]),
+/// "wood": RingColor(time: "warped", pattern: "rings"),
+/// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 30),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct WarpSolid {
+    /// What to warp.
+    pub solid: In<AnySolid>,
+    /// How far points are pushed: the standard deviation in each direction.
+    #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
+    pub amount: f64,
+    /// Size of a cloud of the coarsest octave.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub size: f64,
+    /// How many times longer clouds are in x, y and z.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1000.0))]
+    pub stretch: Triple,
+    /// How many octaves.
+    #[schemars(range(min = 1, max = 16))]
+    pub octaves: u32,
+    /// How strong each octave is compared to the one before.
+    #[schemars(range(min = 0, max = 2))]
+    pub gain: f64,
+    /// Another number gives another warp of the same kind.
+    pub seed: u64,
+}
+
+impl Default for WarpSolid {
+    fn default() -> Self {
+        Self { solid: In::default(), amount: 2.0, size: 20.0, stretch: (1.0, 1.0, 1.0), octaves: 2, gain: 0.4, seed: 0 }
+    }
+}
+
+impl Node for WarpSolid {
+    const OUTPUTS: &'static [Output] = &[Output::solid_like("solid", &["solid"], "The solid, warped.")];
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+
+    fn no_op(&self) -> Option<&'static str> {
+        (self.amount == 0.0).then_some("solid")
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let solid = cx.get(&self.solid)?;
+        let hash = Hash::new(cx.seed(self.seed));
+        let (mut size, mut weight) = (self.size, self.amount / f64::from(DEVIATION));
+        let mut octaves = Vec::new();
+        for octave in 0..self.octaves {
+            let s = self.stretch;
+            let noise: [Noise3; 3] = std::array::from_fn(|k| Noise3::new(hash, u64::from(octave) * 3 + k as u64));
+            octaves.push((noise, [s.0, s.1, s.2].map(|s| narrow(1.0 / (s.max(1e-3) * size))), narrow(weight)));
+            size *= 0.5;
+            weight *= self.gain;
+        }
+        let code = Code::of_place(move |patch, _, out| {
+            let [x, y, z] = patch.place;
+            for (axis, plane) in out.iter_mut().enumerate() {
+                plane.copy_from_slice(patch.place[axis]);
+                for (noise, [a, b, c], weight) in &octaves {
+                    let noise = noise[axis];
+                    dispatch(
+                        #[inline(always)]
+                        || {
+                            for (((out, x), y), z) in plane.iter_mut().zip(x).zip(y).zip(z) {
+                                *out += weight * noise.at(x * a, y * b, z * c);
+                            }
+                        },
+                    );
+                }
+            }
+        });
+        let place = code.solid(Type::SolidVector, Vec::new());
+        let place = cx.part_key("place").map_or(place.clone(), |key| place.keyed(key));
+        Ok(Outputs::one(solid.moved(place, false)))
+    }
+}

@@ -1,0 +1,165 @@
+//! [`WoodPores`]: the vessels of hardwoods.
+//!
+//! Beyond the source; WOOD-LOOK §4.4. Cost: about 30 ns a point.
+use crate::kernel::hash::Hash;
+use crate::kernel::math;
+use crate::kernel::solids::{Code, quad};
+use crate::kernel::tile::narrow;
+use crate::kernel::wood::pores::{PoreStyle, Pores};
+use crate::kernel::wood::years::Calendar;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{
+    Color, Context, Fact, In, Linear, Node, Output, Outputs, SolidColor, SolidNumber, SolidVector,
+};
+use shibo_engine::value::{Curve, Solid, Stop, Type};
+
+/// Cuts open the pores of wood: dark dashes along the grain, dots on end grain, most of them in early wood.
+///
+/// Seen from so far that pores are finer than pixels, their mean coverage of each part of the year is drawn.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "time": TrunkTime(skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3),
+/// "rings": ColorPattern(stops: [(0, "#b58e60"), (0.34, "#c9a577"), (0.7, "#c4a070"), (1, "#b08859")]),
+/// "wood": RingColor(time: "time", pattern: "rings"),
+/// "fiber": FiberSpace(time: "time", skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3),
+/// "oak": WoodPores(color: "wood", fiber: "fiber", time: "time", elongation_speed: 260, thickening_speed: 2.3),
+/// "example": CutPlane(solid: "oak", preset: FlatSawn, distance: 40),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct WoodPores {
+    /// The colour to draw on.
+    pub color: In<SolidColor>,
+    /// The fibres: the place of `FiberSpace`.
+    pub fiber: In<SolidVector>,
+    /// The growth time, with the calendar.
+    pub time: In<SolidNumber>,
+    /// The calendar of `VaryGrowth`, so that pores know the year in which they grew.
+    pub calendar: Option<In<Curve>>,
+    /// How fast the tree grows in length, as in `TrunkTime`.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    pub elongation_speed: f64,
+    /// How fast it thickens, as in `TrunkTime`.
+    #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    pub thickening_speed: f64,
+    /// The height from which it grows, as in `TrunkTime`.
+    #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
+    pub ground: f64,
+    /// The distance of columns of pores; at least 1.7 times the largest radius.
+    #[schemars(range(min = 0.01, max = 100), extend("unit" = "mm"))]
+    pub cell: f64,
+    /// The length of the longest pores.
+    #[schemars(range(min = 0.1, max = 1000), extend("unit" = "mm"))]
+    pub length: f64,
+    /// The radius in early and in late wood.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 10.0, "unit" = "mm"))]
+    pub radius: Linear,
+    /// How many places have a pore in early and in late wood.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub density: Linear,
+    /// The part of the year that is early wood.
+    #[schemars(range(min = 0, max = 1))]
+    pub early: f64,
+    /// How dark pores are.
+    #[schemars(range(min = 0, max = 1))]
+    pub darkness: f64,
+    /// What fills the pores; the wood's own colour darkened if not given.
+    pub filling: Option<Color>,
+    /// How deep pores are.
+    #[schemars(range(min = 0, max = 10), extend("unit" = "mm"))]
+    pub depth: f64,
+    /// Another number gives other pores of the same kind.
+    pub seed: u64,
+}
+
+impl Default for WoodPores {
+    fn default() -> Self {
+        Self {
+            color: In::default(),
+            fiber: In::default(),
+            time: In::default(),
+            calendar: None,
+            elongation_speed: 230.0,
+            thickening_speed: 2.6,
+            ground: 0.0,
+            cell: 0.36,
+            length: 11.0,
+            radius: Linear::new(0.145, 0.035),
+            density: Linear::new(0.85, 0.2),
+            early: 0.26,
+            darkness: 0.62,
+            filling: None,
+            depth: 0.11,
+            seed: 0,
+        }
+    }
+}
+
+impl WoodPores {
+    fn pores(&self, calendar: Option<&Curve>, hash: Hash) -> Pores {
+        let style = PoreStyle {
+            cell: narrow(self.cell),
+            length: narrow(self.length),
+            radius: [narrow(self.radius.at0), narrow(self.radius.at1)],
+            density: [narrow(self.density.at0), narrow(self.density.at1)],
+            early: narrow(self.early),
+            elongation: narrow(self.elongation_speed),
+            thickening: narrow(self.thickening_speed),
+            ground: narrow(self.ground),
+        };
+        let widths = |curve: &Curve| curve.points.windows(2).map(|p| p[1].x - p[0].x).collect::<Vec<_>>();
+        let calendar = calendar.map(widths).filter(|w| w.len() > 1).map(|w| Calendar::new(&w));
+        Pores::new(style, calendar, hash)
+    }
+}
+
+impl Node for WoodPores {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("color", Type::SolidColor, "The colour with its pores."),
+        Output::new("mask", Type::Solid, "How much of a point is pore, 0..1."),
+        Output::new("height", Type::Solid, "Minus the depth in pores, in mm."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (color, fiber, time) = (cx.get(&self.color)?, cx.get(&self.fiber)?, cx.get(&self.time)?);
+        let calendar = cx.get_opt(&self.calendar)?;
+        let pores = self.pores(calendar.as_deref(), Hash::new(cx.seed(self.seed)));
+        let code = Code::of_inputs(move |patch, inputs, out| {
+            let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
+            let time = inputs[1].plane(0);
+            let single = pores.single(patch.pixel);
+            for (i, out) in out[0].iter_mut().enumerate() {
+                let near = if single > 0.0 { pores.at([x[i], y[i], z[i]], patch.pixel) } else { 0.0 };
+                let far = if single < 1.0 {
+                    let (a, b) = quad(time, patch.columns, i);
+                    pores.mean(time[i], a, b)
+                } else {
+                    0.0
+                };
+                *out = math::lerp(far, near, single);
+            }
+        });
+        let mask = Solid::new(Type::Solid, vec![fiber, time], code.with_quads().kept());
+        let mask = cx.part_key("mask").map_or(mask.clone(), |key| mask.keyed(key));
+        let (dark, filling) = (narrow(self.darkness), self.filling.map(|c| c.0));
+        let paint = Code::of_inputs(move |_, inputs, out| {
+            for (c, plane) in out.iter_mut().enumerate() {
+                for ((out, color), mask) in plane.iter_mut().zip(inputs[0].plane(c)).zip(inputs[1].plane(0)) {
+                    let inside = filling.map_or(*color * (1.0 - dark), |f| math::lerp(*color, f[c], dark));
+                    *out = math::lerp(*color, inside, *mask);
+                }
+            }
+        });
+        let depth = narrow(self.depth);
+        let height = Code::of_inputs(move |_, inputs, out| {
+            out[0].iter_mut().zip(inputs[0].plane(0)).for_each(|(out, m)| *out = -depth * m);
+        });
+        Ok(Outputs::one(paint.solid(Type::SolidColor, vec![color, mask.clone()]))
+            .with("mask", mask.clone())
+            .with("height", height.solid(Type::Solid, vec![mask])))
+    }
+}

@@ -1,0 +1,148 @@
+//! [`WoodRays`]: the rays of hardwoods, which are flecks on a quarter cut, lines on end grain, and spindles on a flat cut.
+//!
+//! Beyond the source; WOOD-LOOK §4.5. Cost: about 60 ns a point.
+use super::frames::frame;
+use super::trees::even;
+use crate::kernel::hash::Hash;
+use crate::kernel::math;
+use crate::kernel::solids::{Code, places};
+use crate::kernel::tile::narrow;
+use crate::kernel::wood::rays::{RayStyle, Rays};
+use crate::kernel::wood::trunk::Trunk;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
+use shibo_engine::value::{Skeleton, Solid, Stop, Type, srgb_to_linear};
+
+/// Draws rays: sheets from the pith outwards, one object with three looks.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "time": TrunkTime(skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3),
+/// "rings": ColorPattern(stops: [(0, "#b58e60"), (0.34, "#c9a577"), (0.7, "#c4a070"), (1, "#b08859")]),
+/// "wood": RingColor(time: "time", pattern: "rings"),
+/// "fiber": FiberSpace(time: "time", skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3),
+/// "oak": WoodRays(color: "wood", fiber: "fiber", skeleton: "tree"),
+/// "example": CutPlane(solid: "oak", preset: QuarterSawn, distance: 25, offset: 1),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct WoodRays {
+    /// The colour to draw on.
+    pub color: In<SolidColor>,
+    /// The fibres: the place of `FiberSpace`.
+    pub fiber: In<SolidVector>,
+    /// The trunk, from whose pith rays start; the z axis if not given.
+    pub skeleton: Option<In<Skeleton>>,
+    /// The distance of rays round the stem.
+    #[schemars(range(min = 0.05, max = 100), extend("unit" = "mm"))]
+    pub pitch: f64,
+    /// How tall rays are along the grain.
+    #[schemars(range(min = 0.05, max = 1000), extend("unit" = "mm"))]
+    pub height: f64,
+    /// How thick they are.
+    #[schemars(range(min = 0.005, max = 10), extend("unit" = "mm"))]
+    pub width: f64,
+    /// How many places have a ray.
+    #[schemars(range(min = 0, max = 1))]
+    pub density: f64,
+    /// How long they are outwards.
+    #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
+    pub length: f64,
+    /// How far they bend, in distances of rays; it decides how large flecks are.
+    #[schemars(range(min = 0, max = 10))]
+    pub wobble: f64,
+    /// The colour of flecks and of lines on end grain.
+    pub ray_color: Color,
+    /// How strong flecks are.
+    #[schemars(range(min = 0, max = 1))]
+    pub gain: f64,
+    /// The factor on the colour where a flat cut meets rays.
+    #[schemars(range(min = 0, max = 2))]
+    pub flat: f64,
+    /// Another number gives other rays of the same kind.
+    pub seed: u64,
+}
+
+impl Default for WoodRays {
+    fn default() -> Self {
+        Self {
+            color: In::default(),
+            fiber: In::default(),
+            skeleton: None,
+            pitch: 1.7,
+            height: 13.0,
+            width: 0.4,
+            density: 0.85,
+            length: 34.0,
+            wobble: 0.62,
+            ray_color: Color([0xDC, 0xC0, 0x98].map(|byte: u8| srgb_to_linear(f32::from(byte) / 255.0))),
+            gain: 0.7,
+            flat: 0.8,
+            seed: 0,
+        }
+    }
+}
+
+impl Node for WoodRays {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("color", Type::SolidColor, "The colour with its rays."),
+        Output::new("mask", Type::Solid, "How much of a point is ray, 0..1."),
+        Output::new("fleck", Type::Solid, "The part of it that shines as a fleck: on cuts along rays."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (color, fiber) = (cx.get(&self.color)?, cx.get(&self.fiber)?);
+        let trunk = match cx.get_opt(&self.skeleton)? {
+            Some(skeleton) => Trunk::<f32>::new(&even(&skeleton, "skeleton")?),
+            None => Trunk::new(&[]),
+        };
+        let style = RayStyle {
+            pitch: narrow(self.pitch),
+            height: narrow(self.height),
+            width: narrow(self.width),
+            density: narrow(self.density),
+            length: narrow(self.length),
+            wobble: narrow(self.wobble),
+        };
+        let rays = Rays::new(style, Hash::new(cx.seed(self.seed)));
+        // Ray, fleck or line (how much of its own colour), and spindle (how much of a flat cut).
+        let code = Code::of_place(move |patch, inputs, out| {
+            let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
+            let [mask, shine, flat] = out else { return };
+            trunk.runs(&places(patch), |from, to, qx, qy| {
+                for i in from..to {
+                    mask[i] = rays.at([x[i], y[i], z[i]], patch.pixel);
+                    let (dx, dy) = (patch.place[0][i] - qx[i - from], patch.place[1][i] - qy[i - from]);
+                    let inverse = 1.0 / math::max((dx * dx + dy * dy).sqrt(), 1e-4);
+                    let n = frame(patch, i).map_or([-dy * inverse, dx * inverse, 0.0], |f| f.normal);
+                    let outward = (n[0] * dx + n[1] * dy) * inverse;
+                    let around = (n[1] * dx - n[0] * dy) * inverse;
+                    shine[i] = around * around + 0.8 * n[2] * n[2];
+                    flat[i] = outward * outward;
+                }
+            });
+        });
+        let all = Solid::new(Type::SolidVector, vec![fiber], code.with_quads());
+        let all = cx.part_key("all").map_or(all.clone(), |key| all.keyed(key));
+        let (own, gain, factor) = (self.ray_color.0, narrow(self.gain), narrow(self.flat));
+        let paint = Code::of_inputs(move |_, inputs, out| {
+            let [mask, shine, flat] = [0, 1, 2].map(|c| inputs[1].plane(c));
+            for (c, plane) in out.iter_mut().enumerate() {
+                for (i, (out, color)) in plane.iter_mut().zip(inputs[0].plane(c)).enumerate() {
+                    let lit = math::lerp(*color, own[c], mask[i] * gain * shine[i]);
+                    *out = lit * (1.0 + (factor - 1.0) * mask[i] * flat[i]);
+                }
+            }
+        });
+        let fleck = Code::of_inputs(|_, inputs, out| {
+            let (mask, shine) = (inputs[0].plane(0), inputs[0].plane(1));
+            out[0].iter_mut().zip(mask.iter().zip(shine)).for_each(|(out, (m, s))| *out = m * math::saturate(*s));
+        });
+        Ok(Outputs::one(paint.solid(Type::SolidColor, vec![color, all.clone()]))
+            .with("mask", all.channel(0))
+            .with("fleck", fleck.solid(Type::Solid, vec![all])))
+    }
+}

@@ -1,6 +1,6 @@
 //! Speed of the leather kernels. `cargo bench -p shibo-nodes --bench leather` prints rates, for springs also the share of
-//! the memory bandwidth; `SHIBO_BENCH_REPORT=springs`, `strokes` or `points` prints those alone. Times are CPU
-//! seconds of the whole process where the system tells them, so that other work on the machine matters less.
+//! the memory bandwidth, and what a whole leather costs; `SHIBO_BENCH_REPORT=springs`, `strokes`, `points` or `whole` prints
+//! those alone. Times are CPU seconds of the whole process, so that other work on the machine matters less.
 use shibo_nodes::kernel::hash::Hash;
 use shibo_nodes::kernel::springs::{Net, simulate};
 use shibo_nodes::kernel::strokes::{StrokeSet, StrokeStyle};
@@ -9,11 +9,13 @@ fn main() {
     match std::env::var("SHIBO_BENCH_REPORT").as_deref() {
         Ok("points") => report::points(),
         Ok("strokes") => report::strokes(),
+        Ok("whole") => whole::print(),
         Ok(_) => report::springs(),
         Err(_) => {
             report::springs();
             report::strokes();
             report::points();
+            whole::print();
             divan::main();
         }
     }
@@ -48,6 +50,7 @@ fn strokes(bencher: divan::Bencher<'_, '_>) {
 
 /// Figures that want more than a time: rates and shares of a limit measured in the same run.
 mod report {
+    use cpu_time::ProcessTime;
     use glam::Vec2;
     use shibo_nodes::kernel::delaunay::delaunay;
     use shibo_nodes::kernel::hash::Hash;
@@ -56,39 +59,31 @@ mod report {
     use shibo_nodes::kernel::springs::{BreakOn, Integrator, Motion, Net, simulate};
     use shibo_nodes::kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle, Window};
     use std::hint::black_box;
-    use std::time::Instant;
 
-    /// CPU seconds of the process, in steps of 1/100 s; elsewhere than on Linux the wall clock.
-    fn cpu(start: Instant) -> f64 {
-        let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-        let fields: Vec<f64> =
-            stat.rsplit(')').next().unwrap_or("").split(' ').map(|f| f.parse().unwrap_or(0.0)).collect();
-        match fields[..] {
-            [_, _, _, _, _, _, _, _, _, _, _, _, user, system, ..] => (user + system) / 100.0,
-            _ => start.elapsed().as_secs_f64(),
-        }
-    }
-
-    /// CPU seconds that `work` takes.
-    fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-        let start = Instant::now();
-        let before = cpu(start);
+    /// CPU seconds that `work` takes, of all threads together.
+    pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+        let start = ProcessTime::now();
         let result = work();
-        (result, cpu(start) - before)
+        (result, start.elapsed().as_secs_f64())
     }
 
-    /// Bytes per second of `a = b + s c` over arrays far larger than the caches, 4 streams counted (a is also read).
-    fn triad() -> f64 {
+    /// Bytes per second of `a = b + s c` over arrays far larger than the caches, so many threads at once; 4 streams counted
+    /// (a is also read).
+    fn triad(threads: usize) -> f64 {
         let n = 1 << 24;
         let (mut a, b, c) = (vec![0.0f32; n], vec![1.0f32; n], vec![2.0f32; n]);
+        let part = n / threads;
         let mut best = f64::INFINITY;
         for _ in 0..7 {
-            let start = Instant::now();
-            for ((a, b), c) in a.iter_mut().zip(&b).zip(&c) {
-                *a = b + 0.5 * c;
-            }
+            let ((), seconds) = timed(|| {
+                std::thread::scope(|scope| {
+                    for ((a, b), c) in a.chunks_mut(part).zip(b.chunks(part)).zip(c.chunks(part)) {
+                        scope.spawn(move || a.iter_mut().zip(b).zip(c).for_each(|((a, b), c)| *a = b + 0.5 * c));
+                    }
+                });
+            });
             black_box(&mut a);
-            best = best.min(start.elapsed().as_secs_f64());
+            best = best.min(seconds / threads as f64);
         }
         16.0 * n as f64 / best
     }
@@ -175,54 +170,195 @@ mod report {
         }
     }
 
-    fn run(name: &str, threads: usize, net: &Net<'_, f32>, points: &[[f32; 2]], bytes: f64) {
+    /// Prints the rate of `net` over whole calls of 100 steps, setup included, and of the steps alone, and what share
+    /// that is of the rate at which memory could deliver `bytes` per point and step, on as many threads. Returns the
+    /// steps' rate.
+    fn run(name: &str, threads: usize, net: &Net<'_, f32>, points: &[[f32; 2]], bytes: f64) -> f64 {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let time = |steps| {
-            let start = Instant::now();
-            let out = pool.install(|| simulate(points, net, &motion(steps), &mut |_| true)).expect("stable");
-            black_box(out);
-            start.elapsed().as_secs_f64()
+            let (out, seconds) = timed(|| pool.install(|| simulate(points, net, &motion(steps), &mut |_| true)));
+            black_box(out.expect("stable"));
+            seconds / threads as f64
         };
-        let mut best = f64::INFINITY;
-        let mut setup = f64::INFINITY;
-        for _ in 0..3 {
-            let none = time(1);
-            setup = setup.min(none);
-            best = best.min((time(41) - none) / 40.0);
+        let (mut whole, mut setup, mut bandwidth) = (f64::INFINITY, f64::INFINITY, 0.0f64);
+        for _ in 0..2 {
+            setup = setup.min(time(0));
+            whole = whole.min(time(100));
+            bandwidth = bandwidth.max(triad(threads));
         }
-        let limit = triad() / bytes;
-        let rate = net.links.len() as f64 / best;
+        let steps = |seconds: f64| 100.0 * net.links.len() as f64 / seconds;
+        let limit = bandwidth / bytes * net.links.len() as f64 / points.len() as f64;
+        let rate = steps(whole - setup);
         println!(
-            "{name:28} threads {threads}: {:7.1} M spring-steps/s, setup {setup:.2} s; one-core triad limit {:7.1} M/s, share {:.2}, {:.2} x 135 M/s",
+            "{name:22} threads {threads}: {:6.0} M spring-steps/s, {:.2} of the memory limit of {:6.0}; 100 steps with {setup:.2} s of setup: {:.2} of it",
             rate * 1e-6,
-            limit * net.links.len() as f64 / points.len() as f64 * 1e-6,
-            rate / (limit * net.links.len() as f64 / points.len() as f64),
-            rate / 135e6
+            rate / limit,
+            limit * 1e-6,
+            steps(whole) / limit,
         );
+        rate
     }
 
+    /// Lengths per spring less 1, and a little more for some, so that none is like its neighbour.
+    fn rest(lengths: &[f32]) -> Vec<f32> {
+        lengths.iter().enumerate().map(|(l, length)| length - 1.0 + (l % 16) as f32 * 0.01).collect()
+    }
+
+    fn stiffness(count: usize) -> Vec<f32> {
+        (0..count).map(|l| 2.0 + (l * 7919 % 1000) as f32 * 0.008).collect()
+    }
+
+    /// A million points, 8 neighbours, or links of their own.
     pub(crate) fn springs() {
+        println!("triad: one core {:.1} GB/s, two {:.1} GB/s", triad(1) * 1e-9, triad(2) * 1e-9);
         let n = 1000;
+        let size = Vec2::splat(n as f32);
         let shape = GridShape { nx: n, ny: n, eight: true, periodic: false };
         let links = grid_links(shape);
-        let points: Vec<[f32; 2]> = (0..n * n).map(|i| [(i % n) as f32, (i / n) as f32]).collect();
-        let k: Vec<f32> = (0..links.pairs.len()).map(|l| 2.0 + (l * 7919 % 1000) as f32 * 0.008).collect();
-        let rest: Vec<f32> = links.lengths(&points.iter().map(|&p| p.into()).collect::<Vec<_>>(), glam::Vec2::ZERO);
-        let rest: Vec<f32> = rest.iter().map(|l| l - 1.0).collect();
-        let varied: Vec<f32> = rest.iter().enumerate().map(|(l, r)| r + (l % 16) as f32 * 0.01).collect();
-        let threshold = vec![40.0f32; rest.len()];
+        let places: Vec<Vec2> = (0..n * n).map(|i| Vec2::new((i % n) as f32, (i / n) as f32)).collect();
+        let points: Vec<[f32; 2]> = places.iter().map(Vec2::to_array).collect();
+        let lengths = links.lengths(&places, Vec2::ZERO);
+        let (k, varied) = (stiffness(lengths.len()), rest(&lengths));
+        let alike: Vec<f32> = lengths.iter().map(|l| l - 1.0).collect();
+        let threshold = vec![40.0f32; k.len()];
         let fixed: Vec<bool> = points.iter().map(|p| p[0].min(p[1]) < 1.0 || p[0].max(p[1]) > 998.0).collect();
-        let base = Net { links: &links.pairs, stiffness: &k, rest: &rest, fixed: &fixed, ..Net::default() };
-        println!("triad {:.1} GB/s", triad() * 1e-9);
+        let list = Net { links: &links.pairs, stiffness: &k, rest: &varied, fixed: &fixed, ..Net::default() };
+        let spread = shibo_nodes::kernel::points::random(n * n, size, Hash::new(1));
+        let delaunay = delaunay(&spread, size, true);
+        let (hexagons, edges) = shibo_nodes::kernel::points::hexagons(size, 0.877, true);
         for threads in [1, 2] {
-            // Bytes per point: x y vx vy read and written, weight, stiffness in 4 directions.
-            let grid = Net { grid: Some(shape), ..base };
-            run("grid, L by direction", threads, &grid, &points, 36.0 + 16.0);
-            run("grid, L per spring", threads, &Net { rest: &varied, ..grid }, &points, 36.0 + 32.0);
-            run("grid, breakage", threads, &Net { threshold: &threshold, ..grid }, &points, 36.0 + 16.0);
-            // Lists: x v read, written elsewhere; ends, stiffness, rest of 4 springs.
-            run("list", threads, &base, &points, 52.0 + 48.0);
-            run("list, breakage", threads, &Net { threshold: &threshold, ..base }, &points, 52.0 + 64.0);
+            // Bytes per point: x y vx vy read and written, weight; stiffness and length in 4 directions.
+            let grid = Net { grid: Some(shape), ..list };
+            run("grid, L by direction", threads, &Net { rest: &alike, ..grid }, &points, 36.0 + 16.0);
+            let by_grid = run("grid, L per spring", threads, &grid, &points, 36.0 + 32.0);
+            run("grid, breakage", threads, &Net { threshold: &threshold, ..grid }, &points, 36.0 + 32.0);
+            // Lists: also written elsewhere; ends, stiffness and length of a spring.
+            let compare = |name: &str, net: &Net<'_, f32>, points: &[[f32; 2]]| {
+                let springs = net.links.len() as f64 / points.len() as f64;
+                let each = if net.threshold.is_empty() { 12.0 } else { 16.0 };
+                let rate = run(name, threads, net, points, 52.0 + each * springs);
+                println!("{:22} {:.2} of the grid's with L per spring", "", rate / by_grid);
+            };
+            compare("the grid as a list", &list, &points);
+            compare("list, breakage", &Net { threshold: &threshold, ..list }, &points);
+            for (name, places, links) in [("Delaunay", &spread, &delaunay), ("hexagons", &hexagons, &edges)] {
+                let points: Vec<[f32; 2]> = places.iter().map(Vec2::to_array).collect();
+                let (k, rest) = (stiffness(links.pairs.len()), rest(&links.lengths(places, size)));
+                let (links, wraps, size) = (&links.pairs[..], &links.wraps[..], size.to_array());
+                compare(name, &Net { links, wraps, size, stiffness: &k, rest: &rest, ..Net::default() }, &points);
+            }
+        }
+    }
+}
+
+/// A leather of 60 x 60 mm from points to height and normal map, stage by stage, and how its cost grows.
+mod whole {
+    use super::report::{motion, random_strokes, timed};
+    use glam::{DVec2, Vec2};
+    use shibo_nodes::kernel::hash::Hash;
+    use shibo_nodes::kernel::lattice::{Links, grid_links};
+    use shibo_nodes::kernel::normal::{HALO, NormalSpec, Slope, normal};
+    use shibo_nodes::kernel::points::{GridSpec, grid};
+    use shibo_nodes::kernel::segments::{SegmentSpec, place};
+    use shibo_nodes::kernel::springs::{Motion, Net, simulate};
+    use shibo_nodes::kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle, Window};
+    use shibo_nodes::kernel::window::{Rect, View};
+    use std::hint::black_box;
+
+    const SIZE: f32 = 60.0;
+
+    /// CPU seconds of lattice, simulation, strokes in bins, height, normals; and the number of strokes.
+    fn leather(side: usize, steps: u32, resolution: usize) -> ([f64; 5], usize) {
+        let size = Vec2::splat(SIZE);
+        let hash = Hash::new(3);
+        let spec =
+            GridSpec { size, pitch: size / side as f32, stagger: 0.0, jitter: 1.0, keep_border: true, periodic: true };
+        let ((shape, links, points, rest, k), lattice) = timed(|| {
+            let found = grid(&spec, hash);
+            let shape = found.shape(true, true);
+            let links = grid_links(shape);
+            let rest: Vec<f32> = links.lengths(&found.points, size).iter().map(|l| l - size.x / side as f32).collect();
+            let k: Vec<f32> = (0..rest.len() as u64).map(|n| 1.0 + 9.0 * hash.unit_f32(n)).collect();
+            let points: Vec<[f32; 2]> = found.points.iter().map(Vec2::to_array).collect();
+            (shape, links, points, rest, k)
+        });
+        let net = Net {
+            links: &links.pairs,
+            wraps: &links.wraps,
+            size: size.to_array(),
+            stiffness: &k,
+            rest: &rest,
+            grid: Some(shape),
+            ..Net::default()
+        };
+        let motion = Motion { drag: 6.0, ..motion(steps) };
+        let (moved, simulated) = timed(|| simulate(&points, &net, &motion, &mut |_| true).expect("stable"));
+        let (set, sorted) = timed(|| {
+            let points: Vec<Vec2> = moved.positions.iter().map(|p| Vec2::from_array(*p)).collect();
+            let spec = SegmentSpec { size, length_scale: 1.0, max_length: f32::INFINITY };
+            let links = Links { pairs: links.pairs.clone(), wraps: links.wraps.clone() };
+            let segments = place(&points, &links, &spec, |_| true);
+            let width = |n: u64| 0.5 * size.x / side as f32 * (0.4 + 0.5 * hash.unit_f32(n));
+            let stroke = |(n, s): (u64, &shibo_nodes::kernel::segments::Segment)| Stroke {
+                ends: s.ends,
+                half_width: width(n),
+                depth: 0.1,
+            };
+            let strokes: Vec<Stroke> = (0..).zip(&segments).map(stroke).collect();
+            StrokeSet::new(&strokes, StrokeStyle { round_caps: true, ..StrokeStyle::default() }, Some(size))
+        });
+        let step = SIZE / resolution as f32;
+        let (mut height, mut normals) = (vec![0.0f32; 258 * 258], [(); 3].map(|()| vec![0.0f32; 256 * 256]));
+        let (mut filled, mut lit) = (0.0, 0.0);
+        for tile in 0..(resolution / 256).pow(2) {
+            let at = |n: usize| i32::try_from(n * 256).expect("small") - 1;
+            let (x, y) = (at(tile % (resolution / 256)), at(tile / (resolution / 256)));
+            let window = Window { x, y, width: 258, height: 258, step: Vec2::splat(step), origin: DVec2::ZERO };
+            filled += timed(|| set.fill(&window, Draw::Depth, &mut height)).1;
+            let spec = NormalSpec {
+                step: [f64::from(step); 2],
+                strength: -1.0,
+                y_up: true,
+                encode: true,
+                slope: Slope::Central,
+            };
+            let rect = Rect { x0: 0, y0: 0, w: 256, h: 256 };
+            let [nx, ny, nz] = &mut normals;
+            lit += timed(|| normal(&View::new(&height, rect.grow([HALO; 2])), rect, &spec, [nx, ny, nz])).1;
+            black_box(&normals);
+        }
+        ([lattice, simulated, sorted, filled, lit], links.pairs.len())
+    }
+
+    /// The best of three, each stage by itself.
+    fn best(side: usize, steps: u32, resolution: usize) -> ([f64; 5], usize) {
+        let runs = [(); 3].map(|()| leather(side, steps, resolution));
+        let fastest = |stage: usize| runs.iter().map(|run| run.0[stage]).fold(f64::INFINITY, f64::min);
+        (std::array::from_fn(fastest), runs[0].1)
+    }
+
+    pub(crate) fn print() {
+        println!("60 x 60 mm of leather, CPU seconds:");
+        println!("points  steps  strokes  pixels  lattice  simulation    bins  height  normals     all");
+        let cases =
+            [(75, 120, 2048), (150, 120, 2048), (300, 120, 2048), (150, 120, 1024), (150, 120, 4096), (150, 240, 1024)];
+        for (side, steps, resolution) in cases {
+            let ([lattice, simulated, sorted, filled, lit], strokes) = best(side, steps, resolution);
+            let all = lattice + simulated + sorted + filled + lit;
+            println!(
+                "{side:4}\u{b2} {steps:7} {strokes:8} {resolution:6}\u{b2} {lattice:8.3} {simulated:11.3} {sorted:7.3} {filled:7.3} {lit:8.3} {all:7.3}"
+            );
+        }
+        for count in [125_000, 250_000, 500_000, 1_000_000] {
+            let strokes = random_strokes(count);
+            let (set, sorted) = timed(|| StrokeSet::new(&strokes, StrokeStyle::default(), None));
+            let tiles = (16.0 * (count as f64 / 1e6).sqrt()).ceil();
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
+            let (_, filled) = timed(|| super::report::fill_all(&set, 256, tiles as usize));
+            let each = (sorted + filled) / count as f64 * 1e9;
+            println!(
+                "{count:8} strokes of 140 px, as dense: bins {sorted:.3} s, height {filled:.3} s, {each:.0} ns a stroke"
+            );
         }
     }
 }

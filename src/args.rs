@@ -1,5 +1,5 @@
 //! The command line.
-use crate::{cache, check, completions, dump, graph, new, nodes, render};
+use crate::{cache, check, completions, dump, graph, new, nodes, render, watch};
 use clap::{Args, Parser, Subcommand};
 use glam::UVec2;
 use std::path::PathBuf;
@@ -8,6 +8,7 @@ const EXAMPLES: &str = "\
 Examples:
   shibo new calf --from leather        make a commented graph file, calf.ron
   shibo check calf.ron                 all errors, with line, column and advice
+  shibo watch calf.ron                 show it in a browser; every save is there at once
   shibo render calf.ron -o maps        write the pictures
   shibo nodes Perlin                   the manual of a node
 
@@ -27,6 +28,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render the outputs of a graph to picture files.
     Render(render::RenderArgs),
+    /// Show a graph in a browser, and follow every save of it.
+    Watch(watch::WatchArgs),
     /// Report all errors of graph files.
     Check(check::CheckArgs),
     /// List the kinds of nodes, or show the manual of one.

@@ -23,3 +23,23 @@ pub(crate) fn cancel_on_signals(token: &CancelToken) {
 /// Signals are handled on Unix only.
 #[cfg(not(unix))]
 pub(crate) fn cancel_on_signals(_token: &CancelToken) {}
+
+/// Does something at the first signal; a second one ends the process at once.
+#[cfg(unix)]
+pub(crate) fn on_signals(first: impl FnOnce() + Send + 'static) {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else { return };
+    std::thread::spawn(move || {
+        let mut signals = signals.forever();
+        if signals.next().is_some() {
+            first();
+        }
+        if signals.next().is_some() {
+            std::process::exit(1);
+        }
+    });
+}
+
+/// Signals are handled on Unix only.
+#[cfg(not(unix))]
+pub(crate) fn on_signals(_first: impl FnOnce() + Send + 'static) {}

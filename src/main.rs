@@ -17,9 +17,11 @@ mod progress;
 mod quit;
 mod render;
 mod report;
+mod serve;
 mod stats;
 mod templates;
 mod terminal;
+mod watch;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
 fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit> {
     match command {
         Command::Render(args) => render::run(&args, terminal, start),
+        Command::Watch(args) => watch::run(&args, terminal),
         Command::Check(args) => check::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),
         Command::Dump(args) => dump::run(&args, terminal),

@@ -7,28 +7,28 @@ const SWEEPS: usize = 12;
 
 /// The place of a box or of a bend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Place {
+pub(crate) struct Place {
     /// The column, from the left.
-    pub(super) column: usize,
+    pub(crate) column: usize,
     /// The distance from the top, in rows.
-    pub(super) row: f64,
+    pub(crate) row: f64,
 }
 
 /// Where everything goes.
 #[derive(Debug)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     /// The places of the boxes.
-    pub(super) places: Vec<Place>,
+    pub(crate) places: Vec<Place>,
     /// For each wire, its bends between its ends.
-    pub(super) bends: Vec<Vec<Place>>,
+    pub(crate) bends: Vec<Vec<Place>>,
     /// Columns.
-    pub(super) columns: usize,
+    pub(crate) columns: usize,
     /// The lowest row.
-    pub(super) rows: f64,
+    pub(crate) rows: f64,
 }
 
 /// Lays out `count` boxes connected by `wires`, which form no cycle; `last` are drawn in the last column.
-pub(super) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool) -> Layout {
+pub(crate) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool) -> Layout {
     let columns = columns(count, wires, last);
     let rightmost = columns.iter().copied().max().unwrap_or(0);
     let mut net = Net::new(columns, wires);

@@ -1,6 +1,6 @@
 //! `shibo graph`: a drawing of a graph.
 mod dot;
-mod layout;
+pub(crate) mod layout;
 mod svg;
 
 use crate::args::ValueArgs;
@@ -107,7 +107,7 @@ impl Drawing {
 }
 
 /// The colour of what a wire carries.
-const fn color(ty: Type) -> &'static str {
+pub(crate) const fn color(ty: Type) -> &'static str {
     match ty {
         Type::Gray => "#7a8290",
         Type::Rgb | Type::Picture => "#d08a1d",

@@ -100,7 +100,7 @@ pub struct GraphOutput {
 pub struct GraphParam {
     /// Its name.
     pub name: String,
-    /// `Number`, `Integer`, `Bool`, `Color`, `Text` or `Path`.
+    /// `Number`, `Integer`, `Bool`, `Color`, `Text`, `Path` or `Choice`.
     pub ty: &'static str,
     /// The value in force, as RON.
     pub value: String,
@@ -112,4 +112,8 @@ pub struct GraphParam {
     pub unit: Option<String>,
     /// What it does.
     pub doc: String,
+    /// The words that a `Choice` may be.
+    pub options: Vec<String>,
+    /// Where the default is written.
+    pub span: Span,
 }

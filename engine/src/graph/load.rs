@@ -239,6 +239,8 @@ fn graph_params(doc: &Doc, params: &Params) -> Vec<GraphParam> {
             range: decl.range,
             unit: decl.unit.clone(),
             doc: decl.doc.clone(),
+            options: decl.options.clone(),
+            span: decl.default.span(),
         })
     };
     decls.filter_map(param).collect()

@@ -62,7 +62,7 @@ pub(super) struct ParamDecl {
     pub(super) range: Option<(f64, f64)>,
     pub(super) unit: Option<String>,
     pub(super) doc: String,
-    options: Vec<String>,
+    pub(super) options: Vec<String>,
 }
 
 /// The value of a parameter.

@@ -1,8 +1,10 @@
 //! The engine as a program uses it: load a graph, render it, look into it. All state lives in a [`Session`].
+mod look;
 mod plan;
 mod render;
 mod verify;
 
+pub use look::Look;
 pub use render::{RenderRequest, Report};
 
 use crate::diagnostics::{Code, Diagnostic, Problem};

@@ -1,0 +1,211 @@
+//! Answers about one target: its picture, a tile of it, its value at a place, its data.
+use super::handlers::{AboutQuery, App, No, Of, png};
+use super::object;
+use super::paint::Painter;
+use super::scene::{Scene, Sight, Target, lock};
+use super::stage::Stage;
+use super::wiring;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Query, State};
+use axum::response::{IntoResponse, Json, Response};
+use glam::UVec2;
+use serde::Deserialize;
+use serde_json::{Value as Data, json};
+use shibo_engine::session::{Failure, Look};
+use shibo_engine::value::{Type, Value, Window, linear_to_srgb};
+
+/// The width and height of a tile of a picture that is not sent whole.
+const TILE: u32 = 512;
+/// The longest side of a thumbnail.
+const THUMB: u32 = 96;
+
+type Query2<T> = Result<Query<T>, QueryRejection>;
+
+/// What a query about a target, and a size, says.
+#[derive(Debug, Deserialize)]
+pub(super) struct Sized {
+    g: u64,
+    t: String,
+    /// The longest side.
+    s: u32,
+}
+
+/// The picture of a target: where it is, and what it shows. Objects have none.
+pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result<Response, No> {
+    let Query(Sized { g, t, s }) = query?;
+    let scene = app.scene(g)?;
+    let target = scene.target(&t).ok_or(No::Unknown)?;
+    app.stage.set_focus(&t);
+    let longest = s.clamp(1, super::WHOLE);
+    let answer = app.look(&scene, move |look, stage, scene| describe(look, stage, scene, &target, longest)).await?;
+    Ok(Json(answer).into_response())
+}
+
+fn describe(
+    look: &Look<'_>,
+    stage: &Stage,
+    scene: &Scene,
+    target: &Target,
+    longest: u32,
+) -> Result<Data, Failure> {
+    let node = &scene.graph.nodes[target.node];
+    let output = node.node.outputs().get(target.output);
+    let mut about = json!({
+        "target": target.name,
+        "node": node.name,
+        "kind": node.kind,
+        "doc": output.map_or("", |o| o.doc),
+        "text": wiring::text(node, &scene.graph.sources),
+        "generation": scene.generation,
+    });
+    if let Some(Value::Material(material)) = look.value(target.node, target.output)? {
+        about["channels"] = material.channels().iter().map(|(c, _)| c.name()).collect();
+        about["channel"] = target.channel.or(material.channels().first().map(|c| c.0)).map(|c| c.name()).into();
+    }
+    match scene.sight(look, target)? {
+        Some(Sight::Field(field, unit)) => {
+            let stored = scene.picture(look, &stage.store, target, &field, scene.size(longest))?;
+            about["shown"] = json!(scene.shown(target, unit, stored));
+        }
+        Some(Sight::Object(value)) => about["object"] = value.ty().to_string().into(),
+        None => {}
+    }
+    Ok(about)
+}
+
+/// What a query about a tile says.
+#[derive(Debug, Deserialize)]
+pub(super) struct Place {
+    g: u64,
+    t: String,
+    /// How often the picture is halved.
+    l: u32,
+    x: u32,
+    y: u32,
+}
+
+/// A tile of 512² pixels of the picture at its full size halved `l` times.
+pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result<Response, No> {
+    let Query(place) = query?;
+    let scene = app.scene(place.g)?;
+    let target = scene.target(&place.t).ok_or(No::Unknown)?;
+    let full = scene.graph.canvas.resolution;
+    let size = UVec2::new(full.x.div_ceil(1 << place.l.min(16)), full.y.div_ceil(1 << place.l.min(16)));
+    let (Some(x), Some(y)) = (place.x.checked_mul(TILE), place.y.checked_mul(TILE)) else { return Err(No::Unknown) };
+    if x >= size.x || y >= size.y {
+        return Err(No::Unknown);
+    }
+    let window = Window {
+        x: x.cast_signed(),
+        y: y.cast_signed(),
+        width: TILE.min(size.x - x),
+        height: TILE.min(size.y - y),
+    };
+    let bytes = app
+        .look(&scene, move |look, stage, scene| {
+            let Some(Sight::Field(field, _)) = scene.sight(look, &target)? else { return Ok(None) };
+            // Black and white are those of the whole picture.
+            let known = lock(&scene.shown).get(&target.name).map(|shown| shown.range);
+            let range = match known {
+                Some(range) => range,
+                None => scene.picture(look, &stage.store, &target, &field, scene.size(super::COARSE))?.range,
+            };
+            let tile = look.raster(&field, &scene.graph.canvas.grid(size), window)?;
+            Ok(Some(Painter::new(field.ty(), range).png(&tile)))
+        })
+        .await?;
+    bytes.map(|bytes| png(bytes.into())).ok_or(No::Unknown)
+}
+
+/// What a query about a node says.
+#[derive(Debug, Deserialize)]
+pub(super) struct Node {
+    g: u64,
+    /// The node's number.
+    n: usize,
+}
+
+/// A small picture of the main output of a node.
+pub(super) async fn thumb(State(app): State<App>, query: Query2<Node>) -> Result<Response, No> {
+    let Query(Node { g, n }) = query?;
+    let scene = app.scene(g)?;
+    let node = petgraph::graph::NodeIndex::new(n);
+    let name = scene.graph.nodes.node_weight(node).ok_or(No::Unknown)?.name.clone();
+    let target = Target { name: format!("@{name}"), node, output: 0, channel: None };
+    let stored = app
+        .look(&scene, move |look, stage, scene| match scene.sight(look, &target)? {
+            Some(Sight::Field(field, _)) => {
+                scene.picture(look, &stage.store, &target, &field, scene.size(THUMB)).map(Some)
+            }
+            _ => Ok(None),
+        })
+        .await?;
+    stored.map(|stored| png(stored.png.clone())).ok_or(No::Unknown)
+}
+
+/// What a query about a pixel says.
+#[derive(Debug, Deserialize)]
+pub(super) struct Pixel {
+    g: u64,
+    t: String,
+    x: u32,
+    y: u32,
+}
+
+/// The values of a field at a pixel of its full size.
+pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Result<Response, No> {
+    let Query(Pixel { g, t, x, y }) = query?;
+    let scene = app.scene(g)?;
+    let target = scene.target(&t).ok_or(No::Unknown)?;
+    let size = scene.graph.canvas.resolution;
+    if x >= size.x || y >= size.y {
+        return Err(No::Unknown);
+    }
+    let answer = app
+        .look(&scene, move |look, _, scene| {
+            let Some(Sight::Field(field, unit)) = scene.sight(look, &target)? else { return Ok(None) };
+            let grid = scene.graph.canvas.grid(size);
+            let (x, y) = (x.cast_signed(), y.cast_signed());
+            let tile = look.raster(&field, &grid, Window { x, y, width: 1, height: 1 })?;
+            let mut answer = json!({
+                "mm": grid.center(x, y).to_array(),
+                "values": tile.data(),
+                "type": field.ty().to_string(),
+                "unit": unit,
+            });
+            if field.ty() == Type::Rgb {
+                let codes = tile.data().iter().map(|v| (linear_to_srgb(v.clamp(0.0, 1.0)) * 255.0).round());
+                answer["srgb"] = codes.collect();
+            }
+            Ok(Some(answer))
+        })
+        .await?;
+    answer.map(|answer| Json(answer).into_response()).ok_or(No::Unknown)
+}
+
+/// The data of an object, thinned out for drawing.
+pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<Response, No> {
+    let Query(about) = query?;
+    let (scene, target) = app.about(&about)?;
+    let data = app
+        .look(&scene, move |look, _, scene| {
+            let value = look.value(target.node, target.output)?;
+            Ok(value.and_then(|value| object::object(&value, &scene.graph.canvas)))
+        })
+        .await?;
+    data.map(|data| Json(data).into_response()).ok_or(No::Unknown)
+}
+
+/// The boxes and wires of the graph.
+pub(super) async fn graph(State(app): State<App>, query: Query2<Of>) -> Result<Response, No> {
+    let scene = app.scene(query?.g)?;
+    let drawn = tokio::task::spawn_blocking(move || wiring::wiring(&scene.graph)).await;
+    drawn.map(|drawn| Json(drawn).into_response()).map_err(|_| No::Unknown)
+}
+
+/// What was done for each node.
+pub(super) async fn stats(State(app): State<App>, query: Query2<Of>) -> Result<Response, No> {
+    let scene = app.scene(query?.g)?;
+    let stats = lock(&scene.stats).clone();
+    Ok(Json(stats).into_response())
+}

@@ -1,0 +1,116 @@
+//! Who may ask, and what browsers may do with the answers.
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::header::{self, HeaderName, HeaderValue};
+use axum::http::{HeaderMap, Method, StatusCode};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+
+/// What the answers allow a browser: this page's own files, and nothing inline.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; \
+    worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+const HEADERS: [(HeaderName, &str); 7] = [
+    (header::CONTENT_SECURITY_POLICY, POLICY),
+    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    (header::X_FRAME_OPTIONS, "DENY"),
+    (header::REFERRER_POLICY, "no-referrer"),
+    (header::CACHE_CONTROL, "no-store"),
+    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+];
+
+/// What a request must say.
+#[derive(Clone, Debug)]
+pub(super) struct Guard {
+    host: String,
+    origin: String,
+    token: String,
+}
+
+impl Guard {
+    /// For the page at `port` whose address holds `token`.
+    pub(super) fn new(port: u16, token: &str) -> Self {
+        let host = format!("127.0.0.1:{port}");
+        Self { origin: format!("http://{host}"), host, token: token.to_owned() }
+    }
+
+    /// Why a request is refused, if it is.
+    fn refusal(&self, method: &Method, path: &str, authority: Option<&str>, headers: &HeaderMap) -> Option<StatusCode> {
+        let is = |name: HeaderName, wanted: &str| {
+            let mut values = headers.get_all(name).iter();
+            let first = values.next();
+            (first.map(|v| v.as_bytes() == wanted.as_bytes()), values.next().is_none())
+        };
+        let ours = matches!(is(header::HOST, &self.host), (Some(true), true)) && authority.is_none_or(|a| a == self.host);
+        let origin = match is(header::ORIGIN, &self.origin) {
+            (None, _) => method == Method::GET || method == Method::HEAD,
+            (Some(same), alone) => same && alone,
+        };
+        let site = headers.get("sec-fetch-site").is_none_or(|site| site == "same-origin" || site == "none");
+        if !ours || !origin || !site {
+            return Some(StatusCode::FORBIDDEN);
+        }
+        let known = path.strip_prefix('/').and_then(|path| path.split_once('/')).is_some_and(|(t, _)| self.is_token(t));
+        (!known).then_some(StatusCode::NOT_FOUND)
+    }
+
+    /// Compares in a time that does not tell how much is right.
+    fn is_token(&self, given: &str) -> bool {
+        let (a, b) = (self.token.as_bytes(), given.as_bytes());
+        a.len() == b.len() && a.iter().zip(b).fold(0, |all, (a, b)| all | (a ^ b)) == 0
+    }
+}
+
+/// Lets only those requests pass that may, and puts the headers on all answers.
+pub(super) async fn guard(State(guard): State<Arc<Guard>>, request: Request<Body>, next: Next) -> Response {
+    let uri = request.uri();
+    let authority = uri.authority().map(ToString::to_string);
+    let mut response = match guard.refusal(request.method(), uri.path(), authority.as_deref(), request.headers()) {
+        Some(status) => status.into_response(),
+        None => next.run(request).await,
+    };
+    for (name, value) in HEADERS {
+        response.headers_mut().entry(name).or_insert(HeaderValue::from_static(value));
+    }
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(method: &Method, path: &str, list: &[(&'static str, &'static str)]) -> Option<u16> {
+        let mut headers = HeaderMap::new();
+        for (name, value) in list {
+            headers.append(*name, HeaderValue::from_static(value));
+        }
+        Guard::new(80, "abc").refusal(method, path, None, &headers).map(|s| s.as_u16())
+    }
+
+    #[test]
+    fn only_our_own_page_may_ask() {
+        let host = ("host", "127.0.0.1:80");
+        let origin = ("origin", "http://127.0.0.1:80");
+        let get = |path, list: &[_]| refused(&Method::GET, path, list);
+        assert_eq!(get("/abc/", &[host]), None);
+        assert_eq!(get("/abc/x", &[host, origin, ("sec-fetch-site", "same-origin")]), None);
+        assert_eq!(get("/abd/", &[host]), Some(404));
+        assert_eq!(get("/abc", &[host]), Some(404));
+        assert_eq!(get("/", &[host]), Some(404));
+        assert_eq!(get("/abc/", &[]), Some(403));
+        assert_eq!(get("/abc/", &[host, host]), Some(403));
+        assert_eq!(get("/abc/", &[("host", "localhost:80")]), Some(403));
+        assert_eq!(get("/abc/", &[("host", "127.0.0.1:81")]), Some(403));
+        assert_eq!(get("/abc/", &[host, ("origin", "null")]), Some(403));
+        assert_eq!(get("/abc/", &[host, ("origin", "http://evil.example")]), Some(403));
+        assert_eq!(get("/abc/", &[host, origin, origin]), Some(403));
+        assert_eq!(get("/abc/", &[host, ("sec-fetch-site", "cross-site")]), Some(403));
+        assert_eq!(refused(&Method::POST, "/abc/values", &[host]), Some(403));
+        assert_eq!(refused(&Method::POST, "/abc/values", &[host, origin]), None);
+        let guard = Guard::new(80, "abc");
+        let headers = HeaderMap::from_iter([(header::HOST, HeaderValue::from_static("127.0.0.1:80"))]);
+        assert!(guard.refusal(&Method::GET, "/abc/", Some("evil:80"), &headers).is_some());
+    }
+}

@@ -1,0 +1,254 @@
+//! What can be asked of the server.
+use super::assets::asset;
+use super::guard::{Guard, guard};
+use super::scene::{Scene, Target, View};
+use super::stage::{News, Stage, Values};
+use super::{data, map};
+use crate::watch::Signal;
+use axum::Router;
+use axum::body::{Body, Bytes};
+use axum::extract::rejection::{BytesRejection, QueryRejection};
+use axum::extract::{DefaultBodyLimit, Path, Query, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::middleware::from_fn_with_state;
+use axum::response::{IntoResponse, Json, Response};
+use axum::routing::{get, post};
+use futures_util::stream;
+use serde::Deserialize;
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::session::{Failure, Look};
+use std::convert::Infallible;
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+use tokio::sync::broadcast::Receiver;
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+
+/// The most bytes that a page may send.
+const BODY: usize = 64 << 10;
+/// Pages that listen at a time; further ones must ask.
+const LISTENERS: usize = 128;
+/// Looks that are at work at a time.
+const LOOKS: usize = 3;
+/// Looks that may wait.
+const WAITING: usize = 512;
+/// A sign of life on a stream without news.
+const ALIVE: Duration = Duration::from_secs(10);
+
+/// What the handlers share.
+#[derive(Clone)]
+pub(super) struct App {
+    pub(super) stage: Arc<Stage>,
+    signals: Arc<Mutex<Sender<Signal>>>,
+    listeners: Arc<Semaphore>,
+    looks: Arc<Semaphore>,
+    waiting: Arc<Semaphore>,
+}
+
+/// The server's table of contents.
+pub(super) fn router(stage: Arc<Stage>, signals: Sender<Signal>, who: Guard) -> Router {
+    let app = App {
+        stage,
+        signals: Arc::new(Mutex::new(signals)),
+        listeners: Arc::new(Semaphore::new(LISTENERS)),
+        looks: Arc::new(Semaphore::new(LOOKS)),
+        waiting: Arc::new(Semaphore::new(WAITING)),
+    };
+    Router::new()
+        .route("/{token}/", get(|| async { asset("").ok_or(No::Unknown) }))
+        .route("/{token}/{file}", get(file))
+        .route("/{token}/events", get(events))
+        .route("/{token}/state", get(state))
+        .route("/{token}/picture/{file}", get(picture))
+        .route("/{token}/look", get(data::look))
+        .route("/{token}/tile", get(data::tile))
+        .route("/{token}/thumb", get(data::thumb))
+        .route("/{token}/probe", get(data::probe))
+        .route("/{token}/object", get(data::object))
+        .route("/{token}/map", get(map::map))
+        .route("/{token}/graph", get(data::graph))
+        .route("/{token}/stats", get(data::stats))
+        .route("/{token}/values", post(values))
+        .layer(DefaultBodyLimit::max(BODY))
+        .layer(from_fn_with_state(Arc::new(who), guard))
+        .with_state(app)
+}
+
+/// Why there is no answer.
+pub(super) enum No {
+    /// The question makes no sense.
+    Bad(String),
+    /// There is no such thing.
+    Unknown,
+    /// The question is about a graph that is no longer shown.
+    Superseded,
+    /// Too much is asked at once.
+    Busy,
+    /// It cannot be made; said where errors are.
+    Failed(String),
+}
+
+impl IntoResponse for No {
+    fn into_response(self) -> Response {
+        let (status, text) = match self {
+            Self::Bad(text) => (StatusCode::BAD_REQUEST, text),
+            Self::Unknown => (StatusCode::NOT_FOUND, String::new()),
+            Self::Superseded => (StatusCode::GONE, String::new()),
+            Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, String::new()),
+            Self::Failed(text) => (StatusCode::UNPROCESSABLE_ENTITY, text),
+        };
+        (status, text).into_response()
+    }
+}
+
+impl From<Failure> for No {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Cancelled => Self::Superseded,
+            Failure::Errors(errors) => {
+                Self::Failed(errors.into_iter().map(|e| e.message).collect::<Vec<_>>().join("\n"))
+            }
+            Failure::File(text) | Failure::Usage(text) => Self::Failed(text),
+        }
+    }
+}
+
+impl From<QueryRejection> for No {
+    fn from(rejection: QueryRejection) -> Self {
+        Self::Bad(rejection.body_text())
+    }
+}
+
+/// Which graph a question is about.
+#[derive(Debug, Deserialize)]
+pub(super) struct Of {
+    /// The generation.
+    pub(super) g: u64,
+}
+
+/// A question about a target.
+#[derive(Debug, Deserialize)]
+pub(super) struct About {
+    /// The generation.
+    g: u64,
+    /// The name of the target.
+    t: String,
+}
+
+impl App {
+    /// The scene of that generation.
+    pub(super) fn scene(&self, generation: u64) -> Result<Arc<Scene>, No> {
+        let scene = self.stage.scene().ok_or(No::Unknown)?;
+        if scene.generation == generation { Ok(scene) } else { Err(No::Superseded) }
+    }
+
+    /// What a question is about.
+    pub(super) fn about(&self, about: &About) -> Result<(Arc<Scene>, Target), No> {
+        let scene = self.scene(about.g)?;
+        let target = scene.target(&about.t).ok_or(No::Unknown)?;
+        Ok((scene, target))
+    }
+
+    /// A place in the queue of those who want something computed.
+    async fn queue(&self) -> Result<OwnedSemaphorePermit, No> {
+        let _waiting = self.waiting.clone().try_acquire_owned().map_err(|_| No::Busy)?;
+        self.looks.clone().acquire_owned().await.map_err(|_| No::Busy)
+    }
+
+    /// Has `work` look into a scene, while somebody waits for it and the scene is the one being shown.
+    pub(super) async fn look<T: Send + 'static>(
+        &self,
+        scene: &Arc<Scene>,
+        work: impl FnOnce(&Look<'_>, &Stage, &Scene) -> Result<T, Failure> + Send + 'static,
+    ) -> Result<T, No> {
+        let view = View::new(scene);
+        let place = self.queue().await?;
+        let (stage, scene, token): (_, _, CancelToken) = (self.stage.clone(), scene.clone(), view.token());
+        let task = tokio::task::spawn_blocking(move || {
+            let _place = place;
+            stage.session.look(&scene.graph, &scene.keys, &token, &Silent, |look| work(look, &stage, &scene))
+        });
+        let result = task.await.map_err(|_| No::Failed("it could not be made".to_owned()))?;
+        drop(view);
+        Ok(result?)
+    }
+}
+
+async fn file(Path((_, name)): Path<(String, String)>) -> Result<Response, No> {
+    asset(&name).ok_or(No::Unknown)
+}
+
+async fn state(State(app): State<App>) -> Response {
+    Json(app.stage.state()).into_response()
+}
+
+async fn picture(State(app): State<App>, Path((_, file)): Path<(String, String)>) -> Result<Response, No> {
+    let stored = file.strip_suffix(".png").and_then(|id| app.stage.picture(id)).ok_or(No::Unknown)?;
+    Ok(png(stored.png.clone()))
+}
+
+/// A picture as an answer.
+pub(super) fn png(bytes: Bytes) -> Response {
+    ([(header::CONTENT_TYPE, "image/png")], bytes).into_response()
+}
+
+/// What a page hears: the state, and then all news.
+async fn events(State(app): State<App>) -> Result<Response, No> {
+    let place = app.listeners.clone().try_acquire_owned().map_err(|_| No::Busy)?;
+    let listener = Listener { app: app.clone(), news: app.stage.listen(), begun: false, _place: place };
+    let body = Body::from_stream(stream::unfold(listener, |mut listener| async move {
+        let bytes = listener.next().await?;
+        Some((Ok::<_, Infallible>(bytes), listener))
+    }));
+    Ok(([(header::CONTENT_TYPE, "text/event-stream")], body).into_response())
+}
+
+struct Listener {
+    app: App,
+    news: Receiver<News>,
+    begun: bool,
+    _place: OwnedSemaphorePermit,
+}
+
+impl Listener {
+    async fn next(&mut self) -> Option<Bytes> {
+        if !self.begun {
+            self.begun = true;
+            return Some(event("state", &self.app.stage.state().to_string()));
+        }
+        match tokio::time::timeout(ALIVE, self.news.recv()).await {
+            Ok(Ok((kind, what))) => Some(event(kind, &what)),
+            // Too much has happened: the page begins anew.
+            Ok(Err(RecvError::Lagged(_))) => {
+                self.news = self.news.resubscribe();
+                Some(event("state", &self.app.stage.state().to_string()))
+            }
+            Ok(Err(RecvError::Closed)) => None,
+            Err(_) => Some(Bytes::from_static(b": alive\n\n")),
+        }
+    }
+}
+
+fn event(kind: &str, what: &str) -> Bytes {
+    format!("event: {kind}\ndata: {what}\n\n").into()
+}
+
+/// Other values of parameters.
+async fn values(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: Result<Bytes, BytesRejection>,
+) -> Result<StatusCode, Response> {
+    let body = body.map_err(IntoResponse::into_response)?;
+    if headers.get(header::CONTENT_TYPE).is_none_or(|kind| kind != "application/json") {
+        return Err(StatusCode::UNSUPPORTED_MEDIA_TYPE.into_response());
+    }
+    let values: Values = serde_json::from_slice(&body).map_err(|e| No::Bad(e.to_string()).into_response())?;
+    let signals = app.signals.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    signals.send(Signal::Values(values)).map_err(|_| No::Busy.into_response())?;
+    Ok(StatusCode::ACCEPTED)
+}
+
+/// The query of a question about a target.
+pub(super) type AboutQuery = Result<Query<About>, QueryRejection>;

@@ -1,0 +1,131 @@
+//! The page of `shibo watch`: a small server on the loopback interface.
+//!
+//! Whoever asks must know the token of the run, and must have come to this very address: the Host header, and Origin if
+//! there is one, are compared exactly. Nothing in a request is ever taken for a path on disk. All is read-only but for the
+//! values of parameters.
+mod assets;
+mod data;
+mod guard;
+mod handlers;
+mod map;
+mod object;
+mod paint;
+mod scene;
+mod stage;
+mod store;
+mod wiring;
+
+pub(crate) use scene::{COARSE, Scene, Shown, Sight, Target, WHOLE};
+pub(crate) use stage::{Stage, Values};
+
+use crate::quit::Quit;
+use crate::watch::Signal;
+use guard::Guard;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use std::io::ErrorKind;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::mpsc::Sender;
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio::runtime::Runtime;
+use tokio::sync::Semaphore;
+
+/// The most connections at a time; more wait.
+const CONNECTIONS: usize = 256;
+/// The most bytes of the head of a request.
+const HEAD: usize = 32 << 10;
+/// How long a request may take to arrive, and an idle connection may stay.
+const ARRIVAL: Duration = Duration::from_secs(15);
+
+/// A server at work.
+pub(crate) struct Server {
+    /// The address of the page.
+    pub(crate) url: String,
+    runtime: Runtime,
+}
+
+impl Server {
+    /// Ends it.
+    pub(crate) fn stop(self) {
+        self.runtime.shutdown_background();
+    }
+}
+
+/// Serves `stage` on a port; wishes of pages go to `signals`.
+pub(crate) fn start(port: u16, stage: Arc<Stage>, signals: Sender<Signal>) -> Result<Server, Quit> {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .max_blocking_threads(16)
+        .thread_name("shibo-page")
+        .enable_all()
+        .build()
+        .map_err(|e| Quit::failed(format!("cannot start the server of the page: {e}")))?;
+    let listener = runtime.block_on(TcpListener::bind(("127.0.0.1", port))).map_err(|e| match e.kind() {
+        ErrorKind::AddrInUse => {
+            Quit::failed(format!("port {port} is in use; name another with --port, or leave it out to take a free one"))
+        }
+        ErrorKind::PermissionDenied => {
+            Quit::failed(format!("port {port} may not be used; name one above 1023, or leave it out to take a free one"))
+        }
+        _ => Quit::failed(format!("cannot listen on port {port}: {e}")),
+    })?;
+    let port = listener.local_addr().map_err(|e| Quit::failed(format!("cannot listen: {e}")))?.port();
+    let token = token()?;
+    let url = format!("http://127.0.0.1:{port}/{token}/");
+    let app = handlers::router(stage, signals, Guard::new(port, &token));
+    runtime.spawn(accept(listener, app));
+    Ok(Server { url, runtime })
+}
+
+async fn accept(listener: TcpListener, app: axum::Router) {
+    let room = Arc::new(Semaphore::new(CONNECTIONS));
+    loop {
+        let Ok(place) = room.clone().acquire_owned().await else { return };
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            Err(_) => {
+                // Out of file handles, most likely: some will be closed.
+                tokio::time::sleep(Duration::from_millis(50)).await;
+                continue;
+            }
+        };
+        let _ = stream.set_nodelay(true);
+        let service = TowerToHyperService::new(app.clone());
+        tokio::spawn(async move {
+            let connection = hyper::server::conn::http1::Builder::new()
+                .timer(TokioTimer::new())
+                .header_read_timeout(ARRIVAL)
+                .max_buf_size(HEAD)
+                .serve_connection(TokioIo::new(stream), service);
+            // Whoever is at the other end may go at any time.
+            let _ = connection.await;
+            drop(place);
+        });
+    }
+}
+
+/// 128 random bits.
+fn token() -> Result<String, Quit> {
+    let mut bytes = [0_u8; 16];
+    getrandom::fill(&mut bytes).map_err(|e| Quit::failed(format!("the system has no random numbers: {e}")))?;
+    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
+}
+
+/// Asks the system to show a page; without a browser the address on the terminal must do.
+pub(crate) fn open_browser(url: &str) {
+    let (program, args): (&str, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(windows) {
+        ("cmd", &["/C", "start", ""])
+    } else {
+        ("xdg-open", &[])
+    };
+    let child =
+        Command::new(program).args(args).arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    if let Ok(mut child) = child {
+        // Somebody must wait for it, or it stays in the system's table.
+        std::thread::spawn(move || child.wait());
+    }
+}

@@ -1,0 +1,137 @@
+//! Fields as pictures for a screen: how numbers become colours, and the file that a browser takes.
+use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter};
+use rayon::prelude::*;
+use shibo_engine::picture::SrgbEncoder;
+use shibo_engine::value::{Tile, Type};
+
+/// How far a value may be outside of 0..1 to be taken for a fraction.
+const SLACK: f32 = 1e-3;
+
+/// The values of a tile that are shown as black and as white: 0 and 1 where all lie between, else the least and the
+/// greatest; for vectors and matrices the same distance to both sides of 0.
+pub(crate) fn range(ty: Type, tile: &Tile) -> [f32; 2] {
+    let fold = |f: fn(f32, f32) -> f32, start| tile.data().iter().copied().filter(|v| v.is_finite()).fold(start, f);
+    let (least, greatest) = (fold(f32::min, f32::INFINITY), fold(f32::max, f32::NEG_INFINITY));
+    match ty {
+        _ if least > greatest => [0.0, 1.0],
+        Type::Vec2 | Type::Jacobian => {
+            let reach = least.abs().max(greatest.abs()).max(f32::MIN_POSITIVE);
+            [-reach, reach]
+        }
+        Type::Gray if least < -SLACK || greatest > 1.0 + SLACK => [least, greatest],
+        _ => [0.0, 1.0],
+    }
+}
+
+/// Turns values into colours.
+pub(crate) struct Painter {
+    ty: Type,
+    range: [f32; 2],
+    srgb: Option<SrgbEncoder>,
+}
+
+impl Painter {
+    /// For values of type `ty`, those of `range` becoming black and white.
+    pub(crate) fn new(ty: Type, range: [f32; 2]) -> Self {
+        Self { ty, range, srgb: (ty == Type::Rgb).then(SrgbEncoder::new) }
+    }
+
+    /// A tile as PNG.
+    pub(crate) fn png(&self, tile: &Tile) -> Vec<u8> {
+        let channels = if self.ty == Type::Gray { 1 } else { 3 };
+        let width = tile.width();
+        let mut bytes = vec![0; width * tile.height() * channels];
+        bytes.par_chunks_mut((width * channels).max(1)).enumerate().for_each(|(y, row)| self.row(tile, y, row));
+        encode(&bytes, tile.window.width, tile.window.height, channels)
+    }
+
+    fn row(&self, tile: &Tile, y: usize, out: &mut [u8]) {
+        match (self.ty, &self.srgb) {
+            (Type::Gray, _) => out.iter_mut().zip(tile.row(0, y)).for_each(|(o, v)| *o = self.code(*v)),
+            (Type::Ids, _) => {
+                for (o, id) in out.chunks_exact_mut(3).zip(tile.row(0, y)) {
+                    o.copy_from_slice(&region(*id));
+                }
+            }
+            (_, srgb) => {
+                for c in 0..3 {
+                    let row = if c < tile.channels() { Some(tile.row(c, y)) } else { None };
+                    for (x, o) in out.chunks_exact_mut(3).enumerate() {
+                        let value = row.map_or(0.0, |row| row[x]);
+                        o[c] = match srgb {
+                            Some(srgb) => srgb.code(value),
+                            None if row.is_none() => 128,
+                            None => self.code(value),
+                        };
+                    }
+                }
+            }
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
+    #[expect(clippy::cast_sign_loss, reason = "the cast saturates")]
+    fn code(&self, value: f32) -> u8 {
+        let [lo, hi] = self.range;
+        ((value - lo) / (hi - lo).max(f32::MIN_POSITIVE) * 255.0 + 0.5) as u8
+    }
+}
+
+/// A colour for a region: neighbours by number are far apart in hue.
+#[expect(clippy::cast_possible_truncation, reason = "region numbers are whole and below 2^24")]
+#[expect(clippy::cast_sign_loss, reason = "region numbers are not negative")]
+fn region(id: f32) -> [u8; 3] {
+    let hash = (id as u32).wrapping_add(1).wrapping_mul(0x9e37_79b1);
+    [8, 16, 24].map(|shift| 56 + ((hash >> shift) & 0xff) as u8 / 4 * 3)
+}
+
+/// Bytes of pixels as PNG, quickly.
+fn encode(bytes: &[u8], width: u32, height: u32, channels: usize) -> Vec<u8> {
+    let mut out = Vec::with_capacity(bytes.len() / 2 + 1024);
+    let mut encoder = Encoder::new(&mut out, width, height);
+    encoder.set_color(if channels == 1 { ColorType::Grayscale } else { ColorType::Rgb });
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_deflate_compression(DeflateCompression::FdeflateUltraFast);
+    encoder.set_filter(Filter::Up);
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(bytes));
+    // Memory cannot refuse; a picture of no pixels has no file.
+    if written.is_err() {
+        out.clear();
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec2, UVec2};
+    use shibo_engine::value::{Grid, Window};
+
+    fn tile(channels: usize, values: &[f32]) -> Tile {
+        let size = UVec2::new(2, 1);
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None };
+        let mut tile = Tile::new(grid, Window::full(size), channels);
+        tile.data_mut().copy_from_slice(values);
+        tile
+    }
+
+    #[test]
+    fn ranges_suit_what_is_shown() {
+        assert_eq!(range(Type::Gray, &tile(1, &[0.2, 0.7])), [0.0, 1.0]);
+        assert_eq!(range(Type::Gray, &tile(1, &[-0.25, 0.5])), [-0.25, 0.5]);
+        assert_eq!(range(Type::Vec2, &tile(2, &[-3.0, 1.0, 0.0, 2.0])), [-3.0, 3.0]);
+        assert_eq!(range(Type::Gray, &tile(1, &[f32::NAN, f32::NAN])), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn values_become_colours() {
+        let mut row = [0; 2];
+        Painter::new(Type::Gray, [-1.0, 1.0]).row(&tile(1, &[-1.0, 0.0]), 0, &mut row);
+        assert_eq!(row, [0, 128]);
+        let mut row = [0; 6];
+        Painter::new(Type::Rgb, [0.0, 1.0]).row(&tile(3, &[0.0, 1.0, 0.0, 2.0, 0.2, -1.0]), 0, &mut row);
+        assert_eq!(row, [0, 0, 124, 255, 255, 0]);
+        let png = Painter::new(Type::Rgb, [0.0, 1.0]).png(&tile(3, &[0.0; 6]));
+        assert!(png.starts_with(b"\x89PNG"));
+    }
+}

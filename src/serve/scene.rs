@@ -1,0 +1,269 @@
+//! A graph as it is shown: what can be looked at in it, and the pictures of it.
+use super::paint::{Painter, range};
+use super::store::{Store, Stored};
+use glam::UVec2;
+use petgraph::graph::NodeIndex;
+use serde::Serialize;
+use shibo_engine::diagnostics::{Code, Diagnostic};
+use shibo_engine::eval::{CancelToken, Keys, NodeStats};
+use shibo_engine::graph::Graph;
+use shibo_engine::session::{Failure, Look};
+use shibo_engine::value::{Channel, Field, Grid, Key, Type, Value, Window};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The longest side of a picture that is sent whole; pages ask for tiles of what is larger.
+pub(crate) const WHOLE: u32 = 2048;
+/// The longest side of the first, coarse picture.
+pub(crate) const COARSE: u32 = 512;
+
+/// A mutex whose content is sound at any time.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Something in a graph that can be looked at.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Target {
+    /// Its name: `OUTPUT`, `OUTPUT.CHANNEL`, `@NODE`, `@NODE:PORT`, and either of these with `.CHANNEL`.
+    pub(crate) name: String,
+    /// The node that makes it.
+    pub(crate) node: NodeIndex,
+    /// Which of the node's outputs.
+    pub(crate) output: usize,
+    /// Which channel of a material.
+    pub(crate) channel: Option<Channel>,
+}
+
+/// What is to be seen of a target.
+pub(crate) enum Sight {
+    /// A picture of it, and the unit of its values.
+    Field(Field, &'static str),
+    /// Data without a picture of its own.
+    Object(Value),
+}
+
+/// A picture of a target, as pages are told of it.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Shown {
+    /// The target.
+    pub(crate) target: String,
+    /// Where the picture is, relative to the page.
+    pub(crate) picture: String,
+    /// Width and height.
+    pub(crate) size: [u32; 2],
+    /// Whether no sharper one will follow.
+    #[serde(rename = "final")]
+    pub(crate) is_final: bool,
+    /// The values shown as black and white.
+    pub(crate) range: [f32; 2],
+    /// The type of the field.
+    #[serde(rename = "type")]
+    pub(crate) ty: String,
+    /// The unit of its values; empty without.
+    pub(crate) unit: &'static str,
+    /// Keeps the picture while it is being shown.
+    #[serde(skip)]
+    pub(crate) stored: Arc<Stored>,
+}
+
+/// A graph as it is shown.
+pub(crate) struct Scene {
+    /// Counts the graphs of a run.
+    pub(crate) generation: u64,
+    /// The hash of the graph file.
+    pub(crate) sha256: String,
+    /// The graph.
+    pub(crate) graph: Graph,
+    /// Its keys.
+    pub(crate) keys: Keys,
+    /// The pictures of outputs made so far.
+    pub(crate) shown: Mutex<BTreeMap<String, Shown>>,
+    /// What was done for each node so far.
+    pub(crate) stats: Mutex<Vec<NodeStats>>,
+    names: HashMap<String, NodeIndex>,
+    /// A counter, and what cancels each look at work.
+    views: Mutex<(u64, BTreeMap<u64, CancelToken>)>,
+}
+
+/// A look that somebody waits for: it is over when nobody does any more, or when there is something newer to look at.
+pub(crate) struct View {
+    scene: Arc<Scene>,
+    id: u64,
+    token: CancelToken,
+}
+
+impl View {
+    /// A look into `scene` begins.
+    pub(crate) fn new(scene: &Arc<Scene>) -> Self {
+        let token = CancelToken::default();
+        let mut views = lock(&scene.views);
+        views.0 += 1;
+        let id = views.0;
+        views.1.insert(id, token.clone());
+        drop(views);
+        Self { scene: scene.clone(), id, token }
+    }
+
+    /// What tells the work to end.
+    pub(crate) fn token(&self) -> CancelToken {
+        self.token.clone()
+    }
+}
+
+impl Drop for View {
+    fn drop(&mut self) {
+        self.token.cancel();
+        lock(&self.scene.views).1.remove(&self.id);
+    }
+}
+
+impl Scene {
+    /// Nothing is shown yet.
+    pub(crate) fn new(generation: u64, sha256: String, graph: Graph, keys: Keys) -> Self {
+        let names = graph.nodes.node_indices().map(|index| (graph.nodes[index].name.clone(), index)).collect();
+        Self {
+            generation,
+            sha256,
+            graph,
+            keys,
+            shown: Mutex::default(),
+            stats: Mutex::default(),
+            names,
+            views: Mutex::default(),
+        }
+    }
+
+    /// The first picture is there.
+    pub(crate) fn begin(&self, shown: &Shown) {
+        lock(&self.shown).insert(shown.target.clone(), shown.clone());
+    }
+
+    /// Ends all looks that have begun.
+    pub(crate) fn cancel_views(&self) {
+        lock(&self.views).1.values().for_each(CancelToken::cancel);
+    }
+
+    /// The target of that name.
+    pub(crate) fn target(&self, name: &str) -> Option<Target> {
+        let target = |node, output, channel| Some(Target { name: name.to_owned(), node, output, channel });
+        let split = |name| str::rsplit_once(name, '.').and_then(|(rest, c)| Some((rest, Channel::from_name(c)?)));
+        if let Some(name) = name.strip_prefix('@') {
+            let (rest, channel) = split(name).map_or((name, None), |(rest, channel)| (rest, Some(channel)));
+            let (node, port) = rest.rsplit_once(':').map_or((rest, None), |(node, port)| (node, Some(port)));
+            let node = *self.names.get(node)?;
+            let outputs = self.graph.nodes[node].node.outputs();
+            let output = port.map_or(Some(0), |port| outputs.iter().position(|o| o.name == port))?;
+            return target(node, output, channel);
+        }
+        let output = |name: &str| self.graph.outputs.iter().find(|o| o.name == name);
+        match output(name) {
+            Some(output) => target(output.node, output.output, None),
+            None => split(name).and_then(|(rest, c)| output(rest).and_then(|o| target(o.node, o.output, Some(c)))),
+        }
+    }
+
+    /// What is to be seen of a target; of a material without a channel, its first one.
+    ///
+    /// # Errors
+    /// What goes wrong while it is made.
+    pub(crate) fn sight(&self, look: &Look<'_>, target: &Target) -> Result<Option<Sight>, Failure> {
+        let Some(value) = look.value(target.node, target.output)? else { return Ok(None) };
+        Ok(match value {
+            Value::Material(material) => {
+                let channel = target.channel.or_else(|| material.channels().first().map(|c| c.0));
+                channel.and_then(|c| Some(Sight::Field(material.get(c)?.clone(), unit_of(c))))
+            }
+            Value::Field(field) => {
+                let node = &self.graph.nodes[target.node];
+                let doc = node.node.outputs().get(target.output).map_or("", |output| output.doc);
+                let in_mm = field.ty() == Type::Vec2 || doc.contains(" mm");
+                Some(Sight::Field(field, if in_mm { "mm" } else { "" }))
+            }
+            Value::Picture(picture) => Some(Sight::Field(picture.rgb.clone(), "")),
+            value => Some(Sight::Object(value)),
+        })
+    }
+
+    /// The size of a picture whose longest side is at most `longest`.
+    pub(crate) fn size(&self, longest: u32) -> UVec2 {
+        let full = self.graph.canvas.resolution;
+        let side = full.max_element();
+        if side <= longest {
+            return full;
+        }
+        let scaled = |n: u32| (u64::from(n) * u64::from(longest)).div_ceil(u64::from(side));
+        UVec2::new(scaled(full.x).try_into().unwrap_or(1), scaled(full.y).try_into().unwrap_or(1)).max(UVec2::ONE)
+    }
+
+    /// The picture of a field in a size, from the store if it was made before.
+    ///
+    /// # Errors
+    /// What goes wrong while it is made, and values that are not finite.
+    pub(crate) fn picture(
+        &self,
+        look: &Look<'_>,
+        store: &Store,
+        target: &Target,
+        field: &Field,
+        size: UVec2,
+    ) -> Result<Arc<Stored>, Failure> {
+        let grid = self.graph.canvas.grid(size);
+        let id = self.id(target, field, &grid);
+        if let Some(known) = store.get(&id) {
+            return Ok(known);
+        }
+        let window = Window::full(size);
+        let tile = look.raster(field, &grid, window)?;
+        if let Some(at) = tile.data().iter().position(|v| !v.is_finite()) {
+            return Err(self.not_finite(target, at % window.len().max(1), size));
+        }
+        let range = range(field.ty(), &tile);
+        let png = Painter::new(field.ty(), range).png(&tile).into();
+        let stored = Arc::new(Stored { id, png, size: size.to_array(), range, ty: field.ty() });
+        store.put(stored.clone());
+        Ok(stored)
+    }
+
+    /// A name for what a field looks like on a grid.
+    fn id(&self, target: &Target, field: &Field, grid: &Grid) -> String {
+        let key = field.key().unwrap_or_else(|| {
+            let channel = target.channel.map_or("", Channel::name);
+            Key::of("channel", &[self.keys.output(target.node, target.output).as_bytes(), channel.as_bytes()])
+        });
+        Key::of("preview", &[key.as_bytes(), format!("{} {:?}", field.ty(), grid.id()).as_bytes()]).to_string()
+    }
+
+    fn not_finite(&self, target: &Target, at: usize, size: UVec2) -> Failure {
+        let width = size.x.max(1) as usize;
+        let full = self.graph.canvas.resolution.as_dvec2() / size.as_dvec2();
+        let (x, y) = (((at % width) as f64 * full.x).floor(), ((at / width) as f64 * full.y).floor());
+        let message = format!("`{}` is not a finite number at pixel ({x}, {y})", target.name);
+        let output = self.graph.outputs.iter().find(|o| o.node == target.node && o.output == target.output);
+        let span = output.map_or(self.graph.nodes[target.node].span, |output| output.span);
+        let help = "look for divisions by zero or overflow in the nodes before it";
+        Failure::Errors(vec![Diagnostic::new(Code::NotFinite, span, message).help(help)])
+    }
+
+    /// How pages are told of a picture.
+    pub(crate) fn shown(&self, target: &Target, unit: &'static str, stored: Arc<Stored>) -> Shown {
+        Shown {
+            target: target.name.clone(),
+            picture: format!("picture/{}.png", stored.id),
+            size: stored.size,
+            is_final: stored.size == self.size(WHOLE).to_array(),
+            range: stored.range,
+            ty: stored.ty.to_string(),
+            unit,
+            stored,
+        }
+    }
+}
+
+fn unit_of(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Height => "mm",
+        Channel::AnisotropyAngle => "°",
+        _ => "",
+    }
+}

@@ -1,0 +1,245 @@
+//! The thread that evaluates: always the newest graph, a coarse picture of each output first and then a sharp one.
+use super::tell::Teller;
+use crate::serve::{COARSE, Scene, Shown, Sight, Stage, Target, WHOLE};
+use crate::report;
+use shibo_engine::diagnostics::Diagnostic;
+use shibo_engine::eval::{CancelToken, Event, NodeState, NodeStats, Observer};
+use shibo_engine::graph::Graph;
+use shibo_engine::session::{Failure, Look};
+use shibo_engine::value::{Channel, Type, Value};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// A graph to be evaluated.
+pub(super) struct Job {
+    /// Counts the graphs.
+    pub(super) generation: u64,
+    /// The hash of the graph file.
+    pub(super) sha256: String,
+    /// The graph.
+    pub(super) graph: Graph,
+    /// What changed, in words.
+    pub(super) cause: String,
+    /// When that was noticed.
+    pub(super) since: Instant,
+}
+
+#[derive(Default)]
+struct Slot {
+    next: Option<(Job, CancelToken)>,
+    running: Option<CancelToken>,
+    closed: bool,
+}
+
+/// The place where jobs are left; there is room for the newest only.
+#[derive(Default)]
+pub(super) struct Desk {
+    slot: Mutex<Slot>,
+    changed: Condvar,
+}
+
+impl Desk {
+    fn lock(&self) -> MutexGuard<'_, Slot> {
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Leaves a job; what runs or waits is over.
+    pub(super) fn put(&self, job: Job, stage: &Stage) {
+        let mut slot = self.lock();
+        if let Some(running) = &slot.running {
+            running.cancel();
+        }
+        slot.next = Some((job, CancelToken::default()));
+        drop(slot);
+        self.changed.notify_all();
+        if let Some(scene) = stage.scene() {
+            scene.cancel_views();
+        }
+    }
+
+    /// Nothing more will come.
+    pub(super) fn close(&self) {
+        let mut slot = self.lock();
+        slot.closed = true;
+        if let Some(running) = &slot.running {
+            running.cancel();
+        }
+        drop(slot);
+        self.changed.notify_all();
+    }
+
+    fn take(&self) -> Option<(Job, CancelToken)> {
+        let mut slot = self.lock();
+        slot.running = None;
+        loop {
+            if slot.closed {
+                return None;
+            }
+            if let Some((job, token)) = slot.next.take() {
+                slot.running = Some(token.clone());
+                return Some((job, token));
+            }
+            slot = self.changed.wait(slot).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// Evaluates until the desk is closed.
+pub(super) fn evaluate(desk: &Desk, stage: &Stage, teller: &Teller<'_>) {
+    while let Some((job, cancel)) = desk.take() {
+        stage.set_busy(true);
+        Evaluation { stage, teller, since: job.since, first: Mutex::default() }.run(job, &cancel);
+        stage.set_busy(false);
+        stage.session.trim();
+    }
+}
+
+struct Evaluation<'a> {
+    stage: &'a Stage,
+    teller: &'a Teller<'a>,
+    since: Instant,
+    /// When something was shown.
+    first: Mutex<Option<Duration>>,
+}
+
+/// Keeps warnings and hands progress on.
+struct Watching<'a> {
+    stage: &'a Stage,
+    warnings: Mutex<Vec<Diagnostic>>,
+}
+
+impl Observer for Watching<'_> {
+    fn event(&self, event: Event) {
+        match event {
+            Event::Node { name, done, total } => self.stage.progress(&name, done, total),
+            Event::Warning(warning) => {
+                self.warnings.lock().unwrap_or_else(PoisonError::into_inner).push(warning);
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Evaluation<'_> {
+    fn run(&self, job: Job, cancel: &CancelToken) {
+        let keys = match self.stage.session.keys(&job.graph) {
+            Ok(keys) => keys,
+            Err(failure) => return self.failed(failure, &job.graph, job.generation, &job.sha256),
+        };
+        let scene = Arc::new(Scene::new(job.generation, job.sha256, job.graph, keys));
+        let observer = Watching { stage: self.stage, warnings: Mutex::default() };
+        let result = self.stage.session.look(&scene.graph, &scene.keys, cancel, &observer, |look| {
+            self.outputs(look, &scene)?;
+            Ok(look.stats())
+        });
+        let warnings = observer.warnings.into_inner().unwrap_or_else(PoisonError::into_inner);
+        match result {
+            Ok(stats) => self.finished(&scene, stats, &warnings, &job.cause),
+            Err(failure) => self.failed(failure, &scene.graph, scene.generation, &scene.sha256),
+        }
+    }
+
+    /// Shows all outputs, coarse and then sharp; what was last looked at comes first.
+    fn outputs(&self, look: &Look<'_>, scene: &Arc<Scene>) -> Result<(), Failure> {
+        let mut names: Vec<&str> = scene.graph.outputs.iter().map(|output| output.name.as_str()).collect();
+        let focus = self.stage.focus();
+        let focused = focus.as_deref().and_then(|name| scene.target(name));
+        let is_focus = |name: &&str| {
+            let target = scene.target(name);
+            focused.as_ref().zip(target).is_some_and(|(f, t)| (f.node, f.output) == (t.node, t.output))
+        };
+        names.sort_by_key(|name| !is_focus(name));
+        let mut adopted = false;
+        for longest in [COARSE, WHOLE] {
+            if longest == WHOLE && scene.size(WHOLE) == scene.size(COARSE) {
+                break;
+            }
+            for name in &names {
+                for target in self.targets(look, scene, name)? {
+                    self.picture(look, scene, name, &target, longest, &mut adopted)?;
+                }
+            }
+        }
+        if !adopted {
+            self.stage.adopt(scene);
+        }
+        Ok(())
+    }
+
+    /// What of an output is shown: itself, or the channels of a material.
+    fn targets(&self, look: &Look<'_>, scene: &Scene, name: &str) -> Result<Vec<Target>, Failure> {
+        let Some(whole) = scene.target(name) else { return Ok(Vec::new()) };
+        let ty = scene.graph.outputs.iter().find(|o| o.name == *name).map(|o| o.ty);
+        if ty != Some(Type::Material) {
+            return Ok(vec![whole]);
+        }
+        let Some(Value::Material(material)) = look.value(whole.node, whole.output)? else { return Ok(Vec::new()) };
+        let channel = |channel: &Channel| scene.target(&format!("{name}.{}", channel.name()));
+        Ok(material.channels().iter().filter_map(|(c, _)| channel(c)).collect())
+    }
+
+    fn picture(
+        &self,
+        look: &Look<'_>,
+        scene: &Arc<Scene>,
+        output: &str,
+        target: &Target,
+        longest: u32,
+        adopted: &mut bool,
+    ) -> Result<(), Failure> {
+        let Some(Sight::Field(field, unit)) = scene.sight(look, target)? else { return Ok(()) };
+        let stored = scene.picture(look, &self.stage.store, target, &field, scene.size(longest))?;
+        let shown = scene.shown(target, unit, stored);
+        let first = !*adopted;
+        if first {
+            scene.begin(&shown);
+            self.stage.adopt(scene);
+            *adopted = true;
+            *self.first.lock().unwrap_or_else(PoisonError::into_inner) = Some(self.since.elapsed());
+        }
+        self.stage.show(scene, output, &shown);
+        self.tell(scene, output, target, &shown);
+        Ok(())
+    }
+
+    /// A material as a whole is told of with its first channel.
+    fn tell(&self, scene: &Scene, output: &str, target: &Target, shown: &Shown) {
+        let whole = scene.target(output);
+        if target.name != output && self.is_first_channel(scene, whole.as_ref(), target) {
+            self.teller.shown(&scene.sha256, output, shown);
+        }
+        self.teller.shown(&scene.sha256, &target.name, shown);
+    }
+
+    fn is_first_channel(&self, scene: &Scene, whole: Option<&Target>, target: &Target) -> bool {
+        let Some(whole) = whole else { return false };
+        let shown = scene.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let channels = Channel::ALL.iter().map(|c| format!("{}.{}", whole.name, c.name()));
+        channels.into_iter().find(|name| shown.contains_key(name)).as_deref() == Some(&target.name)
+    }
+
+    fn finished(&self, scene: &Scene, stats: Vec<NodeStats>, warnings: &[Diagnostic], cause: &str) {
+        let all = self.since.elapsed();
+        let first = self.first.lock().unwrap_or_else(PoisonError::into_inner).unwrap_or(all);
+        let ran: Vec<&str> =
+            stats.iter().filter(|s| s.state == NodeState::Computed).map(|s| s.name.as_str()).collect();
+        self.teller.done(cause, &ran, stats.len(), first, all);
+        if !warnings.is_empty() {
+            report::show(self.teller.terminal, warnings, &scene.graph.sources);
+            self.stage.advise(warnings, &scene.graph.sources);
+        }
+        self.stage.done(scene, stats, first.as_secs_f64() * 1000.0, all.as_secs_f64() * 1000.0);
+    }
+
+    fn failed(&self, failure: Failure, graph: &Graph, generation: u64, sha256: &str) {
+        let errors = match failure {
+            Failure::Cancelled => return,
+            Failure::Errors(errors) => errors,
+            Failure::File(message) | Failure::Usage(message) => {
+                vec![Diagnostic::new(shibo_engine::diagnostics::Code::BadFile, graph.canvas_span, message)]
+            }
+        };
+        self.stage.fail(generation, &errors, &graph.sources);
+        self.teller.errors(Some(sha256), &errors, &graph.sources);
+    }
+}

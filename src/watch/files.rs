@@ -1,0 +1,205 @@
+//! The files that a graph reads, known by their content: whether any of them is another than it was.
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs::{self, File, Metadata};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// A file that was changed less than this ago may change again without any sign of it but its content: clocks of file
+/// systems are coarse.
+const RACY: Duration = Duration::from_secs(2);
+/// Larger files are not read again and again for that.
+const RACY_BYTES: u64 = 4 << 20;
+
+/// What is at a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    /// A file of that content.
+    Content([u8; 32]),
+    /// Nothing.
+    Missing,
+    /// Something that is no file, or one that cannot be read.
+    Unreadable,
+}
+
+/// What the system tells of a file without reading it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Signature {
+    is_file: bool,
+    length: u64,
+    modified: Option<SystemTime>,
+    changed: Option<SystemTime>,
+    identity: [u64; 2],
+}
+
+impl Signature {
+    fn of(metadata: &Metadata) -> Self {
+        let (changed, identity) = unix(metadata);
+        Self {
+            is_file: metadata.is_file(),
+            length: metadata.len(),
+            modified: metadata.modified().ok(),
+            changed,
+            identity,
+        }
+    }
+
+    /// Whether the file may have changed since it was read at `read` without another signature.
+    fn is_racy(&self, read: SystemTime) -> bool {
+        let near = |time: SystemTime| {
+            let apart = read.duration_since(time).unwrap_or_else(|e| e.duration());
+            apart < RACY
+        };
+        self.length <= RACY_BYTES && [self.modified, self.changed].into_iter().flatten().any(near)
+    }
+}
+
+#[cfg(unix)]
+fn unix(metadata: &Metadata) -> (Option<SystemTime>, [u64; 2]) {
+    use std::os::unix::fs::MetadataExt;
+    let seconds = u64::try_from(metadata.ctime()).ok();
+    let nanos = u64::try_from(metadata.ctime_nsec()).unwrap_or(0);
+    let changed = seconds.map(|s| SystemTime::UNIX_EPOCH + Duration::from_secs(s) + Duration::from_nanos(nanos));
+    (changed, [metadata.dev(), metadata.ino()])
+}
+
+#[cfg(not(unix))]
+fn unix(_metadata: &Metadata) -> (Option<SystemTime>, [u64; 2]) {
+    (None, [0; 2])
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Print {
+    signature: Option<Signature>,
+    read: SystemTime,
+    state: State,
+}
+
+impl Print {
+    fn of(path: &Path) -> Self {
+        let read = SystemTime::now();
+        let metadata = fs::metadata(path);
+        let signature = metadata.as_ref().ok().map(Signature::of);
+        let state = match &metadata {
+            Ok(metadata) if metadata.is_file() => hash(path).map_or_else(|e| without(&e), State::Content),
+            Ok(_) => State::Unreadable,
+            Err(error) => without(error),
+        };
+        Self { signature, read, state }
+    }
+
+    /// Whether the file certainly is what it was, without reading it.
+    fn holds(&self, path: &Path) -> bool {
+        let signature = fs::metadata(path).ok().as_ref().map(Signature::of);
+        let readable = matches!(self.state, State::Content(_) | State::Missing);
+        readable && signature == self.signature && signature.is_none_or(|s| !s.is_racy(self.read))
+    }
+}
+
+fn without(error: &io::Error) -> State {
+    match error.kind() {
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => State::Missing,
+        _ => State::Unreadable,
+    }
+}
+
+fn hash(path: &Path) -> io::Result<[u8; 32]> {
+    let mut hasher = Sha256::new();
+    io::copy(&mut File::open(path)?, &mut hasher)?;
+    Ok(hasher.finalize().into())
+}
+
+/// The hash that names a content.
+pub(super) fn sha256(bytes: &[u8]) -> [u8; 32] {
+    Sha256::digest(bytes).into()
+}
+
+/// A hash in hexadecimal.
+pub(super) fn hex(hash: &[u8; 32]) -> String {
+    hash.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Files and what they were when they were last looked at.
+#[derive(Debug, Default)]
+pub(super) struct Files {
+    prints: BTreeMap<PathBuf, Print>,
+}
+
+impl Files {
+    /// Looks at exactly these files from now on; those that are known already are taken to be as they were.
+    pub(super) fn keep(&mut self, paths: &[PathBuf]) {
+        self.prints.retain(|path, _| paths.contains(path));
+        for path in paths {
+            self.prints.entry(path.clone()).or_insert_with(|| Print::of(path));
+        }
+    }
+
+    /// The paths.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.prints.keys().map(PathBuf::as_path)
+    }
+
+    /// Says what a file is known to be, by whoever has just read it.
+    pub(super) fn note(&mut self, path: &Path, before: Option<Metadata>, state: State) {
+        let signature = before.as_ref().map(Signature::of);
+        self.prints.insert(path.to_owned(), Print { signature, read: SystemTime::now(), state });
+    }
+
+    /// The files that are not as they were; they are taken to be as they are now.
+    pub(super) fn changed(&mut self) -> Vec<PathBuf> {
+        let mut changed = Vec::new();
+        for (path, print) in &mut self.prints {
+            if print.holds(path) {
+                continue;
+            }
+            let new = Print::of(path);
+            if new.state != print.state {
+                changed.push(path.clone());
+            }
+            *print = new;
+        }
+        changed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_known_by_content() {
+        let dir = tempfile::tempdir().unwrap();
+        let (a, b) = (dir.path().join("a"), dir.path().join("b"));
+        fs::write(&a, "one").unwrap();
+        let mut files = Files::default();
+        files.keep(&[a.clone(), b.clone()]);
+        assert!(files.changed().is_empty());
+        fs::write(&a, "one").unwrap();
+        assert!(files.changed().is_empty(), "the same content is no change");
+        fs::write(&a, "two").unwrap();
+        assert_eq!(files.changed(), [a.clone()]);
+        fs::write(&b, "").unwrap();
+        assert_eq!(files.changed(), [b.clone()], "a file that was missing");
+        fs::remove_file(&a).unwrap();
+        fs::create_dir(&a).unwrap();
+        assert_eq!(files.changed(), [a.clone()], "a folder in the place of a file");
+        assert!(files.changed().is_empty());
+        files.keep(std::slice::from_ref(&b));
+        fs::remove_dir(&a).unwrap();
+        assert!(files.changed().is_empty(), "what is not kept is not looked at");
+    }
+
+    #[test]
+    fn a_change_within_the_grain_of_the_clock_is_seen() {
+        let dir = tempfile::tempdir().unwrap();
+        let a = dir.path().join("a");
+        fs::write(&a, "0").unwrap();
+        let mut files = Files::default();
+        files.keep(std::slice::from_ref(&a));
+        for i in 0..50_u8 {
+            fs::write(&a, [b'a' + i % 2]).unwrap();
+            assert_eq!(files.changed().len(), 1, "{i}");
+        }
+    }
+}

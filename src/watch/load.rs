@@ -1,0 +1,169 @@
+//! Loading a graph file that somebody may be writing at this moment.
+use super::files::{State, hex, sha256};
+use crate::serve::Values;
+use shibo_engine::diagnostics::{Code, Diagnostic};
+use shibo_engine::graph::{self, Limits, LoadOptions, Loaded};
+use shibo_engine::registry::Registry;
+use std::fs::{self, Metadata};
+use std::io::Read;
+use std::path::Path;
+use std::time::Duration;
+
+/// A file that ends too early, or is missing, is probably being written: how long it is not talked of.
+const UNFINISHED: Duration = Duration::from_millis(1000);
+/// The same when whoever wrote it has closed it.
+const UNFINISHED_CLOSED: Duration = Duration::from_millis(500);
+/// Other errors may be those of a file that is half old and half new.
+const DOUBTFUL: Duration = Duration::from_millis(120);
+/// The same when whoever wrote it has closed it.
+const DOUBTFUL_CLOSED: Duration = Duration::from_millis(30);
+
+/// What became of a graph file.
+pub(super) struct Reading {
+    /// The hash of the file, if it could be read.
+    pub(super) sha256: Option<String>,
+    /// The file as it was read.
+    pub(super) state: State,
+    /// What the system said of it just before.
+    pub(super) before: Option<Metadata>,
+    /// The graph, or its errors.
+    pub(super) loaded: Loaded,
+    /// The values of parameters that were left out because the graph no longer takes them.
+    pub(super) refused: Vec<String>,
+}
+
+/// Reads and checks the graph file.
+pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading {
+    let before = fs::metadata(path).ok();
+    let limits = Limits::default();
+    let bytes = before.as_ref().filter(|m| m.is_file()).and_then(|_| read(path, limits.max_file_bytes).ok());
+    let state = match (&bytes, &before) {
+        (Some(bytes), _) => State::Content(sha256(bytes)),
+        (None, Some(_)) => State::Unreadable,
+        (None, None) => State::Missing,
+    };
+    let text = bytes.filter(|b| b.len() as u64 <= limits.max_file_bytes).and_then(|b| String::from_utf8(b).ok());
+    let mut options = LoadOptions {
+        preset: values.preset.clone(),
+        set: values.set.clone(),
+        resolution: None,
+        working_dir: std::env::current_dir().unwrap_or_default(),
+        limits,
+    };
+    let mut refused = Vec::new();
+    let loaded = loop {
+        let loaded = match &text {
+            Some(text) => graph::load_text(path, text, registry, &options),
+            None => graph::load(path, registry, &options),
+        };
+        // Values of an earlier text may no longer fit; the text is right.
+        let before = options.set.len() + usize::from(options.preset.is_some());
+        refused.extend(refuse(&loaded, &mut options));
+        if options.set.len() + usize::from(options.preset.is_some()) == before {
+            break loaded;
+        }
+    };
+    let sha256 = if let State::Content(hash) = &state { Some(hex(hash)) } else { None };
+    Reading { sha256, state, before, loaded, refused }
+}
+
+/// No more than what is too much by a byte.
+fn read(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    fs::File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Takes those values out of the options that are in error.
+fn refuse(loaded: &Loaded, options: &mut LoadOptions) -> Vec<String> {
+    let mut refused = Vec::new();
+    for error in loaded.diagnostics.iter().filter(|d| !d.warning) {
+        let given = loaded.sources.text(error.span.file);
+        if loaded.sources.path(error.span.file) != Path::new("<command line>") {
+            continue;
+        }
+        if given.starts_with("--preset ") {
+            refused.extend(options.preset.take());
+        }
+        let Some((name, _)) = given.strip_prefix("--set ").and_then(|rest| rest.split_once('=')) else { continue };
+        if let Some(at) = options.set.iter().position(|(n, _)| n == name) {
+            refused.push(options.set.remove(at).0);
+        }
+    }
+    refused
+}
+
+impl Reading {
+    /// For how long nothing is to be said about errors, since the file may be half written. `closed`: whoever wrote last
+    /// is done.
+    pub(super) fn hold(&self, closed: bool) -> Duration {
+        if !self.loaded.has_errors() {
+            return Duration::ZERO;
+        }
+        match (self.is_unfinished(), closed) {
+            (true, true) => UNFINISHED_CLOSED,
+            (true, false) => UNFINISHED,
+            (false, true) => DOUBTFUL_CLOSED,
+            (false, false) => DOUBTFUL,
+        }
+    }
+
+    /// Whether a file is missing, or ends where more should follow.
+    pub(super) fn is_unfinished(&self) -> bool {
+        let ends_early = |error: &Diagnostic| {
+            let text = self.loaded.sources.text(error.span.file);
+            error.code == Code::FileNotFound
+                || text.trim().is_empty()
+                || (matches!(error.code, Code::Syntax) && error.span.start >= text.trim_end().len())
+                || (error.code == Code::Syntax && error.message.contains("string"))
+        };
+        let errors = self.loaded.diagnostics.iter().filter(|d| !d.warning);
+        !matches!(self.state, State::Content(_)) || errors.into_iter().any(ends_early)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRAPH: &str = "(\n  version: 1,\n  canvas: (size_mm: 8, resolution: 16),\n  params: { \"size\": Number(default: 2.0, range: (1, 4), doc: \"Size\") },\n  \
+        presets: { \"fine\": { \"size\": 1 } },\n  nodes: { \"a\": Perlin(size: \"$size\") },\n  outputs: { \"a\": \"a\" },\n)\n";
+
+    fn reading(text: &str, values: &Values) -> Reading {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.ron");
+        fs::write(&path, text).unwrap();
+        load(&path, &shibo_nodes::registry(), values)
+    }
+
+    #[test]
+    fn every_beginning_of_a_file_is_unfinished() {
+        let whole = reading(GRAPH, &Values::default());
+        assert!(!whole.loaded.has_errors(), "{:?}", whole.loaded.diagnostics);
+        assert_eq!(whole.hold(false), Duration::ZERO);
+        let end = GRAPH.trim_end().len();
+        for cut in 0..end {
+            let part = reading(&GRAPH[..cut], &Values::default());
+            assert!(part.loaded.has_errors() && part.is_unfinished(), "{cut}: {:?}", part.loaded.diagnostics);
+        }
+    }
+
+    #[test]
+    fn errors_in_the_middle_are_soon_told() {
+        let part = reading(&GRAPH.replace("Perlin", "Perlim"), &Values::default());
+        assert!(!part.is_unfinished());
+        assert_eq!(part.hold(true), DOUBTFUL_CLOSED);
+        assert!(reading(&GRAPH.replace("size_mm:", "size_mm"), &Values::default()).hold(true) <= UNFINISHED_CLOSED);
+    }
+
+    #[test]
+    fn values_that_no_longer_fit_are_left_out() {
+        let set = |name: &str, value: &str| (name.to_owned(), value.to_owned());
+        let values = Values { preset: Some("none".into()), set: vec![set("size", "9"), set("gone", "1")] };
+        let part = reading(GRAPH, &values);
+        assert!(!part.loaded.has_errors());
+        assert_eq!(part.refused.len(), 3, "{:?}", part.refused);
+        let fits = reading(GRAPH, &Values { preset: Some("fine".into()), set: vec![set("size", "3")] });
+        assert_eq!(fits.loaded.graph.unwrap().params[0].value, "3");
+    }
+}

@@ -1,0 +1,64 @@
+//! When to look at files that somebody is writing: an event is a hint, and a save is many of them.
+use std::time::{Duration, Instant};
+
+/// Nothing happened for so long: the save is probably over.
+const QUIET: Duration = Duration::from_millis(15);
+/// The same when a file was closed or moved into place, which ends a save.
+const CLOSED: Duration = Duration::from_millis(3);
+/// A writer that never rests is looked at after so long.
+const CAP: Duration = Duration::from_millis(200);
+
+/// What has happened to the files since they were looked at.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Settle {
+    /// The first and the last event, and whether the last one ended a save.
+    touched: Option<(Instant, Instant, bool)>,
+}
+
+impl Settle {
+    /// Something happened; `closed`: it ended a save.
+    pub(super) fn touch(&mut self, now: Instant, closed: bool) {
+        let first = self.touched.map_or(now, |(first, ..)| first);
+        self.touched = Some((first, now, closed));
+    }
+
+    /// When to look.
+    pub(super) fn due(&self) -> Option<Instant> {
+        self.touched.map(|(first, last, closed)| (last + if closed { CLOSED } else { QUIET }).min(first + CAP))
+    }
+
+    /// The files are being looked at. Gives whether the last event ended a save.
+    pub(super) fn clear(&mut self) -> bool {
+        self.touched.take().is_some_and(|(.., closed)| closed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_save_is_looked_at_once_it_is_over() {
+        let start = Instant::now();
+        let at = |ms| start + Duration::from_millis(ms);
+        let mut settle = Settle::default();
+        assert_eq!(settle.due(), None);
+        settle.touch(at(0), false);
+        assert_eq!(settle.due(), Some(at(15)));
+        settle.touch(at(10), false);
+        assert_eq!(settle.due(), Some(at(25)));
+        settle.touch(at(12), true);
+        assert_eq!(settle.due(), Some(at(15)));
+        assert!(settle.clear());
+        assert_eq!(settle.due(), None);
+    }
+
+    #[test]
+    fn a_writer_that_never_rests_is_looked_at_too() {
+        let start = Instant::now();
+        let at = |ms| start + Duration::from_millis(ms);
+        let mut settle = Settle::default();
+        (0..30).for_each(|i| settle.touch(at(i * 10), false));
+        assert_eq!(settle.due(), Some(at(200)));
+    }
+}

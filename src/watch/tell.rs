@@ -1,0 +1,87 @@
+//! What the terminal, and programs that read stdout, are told.
+use crate::report;
+use crate::serve::Shown;
+use crate::terminal::Terminal;
+use serde_json::{Value as Json, json};
+use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
+use std::time::Duration;
+
+/// Names of nodes in a line of the terminal.
+const NAMES: usize = 3;
+
+/// Tells of what happens.
+pub(super) struct Teller<'t> {
+    /// Where people read it.
+    pub(super) terminal: &'t Terminal,
+    /// Whether programs read stdout.
+    pub(super) log: bool,
+}
+
+impl Teller<'_> {
+    fn log(&self, event: &Json) {
+        if self.log {
+            // Whoever read it is gone, which is no reason to stop showing pictures.
+            let _ = self.terminal.json(event);
+        }
+    }
+
+    /// The page can be opened.
+    pub(super) fn listening(&self, url: &str) {
+        self.terminal.say(&format!("the page is at {url}"));
+        self.log(&json!({ "event": "listening", "url": url }));
+    }
+
+    /// A save was recognised.
+    pub(super) fn saved(&self, sha256: Option<&str>) {
+        self.log(&json!({ "event": "saved", "sha256": sha256 }));
+    }
+
+    /// A picture is there.
+    pub(super) fn shown(&self, sha256: &str, output: &str, shown: &Shown) {
+        self.log(&json!({
+            "event": "shown",
+            "sha256": sha256,
+            "output": output,
+            "size": shown.size,
+            "final": shown.is_final,
+            "picture": shown.picture,
+        }));
+    }
+
+    /// Something is wrong.
+    pub(super) fn errors(&self, sha256: Option<&str>, errors: &[Diagnostic], sources: &SourceMap) {
+        report::show(self.terminal, errors, sources);
+        let errors = to_json(errors, sources)["errors"].take();
+        self.log(&json!({ "event": "error", "sha256": sha256, "errors": errors }));
+    }
+
+    /// A save was dealt with: what changed, the nodes that ran out of how many, when something was shown, and when all was.
+    pub(super) fn done(&self, cause: &str, ran: &[&str], nodes: usize, first: Duration, all: Duration) {
+        let names = match ran.len() {
+            0 => String::new(),
+            n if n <= NAMES => format!(" ({})", ran.join(", ")),
+            n => format!(" ({}, … {} more)", ran[..NAMES].join(", "), n - NAMES),
+        };
+        let sharp = if all > first + Duration::from_millis(1) { format!(", sharp in {}", time(all)) } else { String::new() };
+        let ran = ran.len();
+        self.terminal.say(&format!("{cause}: {ran} of {nodes} nodes ran{names}; shown in {}{sharp}", time(first)));
+    }
+}
+
+fn time(time: Duration) -> String {
+    match time.as_secs_f64() {
+        s if s < 0.9995 => format!("{:.0} ms", s * 1000.0),
+        s => format!("{s:.1} s"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_short() {
+        assert_eq!(time(Duration::from_micros(12_400)), "12 ms");
+        assert_eq!(time(Duration::from_millis(1240)), "1.2 s");
+    }
+}

@@ -11,7 +11,15 @@ macro_rules! assets {
 assets! {
     "index.html" "text/html; charset=utf-8",
     "style.css" "text/css; charset=utf-8",
+    "icon.svg" "image/svg+xml",
     "app.js" "text/javascript; charset=utf-8",
+    "lit.js" "text/javascript; charset=utf-8",
+    "net.js" "text/javascript; charset=utf-8",
+    "nodes.js" "text/javascript; charset=utf-8",
+    "params.js" "text/javascript; charset=utf-8",
+    "picture.js" "text/javascript; charset=utf-8",
+    "shaders.js" "text/javascript; charset=utf-8",
+    "shapes.js" "text/javascript; charset=utf-8",
     "stream.js" "text/javascript; charset=utf-8",
 }
 

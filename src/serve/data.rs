@@ -41,13 +41,7 @@ pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result
     Ok(Json(answer).into_response())
 }
 
-fn describe(
-    look: &Look<'_>,
-    stage: &Stage,
-    scene: &Scene,
-    target: &Target,
-    longest: u32,
-) -> Result<Data, Failure> {
+fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, longest: u32) -> Result<Data, Failure> {
     let node = &scene.graph.nodes[target.node];
     let output = node.node.outputs().get(target.output);
     let mut about = json!({
@@ -95,12 +89,8 @@ pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result
     if x >= size.x || y >= size.y {
         return Err(No::Unknown);
     }
-    let window = Window {
-        x: x.cast_signed(),
-        y: y.cast_signed(),
-        width: TILE.min(size.x - x),
-        height: TILE.min(size.y - y),
-    };
+    let window =
+        Window { x: x.cast_signed(), y: y.cast_signed(), width: TILE.min(size.x - x), height: TILE.min(size.y - y) };
     let bytes = app
         .look(&scene, move |look, stage, scene| {
             let Some(Sight::Field(field, _)) = scene.sight(look, &target)? else { return Ok(None) };

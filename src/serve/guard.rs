@@ -43,7 +43,8 @@ impl Guard {
             let first = values.next();
             (first.map(|v| v.as_bytes() == wanted.as_bytes()), values.next().is_none())
         };
-        let ours = matches!(is(header::HOST, &self.host), (Some(true), true)) && authority.is_none_or(|a| a == self.host);
+        let ours =
+            matches!(is(header::HOST, &self.host), (Some(true), true)) && authority.is_none_or(|a| a == self.host);
         let origin = match is(header::ORIGIN, &self.origin) {
             (None, _) => method == Method::GET || method == Method::HEAD,
             (Some(same), alone) => same && alone,

@@ -25,10 +25,7 @@ pub(super) struct Texture {
 
 /// A field by rows from the top. The header `x-map` says `WIDTH HEIGHT FORM`: `rgba8` for colours (sRGB-encoded) and
 /// normals, `r16f` for everything that has one channel.
-pub(super) async fn map(
-    State(app): State<App>,
-    query: Result<Query<Texture>, QueryRejection>,
-) -> Result<Response, No> {
+pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, QueryRejection>) -> Result<Response, No> {
     let Query(Texture { g, t, s }) = query?;
     let scene = app.scene(g)?;
     let target = scene.target(&t).ok_or(No::Unknown)?;

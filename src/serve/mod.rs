@@ -66,9 +66,9 @@ pub(crate) fn start(port: u16, stage: Arc<Stage>, signals: Sender<Signal>) -> Re
         ErrorKind::AddrInUse => {
             Quit::failed(format!("port {port} is in use; name another with --port, or leave it out to take a free one"))
         }
-        ErrorKind::PermissionDenied => {
-            Quit::failed(format!("port {port} may not be used; name one above 1023, or leave it out to take a free one"))
-        }
+        ErrorKind::PermissionDenied => Quit::failed(format!(
+            "port {port} may not be used; name one above 1023, or leave it out to take a free one"
+        )),
         _ => Quit::failed(format!("cannot listen on port {port}: {e}")),
     })?;
     let port = listener.local_addr().map_err(|e| Quit::failed(format!("cannot listen: {e}")))?.port();
@@ -122,8 +122,13 @@ pub(crate) fn open_browser(url: &str) {
     } else {
         ("xdg-open", &[])
     };
-    let child =
-        Command::new(program).args(args).arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    let child = Command::new(program)
+        .args(args)
+        .arg(url)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
     if let Ok(mut child) = child {
         // Somebody must wait for it, or it stays in the system's table.
         std::thread::spawn(move || child.wait());

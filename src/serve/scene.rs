@@ -196,6 +196,11 @@ impl Scene {
         UVec2::new(scaled(full.x).try_into().unwrap_or(1), scaled(full.y).try_into().unwrap_or(1)).max(UVec2::ONE)
     }
 
+    /// The picture of a field in a size, if it was made before.
+    pub(crate) fn known(&self, store: &Store, target: &Target, field: &Field, size: UVec2) -> Option<Arc<Stored>> {
+        store.get(&self.id(target, field, &self.graph.canvas.grid(size)))
+    }
+
     /// The picture of a field in a size, from the store if it was made before.
     ///
     /// # Errors

@@ -57,7 +57,8 @@ impl Store {
             inner.bytes -= old.png.len();
         }
         while inner.bytes > BUDGET && inner.pictures.len() > 1 {
-            let Some(oldest) = inner.pictures.iter().min_by_key(|(_, (_, used))| *used).map(|(id, _)| id.clone()) else {
+            let Some(oldest) = inner.pictures.iter().min_by_key(|(_, (_, used))| *used).map(|(id, _)| id.clone())
+            else {
                 break;
             };
             if let Some((old, _)) = inner.pictures.remove(&oldest) {

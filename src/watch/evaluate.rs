@@ -1,7 +1,7 @@
 //! The thread that evaluates: always the newest graph, a coarse picture of each output first and then a sharp one.
 use super::tell::Teller;
-use crate::serve::{COARSE, Scene, Shown, Sight, Stage, Target, WHOLE};
 use crate::report;
+use crate::serve::{COARSE, Scene, Shown, Sight, Stage, Target, WHOLE};
 use shibo_engine::diagnostics::Diagnostic;
 use shibo_engine::eval::{CancelToken, Event, NodeState, NodeStats, Observer};
 use shibo_engine::graph::Graph;
@@ -98,7 +98,7 @@ struct Evaluation<'a> {
     stage: &'a Stage,
     teller: &'a Teller<'a>,
     since: Instant,
-    /// When something was shown.
+    /// When the first, coarse pictures were there.
     first: Mutex<Option<Duration>>,
 }
 
@@ -159,6 +159,7 @@ impl Evaluation<'_> {
                     self.picture(look, scene, name, &target, longest, &mut adopted)?;
                 }
             }
+            self.first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_with(|| self.since.elapsed());
         }
         if !adopted {
             self.stage.adopt(scene);
@@ -187,15 +188,22 @@ impl Evaluation<'_> {
         longest: u32,
         adopted: &mut bool,
     ) -> Result<(), Failure> {
+        let is_sharp = |shown: &Shown| shown.is_final;
+        if scene.shown.lock().unwrap_or_else(PoisonError::into_inner).get(&target.name).is_some_and(is_sharp) {
+            return Ok(());
+        }
         let Some(Sight::Field(field, unit)) = scene.sight(look, target)? else { return Ok(()) };
-        let stored = scene.picture(look, &self.stage.store, target, &field, scene.size(longest))?;
+        // What has not changed is there already, and sharp.
+        let stored = match scene.known(&self.stage.store, target, &field, scene.size(WHOLE)) {
+            Some(sharp) => sharp,
+            None => scene.picture(look, &self.stage.store, target, &field, scene.size(longest))?,
+        };
         let shown = scene.shown(target, unit, stored);
         let first = !*adopted;
         if first {
             scene.begin(&shown);
             self.stage.adopt(scene);
             *adopted = true;
-            *self.first.lock().unwrap_or_else(PoisonError::into_inner) = Some(self.since.elapsed());
         }
         self.stage.show(scene, output, &shown);
         self.tell(scene, output, target, &shown);
@@ -221,8 +229,7 @@ impl Evaluation<'_> {
     fn finished(&self, scene: &Scene, stats: Vec<NodeStats>, warnings: &[Diagnostic], cause: &str) {
         let all = self.since.elapsed();
         let first = self.first.lock().unwrap_or_else(PoisonError::into_inner).unwrap_or(all);
-        let ran: Vec<&str> =
-            stats.iter().filter(|s| s.state == NodeState::Computed).map(|s| s.name.as_str()).collect();
+        let ran: Vec<&str> = stats.iter().filter(|s| s.state == NodeState::Computed).map(|s| s.name.as_str()).collect();
         self.teller.done(cause, &ran, stats.len(), first, all);
         if !warnings.is_empty() {
             report::show(self.teller.terminal, warnings, &scene.graph.sources);

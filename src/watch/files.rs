@@ -178,12 +178,12 @@ mod tests {
         fs::write(&a, "one").unwrap();
         assert!(files.changed().is_empty(), "the same content is no change");
         fs::write(&a, "two").unwrap();
-        assert_eq!(files.changed(), [a.clone()]);
+        assert_eq!(files.changed(), std::slice::from_ref(&a));
         fs::write(&b, "").unwrap();
-        assert_eq!(files.changed(), [b.clone()], "a file that was missing");
+        assert_eq!(files.changed(), std::slice::from_ref(&b), "a file that was missing");
         fs::remove_file(&a).unwrap();
         fs::create_dir(&a).unwrap();
-        assert_eq!(files.changed(), [a.clone()], "a folder in the place of a file");
+        assert_eq!(files.changed(), std::slice::from_ref(&a), "a folder in the place of a file");
         assert!(files.changed().is_empty());
         files.keep(std::slice::from_ref(&b));
         fs::remove_dir(&a).unwrap();

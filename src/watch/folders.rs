@@ -49,8 +49,12 @@ impl Folders {
                 wanted.insert(folder, identity);
             }
         }
-        let gone: Vec<PathBuf> =
-            self.watched.iter().filter(|(path, id)| wanted.get(*path) != Some(*id)).map(|(path, _)| path.clone()).collect();
+        let gone: Vec<PathBuf> = self
+            .watched
+            .iter()
+            .filter(|(path, id)| wanted.get(*path) != Some(*id))
+            .map(|(path, _)| path.clone())
+            .collect();
         for path in gone {
             // The watch of a folder that was removed is gone already.
             let _ = self.watcher.unwatch(&path);

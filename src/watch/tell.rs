@@ -62,7 +62,8 @@ impl Teller<'_> {
             n if n <= NAMES => format!(" ({})", ran.join(", ")),
             n => format!(" ({}, … {} more)", ran[..NAMES].join(", "), n - NAMES),
         };
-        let sharp = if all > first + Duration::from_millis(1) { format!(", sharp in {}", time(all)) } else { String::new() };
+        let sharp =
+            if all > first + Duration::from_millis(1) { format!(", sharp in {}", time(all)) } else { String::new() };
         let ran = ran.len();
         self.terminal.say(&format!("{cause}: {ran} of {nodes} nodes ran{names}; shown in {}{sharp}", time(first)));
     }

@@ -1,0 +1,372 @@
+// The material on a shape: textures from the server, an orbiting eye, a light that turns. Drawn only when something changes.
+import { samples } from './net.js';
+import { FRAGMENT, VERTEX } from './shaders.js';
+import { SHAPES } from './shapes.js';
+
+const CHANNELS = ['base_color', 'roughness', 'metallic', 'normal', 'height', 'ao', 'anisotropy', 'anisotropy_angle', 'sheen', 'coat', 'opacity'];
+const UNIFORM = (channel) => `u${channel.replace(/(^|_)([a-z])/g, (_, __, c) => c.toUpperCase())}`;
+const HEIGHT = CHANNELS.indexOf('height');
+const SLIDERS = [
+  ['repeat', 'Repeats', 1, 8, 1, 1], ['relief', 'Relief', 0, 4, 0.05, 1], ['exposure', 'Exposure', -2, 2, 0.05, 0, 'EV'],
+  ['light', 'Light', -180, 180, 1, 0, '°'], ['roughness', 'Roughness', 0.05, 1, 0.01, 0.5], ['metallic', 'Metal', 0, 1, 0.01, 0],
+  ['anisotropy', 'Anisotropy', 0, 1, 0.01, 0], ['coat', 'Coat', 0, 1, 0.01, 0],
+];
+
+// Milliseconds that a picture may take while something moves, and when all is still.
+const MOVING = 40;
+const RESTING = 900;
+const QUALITIES = [1, 0.75, 0.5, 0.35, 0.25, 0.15];
+
+export class Lit {
+  constructor(canvas, panel) {
+    this.canvas = canvas;
+    this.panel = panel;
+    this.values = Object.fromEntries(SLIDERS.map(([name, , , , , start]) => [name, start]));
+    this.shape = 'sphere';
+    this.relief = 'parallax';
+    this.resolution = 1024;
+    this.now = null;
+    this.pinned = null;
+    this.wipe = 0.5;
+    this.meshes = {};
+    this.quality = 0;
+    // Milliseconds a pixel; a guess until something was drawn.
+    this.cost = 0.0005;
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.listen();
+    this.build();
+  }
+
+  // The view costs nothing until it is looked at.
+  start() {
+    if (this.gl || this.failed) return;
+    const gl = this.canvas.getContext('webgl2', { antialias: true, alpha: true, premultipliedAlpha: false, preserveDrawingBuffer: true });
+    if (!gl) { this.fail('This browser has no WebGL 2; the picture view works without it.'); return; }
+    this.gl = gl;
+    this.canvas.addEventListener('webglcontextlost', (e) => { e.preventDefault(); this.fail('The graphics driver gave up; reload the page.'); });
+    gl.getExtension('EXT_color_buffer_float');
+    this.mipHalf = gl.getExtension('EXT_color_buffer_half_float') || gl.getExtension('EXT_color_buffer_float');
+    this.sharp = gl.getExtension('EXT_texture_filter_anisotropic');
+    const shader = (kind, text) => {
+      const made = gl.createShader(kind);
+      gl.shaderSource(made, text);
+      gl.compileShader(made);
+      if (!gl.getShaderParameter(made, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(made));
+      return made;
+    };
+    try {
+      const program = gl.createProgram();
+      gl.attachShader(program, shader(gl.VERTEX_SHADER, VERTEX));
+      gl.attachShader(program, shader(gl.FRAGMENT_SHADER, FRAGMENT));
+      gl.linkProgram(program);
+      if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+      this.program = program;
+    } catch (error) {
+      this.fail(`The lit view cannot be drawn: ${error.message}`);
+      return;
+    }
+    gl.useProgram(this.program);
+    this.uniforms = {};
+    const count = gl.getProgramParameter(this.program, gl.ACTIVE_UNIFORMS);
+    for (let i = 0; i < count; i += 1) {
+      const { name } = gl.getActiveUniform(this.program, i);
+      this.uniforms[name] = gl.getUniformLocation(this.program, name);
+    }
+    CHANNELS.forEach((channel, i) => gl.uniform1i(this.uniforms[UNIFORM(channel)], i));
+    gl.enable(gl.DEPTH_TEST);
+    this.setShape(this.shape);
+  }
+
+  fail(text) {
+    this.failed = true;
+    this.gl = null;
+    this.panel.append(Object.assign(document.createElement('p'), { textContent: text }));
+    this.canvas.dataset.drawn = 'failed';
+  }
+
+  listen() {
+    const { canvas } = this;
+    let from = null;
+    canvas.addEventListener('pointerdown', (e) => { from = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+    canvas.addEventListener('pointerup', () => { from = null; });
+    canvas.addEventListener('pointercancel', () => { from = null; });
+    canvas.addEventListener('pointermove', (e) => {
+      if (!from) return;
+      const [dx, dy] = [e.clientX - from[0], e.clientY - from[1]];
+      from = [e.clientX, e.clientY];
+      if (e.shiftKey) {
+        this.set('light', ((this.values.light + dx * 0.5 + 540) % 360) - 180);
+      } else {
+        this.turn -= dx * 0.008;
+        this.tilt = Math.min(1.5, Math.max(-1.5, this.tilt + dy * 0.008));
+      }
+      this.draw();
+    });
+    canvas.addEventListener('wheel', (e) => {
+      e.preventDefault();
+      this.distance = Math.min(12, Math.max(1.25, this.distance * Math.exp(e.deltaY * 0.0012)));
+      this.draw();
+    }, { passive: false });
+    canvas.addEventListener('dblclick', () => this.reset());
+    for (const b of document.querySelectorAll('[data-shape]')) b.onclick = () => this.setShape(b.dataset.shape);
+    for (const b of document.querySelectorAll('[data-relief]')) b.onclick = () => this.setRelief(b.dataset.relief);
+  }
+
+  build() {
+    this.panel.replaceChildren(Object.assign(document.createElement('h2'), { textContent: 'Light and surface' }));
+    this.sliders = {};
+    for (const [name, text, min, max, step, , unit] of SLIDERS) {
+      const row = Object.assign(document.createElement('div'), { className: 'param' });
+      const head = Object.assign(document.createElement('div'), { className: 'head' });
+      const label = Object.assign(document.createElement('label'), { textContent: text, htmlFor: `light-${name}` });
+      const value = Object.assign(document.createElement('span'), { className: 'unit' });
+      const slider = Object.assign(document.createElement('input'), { type: 'range', id: `light-${name}`, min, max, step });
+      slider.oninput = () => this.set(name, slider.valueAsNumber);
+      head.append(label, value);
+      row.append(head, slider);
+      this.panel.append(row);
+      this.sliders[name] = { slider, value, unit: unit ?? '', row };
+      this.set(name, this.values[name]);
+    }
+    const row = Object.assign(document.createElement('div'), { className: 'param' });
+    const label = Object.assign(document.createElement('label'), { textContent: 'Texture', htmlFor: 'light-resolution' });
+    const select = Object.assign(document.createElement('select'), { id: 'light-resolution' });
+    for (const n of [512, 1024, 2048]) select.append(Object.assign(document.createElement('option'), { value: n, textContent: `${n} px`, selected: n === this.resolution }));
+    select.onchange = () => { this.resolution = +select.value; if (this.asked) this.load(this.asked.scene, this.asked.maps, this.resolution); };
+    row.append(label, select);
+    this.panel.append(row);
+    this.setRelief(this.relief);
+    this.reset();
+  }
+
+  set(name, value) {
+    this.values[name] = value;
+    const { slider, value: text, unit } = this.sliders[name];
+    slider.value = value;
+    text.textContent = `${+value.toFixed(2)}${unit && ` ${unit}`}`;
+    this.draw();
+  }
+
+  reset() { [this.turn, this.tilt, this.distance] = SHAPES[this.shape].view; this.draw(); }
+
+  setShape(shape) {
+    this.shape = shape;
+    for (const b of document.querySelectorAll('[data-shape]')) b.classList.toggle('on', b.dataset.shape === shape);
+    this.reset();
+  }
+
+  nextShape() {
+    const names = Object.keys(SHAPES);
+    this.setShape(names[(names.indexOf(this.shape) + 1) % names.length]);
+  }
+
+  setRelief(relief) {
+    this.relief = relief;
+    for (const b of document.querySelectorAll('[data-relief]')) b.classList.toggle('on', b.dataset.relief === relief);
+    this.draw();
+  }
+
+  wants(target) { return !!this.asked && Object.values(this.asked.maps).some((m) => m.t === target); }
+
+  // Fetches those textures that are not there yet: `maps` by channel, each a target and a name for what it shows.
+  async load(scene, maps, size) {
+    if (!this.gl) return;
+    this.asked = { scene, maps, size };
+    if (this.loading) return;
+    this.loading = true;
+    while (this.asked !== this.done) {
+      const asked = this.asked;
+      try { await this.fetch(asked); } catch { /* the graph is another by now */ }
+      this.done = asked;
+    }
+    this.loading = false;
+  }
+
+  async fetch({ scene, maps, size }) {
+    const old = this.now?.maps ?? {};
+    const made = {};
+    await Promise.all(Object.entries(maps).map(async ([channel, map]) => {
+      if (!CHANNELS.includes(channel)) return;
+      const same = old[channel]?.t === map.t && old[channel]?.id === map.id && old[channel]?.size >= size;
+      if (same) { made[channel] = old[channel]; return; }
+      const found = await samples({ g: scene.generation, t: map.t, s: size });
+      if (found) made[channel] = { ...map, size, ...this.texture(found, channel) };
+      else if (old[channel]?.t === map.t) made[channel] = old[channel];
+    }));
+    const kept = new Set([...Object.values(made), ...Object.values(this.pinned?.maps ?? {})]);
+    for (const map of Object.values(old)) if (!kept.has(map)) this.gl?.deleteTexture(map.texture);
+    this.now = { maps: made, mm: scene.canvas.size_mm };
+    for (const name of ['roughness', 'metallic', 'anisotropy', 'coat']) this.sliders[name].row.hidden = !!made[name];
+    this.canvas.dataset.generation = scene.generation;
+    this.canvas.dataset.size = size;
+    this.draw();
+  }
+
+  texture({ width, height, form, data }, channel) {
+    const { gl } = this;
+    const texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    let range = [0, 0];
+    let mips = true;
+    if (form === 'r16f') {
+      const halves = new Uint16Array(data);
+      gl.pixelStorei(gl.UNPACK_ALIGNMENT, 2);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, width, height, 0, gl.RED, gl.HALF_FLOAT, halves);
+      gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+      range = extent(halves);
+      mips = !!this.mipHalf;
+    } else {
+      const inner = channel === 'base_color' ? gl.SRGB8_ALPHA8 : gl.RGBA8;
+      gl.texImage2D(gl.TEXTURE_2D, 0, inner, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(data));
+    }
+    if (mips) gl.generateMipmap(gl.TEXTURE_2D);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, mips ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
+    if (this.sharp) gl.texParameterf(gl.TEXTURE_2D, this.sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
+    return { texture, range };
+  }
+
+  pin() {
+    this.pinned = this.pinned ? null : this.now;
+    this.draw();
+    return !!this.pinned;
+  }
+
+  resize() { this.draw(); }
+
+  // Draws soon; coarsely first where drawing takes long, as it does without a graphics card.
+  draw() {
+    if (!this.gl || !this.now || !this.canvas.clientWidth) return;
+    this.schedule(MOVING);
+    clearTimeout(this.rest);
+    this.rest = setTimeout(() => { if (this.quality < this.bearable(RESTING)) this.schedule(RESTING); }, 220);
+  }
+
+  schedule(budget) {
+    this.budget = budget;
+    if (this.queued) return;
+    this.queued = true;
+    requestAnimationFrame(() => { this.queued = false; this.paint(); });
+  }
+
+  // The share of the screen's pixels, along a side, that can be drawn in so many milliseconds.
+  bearable(budget) {
+    const ratio = Math.min(devicePixelRatio || 1, 2);
+    const pixels = this.canvas.clientWidth * this.canvas.clientHeight * ratio * ratio;
+    const fits = Math.sqrt(budget / (this.cost * pixels));
+    return QUALITIES.find((q) => q <= fits) ?? QUALITIES.at(-1);
+  }
+
+  mesh() {
+    const { gl } = this;
+    const known = this.meshes[this.shape];
+    if (known) return known;
+    const { data, index } = SHAPES[this.shape].make();
+    const array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
+    [[3, 0], [3, 3], [3, 6], [2, 9]].forEach(([n, at], i) => {
+      gl.enableVertexAttribArray(i);
+      gl.vertexAttribPointer(i, n, gl.FLOAT, false, 44, at * 4);
+    });
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, index, gl.STATIC_DRAW);
+    this.meshes[this.shape] = { array, count: index.length };
+    return this.meshes[this.shape];
+  }
+
+  paint() {
+    const { gl, canvas } = this;
+    if (!gl || !this.now || !canvas.clientWidth) return;
+    const began = performance.now();
+    this.quality = this.bearable(this.budget);
+    const ratio = Math.min(devicePixelRatio || 1, 2) * this.quality;
+    const [w, h] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.max(1, Math.round(n * ratio)));
+    if (w !== canvas.width || h !== canvas.height) [canvas.width, canvas.height] = [w, h];
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const split = this.pinned ? Math.round(canvas.width * this.wipe) : 0;
+    gl.enable(gl.SCISSOR_TEST);
+    if (this.pinned) {
+      gl.scissor(0, 0, split, canvas.height);
+      this.material(this.pinned);
+    }
+    gl.scissor(split, 0, canvas.width - split, canvas.height);
+    this.material(this.now);
+    // Reading a pixel waits for the picture, which tells what it costs.
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    this.cost = (performance.now() - began) / (w * h);
+    canvas.dataset.drawn = (Number(canvas.dataset.drawn) || 0) + 1;
+    canvas.dataset.quality = this.quality;
+  }
+
+  material({ maps, mm }) {
+    const { gl, canvas, uniforms: u, values } = this;
+    const { span } = SHAPES[this.shape];
+    let bits = 0;
+    CHANNELS.forEach((channel, i) => {
+      gl.activeTexture(gl.TEXTURE0 + i);
+      gl.bindTexture(gl.TEXTURE_2D, maps[channel]?.texture ?? null);
+      if (maps[channel]) bits |= 1 << i;
+    });
+    const heights = maps.height?.range ?? [0, 0];
+    const eye = [
+      this.distance * Math.sin(this.turn) * Math.cos(this.tilt), this.distance * Math.sin(this.tilt),
+      this.distance * Math.cos(this.turn) * Math.cos(this.tilt),
+    ];
+    const a = (values.light * Math.PI) / 180;
+    const moved = this.relief === 'displacement' && (bits & (1 << HEIGHT)) !== 0;
+    gl.uniformMatrix4fv(u.uView, false, camera(eye, canvas.width / canvas.height));
+    gl.uniform3fv(u.uEye, eye);
+    gl.uniformMatrix3fv(u.uLight, false, [Math.cos(a), 0, -Math.sin(a), 0, 1, 0, Math.sin(a), 0, Math.cos(a)]);
+    gl.uniform2f(u.uRepeat, values.repeat, (values.repeat * mm[0]) / mm[1]);
+    gl.uniform1f(u.uDisplace, moved ? ((span / values.repeat) / mm[0]) * values.relief : 0);
+    gl.uniform2fv(u.uHeights, heights);
+    gl.uniform1f(u.uUvPerMm, 1 / mm[0]);
+    gl.uniform2f(u.uAspect, 1, mm[0] / mm[1]);
+    gl.uniform1f(u.uRelief, values.relief);
+    gl.uniform1i(u.uParallax, this.relief === 'parallax' ? 1 : 0);
+    gl.uniform1f(u.uExposure, 2 ** values.exposure);
+    gl.uniform1i(u.uMaps, bits);
+    gl.uniform4f(u.uConstants, values.roughness, values.metallic, values.anisotropy, values.coat);
+    const { array, count } = this.mesh();
+    gl.bindVertexArray(array);
+    gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
+  }
+}
+
+// The least and the greatest of numbers in half precision.
+function extent(halves) {
+  let [lo, hi] = [Infinity, -Infinity];
+  for (const h of halves) {
+    const e = (h >> 10) & 31;
+    const m = h & 1023;
+    if (e === 31) continue;
+    const v = (e ? (1 + m / 1024) * 2 ** (e - 15) : m * 2 ** -24) * (h & 0x8000 ? -1 : 1);
+    if (v < lo) lo = v;
+    if (v > hi) hi = v;
+  }
+  return lo > hi ? [0, 0] : [lo, hi];
+}
+
+// Looks from `eye` at the middle.
+function camera(eye, aspect) {
+  const length = Math.hypot(...eye);
+  const z = eye.map((c) => c / length);
+  const xl = Math.hypot(z[2], z[0]) || 1e-6;
+  const x = [z[2] / xl, 0, -z[0] / xl];
+  const y = [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]];
+  const f = 1 / Math.tan((Math.PI / 180) * 20);
+  const [near, far] = [0.05, 40];
+  const [px, py] = aspect >= 1 ? [f / aspect, f] : [f, f * aspect];
+  const [pz, pw] = [(far + near) / (near - far), (2 * far * near) / (near - far)];
+  return [
+    px * x[0], py * y[0], pz * z[0], -z[0],
+    px * x[1], py * y[1], pz * z[1], -z[1],
+    px * x[2], py * y[2], pz * z[2], -z[2],
+    0, 0, pz * -length + pw, length,
+  ];
+}

@@ -1,0 +1,56 @@
+// Questions to the server, by paths relative to the page.
+const query = (path, args) => `${path}?${new URLSearchParams(args)}`;
+
+export async function ask(path, args) {
+  const response = await fetch(query(path, args));
+  return response.ok ? response.json() : null;
+}
+
+export async function bitmap(path, args) {
+  const response = await fetch(args ? query(path, args) : path);
+  if (!response.ok) return null;
+  return createImageBitmap(await response.blob(), { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
+}
+
+export async function samples(args) {
+  const response = await fetch(query('map', args));
+  if (!response.ok) return null;
+  const [width, height, form] = response.headers.get('x-map').split(' ');
+  return { width: +width, height: +height, form, data: await response.arrayBuffer() };
+}
+
+export function send(values) {
+  return fetch('values', { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(values) });
+}
+
+// Runs one `work` at a time; of those that come meanwhile the last one counts.
+export function latest(work) {
+  let running = false;
+  let next = null;
+  const run = async (args) => {
+    if (running) { next = args; return; }
+    running = true;
+    try { await work(...args); } catch { /* the server is gone, or the graph is another by now */ }
+    running = false;
+    if (next) { const args = next; next = null; run(args); }
+  };
+  return (...args) => run(args);
+}
+
+// News, through a shared worker where there is one.
+export async function news(tell) {
+  const told = (kind, data) => tell(kind, JSON.parse(data));
+  if (window.SharedWorker) {
+    try {
+      const worker = new SharedWorker('stream.js', { type: 'module' });
+      worker.port.onmessage = (e) => told(...e.data);
+      worker.port.start();
+      addEventListener('pagehide', () => worker.port.postMessage('bye'));
+      // A page that comes back from the browser's cache has said goodbye.
+      addEventListener('pageshow', (e) => { if (e.persisted) location.reload(); });
+      return;
+    } catch { /* as below */ }
+  }
+  const { listen } = await import('./stream.js');
+  listen(told);
+}

@@ -1,0 +1,221 @@
+// The lit view: GGX with anisotropy and a coat, under a studio of soft boxes that is evaluated as if it were prefiltered.
+export const VERTEX = `#version 300 es
+precision highp float;
+layout(location = 0) in vec3 aPosition;
+layout(location = 1) in vec3 aNormal;
+layout(location = 2) in vec3 aTangent;
+layout(location = 3) in vec2 aUv;
+uniform mat4 uView;
+uniform vec2 uRepeat;
+uniform float uDisplace;   // world units a mm; 0: the surface stays
+uniform vec2 uHeights;     // the least and the greatest height in mm
+uniform sampler2D uHeight;
+out vec3 vPosition;
+out vec3 vNormal;
+out vec3 vTangent;
+out vec2 vUv;
+void main() {
+  vec2 uv = aUv * uRepeat;
+  float h = uDisplace > 0.0 ? (textureLod(uHeight, uv, 0.0).r - uHeights.y) * uDisplace : 0.0;
+  vPosition = aPosition + aNormal * h;
+  vNormal = aNormal;
+  vTangent = aTangent;
+  vUv = uv;
+  gl_Position = uView * vec4(vPosition, 1.0);
+}`;
+
+export const FRAGMENT = `#version 300 es
+precision highp float;
+in vec3 vPosition;
+in vec3 vNormal;
+in vec3 vTangent;
+in vec2 vUv;
+uniform vec3 uEye;
+uniform mat3 uLight;        // turns the studio
+uniform sampler2D uBaseColor, uRoughness, uMetallic, uNormal, uHeight, uAo, uAnisotropy, uAnisotropyAngle, uSheen, uCoat, uOpacity;
+uniform int uMaps;          // which of them there are, a bit each
+uniform vec4 uConstants;    // roughness, metal, anisotropy, coat where there is no map
+uniform vec2 uHeights;
+uniform float uUvPerMm;     // of the canvas' width
+uniform vec2 uAspect;       // the canvas: 1, width over height
+uniform float uRelief;
+uniform int uParallax;
+uniform float uExposure;
+out vec4 oColor;
+
+const float PI = 3.14159265;
+bool has(int bit) { return (uMaps & (1 << bit)) != 0; }
+
+// One soft box: its light in direction d, blurred as a lobe of that width would.
+float box(vec3 d, vec3 to, vec3 side, vec2 half_size, float blur) {
+  float z = dot(d, to);
+  if (z <= 0.0) return 0.0;
+  vec3 up = cross(to, side);
+  vec2 p = vec2(dot(d, side), dot(d, up)) / z;
+  vec2 soft = vec2(0.03 + blur);
+  vec2 inside = smoothstep(half_size + soft, half_size - soft, abs(p));
+  // What spreads gets weaker.
+  vec2 energy = half_size / (half_size + 0.6 * blur);
+  return inside.x * inside.y * energy.x * energy.y * smoothstep(0.0, 0.25, z);
+}
+
+vec3 studio(vec3 d, float roughness) {
+  d = uLight * d;
+  float blur = roughness * roughness * 1.6;
+  float sky = smoothstep(-0.5 - blur, 0.6 + blur, d.y);
+  vec3 light = mix(vec3(0.15, 0.14, 0.13), vec3(0.52, 0.535, 0.56), sky);
+  light += vec3(7.4, 7.1, 6.6) * box(d, normalize(vec3(-0.75, 0.75, 0.65)), normalize(vec3(0.65, 0.0, 0.75)), vec2(0.42, 0.3), blur);
+  light += vec3(3.0, 3.2, 3.6) * box(d, normalize(vec3(0.95, 0.25, 0.25)), normalize(vec3(-0.25, 0.0, 0.95)), vec2(0.16, 0.75), blur);
+  light += vec3(2.2) * box(d, normalize(vec3(0.1, 1.0, -0.25)), vec3(1.0, 0.0, 0.0), vec2(0.9, 0.22), blur);
+  light += vec3(1.2, 1.15, 1.05) * box(d, normalize(vec3(-0.6, -0.1, -0.8)), normalize(vec3(-0.8, 0.0, 0.6)), vec2(0.3, 0.6), blur);
+  return light;
+}
+
+float luma(vec3 c) { return dot(c, vec3(0.2126, 0.7152, 0.0722)); }
+float height(vec2 uv) { return texture(uHeight, uv).r; }
+
+// Where the line of sight meets the relief below the surface; d is in tangent space, y along v.
+vec2 parallax(vec2 uv, vec3 d, vec2 dx, vec2 dy, out float depth) {
+  float range = (uHeights.y - uHeights.x) * uUvPerMm * uRelief;
+  depth = 0.0;
+  if (range < 1e-6) return uv;
+  float steps = mix(44.0, 18.0, clamp(d.z, 0.0, 1.0));
+  vec2 reach = -d.xy / max(d.z, 0.18) * range * uAspect;
+  float before = 0.0, gap_before = 0.0;
+  for (float i = 0.0; i < 48.0; i += 1.0) {
+    float t = i / steps;
+    float below = (uHeights.y - textureGrad(uHeight, uv + reach * t, dx, dy).r) / (uHeights.y - uHeights.x);
+    float gap = t - below;
+    if (gap >= 0.0 || i >= steps) {
+      float s = i == 0.0 ? 0.0 : clamp(gap_before / max(gap_before - gap, 1e-5), 0.0, 1.0);
+      depth = mix(before, t, s);
+      return uv + reach * depth;
+    }
+    before = t;
+    gap_before = gap;
+  }
+  depth = 1.0;
+  return uv + reach;
+}
+
+// How much of the key light reaches a point of the relief.
+float shadow(vec2 uv, float depth, vec3 l, vec2 dx, vec2 dy) {
+  float range = (uHeights.y - uHeights.x) * uUvPerMm * uRelief;
+  if (range < 1e-6 || l.z <= 0.02) return 1.0;
+  vec2 reach = l.xy / max(l.z, 0.12) * range * depth * uAspect;
+  float worst = 0.0;
+  for (float i = 1.0; i <= 14.0; i += 1.0) {
+    float t = i / 14.0;
+    float below = (uHeights.y - textureGrad(uHeight, uv + reach * t, dx, dy).r) / (uHeights.y - uHeights.x);
+    worst = max(worst, (depth * (1.0 - t) - below) * (1.2 - t));
+  }
+  return 1.0 - smoothstep(0.0, 0.28, worst);
+}
+
+float d_ggx(float at, float ab, float toh, float boh, float noh) {
+  vec3 v = vec3(ab * toh, at * boh, at * ab * noh);
+  float w = at * ab / max(dot(v, v), 1e-9);
+  return at * ab * w * w / PI;
+}
+
+float v_ggx(float at, float ab, float tov, float bov, float nov, float tol, float bol, float nol) {
+  float a = nol * length(vec3(at * tov, ab * bov, nov));
+  float b = nov * length(vec3(at * tol, ab * bol, nol));
+  return 0.5 / max(a + b, 1e-5);
+}
+
+vec2 split_sum(float roughness, float nov) {
+  vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+  float a = min(r.x * r.x, exp2(-9.28 * nov)) * r.x + r.y;
+  return vec2(-1.04, 1.04) * a + r.zw;
+}
+
+vec3 film(vec3 c) {
+  c *= 0.72;
+  return clamp((c * (2.51 * c + 0.03)) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
+}
+
+void main() {
+  vec3 N = normalize(vNormal);
+  vec3 T = normalize(vTangent - N * dot(N, vTangent));
+  vec3 D = cross(T, N);                      // towards +v, that is, down
+  if (dot(D, dFdx(vPosition) * dFdx(vUv).y + dFdy(vPosition) * dFdy(vUv).y) < 0.0) D = -D;
+  vec3 V = normalize(uEye - vPosition);
+  vec3 L = normalize(transpose(uLight) * vec3(-0.75, 0.75, 0.65));
+  vec2 dx = dFdx(vUv), dy = dFdy(vUv);
+  vec2 uv = vUv;
+  float depth = 0.0;
+  float lit = 1.0;
+  if (uParallax == 1 && has(4)) {
+    uv = parallax(uv, vec3(dot(V, T), dot(V, D), dot(V, N)), dx, dy, depth);
+    lit = shadow(uv, depth, vec3(dot(L, T), dot(L, D), dot(L, N)), dx, dy);
+  }
+
+  vec3 base = has(0) ? textureGrad(uBaseColor, uv, dx, dy).rgb : vec3(0.5);
+  float roughness = has(1) ? textureGrad(uRoughness, uv, dx, dy).r : uConstants.x;
+  float metal = has(2) ? textureGrad(uMetallic, uv, dx, dy).r : uConstants.y;
+  float ao = has(5) ? textureGrad(uAo, uv, dx, dy).r : 1.0;
+  float anisotropy = has(6) ? textureGrad(uAnisotropy, uv, dx, dy).r : uConstants.z;
+  float angle = has(7) ? radians(textureGrad(uAnisotropyAngle, uv, dx, dy).r) : 0.0;
+  float sheen = has(8) ? textureGrad(uSheen, uv, dx, dy).r : 0.0;
+  float coat = has(9) ? textureGrad(uCoat, uv, dx, dy).r : uConstants.w;
+
+  vec3 n = vec3(0.0, 0.0, 1.0);
+  if (has(3)) {
+    n = textureGrad(uNormal, uv, dx, dy).rgb * 2.0 - 1.0;
+  } else if (has(4)) {
+    vec2 texel = 1.0 / vec2(textureSize(uHeight, 0));
+    float x = height(uv + vec2(texel.x, 0.0)) - height(uv - vec2(texel.x, 0.0));
+    float y = height(uv + vec2(0.0, texel.y)) - height(uv - vec2(0.0, texel.y));
+    n = vec3(-x / (2.0 * texel.x) * uUvPerMm, y / (2.0 * texel.y) * uUvPerMm / uAspect.y, 1.0);
+  }
+  n = normalize(vec3(n.xy * uRelief, max(n.z, 0.02)));
+  vec3 geometric = N;
+  N = normalize(T * n.x - D * n.y + N * n.z);
+  // What is too fine to be seen is roughness.
+  vec3 nx = dFdx(N), ny = dFdy(N);
+  float variance = min(0.35 * (dot(nx, nx) + dot(ny, ny)), 0.2);
+  roughness = clamp(sqrt(roughness * roughness + variance), 0.045, 1.0);
+
+  float nov = max(abs(dot(N, V)), 1e-3);
+  vec3 f0 = mix(vec3(0.04), base, metal);
+  vec3 diffuse = base * (1.0 - metal);
+
+  // Anisotropy: the lobe is longer along t.
+  vec3 t = normalize(cos(angle) * (T - N * dot(N, T)) + sin(angle) * (D - N * dot(N, D)));
+  vec3 b = cross(N, t);
+  float a = roughness * roughness;
+  float at = max(a * (1.0 + anisotropy), 1e-3), ab = max(a * (1.0 - 0.9 * anisotropy), 1e-3);
+  vec3 bent = normalize(mix(N, cross(cross(t, V), t), 0.7 * abs(anisotropy) * clamp(5.0 * roughness, 0.0, 1.0)));
+
+  // The studio.
+  vec3 R = reflect(-V, bent);
+  vec2 ss = split_sum(roughness, nov);
+  vec3 energy = f0 * ss.x + ss.y;
+  float occluded = clamp(pow(nov + ao, exp2(-16.0 * roughness - 1.0)) - 1.0 + ao, 0.0, 1.0);
+  float horizon = clamp(1.0 + 1.1 * dot(R, geometric), 0.0, 1.0);
+  vec3 color = studio(N, 1.0) * diffuse * ao * (1.0 - luma(energy));
+  color += studio(R, roughness) * energy * occluded * horizon * horizon * mix(1.0, lit, 0.5);
+
+  // The key light.
+  float nol = dot(N, L);
+  if (nol > 0.0 && dot(geometric, L) > 0.0) {
+    vec3 H = normalize(V + L);
+    float loh = max(dot(L, H), 0.0);
+    float d = d_ggx(at, ab, dot(t, H), dot(b, H), max(dot(N, H), 0.0));
+    float v = v_ggx(at, ab, dot(t, V), dot(b, V), nov, dot(t, L), dot(b, L), nol);
+    vec3 f = f0 + (1.0 - f0) * pow(1.0 - loh, 5.0);
+    vec3 key = vec3(2.3, 2.2, 2.05) * nol * lit * mix(1.0, ao, 0.4);
+    color += key * (diffuse / PI * (1.0 - f) + min(d * v * f, vec3(16.0)));
+  }
+  color += sheen * mix(vec3(1.0), base, 0.5) * pow(1.0 - nov, 4.0) * studio(N, 1.0) * ao;
+  if (coat > 0.0) {
+    float g = max(dot(geometric, V), 1e-3);
+    float f = coat * (0.04 + 0.96 * pow(1.0 - g, 5.0));
+    color = color * (1.0 - f) + f * studio(reflect(-V, geometric), 0.12);
+  }
+  float opacity = has(10) ? textureGrad(uOpacity, uv, dx, dy).r : 1.0;
+  if (opacity < 0.5) discard;
+  color = film(color * uExposure);
+  oColor = vec4(mix(12.92 * color, 1.055 * pow(color, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, color)), 1.0);
+}`;

@@ -1,0 +1,101 @@
+// The shapes that carry the material. A vertex: position, normal, tangent (towards +u), uv. v grows downwards, as in pictures.
+
+// A grid of (nu + 1) × (nv + 1) vertices; `at` gives position, normal, tangent, uv for u, v in 0..1.
+function grid(nu, nv, at, flip = false) {
+  const data = [];
+  const index = [];
+  for (let j = 0; j <= nv; j += 1) for (let i = 0; i <= nu; i += 1) data.push(...at(i / nu, j / nv));
+  for (let j = 0; j < nv; j += 1) {
+    for (let i = 0; i < nu; i += 1) {
+      const a = j * (nu + 1) + i;
+      const [b, c, d] = [a + 1, a + nu + 1, a + nu + 2];
+      if (flip) index.push(a, b, c, b, d, c); else index.push(a, c, b, b, c, d);
+    }
+  }
+  return { data, index };
+}
+
+function join(parts) {
+  const data = [];
+  const index = [];
+  for (const part of parts) {
+    const base = data.length / 11;
+    for (const value of part.data) data.push(value);
+    for (const value of part.index) index.push(value + base);
+  }
+  return { data: new Float32Array(data), index: new Uint32Array(index) };
+}
+
+const { PI, sin, cos } = Math;
+
+function plane() {
+  return join([grid(320, 320, (u, v) => [2 * u - 1, 1 - 2 * v, 0, 0, 0, 1, 1, 0, 0, u, v])]);
+}
+
+function sphere() {
+  const at = (u, v) => {
+    const [t, p] = [2 * PI * (u - 0.25), PI * v];
+    const n = [sin(p) * sin(t + PI / 2), cos(p), sin(p) * cos(t + PI / 2)];
+    return [...n, ...n, cos(t + PI / 2), 0, -sin(t + PI / 2), 2 * u, v];
+  };
+  return join([grid(512, 256, at)]);
+}
+
+// Rounded rims, so that light finds an edge.
+function cylinder() {
+  const [r, h, e] = [0.78, 0.92, 0.07];
+  const around = 3;
+  const perimeter = (2 * PI * r) / around;
+  const profile = (s) => {
+    // From the top centre over the rim, down the side, over the lower rim to the centre: [radius, y, normal r, normal y].
+    const [cap, arc, side] = [r - e, (PI / 2) * e, 2 * (h - e)];
+    let d = s * (2 * cap + 2 * arc + side);
+    if (d < cap) return [d, h, 0, 1, d];
+    d -= cap;
+    if (d < arc) { const a = d / e; return [r - e + e * sin(a), h - e + e * cos(a), sin(a), cos(a), cap + d]; }
+    d -= arc;
+    if (d < side) return [r, h - e - d, 1, 0, cap + arc + d];
+    d -= side;
+    if (d < arc) { const a = d / e; return [r - e + e * cos(a), -(h - e) - e * sin(a), cos(a), -sin(a), cap + arc + side + d]; }
+    d -= arc;
+    return [r - e - d, -h, 0, -1, cap + 2 * arc + side + d];
+  };
+  const at = (u, s) => {
+    const t = 2 * PI * u;
+    const [radius, y, nr, ny, d] = profile(s);
+    return [radius * sin(t), y, radius * cos(t), nr * sin(t), ny, nr * cos(t), cos(t), 0, -sin(t), around * u, d / perimeter];
+  };
+  return join([grid(384, 320, at)]);
+}
+
+// A cube with rounded edges: the faces of a cube, pulled onto a smaller one and pushed out along the normal.
+function cube() {
+  const [half, round] = [0.8, 0.09];
+  const axes = [
+    [[1, 0, 0], [0, -1, 0], [0, 0, 1]], [[-1, 0, 0], [0, -1, 0], [0, 0, -1]], [[0, 0, -1], [0, -1, 0], [1, 0, 0]],
+    [[0, 0, 1], [0, -1, 0], [-1, 0, 0]], [[1, 0, 0], [0, 0, 1], [0, 1, 0]], [[1, 0, 0], [0, 0, -1], [0, -1, 0]],
+  ];
+  // More vertices where the edges are round.
+  const warp = (s) => { const x = 2 * s - 1; return Math.sign(x) * (1 - (1 - Math.abs(x)) ** 1.35); };
+  const faces = axes.map(([x, y, z]) => grid(96, 96, (u, v) => {
+    const [a, b] = [warp(u), warp(v)];
+    const p = [0, 1, 2].map((k) => half * (a * x[k] + b * y[k] + z[k]));
+    const inner = p.map((c) => Math.max(-(half - round), Math.min(half - round, c)));
+    const out = p.map((c, k) => c - inner[k]);
+    const length = Math.hypot(...out) || 1;
+    const n = out.map((c) => c / length);
+    const dot = x.reduce((sum, c, k) => sum + c * n[k], 0);
+    const t = x.map((c, k) => c - dot * n[k]);
+    const tl = Math.hypot(...t) || 1;
+    return [...inner.map((c, k) => c + round * n[k]), ...n, ...t.map((c) => c / tl), (a + 1) / 2, (b + 1) / 2];
+  }));
+  return join(faces);
+}
+
+// `span`: the length on the shape of one turn of u, in its own units.
+export const SHAPES = {
+  sphere: { make: sphere, span: PI, view: [0.5, 0.12, 3.3] },
+  plane: { make: plane, span: 2, view: [0.0, 0.35, 3.1] },
+  cylinder: { make: cylinder, span: (2 * PI * 0.78) / 3, view: [0.3, 0.28, 3.7] },
+  cube: { make: cube, span: 1.6, view: [0.62, 0.42, 4.0] },
+};

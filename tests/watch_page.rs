@@ -1,0 +1,289 @@
+//! The page of `shibo watch` in a real browser.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+mod watching;
+
+use serde_json::Value as Json;
+use watching::browser::{Browser, Page};
+use watching::{Place, Watch, plain};
+
+/// What the page says of itself.
+const ROOT: &str = "document.documentElement.dataset";
+
+fn open(browser: &Browser, watch: &Watch) -> Page {
+    let mut page = browser.open(&watch.url);
+    page.wait(&format!("{ROOT}.shown && {ROOT}.final == 'true'"));
+    page
+}
+
+/// Waits until the page shows the file as it is now.
+fn wait_for_file(page: &mut Page, place: &Place) {
+    let sha = watching::sha256(place.text().as_bytes());
+    page.wait(&format!("{ROOT}.sha == '{sha}' && {ROOT}.final == 'true'"));
+    // The picture is painted with the next frame.
+    page.eval(
+        "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
+    );
+}
+
+/// The mean brightness of the middle of the picture.
+fn brightness(page: &mut Page) -> f64 {
+    let (pixels, width) = page.screenshot();
+    let middle = (300..400_usize).flat_map(|y| (400..500_usize).map(move |x| (x, y)));
+    let sum: u32 = middle.map(|(x, y)| u32::from(pixels[y * width as usize + x][0])).sum();
+    f64::from(sum) / 10_000.0
+}
+
+/// Nothing was complained of but what a test provokes itself.
+fn assert_calm(page: &Page, provoked: &str) {
+    let odd: Vec<&String> = page.complaints.iter().filter(|c| provoked.is_empty() || !c.contains(provoked)).collect();
+    assert!(odd.is_empty(), "{odd:#?}");
+}
+
+#[test]
+fn the_page_follows_the_file() {
+    let place = Place::new(&plain(0.4));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    wait_for_file(&mut page, &place);
+    let dark = brightness(&mut page);
+    place.write(&plain(1.0));
+    wait_for_file(&mut page, &place);
+    let bright = brightness(&mut page);
+    assert!(bright > dark + 25.0, "{dark} {bright}");
+
+    // The file breaks: the error has its line, the picture stays.
+    place.write(&plain(1.0).replace("Remap(", "Remapp("));
+    page.wait(&format!("{ROOT}.errors == '1'"));
+    let told = page.eval("document.getElementById('errors').innerText");
+    let told = told.as_str().unwrap();
+    assert!(told.contains("graph.ron:7:13") && told.contains("unknown-kind"), "{told}");
+    assert_eq!(page.eval("document.querySelector('#errors mark').textContent"), "Remapp");
+    assert_eq!(page.eval("document.querySelector('#errors .at b').textContent"), "7");
+    assert!((brightness(&mut page) - bright).abs() < 1.0, "the old picture stays");
+
+    // Mended.
+    place.write(&plain(0.1));
+    wait_for_file(&mut page, &place);
+    page.wait("document.getElementById('errors').hidden");
+    assert!(brightness(&mut page) < dark);
+    assert_calm(&page, "");
+}
+
+#[test]
+fn a_file_broken_at_the_start_loads_once_it_is_mended() {
+    let place = Place::new("(version: 1, nodes: { \"a\": Nonsense() })");
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = browser.open(&watch.url);
+    page.wait(&format!("{ROOT}.errors > 0"));
+    place.write(&plain(0.7));
+    wait_for_file(&mut page, &place);
+    assert_eq!(page.eval(&format!("{ROOT}.errors")), "0");
+    assert_calm(&page, "");
+}
+
+#[test]
+fn a_slider_changes_the_picture_and_gives_the_text() {
+    let place = Place::new(&plain(1.0));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    wait_for_file(&mut page, &place);
+    let before = brightness(&mut page);
+    let generation = page.eval(&format!("{ROOT}.generation"));
+    page.eval("(() => { const s = document.querySelector('[data-param=low] input[type=range]'); s.value = 0.9; s.dispatchEvent(new Event('input', { bubbles: true })); })()");
+    page.wait(&format!("{ROOT}.generation != {generation} && {ROOT}.final == 'true'"));
+    page.eval(
+        "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
+    );
+    assert!(brightness(&mut page) > before + 20.0);
+    page.wait("document.querySelector('[data-param=low]').classList.contains('changed')");
+    page.eval("document.getElementById('copy').click()");
+    let copied = page.eval("document.getElementById('copy').dataset.copied");
+    assert_eq!(copied, "params: { \"low\": Number(default: 0.9, range: (0, 1), doc: \"The darkest\") },");
+    page.eval("document.getElementById('reset').click()");
+    page.wait("!document.querySelector('[data-param=low]').classList.contains('changed')");
+    // A save that the value no longer suits wins over the slider.
+    page.eval("(() => { const s = document.querySelector('[data-param=low] input[type=range]'); s.value = 0.9; s.dispatchEvent(new Event('input', { bubbles: true })); })()");
+    page.wait("document.querySelector('[data-param=low]').classList.contains('changed')");
+    place.write(&plain(1.0).replace("range: (0, 1)", "range: (0, 0.5)"));
+    wait_for_file(&mut page, &place);
+    page.wait("!document.querySelector('[data-param=low]').classList.contains('changed')");
+    assert_eq!(page.eval(&format!("{ROOT}.errors")), "0");
+    assert_calm(&page, "");
+}
+
+/// How many different colours there are in the middle of the stage, and whether they differ from the corner's.
+fn colours(page: &mut Page) -> (usize, bool) {
+    let (pixels, width) = page.screenshot();
+    let at = |x: usize, y: usize| pixels[y * width as usize + x];
+    let mut seen: Vec<[u8; 3]> =
+        (250..500).step_by(3).flat_map(|y| (350..620).step_by(3).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
+    let corner = at(20, 80);
+    let differ = seen.iter().filter(|c| **c != corner).count() * 10 > seen.len() * 9;
+    seen.sort_unstable();
+    seen.dedup();
+    (seen.len(), differ)
+}
+
+#[test]
+fn the_lit_view_draws_the_material() {
+    let place = Place::shipped("starter.ron");
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("2");
+    page.wait("document.getElementById('lit').dataset.drawn > 0");
+    page.eval("document.getElementById('light-resolution').value = 512, document.getElementById('light-resolution').onchange()");
+    for shape in ["sphere", "plane", "cylinder", "cube"] {
+        let drawn = page.eval("+document.getElementById('lit').dataset.drawn");
+        page.eval(&format!("document.querySelector('[data-shape={shape}]').click()"));
+        page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+        let (count, differ) = colours(&mut page);
+        assert!(count > 100 && differ, "{shape}: {count} colours");
+    }
+    let drawn = page.eval("+document.getElementById('lit').dataset.drawn");
+    page.eval("document.querySelector('[data-relief=displacement]').click()");
+    page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+    assert!(colours(&mut page).0 > 100);
+    // An edit of the file reaches the textures.
+    let generation = page.eval("document.getElementById('lit').dataset.generation");
+    place.write(&place.text().replace("resolution: 1024", "resolution: 512"));
+    page.wait(&format!("document.getElementById('lit').dataset.generation != {generation}"));
+    assert_calm(&page, "410");
+}
+
+#[test]
+fn every_node_can_be_looked_at() {
+    let place = Place::shipped("starter.ron");
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("g");
+    page.wait(
+        "document.getElementById('graph').dataset.nodes > 5 && document.getElementById('graph').dataset.computed >= 0",
+    );
+    let names: Json = page.eval("[...document.querySelectorAll('#names option')].map(o => o.value)");
+    assert!(names.as_array().unwrap().len() > 5);
+    for name in names.as_array().unwrap() {
+        page.eval(&format!(
+            "(() => {{ const f = document.getElementById('find'); f.value = {name}; f.onchange(); }})()"
+        ));
+        page.wait(&format!("{ROOT}.shown?.split(' ')[0].split('.')[0] == '@' + {name} && document.querySelector('#inspector .name')?.textContent == {name}"));
+    }
+    page.key("Escape");
+    page.wait(&format!("!{ROOT}.shown.startsWith('@')"));
+    // A click on a box does the same.
+    page.eval("(() => { const c = document.getElementById('graph'), b = c.getBoundingClientRect(); window.at = [b.left + b.width / 2, b.top + b.height / 2]; })()");
+    assert_calm(&page, "404");
+}
+
+#[test]
+fn the_picture_is_moved_zoomed_repeated_and_compared() {
+    let place = Place::new(&plain(1.0));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    wait_for_file(&mut page, &place);
+    // The value under the cursor, in mm and as it is.
+    page.mouse("mouseMoved", 450.0, 350.0);
+    page.wait(
+        "/x \\d\\.\\d+ +y \\d\\.\\d+ mm.*\\d+, \\d+ px.*0\\.\\d+/.test(document.getElementById('cursor').textContent)",
+    );
+    let fitted = page.eval("document.getElementById('zoom').textContent");
+    for _ in 0..9 {
+        page.key("+");
+    }
+    page.wait(&format!("document.getElementById('zoom').textContent != '{}'", fitted.as_str().unwrap()));
+    page.mouse("mousePressed", 450.0, 350.0);
+    page.mouse("mouseMoved", 500.0, 380.0);
+    page.mouse("mouseReleased", 500.0, 380.0);
+    page.key("0");
+    page.wait(&format!("document.getElementById('zoom').textContent == '{}'", fitted.as_str().unwrap()));
+    page.key("t");
+    assert_eq!(page.eval("document.getElementById('repeat').ariaPressed"), "true");
+    page.key("t");
+    for key in ["r", "b", "c"] {
+        page.key(key);
+    }
+    // What is pinned stays on the left while the file changes the right.
+    page.key("a");
+    assert_eq!(page.eval("document.getElementById('wipe').hidden"), false);
+    let before = page.color(440, 350);
+    place.write(&plain(0.0));
+    wait_for_file(&mut page, &place);
+    assert_eq!(page.color(440, 350), before);
+    assert!(page.color(530, 350)[0] < 5, "{:?}", page.color(530, 350));
+    page.key("a");
+    page.eval(
+        "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
+    );
+    assert!(page.color(440, 350)[0] < 5);
+    // Dark and light.
+    let theme = page.eval(&format!("{ROOT}.theme"));
+    page.key("d");
+    assert_ne!(page.eval(&format!("{ROOT}.theme")), theme);
+    assert_calm(&page, "");
+}
+
+#[test]
+fn the_page_fits_small_and_large_screens() {
+    let place = Place::shipped("starter.ron");
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    // Without a graphics card, light on so many pixels takes minutes.
+    let views = [(1280, 720, &["g", "g", "2", "1"][..]), (3840, 2160, &["g", "g"])];
+    for (width, height, keys) in views {
+        page.size(width, height, 1.0);
+        for view in keys {
+            page.key(view);
+            let over = page.eval(
+                "[...document.querySelectorAll('header, header > button, header nav, footer, .tools:not([hidden]), #panel, #stage')] \
+                 .filter(e => { const b = e.getBoundingClientRect(); return b.width && (b.right > innerWidth + 1 || b.bottom > innerHeight + 1 || b.left < -1); }).map(e => e.id || e.tagName)",
+            );
+            assert_eq!(over, serde_json::json!([]), "{width}x{height} {view}");
+        }
+        page.screenshot();
+    }
+    assert_calm(&page, "404");
+}
+
+#[test]
+fn many_tabs_share_a_connection() {
+    let place = Place::new(&plain(0.3));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    // Browsers allow six connections to a server.
+    let mut pages: Vec<Page> = (0..14).map(|_| browser.open(&watch.url)).collect();
+    for page in &mut pages {
+        page.wait(&format!("{ROOT}.final == 'true'"));
+    }
+    place.write(&plain(0.9));
+    for page in &mut pages {
+        wait_for_file(page, &place);
+    }
+    assert!(watch.handles() < 120, "{}", watch.handles());
+    // They vanish; one that is opened later still works.
+    drop(pages);
+    let mut page = open(&browser, &watch);
+    wait_for_file(&mut page, &place);
+    assert_calm(&page, "");
+}
+
+#[test]
+fn a_picture_of_16384_is_shown_by_tiles() {
+    let place = Place::new(&plain(1.0).replace("resolution: 64", "resolution: 16384"));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    let largest = page.eval("performance.getEntriesByType('resource').filter(r => r.name.includes('/picture/')).map(r => r.transferSize).reduce((a, b) => Math.max(a, b), 0)");
+    assert!(largest.as_u64().unwrap() < 20 << 20, "{largest}");
+    page.key("9");
+    page.wait("performance.getEntriesByType('resource').filter(r => r.name.includes('/tile?') && r.name.includes('l=0')).length >= 2");
+    assert_eq!(page.eval("document.getElementById('zoom').textContent"), "100 %");
+    page.mouse("mouseMoved", 450.0, 350.0);
+    page.wait("/\\d{4}, \\d{4} px/.test(document.getElementById('cursor').textContent)");
+    assert_calm(&page, "");
+}

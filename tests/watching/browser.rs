@@ -1,0 +1,193 @@
+//! A real browser without a screen, driven by its DevTools protocol.
+use super::PATIENCE;
+use serde_json::{Value as Json, json};
+use std::io::{BufRead, BufReader};
+use std::net::TcpStream;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::Instant;
+use tungstenite::{Message, WebSocket};
+
+/// The browsers that will do.
+const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
+pub(crate) struct Browser {
+    child: Child,
+    port: u16,
+    _profile: tempfile::TempDir,
+}
+
+/// A page of it.
+pub(crate) struct Page {
+    socket: WebSocket<TcpStream>,
+    next: u64,
+    /// What the page complained of.
+    pub(crate) complaints: Vec<String>,
+}
+
+fn find() -> PathBuf {
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    let found = NAMES.iter().flat_map(|name| std::env::split_paths(&paths).map(move |dir| dir.join(name)));
+    found.into_iter().find(|path| path.is_file()).expect("a browser: install chromium (`apt-get install chromium`)")
+}
+
+impl Browser {
+    pub(crate) fn start() -> Self {
+        let profile = tempfile::tempdir().unwrap();
+        let mut child = Command::new(find())
+            .args(["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run", "--mute-audio"])
+            .args(["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--remote-debugging-port=0"])
+            .args(["--remote-allow-origins=*", "--disable-background-networking", "--window-size=1280,720"])
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .arg("about:blank")
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
+        let address = lines.find_map(|line| Some(line.split_once("ws://127.0.0.1:")?.1.to_owned())).expect("a port");
+        let port = address.split('/').next().unwrap().parse().unwrap();
+        // What it writes later is read, so that it never waits for it.
+        std::thread::spawn(move || lines.for_each(drop));
+        Self { child, port, _profile: profile }
+    }
+
+    /// A new page that shows `url`.
+    pub(crate) fn open(&self, url: &str) -> Page {
+        use std::io::{Read, Write};
+        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        let port = self.port;
+        write!(stream, "PUT /json/new?about:blank HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n")
+            .unwrap();
+        let mut answer = Vec::new();
+        // The connection may be kept open: the answer is complete when it is JSON.
+        let target: Json = loop {
+            let mut part = [0; 4096];
+            let n = stream.read(&mut part).unwrap();
+            answer.extend_from_slice(&part[..n]);
+            if let Ok(json) = serde_json::from_slice(&super::split(&answer).1) {
+                break json;
+            }
+            assert!(n > 0, "{}", String::from_utf8_lossy(&answer));
+        };
+        let address = target["webSocketDebuggerUrl"].as_str().unwrap();
+        let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let (socket, _) = tungstenite::client(address, stream).unwrap();
+        let mut page = Page { socket, next: 0, complaints: Vec::new() };
+        page.call("Runtime.enable", json!({}));
+        page.call("Log.enable", json!({}));
+        page.call("Page.enable", json!({}));
+        page.size(1280, 720, 1.0);
+        page.call("Page.navigate", json!({ "url": url }));
+        page
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Page {
+    /// Calls a method of the protocol.
+    pub(crate) fn call(&mut self, method: &str, params: Json) -> Json {
+        self.next += 1;
+        let id = self.next;
+        let request = json!({ "id": id, "method": method, "params": params });
+        self.socket.send(Message::text(request.to_string())).unwrap();
+        loop {
+            let message = self.socket.read().unwrap();
+            let Ok(text) = message.to_text() else { continue };
+            let Ok(mut json) = serde_json::from_str::<Json>(text) else { continue };
+            if json["id"] == id {
+                assert!(json["error"].is_null(), "{method}: {}", json["error"]);
+                return json["result"].take();
+            }
+            match json["method"].as_str() {
+                Some("Runtime.exceptionThrown") => self.complaints.push(json["params"].to_string()),
+                Some("Log.entryAdded") if json["params"]["entry"]["level"] == "error" => {
+                    self.complaints.push(json["params"]["entry"].to_string());
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The value of an expression.
+    pub(crate) fn eval(&mut self, expression: &str) -> Json {
+        let params = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
+        let mut result = self.call("Runtime.evaluate", params);
+        assert!(result["exceptionDetails"].is_null(), "{expression}: {}", result["exceptionDetails"]);
+        result["result"]["value"].take()
+    }
+
+    /// Waits until an expression is true.
+    pub(crate) fn wait(&mut self, expression: &str) {
+        let end = Instant::now() + PATIENCE;
+        while self.eval(&format!("!!document.documentElement && !!({expression})")) != true {
+            let state = "document.documentElement?.outerHTML.slice(0, 300) + JSON.stringify({...document.documentElement?.dataset})";
+            assert!(Instant::now() < end, "waited for {expression}: {} {:?}", self.eval(state), self.complaints);
+            std::thread::sleep(std::time::Duration::from_millis(15));
+        }
+    }
+
+    /// Presses a key.
+    pub(crate) fn key(&mut self, key: &str) {
+        let event =
+            format!("document.body.dispatchEvent(new KeyboardEvent('keydown', {{ key: {key:?}, bubbles: true }}))");
+        self.eval(&event);
+    }
+
+    /// The size of the window in CSS pixels, and how many pixels of the screen each has.
+    pub(crate) fn size(&mut self, width: u32, height: u32, scale: f64) {
+        let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": scale, "mobile": false });
+        self.call("Emulation.setDeviceMetricsOverride", metrics);
+    }
+
+    /// Moves the mouse there.
+    pub(crate) fn mouse(&mut self, kind: &str, x: f64, y: f64) {
+        let button = if kind == "mouseMoved" { "none" } else { "left" };
+        self.call(
+            "Input.dispatchMouseEvent",
+            json!({ "type": kind, "x": x, "y": y, "button": button, "clickCount": 1 }),
+        );
+    }
+
+    /// A picture of the page, as RGB by rows, with its width.
+    pub(crate) fn screenshot(&mut self) -> (Vec<[u8; 3]>, u32) {
+        let data = self.call("Page.captureScreenshot", json!({ "format": "png" }));
+        let png = base64(data["data"].as_str().unwrap());
+        if let Some(dir) = std::env::var_os("SHIBO_SHOTS") {
+            let n = std::fs::read_dir(&dir).unwrap().count();
+            std::fs::write(PathBuf::from(dir).join(format!("{n:02}.png")), &png).unwrap();
+        }
+        let image = image::load_from_memory(&png).unwrap().to_rgb8();
+        (image.pixels().map(|p| p.0).collect(), image.width())
+    }
+
+    /// The colour of a point of the page.
+    pub(crate) fn color(&mut self, x: u32, y: u32) -> [u8; 3] {
+        let (pixels, width) = self.screenshot();
+        pixels[(y * width + x) as usize]
+    }
+}
+
+fn base64(text: &str) -> Vec<u8> {
+    let value = |c: u8| match c {
+        b'A'..=b'Z' => c - b'A',
+        b'a'..=b'z' => c - b'a' + 26,
+        b'0'..=b'9' => c - b'0' + 52,
+        b'+' => 62,
+        _ => 63,
+    };
+    let digits: Vec<u8> = text.bytes().filter(|c| *c != b'=').map(value).collect();
+    let group = |group: &[u8]| {
+        let bits = group.iter().fold(0_u32, |bits, d| bits << 6 | u32::from(*d)) << (6 * (4 - group.len()));
+        bits.to_be_bytes()[1..group.len()].to_vec()
+    };
+    digits.chunks(4).flat_map(group).collect()
+}

@@ -175,7 +175,18 @@ fn every_node_can_be_looked_at() {
     page.key("Escape");
     page.wait(&format!("!{ROOT}.shown.startsWith('@')"));
     // A click on a box does the same.
-    page.eval("(() => { const c = document.getElementById('graph'), b = c.getBoundingClientRect(); window.at = [b.left + b.width / 2, b.top + b.height / 2]; })()");
+    page.key("f");
+    let at = page.eval("(() => { const b = document.getElementById('graph').getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; })()");
+    let [left, top, width, height] = std::array::from_fn(|i| at[i].as_f64().unwrap());
+    let spots = (1..40).flat_map(|i| [0.5, 0.35, 0.65].map(|v| (left + width * f64::from(i) / 40.0, top + height * v)));
+    for (x, y) in spots {
+        page.mouse("mousePressed", x, y);
+        page.mouse("mouseReleased", x, y);
+        if page.eval(&format!("{ROOT}.target.startsWith('@')")) == true {
+            break;
+        }
+    }
+    page.wait(&format!("{ROOT}.shown?.startsWith('@') && {ROOT}.target.startsWith('@')"));
     assert_calm(&page, "404");
 }
 
@@ -286,4 +297,37 @@ fn a_picture_of_16384_is_shown_by_tiles() {
     page.mouse("mouseMoved", 450.0, 350.0);
     page.wait("/\\d{4}, \\d{4} px/.test(document.getElementById('cursor').textContent)");
     assert_calm(&page, "");
+}
+
+/// Times are told, not tested: machines differ.
+#[test]
+fn figures_of_latency() {
+    let place = Place::shipped("calf.ron");
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.wait(&format!("{ROOT}.target == 'calf_lit' && {ROOT}.done"));
+    page.eval(&format!(
+        "new MutationObserver(() => {{ if ({ROOT}.sha !== window.last) {{ window.last = {ROOT}.sha; window.at = Date.now(); }} }}) \
+         .observe(document.documentElement, {{ attributes: true, attributeFilter: ['data-picture', 'data-sha'] }})"
+    ));
+    let text = place.text();
+    let edits: [(&str, &str, &str); 2] = [
+        ("late in the graph", "\"dyed\", b: 0.16", "\"dyed\", b: 0.1"),
+        ("of the simulation", "\"pitch\": Number(default: 0.62", "\"pitch\": Number(default: 0.6"),
+    ];
+    for (what, from, to) in edits {
+        let mut times = Vec::new();
+        for i in 0..7 {
+            let edited = text.replacen(from, &format!("{to}{}", i + 1), 1);
+            assert_ne!(edited, text, "{from}");
+            place.write(&edited);
+            let saved = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_secs_f64() * 1000.0;
+            wait_for_file(&mut page, &place);
+            times.push(page.eval("window.at").as_f64().unwrap() - saved);
+            page.wait(&format!("{ROOT}.done == {ROOT}.generation"));
+        }
+        times.sort_by(f64::total_cmp);
+        println!("save of an edit {what} to its 512² picture on the page: {times:.0?} ms");
+    }
 }

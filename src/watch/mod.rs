@@ -22,7 +22,7 @@ use files::Files;
 use folders::Folders;
 use load::Reading;
 use settle::Settle;
-use shibo_engine::graph::Loaded;
+use shibo_engine::graph::{Graph, Loaded};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -133,6 +133,8 @@ struct Watch<'a> {
     held: Option<Held>,
     generation: u64,
     stopped: bool,
+    /// The advice that was last shown.
+    warned: Vec<String>,
 }
 
 impl<'a> Watch<'a> {
@@ -156,6 +158,7 @@ impl<'a> Watch<'a> {
             held: None,
             generation: 0,
             stopped: false,
+            warned: Vec::new(),
         }
     }
 
@@ -243,8 +246,9 @@ impl<'a> Watch<'a> {
         self.held = None;
         let generation = self.generation;
         match (loaded.graph, sha256) {
-            (Some(graph), Some(sha256)) => {
-                report::show(self.teller.terminal, &graph.warnings, &graph.sources);
+            (Some(mut graph), Some(sha256)) => {
+                graph.warnings.extend(self.stage.session.advice(&graph));
+                self.warn(&graph);
                 self.desk.put(Job { generation, sha256, graph, cause: cause.to_owned(), since }, self.stage);
             }
             (graph, sha256) => {
@@ -253,6 +257,15 @@ impl<'a> Watch<'a> {
             }
         }
         self.follow();
+    }
+
+    /// Shows the advice of a graph, but not the same again at every save.
+    fn warn(&mut self, graph: &Graph) {
+        let warnings: Vec<String> = graph.warnings.iter().map(|w| w.message.clone()).collect();
+        if warnings != self.warned {
+            report::show(self.teller.terminal, &graph.warnings, &graph.sources);
+            self.warned = warnings;
+        }
     }
 
     /// The file has been as it is for long enough: its errors are told.

@@ -1,6 +1,6 @@
 // The page: keeps what the server tells, and what is being looked at.
 import { Graph } from './nodes.js';
-import { Lit } from './lit.js';
+import { CHANNELS, Lit } from './lit.js';
 import { ask, bitmap, latest, news, send } from './net.js';
 import { Parameters } from './params.js';
 import { Picture } from './picture.js';
@@ -110,17 +110,16 @@ function showKnown() {
 // ---- what is looked at
 
 const outputOf = (name) => state?.scene?.outputs.find((o) => name === o.name || name?.startsWith(`${o.name}.`));
-const channelsOf = (output) => Object.keys(state.scene.pictures).filter((t) => t.startsWith(`${output}.`)).map((t) => t.slice(output.length + 1));
+const channelsOf = (output) => CHANNELS.filter((c) => state.scene.pictures[`${output}.${c}`]);
 
 // Looks at an output; of a material at one of its channels.
 function choose(name) {
   if (!name) return;
   const output = outputOf(name);
-  const order = ['base_color', 'roughness', 'metallic', 'normal', 'height'];
   if (output?.type === 'Material' && name === output.name) {
     const channels = channelsOf(name);
     const last = target?.split('.').at(-1);
-    look(`${name}.${channels.includes(last) ? last : order.find((c) => channels.includes(c)) ?? channels[0] ?? 'base_color'}`);
+    look(`${name}.${channels.includes(last) ? last : channels[0] ?? 'base_color'}`);
   } else {
     look(name);
   }
@@ -168,7 +167,12 @@ async function show(now) {
   best = { target: now.target, generation, final: now.final };
   turn += 1;
   const mine = turn;
-  if (shown?.picture === now.picture && picture.bitmap && !picture.object) { shown = now; mark(now); return; }
+  if (shown?.picture === now.picture && picture.bitmap && !picture.object) {
+    shown = now;
+    picture.source = { g: generation, t: now.target };
+    mark(now);
+    return;
+  }
   const image = await bitmap(now.picture).catch(() => null);
   if (!image || mine !== turn || now.target !== target) { image?.close(); return; }
   shown = now;

@@ -3,7 +3,7 @@ import { samples } from './net.js';
 import { FRAGMENT, VERTEX } from './shaders.js';
 import { SHAPES } from './shapes.js';
 
-const CHANNELS = ['base_color', 'roughness', 'metallic', 'normal', 'height', 'ao', 'anisotropy', 'anisotropy_angle', 'sheen', 'coat', 'opacity'];
+export const CHANNELS = ['base_color', 'roughness', 'metallic', 'normal', 'height', 'ao', 'anisotropy', 'anisotropy_angle', 'sheen', 'coat', 'opacity'];
 const UNIFORM = (channel) => `u${channel.replace(/(^|_)([a-z])/g, (_, __, c) => c.toUpperCase())}`;
 const HEIGHT = CHANNELS.indexOf('height');
 const SLIDERS = [
@@ -31,7 +31,7 @@ export class Lit {
     this.meshes = {};
     this.quality = 0;
     // Milliseconds a pixel; a guess until something was drawn.
-    this.cost = 0.0005;
+    this.cost = 0.002;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.listen();
     this.build();
@@ -236,10 +236,7 @@ export class Lit {
 
   // Draws soon; coarsely first where drawing takes long, as it does without a graphics card.
   draw() {
-    if (!this.gl || !this.now || !this.canvas.clientWidth) return;
-    this.schedule(MOVING);
-    clearTimeout(this.rest);
-    this.rest = setTimeout(() => { if (this.quality < this.bearable(RESTING)) this.schedule(RESTING); }, 220);
+    if (this.gl && this.now && this.canvas.clientWidth) this.schedule(MOVING);
   }
 
   schedule(budget) {
@@ -259,9 +256,11 @@ export class Lit {
 
   mesh() {
     const { gl } = this;
-    const known = this.meshes[this.shape];
+    const fine = this.relief === 'displacement';
+    const name = `${this.shape} ${fine}`;
+    const known = this.meshes[name];
     if (known) return known;
-    const { data, index } = SHAPES[this.shape].make();
+    const { data, index } = SHAPES[this.shape].make(fine ? 1 : 0.35);
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
@@ -272,13 +271,14 @@ export class Lit {
     });
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, index, gl.STATIC_DRAW);
-    this.meshes[this.shape] = { array, count: index.length };
-    return this.meshes[this.shape];
+    this.meshes[name] = { array, count: index.length };
+    return this.meshes[name];
   }
 
   paint() {
     const { gl, canvas } = this;
     if (!gl || !this.now || !canvas.clientWidth) return;
+    const mesh = this.mesh();
     const began = performance.now();
     this.quality = this.bearable(this.budget);
     const ratio = Math.min(devicePixelRatio || 1, 2) * this.quality;
@@ -298,7 +298,14 @@ export class Lit {
     this.material(this.now);
     // Reading a pixel waits for the picture, which tells what it costs.
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-    this.cost = (performance.now() - began) / (w * h);
+    const took = performance.now() - began;
+    // The first picture of a shape tells nothing: much is made for it.
+    const cold = this.warm !== mesh;
+    if (!cold) this.cost = took / (w * h);
+    this.warm = mesh;
+    clearTimeout(this.rest);
+    const wait = cold || this.budget === RESTING ? 20 : 220;
+    this.rest = setTimeout(() => { if (this.quality < this.bearable(RESTING)) this.schedule(RESTING); }, wait);
     canvas.dataset.drawn = (Number(canvas.dataset.drawn) || 0) + 1;
     canvas.dataset.quality = this.quality;
   }

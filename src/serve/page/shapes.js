@@ -1,3 +1,4 @@
+// `k` is how fine the mesh is, 1 where the surface itself is moved.
 // The shapes that carry the material. A vertex: position, normal, tangent (towards +u), uv. v grows downwards, as in pictures.
 
 // A grid of (nu + 1) × (nv + 1) vertices; `at` gives position, normal, tangent, uv for u, v in 0..1.
@@ -28,21 +29,21 @@ function join(parts) {
 
 const { PI, sin, cos } = Math;
 
-function plane() {
-  return join([grid(320, 320, (u, v) => [2 * u - 1, 1 - 2 * v, 0, 0, 0, 1, 1, 0, 0, u, v])]);
+function plane(k) {
+  return join([grid(Math.round(320 * k), Math.round(320 * k), (u, v) => [2 * u - 1, 1 - 2 * v, 0, 0, 0, 1, 1, 0, 0, u, v])]);
 }
 
-function sphere() {
+function sphere(k) {
   const at = (u, v) => {
     const [t, p] = [2 * PI * (u - 0.25), PI * v];
     const n = [sin(p) * sin(t + PI / 2), cos(p), sin(p) * cos(t + PI / 2)];
     return [...n, ...n, cos(t + PI / 2), 0, -sin(t + PI / 2), 2 * u, v];
   };
-  return join([grid(512, 256, at)]);
+  return join([grid(Math.round(512 * k), Math.round(256 * k), at)]);
 }
 
 // Rounded rims, so that light finds an edge.
-function cylinder() {
+function cylinder(k) {
   const [r, h, e] = [0.78, 0.92, 0.07];
   const around = 3;
   const perimeter = (2 * PI * r) / around;
@@ -65,11 +66,11 @@ function cylinder() {
     const [radius, y, nr, ny, d] = profile(s);
     return [radius * sin(t), y, radius * cos(t), nr * sin(t), ny, nr * cos(t), cos(t), 0, -sin(t), around * u, d / perimeter];
   };
-  return join([grid(384, 320, at)]);
+  return join([grid(Math.round(384 * k), Math.round(320 * k), at)]);
 }
 
 // A cube with rounded edges: the faces of a cube, pulled onto a smaller one and pushed out along the normal.
-function cube() {
+function cube(k) {
   const [half, round] = [0.8, 0.09];
   const axes = [
     [[1, 0, 0], [0, -1, 0], [0, 0, 1]], [[-1, 0, 0], [0, -1, 0], [0, 0, -1]], [[0, 0, -1], [0, -1, 0], [1, 0, 0]],
@@ -77,7 +78,7 @@ function cube() {
   ];
   // More vertices where the edges are round.
   const warp = (s) => { const x = 2 * s - 1; return Math.sign(x) * (1 - (1 - Math.abs(x)) ** 1.35); };
-  const faces = axes.map(([x, y, z]) => grid(96, 96, (u, v) => {
+  const faces = axes.map(([x, y, z]) => grid(Math.round(96 * k), Math.round(96 * k), (u, v) => {
     const [a, b] = [warp(u), warp(v)];
     const p = [0, 1, 2].map((k) => half * (a * x[k] + b * y[k] + z[k]));
     const inner = p.map((c) => Math.max(-(half - round), Math.min(half - round, c)));

@@ -55,8 +55,8 @@ fn an_edit_computes_only_what_is_downstream() {
     let stats = desk.shibo("render a.ron --stats json").expect(0).json();
     for node in stats["nodes"].as_array().unwrap() {
         let downstream = ["moved", "wrinkles", "strokes"].contains(&node["name"].as_str().unwrap());
-        // What takes no time is not kept.
-        let cheap = node["seconds"].as_f64().unwrap() < 2e-3;
+        // What takes no time is not kept; the clock is that of a machine that may be busy.
+        let cheap = node["seconds"].as_f64().unwrap() < 2e-2;
         assert!(downstream || cheap || node["state"] != "computed", "{node}");
         assert!(!downstream || node["state"] == "computed", "{node}");
     }

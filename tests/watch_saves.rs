@@ -147,7 +147,9 @@ const STYLES: &[Style] = &[
     ("cp", |path, text| shell("cp \"$2\" \"$1\"", path, text)),
     ("mv", |path, text| shell("mv \"$2\" \"$1\"", path, text)),
     ("cat", |path, text| shell("cat \"$2\" > \"$1\"", path, text)),
-    ("sed -i", |path, text| shell("cat \"$2\" > \"$1.x\"; sed -i 's/nothing/else/' \"$1.x\"; mv \"$1.x\" \"$1\"", path, text)),
+    ("sed -i", |path, text| {
+        shell("cat \"$2\" > \"$1.x\"; sed -i 's/nothing/else/' \"$1.x\"; mv \"$1.x\" \"$1\"", path, text)
+    }),
 ];
 
 /// Times in milliseconds, from the end of a save until it was told of.
@@ -163,7 +165,13 @@ impl Figures {
             let index = ((self.0.len() - 1) as f64 * share) as usize;
             self.0[index]
         };
-        println!("{what}: median {:.1} ms, 95 % {:.1} ms, worst {:.1} ms of {}", at(0.5), at(0.95), at(1.0), self.0.len());
+        println!(
+            "{what}: median {:.1} ms, 95 % {:.1} ms, worst {:.1} ms of {}",
+            at(0.5),
+            at(0.95),
+            at(1.0),
+            self.0.len()
+        );
     }
 }
 
@@ -246,7 +254,10 @@ fn random_saves_are_never_lost_and_leave_nothing_behind() {
     figures.tell("save to recognised, at random");
     let (memory, threads, handles) = settled.unwrap();
     let now = (watch.status("VmRSS"), watch.status("Threads"), watch.handles());
-    println!("after {saves} saves: {memory} → {} KiB, {threads} → {} threads, {handles} → {} handles", now.0, now.1, now.2);
+    println!(
+        "after {saves} saves: {memory} → {} KiB, {threads} → {} threads, {handles} → {} handles",
+        now.0, now.1, now.2
+    );
     assert!(now.0 < memory + (48 << 10), "memory grows: {memory} → {}", now.0);
     assert!(now.1 <= threads + 4 && now.2 <= handles + 6, "{threads} → {}, {handles} → {}", now.1, now.2);
 }
@@ -402,8 +413,15 @@ fn watching_costs_nothing() {
         pause(300);
         let ticks = || {
             let text = fs::read_to_string(format!("/proc/{}/stat", watch.pid)).unwrap();
-            let fields: Vec<u64> =
-                text.rsplit(')').next().unwrap().split_whitespace().skip(11).take(2).map(|n| n.parse().unwrap()).collect();
+            let fields: Vec<u64> = text
+                .rsplit(')')
+                .next()
+                .unwrap()
+                .split_whitespace()
+                .skip(11)
+                .take(2)
+                .map(|n| n.parse().unwrap())
+                .collect();
             fields[0] + fields[1]
         };
         let before = ticks();

@@ -35,25 +35,48 @@ fn strangers_are_refused() {
     assert_eq!(get("GET /TOKEN/", HOST), 200);
     assert_eq!(get("HEAD /TOKEN/", HOST), 200);
     // Other hosts and origins.
-    for host in ["localhost:PORT", "127.0.0.1", "127.0.0.1:1", "evil.example:PORT", "127.0.0.1:PORT.evil.example", "[::1]:PORT"] {
+    for host in
+        ["localhost:PORT", "127.0.0.1", "127.0.0.1:1", "evil.example:PORT", "127.0.0.1:PORT.evil.example", "[::1]:PORT"]
+    {
         assert_eq!(get("GET /TOKEN/", &format!("Host: {host}\nConnection: close\n")), 403, "{host}");
     }
     assert!([400, 403].contains(&get("GET /TOKEN/", "Connection: close\n")));
     assert!([400, 403].contains(&get("GET /TOKEN/", &format!("{HOST}Host: evil.example\n"))));
     assert!([400, 403].contains(&get("GET http://evil.example/TOKEN/", HOST)));
-    for origin in ["null", "http://evil.example", "https://127.0.0.1:PORT", "http://127.0.0.1:PORT/", "http://localhost:PORT"] {
+    for origin in
+        ["null", "http://evil.example", "https://127.0.0.1:PORT", "http://127.0.0.1:PORT/", "http://localhost:PORT"]
+    {
         assert_eq!(get("GET /TOKEN/state", &format!("{HOST}Origin: {origin}\n")), 403, "{origin}");
     }
     assert_eq!(get("GET /TOKEN/state", &format!("{HOST}Origin: http://127.0.0.1:PORT\n")), 200);
     assert_eq!(get("GET /TOKEN/state", &format!("{HOST}Sec-Fetch-Site: cross-site\n")), 403);
     // Other tokens.
-    for path in ["/", "/TOKEN", "/token/", "/TOKENx/", "/00000000000000000000000000000000/", "//TOKEN/", "/x/TOKEN/", "/%2e/TOKEN/"] {
+    for path in [
+        "/",
+        "/TOKEN",
+        "/token/",
+        "/TOKENx/",
+        "/00000000000000000000000000000000/",
+        "//TOKEN/",
+        "/x/TOKEN/",
+        "/%2e/TOKEN/",
+    ] {
         assert_eq!(get(&format!("GET {path}"), HOST), 404, "{path}");
     }
     // Paths lead nowhere.
     for path in [
-        "../../../etc/passwd", "..%2f..%2f..%2fetc%2fpasswd", "picture/../../../../etc/passwd.png", "picture/..%2f..%2f..%2fetc%2fpasswd.png",
-        "picture/%00.png", "picture//etc/passwd.png", "graph.ron", "page/app.js", "app.js/", "index.html%00", "picture/.png", "file:///etc/passwd",
+        "../../../etc/passwd",
+        "..%2f..%2f..%2fetc%2fpasswd",
+        "picture/../../../../etc/passwd.png",
+        "picture/..%2f..%2f..%2fetc%2fpasswd.png",
+        "picture/%00.png",
+        "picture//etc/passwd.png",
+        "graph.ron",
+        "page/app.js",
+        "app.js/",
+        "index.html%00",
+        "picture/.png",
+        "file:///etc/passwd",
     ] {
         assert_eq!(get(&format!("GET /TOKEN/{path}"), HOST), 404, "{path}");
     }
@@ -90,13 +113,20 @@ fn only_parameters_can_be_sent() {
     }
     // What makes no sense to the graph is left out.
     for body in [
-        "{\"set\":[[\"none\",\"1\"]]}", "{\"set\":[[\"low\",\"9\"]]}", "{\"set\":[[\"low\",\"((((\"]]}", "{\"set\":[[\"low\",\"1e999\"]]}",
-        "{\"preset\":\"none\"}", "{\"set\":[[\"\",\"\"]]}", "{\"set\":[[\"low\",\"\\u0000\"]]}",
+        "{\"set\":[[\"none\",\"1\"]]}",
+        "{\"set\":[[\"low\",\"9\"]]}",
+        "{\"set\":[[\"low\",\"((((\"]]}",
+        "{\"set\":[[\"low\",\"1e999\"]]}",
+        "{\"preset\":\"none\"}",
+        "{\"set\":[[\"\",\"\"]]}",
+        "{\"set\":[[\"low\",\"\\u0000\"]]}",
     ] {
         assert_eq!(post(&format!("{origin}{json}"), body), 202, "{body}");
     }
     let end = Instant::now() + watching::PATIENCE;
-    while watch.state()["values"]["set"] != serde_json::json!([]) || watch.state()["scene"]["params"][0]["value"] != "0.0" {
+    while watch.state()["values"]["set"] != serde_json::json!([])
+        || watch.state()["scene"]["params"][0]["value"] != "0.0"
+    {
         assert!(Instant::now() < end, "{}", watch.state());
     }
     assert_eq!(watch.state()["errors"], serde_json::json!([]));
@@ -109,18 +139,41 @@ fn questions_without_sense_have_answers() {
     let (_place, watch) = watch();
     let generation = watch.state()["scene"]["generation"].as_u64().unwrap();
     for (path, wanted) in [
-        ("look", 400), ("look?g=x&t=grey&s=1", 400), ("look?g=99&t=grey&s=1", 410), ("look?g=G&t=none&s=1", 404), ("look?g=G&t=@none&s=1", 404),
-        ("look?g=G&t=&s=1", 404), ("look?g=G&t=grey&s=0", 200), ("look?g=G&t=grey&s=4294967295", 200), ("look?g=G&t=grey.height&s=64", 200),
-        ("look?g=G&t=@grey:none&s=1", 404), ("look?g=G&t=@grey&s=99999999999", 400), ("tile?g=G&t=grey&l=0&x=0&y=0", 200),
-        ("tile?g=G&t=grey&l=99&x=0&y=0", 200), ("tile?g=G&t=grey&l=0&x=1&y=0", 404), ("tile?g=G&t=grey&l=0&x=4294967295&y=4294967295", 404),
-        ("tile?g=G&t=grey&l=0&x=-1&y=0", 400), ("thumb?g=G&n=0", 200), ("thumb?g=G&n=18446744073709551615", 404), ("thumb?g=G&n=2", 404),
-        ("probe?g=G&t=grey&x=63&y=63", 200), ("probe?g=G&t=grey&x=64&y=0", 404), ("map?g=G&t=grey&s=16", 200), ("map?g=G&t=grey&s=0", 200),
-        ("object?g=G&t=grey", 404), ("graph?g=G", 200), ("graph?g=0", 410), ("stats?g=G", 200), ("stats", 400), ("state", 200),
+        ("look", 400),
+        ("look?g=x&t=grey&s=1", 400),
+        ("look?g=99&t=grey&s=1", 410),
+        ("look?g=G&t=none&s=1", 404),
+        ("look?g=G&t=@none&s=1", 404),
+        ("look?g=G&t=&s=1", 404),
+        ("look?g=G&t=grey&s=0", 200),
+        ("look?g=G&t=grey&s=4294967295", 200),
+        ("look?g=G&t=grey.height&s=64", 200),
+        ("look?g=G&t=@grey:none&s=1", 404),
+        ("look?g=G&t=@grey&s=99999999999", 400),
+        ("tile?g=G&t=grey&l=0&x=0&y=0", 200),
+        ("tile?g=G&t=grey&l=99&x=0&y=0", 200),
+        ("tile?g=G&t=grey&l=0&x=1&y=0", 404),
+        ("tile?g=G&t=grey&l=0&x=4294967295&y=4294967295", 404),
+        ("tile?g=G&t=grey&l=0&x=-1&y=0", 400),
+        ("thumb?g=G&n=0", 200),
+        ("thumb?g=G&n=18446744073709551615", 404),
+        ("thumb?g=G&n=2", 404),
+        ("probe?g=G&t=grey&x=63&y=63", 200),
+        ("probe?g=G&t=grey&x=64&y=0", 404),
+        ("map?g=G&t=grey&s=16", 200),
+        ("map?g=G&t=grey&s=0", 200),
+        ("object?g=G&t=grey", 404),
+        ("graph?g=G", 200),
+        ("graph?g=0", 410),
+        ("stats?g=G", 200),
+        ("stats", 400),
+        ("state", 200),
     ] {
         let path = path.replace("=G", &format!("={generation}"));
         assert_eq!(watch.get(&path).0, wanted, "{path}");
     }
-    let probe: serde_json::Value = serde_json::from_slice(&watch.get(&format!("probe?g={generation}&t=grey&x=3&y=5")).1).unwrap();
+    let probe: serde_json::Value =
+        serde_json::from_slice(&watch.get(&format!("probe?g={generation}&t=grey&x=3&y=5")).1).unwrap();
     assert_eq!(probe["mm"], serde_json::json!([0.4375, 0.6875]));
     assert_eq!(probe["values"].as_array().unwrap().len(), 1);
 }
@@ -136,9 +189,26 @@ fn answers_allow_nothing_inline() {
         assert!(!head.contains("unsafe") && !head.contains("access-control"), "{head}");
     }
     let page = String::from_utf8(watch.get("").1).unwrap();
-    assert!(!page.contains("<style") && !page.contains(" style=") && !page.contains("onclick=") && !page.contains("<script>"));
+    assert!(
+        !page.contains("<style")
+            && !page.contains(" style=")
+            && !page.contains("onclick=")
+            && !page.contains("<script>")
+    );
     // All that the page is made of comes from here.
-    for file in ["app.js", "lit.js", "net.js", "nodes.js", "params.js", "picture.js", "shaders.js", "shapes.js", "stream.js", "style.css", "icon.svg"] {
+    for file in [
+        "app.js",
+        "lit.js",
+        "net.js",
+        "nodes.js",
+        "params.js",
+        "picture.js",
+        "shaders.js",
+        "shapes.js",
+        "stream.js",
+        "style.css",
+        "icon.svg",
+    ] {
         let (status, text) = watch.get(file);
         assert_eq!(status, 200, "{file}");
         let text = String::from_utf8(text).unwrap().replace("http://www.w3.org/2000/svg", "");
@@ -150,7 +220,13 @@ fn answers_allow_nothing_inline() {
 fn noise_and_idlers_do_no_harm() {
     let (place, mut watch) = watch();
     let port = watch.address().0;
-    for noise in [&b"\0\0\0\0\r\n\r\n"[..], b"GET\r\n\r\n", b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"] {
+    for noise in [
+        &b"\0\0\0\0\r\n\r\n"[..],
+        b"GET\r\n\r\n",
+        b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n",
+        b"GET / HTTP/9.9\r\n\r\n",
+        b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+    ] {
         let (status, _) = split(&watch.raw(noise));
         assert!(status == 0 || status >= 400, "{status} {noise:?}");
     }
@@ -159,9 +235,13 @@ fn noise_and_idlers_do_no_harm() {
     let many = format!("GET /TOKEN/ HTTP/1.1\nHost: 127.0.0.1:PORT\n{}\n", "X: y\n".repeat(5000));
     assert!(status(&watch, &many) >= 400);
     // A body that never comes, and one without an end.
-    let head = format!("POST /TOKEN/values HTTP/1.1\n{HOST}Origin: http://127.0.0.1:PORT\nContent-Type: application/json\n");
+    let head =
+        format!("POST /TOKEN/values HTTP/1.1\n{HOST}Origin: http://127.0.0.1:PORT\nContent-Type: application/json\n");
     let (at, token) = watch.address();
-    let endless = format!("{head}Transfer-Encoding: chunked\n\n").replace("PORT", &at.to_string()).replace("TOKEN", token).replace('\n', "\r\n");
+    let endless = format!("{head}Transfer-Encoding: chunked\n\n")
+        .replace("PORT", &at.to_string())
+        .replace("TOKEN", token)
+        .replace('\n', "\r\n");
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_read_timeout(Some(watching::PATIENCE)).unwrap();
     stream.write_all(endless.as_bytes()).unwrap();
@@ -217,7 +297,9 @@ fn only_this_machine_can_connect_and_a_signal_ends_it() {
     let (_place, mut watch) = watch();
     let port = format!("{:04X}", watch.address().0);
     let table = |name: &str| std::fs::read_to_string(format!("/proc/net/{name}")).unwrap_or_default();
-    let listening = |text: &str, address: &str| text.lines().any(|l| l.contains(&format!(" {address}:{port} ")) && l.contains(" 0A "));
+    let listening = |text: &str, address: &str| {
+        text.lines().any(|l| l.contains(&format!(" {address}:{port} ")) && l.contains(" 0A "))
+    };
     assert!(listening(&table("tcp"), "0100007F"));
     assert!(!listening(&table("tcp"), "00000000") && !table("tcp6").contains(&format!(":{port} ")));
     assert!(Command::new("kill").args(["-INT", &watch.pid.to_string()]).status().unwrap().success());
@@ -234,7 +316,9 @@ fn a_graph_of_ten_thousand_nodes() {
     for i in 1..10_000 {
         nodes += &format!("\"n{i}\": Math(operation: Multiply, a: \"n{}\", b: 1.0001),\n", (i - 1) / 3);
     }
-    let text = format!("(version: 1, canvas: (size_mm: 8, resolution: 64), nodes: {{ {nodes} }}, outputs: {{ \"a\": \"n9999\" }})");
+    let text = format!(
+        "(version: 1, canvas: (size_mm: 8, resolution: 64), nodes: {{ {nodes} }}, outputs: {{ \"a\": \"n9999\" }})"
+    );
     let place = Place::new(&text);
     let mut watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(text.as_bytes());
@@ -269,7 +353,7 @@ fn a_picture_of_16384_comes_in_parts() {
 fn a_file_without_permission_is_waited_for() {
     use std::os::unix::fs::PermissionsExt;
     let (place, watch) = watch();
-    std::fs::set_permissions(&place.graph, std::fs::Permissions::from_mode(0)).unwrap();
+    std::fs::set_permissions(&place.graph, std::fs::Permissions::from_mode(0o000)).unwrap();
     let readable = std::fs::read(&place.graph).is_ok();
     if !readable {
         // Whoever may do everything never sees this error.

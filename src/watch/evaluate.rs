@@ -10,6 +10,9 @@ use shibo_engine::value::{Channel, Type, Value};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+/// The disk cache is brought below its bound so often, if anything is evaluated.
+const TRIM: Duration = Duration::from_secs(20);
+
 /// A graph to be evaluated.
 pub(super) struct Job {
     /// Counts the graphs.
@@ -85,12 +88,18 @@ impl Desk {
 }
 
 /// Evaluates until the desk is closed.
-pub(super) fn evaluate(desk: &Desk, stage: &Stage, teller: &Teller<'_>) {
+pub(super) fn evaluate(desk: &Desk, stage: &Arc<Stage>, teller: &Teller<'_>) {
+    let mut trimmed = Instant::now();
     while let Some((job, cancel)) = desk.take() {
         stage.set_busy(true);
         Evaluation { stage, teller, since: job.since, first: Mutex::default() }.run(job, &cancel);
         stage.set_busy(false);
-        stage.session.trim();
+        if trimmed.elapsed() > TRIM {
+            trimmed = Instant::now();
+            let stage = stage.clone();
+            // A large folder takes its time, which nobody needs to wait for.
+            std::thread::spawn(move || stage.session.trim());
+        }
     }
 }
 

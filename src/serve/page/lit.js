@@ -222,7 +222,7 @@ export class Lit {
     if (mips) gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, mips ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
-    if (this.sharp) gl.texParameterf(gl.TEXTURE_2D, this.sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
+    if (this.sharp && channel !== 'height') gl.texParameterf(gl.TEXTURE_2D, this.sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
     return { texture, range };
   }
 
@@ -251,7 +251,7 @@ export class Lit {
     const ratio = Math.min(devicePixelRatio || 1, 2);
     const pixels = this.canvas.clientWidth * this.canvas.clientHeight * ratio * ratio;
     const fits = Math.sqrt(budget / (this.cost * pixels));
-    return QUALITIES.find((q) => q <= fits) ?? QUALITIES.at(-1);
+    return QUALITIES.find((q) => q <= fits) ?? (budget === RESTING ? 0.35 : QUALITIES.at(-1));
   }
 
   mesh() {

@@ -75,7 +75,7 @@ float luma(vec3 c) { return dot(c, vec3(0.2126, 0.7152, 0.0722)); }
 float height(vec2 uv) { return texture(uHeight, uv).r; }
 
 // Where the line of sight meets the relief below the surface; d is in tangent space, y along v.
-vec2 parallax(vec2 uv, vec3 d, vec2 dx, vec2 dy, out float depth) {
+vec2 parallax(vec2 uv, vec3 d, float lod, out float depth) {
   float range = (uHeights.y - uHeights.x) * uUvPerMm * uRelief;
   depth = 0.0;
   if (range < 1e-6) return uv;
@@ -84,7 +84,7 @@ vec2 parallax(vec2 uv, vec3 d, vec2 dx, vec2 dy, out float depth) {
   float before = 0.0, gap_before = 0.0;
   for (float i = 0.0; i < 48.0; i += 1.0) {
     float t = i / steps;
-    float below = (uHeights.y - textureGrad(uHeight, uv + reach * t, dx, dy).r) / (uHeights.y - uHeights.x);
+    float below = (uHeights.y - textureLod(uHeight, uv + reach * t, lod).r) / (uHeights.y - uHeights.x);
     float gap = t - below;
     if (gap >= 0.0 || i >= steps) {
       float s = i == 0.0 ? 0.0 : clamp(gap_before / max(gap_before - gap, 1e-5), 0.0, 1.0);
@@ -99,14 +99,14 @@ vec2 parallax(vec2 uv, vec3 d, vec2 dx, vec2 dy, out float depth) {
 }
 
 // How much of the key light reaches a point of the relief.
-float shadow(vec2 uv, float depth, vec3 l, vec2 dx, vec2 dy) {
+float shadow(vec2 uv, float depth, vec3 l, float lod) {
   float range = (uHeights.y - uHeights.x) * uUvPerMm * uRelief;
   if (range < 1e-6 || l.z <= 0.02) return 1.0;
   vec2 reach = l.xy / max(l.z, 0.12) * range * depth * uAspect;
   float worst = 0.0;
   for (float i = 1.0; i <= 14.0; i += 1.0) {
     float t = i / 14.0;
-    float below = (uHeights.y - textureGrad(uHeight, uv + reach * t, dx, dy).r) / (uHeights.y - uHeights.x);
+    float below = (uHeights.y - textureLod(uHeight, uv + reach * t, lod).r) / (uHeights.y - uHeights.x);
     worst = max(worst, (depth * (1.0 - t) - below) * (1.2 - t));
   }
   return 1.0 - smoothstep(0.0, 0.28, worst);
@@ -146,9 +146,11 @@ void main() {
   vec2 uv = vUv;
   float depth = 0.0;
   float lit = 1.0;
+  vec2 size = vec2(textureSize(uHeight, 0));
+  float lod = max(0.0, 0.5 * log2(max(max(dot(dx * size, dx * size), dot(dy * size, dy * size)), 1e-8)));
   if (uParallax == 1 && has(4)) {
-    uv = parallax(uv, vec3(dot(V, T), dot(V, D), dot(V, N)), dx, dy, depth);
-    lit = shadow(uv, depth, vec3(dot(L, T), dot(L, D), dot(L, N)), dx, dy);
+    uv = parallax(uv, vec3(dot(V, T), dot(V, D), dot(V, N)), lod, depth);
+    lit = shadow(uv, depth, vec3(dot(L, T), dot(L, D), dot(L, N)), lod);
   }
 
   vec3 base = has(0) ? textureGrad(uBaseColor, uv, dx, dy).rgb : vec3(0.5);

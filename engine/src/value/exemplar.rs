@@ -60,6 +60,8 @@ pub struct ExemplarLevel {
     pub appearance: Vec<[f32; 8]>,
     /// From the eight numbers of each neighbour, one after another, to eight of the whole neighbourhood.
     pub matrix: Vec<[f32; 8]>,
+    /// Those eight numbers of every pixel.
+    pub neighborhoods: Vec<[f32; 8]>,
     /// For every pixel the number of another that looks alike; empty if none were sought.
     pub second: Vec<u32>,
 }
@@ -116,7 +118,7 @@ impl Exemplar {
 
     /// The memory it takes.
     pub fn bytes(&self) -> usize {
-        let levels = self.levels.iter().map(|l| 32 * (l.appearance.len() + l.matrix.len()) + 4 * l.second.len());
+        let levels = self.levels.iter().map(|l| 32 * (2 * l.appearance.len() + l.matrix.len()) + 4 * l.second.len());
         size_of::<Self>()
             + 4 * (self.shown.len() + self.features.len() + self.guide.len())
             + self.usable.len()

@@ -70,20 +70,15 @@ fn level(h: usize, image: &Texels<f32>, usable: &[bool], spec: &AnalysisSpec, ha
     let around = Around::new(image.plane, h, &around);
     let flat = appearance.as_flattened();
     let matrix = around.principal(flat, DIMS, &picked(1024, hash.with(2)), spec.dims);
-    Level { h, hood, appearance, matrix, second: Vec::new() }
-}
-
-/// Neighbourhood vectors of all pixels of a level.
-pub fn neighbourhoods(level: &Level, plane: Plane) -> Vec<[f32; DIMS]> {
-    let around: Vec<([i32; 2], f32)> = level.hood.offsets().into_iter().map(|o| (o, 1.0)).collect();
-    Around::new(plane, level.h, &around).project(level.appearance.as_flattened(), DIMS, &level.matrix)
+    let neighborhoods = around.project(flat, DIMS, &matrix);
+    Level { h, hood, appearance, matrix, neighborhoods, second: Vec::new() }
 }
 
 /// Finds for every pixel of every level another one that looks alike, at least `distance` pixels away.
 pub fn find_seconds(levels: &mut [Level], plane: Plane, usable: &[bool], distance: f64, hash: Hash) {
     levels.par_iter_mut().for_each(|level| {
-        let hoods = neighbourhoods(level, plane);
-        level.second = candidates::similar(&hoods, plane, usable, distance, level.h, hash.with(level.h as u64));
+        let hoods = &level.neighborhoods;
+        level.second = candidates::similar(hoods, plane, usable, distance, level.h, hash.with(level.h as u64));
     });
 }
 

@@ -24,7 +24,7 @@ pub fn similar(
     let near = distance.ceil().max(1.0) as i32;
     simd::dispatch(
         #[inline(always)]
-        || Search { vectors, plane, usable, near, h, hash }.run(),
+        || Search { vectors, plane, usable, near, step: (h / 4).max(1), hash }.run(),
     )
 }
 
@@ -33,7 +33,8 @@ struct Search<'a> {
     plane: Plane,
     usable: &'a [bool],
     near: i32,
-    h: usize,
+    /// Only every so many columns and rows are searched for.
+    step: usize,
     hash: Hash,
 }
 
@@ -72,25 +73,29 @@ impl Search<'_> {
     #[inline(always)]
     fn run(&self) -> Vec<u32> {
         let (w, h) = (index(self.plane.w), index(self.plane.h));
-        let n = self.vectors.len();
-        let mut best: Vec<(f32, u32)> = vec![(f32::INFINITY, 0); n];
-        for (p, best) in best.iter_mut().enumerate() {
-            *best = (f32::INFINITY, narrow(p));
+        let step = index(self.step);
+        // A coarse level changes slowly: what lies between takes after its neighbour.
+        let pixels: Vec<usize> = (0..self.plane.h)
+            .step_by(self.step)
+            .flat_map(|y| (0..self.plane.w).step_by(self.step).map(move |x| y * self.plane.w + x))
+            .collect();
+        let mut best: Vec<(f32, u32)> = (0..self.vectors.len()).map(|p| (f32::INFINITY, narrow(p))).collect();
+        for &p in &pixels {
             for k in 0..8 {
                 let word = self.hash.with(k).u64(p as u64);
-                self.try_one(best, p, pick(word, w), pick(word >> 32, h));
-                if best.0.is_finite() {
+                let mut mine = best[p];
+                self.try_one(&mut mine, p, pick(word, w), pick(word >> 32, h));
+                best[p] = mine;
+                if mine.0.is_finite() {
                     break;
                 }
             }
         }
-        // Far apart pixels of a coarse level differ little from their neighbours; the search need not be finer.
-        let finest = index((self.h / 2).max(1));
         for round in 0..ROUNDS {
             let hash = self.hash.with(100 + round);
-            let back = if round % 2 == 0 { -1 } else { 1 };
-            for k in 0..n {
-                let p = if round % 2 == 0 { k } else { n - 1 - k };
+            let back = if round % 2 == 0 { -step } else { step };
+            for k in 0..pixels.len() {
+                let p = pixels[if round % 2 == 0 { k } else { pixels.len() - 1 - k }];
                 let (x, y) = (index(p) % w, index(p) / w);
                 let mut mine = best[p];
                 for (dx, dy) in [(back, 0), (0, back)] {
@@ -102,7 +107,7 @@ impl Search<'_> {
                 }
                 let mut radius = w.max(h) / 2;
                 let mut draw = 0;
-                while radius >= finest && mine.0 > 0.0 {
+                while radius >= step && mine.0 > 0.0 {
                     let word = hash.u64((p as u64) << 5 | draw);
                     let at = (index(mine.1 as usize) % w, index(mine.1 as usize) / w);
                     let dx = pick(word, 2 * radius + 1) - radius;
@@ -114,7 +119,14 @@ impl Search<'_> {
                 best[p] = mine;
             }
         }
-        best.into_iter().map(|b| b.1).collect()
+        let between = |p: usize| {
+            let (x, y) = (index(p) % w, index(p) / w);
+            let (dx, dy) = (x % step, y % step);
+            let found = best[offset((y - dy) * w + x - dx)].1;
+            let to = (index(found as usize) % w + dx, index(found as usize) / w + dy);
+            self.allowed(to.0, to.1, x, y).map_or(found, narrow)
+        };
+        (0..self.vectors.len()).map(between).collect()
     }
 
     #[inline(always)]

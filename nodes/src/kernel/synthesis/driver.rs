@@ -320,6 +320,7 @@ impl<I: Inputs> Run<'_, I> {
                 }
                 let terms = iso::Terms {
                     kappa: self.settings.kappa,
+                    averaged: self.settings.averaged,
                     factors: factors.as_ref(),
                     guide: &guide,
                     guide_weight: self.weight(table),

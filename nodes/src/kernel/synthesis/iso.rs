@@ -3,7 +3,7 @@
 //! A position is an index into tables that are padded by `h` on all sides, so that a neighbour's prediction is one
 //! subtraction. Padding of sides that do not join never wins. If all neighbours that are compared predict what a pixel
 //! already shows, its error is 0 and nothing can beat it.
-use super::analysis::{self, Hood, Level};
+use super::analysis::{Hood, Level};
 use super::candidates::distance;
 use super::coverage::{self, Factors};
 use super::pca::DIMS;
@@ -49,7 +49,7 @@ impl Table {
             })
             .collect();
         let padded = |p: usize| (p / w + h) * stride + p % w + h;
-        let hoods = analysis::neighbourhoods(level, plane);
+        let hoods = &level.neighborhoods;
         let narrow = super::candidates::narrow;
         let wraps = plane.wrap[0] || plane.wrap[1];
         let mut used = vec![false; plane.w.div_ceil(coverage::BIN) * plane.h.div_ceil(coverage::BIN)];
@@ -61,7 +61,7 @@ impl Table {
             hood: level.hood,
             matrix: level.matrix.clone(),
             appearance: source.iter().map(|&(_, p)| level.appearance[p]).collect(),
-            spread: spread(&hoods),
+            spread: spread(hoods),
             hoods: source
                 .iter()
                 .map(|&(ok, p)| if ok && valid[p] { hoods[p] } else { [f32::INFINITY; DIMS] })
@@ -197,6 +197,8 @@ pub(super) fn spread(vectors: &[[f32; DIMS]]) -> f32 {
 pub struct Terms<'a> {
     /// The factor on what merely looks alike, κ.
     pub kappa: f32,
+    /// Whether what lies diagonally is averaged over three predictions (S-5), which keeps neighbours in touch.
+    pub averaged: bool,
     /// Factors for even use.
     pub factors: Option<&'a Factors>,
     /// Wanted guide values by pixel and their weight; empty for none.
@@ -285,17 +287,50 @@ impl Row<'_> {
             };
             let read = |[dx, dy]: [i32; 2]| self.map[rows[offset(dy + 2)] + columns[offset(dx + 2)]];
             let around: [u32; N] = offsets.map(read);
+            let close = NEAR.map(read);
             let mut same = PLAIN;
             for (a, s) in around.iter().zip(&shifts) {
                 same &= a.wrapping_sub(*s) == own;
+            }
+            let averaged = N == 4 && self.terms.averaged;
+            if averaged {
+                for (a, s) in close.iter().zip(&near) {
+                    same &= a.wrapping_sub(*s) == own;
+                }
             }
             if same && self.table.is_valid(own) {
                 *out = own;
                 continue;
             }
-            let wanted = self.neighbourhood(&around);
-            *out = self.best::<PLAIN>(own, &wanted, &NEAR.map(read), &near, x);
+            let wanted = if averaged { self.diagonals(&close) } else { self.neighbourhood(&around) };
+            *out = self.best::<PLAIN>(own, &wanted, &close, &near, x);
         }
+    }
+
+    /// What the output shows diagonally around a pixel: each place as it is, and as its two neighbours predict it.
+    #[inline(always)]
+    fn diagonals(&self, close: &[u32; 8]) -> [f32; DIMS] {
+        let table = self.table;
+        let (across, down) = (index(table.h).cast_unsigned(), index(table.h * table.stride).cast_unsigned());
+        let (left, up) = (across.wrapping_neg(), down.wrapping_neg());
+        let parts = [
+            [close[0], close[3].wrapping_add(up), close[1].wrapping_add(left)],
+            [close[2], close[4].wrapping_add(up), close[1].wrapping_add(across)],
+            [close[5], close[3].wrapping_add(down), close[6].wrapping_add(left)],
+            [close[7], close[4].wrapping_add(down), close[6].wrapping_add(across)],
+        ];
+        let mut wanted = [0.0f32; DIMS];
+        for (part, matrix) in parts.into_iter().zip(table.matrix.chunks_exact(DIMS)) {
+            let [a, b, c] = part.map(|at| &table.appearance[at as usize]);
+            let mut mean = [0.0f32; DIMS];
+            for d in 0..DIMS {
+                mean[d] = (a[d] + (b[d] + c[d])) * (1.0 / 3.0);
+            }
+            for (v, row) in mean.iter().zip(matrix) {
+                wanted.iter_mut().zip(row).for_each(|(wanted, m)| *wanted += v * m);
+            }
+        }
+        wanted
     }
 
     /// What the output shows around a pixel.

@@ -8,6 +8,7 @@ use crate::kernel::window::index;
 
 /// Where a value at `p` (in pixels of the map) comes from: positions in exemplar pixels, and their weights. `jacobian`
 /// gives J at each of the four pixels, or at p.
+#[inline(always)]
 pub fn places<T: Real>(
     map: &[[T; 2]],
     lookup: &impl Lookup,

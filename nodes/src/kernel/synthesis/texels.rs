@@ -53,7 +53,7 @@ impl<T: Real> Texels<T> {
                 let (fx, fy) = (x - T::HALF, y - T::HALF);
                 let (i, j) = (floor(fx), floor(fy));
                 let (u, v) = (fx - T::of(f64::from(i)), fy - T::of(f64::from(j)));
-                let rows = [self.at(i, j), self.at(i + 1, j), self.at(i, j + 1), self.at(i + 1, j + 1)];
+                let rows = self.quad(i, j);
                 for (c, out) in out.iter_mut().enumerate().take(self.channels) {
                     let top = rows[0][c] * (T::ONE - u) + rows[1][c] * u;
                     let bottom = rows[2][c] * (T::ONE - u) + rows[3][c] * u;
@@ -61,6 +61,19 @@ impl<T: Real> Texels<T> {
                 }
             }
         }
+    }
+
+    /// The pixels (i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1).
+    #[inline(always)]
+    fn quad(&self, i: i32, j: i32) -> [&[T]; 4] {
+        let (w, h) = (crate::kernel::window::index(self.plane.w), crate::kernel::window::index(self.plane.h));
+        if i >= 0 && j >= 0 && i + 1 < w && j + 1 < h {
+            let (c, row) = (self.channels, self.plane.w * self.channels);
+            let first = crate::kernel::window::offset(j * w + i) * c;
+            let data = &self.data[first..first + row + 2 * c];
+            return [&data[..c], &data[c..2 * c], &data[row..row + c], &data[row + c..row + 2 * c]];
+        }
+        [self.at(i, j), self.at(i + 1, j), self.at(i, j + 1), self.at(i + 1, j + 1)]
     }
 
     /// The values at a position.
@@ -96,11 +109,13 @@ impl<T: Real> Texels<T> {
                 || {
                     if across {
                         let row = &self.data[y * w * c..(y + 1) * w * c];
-                        for (x, out) in out.chunks_exact_mut(c).enumerate() {
-                            for (weight, &from) in weights.iter().zip(&from[x]) {
-                                for (out, v) in out.iter_mut().zip(&row[from * c..(from + 1) * c]) {
-                                    *out += *weight * *v;
-                                }
+                        // The row with all that its taps reach, so that a tap is one shifted row.
+                        let reached = from[0].iter().chain(from[1..].iter().filter_map(|taps| taps.last()));
+                        let padded: Vec<T> =
+                            reached.flat_map(|&from| &row[from * c..(from + 1) * c]).copied().collect();
+                        for (k, weight) in weights.iter().enumerate() {
+                            for (out, v) in out.iter_mut().zip(&padded[k * c..]) {
+                                *out += *weight * *v;
                             }
                         }
                     } else {

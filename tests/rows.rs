@@ -65,3 +65,8 @@ fn rows_of_synthesis() {
 fn rows_of_leather() {
     check("docs/leather.md", 'A', 1..=68);
 }
+
+#[test]
+fn rows_of_wood() {
+    check("docs/wood.md", 'B', 1..=38);
+}

@@ -54,7 +54,7 @@ pub struct BlendTimes {
     pub origin: Origin,
     /// How tightly rings follow both: 2 is the source's, `inf` the smaller of two times. 2 for `Tree` and 4 for `Branch` if
     /// not given.
-    #[schemars(range(max = 64), extend("exclusiveMinimum" = 0.5, "infinite" = true))]
+    #[schemars(extend("exclusiveMinimum" = 0.5, "infinite" = true))]
     pub k: Option<f64>,
     /// For `Branch`: how fast the tree grows in length, as in `TrunkTime`.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
@@ -178,7 +178,7 @@ impl Node for BlendTimes {
         let style = KnotStyle {
             elongation: narrow(self.elongation_speed),
             thickening: narrow(self.thickening_speed),
-            power: if k.is_finite() { narrow(k) } else { 64.0 },
+            power: narrow(k.min(64.0)),
             dip: narrow(self.dip),
             bark: narrow(self.bark),
             lobes: narrow(self.lobes),

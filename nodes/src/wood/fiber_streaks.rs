@@ -73,6 +73,19 @@ impl Default for FiberStreaks {
 const FINE: [(f32, f32, f32); 2] = [(0.16, 7.0, 0.75), (0.34, 16.0, 0.65)];
 const COARSE: [(f32, f32, f32); 2] = [(0.9, 42.0, 0.7), (2.4, 110.0, 0.7)];
 
+/// Adds a layer of streaks.
+#[inline(always)]
+fn add(at: [&[f32]; 3], pixel: f32, noise: Noise3, layer: (f32, f32, f32), to: &mut [f32], fade: bool) {
+    let ([x, y, z], (width, length, strength)) = (at, layer);
+    let seen = if fade { visible(width * 2.0, pixel) } else { 1.0 } * strength;
+    if seen > 0.0 {
+        let (a, b) = (1.0 / width, 1.0 / length);
+        for (((to, x), y), z) in to.iter_mut().zip(x).zip(y).zip(z) {
+            *to += seen * noise.at(x * a, y * a, z * b);
+        }
+    }
+}
+
 struct Streaks {
     noise: [Noise3; 8],
     fine: f32,
@@ -92,24 +105,16 @@ impl Streaks {
         dispatch(
             #[inline(always)]
             || {
-                let add = |noise: Noise3, (width, length, strength): (f32, f32, f32), to: &mut [f32], fade: bool| {
-                    let seen = if fade { visible(width * 2.0, patch.pixel) } else { 1.0 } * strength;
-                    if seen > 0.0 {
-                        let (a, b) = (1.0 / width, 1.0 / length);
-                        for (((to, x), y), z) in to.iter_mut().zip(x).zip(y).zip(z) {
-                            *to += seen * noise.at(x * a, y * a, z * b);
-                        }
-                    }
-                };
+                let at = [x, y, z];
                 for (layer, noise) in FINE.into_iter().zip(self.noise) {
-                    add(noise, layer, relief, true);
+                    add(at, patch.pixel, noise, layer, relief, true);
                 }
                 for (layer, noise) in COARSE.into_iter().zip(&self.noise[2..]) {
-                    add(*noise, layer, tone, true);
+                    add(at, patch.pixel, *noise, layer, tone, true);
                 }
                 if self.streak > 0.0 {
-                    add(self.noise[4], (3.4, 260.0, 1.0), pigment, false);
-                    add(self.noise[5], (11.0, 420.0, 1.1), pigment, false);
+                    add(at, patch.pixel, self.noise[4], (3.4, 260.0, 1.0), pigment, false);
+                    add(at, patch.pixel, self.noise[5], (11.0, 420.0, 1.1), pigment, false);
                     pigment.iter_mut().for_each(|p| *p = self.streak * math::smooth((*p - 0.02) * 1.9));
                 }
                 // Darker is stronger than lighter.
@@ -119,8 +124,8 @@ impl Streaks {
                 }
                 if self.drift > 0.0 {
                     let strength = self.drift * 1.8;
-                    add(self.noise[6], (19.0, 300.0, strength), tone, false);
-                    add(self.noise[7], (50.0, 160.0, strength * 0.7), tone, false);
+                    add(at, patch.pixel, self.noise[6], (19.0, 300.0, strength), tone, false);
+                    add(at, patch.pixel, self.noise[7], (50.0, 160.0, strength * 0.7), tone, false);
                 }
                 tone.iter_mut().for_each(|t| *t = math::exp(*t));
             },

@@ -1,5 +1,6 @@
 //! Wood: growth time in a tree with a curved skeleton (Momoi & Takatera 2014), a stage a node, and cuts through it.
 mod blend_times;
+mod board;
 mod branch_time;
 mod branches;
 mod color_pattern;
@@ -27,6 +28,7 @@ mod wood_pores;
 mod wood_rays;
 
 pub use blend_times::{BlendTimes, Origin};
+pub use board::Board;
 pub use branch_time::BranchTime;
 pub use branches::{BranchSpec, Branches};
 pub use color_pattern::{ColorPattern, Direction, Years};
@@ -76,6 +78,7 @@ pub fn family() -> Family {
             Kind::of::<WoodRays>(),
             Kind::of::<FiberShading>(),
             Kind::of::<CutPlane>(),
+            Kind::of::<Board>(),
             Kind::of::<CutSurface>(),
             Kind::of::<PlaceInTree>(),
             Kind::of::<WarpSolid>(),

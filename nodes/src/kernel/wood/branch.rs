@@ -46,17 +46,29 @@ impl<R: Real> Axis<R> {
     }
 }
 
-/// Σ T2^-2 over all branches: what eq (18) for several branches wants (W-8).
+/// Points computed together.
+const RUN: usize = 64;
+
+/// Calls `body(from, to, sums)` for runs of points with Σ T2^-2 over all branches: what eq (18) for several branches wants
+/// (W-8). Branch by branch over the points of a run, so that the loop is a plain one.
 #[inline(always)]
-fn inverse_squares<R: Real>(branches: &[Axis<R>], p: [R; 3]) -> R {
-    let mut sum = R::ZERO;
-    for branch in branches {
-        let (s, way) = branch.way(p);
-        let time = s * branch.birth + way;
-        let inverse = if s > R::ZERO && time > R::ZERO { s / time } else { R::ZERO };
-        sum = sum + inverse * inverse;
+fn inverse_squares<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, mut body: impl FnMut(usize, usize, &[R; RUN])) {
+    for from in (0..at.x.len()).step_by(RUN) {
+        let to = (from + RUN).min(at.x.len());
+        let mut sums = [R::ZERO; RUN];
+        for branch in branches {
+            let points = at.x[from..to].iter().zip(&at.y[from..to]).zip(&at.z[from..to]);
+            for (((x, y), z), sum) in points.zip(&mut sums) {
+                let (s, way) = branch.way([*x, *y, *z]);
+                let time = s * branch.birth + way;
+                let reached = s > R::ZERO && time > R::ZERO;
+                let inverse = s / if reached { time } else { R::ONE };
+                let inverse = if reached { inverse } else { R::ZERO };
+                *sum = *sum + inverse * inverse;
+            }
+        }
+        body(from, to, &sums);
     }
-    sum
 }
 
 /// The time at which branches reach points, combined as (Σ T2^-2)^(-1/2); infinite where none does.
@@ -64,10 +76,17 @@ pub fn branch_time<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, out: &mut 
     dispatch(
         #[inline(always)]
         || {
-            for (((x, y), z), out) in at.x.iter().zip(at.y).zip(at.z).zip(out) {
-                let sum = inverse_squares(branches, [*x, *y, *z]);
-                *out = if sum > R::ZERO { R::ONE / sum.sqrt() } else { R::INFINITY };
-            }
+            inverse_squares(
+                branches,
+                at,
+                #[inline(always)]
+                |from, to, sums| {
+                    for (out, sum) in out[from..to].iter_mut().zip(sums) {
+                        let time = R::ONE / sum.sqrt();
+                        *out = if *sum > R::ZERO { time } else { R::INFINITY };
+                    }
+                },
+            );
         },
     );
 }
@@ -77,10 +96,16 @@ pub fn blend_branches<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, time: &
     dispatch(
         #[inline(always)]
         || {
-            for (((x, y), z), time) in at.x.iter().zip(at.y).zip(at.z).zip(time) {
-                let sum = inverse_squares(branches, [*x, *y, *z]);
-                *time = *time / (R::ONE + *time * *time * sum).sqrt();
-            }
+            inverse_squares(
+                branches,
+                at,
+                #[inline(always)]
+                |from, to, sums| {
+                    for (time, sum) in time[from..to].iter_mut().zip(sums) {
+                        *time = *time / (R::ONE + *time * *time * *sum).sqrt();
+                    }
+                },
+            );
         },
     );
 }

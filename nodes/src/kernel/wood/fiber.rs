@@ -109,6 +109,34 @@ struct Stray {
     axis: [[f32; RUN]; 3],
 }
 
+/// Noise by which fibres stray.
+#[derive(Clone, Copy)]
+struct Wander {
+    noise: [Noise3; 2],
+    across: f32,
+    along: f32,
+    sideways: f32,
+    outward: f32,
+}
+
+impl Wander {
+    #[inline(always)]
+    fn add(&self, amount: f32, [dx, dy]: [&[f32; RUN]; 2], z: &[f32], lift: f32, out: &mut Stray) {
+        if amount <= 0.0 {
+            return;
+        }
+        let (a, b) = (1.0 / self.across, 1.0 / self.along);
+        let (sideways, outward) = (amount * self.sideways, amount * self.outward);
+        let [p, q] = self.noise;
+        for ((z, (x, y)), out) in z.iter().zip(dx.iter().zip(dy)).zip(&mut out.sideways) {
+            *out += sideways * p.at(x * a, y * a, (z + lift) * b);
+        }
+        for ((z, (x, y)), out) in z.iter().zip(dx.iter().zip(dy)).zip(&mut out.outward) {
+            *out += outward * q.at(x * a, y * a, (z + lift) * b);
+        }
+    }
+}
+
 impl Fibers {
     /// From their parameters.
     pub fn new(style: FiberStyle, obstacles: Vec<Obstacle>, hash: Hash) -> Self {
@@ -118,27 +146,21 @@ impl Fibers {
     /// The strays of at most [`RUN`] points, `dx` and `dy` counting from the pith; `whole` for the directions inside knots.
     #[inline(always)]
     fn stray(&self, at: [&[f32]; 3], from_pith: [&[f32; RUN]; 2], pixel: f32, lift: f32, out: &mut Stray) {
-        let [x, y, z] = at;
+        // Known to be at most 64, no index needs to be checked.
+        let n = at[2].len().min(RUN);
+        let [x, y, z] = at.map(|axis| &axis[..n]);
         let [dx, dy] = from_pith;
-        let n = z.len();
         let style = &self.style;
         for (out, z) in out.sideways.iter_mut().zip(z) {
             *out = style.spiral * (z + lift - style.ground);
         }
         (out.outward, out.inside) = ([0.0; RUN], [0.0; RUN]);
-        let mut wander = |noise: [Noise3; 2], across: f32, along: f32, side: f32, outward: f32| {
-            let seen = visible(across * 1.5, pixel) * style.wander;
-            if seen > 0.0 {
-                let (a, b) = (1.0 / across, 1.0 / along);
-                for i in 0..n {
-                    let (u, v, w) = (dx[i] * a, dy[i] * a, (z[i] + lift) * b);
-                    out.sideways[i] += seen * side * noise[0].at(u, v, w);
-                    out.outward[i] += seen * outward * noise[1].at(u, v, w);
-                }
-            }
-        };
-        wander([self.noise[0], self.noise[1]], 18.0, 70.0, 0.55, 0.40);
-        wander([self.noise[2], self.noise[3]], 5.0, 15.0, 0.13, 0.10);
+        let coarse =
+            Wander { noise: [self.noise[0], self.noise[1]], across: 18.0, along: 70.0, sideways: 0.55, outward: 0.40 };
+        let fine =
+            Wander { noise: [self.noise[2], self.noise[3]], across: 5.0, along: 15.0, sideways: 0.13, outward: 0.10 };
+        coarse.add(style.wander * visible(27.0, pixel), from_pith, z, lift, out);
+        fine.add(style.wander * visible(7.5, pixel), from_pith, z, lift, out);
         if style.curl > 0.0 {
             let inverse = 1.0 / style.curl_length;
             for i in 0..n {
@@ -178,21 +200,29 @@ impl Fibers {
         pz.copy_from_slice(at.z);
         let style = &self.style;
         let inverse = 1.0 / style.elongation;
-        self.each(trunk, at, |from, to, from_pith, stray| {
-            let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
-            self.stray(parts, from_pith, pixel, 0.0, stray);
-            let [dx, dy] = from_pith;
-            for i in 0..to - from {
-                let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt() + 1e-4;
-                let even = style.thickening * (time[from + i] - (at.z[from + i] - style.ground) * inverse);
-                let a = even + stray.outward[i] * d / (d + 4.0);
-                let turn = stray.sideways[i] / (d + 1.5);
-                let (s, c) = (math::sin(turn), math::cos(turn));
-                let (u, v) = (dx[i] / d, dy[i] / d);
-                px[from + i] = a * (u * c - v * s);
-                py[from + i] = a * (v * c + u * s);
-            }
-        });
+        self.each(
+            trunk,
+            at,
+            #[inline(always)]
+            |from, to, from_pith, stray| {
+                let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
+                self.stray(parts, from_pith, pixel, 0.0, stray);
+                let [dx, dy] = from_pith;
+                let n = (to - from).min(RUN);
+                let (time, z) = (&time[from..][..n], &at.z[from..][..n]);
+                let (px, py) = (&mut px[from..][..n], &mut py[from..][..n]);
+                for i in 0..n {
+                    let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt() + 1e-4;
+                    let even = style.thickening * (time[i] - (z[i] - style.ground) * inverse);
+                    let a = even + stray.outward[i] * d / (d + 4.0);
+                    let turn = stray.sideways[i] / (d + 1.5);
+                    let (s, c) = (math::sin(turn), math::cos(turn));
+                    let (u, v) = (dx[i] / d, dy[i] / d);
+                    px[i] = a * (u * c - v * s);
+                    py[i] = a * (v * c + u * s);
+                }
+            },
+        );
     }
 
     /// The directions of fibres, of length 1.
@@ -200,33 +230,40 @@ impl Fibers {
         const LIFT: f32 = 0.5;
         let [fx, fy, fz] = out;
         let style = &self.style;
-        self.each(trunk, at, |from, to, from_pith, stray| {
-            let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
-            self.stray(parts, from_pith, pixel, LIFT, stray);
-            let above = *stray;
-            self.stray(parts, from_pith, pixel, 0.0, stray);
-            let [dx, dy] = from_pith;
-            let [qx, qy] = trunk.axis_at(parts[2][0]);
-            let [rx, ry] = trunk.axis_at(parts[2][0] + 8.0);
-            let lean = [(rx - qx) * 0.125, (ry - qy) * 0.125];
-            for i in 0..to - from {
-                let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt() + 1e-4;
-                let (u, v) = (dx[i] / d, dy[i] / d);
-                // Along a fibre X and Y stay: what the stray gains upward the point must lose.
-                let swing = if style.interlock > 0.0 {
-                    style.interlock * math::sin(std::f32::consts::TAU * d / style.interlock_pitch)
-                } else {
-                    0.0
-                };
-                let aside = -(above.sideways[i] - stray.sideways[i]) * (1.0 / LIFT) + swing;
-                let outward = -(above.outward[i] - stray.outward[i]) * (1.0 / LIFT) * d / (d + 4.0);
-                let f = [lean[0] + outward * u - aside * v, lean[1] + outward * v + aside * u, 1.0];
-                let w = stray.inside[i];
-                let f: [f32; 3] = std::array::from_fn(|k| math::lerp(f[k], stray.axis[k][i], w));
-                let length = 1.0 / (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
-                (fx[from + i], fy[from + i], fz[from + i]) = (f[0] * length, f[1] * length, f[2] * length);
-            }
-        });
+        self.each(
+            trunk,
+            at,
+            #[inline(always)]
+            |from, to, from_pith, stray| {
+                let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
+                self.stray(parts, from_pith, pixel, LIFT, stray);
+                let above = *stray;
+                self.stray(parts, from_pith, pixel, 0.0, stray);
+                let [dx, dy] = from_pith;
+                let [qx, qy] = trunk.axis_at(parts[2][0]);
+                let [rx, ry] = trunk.axis_at(parts[2][0] + 8.0);
+                let lean = [(rx - qx) * 0.125, (ry - qy) * 0.125];
+                let n = (to - from).min(RUN);
+                let (fx, fy, fz) = (&mut fx[from..][..n], &mut fy[from..][..n], &mut fz[from..][..n]);
+                for i in 0..n {
+                    let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt() + 1e-4;
+                    let (u, v) = (dx[i] / d, dy[i] / d);
+                    // Along a fibre X and Y stay: what the stray gains upward the point must lose.
+                    let swing = if style.interlock > 0.0 {
+                        style.interlock * math::sin(std::f32::consts::TAU * d / style.interlock_pitch)
+                    } else {
+                        0.0
+                    };
+                    let aside = -(above.sideways[i] - stray.sideways[i]) * (1.0 / LIFT) + swing;
+                    let outward = -(above.outward[i] - stray.outward[i]) * (1.0 / LIFT) * d / (d + 4.0);
+                    let f = [lean[0] + outward * u - aside * v, lean[1] + outward * v + aside * u, 1.0];
+                    let w = stray.inside[i];
+                    let f: [f32; 3] = std::array::from_fn(|k| math::lerp(f[k], stray.axis[k][i], w));
+                    let length = 1.0 / (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
+                    (fx[i], fy[i], fz[i]) = (f[0] * length, f[1] * length, f[2] * length);
+                }
+            },
+        );
     }
 
     #[inline(always)]

@@ -61,8 +61,9 @@ impl Shape {
                     at,
                     #[inline(always)]
                     |from, to, qx, qy| {
-                        let n = to - from;
-                        let z = &at.z[from..to];
+                        // Known to be at most 64, no index needs to be checked.
+                        let n = (to - from).min(64);
+                        let z = &at.z[from..][..n];
                         let (mut dx, mut dy, mut d, mut factor) =
                             ([0.0_f32; 64], [0.0_f32; 64], [0.0_f32; 64], [1.0_f32; 64]);
                         for (i, (x, y)) in at.x[from..to].iter().zip(&at.y[from..to]).enumerate() {
@@ -89,9 +90,10 @@ impl Shape {
                                 }
                             }
                         }
+                        let (px, py) = (&mut px[from..][..n], &mut py[from..][..n]);
                         for i in 0..n {
-                            px[from + i] = qx[i] + dx[i] * factor[i];
-                            py[from + i] = qy[i] + dy[i] * factor[i];
+                            px[i] = qx[i] + dx[i] * factor[i];
+                            py[i] = qy[i] + dy[i] * factor[i];
                         }
                     },
                 );

@@ -1,0 +1,124 @@
+//! [`Board`]: the six faces of a board.
+//!
+//! Source: Momoi & Takatera 2014, §2.1 and §4.1 (rows B26, B28, B29): boards for buildings, cut from anywhere in the tree.
+//! Cost: that of six cuts, of those that are asked for.
+use super::cut_plane::Plane;
+use super::trees::{Triple, vector};
+use glam::{DMat3, DVec3, EulerRot};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Canvas, Stop, Tiling};
+
+/// Cuts a board out of a solid: all six faces, which agree on their edges.
+///
+/// Its length runs along the trunk (z), its width and its thickness across: a face of a flat-sawn board looks along y. Each
+/// output shows one face over the whole canvas. Looking at the face, the length runs to the right; ends show the width
+/// to the right and the thickness down.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "time": TrunkTime(skeleton: "tree"),
+/// "rings": ColorPattern(),
+/// "wood": RingColor(time: "time", pattern: "rings"),
+/// "board": Board(solid: "wood", size: (120, 60, 20), middle: (0, 45, 0)),
+/// "example": Blend(base: "board.face", top: "board.side"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Board {
+    /// What to cut.
+    pub solid: In<AnySolid>,
+    /// Length, width and thickness.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
+    pub size: Triple,
+    /// Where in the tree the board's middle lies.
+    #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
+    pub middle: Triple,
+    /// Turns about the length (0 is flat-sawn for a board on the y axis, 90 quarter-sawn), the width and the thickness.
+    #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
+    pub turn: Triple,
+}
+
+impl Default for Board {
+    fn default() -> Self {
+        Self { solid: In::default(), size: (600.0, 120.0, 25.0), middle: (0.0, 60.0, 1200.0), turn: (0.0, 0.0, 0.0) }
+    }
+}
+
+impl Board {
+    /// The planes of the faces, in the order of the outputs.
+    fn planes(&self) -> [Plane; 6] {
+        let [a, b, c] = [self.turn.0, self.turn.1, self.turn.2].map(f64::to_radians);
+        // Length along z, width along x, thickness along y.
+        let turn = DMat3::from_euler(EulerRot::ZXY, a, b, c);
+        let (length, width, thickness) =
+            (turn * DVec3::Z * self.size.0, turn * DVec3::X * self.size.1, turn * DVec3::Y * self.size.2);
+        let middle = vector(self.middle);
+        // A face: towards where it looks, to the right, and down.
+        let face = |out: DVec3, u: DVec3, v: DVec3| Plane { origin: middle + 0.5 * (out - u - v), u, v };
+        [
+            face(thickness, length, -width),
+            face(-thickness, length, width),
+            face(-width, length, -thickness),
+            face(width, length, thickness),
+            face(-length, width, thickness),
+            face(length, -width, thickness),
+        ]
+    }
+}
+
+impl Node for Board {
+    const OUTPUTS: &'static [Output] = &[
+        Output::like("face", &["solid"], "The wide face away from the pith."),
+        Output::like("back", &["solid"], "The wide face towards the pith."),
+        Output::like("side", &["solid"], "The narrow face that `face` ends at below."),
+        Output::like("other_side", &["solid"], "The narrow face that `face` ends at above."),
+        Output::like("end", &["solid"], "The lower end, on the left of `face`."),
+        Output::like("other_end", &["solid"], "The upper end, on the right of `face`."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+        Tiling::NONE
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (solid, size) = (cx.get(&self.solid)?, cx.size_mm());
+        let [face, back, side, other_side, end, other_end] = self.planes().map(|plane| solid.cut(&plane.cut(size)));
+        Ok(Outputs::one(face)
+            .with("back", back)
+            .with("side", side)
+            .with("other_side", other_side)
+            .with("end", end)
+            .with("other_end", other_end))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_share_their_edges() {
+        let board = Board { turn: (30.0, 5.0, -7.0), ..Board::default() };
+        let [face, back, side, other_side, end, other_end] = board.planes();
+        let corner = |p: &Plane, u: f64, v: f64| p.origin + p.u * u + p.v * v;
+        let same = |a: DVec3, b: DVec3| assert!(a.distance(b) < 1e-9, "{a} {b}");
+        // Below the face begins the side, above it the other one, on its left the end.
+        same(corner(&face, 0.0, 1.0), corner(&side, 0.0, 0.0));
+        same(corner(&face, 1.0, 1.0), corner(&side, 1.0, 0.0));
+        same(corner(&face, 0.0, 0.0), corner(&other_side, 0.0, 1.0));
+        same(corner(&face, 0.0, 0.0), corner(&end, 1.0, 1.0));
+        same(corner(&face, 1.0, 0.0), corner(&other_end, 0.0, 1.0));
+        same(corner(&side, 0.0, 1.0), corner(&back, 0.0, 0.0));
+        let looks = |p: &Plane| p.u.cross(p.v).normalize();
+        assert!(looks(&face).dot(looks(&back)) < -0.999 && looks(&side).dot(looks(&other_side)) < -0.999);
+        // Seen from outside, nothing is mirrored: right × down points into the board.
+        let middle = vector(board.middle);
+        for plane in board.planes() {
+            assert!(looks(&plane).dot(corner(&plane, 0.5, 0.5) - middle) < 0.0);
+        }
+    }
+}

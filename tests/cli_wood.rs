@@ -1,0 +1,455 @@
+//! Wood end to end: the published vectors through `shibo dump --at`, cuts that agree, thin rings that do not alias, and what
+//! users get wrong.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+mod support;
+
+use serde_json::Value as Json;
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::graph::{LoadOptions, load_text};
+use shibo_engine::session::{Session, Settings};
+use shibo_engine::value::{Tile, Value, Window, linear_to_srgb};
+use std::fmt::Write;
+use std::path::Path;
+use support::Desk;
+
+fn vectors() -> Json {
+    serde_json::from_str(include_str!("../nodes/tests/vectors/wood.json")).unwrap()
+}
+
+/// JSON lists as RON tuples inside a list.
+fn points(list: &Json) -> String {
+    let point = |p: &Json| format!("({}, {}, {})", p[0], p[1], p[2]);
+    list.as_array().unwrap().iter().map(point).collect::<Vec<_>>().join(", ")
+}
+
+fn csv(queries: &Json) -> String {
+    queries.as_array().unwrap().iter().fold(String::new(), |mut text, q| {
+        writeln!(text, "{},{},{}", q["P"][0], q["P"][1], q["P"][2]).unwrap();
+        text
+    })
+}
+
+fn number(v: &Json) -> f64 {
+    v.as_f64().unwrap_or_else(|| if v == "inf" { f64::INFINITY } else { panic!("{v}") })
+}
+
+fn same(dump: &Json, queries: &Json, key: &str) {
+    let (got, want) = (dump["values"].as_array().unwrap(), queries.as_array().unwrap());
+    assert_eq!(got.len(), want.len());
+    for (got, want) in got.iter().zip(want) {
+        let (a, b) = (number(got), number(&want[key]));
+        assert!(a == b || (a - b).abs() < 1e-9 * b.abs().max(1.0), "{key}: {a} {want}");
+    }
+}
+
+#[test]
+fn dumped_times_and_skeletons_are_those_of_the_vectors() {
+    let vectors = vectors();
+    let desk = Desk::new();
+    for skeleton in vectors["skeletons"].as_array().unwrap() {
+        let scheme = if skeleton["scheme"] == "local" { "Local" } else { "Natural" };
+        let graph = format!(
+            "(canvas: (size_mm: 10, tile: None), nodes: {{ \"nodes\": TrunkNodes(nodes: [{}]), \
+             \"raw\": FitSkeleton(curve: \"nodes\", scheme: {scheme}), \"tree\": EqualizeHeight(skeleton: \"raw\"), \
+             \"time\": TrunkTime(skeleton: \"raw\", elongation_speed: 2, thickening_speed: 0.5) }})",
+            points(&skeleton["nodes"])
+        );
+        desk.write("a.ron", graph);
+        desk.write("at.csv", csv(&skeleton["queries"]));
+        same(&desk.shibo("dump a.ron time --at at.csv").expect(0).json(), &skeleton["queries"], "T");
+        same(&desk.shibo("dump a.ron time.distance --at at.csv").expect(0).json(), &skeleton["queries"], "d");
+        for (node, key) in [("raw", "controls_raw"), ("tree", "controls_equalised")] {
+            let dump = desk.shibo(&format!("dump a.ron {node}")).expect(0).json();
+            let flat = |v: &Json| -> Vec<f64> {
+                let lists = v.as_array().unwrap().iter().flat_map(|s| s.as_array().unwrap());
+                lists.flat_map(|p| p.as_array().unwrap().iter().map(|n| n.as_f64().unwrap())).collect()
+            };
+            let (a, b) = (flat(&dump["trunk"]), flat(&skeleton[key]));
+            assert!(a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9), "{key}");
+        }
+    }
+}
+
+#[test]
+fn dumped_branches_and_baselines_are_those_of_the_vectors() {
+    let vectors = vectors();
+    let desk = Desk::new();
+    let named = |name: &Json| vectors["skeletons"].as_array().unwrap().iter().find(|s| s["name"] == *name).unwrap();
+    for case in vectors["branches"].as_array().unwrap() {
+        let branch = |b: &Json| {
+            format!(
+                "(height: {}, direction: ({}, {}, {}), thickening_speed: {})",
+                b["z"], b["dir"][0], b["dir"][1], b["dir"][2], b["vb"]
+            )
+        };
+        let list: Vec<String> = case["branches"].as_array().unwrap().iter().map(branch).collect();
+        let graph = format!(
+            "(canvas: (size_mm: 10, tile: None), nodes: {{ \"nodes\": TrunkNodes(nodes: [{}]), \
+             \"raw\": FitSkeleton(curve: \"nodes\"), \"tree\": Branches(skeleton: \"raw\", branches: [{}]), \
+             \"t1\": TrunkTime(skeleton: \"tree\", elongation_speed: 2, thickening_speed: 0.5), \
+             \"t2\": BranchTime(skeleton: \"tree\", elongation_speed: 2), \
+             \"first\": BranchTime(skeleton: \"tree\", elongation_speed: 2, branch: 0), \
+             \"time\": BlendTimes(times: [\"t1\", \"t2\"]), \"least\": BlendTimes(times: [\"t1\", \"t2\"], k: inf) }})",
+            points(&named(&case["skeleton"])["nodes"]),
+            list.join(", ")
+        );
+        desk.write("a.ron", graph);
+        desk.write("at.csv", csv(&case["queries"]));
+        let dump = |node: &str| desk.shibo(&format!("dump a.ron {node} --at at.csv")).expect(0).json();
+        same(&dump("time"), &case["queries"], "T");
+        same(&dump("t1"), &case["queries"], "T1");
+        let (first, least) = (dump("first"), dump("least"));
+        for (i, query) in case["queries"].as_array().unwrap().iter().enumerate() {
+            let (got, want) = (number(&first["values"][i]), number(&query["T2"][0]));
+            assert!(got == want || (got / want - 1.0).abs() < 1e-9, "{got} {want}");
+            assert!(number(&least["values"][i]) <= number(&query["T1"]) + 1e-9);
+        }
+    }
+    for case in vectors["straight"].as_array().unwrap() {
+        let graph = format!(
+            "(canvas: (size_mm: 10, tile: None), nodes: {{ \"nodes\": TrunkNodes(nodes: [{}]), \
+             \"time\": StraightTime(curve: \"nodes\", elongation_speed: {}, thickening_speed: {}) }})",
+            points(&named(&case["skeleton"])["nodes"]),
+            case["va"],
+            case["vb"]
+        );
+        desk.write("a.ron", graph);
+        desk.write("at.csv", csv(&case["queries"]));
+        same(&desk.shibo("dump a.ron time --at at.csv").expect(0).json(), &case["queries"], "T");
+    }
+}
+
+#[test]
+fn colours_are_looked_up_by_number() {
+    let vectors = vectors();
+    let desk = Desk::new();
+    let table = vectors["colour"]["table"].as_array().unwrap();
+    // Two stops a step: the colour is the same all through an entry.
+    let n = table.len() as f64;
+    let stop = |(i, c): (usize, &Json)| {
+        let (from, to) = (i as f64 / n, (i + 1) as f64 / n);
+        format!("({from}, ({}, {}, {})), ({to}, ({}, {}, {}))", c[0], c[1], c[2], c[0], c[1], c[2])
+    };
+    let stops: Vec<String> = table.iter().enumerate().map(stop).collect();
+    for (interpolate, key) in [(false, "nearest"), (true, "linear")] {
+        // Time rises with z alone on the pith.
+        let graph = format!(
+            "(canvas: (size_mm: 10, tile: None), nodes: {{ \"nodes\": TrunkNodes(nodes: [(0, 0, -10), (0, 0, 50)]), \
+             \"tree\": FitSkeleton(curve: \"nodes\"), \"time\": TrunkTime(skeleton: \"tree\", elongation_speed: 1), \
+             \"rings\": ColorPattern(stops: [{}], entries: {n}), \
+             \"wood\": RingColor(time: \"time\", pattern: \"rings\", filter: None, interpolate: {interpolate}) }})",
+            stops.join(", ")
+        );
+        desk.write("a.ron", graph);
+        let entries = vectors["colour"]["entries"].as_array().unwrap();
+        let at: String = entries.iter().map(|e| format!("0,0,{}\n", e["T"])).collect();
+        desk.write("at.csv", at);
+        let dump = desk.shibo("dump a.ron wood --at at.csv").expect(0).json();
+        for (i, entry) in entries.iter().enumerate() {
+            for c in 0..3 {
+                let (got, want) = (number(&dump["values"][3 * i + c]), number(&entry[key][c]));
+                assert!((got - want).abs() < 3e-6, "{key} {entry}: {got}");
+            }
+        }
+    }
+}
+
+fn session() -> Session {
+    Session::new(shibo_nodes::registry(), &Settings { threads: 2, ..Settings::default() }).unwrap()
+}
+
+/// The picture of the node `out` of a graph.
+fn picture(session: &Session, canvas: &str, nodes: &str) -> Tile {
+    let text = format!("(canvas: {canvas}, nodes: {{ {nodes} }})");
+    let options = LoadOptions { working_dir: ".".into(), ..LoadOptions::default() };
+    let loaded = load_text(Path::new("test.ron"), &text, session.registry(), &options);
+    let messages: Vec<&str> = loaded.diagnostics.iter().map(|d| d.message.as_str()).collect();
+    assert_eq!(messages, Vec::<&str>::new());
+    let graph = loaded.graph.unwrap();
+    let node = graph.nodes.node_indices().find(|i| graph.nodes[*i].name == "out").unwrap();
+    let cancel = CancelToken::default();
+    let Value::Field(field) = session.value(&graph, (node, 0), &cancel, &Silent).unwrap() else { panic!("no field") };
+    let size = graph.canvas.resolution;
+    session
+        .rasters(&graph, &field, &[(graph.canvas.grid(size), Window::full(size))], &cancel, &Silent)
+        .unwrap()
+        .0
+        .remove(0)
+}
+
+const OAK: &str = r##"
+    "pith": TrunkNodes(height: (0, 4000), count: 21, wander: 9, seed: 4),
+    "tree": FitSkeleton(curve: "pith"),
+    "even": TrunkTime(skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3, age_boost: 0.6),
+    "grown": VaryGrowth(time: "even", skeleton: "tree", eccentricity: 0.13, waves: [(2.6, 38, 420), (0.6, 10, 110)]),
+    "time": VaryGrowth(time: "grown", series: Generated, sigma: 0.33),
+    "fiber": FiberSpace(time: "grown", skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3),
+    "year": ColorPattern(stops: [(0, "#b58e60"), (0.22, "#bc9566"), (0.34, "#c9a577"), (0.7, "#c4a070"), (0.97, "#b58d5c"), (1, "#b08859")]),
+    "rings": RingColor(time: "time", pattern: "year", fiber: "fiber", late_variation: 0.4, phase_variation: 0.25),
+    "streaks": FiberStreaks(color: "rings", fiber: "fiber", streak: 0.16),
+    "pores": WoodPores(color: "streaks", fiber: "fiber", time: "time", calendar: "time.calendar", elongation_speed: 260, thickening_speed: 2.3),
+"##;
+
+/// Three faces of a block, drawn so that pixels lie on the edges: the colours there are the same to one level of 255.
+#[test]
+fn three_cuts_agree_on_their_shared_edges() {
+    let session = session();
+    let n = 200;
+    // So fine that the faces' own filters, which differ, do not matter.
+    let (size, half) = (3.0, 3.0 / f64::from(n) / 2.0);
+    let canvas = format!("(size_mm: {size}, resolution: {n}, tile: None, seed: 3)");
+    let cut = |origin: [f64; 3], u: [f64; 3], v: [f64; 3]| {
+        let triple = |p: [f64; 3]| format!("({}, {}, {})", p[0], p[1], p[2]);
+        let out = format!(
+            "\"out\": CutPlane(solid: \"pores\", origin: {}, u: {}, v: {}),",
+            triple(origin),
+            triple(u),
+            triple(v)
+        );
+        picture(&session, &canvas, &format!("{OAK} {out}"))
+    };
+    // The corner lies at the middle of the first pixel of each.
+    let (x, y, z) = (20.0, 62.0, 1200.0);
+    let face = cut([x - half, y, z - half], [0.0, 0.0, size], [size, 0.0, 0.0]);
+    let edge = cut([x, y - half, z - half], [0.0, 0.0, size], [0.0, size, 0.0]);
+    let end = cut([x - half, y - half, z], [size, 0.0, 0.0], [0.0, size, 0.0]);
+    let byte = |v: f32| linear_to_srgb(v) * 255.0;
+    for c in 0..3 {
+        let n = usize::try_from(n).unwrap();
+        let mut worst = 0.0_f32;
+        for i in 0..n {
+            let pairs = [
+                (face.row(c, 0)[i], edge.row(c, 0)[i]),
+                (face.row(c, i)[0], end.row(c, 0)[i]),
+                (edge.row(c, i)[0], end.row(c, i)[0]),
+            ];
+            for (a, b) in pairs {
+                worst = worst.max((byte(a) - byte(b)).abs());
+            }
+        }
+        assert!(worst <= 1.0, "channel {c}: {worst}");
+    }
+}
+
+/// Low-frequency energy that a picture has and its reference has not, over that of the reference.
+fn moire(picture: &[f32], reference: &[f32], n: usize) -> f64 {
+    let soft = |v: &[f32]| -> Vec<f64> {
+        let kernel: Vec<f64> = (-6..=6).map(|d| (-0.5 * f64::from(d * d) / 4.0).exp()).collect();
+        let total: f64 = kernel.iter().sum();
+        let pass = |v: &[f64], step: usize, from: usize| -> Vec<f64> {
+            let at = |i: usize, k: usize| {
+                let place = (i / from % n) as i64 + k as i64 - 6;
+                let place = usize::try_from(place.clamp(0, n as i64 - 1)).unwrap();
+                v[i - i / from % n * step + place * step]
+            };
+            (0..n * n).map(|i| (0..13).map(|k| kernel[k] * at(i, k)).sum::<f64>() / total).collect()
+        };
+        let wide: Vec<f64> = v.iter().map(|v| f64::from(*v)).collect();
+        pass(&pass(&wide, 1, 1), n, n)
+    };
+    let (a, b) = (soft(picture), soft(reference));
+    let mean = b.iter().sum::<f64>() / b.len() as f64;
+    let error: f64 = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum();
+    error / b.iter().map(|b| (b - mean).powi(2)).sum::<f64>()
+}
+
+#[test]
+fn thin_rings_do_not_alias_on_a_small_board() {
+    let session = session();
+    let nodes = |filter: &str| {
+        format!(
+            "{} \"out\": CutPlane(solid: \"wood\", preset: EndGrain, distance: 10, height: 1200),",
+            format_args!(
+                r##""pith": TrunkNodes(height: (0, 4000), count: 21, wander: 2.5), "tree": FitSkeleton(curve: "pith"),
+                "even": TrunkTime(skeleton: "tree", elongation_speed: 420, thickening_speed: 1.15),
+                "time": VaryGrowth(time: "even", skeleton: "tree", series: Generated, sigma: 0.24, eccentricity: 0.05),
+                "year": ColorPattern(stops: [(0, "#f0d8b0"), (0.6, "#edd0a2"), (0.82, "#e0b580"), (0.95, "#c99058"), (1, "#e3c192")]),
+                "wood": RingColor(time: "time", pattern: "year", late_variation: 0.35, filter: {filter}),"##
+            )
+        )
+    };
+    let n = 96;
+    let small = |filter: &str| picture(&session, "(size_mm: 144, resolution: 96, tile: None)", &nodes(filter));
+    let fine = picture(&session, "(size_mm: 144, resolution: 1152, tile: None)", &nodes("None"));
+    let mut reference = vec![0.0_f32; n * n];
+    for y in 0..1152 {
+        for x in 0..1152 {
+            reference[y / 12 * n + x / 12] += fine.row(1, y)[x] / 144.0;
+        }
+    }
+    let (exact, point) = (small("Exact"), small("None"));
+    let (good, bad) = (moire(exact.plane(1), &reference, n), moire(point.plane(1), &reference, n));
+    // Averaged rings leave little low-frequency energy of their own: what counts is what is added to it.
+    assert!(good < 0.3 && bad > 100.0 * good, "{good} {bad}");
+}
+
+/// Halving the distance of samples halves the largest step of the curved method's time; the straight one keeps its jumps.
+#[test]
+fn curved_time_is_continuous_where_the_straight_one_jumps() {
+    let session = session();
+    let steps = |node: &str| {
+        [100, 200, 400].map(|n| {
+            let canvas = format!("(size_mm: 300, resolution: {n}, tile: None)");
+            let nodes = format!(
+                r#""nodes": TrunkNodes(nodes: [(0, 0, -60), (14, 6, 0), (-22, -4, 60), (-30, 12, 120), (16, 8, 180), (34, -6, 240), (6, 4, 300), (-10, 0, 360)]),
+                "tree": FitSkeleton(curve: "nodes"), {node}
+                "out": CutPlane(solid: "time", origin: (-150, 0, 300), u: (300, 0, 0), v: (0, 0, -300)),"#
+            );
+            let tile = picture(&session, &canvas, &nodes);
+            let mut largest = 0.0_f32;
+            for y in 0..n {
+                for x in 1..n {
+                    let along = (tile.row(0, y)[x] - tile.row(0, y)[x - 1]).abs();
+                    let down = if y > 0 { (tile.row(0, y)[x] - tile.row(0, y - 1)[x]).abs() } else { 0.0 };
+                    largest = largest.max(along).max(down);
+                }
+            }
+            largest
+        })
+    };
+    let curved = steps(r#""time": TrunkTime(skeleton: "tree", elongation_speed: 40, thickening_speed: 3),"#);
+    let straight = steps(r#""time": StraightTime(curve: "nodes", elongation_speed: 40, thickening_speed: 3),"#);
+    assert!(curved[1] / curved[0] < 0.6 && curved[2] / curved[1] < 0.6, "{curved:?}");
+    assert!(straight[2] / straight[0] > 0.8, "{straight:?}");
+}
+
+/// Two points of a graph's solid `name`, as printed.
+fn dump(desk: &Desk, name: &str) -> Vec<f64> {
+    let dump = desk.shibo(&format!("dump a.ron {name} --at at.csv")).expect(0).json();
+    dump["values"].as_array().unwrap().iter().map(number).collect()
+}
+
+#[test]
+fn given_control_points_are_taken_as_they_are() {
+    let desk = Desk::new();
+    desk.write(
+        "a.ron",
+        "(canvas: (size_mm: 10, tile: None), nodes: { \
+         \"points\": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 3), (2, 1, 5), (2, 2, 9), (2, 3, 13), (0, 4, 16), (0, 5, 21)]), \
+         \"tree\": FitSkeleton(curve: \"points\", scheme: Given) })",
+    );
+    let dump = desk.shibo("dump a.ron tree").expect(0).json();
+    assert_eq!(dump["trunk"].as_array().unwrap().len(), 2);
+    assert_eq!(dump["trunk"][0][1], serde_json::json!([1.0, 0.0, 3.0]));
+    assert_eq!(dump["trunk"][1][0], dump["trunk"][0][3]);
+}
+
+#[test]
+fn placed_solids_are_those_of_the_tree() {
+    let desk = Desk::new();
+    let tree = "\"n\": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), \"s\": FitSkeleton(curve: \"n\"), \
+                \"t\": TrunkTime(skeleton: \"s\"),";
+    // A turn by 90° about z takes x to y.
+    let placed = "\"p\": PlaceInTree(solid: \"t\", position: (3, 4, 50), turn: (0, 0, 90), scale: 2),";
+    let cut = "\"cut\": CutPlane(solid: \"p\", origin: (1, 0, 5), u: (10, 0, 0), v: (0, 0, 10)),";
+    desk.write(
+        "a.ron",
+        format!("(canvas: (size_mm: 10, resolution: 10, tile: None), nodes: {{ {tree} {placed} {cut} }})"),
+    );
+    desk.write("at.csv", "1,0,5\n0,0,0\n");
+    let moved = dump(&desk, "p");
+    desk.write("at.csv", "3,6,60\n3,4,50\n");
+    let direct = dump(&desk, "t");
+    assert!(moved.iter().zip(&direct).all(|(a, b)| (a - b).abs() < 1e-9), "{moved:?} {direct:?}");
+    // Pixel (2, 3) has its centre at (2.5, 3.5) mm of the canvas.
+    desk.write("at.csv", "3.5,0,8.5\n");
+    let want = dump(&desk, "p");
+    let field = desk.shibo("dump a.ron cut").expect(0).json();
+    assert!((number(&field["values"][32]) - want[0]).abs() < 1e-5);
+}
+
+#[test]
+fn the_earlier_method_has_branches_too() {
+    let desk = Desk::new();
+    let nodes = "\"n\": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), \"s\": FitSkeleton(curve: \"n\"), \
+                 \"b\": Branches(skeleton: \"s\", branches: [(height: 40, direction: (1, 0, 0.5), thickening_speed: 0.5)]), \
+                 \"plain\": StraightTime(curve: \"n\"), \"both\": StraightTime(curve: \"n\", branches: \"b\"), \
+                 \"branch\": BranchTime(skeleton: \"b\"),";
+    desk.write("a.ron", format!("(canvas: (size_mm: 10, tile: None), nodes: {{ {nodes} }})"));
+    desk.write("at.csv", "30,2,55\n-30,0,30\n");
+    let (plain, both, branch) = (dump(&desk, "plain"), dump(&desk, "both"), dump(&desk, "branch"));
+    let want = 1.0 / (plain[0].powi(-2) + branch[0].powi(-2)).sqrt();
+    assert!((both[0] - want).abs() < 1e-9 && both[0] < plain[0]);
+    assert!(branch[1].is_infinite() && both[1] == plain[1]);
+}
+
+/// Everything users get wrong is refused at its place, with what must be.
+#[test]
+fn what_users_get_wrong_is_named() {
+    let desk = Desk::new();
+    desk.write("ragged.csv", "0,0,0\n1,0,0\n\n0,1,0\n");
+    desk.write("nan.csv", "0,0,0\n1,0,nan\n");
+    desk.write("short.csv", "0,0,0\n1,0\n");
+    let tree = r#""n": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), "s": FitSkeleton(curve: "n"), "t": TrunkTime(skeleton: "s"),"#;
+    let cases = [
+        (r#""a": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 5), (0, 0, 4)]),"#, "bad-value", "node 2 is at height `4`"),
+        (r#""a": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 5), (0, 0, 5)]),"#, "bad-value", "node 2 is at height `5`"),
+        (r#""a": TrunkNodes(nodes: [(0, 0, 0)]),"#, "bad-value", "a trunk needs at least 2"),
+        (
+            r#""n": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 1), (0, 0, 6.2)]), "f": FitSkeleton(curve: "n"), "a": EqualizeHeight(skeleton: "f"),"#,
+            "bad-value",
+            "does not rise at node 0",
+        ),
+        (
+            r#""n": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 1), (0, 0, 8), (0, 0, 9)]), "f": FitSkeleton(curve: "n"), "a": TrunkTime(skeleton: "f"),"#,
+            "bad-value",
+            "does not rise at node",
+        ),
+        (r#""n": TrunkNodes(), "a": FitSkeleton(curve: "n", scheme: Given),"#, "bad-value", "there must be 4, 7, 10"),
+        (r#""n": TrunkNodes(file: "short.csv"), "a": FitSkeleton(curve: "n"),"#, "bad-file", "line 2"),
+        (r#""n": TrunkNodes(file: "nan.csv"), "a": FitSkeleton(curve: "n"),"#, "bad-file", "line 2"),
+    ];
+    let with_tree = [
+        (r#""a": Branches(skeleton: "s", branches: [(height: 500)]),"#, "bad-value", "where there is no trunk"),
+        (
+            r#""a": Branches(skeleton: "s", branches: [(height: 5, thickening_speed: 0)]),"#,
+            "out-of-range",
+            "must be greater than 0",
+        ),
+        (
+            r#""a": Branches(skeleton: "s", branches: [(height: 5, direction: (0, 0, 0))]),"#,
+            "bad-value",
+            "points nowhere",
+        ),
+        (r#""a": BranchTime(skeleton: "s", branch: 3),"#, "out-of-range", "numbered from 0"),
+        (r#""a": TrunkTime(skeleton: "s", thickening_speed: 0),"#, "out-of-range", "greater than 0"),
+        (r#""a": TrunkTime(skeleton: "s", elongation_speed: -1),"#, "out-of-range", "greater than 0"),
+        (r#""a": BlendTimes(times: []),"#, "missing-input", "needs `times`"),
+        (r#""a": BlendTimes(times: ["t"], origin: Branch),"#, "bad-value", "needs `skeleton`"),
+        (r#""a": ColorPattern(stops: []),"#, "bad-value", "at least one stop"),
+        (r##""a": ColorPattern(stops: [(0.5, "#fff"), (0.2, "#000")]),"##, "bad-value", "must not lie before"),
+        (
+            r##""p": Constant(color: "#888"), "a": ColorPattern(image: "p.color"),"##,
+            "bad-value",
+            "all is of one colour",
+        ),
+        (
+            r##""p": Perlin(), "q": GradientMap(input: "p"), "a": ColorPattern(image: "q", line: ((5, 5), (500, 5))),"##,
+            "bad-value",
+            "outside the picture",
+        ),
+        (
+            r##""p": Perlin(), "q": GradientMap(input: "p"), "a": ColorPattern(image: "q", line: ((5, 5), (5, 5))),"##,
+            "bad-value",
+            "24 to 65536",
+        ),
+        (r#""a": VaryGrowth(time: "t", waves: [(20, 10, 100)]),"#, "bad-value", "would not rise outward"),
+        (r#""a": VaryGrowth(time: "t", series: List([1, 0])),"#, "bad-value", "not greater than 0"),
+        (r#""a": CutSurface(solid: "t", shape: Points, file: "ragged.csv"),"#, "bad-file", "this row has 1 points"),
+        (r#""a": CutSurface(solid: "t", shape: Points, file: "nan.csv"),"#, "bad-file", "line 2"),
+        (r#""a": CutSurface(solid: "t", shape: Bezier),"#, "bad-value", "a patch needs 16"),
+        (r#""a": CutPlane(solid: "t", u: (1, 0, 0), v: (2, 0, 0)),"#, "bad-value", "must span a plane"),
+    ];
+    let all = cases.iter().map(|c| (String::new(), c)).chain(with_tree.iter().map(|c| (tree.to_owned(), c)));
+    for (before, (nodes, code, words)) in all {
+        desk.write("a.ron", format!("(canvas: (size_mm: 40, tile: None), nodes: {{\n{before}\n{nodes}\n}})"));
+        desk.write("p.csv", "1,2,3\n");
+        let solid = nodes.contains("Time(") || nodes.contains("BlendTimes(") || nodes.contains("VaryGrowth(");
+        let at = if solid { " --at p.csv" } else { " --resolution 8" };
+        let ran = desk.shibo(&format!("dump a.ron a{at}"));
+        assert_eq!(ran.code, Some(1), "{nodes}\n{}{}", ran.stdout, ran.stderr);
+        let text = ran.stderr.split_whitespace().collect::<Vec<_>>().join(" ").replace("│ ", "");
+        assert!(text.contains(words) && text.contains(code), "{nodes}: wanted {code}, `{words}`\n{}", ran.stderr);
+        assert!(text.contains("a.ron:"), "{}", ran.stderr);
+    }
+}

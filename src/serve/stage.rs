@@ -6,12 +6,16 @@ use serde_json::{Value as Json, json};
 use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
 use shibo_engine::eval::{NodeState, NodeStats};
 use shibo_engine::session::Session;
+use shibo_engine::value::Key;
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use tokio::sync::broadcast;
 
 /// News that a page may fall behind by before it is told everything anew.
 const BACKLOG: usize = 256;
+/// Results that are remembered as made.
+const MADE: usize = 200_000;
 /// Errors that pages are told of.
 const ERRORS: usize = 100;
 /// Longer lines of a source are cut, in characters.
@@ -57,6 +61,8 @@ pub(crate) struct Stage {
     news: broadcast::Sender<News>,
     focus: Mutex<Option<String>>,
     ticks: AtomicU64,
+    /// What was made in this run, and the seconds it took.
+    made: Mutex<HashMap<Key, f64>>,
 }
 
 impl Stage {
@@ -70,6 +76,7 @@ impl Stage {
             news: broadcast::Sender::new(BACKLOG),
             focus: Mutex::default(),
             ticks: AtomicU64::new(0),
+            made: Mutex::default(),
         }
     }
 
@@ -176,12 +183,29 @@ impl Stage {
     }
 
     /// An evaluation is over: how long it took, in ms, until something was shown and until all was.
-    pub(crate) fn done(&self, scene: &Scene, stats: Vec<NodeStats>, first: f64, all: f64) {
+    pub(crate) fn done(&self, scene: &Scene, mut stats: Vec<NodeStats>, first: f64, all: f64) {
         let ran = stats.iter().filter(|s| s.state == NodeState::Computed).count();
+        self.remember(scene, &mut stats);
         *lock(&scene.stats) = stats;
         let done = json!({ "generation": scene.generation, "ran": ran, "first_ms": first, "all_ms": all });
         lock(&self.present).done = Some(done.clone());
         self.tell("done", &done);
+    }
+
+    /// A node that nobody asked for, since the pictures after it were known, is not one that nobody needs.
+    fn remember(&self, scene: &Scene, stats: &mut [NodeStats]) {
+        let mut made = lock(&self.made);
+        if made.len() > MADE {
+            made.clear();
+        }
+        for (index, stat) in scene.graph.nodes.node_indices().zip(stats) {
+            let key = scene.keys.output(index, 0);
+            match (stat.state, made.get(&key)) {
+                (NodeState::Unused, Some(seconds)) => (stat.state, stat.seconds) = (NodeState::Memory, *seconds),
+                (NodeState::Unused, None) => {}
+                _ => drop(made.insert(key, stat.seconds)),
+            }
+        }
     }
 
     /// The values of parameters in force.

@@ -40,6 +40,7 @@ uniform float uUvPerMm;     // of the canvas' width
 uniform vec2 uAspect;       // the canvas: 1, width over height
 uniform float uRelief;
 uniform int uParallax;
+uniform float uFine;        // how many steps are taken, 1 being all
 uniform float uExposure;
 out vec4 oColor;
 
@@ -79,7 +80,7 @@ vec2 parallax(vec2 uv, vec3 d, float lod, out float depth) {
   float range = (uHeights.y - uHeights.x) * uUvPerMm * uRelief;
   depth = 0.0;
   if (range < 1e-6) return uv;
-  float steps = mix(44.0, 18.0, clamp(d.z, 0.0, 1.0));
+  float steps = ceil(uFine * mix(44.0, 18.0, clamp(d.z, 0.0, 1.0)));
   vec2 reach = -d.xy / max(d.z, 0.18) * range * uAspect;
   float before = 0.0, gap_before = 0.0;
   for (float i = 0.0; i < 48.0; i += 1.0) {
@@ -104,8 +105,10 @@ float shadow(vec2 uv, float depth, vec3 l, float lod) {
   if (range < 1e-6 || l.z <= 0.02) return 1.0;
   vec2 reach = l.xy / max(l.z, 0.12) * range * depth * uAspect;
   float worst = 0.0;
+  float steps = ceil(14.0 * uFine);
   for (float i = 1.0; i <= 14.0; i += 1.0) {
-    float t = i / 14.0;
+    if (i > steps) break;
+    float t = i / steps;
     float below = (uHeights.y - textureLod(uHeight, uv + reach * t, lod).r) / (uHeights.y - uHeights.x);
     worst = max(worst, (depth * (1.0 - t) - below) * (1.2 - t));
   }

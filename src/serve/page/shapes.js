@@ -96,7 +96,7 @@ function cube(k) {
 // `span`: the length on the shape of one turn of u, in its own units.
 export const SHAPES = {
   sphere: { make: sphere, span: PI, view: [0.5, 0.12, 3.3] },
-  plane: { make: plane, span: 2, view: [0.0, 0.35, 3.1] },
+  plane: { make: plane, span: 2, view: [-0.35, 0.3, 3.2] },
   cylinder: { make: cylinder, span: (2 * PI * 0.78) / 3, view: [0.3, 0.28, 3.7] },
   cube: { make: cube, span: 1.6, view: [0.62, 0.42, 4.0] },
 };

@@ -1,7 +1,7 @@
 //! What a node sees while it is evaluated.
 use super::{In, PortType};
 use crate::diagnostics::{Code, Problem};
-use crate::value::{Canvas, Evaluator, Field, Key, Stop, Tiling, Type, Value};
+use crate::value::{Canvas, Evaluator, Field, Key, Solid, Stop, Tiling, Type, Value};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
 
@@ -60,9 +60,13 @@ impl Context<'_> {
         u64::from_le_bytes(word)
     }
 
-    /// The key of a part of the node's result that is none of its outputs, for parts that several outputs share.
-    pub fn part_key(&self, name: &str) -> Option<Key> {
-        self.evaluator.key().map(|key| Key::of("shared part", &[key.as_bytes(), name.as_bytes()]))
+    /// A part of the node's result that several of its outputs share and that is none of them: it gets a key of its own, so
+    /// that its cuts are kept, and its work counts as the node's.
+    pub fn shared(&self, name: &str, solid: Solid) -> Solid {
+        match self.evaluator.key() {
+            Some(key) => solid.keyed(Key::of("shared part", &[key.as_bytes(), name.as_bytes()])).owned_by(key),
+            None => solid,
+        }
     }
 
     /// The path of the file that the parameter `field` names.

@@ -113,6 +113,7 @@ pub struct Solid {
     ty: Type,
     channels: usize,
     key: Option<Key>,
+    owner: Option<Key>,
     body: Body,
 }
 
@@ -126,7 +127,7 @@ impl Solid {
     /// A solid of type `ty` (one of the solid types) computed by `source` from the values of `inputs` at the same point.
     pub fn new(ty: Type, inputs: Vec<Solid>, source: impl SolidSource + 'static) -> Self {
         let body = Body::Computed { source: Arc::new(source), inputs: inputs.into() };
-        Self { ty, channels: ty.channels(), key: None, body }
+        Self { ty, channels: ty.channels(), key: None, owner: None, body }
     }
 
     /// A solid of several numbers (at most 4) of which [`channel`](Self::channel) makes solids of one, computed together.
@@ -139,7 +140,7 @@ impl Solid {
     #[must_use]
     pub fn moved(&self, place: Solid, keeps_z: bool) -> Self {
         let body = Body::Moved { inner: Arc::new(self.clone()), place: Arc::new(place), keeps_z };
-        Self { ty: self.ty, channels: self.channels, key: None, body }
+        Self { ty: self.ty, channels: self.channels, key: None, owner: None, body }
     }
 
     /// One of its channels, as a solid of type `Solid`.
@@ -153,7 +154,13 @@ impl Solid {
     pub fn pick(&self, ty: Type, channels: &[usize]) -> Self {
         let channels: Arc<[usize]> = channels.iter().map(|c| (*c).min(self.channels - 1)).collect();
         let count = channels.len();
-        Self { ty, channels: count, key: None, body: Body::Channels { of: Arc::new(self.clone()), channels } }
+        Self {
+            ty,
+            channels: count,
+            key: None,
+            owner: None,
+            body: Body::Channels { of: Arc::new(self.clone()), channels },
+        }
     }
 
     /// Which kind of solid.
@@ -175,6 +182,13 @@ impl Solid {
     #[must_use]
     pub fn keyed(mut self, key: Key) -> Self {
         self.key.get_or_insert(key);
+        self
+    }
+
+    /// The same, the work on its cuts to be counted as that of the result `owner`, of which it is a part.
+    #[must_use]
+    pub const fn owned_by(mut self, owner: Key) -> Self {
+        self.owner = Some(owner);
         self
     }
 
@@ -220,7 +234,9 @@ impl Solid {
             }
         };
         match self.key {
-            Some(key) => field.keyed(Key::of("cut", &[key.as_bytes(), cut.key().as_bytes()])).owned_by(key),
+            Some(key) => {
+                field.keyed(Key::of("cut", &[key.as_bytes(), cut.key().as_bytes()])).owned_by(self.owner.unwrap_or(key))
+            }
             None => field,
         }
     }

@@ -196,7 +196,7 @@ impl Node for BlendTimes {
             }
         });
         let all = Solid::bundle(3, vec![trunk], code);
-        let all = cx.part_key("all").map_or(all.clone(), |key| all.keyed(key));
+        let all = cx.shared("all", all);
         Ok(Outputs::one(all.channel(0)).with("knots", all.channel(1)).with("bark", all.channel(2)))
     }
 }

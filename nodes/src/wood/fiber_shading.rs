@@ -71,7 +71,7 @@ impl Node for FiberShading {
             }
         });
         let local = Solid::new(Type::SolidVector, vec![direction], code.with_quads());
-        let local = cx.part_key("local").map_or(local.clone(), |key| local.keyed(key));
+        let local = cx.shared("local", local);
         let each = |f: fn(f32, f32, f32) -> f32| {
             let code = Code::of_inputs(move |_, inputs, out| {
                 let [a, b, c] = [0, 1, 2].map(|k| inputs[0].plane(k));

@@ -153,7 +153,7 @@ impl Node for FiberStreaks {
         };
         let code = Code::of_inputs(move |patch, inputs, out| streaks.fill(patch, inputs, out)).kept();
         let all = Solid::new(Type::SolidVector, vec![fiber], code);
-        let all = cx.part_key("all").map_or(all.clone(), |key| all.keyed(key));
+        let all = cx.shared("all", all);
         let dye = self.streak_color.0;
         let paint = Code::of_inputs(move |_, inputs, out| {
             let (tone, pigment) = (inputs[1].plane(1), inputs[1].plane(2));

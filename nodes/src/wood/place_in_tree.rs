@@ -68,7 +68,7 @@ impl Node for PlaceInTree {
             (0..3).flat_map(|k| moved.iter().map(move |p| p[k]).collect::<Vec<_>>()).collect()
         });
         let place = code.solid(Type::SolidVector, Vec::new());
-        let place = cx.part_key("place").map_or(place.clone(), |key| place.keyed(key));
+        let place = cx.shared("place", place);
         Ok(Outputs::one(solid.moved(place, level)))
     }
 }

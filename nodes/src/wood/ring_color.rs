@@ -275,7 +275,7 @@ impl Node for RingColor {
         let code =
             Code::of_place(move |patch, inputs, out| paint.paint(patch, inputs, out)).with_quads().holding(bytes);
         let all = Solid::bundle(4, inputs, code);
-        let all = cx.part_key("all").map_or(all.clone(), |key| all.keyed(key));
+        let all = cx.shared("all", all);
         let year = Code::of_inputs(|_, inputs, out| {
             out[0].iter_mut().zip(inputs[0].plane(0)).for_each(|(out, t)| *out = t.floor());
         })

@@ -136,7 +136,7 @@ impl VaryGrowth {
             }
         });
         let place = place.solid(Type::SolidVector, Vec::new());
-        let place = cx.part_key("place").map_or(place.clone(), |key| place.keyed(key));
+        let place = cx.shared("place", place);
         Ok(time.moved(place, true))
     }
 }

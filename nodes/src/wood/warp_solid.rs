@@ -91,7 +91,7 @@ impl Node for WarpSolid {
             }
         });
         let place = code.solid(Type::SolidVector, Vec::new());
-        let place = cx.part_key("place").map_or(place.clone(), |key| place.keyed(key));
+        let place = cx.shared("place", place);
         Ok(Outputs::one(solid.moved(place, false)))
     }
 }

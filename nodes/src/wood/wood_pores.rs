@@ -144,7 +144,7 @@ impl Node for WoodPores {
             }
         });
         let mask = Solid::new(Type::Solid, vec![fiber, time], code.with_quads().kept());
-        let mask = cx.part_key("mask").map_or(mask.clone(), |key| mask.keyed(key));
+        let mask = cx.shared("mask", mask);
         let (dark, filling) = (narrow(self.darkness), self.filling.map(|c| c.0));
         let paint = Code::of_inputs(move |_, inputs, out| {
             for (c, plane) in out.iter_mut().enumerate() {

@@ -112,9 +112,9 @@ impl Node for WoodRays {
         let code = Code::of_place(move |patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
             let [mask, shine, flat] = out else { return };
+            rays.fill([x, y, z], patch.pixel, mask);
             trunk.runs(&places(patch), |from, to, qx, qy| {
                 for i in from..to {
-                    mask[i] = rays.at([x[i], y[i], z[i]], patch.pixel);
                     let (dx, dy) = (patch.place[0][i] - qx[i - from], patch.place[1][i] - qy[i - from]);
                     let inverse = 1.0 / math::max((dx * dx + dy * dy).sqrt(), 1e-4);
                     let n = frame(patch, i).map_or([-dy * inverse, dx * inverse, 0.0], |f| f.normal);
@@ -126,7 +126,7 @@ impl Node for WoodRays {
             });
         });
         let all = Solid::new(Type::SolidVector, vec![fiber], code.with_quads());
-        let all = cx.part_key("all").map_or(all.clone(), |key| all.keyed(key));
+        let all = cx.shared("all", all);
         let (own, gain, factor) = (self.ray_color.0, narrow(self.gain), narrow(self.flat));
         let paint = Code::of_inputs(move |_, inputs, out| {
             let [mask, shine, flat] = [0, 1, 2].map(|c| inputs[1].plane(c));

@@ -109,19 +109,18 @@ impl<R: Real> Trunk<R> {
     /// The trunk's skeleton at heights (eqs 8 and 9), at most [`RUN`] of them.
     #[inline(always)]
     fn axis(&self, z: &[R], guess: &mut usize, qx: &mut [R; RUN], qy: &mut [R; RUN]) {
-        let mut i = 0;
-        while i < z.len() {
-            *guess = self.find(z[i], *guess);
-            let segment = &self.segments[*guess];
-            let rest = &z[i..];
-            let whole = rest.iter().fold(true, |whole, &z| whole & (z >= segment.low) & (z < segment.high));
-            let inside = |z: &R| *z >= segment.low && *z < segment.high;
-            let run =
-                if whole { rest.len() } else { rest.iter().position(|z| !inside(z)).unwrap_or(rest.len()).max(1) };
-            for ((z, qx), qy) in rest[..run].iter().zip(&mut qx[i..]).zip(&mut qy[i..]) {
+        let Some(&first) = z.first() else { return };
+        *guess = self.find(first, *guess);
+        let segment = &self.segments[*guess];
+        if z.iter().fold(true, |whole, &z| whole & (z >= segment.low) & (z < segment.high)) {
+            for ((z, qx), qy) in z.iter().zip(qx.iter_mut()).zip(qy.iter_mut()) {
                 [*qx, *qy] = segment.point(*z);
             }
-            i += run;
+            return;
+        }
+        for ((z, qx), qy) in z.iter().zip(qx.iter_mut()).zip(qy.iter_mut()) {
+            *guess = self.find(*z, *guess);
+            [*qx, *qy] = self.segments[*guess].point(*z);
         }
     }
 

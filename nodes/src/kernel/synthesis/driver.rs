@@ -134,8 +134,12 @@ pub fn run<I: Inputs>(
         _ => None,
     };
     let run = Run { exemplar, settings, inputs, isometric: first.is_none(), fitted };
-    let tables: Vec<Table> = levels.par_iter().map(|level| run.table(level)).collect();
-    let coords = if run.isometric { run.isometric(&tables, &regions)? } else { run.anisometric(&tables, &regions)? };
+    let coords = if run.isometric {
+        run.isometric(&levels, &regions)?
+    } else {
+        let tables: Vec<Table> = levels.par_iter().map(|level| run.table(level)).collect();
+        run.anisometric(&tables, &regions)?
+    };
     let region = &regions[regions.len() - 1];
     let coords = cut(&coords, region, output);
     let (coherence, coverage) = report(&coords, output, exemplar.plane);
@@ -285,23 +289,21 @@ impl<I: Inputs> Run<'_, I> {
         Ok(())
     }
 
-    fn isometric(&self, tables: &[Table], regions: &[Region]) -> Result<Vec<Position>, I::Stop> {
+    fn isometric(&self, levels: &[&Level], regions: &[Region]) -> Result<Vec<Position>, I::Stop> {
         let local = self.settings.even.is_some_and(|even| even.tile.is_some());
         let mut map: Vec<u32> = Vec::new();
+        // The tables of the level before, then those of the level: all of them at once would take much memory.
+        let mut coarser = self.table(levels[levels.len() - 1]);
         for (k, region) in regions.iter().enumerate() {
-            let table = &tables[tables.len() - 1 - k];
+            let fresh = if k == 0 { None } else { Some(self.table(levels[levels.len() - 1 - k])) };
+            let table = fresh.as_ref().unwrap_or(&coarser);
             let guide = self.inputs.guide(region)?;
             if k == 0 {
                 let start = self.start(table, region, &guide)?;
                 map = start.iter().map(|&at| table.at(self.inside(table, self.anchor(at, region.h)))).collect();
             } else {
                 let mask = self.shaken(region)?;
-                map = self.upsample_iso(
-                    (&tables[tables.len() - k], &regions[k - 1], &map),
-                    table,
-                    region,
-                    mask.as_deref(),
-                );
+                map = self.upsample_iso((&coarser, &regions[k - 1], &map), table, region, mask.as_deref());
             }
             let mut fixed = Vec::new();
             if let Some((is_fixed, positions)) = self.inputs.fixed(region)? {
@@ -328,9 +330,11 @@ impl<I: Inputs> Run<'_, I> {
                 };
                 iso::correct(table, region, &terms, &mut map);
             })?;
+            if let Some(fresh) = fresh {
+                coarser = fresh;
+            }
         }
-        let table = &tables[0];
-        Ok(map.par_iter().map(|&at| table.pixel(at).map(|v| v as f32 + 0.5)).collect())
+        Ok(map.par_iter().map(|&at| coarser.pixel(at).map(|v| v as f32 + 0.5)).collect())
     }
 
     fn upsample_iso(

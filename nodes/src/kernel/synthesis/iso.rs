@@ -42,6 +42,7 @@ impl Table {
         let stride = w + 2 * h;
         let n = stride * (plane.h + 2 * h);
         let source: Vec<(bool, usize)> = (0..n)
+            .into_par_iter()
             .map(|p| {
                 let (x, y) = (index(p % stride) - index(h), index(p / stride) - index(h));
                 let inside = |k: i32, n: usize, wrap: bool| wrap || (0..index(n)).contains(&k);

@@ -248,7 +248,8 @@ fn random_saves_are_never_lost_and_leave_nothing_behind() {
             settled = Some((watch.status("VmRSS"), watch.status("Threads"), watch.handles()));
         }
     }
-    let last = place.text();
+    let last = plain(0.39);
+    place.write(&last);
     watch.wait_shown(last.as_bytes());
     assert_eq!(watch.state()["scene"]["sha256"], sha256(last.as_bytes()));
     figures.tell("save to recognised, at random");

@@ -114,6 +114,12 @@ export class Graph {
     const [left, right, top, bottom] = [min(xs), max(xs) + W, min(ys), max(ys) + H];
     this.center = [(left + right) / 2, (top + bottom) / 2];
     this.scale = Math.min(this.canvas.clientWidth / (right - left + 60), this.canvas.clientHeight / (bottom - top + 40), 1.2);
+    // A graph too large to be seen as a whole is shown around its first output.
+    if (this.scale < 0.08) {
+      const output = this.nodes.find((n) => n.output) ?? this.nodes[0];
+      this.scale = 0.35;
+      this.center = [output.x + W / 2, output.y + H / 2];
+    }
     this.draw();
   }
 

@@ -183,7 +183,7 @@ impl ColorPattern {
             let help = "say `direction: Bark` or `direction: Pith`";
             cx.evaluator.warn(Problem::new(Code::Advice, message).at("direction").help(help));
         }
-        if confidence < 0.5 {
+        if confidence < 0.7 {
             let message = format!("{} of {} years are alike (confidence {confidence:.2})", years.1, years.0);
             cx.evaluator
                 .warn(Problem::new(Code::Advice, message).at("line").help("look for a line with clearer rings"));

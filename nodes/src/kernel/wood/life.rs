@@ -218,7 +218,7 @@ mod tests {
             }
             let mean = life.mean(t, a, b);
             for c in 0..4 {
-                assert!((f64::from(mean[c]) - sum[c]).abs() < 2e-4, "{t} {a} {b}: {mean:?} {sum:?}");
+                assert!((f64::from(mean[c]) - sum[c]).abs() < 2e-3, "{t} {a} {b}: {mean:?} {sum:?}");
             }
         }
     }

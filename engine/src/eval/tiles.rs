@@ -1,13 +1,14 @@
-//! Reading fields: by tiles, through the caches.
+//! Reading fields: by tiles, through the caches. A tile is made on one thread, whose own clock says what it took.
 use super::memory::{TILE, TileKey};
 use super::run::Run;
 use super::stats::Work;
 use super::{DiskCache, MemoryCache};
 use crate::value::{Cost, Field, Grid, Key, Reader, Stop, Tile, Window};
+use cpu_time::ThreadTime;
 use quick_cache::sync::GuardResult;
 use std::cell::Cell;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The time that reading a tile back from disk takes at the most: what is made faster is not worth keeping.
 const DISK_READ: Duration = Duration::from_micros(150);
@@ -24,7 +25,7 @@ struct FillReader<'r, 'g> {
 
 impl Reader for FillReader<'_, '_> {
     fn read(&self, field: &Field, grid: &Grid, window: Window) -> Result<Arc<Tile>, Stop> {
-        let start = Instant::now();
+        let start = ThreadTime::now();
         let (tile, own) = self.run.read(field, grid, window, self.owner)?;
         // A part without a key of its own counts as its owner's work.
         self.nested.set(self.nested.get() + start.elapsed().saturating_sub(own));
@@ -111,7 +112,7 @@ impl Run<'_> {
                 tile
             }
             None => {
-                let start = Instant::now();
+                let start = ThreadTime::now();
                 let (tile, own) = self.fill(field, grid, window, owner)?;
                 self.ledger.add(owner, Work { time: own, computed: 1, ..Work::default() });
                 // What several nodes read stands for all that is before it.
@@ -137,7 +138,7 @@ impl Run<'_> {
     /// Runs the code of a field. Gives the time that it took itself, parts without a key included.
     fn fill(&self, field: &Field, grid: &Grid, window: Window, owner: Key) -> Result<(Tile, Duration), Stop> {
         self.cancel.check()?;
-        let start = Instant::now();
+        let start = ThreadTime::now();
         let prepared = self.prepared(field, grid);
         let reader = FillReader { run: self, owner, prepared, nested: Cell::new(Duration::ZERO) };
         let mut tile = Tile::new(*grid, window, field.channels());

@@ -177,6 +177,9 @@ fn springs_break_where_the_field_is_weak() {
         let middle = start[lattice.links[*link as usize][0] as usize] + 0.5 * lattice.span(start, *link as usize);
         assert!(middle.x < 17.5 || middle.x > 30.5, "{middle}");
     }
+    let Value::Lattice(broken) = make(&node, &[value.clone(), halves()], "broken") else { panic!() };
+    assert_eq!(broken.links.len(), lattice.broken.len());
+    assert!(broken.alive().iter().all(|alive| !alive), "`only: Broken` takes all of them");
     let alone = SimulateSprings { break_force: None, ..node.clone() };
     assert_eq!(alone.check(&canvas())[0].field.as_deref(), Some("break_field"));
     let share = field(&make(&node, &[value.clone(), halves()], "breakage"));

@@ -115,7 +115,7 @@ impl Node for DefineSprings {
                     (&field, "field"),
                     self.sample_resolution,
                 )?;
-                let mut scalars = read.along(&lattice, self.sample, self.reduce);
+                let mut scalars = read.along(cx, &lattice, (self.sample, self.reduce))?;
                 if self.invert {
                     scalars.iter_mut().for_each(|s| *s = 1.0 - *s);
                 }

@@ -131,6 +131,8 @@ pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
         points: points.clone(),
         links: Arc::new(kept.iter().map(|&l| lattice.links[l]).collect()),
         offsets: Arc::new(select(&lattice.offsets)),
+        // All of them: by their new numbers.
+        broken: (0u32..).zip(&broken).map(|(n, &(_, step))| (n, step)).collect(),
         ..Lattice::default()
     };
     let moved = Arc::new(Lattice {

@@ -43,6 +43,9 @@ impl Reduction {
 /// The most columns or rows at which a field is read by default.
 const MOST_SAMPLES: f64 = 4096.0;
 
+/// How many links are read between two looks at whether to stop: a few milliseconds' work.
+const LINKS_AT_ONCE: usize = 1 << 15;
+
 /// A field over the whole canvas as a picture.
 pub(super) struct Reading {
     /// Columns and rows.
@@ -99,7 +102,15 @@ impl Reading {
     }
 
     /// The scalar of each link of a lattice.
-    pub(super) fn along(&self, lattice: &Lattice, sample: Sample, reduction: Reduction) -> Vec<f32> {
+    ///
+    /// # Errors
+    /// When somebody asks to stop.
+    pub(super) fn along(
+        &self,
+        cx: &Context<'_>,
+        lattice: &Lattice,
+        (sample, reduction): (Sample, Reduction),
+    ) -> Result<Vec<f32>, Stop> {
         let links = Links { pairs: lattice.links.to_vec(), wraps: lattice.offsets.to_vec() };
         let end = |l: usize| links.ends(l, &lattice.points.positions, self.size_mm);
         let ends: Vec<[Vec2; 2]> = (0..links.pairs.len()).map(end).collect();
@@ -108,6 +119,11 @@ impl Reading {
             Sample::Line => Along::Line,
             Sample::Near(radius) => Along::Near(narrow(radius)),
         };
-        self.raster().along_all(&ends, along, reduction.kernel())
+        let (raster, mut scalars) = (self.raster(), Vec::with_capacity(ends.len()));
+        for part in ends.chunks(LINKS_AT_ONCE) {
+            cx.check()?;
+            scalars.extend(raster.along_all(part, along, reduction.kernel()));
+        }
+        Ok(scalars)
     }
 }

@@ -289,7 +289,7 @@ impl SimulateSprings {
                 let lattice = &springs.lattice;
                 let read =
                     reading::read(cx, (lattice.points.pitch, lattice.points.periodic), (&field, "break_field"), None)?;
-                let scalars = read.along(lattice, Sample::Smooth, Reduction::Mean);
+                let scalars = read.along(cx, lattice, (Sample::Smooth, Reduction::Mean))?;
                 scalars.iter().map(|&s| narrow(range.at(f64::from(s).clamp(0.0, 1.0)))).collect()
             }
         };

@@ -82,15 +82,17 @@ fn an_edit_runs_what_is_downstream_in_memory() {
 fn an_edit_runs_what_is_downstream_in_another_process() {
     let original = std::fs::read_to_string(path()).unwrap();
     let (out, cache) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    render(&session(Some(cache.path())), &graph(&original), out.path());
+    let first = render(&session(Some(cache.path())), &graph(&original), out.path());
     for (from, to, node) in EDITS {
         let edited = graph(&original.replacen(from, to, 1));
         let stats = render(&session(Some(cache.path())), &edited, out.path());
         let below = downstream(&edited, node);
         assert!(computed(&stats).contains(node));
         for other in stats.iter().filter(|n| n.state == NodeState::Computed && !below.contains(&n.name)) {
-            // What is made sooner than read is not kept. The bound is generous: tests share the machine.
-            assert!(other.seconds < 0.02, "after an edit of {node}, `{}` ran {} s", other.name, other.seconds);
+            // What was made sooner than it can be read is not kept. What counts is the run that could have kept it: this
+            // one may have been held up by others on the machine.
+            let seconds = first.iter().find(|n| n.name == other.name).unwrap().seconds;
+            assert!(seconds < 0.02, "after an edit of {node}, `{}` ran again; it took {seconds} s", other.name);
         }
     }
 }

@@ -380,7 +380,7 @@ fn shared(graph: &Graph, keys: &Keys) -> HashSet<Key> {
 }
 
 /// A field's code as a number, the same for all copies of the field. The code is kept alive with it.
-fn address(field: &Field) -> usize {
+pub(super) fn address(field: &Field) -> usize {
     Arc::as_ptr(field.source()).cast::<()>().addr()
 }
 

@@ -1,12 +1,13 @@
 //! Reading fields: by tiles, through the caches. A tile is made on one thread, whose own clock says what it took.
 use super::memory::{TILE, TileKey};
-use super::run::Run;
+use super::run::{Run, address};
 use super::stats::Work;
 use super::{DiskCache, MemoryCache};
 use crate::value::{Cost, Field, Grid, Key, Reader, Stop, Tile, Window};
 use cpu_time::ThreadTime;
 use quick_cache::sync::GuardResult;
 use std::cell::Cell;
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -64,6 +65,29 @@ impl Run<'_> {
             return Ok((Arc::new(tile), Duration::ZERO));
         }
         self.assemble(field, key, grid, window).map(|tile| (tile, Duration::ZERO))
+    }
+
+    /// How many values of a pixel are kept in tiles while `fields` are computed.
+    pub fn kept(&self, fields: &[&Field], grid: &Grid) -> usize {
+        let mut stack: Vec<(&Field, Grid)> = fields.iter().map(|field| (*field, *grid)).collect();
+        let mut seen = HashSet::new();
+        let mut kept = 0;
+        while let Some((field, grid)) = stack.pop() {
+            if field.as_constant().is_some() || !seen.insert((address(field), grid.id())) {
+                continue;
+            }
+            let local = field.source().cost() == Cost::Local;
+            if field.key().is_some_and(|key| local || self.shared.contains(&key)) {
+                kept += field.channels();
+            }
+            stack.extend(field.source().reads(&grid));
+        }
+        kept
+    }
+
+    /// The bytes that may be kept in tiles.
+    pub fn tile_bytes(&self) -> u64 {
+        self.caches.memory.tiles.capacity()
     }
 
     /// Puts `window` together from whole tiles.

@@ -1,4 +1,5 @@
 //! The engine as a program uses it: load a graph, render it, look into it. All state lives in a [`Session`].
+mod bands;
 mod look;
 mod plan;
 mod render;

@@ -1,4 +1,4 @@
-//! Rendering: from the outputs of a graph to picture files, band by band.
+//! Rendering: from the outputs of a graph to picture files.
 use super::plan::{Part, Planned, Planner, wanted};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
@@ -8,7 +8,7 @@ use crate::picture::{
     Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, Writer, Written, remove_stale_temporaries,
     write_svg,
 };
-use crate::value::{Channel, Field, Grid, Key, Segments, Tile, Type, Value, Window};
+use crate::value::{Channel, Field, Grid, Key, Segments, Type, Value, Window};
 use glam::DVec2;
 use petgraph::graph::NodeIndex;
 use std::path::PathBuf;
@@ -45,10 +45,10 @@ pub struct Report {
 }
 
 /// A picture that must be computed.
-struct Job<'g> {
-    planned: Planned<'g>,
+pub(super) struct Job<'g> {
+    pub(super) planned: Planned<'g>,
     /// Names of the file's channels, and the fields that they come from.
-    fields: Vec<(String, Field)>,
+    pub(super) fields: Vec<(String, Field)>,
     /// What is written as lines instead.
     lines: Option<Arc<Segments>>,
 }
@@ -106,11 +106,12 @@ fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
     Ok(())
 }
 
-struct Render<'r, 'g> {
+/// One render.
+pub(super) struct Render<'r, 'g> {
     session: &'r Session,
-    run: &'r Run<'g>,
-    planner: Planner<'r>,
-    observer: &'r dyn Observer,
+    pub(super) run: &'r Run<'g>,
+    pub(super) planner: Planner<'r>,
+    pub(super) observer: &'r dyn Observer,
 }
 
 impl<'r> Render<'r, '_> {
@@ -236,28 +237,6 @@ impl<'r> Render<'r, '_> {
         Writer::create(&planned.path, &spec).map_err(|e| Failure::File(e.to_string()))
     }
 
-    /// Computes and writes the pictures together, from top to bottom, so that what they share is still in memory.
-    fn bands(&self, jobs: &[&Job<'_>], writers: &mut [Writer], grid: &Grid) -> Result<(), Failure> {
-        let window = self.planner.window;
-        let tile = TILE.cast_signed();
-        // Enough tiles at once that every thread has some.
-        let across = window.width.div_ceil(TILE).max(1);
-        let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
-        let lines = (4 * threads).div_ceil(across).cast_signed() * tile;
-        let mut y = window.y;
-        while y < window.bottom() {
-            let end = ((y.div_euclid(tile) * tile) + lines).min(window.bottom());
-            let band = Window { y, height: end.abs_diff(y), ..window };
-            for (job, writer) in jobs.iter().zip(&mut *writers) {
-                self.band(job, writer, grid, band)?;
-            }
-            y = end;
-            let done = u64::from(y.abs_diff(window.y));
-            self.observer.event(Event::Rows { done, total: u64::from(window.height) });
-        }
-        Ok(())
-    }
-
     /// Writes segments as lines on a page of the canvas, or of the region that is asked for.
     fn write_lines(&self, job: &Job<'_>, segments: &Segments, grid: &Grid) -> Result<(), Failure> {
         let window = self.planner.window;
@@ -268,20 +247,6 @@ impl<'r> Render<'r, '_> {
         write_svg(&job.planned.path, &drawing).map_err(|e| Failure::File(e.to_string()))?;
         self.keep(job);
         Ok(())
-    }
-
-    fn band(&self, job: &Job<'_>, writer: &mut Writer, grid: &Grid, band: Window) -> Result<(), Failure> {
-        let graph = self.planner.graph;
-        let mut tiles: Vec<Tile> = Vec::with_capacity(job.fields.len());
-        for (_, field) in &job.fields {
-            let tile = self.run.raster(field, grid, band).map_err(|stop| located(self.run, graph, stop))?;
-            if let Some(at) = tile.data().iter().position(|v| !v.is_finite()) {
-                return Err(not_finite(job, &tile, at));
-            }
-            tiles.push(tile);
-        }
-        let planes: Vec<&[f32]> = tiles.iter().flat_map(|t| (0..t.channels()).map(|c| t.plane(c))).collect();
-        writer.write_rows(&planes, band.height).map_err(|e| Failure::File(e.to_string()))
     }
 
     fn warn_clipped(&self, job: &Job<'_>, written: &Written) {
@@ -366,17 +331,4 @@ fn encoding(planned: &Planned<'_>, job: &Job<'_>) -> Encoding {
     let range = (lo as f32, hi as f32);
     let transfer = if ty == Type::Rgb { Transfer::Srgb } else { Transfer::Raw };
     Encoding { transfer, range: Some(range), ..Encoding::default() }
-}
-
-fn not_finite(job: &Job<'_>, tile: &Tile, at: usize) -> Failure {
-    let at = at % tile.window.len().max(1);
-    let (x, y) = (at % tile.width(), at / tile.width());
-    let message = format!(
-        "`{}` is not a finite number at pixel ({}, {})",
-        job.planned.output.name,
-        i64::from(tile.window.x) + x as i64,
-        i64::from(tile.window.y) + y as i64,
-    );
-    let help = "look for divisions by zero or overflow in the nodes before it";
-    Failure::Errors(vec![Diagnostic::new(Code::NotFinite, job.planned.output.span, message).help(help)])
 }

@@ -1,0 +1,182 @@
+//! The pixels of pictures, computed and written from top to bottom.
+//!
+//! Pictures are computed in bands a tile high or a few, so that what they share is still in memory and so is the row of
+//! tiles above. Of a very wide picture those rows alone would fill the memory: it is computed in vertical strips, which
+//! wait in temporary files beside the pictures until whole rows can be written.
+use super::render::{Job, Render};
+use super::{Failure, located};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::eval::{Event, TILE};
+use crate::picture::{AtomicFile, Writer};
+use crate::value::{Field, Grid, Tile, Window};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+/// Rows of tiles that a field's readers may still want: the one they are at, and those above and below.
+const ROWS: u64 = 3;
+/// Strips are at least so wide: at their edges some tiles are computed twice.
+const NARROWEST: u32 = 4 * TILE;
+
+impl Render<'_, '_> {
+    /// Computes and writes the pictures together.
+    pub(super) fn bands(&self, jobs: &[&Job<'_>], writers: &mut [Writer], grid: &Grid) -> Result<(), Failure> {
+        let window = self.planner.window;
+        let strip = self.strip_width(jobs, grid);
+        if strip < window.width {
+            return self.strips(jobs, writers, grid, strip);
+        }
+        let heights = band_height(window.width);
+        for band in bands(window, heights) {
+            for (job, writer) in jobs.iter().zip(&mut *writers) {
+                let tiles = self.tiles(job, grid, band)?;
+                write(writer, &tiles, band)?;
+            }
+            self.rows(u64::from(band.bottom().abs_diff(window.y)));
+        }
+        Ok(())
+    }
+
+    /// The same in strips of so many columns.
+    fn strips(&self, jobs: &[&Job<'_>], writers: &mut [Writer], grid: &Grid, width: u32) -> Result<(), Failure> {
+        let window = self.planner.window;
+        let height = band_height(width);
+        let strips = cut(window.x, window.right(), width)
+            .map(|(x, right)| Window { x, width: right.abs_diff(x), ..window })
+            .collect::<Vec<_>>();
+        let mut waiting = jobs.iter().map(|job| Waiting::create(&job.planned.path)).collect::<Result<Vec<_>, _>>()?;
+        for (i, strip) in (0_u64..).zip(&strips) {
+            for band in bands(*strip, height) {
+                for (job, waiting) in jobs.iter().zip(&mut waiting) {
+                    waiting.put(&self.tiles(job, grid, band)?)?;
+                }
+                let rows = u64::from(band.bottom().abs_diff(window.y));
+                self.rows((i * u64::from(window.height) + rows) / strips.len() as u64);
+            }
+        }
+        for band in bands(window, height) {
+            for ((job, writer), waiting) in jobs.iter().zip(&mut *writers).zip(&mut waiting) {
+                let channels: usize = job.fields.iter().map(|(_, field)| field.channels()).sum();
+                let mut whole = Tile::new(*grid, band, channels);
+                for strip in &strips {
+                    let part = Window { x: strip.x, width: strip.width, ..band };
+                    let before = strip.x.abs_diff(window.x) as u64 * u64::from(window.height)
+                        + band.y.abs_diff(window.y) as u64 * u64::from(strip.width);
+                    whole.copy_from(&waiting.take(Tile::new(*grid, part, channels), before)?, 0, 0);
+                }
+                write(writer, &[whole], band)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// How many columns can be computed at once with what the memory cache holds.
+    fn strip_width(&self, jobs: &[&Job<'_>], grid: &Grid) -> u32 {
+        let fields: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
+        let column = self.run.kept(&fields, grid) as u64 * 4 * u64::from(TILE) * ROWS;
+        let columns = self.run.tile_bytes() / 5 * 4 / column.max(1);
+        let width = u32::try_from(columns).unwrap_or(u32::MAX);
+        (width / NARROWEST * NARROWEST).max(NARROWEST)
+    }
+
+    /// Tells how many rows are done.
+    fn rows(&self, done: u64) {
+        self.observer.event(Event::Rows { done, total: u64::from(self.planner.window.height) });
+    }
+
+    /// The values of a picture's fields.
+    fn tiles(&self, job: &Job<'_>, grid: &Grid, band: Window) -> Result<Vec<Tile>, Failure> {
+        let graph = self.planner.graph;
+        let mut tiles: Vec<Tile> = Vec::with_capacity(job.fields.len());
+        for (_, field) in &job.fields {
+            let tile = self.run.raster(field, grid, band).map_err(|stop| located(self.run, graph, stop))?;
+            if let Some(at) = tile.data().iter().position(|v| !v.is_finite()) {
+                return Err(not_finite(job, &tile, at));
+            }
+            tiles.push(tile);
+        }
+        Ok(tiles)
+    }
+}
+
+/// How high bands of so many columns are: enough tiles at once that every thread has some.
+fn band_height(width: u32) -> u32 {
+    let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
+    (4 * threads).div_ceil(width.div_ceil(TILE).max(1)) * TILE
+}
+
+/// A window in bands of `height` rows, the first up to a border of tiles.
+fn bands(window: Window, height: u32) -> impl Iterator<Item = Window> {
+    cut(window.y, window.bottom(), height).map(move |(y, end)| Window { y, height: end.abs_diff(y), ..window })
+}
+
+/// `from..to` in pieces of `length`, a multiple of a tile, that end where tiles end.
+fn cut(from: i32, to: i32, length: u32) -> impl Iterator<Item = (i32, i32)> {
+    let tile = TILE.cast_signed();
+    let end = move |at: i32| (at.div_euclid(tile) * tile).saturating_add_unsigned(length).min(to);
+    std::iter::successors(Some((from, end(from))), move |&(_, at)| Some((at, end(at)))).take_while(move |&(at, _)| at < to)
+}
+
+fn write(writer: &mut Writer, tiles: &[Tile], band: Window) -> Result<(), Failure> {
+    let planes: Vec<&[f32]> = tiles.iter().flat_map(|t| (0..t.channels()).map(|c| t.plane(c))).collect();
+    writer.write_rows(&planes, band.height).map_err(|e| Failure::File(e.to_string()))
+}
+
+/// What is computed of a picture and cannot be written yet: strip after strip, band after band, plane after plane, in a
+/// file that never gets a name and is removed when it is dropped.
+struct Waiting<'p> {
+    file: AtomicFile,
+    picture: &'p Path,
+}
+
+impl<'p> Waiting<'p> {
+    fn create(picture: &'p Path) -> Result<Self, Failure> {
+        let file = AtomicFile::create(picture).map_err(|e| failed(picture, &e))?;
+        Ok(Self { file, picture })
+    }
+
+    fn put(&mut self, tiles: &[Tile]) -> Result<(), Failure> {
+        for tile in tiles {
+            self.file.write_all(bytemuck::cast_slice(tile.data())).map_err(|e| failed(self.picture, &e))?;
+        }
+        Ok(())
+    }
+
+    /// Fills `tile` with what was put; `before` is the number of pixels before it.
+    fn take(&mut self, mut tile: Tile, before: u64) -> Result<Tile, Failure> {
+        let at = SeekFrom::Start(before * 4 * tile.channels() as u64);
+        let bytes = bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut());
+        let read = self.file.seek(at).and_then(|_| self.file.read_exact(bytes));
+        read.map_err(|e| failed(self.picture, &e))?;
+        Ok(tile)
+    }
+}
+
+fn failed(picture: &Path, error: &io::Error) -> Failure {
+    Failure::File(format!("cannot keep the strips of `{}` in a temporary file beside it: {error}", picture.display()))
+}
+
+fn not_finite(job: &Job<'_>, tile: &Tile, at: usize) -> Failure {
+    let at = at % tile.window.len().max(1);
+    let (x, y) = (at % tile.width(), at / tile.width());
+    let message = format!(
+        "`{}` is not a finite number at pixel ({}, {})",
+        job.planned.output.name,
+        i64::from(tile.window.x) + x as i64,
+        i64::from(tile.window.y) + y as i64,
+    );
+    let help = "look for divisions by zero or overflow in the nodes before it";
+    Failure::Errors(vec![Diagnostic::new(Code::NotFinite, job.planned.output.span, message).help(help)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_end_where_tiles_end_and_cover_everything() {
+        assert_eq!(cut(0, 1000, 512).collect::<Vec<_>>(), [(0, 512), (512, 1000)]);
+        assert_eq!(cut(300, 1000, 512).collect::<Vec<_>>(), [(300, 768), (768, 1000)]);
+        assert_eq!(cut(5, 6, 256).collect::<Vec<_>>(), [(5, 6)]);
+        assert_eq!(cut(5, 5, 256).count(), 0);
+    }
+}

@@ -113,7 +113,8 @@ fn bands(window: Window, height: u32) -> impl Iterator<Item = Window> {
 fn cut(from: i32, to: i32, length: u32) -> impl Iterator<Item = (i32, i32)> {
     let tile = TILE.cast_signed();
     let end = move |at: i32| (at.div_euclid(tile) * tile).saturating_add_unsigned(length).min(to);
-    std::iter::successors(Some((from, end(from))), move |&(_, at)| Some((at, end(at)))).take_while(move |&(at, _)| at < to)
+    std::iter::successors(Some((from, end(from))), move |&(_, at)| Some((at, end(at))))
+        .take_while(move |&(at, _)| at < to)
 }
 
 fn write(writer: &mut Writer, tiles: &[Tile], band: Window) -> Result<(), Failure> {

@@ -38,6 +38,7 @@ pub mod solids;
 pub mod springs;
 mod springs_grid;
 mod springs_list;
+mod springs_step;
 mod stroke_fill;
 mod stroke_pen;
 pub mod strokes;

@@ -12,6 +12,7 @@
 //! generic over [`Real`] so that the tests run the shipped code in double precision.
 
 use super::lattice::GridShape;
+use super::springs_step::Speed;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A floating-point number: `f32` in use, `f64` in tests.
@@ -223,13 +224,6 @@ pub enum SpringError {
 /// above any that the springs can give.
 const RUNAWAY: f64 = 1e6;
 
-/// What a step reports: `Σ v²`, and the square of the highest speed.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Speed<T> {
-    pub(super) sum: f64,
-    pub(super) max: T,
-}
-
 /// A set of points and springs that can advance by a step.
 pub(super) trait Stepper<T> {
     /// Advances by step number `step`, adding what breaks.
@@ -358,19 +352,4 @@ fn check<T: Real>(points: usize, net: &Net<'_, T>) -> Result<(), SpringError> {
         Some(link) => Err(SpringError::Link { link }),
         None => Ok(()),
     }
-}
-
-/// Per point 1/m, or 0 for fixed points.
-pub(super) fn weights<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> Vec<T> {
-    let weight = |(i, &p): (usize, &[T; 2])| {
-        if net.fixed.get(i) == Some(&true) {
-            return T::default();
-        }
-        match net.mass {
-            Mass::One => T::ONE,
-            Mass::Each(masses) => T::ONE / masses[i],
-            Mass::Live(mass) => T::ONE / mass(p),
-        }
-    };
-    points.iter().enumerate().map(weight).collect()
 }

@@ -1,19 +1,18 @@
 //! Springs on a grid: the same motion as [`super::springs_list`] without index lists.
 //!
 //! Positions, velocities and spring constants lie in arrays by row; the springs of a row to its right and to the row
-//! below are computed once, vectorised, and their forces are added to both rows. Rows are worked through in bands in
-//! parallel. A band updates its rows in place, which saves memory traffic: it reads copies of the rows next to it,
+//! below are computed once, all directions in one vectorised loop, and a second loop sums what pulls at each point and
+//! moves it. Rows are worked through in bands in parallel. A band updates its rows in place, which saves memory traffic: it reads copies of the rows next to it,
 //! taken before the step, and computes the springs that come down from the row above it for itself. Those are the same
 //! numbers as in that row's own band, so the result does not depend on the cut.
 
 use super::lattice::{DIRECTIONS, GridShape};
-use super::springs::{BreakOn, Broken, Integrator, Mass, Motion, Net, Real, Speed, Stepper, weights};
+use super::springs::{Broken, Mass, Motion, Net, Real, Stepper};
+use super::springs_step::{Speed, pull, size, weights};
 use rayon::prelude::*;
 
 /// Rows per band.
 const BAND: usize = 32;
-/// Lanes of sums; fixed, whatever the machine has.
-const LANES: usize = 8;
 
 /// A quantity of the springs of one direction, by point: the spring that starts there.
 enum Table<T> {
@@ -63,13 +62,14 @@ struct Band<T> {
     below: [Vec<T>; 2],
 }
 
-/// The rows that are being worked on; positions have a column more at either end.
+/// The rows that are being worked on; positions and pulls have a column more at either end.
 struct Scratch<T> {
     here: [Vec<T>; 2],
     next: [Vec<T>; 2],
-    force: [Vec<T>; 2],
-    force_next: [Vec<T>; 2],
-    pull: [Vec<T>; 2],
+    /// By direction and axis: how the springs that start in the row pull there.
+    pull: [[Vec<T>; 2]; 4],
+    /// By axis: how the springs from the row above pull at the row.
+    carry: [Vec<T>; 2],
     size: Vec<T>,
 }
 
@@ -153,8 +153,7 @@ impl<T: Real> Stepper<T> for Grid<'_, T> {
         let reports: Vec<_> = self.bands.par_iter_mut().map_init(new_scratch, advance).collect();
         let mut total = Speed::default();
         for (speed, snapped) in reports {
-            total.sum += speed.sum;
-            total.max = if speed.max > total.max { speed.max } else { total.max };
+            total.merge(speed);
             broken.extend(snapped.iter().map(|&(dir, point)| Broken { step, link: ids[dir][point] }));
         }
         total
@@ -170,15 +169,9 @@ impl<T: Real> Stepper<T> for Grid<'_, T> {
 
 impl<T: Real> Scratch<T> {
     fn new(nx: usize) -> Self {
-        let pair = || [vec![T::default(); nx + 2], vec![T::default(); nx + 2]];
-        Self {
-            here: pair(),
-            next: pair(),
-            force: pair(),
-            force_next: pair(),
-            pull: pair(),
-            size: vec![T::default(); nx + 2],
-        }
+        let row = |_| vec![T::default(); nx + 2];
+        let pair = |_| std::array::from_fn(row);
+        Self { here: pair(0), next: pair(0), pull: std::array::from_fn(pair), carry: pair(0), size: row(0) }
     }
 }
 
@@ -225,18 +218,15 @@ fn advance_band<T: Real>(
     let size = |axis: usize| if axis == 0 { shared.size[0] } else { T::default() };
     for axis in 0..2 {
         load_row(&mut scratch.next[axis], &band.above[axis], T::default(), size(axis));
-        scratch.force_next[axis].fill(T::default());
     }
     for line in 0..=rows {
         let row = (band.first + line + ny - 1) % ny;
         std::mem::swap(&mut scratch.here, &mut scratch.next);
-        std::mem::swap(&mut scratch.force, &mut scratch.force_next);
         for axis in 0..2 {
             let own = if axis == 0 { &band.x } else { &band.y };
             let below = if line < rows { &own[line * nx..][..nx] } else { &band.below[axis][..] };
             let offset = if axis == 1 && row + 1 == ny { shared.size[1] } else { T::default() };
             load_row(&mut scratch.next[axis], below, offset, size(axis));
-            scratch.force_next[axis].fill(T::default());
         }
         if line == 1 && row == 0 {
             // The first row was loaded as what lies below the last; in its own right it is at its own place.
@@ -245,190 +235,209 @@ fn advance_band<T: Real>(
                 load_row(&mut scratch.here[axis], &own[..nx], T::default(), size(axis));
             }
         }
-        let first = if line == 0 { 1 } else { 0 };
-        for dir in first..shared.shape.directions() {
-            spring_row(shared, (dir, row), &band.stiffness[dir][line * nx..][..nx], scratch);
-            if shared.threshold.is_some() {
-                let record = |x: usize| {
-                    if line > 0 {
-                        snapped.push((dir, row * nx + x))
-                    }
-                };
-                snap(shared, (dir, row), &mut band.stiffness[dir][line * nx..][..nx], scratch, record);
-            }
-            add_forces(dir, scratch, nx);
+        if pull_row(shared, (row, line), band, scratch) {
+            snap(shared, (row, line), band, scratch, snapped);
+            pull_row(shared, (row, line), band, scratch);
         }
         if line > 0 {
-            move_row(shared, band, scratch, line - 1, &mut speed);
+            settle_row::<T, true>(shared, band, scratch, line - 1);
+            let range = (line - 1) * nx..line * nx;
+            speed.add(&band.vx[range.clone()], &band.vy[range]);
+        } else {
+            settle_row::<T, false>(shared, band, scratch, 0);
         }
     }
     speed
 }
 
-/// The forces along links from `a` to `b` (x and y each), stiffness and length given; none between points in the same
-/// place (L-8). What is written are arguments of their own: only then does the compiler see that nothing overlaps.
+/// The pull along a link, whose force is compared with `[threshold, sign]` if it may break.
 #[inline(always)]
-fn pulls<T: Real>(a: [&[T]; 2], b: [&[T]; 2], [k, rest]: [&[T]; 2], px: &mut [T], py: &mut [T]) {
-    let n = px.len();
-    let (xa, ya, xb, yb) = (&a[0][..n], &a[1][..n], &b[0][..n], &b[1][..n]);
-    let (k, rest, py) = (&k[..n], &rest[..n], &mut py[..n]);
-    for i in 0..n {
-        let (dx, dy) = (xb[i] - xa[i], yb[i] - ya[i]);
-        let d = (dx * dx + dy * dy).sqrt();
-        let s = k[i] * (d - rest[i]) / if d > T::default() { d } else { T::ONE };
-        (px[i], py[i]) = (s * dx, s * dy);
+fn link<T: Real, const BREAK: bool>(
+    from: [T; 2],
+    to: [T; 2],
+    [k, rest]: [T; 2],
+    [threshold, sign]: [T; 2],
+    any: &mut u32,
+) -> [T; 2] {
+    let (pull, force) = pull([to[0] - from[0], to[1] - from[1]], k, rest);
+    if BREAK {
+        *any |= u32::from(size(force, sign) > threshold);
     }
+    pull
 }
 
-/// The forces `k (D - L)` of the same links.
+/// The springs that start in a row: positions of their ends, and by direction what they are like.
+struct Row<'s, T> {
+    here: [&'s [T]; 2],
+    next: [&'s [T]; 2],
+    stiffness: [&'s [T]; 4],
+    rest: [&'s [T]; 4],
+    threshold: [&'s [T]; 4],
+    sign: T,
+}
+
+/// How the springs that start in a row pull there, by direction along x and y, and whether any is beyond its
+/// threshold. What is written are arguments of their own: only then does the compiler see that nothing overlaps.
 #[inline(always)]
-fn sizes<T: Real>(a: [&[T]; 2], b: [&[T]; 2], [k, rest]: [&[T]; 2], tension: bool, size: &mut [T]) {
-    let n = size.len();
-    let (xa, ya, xb, yb) = (&a[0][..n], &a[1][..n], &b[0][..n], &b[1][..n]);
+#[expect(clippy::too_many_arguments, reason = "see above")]
+fn pulls<T: Real, const EIGHT: bool, const BREAK: bool>(
+    row: &Row<'_, T>,
+    n: usize,
+    x0: &mut [T],
+    y0: &mut [T],
+    x1: &mut [T],
+    y1: &mut [T],
+    x2: &mut [T],
+    y2: &mut [T],
+    x3: &mut [T],
+    y3: &mut [T],
+) -> bool {
+    let [hx, hy] = row.here.map(|row| &row[1..][..n]);
+    let [ex, ey] = row.here.map(|row| &row[2..][..n]);
+    let [lx, ly] = row.next.map(|row| &row[..n]);
+    let [mx, my] = row.next.map(|row| &row[1..][..n]);
+    let [rx, ry] = row.next.map(|row| &row[2..][..n]);
+    let (k, rest) = (row.stiffness.map(|k| &k[..n]), row.rest.map(|rest| &rest[..n]));
+    let threshold = row.threshold.map(|threshold| if BREAK { &threshold[..n] } else { threshold });
+    let (x0, y0, x1, y1) = (&mut x0[..n], &mut y0[..n], &mut x1[..n], &mut y1[..n]);
+    let (x2, y2, x3, y3) = (&mut x2[..n], &mut y2[..n], &mut x3[..n], &mut y3[..n]);
+    let limit = |dir: usize, i: usize| if BREAK { [threshold[dir][i], row.sign] } else { [T::default(); 2] };
+    let mut any = 0u32;
+    for i in 0..n {
+        let here = [hx[i], hy[i]];
+        [x0[i], y0[i]] = link::<T, BREAK>(here, [ex[i], ey[i]], [k[0][i], rest[0][i]], limit(0, i), &mut any);
+        [x1[i], y1[i]] = link::<T, BREAK>(here, [mx[i], my[i]], [k[1][i], rest[1][i]], limit(1, i), &mut any);
+        if EIGHT {
+            [x2[i], y2[i]] = link::<T, BREAK>(here, [rx[i], ry[i]], [k[2][i], rest[2][i]], limit(2, i), &mut any);
+            [x3[i], y3[i]] = link::<T, BREAK>(here, [lx[i], ly[i]], [k[3][i], rest[3][i]], limit(3, i), &mut any);
+        }
+    }
+    any != 0
+}
+
+/// Fills `scratch.pull` with the springs that start in `row`, the band's own number `line`. Says whether any is beyond
+/// its threshold.
+#[inline(always)]
+fn pull_row<T: Real>(
+    shared: &Shared<'_, T>,
+    (row, line): (usize, usize),
+    band: &Band<T>,
+    scratch: &mut Scratch<T>,
+) -> bool {
+    let (n, eight) = (shared.shape.nx, shared.shape.eight);
+    // What stands for directions that the lattice does not have is not read.
+    let directions = if eight { [0, 1, 2, 3] } else { [0, 1, 0, 1] };
+    let springs = Row {
+        here: scratch.here.each_ref().map(|row| &row[..]),
+        next: scratch.next.each_ref().map(|row| &row[..]),
+        stiffness: directions.map(|dir| &band.stiffness[dir][line * n..][..n]),
+        rest: directions.map(|dir| shared.rest[dir].row(row, n)),
+        threshold: directions.map(|dir| shared.threshold.as_ref().map_or(&[][..], |tables| tables[dir].row(row, n))),
+        sign: shared.motion.push_sign(),
+    };
+    let pull = &mut scratch.pull;
+    let [[x0, y0], [x1, y1], [x2, y2], [x3, y3]] = pull.each_mut().map(|p| p.each_mut().map(|p| &mut p[1..=n]));
+    let any = match (eight, shared.threshold.is_some()) {
+        (true, false) => pulls::<T, true, false>(&springs, n, x0, y0, x1, y1, x2, y2, x3, y3),
+        (true, true) => pulls::<T, true, true>(&springs, n, x0, y0, x1, y1, x2, y2, x3, y3),
+        (false, false) => pulls::<T, false, false>(&springs, n, x0, y0, x1, y1, x2, y2, x3, y3),
+        (false, true) => pulls::<T, false, true>(&springs, n, x0, y0, x1, y1, x2, y2, x3, y3),
+    };
+    // What falls off one end belongs to the other: on a lattice that is not periodic these springs have no k.
+    for row in pull.iter_mut().flatten() {
+        (row[0], row[n + 1]) = (row[n], row[1]);
+    }
+    any
+}
+
+/// What the springs of one direction are compared with their thresholds by.
+#[inline(always)]
+fn sizes<T: Real>(here: [&[T]; 2], to: [&[T]; 2], [k, rest]: [&[T]; 2], sign: T, sizes: &mut [T]) {
+    let n = sizes.len();
+    let ([hx, hy], [tx, ty]) = (here.map(|row| &row[..n]), to.map(|row| &row[..n]));
     let (k, rest) = (&k[..n], &rest[..n]);
-    let sign = if tension { T::ONE } else { -T::ONE };
     for i in 0..n {
-        let (dx, dy) = (xb[i] - xa[i], yb[i] - ya[i]);
-        let d = (dx * dx + dy * dy).sqrt();
-        let f = if d > T::default() { k[i] * (d - rest[i]) } else { T::default() };
-        size[i] = if f < T::default() { sign * f } else { f };
+        sizes[i] = size(pull([tx[i] - hx[i], ty[i] - hy[i]], k[i], rest[i]).1, sign);
     }
 }
 
-/// The forces of the springs of one direction that start in a row, into `scratch.pull`; with thresholds also what
-/// is compared with them, into `scratch.size`.
-#[inline(always)]
-fn spring_row<T: Real>(shared: &Shared<'_, T>, (dir, row): (usize, usize), k: &[T], scratch: &mut Scratch<T>) {
-    let nx = k.len();
-    let (dx, down) = DIRECTIONS[dir];
-    let from = usize::from((1 + dx).unsigned_abs());
-    let rest = shared.rest[dir].row(row, nx);
-    let Scratch { here, next, pull: [px, py], size, .. } = scratch;
-    let to = if down { &*next } else { &*here };
-    let a = [&here[0][1..=nx], &here[1][1..=nx]];
-    let b = [&to[0][from..][..nx], &to[1][from..][..nx]];
-    if shared.threshold.is_some() {
-        sizes(a, b, [k, rest], shared.motion.break_on == BreakOn::Tension, &mut size[..nx]);
-    }
-    pulls(a, b, [k, rest], &mut px[1..=nx], &mut py[1..=nx]);
-}
-
-/// Breaks the springs whose force is beyond its threshold: no stiffness and no force from now on.
+/// Breaks the springs that start in a row and are beyond their thresholds: no stiffness from now on.
 #[inline(always)]
 fn snap<T: Real>(
     shared: &Shared<'_, T>,
-    (dir, row): (usize, usize),
-    k: &mut [T],
+    (row, line): (usize, usize),
+    band: &mut Band<T>,
     scratch: &mut Scratch<T>,
-    mut record: impl FnMut(usize),
+    snapped: &mut Vec<(usize, usize)>,
 ) {
     let Some(tables) = &shared.threshold else { return };
-    let nx = k.len();
-    let threshold = &tables[dir].row(row, nx)[..nx];
-    let size = &scratch.size[..nx];
-    let mut any = 0u32;
-    for i in 0..nx {
-        any |= u32::from(size[i] > threshold[i]);
-    }
-    if any == 0 {
-        return;
-    }
-    for i in 0..nx {
-        if size[i] > threshold[i] && k[i] != T::default() {
-            record(i);
-            k[i] = T::default();
-            scratch.pull[0][i + 1] = T::default();
-            scratch.pull[1][i + 1] = T::default();
+    let nx = shared.shape.nx;
+    let Scratch { here, next, size, .. } = scratch;
+    for dir in 0..shared.shape.directions() {
+        let (dx, down) = DIRECTIONS[dir];
+        let from = usize::from((1 + dx).unsigned_abs());
+        let to = if down { &*next } else { &*here };
+        let k = &mut band.stiffness[dir][line * nx..][..nx];
+        let like = [&*k, shared.rest[dir].row(row, nx)];
+        let ends = [&to[0][from..], &to[1][from..]];
+        sizes([&here[0][1..], &here[1][1..]], ends, like, shared.motion.push_sign(), &mut size[..nx]);
+        for (i, (k, threshold)) in k.iter_mut().zip(tables[dir].row(row, nx)).enumerate() {
+            if size[i] > *threshold && *k != T::default() {
+                *k = T::default();
+                if line > 0 {
+                    snapped.push((dir, row * nx + i));
+                }
+            }
         }
     }
 }
 
-/// Adds the forces of one direction to the row where the springs start and takes them from where they end.
+/// How the springs of a row pull at its points and at those of the row below, given what the row above has left in
+/// `carry`, and moves the points along one axis.
 #[inline(always)]
-fn add_forces<T: Real>(dir: usize, scratch: &mut Scratch<T>, nx: usize) {
-    let (dx, down) = DIRECTIONS[dir];
-    let from = usize::from((1 + dx).unsigned_abs());
-    for axis in 0..2 {
-        let pull = &scratch.pull[axis][1..=nx];
-        for (force, pull) in scratch.force[axis][1..=nx].iter_mut().zip(pull) {
-            *force += *pull;
+fn settle<T: Real, const EIGHT: bool, const MOVE: bool>(
+    motion: &Motion<T>,
+    pull: [&[T]; 4],
+    weight: &[T],
+    carry: &mut [T],
+    x: &mut [T],
+    v: &mut [T],
+) {
+    let n = carry.len();
+    let [e, s, se, sw] = pull.map(|p| &p[1..][..n]);
+    let (e_left, se_left, sw_right) = (&pull[0][..n], &pull[2][..n], &pull[3][2..][..n]);
+    let (weight, x, v) = if MOVE { (&weight[..n], &mut x[..n], &mut v[..n]) } else { (weight, x, v) };
+    for i in 0..n {
+        if MOVE {
+            let starting = if EIGHT { e[i] + s[i] + (se[i] + sw[i]) } else { e[i] + s[i] };
+            let force = carry[i] + (starting - e_left[i]);
+            motion.advance(force, weight[i], &mut x[i], &mut v[i]);
         }
-        let ends = if down { &mut scratch.force_next[axis] } else { &mut scratch.force[axis] };
-        for (force, pull) in ends[from..][..nx].iter_mut().zip(pull) {
-            *force -= *pull;
-        }
-        // What fell off one end belongs to the other: on a lattice that is not periodic these springs have no k.
-        let (left, right) = (ends[0], ends[nx + 1]);
-        ends[nx] += left;
-        ends[1] += right;
-        (ends[0], ends[nx + 1]) = (T::default(), T::default());
+        carry[i] = -if EIGHT { s[i] + (se_left[i] + sw_right[i]) } else { s[i] };
     }
 }
 
-/// Moves the points of a row under the forces on them.
+/// Moves the points of a row under the forces on them, or only hands on what pulls at the next row.
 #[inline(always)]
-fn move_row<T: Real>(
+fn settle_row<T: Real, const MOVE: bool>(
     shared: &Shared<'_, T>,
     band: &mut Band<T>,
-    scratch: &Scratch<T>,
+    scratch: &mut Scratch<T>,
     line: usize,
-    speed: &mut Speed<T>,
 ) {
     let nx = shared.shape.nx;
-    let range = line * nx..(line + 1) * nx;
-    let (x, y) = (&mut band.x[range.clone()], &mut band.y[range.clone()]);
-    let (vx, vy) = (&mut band.vx[range.clone()], &mut band.vy[range.clone()]);
-    let weight = &mut band.weight[range];
-    if let Mass::Live(mass) = shared.mass {
-        for i in 0..nx {
-            if weight[i] > T::default() {
-                weight[i] = T::ONE / mass([x[i], y[i]]);
-            }
-        }
-    }
-    move_axis(&shared.motion, x, vx, &scratch.force[0][1..=nx], weight);
-    move_axis(&shared.motion, y, vy, &scratch.force[1][1..=nx], weight);
-    let (mut sum, mut max) = ([T::default(); LANES], [speed.max; LANES]);
-    let (vx, rest_x) = vx.as_chunks::<LANES>();
-    let (vy, rest_y) = vy.as_chunks::<LANES>();
-    let add = |x: T, y: T, lane: usize, sum: &mut [T; LANES], max: &mut [T; LANES]| {
-        let square = x * x + y * y;
-        sum[lane] += square;
-        max[lane] = if square > max[lane] { square } else { max[lane] };
-    };
-    for (x, y) in vx.iter().zip(vy) {
-        for lane in 0..LANES {
-            add(x[lane], y[lane], lane, &mut sum, &mut max);
-        }
-    }
-    for (lane, (x, y)) in rest_x.iter().zip(rest_y).enumerate() {
-        add(*x, *y, lane, &mut sum, &mut max);
-    }
-    for lane in 0..LANES {
-        speed.sum += sum[lane].wide();
-        speed.max = if max[lane] > speed.max { max[lane] } else { speed.max };
-    }
-}
-
-/// Moves one coordinate of a row.
-#[inline(always)]
-fn move_axis<T: Real>(motion: &Motion<T>, x: &mut [T], v: &mut [T], force: &[T], weight: &[T]) {
-    let n = x.len();
-    let (v, force, weight) = (&mut v[..n], &force[..n], &weight[..n]);
-    let (step, drag) = (motion.step, motion.drag);
-    match motion.integrator {
-        Integrator::Explicit => {
-            for i in 0..n {
-                let a = (force[i] - drag * v[i]) * weight[i];
-                x[i] += v[i] * step + T::HALF * a * step * step;
-                v[i] += a * step;
-            }
-        }
-        Integrator::SemiImplicit => {
-            for i in 0..n {
-                v[i] += (force[i] - drag * v[i]) * weight[i] * step;
-                x[i] += v[i] * step;
-            }
+    let range = if MOVE { line * nx..(line + 1) * nx } else { 0..0 };
+    let weight = &mut band.weight[range.clone()];
+    let x = [&mut band.x[range.clone()], &mut band.y[range.clone()]];
+    let v = [&mut band.vx[range.clone()], &mut band.vy[range]];
+    shared.mass.refresh(weight, x[0], x[1]);
+    for (axis, (x, v)) in x.into_iter().zip(v).enumerate() {
+        let pull = scratch.pull.each_ref().map(|pull| &pull[axis][..]);
+        let carry = &mut scratch.carry[axis][..nx];
+        if shared.shape.eight {
+            settle::<T, true, MOVE>(&shared.motion, pull, weight, carry, x, v);
+        } else {
+            settle::<T, false, MOVE>(&shared.motion, pull, weight, carry, x, v);
         }
     }
 }

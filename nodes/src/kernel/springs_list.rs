@@ -8,7 +8,8 @@
 //! the same point apart, so that one addition need not wait for the last.
 
 use super::lattice::index;
-use super::springs::{BreakOn, Broken, Integrator, Mass, Motion, Net, Real, Speed, SpringError, Stepper, weights};
+use super::springs::{BreakOn, Broken, Integrator, Mass, Motion, Net, Real, SpringError, Stepper};
+use super::springs_step::{Speed, weights};
 use rayon::prelude::*;
 
 /// Points per patch.
@@ -81,7 +82,7 @@ fn morton<T: Real>(points: &[[T; 2]]) -> Vec<u32> {
     };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the quotient is 0 to 1")]
     let cell = |p: &[T; 2], axis: usize| ((p[axis].wide() - low[axis]) / extent * 65535.0) as u32;
-    points.iter().map(|p| spread(cell(p, 0)) | (spread(cell(p, 1)) << 1)).collect()
+    points.par_iter().map(|p| spread(cell(p, 0)) | (spread(cell(p, 1)) << 1)).collect()
 }
 
 impl<'a, T: Real> List<'a, T> {
@@ -89,7 +90,7 @@ impl<'a, T: Real> List<'a, T> {
     pub(super) fn new(points: &[[T; 2]], net: &Net<'a, T>, motion: &Motion<T>) -> Result<Self, SpringError> {
         let code = morton(points);
         let mut order: Vec<u32> = (0..index(points.len())).collect();
-        order.sort_unstable_by_key(|&p| (code[p as usize], p));
+        order.par_sort_unstable_by_key(|&p| (code[p as usize], p));
         let mut rank = vec![0u32; order.len()];
         for (to, &from) in (0u32..).zip(&order) {
             rank[from as usize] = to;
@@ -406,8 +407,7 @@ impl<T: Real> Stepper<T> for List<'_, T> {
         self.velocity.swap(0, 1);
         let mut total = Speed::default();
         for (speed, snapped) in reports {
-            total.sum += speed.sum;
-            total.max = if speed.max > total.max { speed.max } else { total.max };
+            total.merge(speed);
             broken.extend(snapped.iter().map(|&link| Broken { step, link }));
         }
         total

@@ -157,8 +157,8 @@ fn normals() -> (f64, f64) {
             *x = y + 3.0 * z;
         }
     });
-    // A triad moves three planes and normals four.
-    (own, triad * 3.0 / 4.0)
+    // A plane that is written is fetched first: a triad moves four planes, and normals seven.
+    (own, triad * 4.0 / 7.0)
 }
 
 fn gradient_map(oklab: bool) -> f64 {

@@ -1,10 +1,11 @@
 //! Numbers of either precision, for kernels that are checked in double and shipped in single precision.
 use super::math;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// `f32` or `f64`. Every operation is rounded as IEEE 754 says; exponential and logarithm come from pure Rust.
 pub trait Real:
     Copy
+    + Default
     + PartialOrd
     + Send
     + Sync
@@ -14,11 +15,15 @@ pub trait Real:
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
 {
     /// 0.
     const ZERO: Self;
     /// 1.
     const ONE: Self;
+    /// One half.
+    const HALF: Self;
     /// Greater than all others.
     const INFINITY: Self;
     /// The nearest number to a double.
@@ -50,6 +55,7 @@ pub trait Real:
 impl Real for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
+    const HALF: Self = 0.5;
     const INFINITY: Self = Self::INFINITY;
 
     #[inline(always)]
@@ -87,6 +93,7 @@ impl Real for f32 {
 impl Real for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
+    const HALF: Self = 0.5;
     const INFINITY: Self = Self::INFINITY;
 
     #[inline(always)]

@@ -12,71 +12,8 @@
 //! generic over [`Real`] so that the tests run the shipped code in double precision.
 
 use super::lattice::GridShape;
+pub use super::real::Real;
 use super::springs_step::Speed;
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
-
-/// A floating-point number: `f32` in use, `f64` in tests.
-pub trait Real:
-    Copy
-    + Default
-    + PartialOrd
-    + Send
-    + Sync
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + AddAssign
-    + SubAssign
-    + 'static
-{
-    /// One.
-    const ONE: Self;
-    /// One half.
-    const HALF: Self;
-    /// The square root, correctly rounded.
-    fn sqrt(self) -> Self;
-    /// The nearest number to `value`.
-    fn of(value: f64) -> Self;
-    /// The number as `f64`, exact.
-    fn wide(self) -> f64;
-}
-
-impl Real for f32 {
-    const ONE: Self = 1.0;
-    const HALF: Self = 0.5;
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
-    }
-    #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "rounding to f32 is what it is for")]
-    fn of(value: f64) -> Self {
-        value as Self
-    }
-    #[inline(always)]
-    fn wide(self) -> f64 {
-        f64::from(self)
-    }
-}
-
-impl Real for f64 {
-    const ONE: Self = 1.0;
-    const HALF: Self = 0.5;
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
-    }
-    #[inline(always)]
-    fn of(value: f64) -> Self {
-        value
-    }
-    #[inline(always)]
-    fn wide(self) -> f64 {
-        self
-    }
-}
 
 /// How position and velocity advance by one step δ (L-6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

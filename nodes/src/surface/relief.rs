@@ -1,9 +1,9 @@
 //! [`Relief`]: a lit picture of a surface, for looking at.
 //!
 //! Key light, weak fill and a sky; Lambert and GGX (E. Heitz, 2014), 4 % at normal incidence; ambient occlusion darkens
-//! the sky and, by half, the key light; a filmic curve ends it. See [`kernel::relief`](crate::kernel::relief). Metals,
-//! sheen and coat are not shown. Cost: O(pixels).
-use crate::kernel::relief::{self, ReliefSpec, Surface};
+//! the sky and, by half, the key light; a filmic curve ends it. See [`kernel::relief`](crate::kernel::relief). Of a
+//! material metal, sheen and coat show too, but not anisotropy. Cost: O(pixels).
+use crate::kernel::relief::{self, Finish, ReliefSpec, Surface};
 use crate::kernel::tile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -25,7 +25,7 @@ use shibo_engine::value::{Canvas, Channel, Field, FieldSource, Grid, Material, R
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Relief {
-    /// A material that supplies the channels below.
+    /// A material that supplies the channels below, and metal, sheen and coat if it has them.
     pub material: Option<In<Material>>,
     /// Height in mm; flat where there is neither this nor a material's.
     pub height: Option<In<Gray>>,
@@ -69,6 +69,7 @@ impl Default for Relief {
 }
 
 impl Node for Relief {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[Output::new("picture", Type::Rgb, "The lit picture, scene-linear, 0..1.")];
     const FACTS: &'static [Fact] = &[];
 
@@ -90,7 +91,12 @@ impl Node for Relief {
         let color = channel(cx.get_opt(&self.base_color)?, Channel::BaseColor, &self.color.0);
         let roughness = channel(cx.get_opt(&self.roughness)?, Channel::Roughness, &[0.45]);
         let ao = channel(cx.get_opt(&self.ao)?, Channel::Ao, &[1.0]);
-        let inputs = [height, color, roughness, ao];
+        let finish = [Channel::Metallic, Channel::Sheen, Channel::Coat];
+        let finished = material.as_ref().is_some_and(|m| finish.iter().any(|channel| m.get(*channel).is_some()));
+        let mut inputs = vec![height, color, roughness, ao];
+        if finished {
+            inputs.extend(finish.map(|of| channel(None, of, &[0.0])));
+        }
         let tiling = inputs.iter().fold(Tiling::BOTH, |tiling, input| tiling.and(input.tiling()));
         Ok(Outputs::one(Field::new(Type::Rgb, tiling, Lit { inputs, node: self.clone() })))
     }
@@ -98,22 +104,29 @@ impl Node for Relief {
 
 /// The lit picture; reads only the height beyond the window.
 struct Lit {
-    /// Height, colour, roughness, occlusion.
-    inputs: [Field; 4],
+    /// Height, colour, roughness, occlusion; of some materials also metal, sheen and coat.
+    inputs: Vec<Field>,
     node: Relief,
 }
 
 impl FieldSource for Lit {
     fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
         let (grid, window) = (out.grid, out.window);
-        let [height, color, roughness, ao] = &self.inputs;
+        let [height, color, roughness, ao, finish @ ..] = &self.inputs[..] else { return Ok(()) };
         let height = reader.read(height, &grid, window.grow(relief::HALO, relief::HALO))?;
         let color = reader.read(color, &grid, window)?;
         let (roughness, ao) = (reader.read(roughness, &grid, window)?, reader.read(ao, &grid, window)?);
+        let finish = finish.iter().map(|field| reader.read(field, &grid, window)).collect::<Result<Vec<_>, _>>()?;
         let surface = Surface {
             color: [color.plane(0), color.plane(1), color.plane(2)],
             roughness: roughness.plane(0),
             occlusion: ao.plane(0),
+            finish: match &finish[..] {
+                [metallic, sheen, coat] => {
+                    Some(Finish { metallic: metallic.plane(0), sheen: sheen.plane(0), coat: coat.plane(0) })
+                }
+                _ => None,
+            },
         };
         let spec = ReliefSpec {
             step: tile::step(&grid),

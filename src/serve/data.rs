@@ -57,9 +57,13 @@ fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, long
         about["channel"] = target.channel.or(material.channels().first().map(|c| c.0)).map(|c| c.name()).into();
     }
     match scene.sight(look, target)? {
-        Some(Sight::Field(field, unit)) => {
-            let stored = scene.picture(look, &stage.store, target, &field, scene.size(longest))?;
-            about["shown"] = json!(scene.shown(target, unit, stored));
+        Some(Sight::Field(field, manner)) => {
+            let stored = scene.picture(look, &stage.store, target, (&field, manner), scene.size(longest))?;
+            about["shown"] = json!(scene.shown(target, manner.unit, stored));
+        }
+        Some(Sight::Flat(flat)) => {
+            let stored = scene.flat(&stage.store, target, &flat, super::WHOLE);
+            about["shown"] = json!(scene.shown_flat(target, stored));
         }
         Some(Sight::Object(value)) => about["object"] = value.ty().to_string().into(),
         None => {}
@@ -93,15 +97,17 @@ pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result
         Window { x: x.cast_signed(), y: y.cast_signed(), width: TILE.min(size.x - x), height: TILE.min(size.y - y) };
     let bytes = app
         .look(&scene, move |look, stage, scene| {
-            let Some(Sight::Field(field, _)) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
             // Black and white are those of the whole picture.
             let known = lock(&scene.shown).get(&target.name).map(|shown| shown.range);
             let range = match known {
                 Some(range) => range,
-                None => scene.picture(look, &stage.store, &target, &field, scene.size(super::COARSE))?.range,
+                None => {
+                    scene.picture(look, &stage.store, &target, (&field, manner), scene.size(super::COARSE))?.range
+                }
             };
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), window)?;
-            Ok(Some(Painter::new(field.ty(), range).png(&tile)))
+            Ok(Painter::new(manner.ty, range).png(&tile, &|| look.is_over()))
         })
         .await?;
     bytes.map(|bytes| png(bytes.into())).ok_or(No::Unknown)
@@ -124,9 +130,10 @@ pub(super) async fn thumb(State(app): State<App>, query: Query2<Node>) -> Result
     let target = Target { name: format!("@{name}"), node, output: 0, channel: None };
     let stored = app
         .look(&scene, move |look, stage, scene| match scene.sight(look, &target)? {
-            Some(Sight::Field(field, _)) => {
-                scene.picture(look, &stage.store, &target, &field, scene.size(THUMB)).map(Some)
+            Some(Sight::Field(field, manner)) => {
+                scene.picture(look, &stage.store, &target, (&field, manner), scene.size(THUMB)).map(Some)
             }
+            Some(Sight::Flat(flat)) => Ok(Some(scene.flat(&stage.store, &target, &flat, THUMB))),
             _ => Ok(None),
         })
         .await?;
@@ -153,7 +160,7 @@ pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Resul
     }
     let answer = app
         .look(&scene, move |look, _, scene| {
-            let Some(Sight::Field(field, unit)) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
             let grid = scene.graph.canvas.grid(size);
             let (x, y) = (x.cast_signed(), y.cast_signed());
             let tile = look.raster(&field, &grid, Window { x, y, width: 1, height: 1 })?;
@@ -161,7 +168,7 @@ pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Resul
                 "mm": grid.center(x, y).to_array(),
                 "values": tile.data(),
                 "type": field.ty().to_string(),
-                "unit": unit,
+                "unit": manner.unit,
             });
             if field.ty() == Type::Rgb {
                 let codes = tile.data().iter().map(|v| (linear_to_srgb(v.clamp(0.0, 1.0)) * 255.0).round());

@@ -11,6 +11,7 @@ mod map;
 mod object;
 mod paint;
 mod scene;
+mod sights;
 mod stage;
 mod store;
 mod wiring;

@@ -3,6 +3,7 @@ use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter};
 use rayon::prelude::*;
 use shibo_engine::picture::SrgbEncoder;
 use shibo_engine::value::{Tile, Type};
+use std::io::Write;
 
 /// How far a value may be outside of 0..1 to be taken for a fraction.
 const SLACK: f32 = 1e-3;
@@ -36,13 +37,18 @@ impl Painter {
         Self { ty, range, srgb: (ty == Type::Rgb).then(SrgbEncoder::new) }
     }
 
-    /// A tile as PNG.
-    pub(crate) fn png(&self, tile: &Tile) -> Vec<u8> {
+    /// A tile as PNG; nothing if it was stopped.
+    pub(crate) fn png(&self, tile: &Tile, until: &(dyn Fn() -> bool + Sync)) -> Option<Vec<u8>> {
         let channels = if self.ty == Type::Gray { 1 } else { 3 };
         let width = tile.width();
         let mut bytes = vec![0; width * tile.height() * channels];
-        bytes.par_chunks_mut((width * channels).max(1)).enumerate().for_each(|(y, row)| self.row(tile, y, row));
-        encode(&bytes, tile.window.width, tile.window.height, channels)
+        let paint = |(y, row): (usize, &mut [u8])| {
+            if !until() {
+                self.row(tile, y, row);
+            }
+        };
+        bytes.par_chunks_mut((width * channels).max(1)).enumerate().for_each(paint);
+        encode(&bytes, tile.window.width, tile.window.height, channels, until)
     }
 
     fn row(&self, tile: &Tile, y: usize, out: &mut [u8]) {
@@ -85,20 +91,34 @@ fn region(id: f32) -> [u8; 3] {
     [8, 16, 24].map(|shift| 56 + ((hash >> shift) & 0xff) as u8 / 4 * 3)
 }
 
-/// Bytes of pixels as PNG, quickly.
-fn encode(bytes: &[u8], width: u32, height: u32, channels: usize) -> Vec<u8> {
+/// Bytes that are packed between two questions whether to go on: about a millisecond's work.
+const STEP: usize = 1 << 18;
+
+/// Bytes of pixels as PNG, quickly; nothing if it was stopped.
+fn encode(bytes: &[u8], width: u32, height: u32, channels: usize, until: &dyn Fn() -> bool) -> Option<Vec<u8>> {
     let mut out = Vec::with_capacity(bytes.len() / 2 + 1024);
     let mut encoder = Encoder::new(&mut out, width, height);
     encoder.set_color(if channels == 1 { ColorType::Grayscale } else { ColorType::Rgb });
     encoder.set_depth(BitDepth::Eight);
     encoder.set_deflate_compression(DeflateCompression::FdeflateUltraFast);
     encoder.set_filter(Filter::Up);
-    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(bytes));
+    let mut stopped = false;
+    let written = encoder.write_header().and_then(|mut writer| {
+        let mut stream = writer.stream_writer_with_size(STEP)?;
+        for part in bytes.chunks(STEP) {
+            stopped |= until();
+            if stopped {
+                return Ok(());
+            }
+            stream.write_all(part)?;
+        }
+        stream.finish()
+    });
     // Memory cannot refuse; a picture of no pixels has no file.
     if written.is_err() {
         out.clear();
     }
-    out
+    (!stopped).then_some(out)
 }
 
 #[cfg(test)]
@@ -131,7 +151,8 @@ mod tests {
         let mut row = [0; 6];
         Painter::new(Type::Rgb, [0.0, 1.0]).row(&tile(3, &[0.0, 1.0, 0.0, 2.0, 0.2, -1.0]), 0, &mut row);
         assert_eq!(row, [0, 0, 124, 255, 255, 0]);
-        let png = Painter::new(Type::Rgb, [0.0, 1.0]).png(&tile(3, &[0.0; 6]));
+        let png = Painter::new(Type::Rgb, [0.0, 1.0]).png(&tile(3, &[0.0; 6]), &|| false).unwrap();
         assert!(png.starts_with(b"\x89PNG"));
+        assert_eq!(Painter::new(Type::Rgb, [0.0, 1.0]).png(&tile(3, &[0.0; 6]), &|| true), None);
     }
 }

@@ -1,5 +1,6 @@
 //! A graph as it is shown: what can be looked at in it, and the pictures of it.
 use super::paint::{Painter, range};
+use super::sights::{self, Flat};
 use super::store::{Store, Stored};
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
@@ -35,10 +36,30 @@ pub(crate) struct Target {
     pub(crate) channel: Option<Channel>,
 }
 
+/// How the values of a field are shown.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Manner {
+    /// Their unit.
+    pub(crate) unit: &'static str,
+    /// What they are painted as.
+    pub(crate) ty: Type,
+    /// Whether some may not be finite, and are shown as black or white.
+    pub(crate) holes: bool,
+}
+
+impl Manner {
+    /// As its type says.
+    fn of(field: &Field) -> Self {
+        Self { unit: "", ty: field.ty(), holes: false }
+    }
+}
+
 /// What is to be seen of a target.
 pub(crate) enum Sight {
-    /// A picture of it, and the unit of its values.
-    Field(Field, &'static str),
+    /// A picture of it.
+    Field(Field, Manner),
+    /// A picture with pixels of its own, that lies nowhere on the canvas.
+    Flat(Box<Flat>),
     /// Data without a picture of its own.
     Object(Value),
 }
@@ -62,6 +83,8 @@ pub(crate) struct Shown {
     pub(crate) ty: String,
     /// The unit of its values; empty without.
     pub(crate) unit: &'static str,
+    /// Whether its pixels are not places on the canvas.
+    pub(crate) own: bool,
     /// Keeps the picture while it is being shown.
     #[serde(skip)]
     pub(crate) stored: Arc<Stored>,
@@ -172,16 +195,26 @@ impl Scene {
         Ok(match value {
             Value::Material(material) => {
                 let channel = target.channel.or_else(|| material.channels().first().map(|c| c.0));
-                channel.and_then(|c| Some(Sight::Field(material.get(c)?.clone(), unit_of(c))))
+                channel.and_then(|c| {
+                    let field = material.get(c)?.clone();
+                    let manner = Manner { unit: unit_of(c), ..Manner::of(&field) };
+                    Some(Sight::Field(field, manner))
+                })
             }
             Value::Field(field) => {
                 let node = &self.graph.nodes[target.node];
                 let doc = node.node.outputs().get(target.output).map_or("", |output| output.doc);
                 let in_mm = field.ty() == Type::Vec2 || doc.contains(" mm");
-                Some(Sight::Field(field, if in_mm { "mm" } else { "" }))
+                let manner = Manner { unit: if in_mm { "mm" } else { "" }, ..Manner::of(&field) };
+                Some(Sight::Field(field, manner))
             }
-            Value::Picture(picture) => Some(Sight::Field(picture.rgb.clone(), "")),
-            value => Some(Sight::Object(value)),
+            Value::Picture(picture) => Some(Sight::Field(picture.rgb.clone(), Manner::of(&picture.rgb))),
+            Value::Solid(solid) => {
+                let field = sights::cut(look, &self.graph, (target.node, target.output), &solid)?;
+                let ty = if solid.ty() == Type::SolidVector { Type::Vec2 } else { field.ty() };
+                Some(Sight::Field(field, Manner { unit: "", ty, holes: true }))
+            }
+            value => Some(sights::flat(&value).map_or(Sight::Object(value), |flat| Sight::Flat(Box::new(flat)))),
         })
     }
 
@@ -210,7 +243,7 @@ impl Scene {
         look: &Look<'_>,
         store: &Store,
         target: &Target,
-        field: &Field,
+        (field, manner): (&Field, Manner),
         size: UVec2,
     ) -> Result<Arc<Stored>, Failure> {
         let grid = self.graph.canvas.grid(size);
@@ -220,14 +253,30 @@ impl Scene {
         }
         let window = Window::full(size);
         let tile = look.raster(field, &grid, window)?;
-        if let Some(at) = tile.data().iter().position(|v| !v.is_finite()) {
+        if let Some(at) = tile.data().iter().position(|v| !v.is_finite() && !manner.holes) {
             return Err(self.not_finite(target, at % window.len().max(1), size));
         }
-        let range = range(field.ty(), &tile);
-        let png = Painter::new(field.ty(), range).png(&tile).into();
-        let stored = Arc::new(Stored { id, png, size: size.to_array(), range, ty: field.ty() });
+        let range = range(manner.ty, &tile);
+        let png = Painter::new(manner.ty, range).png(&tile, &|| look.is_over());
+        let Some(png) = png else { return Err(Failure::Cancelled) };
+        let stored = Arc::new(Stored { id, png: png.into(), size: size.to_array(), range, ty: field.ty() });
         store.put(stored.clone());
         Ok(stored)
+    }
+
+    /// A picture that lies nowhere on the canvas, at most `longest` pixels wide and high.
+    pub(crate) fn flat(&self, store: &Store, target: &Target, flat: &Flat, longest: u32) -> Arc<Stored> {
+        let key = self.keys.output(target.node, target.output);
+        let id = Key::of("flat preview", &[key.as_bytes(), &longest.to_le_bytes()]).to_string();
+        store.get(&id).unwrap_or_else(|| {
+            let tile = flat.tile(longest);
+            let range = range(flat.ty, &tile);
+            let png = Painter::new(flat.ty, range).png(&tile, &|| false).unwrap_or_default().into();
+            let size = [tile.window.width, tile.window.height];
+            let stored = Arc::new(Stored { id, png, size, range, ty: flat.ty });
+            store.put(stored.clone());
+            stored
+        })
     }
 
     /// A name for what a field looks like on a grid.
@@ -260,8 +309,14 @@ impl Scene {
             range: stored.range,
             ty: stored.ty.to_string(),
             unit,
+            own: false,
             stored,
         }
+    }
+
+    /// How pages are told of a picture that lies nowhere on the canvas.
+    pub(crate) fn shown_flat(&self, target: &Target, stored: Arc<Stored>) -> Shown {
+        Shown { own: true, is_final: true, ..self.shown(target, "", stored) }
     }
 }
 

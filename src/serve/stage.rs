@@ -8,8 +8,8 @@ use shibo_engine::eval::{NodeState, NodeStats};
 use shibo_engine::session::Session;
 use shibo_engine::value::Key;
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 use tokio::sync::broadcast;
 
 /// News that a page may fall behind by before it is told everything anew.
@@ -18,6 +18,8 @@ const BACKLOG: usize = 256;
 const MADE: usize = 200_000;
 /// Errors that pages are told of.
 const ERRORS: usize = 100;
+/// What takes less than this is not talked of while it runs, and then no more often: pages have other things to do.
+const PROGRESS: Duration = Duration::from_millis(200);
 /// Longer lines of a source are cut, in characters.
 const LINE: usize = 240;
 
@@ -60,7 +62,8 @@ pub(crate) struct Stage {
     present: Mutex<Present>,
     news: broadcast::Sender<News>,
     focus: Mutex<Option<String>>,
-    ticks: AtomicU64,
+    /// When progress was last told of, or the work began.
+    progressed: Mutex<Option<Instant>>,
     /// What was made in this run, and the seconds it took.
     made: Mutex<HashMap<Key, f64>>,
 }
@@ -75,7 +78,7 @@ impl Stage {
             present: Mutex::default(),
             news: broadcast::Sender::new(BACKLOG),
             focus: Mutex::default(),
-            ticks: AtomicU64::new(0),
+            progressed: Mutex::default(),
             made: Mutex::default(),
         }
     }
@@ -167,16 +170,20 @@ impl Stage {
         let mut present = lock(&self.present);
         present.busy = busy;
         present.progress = None;
+        *lock(&self.progressed) = Some(Instant::now());
         drop(present);
         self.tell("busy", &json!({ "busy": busy }));
     }
 
     /// How far an evaluation has come.
     pub(crate) fn progress(&self, node: &str, done: u64, total: u64) {
-        // A page needs no more than some of it.
-        if done < total && !self.ticks.fetch_add(1, Ordering::Relaxed).is_multiple_of(4) {
+        let now = Instant::now();
+        let mut last = lock(&self.progressed);
+        if last.is_some_and(|last| now.duration_since(last) < PROGRESS) {
             return;
         }
+        *last = Some(now);
+        drop(last);
         let progress = json!({ "node": node, "done": done, "total": total });
         lock(&self.present).progress = Some(progress.clone());
         self.tell("progress", &progress);

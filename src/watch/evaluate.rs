@@ -201,13 +201,13 @@ impl Evaluation<'_> {
         if scene.shown.lock().unwrap_or_else(PoisonError::into_inner).get(&target.name).is_some_and(is_sharp) {
             return Ok(());
         }
-        let Some(Sight::Field(field, unit)) = scene.sight(look, target)? else { return Ok(()) };
+        let Some(Sight::Field(field, manner)) = scene.sight(look, target)? else { return Ok(()) };
         // What has not changed is there already, and sharp.
         let stored = match scene.known(&self.stage.store, target, &field, scene.size(WHOLE)) {
             Some(sharp) => sharp,
-            None => scene.picture(look, &self.stage.store, target, &field, scene.size(longest))?,
+            None => scene.picture(look, &self.stage.store, target, (&field, manner), scene.size(longest))?,
         };
-        let shown = scene.shown(target, unit, stored);
+        let shown = scene.shown(target, manner.unit, stored);
         let first = !*adopted;
         if first {
             scene.begin(&shown);

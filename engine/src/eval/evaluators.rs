@@ -3,7 +3,8 @@ use super::Event;
 use super::run::Run;
 use crate::diagnostics::Problem;
 use crate::graph::GraphNode;
-use crate::value::{Evaluator, Field, Grid, Key, Stop, Tile, Window};
+use crate::node::{Context, Outputs};
+use crate::value::{Evaluator, Field, Grid, Key, Stop, Tile, Value, Window};
 use cpu_time::ProcessTime;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -67,6 +68,23 @@ impl Evaluator for NodeEvaluator<'_, '_> {
     fn warn(&self, problem: Problem) {
         let warning = self.run.at_node(self.node, problem).as_warning();
         self.run.observer.event(Event::Warning(warning));
+    }
+}
+
+impl Run<'_> {
+    /// Whether somebody asked to stop.
+    pub fn is_over(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+
+    /// What a node makes of other inputs than its own; `key` stands for them.
+    ///
+    /// # Errors
+    /// As the node says.
+    pub fn apply(&self, node: &GraphNode, inputs: &[Value], key: Key) -> Result<Outputs, Stop> {
+        let evaluator = NodeEvaluator { run: self, node, key, alone: false, nested: AtomicU64::new(0) };
+        let (canvas, files) = (&self.graph.canvas, &node.files);
+        node.node.evaluate(&Context { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator })
     }
 }
 

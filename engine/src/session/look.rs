@@ -2,8 +2,8 @@
 //! what the last one left in the caches.
 use super::{Failure, Session, located};
 use crate::eval::{CancelToken, Keys, NodeStats, Observer, Run};
-use crate::graph::Graph;
-use crate::value::{Field, Grid, Stop, Tile, Value, Window};
+use crate::graph::{Graph, Input};
+use crate::value::{Field, Grid, Key, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
 
 /// One look into a graph: its values and pictures, and what was done for them.
@@ -57,12 +57,44 @@ impl Look<'_> {
         Ok(self.run.values(&[(node, output)])?.pop())
     }
 
+    /// What the main output of `by` would be with an output of `node` in the slot `slot`.
+    ///
+    /// # Errors
+    /// What went wrong, at its place.
+    pub fn through(
+        &self,
+        (node, output): (NodeIndex, usize),
+        (by, slot): (NodeIndex, usize),
+    ) -> Result<Option<Value>, Failure> {
+        let reader = &self.graph.nodes[by];
+        let mut inputs = Vec::with_capacity(reader.inputs.len());
+        for (at, input) in reader.inputs.iter().enumerate() {
+            let value = match input {
+                _ if at == slot => self.value(node, output)?,
+                Input::Wire { node, output } => self.value(*node, *output)?,
+                Input::Constant(field) => Some(Value::Field(field.clone())),
+            };
+            let Some(value) = value else { return Ok(None) };
+            inputs.push(value);
+        }
+        let keys = self.run.keys();
+        let key = Key::of("through", &[keys.output(by, 0).as_bytes(), keys.output(node, output).as_bytes()]);
+        let made = self.run.apply(reader, &inputs, key).map_err(|stop| located(self.run, self.graph, stop))?;
+        let main = reader.node.outputs().first().map_or("", |output| output.name);
+        Ok(made.take(main, true).cloned())
+    }
+
     /// The values of a field in a window of a grid.
     ///
     /// # Errors
     /// What went wrong, at its place.
     pub fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Failure> {
         self.run.raster(field, grid, window).map_err(|stop: Stop| located(self.run, self.graph, stop))
+    }
+
+    /// Whether somebody asked to stop.
+    pub fn is_over(&self) -> bool {
+        self.run.is_over()
     }
 
     /// What was done for each node so far, in the order of the graph.

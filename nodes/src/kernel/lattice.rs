@@ -4,8 +4,10 @@
 //! periodic canvas a link also says in which copy of the canvas its second end lies: the vector of link `[a, b]` with
 //! wrap `w` is `p[b] + w · size - p[a]`. Points need not lie inside the canvas; [`wrap`] brings them back.
 
+use super::stop::{NEVER, Until};
 use glam::Vec2;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Pairs of neighbours.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -88,9 +90,17 @@ impl GridShape {
 
 /// Links of a grid: for each point by rows those to the right, below, below right, below left.
 pub fn grid_links(shape: GridShape) -> Links {
+    grid_links_until(shape, NEVER)
+}
+
+/// The same, or fewer if it was stopped.
+pub fn grid_links_until(shape: GridShape, until: Until<'_>) -> Links {
     let (nx, ny) = (shape.nx, shape.ny);
     let mut links = Links::default();
     for (point, dir) in shape.slots() {
+        if dir == 0 && point.is_multiple_of(1 << 15) && until() {
+            break;
+        }
         let (dx, down) = DIRECTIONS[dir];
         let (x, y) = (point % nx, point / nx + usize::from(down));
         let (to_x, wrap_x) = match dx {
@@ -167,11 +177,23 @@ pub fn radius_estimate(points: &[Vec2], radius: f32, size: Vec2, periodic: bool)
 /// Links between all points at most `radius` mm apart (A15), sorted; on a periodic canvas also across its edges, to
 /// the nearest copy only. O(n + links) for points spread evenly.
 pub fn radius_links(points: &[Vec2], radius: f32, size: Vec2, periodic: bool) -> Links {
+    radius_links_until(points, radius, size, periodic, NEVER)
+}
+
+/// The same, or fewer if it was stopped.
+pub fn radius_links_until(points: &[Vec2], radius: f32, size: Vec2, periodic: bool, until: Until<'_>) -> Links {
     let buckets = Buckets::new(points, radius, size, periodic);
     let ([nx, ny], cells) = (buckets.count, buckets.sort(points));
+    let stopped = AtomicBool::new(false);
     let neighbours = |i: usize| {
         let (cx, cy) = buckets.of(points[i]);
         let mut found: Vec<([u32; 2], [i8; 2])> = Vec::new();
+        if i.is_multiple_of(1 << 8) && until() {
+            stopped.store(true, Ordering::Relaxed);
+        }
+        if stopped.load(Ordering::Relaxed) {
+            return found;
+        }
         for y in cy - 1..=cy + 1 {
             for x in cx - 1..=cx + 1 {
                 if !periodic && (x < 0 || y < 0 || x >= nx || y >= ny) {

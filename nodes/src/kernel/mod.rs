@@ -39,6 +39,7 @@ pub mod springs;
 mod springs_grid;
 mod springs_list;
 mod springs_step;
+pub mod stop;
 mod stroke_fill;
 mod stroke_pen;
 pub mod strokes;

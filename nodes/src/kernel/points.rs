@@ -6,7 +6,9 @@
 
 use super::hash::Hash;
 use super::lattice::{GridShape, Links, index};
+use super::stop::{NEVER, Until};
 use glam::{DVec2, IVec2, Vec2};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// A grid of points.
@@ -79,14 +81,14 @@ pub fn grid(spec: &GridSpec, hash: Hash) -> GridPoints {
         let rnd = DVec2::new(hash.unit(2 * n as u64), hash.unit(2 * n as u64 + 1)) - 0.5;
         (at + pitch * rnd * f64::from(spec.jitter)).as_vec2()
     };
-    GridPoints { points: (0..nx * ny).map(place).collect(), nx, ny, pitch: pitch.as_vec2() }
+    GridPoints { points: (0..nx * ny).into_par_iter().map(place).collect(), nx, ny, pitch: pitch.as_vec2() }
 }
 
 /// `count` points anywhere (A8); point n draws numbers 2n (x) and 2n + 1 (y). O(n).
 pub fn random(count: usize, size: Vec2, hash: Hash) -> Vec<Vec2> {
     let size = size.as_dvec2();
     let point = |n: u64| (DVec2::new(hash.unit(2 * n), hash.unit(2 * n + 1)) * size).as_vec2();
-    (0..count as u64).map(point).collect()
+    (0..count as u64).into_par_iter().map(point).collect()
 }
 
 /// True for points at most `margin` mm from the edge of the canvas, or outside: those that stay (A42). A hair is
@@ -100,6 +102,11 @@ pub fn border(points: &[Vec2], size: Vec2, margin: f32) -> Vec<bool> {
 /// (A13). Two sides of each hexagon are parallel to x. On a periodic canvas the hexagons are stretched a little so
 /// that a whole number fits. Points by rows; links sorted. O(n log n).
 pub fn hexagons(size: Vec2, edge: f32, periodic: bool) -> (Vec<Vec2>, Links) {
+    hexagons_until(size, edge, periodic, NEVER)
+}
+
+/// The same, or fewer of both if it was stopped.
+pub fn hexagons_until(size: Vec2, edge: f32, periodic: bool, until: Until<'_>) -> (Vec<Vec2>, Links) {
     let (edge, size) = (f64::from(edge), size.as_dvec2());
     let row = edge * 0.75f64.sqrt();
     let fit =
@@ -113,6 +120,9 @@ pub fn hexagons(size: Vec2, edge: f32, periodic: bool) -> (Vec<Vec2>, Links) {
     let mut sites = BTreeMap::new();
     let mut points = Vec::new();
     for y in 0..=coordinate(rows) {
+        if until() {
+            break;
+        }
         for c in 0..=coordinate(columns) {
             // In half edges.
             for x in if y % 2 == 0 { [2, 4] } else { [1, 5] } {
@@ -127,6 +137,9 @@ pub fn hexagons(size: Vec2, edge: f32, periodic: bool) -> (Vec<Vec2>, Links) {
     }
     let mut links = Vec::new();
     for (&(x, y), &from) in &sites {
+        if from.is_multiple_of(1 << 12) && until() {
+            break;
+        }
         // The neighbour beside it, and those in the row below.
         let left = matches!((y % 2 == 0, x.rem_euclid(6)), (true, 2) | (false, 5));
         let (beside, aside) = (if left { 2 } else { -2 }, if left { -1 } else { 1 });
@@ -139,6 +152,9 @@ pub fn hexagons(size: Vec2, edge: f32, periodic: bool) -> (Vec<Vec2>, Links) {
                 links.push(([from, to], [wrap.x.signum() as i8, wrap.y.signum() as i8]));
             }
         }
+    }
+    if until() {
+        return (points, Links::default());
     }
     links.sort_unstable();
     let wraps = if periodic { links.iter().map(|l| l.1).collect() } else { Vec::new() };

@@ -8,6 +8,7 @@
 //! About 40 darts per square pitch give `.97 / aspect · A / pitch²` points.
 
 use super::hash::Hash;
+use super::stop::{NEVER, Until};
 use glam::{IVec2, Vec2};
 use rayon::prelude::*;
 
@@ -60,12 +61,25 @@ type Dart = (Vec2, f32, u32);
 
 /// Points on the canvas, `0 ≤ p < size`, by cells from the top. O(darts); about two microseconds a point.
 pub fn poisson(spec: &PoissonSpec<'_>, hash: Hash) -> Vec<Vec2> {
+    poisson_until(spec, hash, NEVER)
+}
+
+/// The same, or fewer points if it was stopped.
+pub fn poisson_until(spec: &PoissonSpec<'_>, hash: Hash, until: Until<'_>) -> Vec<Vec2> {
     let mut board = Board::new(spec);
     let columns = board.cells.as_usizevec2().x;
     let mut darts: Vec<Dart> = vec![(Vec2::ZERO, 0.0, 0); board.held.len()];
     for (round, share) in (0..).zip(ROUNDS) {
         let hash = hash.with(round);
-        darts.par_chunks_mut(columns).zip(0..board.cells.y).for_each(|(row, y)| board.throw_row(y, share, hash, row));
+        let throw = |(row, y): (&mut [Dart], i32)| {
+            if !until() {
+                board.throw_row(y, share, hash, row);
+            }
+        };
+        darts.par_chunks_mut(columns).zip(0..board.cells.y).for_each(throw);
+        if until() {
+            break;
+        }
         let lands = |(y, row): (i32, &mut [(Vec2, f32)])| {
             for (held, x) in row.iter_mut().zip(0..) {
                 let at = IVec2::new(x, y);

@@ -2,9 +2,10 @@
 //!
 //! Source: JP4905282B2 §3, claim 8 (rows A11–A16). Delaunay links are beyond the source; they are the first
 //! lever of LEATHER-LOOK. Cost: O(links), Delaunay O(n log n).
-use crate::kernel::delaunay::delaunay;
-use crate::kernel::lattice::{GridShape, Links, grid_links, radius_estimate, radius_links, wrap};
-use crate::kernel::points::hexagons;
+use crate::kernel::delaunay::delaunay_until;
+use crate::kernel::lattice::{GridShape, Links, grid_links_until, radius_estimate, radius_links_until, wrap};
+use crate::kernel::points::hexagons_until;
+use crate::kernel::stop::Until;
 use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -60,9 +61,10 @@ impl Node for ConnectNeighbors {
         let points = cx.get(&self.points)?;
         let periodic = points.periodic == Tiling::BOTH;
         let size = points.size_mm.as_vec2();
+        let until = || cx.check().is_err();
         let (points, links, grid) = match self.neighbors {
             Neighbors::Delaunay => {
-                let (points, links) = triangulate(points, size, periodic);
+                let (points, links) = triangulate(points, size, periodic, &until);
                 (points, links, None)
             }
             Neighbors::Radius(radius) => {
@@ -70,7 +72,8 @@ impl Node for ConnectNeighbors {
                 (points, links, None)
             }
             Neighbors::Four | Neighbors::Eight | Neighbors::HexEdges => {
-                let (whole, grid) = self.of_layout(&points)?;
+                let (whole, grid) = self.of_layout(&points, &until)?;
+                cx.check()?;
                 let links = kept(whole, &points);
                 (points, links, Some(grid))
             }
@@ -89,16 +92,16 @@ impl Node for ConnectNeighbors {
 
 impl ConnectNeighbors {
     /// The links of the whole grid or tiling.
-    fn of_layout(&self, points: &Points) -> Result<(Links, GridLinks), Problem> {
+    fn of_layout(&self, points: &Points, until: Until<'_>) -> Result<(Links, GridLinks), Problem> {
         let periodic = points.periodic == Tiling::BOTH;
         let eight = self.neighbors == Neighbors::Eight;
         match (self.neighbors, &points.grid, points.hexagons) {
             (Neighbors::HexEdges, _, Some(edge)) => {
-                Ok((hexagons(points.size_mm.as_vec2(), edge, periodic).1, GridLinks::HexEdges))
+                Ok((hexagons_until(points.size_mm.as_vec2(), edge, periodic, until).1, GridLinks::HexEdges))
             }
             (Neighbors::Four | Neighbors::Eight, Some(order), _) => {
                 let shape = GridShape { nx: order.columns as usize, ny: order.rows as usize, eight, periodic };
-                Ok((grid_links(shape), if eight { GridLinks::Eight } else { GridLinks::Four }))
+                Ok((grid_links_until(shape, until), if eight { GridLinks::Eight } else { GridLinks::Four }))
             }
             _ => {
                 let (needs, node) = match self.neighbors {
@@ -137,7 +140,9 @@ impl ConnectNeighbors {
             let help = format!("points are about {pitch} mm apart; a radius of {} mm gives about 8 each", 1.6 * pitch);
             return Err(Problem::new(Code::TooLarge, message).at("neighbors").help(help).into());
         }
-        Ok(radius_links(&points.positions, reach, size, periodic))
+        cx.check()?;
+        let until = || cx.check().is_err();
+        Ok(radius_links_until(&points.positions, reach, size, periodic, &until))
     }
 
     /// Warns of points that have no part in the lattice.
@@ -174,7 +179,7 @@ fn kept(whole: Links, points: &Points) -> Links {
 }
 
 /// Links by triangulation. Points of a periodic set that have left the canvas come back first.
-fn triangulate(points: Arc<Points>, size: glam::Vec2, periodic: bool) -> (Arc<Points>, Links) {
+fn triangulate(points: Arc<Points>, size: glam::Vec2, periodic: bool, until: Until<'_>) -> (Arc<Points>, Links) {
     let inside = |p: &glam::Vec2| p.cmpge(glam::Vec2::ZERO).all() && p.cmplt(size).all();
     let points = if periodic && !points.positions.iter().all(inside) {
         let mut moved = points.alone();
@@ -183,6 +188,6 @@ fn triangulate(points: Arc<Points>, size: glam::Vec2, periodic: bool) -> (Arc<Po
     } else {
         points
     };
-    let links = delaunay(&points.positions, size, periodic);
+    let links = delaunay_until(&points.positions, size, periodic, until);
     (points, links)
 }

@@ -93,6 +93,7 @@ impl Node for GridPoints {
         let (columns, rows) = grid_counts(&spec);
         afford(cx, columns * rows, "pitch")?;
         let made = grid(&spec, hash);
+        cx.check()?;
         let regular = (self.jitter > 0.0).then(|| grid(&GridSpec { jitter: 0.0, ..spec }, hash).points);
         let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         let order = GridOrder {

@@ -4,7 +4,7 @@
 //! Cost: O(points · log points).
 use super::grid_points::{MAX_POINTS, afford, too_many};
 use crate::kernel::hash::Hash;
-use crate::kernel::points::hexagons;
+use crate::kernel::points::hexagons_until;
 use crate::kernel::tile::narrow;
 use glam::{DVec2, Vec2};
 use schemars::JsonSchema;
@@ -78,7 +78,9 @@ impl Node for HexPoints {
         let edge = narrow(self.edge);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a few million")]
         afford(cx, self.count(cx.canvas) as usize, "edge")?;
-        let (regular, _) = hexagons(cx.size_mm().as_vec2(), edge, periodic == Tiling::BOTH);
+        let until = || cx.check().is_err();
+        let (regular, _) = hexagons_until(cx.size_mm().as_vec2(), edge, periodic == Tiling::BOTH, &until);
+        cx.check()?;
         let hash = Hash::new(cx.seed(self.seed));
         let reach = self.edge * self.jitter;
         let stray = |(n, p): (u64, &Vec2)| {

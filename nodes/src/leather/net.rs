@@ -1,7 +1,7 @@
 //! What [`super::SimulateSprings`] hands to the kernel, and what it makes of the outcome.
 use super::define_mass::mass_at;
 use super::strain::{Strain, What};
-use crate::kernel::lattice::{GridShape, radius_estimate, radius_links};
+use crate::kernel::lattice::{GridShape, radius_estimate, radius_links_until};
 use crate::kernel::lines::Raster;
 use crate::kernel::springs::{Mass, Net, Outcome};
 use crate::kernel::tile::narrow;
@@ -86,7 +86,9 @@ impl Contacts {
             let help = format!("points are about {} mm apart; bodies must be smaller than that", points.pitch);
             return Err(Problem::new(Code::TooLarge, message).at("body").help(help).into());
         }
-        let near = radius_links(&points.positions, reach, size, periodic);
+        let until = || cx.check().is_err();
+        let near = radius_links_until(&points.positions, reach, size, periodic, &until);
+        cx.check()?;
         let (springs_count, count) = (lattice.links.len(), near.pairs.len());
         let extend = |list: &[f32], value: f32| [list, &vec![value; count]].concat();
         let wraps = match (lattice.offsets.is_empty(), near.wraps.is_empty()) {

@@ -4,7 +4,7 @@
 //! Cost: O(points), about two microseconds each.
 use super::grid_points::{MAX_POINTS, afford, too_many};
 use crate::kernel::hash::Hash;
-use crate::kernel::poisson::{PoissonSpec, poisson, poisson_estimate};
+use crate::kernel::poisson::{PoissonSpec, poisson_estimate, poisson_until};
 use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -90,8 +90,9 @@ impl Node for PoissonPoints {
         let spec = self.spec(cx.canvas);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a few million")]
         afford(cx, poisson_estimate(&spec) as usize, "pitch")?;
+        let until = || cx.check().is_err();
         let positions = match cx.get_opt(&self.density)? {
-            None => poisson(&spec, hash),
+            None => poisson_until(&spec, hash, &until),
             Some(density) => {
                 let samples =
                     (cx.size_mm() / (self.pitch * 0.25)).ceil().clamp(glam::DVec2::ONE, glam::DVec2::splat(4096.0));
@@ -99,9 +100,10 @@ impl Node for PoissonPoints {
                 let map = cx.evaluator.raster(&density, &cx.canvas.grid(size), Window::full(size))?;
                 let spread = narrow(self.spread);
                 let factor = |p: Vec2| 1.0 + (spread - 1.0) * nearest(&map, p, cx.size_mm().as_vec2()).clamp(0.0, 1.0);
-                poisson(&PoissonSpec { factor: Some(&factor), most: spread, ..spec }, hash)
+                poisson_until(&PoissonSpec { factor: Some(&factor), most: spread, ..spec }, hash, &until)
             }
         };
+        cx.check()?;
         Ok(Outputs::one(Points {
             positions,
             size_mm: cx.size_mm(),

@@ -49,6 +49,7 @@ impl Node for RandomPoints {
         let count = (self.count as usize).min(MAX_POINTS);
         afford(cx, count, "count")?;
         let pitch = (cx.size_mm().element_product() / count.max(1) as f64).sqrt();
+        cx.check()?;
         Ok(Outputs::one(Points {
             positions: random(count, cx.size_mm().as_vec2(), Hash::new(cx.seed(self.seed))),
             size_mm: cx.size_mm(),

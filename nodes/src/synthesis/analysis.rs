@@ -1,7 +1,8 @@
 //! What the nodes of this family have in common: from an exemplar on a wire to what the kernels take.
 use crate::kernel::hash::Hash;
+use crate::kernel::stop::Until;
 use crate::kernel::synthesis::Plane;
-use crate::kernel::synthesis::analysis::{AnalysisSpec, analyse, find_seconds, spacings};
+use crate::kernel::synthesis::analysis::{AnalysisSpec, analyse_until, find_seconds_until, spacings};
 use crate::kernel::synthesis::texels::Texels;
 use crate::kernel::synthesis::{lattice, levels};
 use glam::DVec2;
@@ -21,17 +22,20 @@ pub(super) fn features(exemplar: &Exemplar) -> Texels<f32> {
 /// The hash of all that is random in an analysis: the same exemplar is analysed in the same way everywhere.
 pub(super) const ANALYSIS: Hash = Hash::new(0x5348_4942_4F31);
 
-/// The levels, analysed.
-pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec) -> Vec<ExemplarLevel> {
+/// The levels, analysed; worth nothing if it was stopped.
+pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec, until: Until<'_>) -> Vec<ExemplarLevel> {
     let features = features(exemplar);
     let spacings = spacings(features.plane.w.min(features.plane.h));
-    analyse(&spacings, |h| levels::image(&features, h, exemplar.pyramid), &exemplar.usable, spec, ANALYSIS)
+    let image = |h| levels::image(&features, h, exemplar.pyramid);
+    analyse_until(&spacings, image, &exemplar.usable, spec, ANALYSIS, until)
 }
 
-/// Adds what looks alike to every level; `distance` is a share of the shorter side.
-pub(super) fn add_seconds(exemplar: &Exemplar, levels: &mut [ExemplarLevel], distance: f64) {
+/// Adds what looks alike to every level; `distance` is a share of the shorter side. Worth nothing if it was
+/// stopped.
+pub(super) fn add_seconds(exemplar: &Exemplar, levels: &mut [ExemplarLevel], distance: f64, until: Until<'_>) {
     let plane = plane(exemplar);
-    find_seconds(levels, plane, &exemplar.usable, distance * plane.w.min(plane.h) as f64, ANALYSIS.with(1));
+    let distance = distance * plane.w.min(plane.h) as f64;
+    find_seconds_until(levels, plane, &exemplar.usable, distance, ANALYSIS.with(1), until);
 }
 
 /// How an exemplar repeats.

@@ -76,7 +76,7 @@ impl Node for AppearanceSpace {
             switch: self.switch as usize,
             dims: self.dimensions as usize,
         };
-        let levels = levels_of(&exemplar, &spec);
+        let levels = levels_of(&exemplar, &spec, &|| cx.check().is_err());
         cx.check()?;
         Ok(Outputs::one(Exemplar { levels: Arc::new(levels), ..Exemplar::clone(&exemplar) }))
     }

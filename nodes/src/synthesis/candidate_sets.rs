@@ -47,13 +47,14 @@ impl Node for CandidateSets {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let exemplar = cx.get(&self.exemplar)?;
+        let until = || cx.check().is_err();
         let mut levels = match exemplar.levels.is_empty() {
-            true => levels_of(&exemplar, &AnalysisSpec::default()),
+            true => levels_of(&exemplar, &AnalysisSpec::default(), &until),
             false => exemplar.levels.to_vec(),
         };
         cx.check()?;
         if self.k > 1 {
-            add_seconds(&exemplar, &mut levels, self.distance);
+            add_seconds(&exemplar, &mut levels, self.distance, &until);
         } else {
             levels.iter_mut().for_each(|level| level.second.clear());
         }

@@ -241,12 +241,13 @@ impl Synthesize {
         if !exemplar.levels.is_empty() && seconds {
             return Ok(exemplar.levels.clone());
         }
+        let until = || cx.check().is_err();
         let mut levels = match exemplar.levels.is_empty() {
-            true => levels_of(exemplar, &AnalysisSpec::default()),
+            true => levels_of(exemplar, &AnalysisSpec::default(), &until),
             false => exemplar.levels.to_vec(),
         };
         cx.check()?;
-        add_seconds(exemplar, &mut levels, 0.05);
+        add_seconds(exemplar, &mut levels, 0.05, &until);
         cx.check()?;
         Ok(Arc::new(levels))
     }

@@ -50,13 +50,15 @@ const heard = {
   errors({ errors }) { if (state) { state.errors = errors; complain(); } },
   warnings({ warnings }) { if (state) { state.warnings = warnings; complain(); } },
   busy({ busy }) {
-    if (state) state.busy = busy;
-    $('progress').classList.toggle('on', busy);
-    $('progress').classList.add('unknown');
-    status();
+    if (state) { state.busy = busy; state.progress = null; }
+    // What is over in the blink of an eye is not talked of.
+    clearTimeout(patience);
+    patience = busy && !waiting ? setTimeout(() => wait(true), 200) : null;
+    if (!busy) wait(false);
   },
   progress(p) {
     if (!p) return;
+    if (patience) { clearTimeout(patience); patience = null; wait(true); }
     $('progress').classList.remove('unknown');
     $('progress').firstElementChild.style.width = `${(100 * p.done) / Math.max(1, p.total)}%`;
     if (state) { state.progress = p; status(); }
@@ -74,6 +76,16 @@ const heard = {
   },
   offline() { root.dataset.online = 'no'; status(); },
 };
+
+// Shows that something takes longer.
+let waiting = false;
+let patience = null;
+function wait(on) {
+  waiting = on;
+  $('progress').classList.toggle('on', on);
+  $('progress').classList.toggle('unknown', on);
+  status();
+}
 
 news((kind, data) => heard[kind]?.(data));
 
@@ -151,7 +163,7 @@ const refresh = latest(async (longest) => {
     const object = await ask('object', { g: generation, t: wanted });
     if (wanted !== target) return;
     shown = { type: found.object };
-    if (object) picture.showObject(object, canvas.resolution);
+    if (object) picture.showObject(object, object.own ? object.size_mm.map((v) => (1000 * v) / Math.max(...object.size_mm)) : canvas.resolution);
     root.dataset.shown = `${wanted} ${found.object}`;
     legend(object);
   }
@@ -169,14 +181,15 @@ async function show(now) {
   const mine = turn;
   if (shown?.picture === now.picture && picture.bitmap && !picture.object) {
     shown = now;
-    picture.source = { g: generation, t: now.target };
+    picture.source = now.own ? null : { g: generation, t: now.target };
     mark(now);
     return;
   }
   const image = await bitmap(now.picture).catch(() => null);
   if (!image || mine !== turn || now.target !== target) { image?.close(); return; }
   shown = now;
-  picture.show(image, state.scene.canvas.resolution, { g: state.scene.generation, t: now.target });
+  // What lies nowhere on the canvas has pixels of its own, and no finer ones.
+  picture.show(image, now.own ? now.size : state.scene.canvas.resolution, now.own ? null : { g: state.scene.generation, t: now.target });
   mark(now);
   legend();
 }
@@ -222,7 +235,9 @@ function replace(parent, children) {
 
 function legend(object) {
   let text = '';
-  if (object) text = `${object.count.toLocaleString()} ${object.type === 'Points' ? 'points' : object.type === 'Segments' ? 'segments' : 'links'}`;
+  if (object?.note) text = object.note;
+  else if (object) text = `${object.count.toLocaleString()} ${object.type === 'Points' ? 'points' : object.type === 'Segments' ? 'segments' : 'links'}`;
+  else if (shown?.own) text = `${shown.size.join(' × ')} px of its own`;
   else if (shown?.range && (shown.range[0] !== 0 || shown.range[1] !== 1)) {
     const [lo, hi] = shown.range.map((v) => +v.toPrecision(3));
     text = `black ${lo}${shown.unit ? ` ${shown.unit}` : ''} · white ${hi}${shown.unit ? ` ${shown.unit}` : ''}`;
@@ -231,8 +246,9 @@ function legend(object) {
 }
 
 const probe = latest(async (pixel) => {
-  if (!pixel || !state?.scene) { $('cursor').textContent = ''; return; }
+  if (!pixel || !state?.scene || picture.object?.own) { $('cursor').textContent = ''; return; }
   const [x, y] = pixel;
+  if (shown?.own) { $('cursor').textContent = `${x}, ${y} px`; return; }
   const found = shown?.picture ? await ask('probe', { g: state.scene.generation, t: target, x, y }) : null;
   const size = state.scene.canvas;
   const mm = found?.mm ?? [0, 1].map((i) => ((pixel[i] + 0.5) * size.size_mm[i]) / size.resolution[i]);
@@ -253,7 +269,7 @@ function status() {
   if (root.dataset.online === 'no') { s.textContent = 'not connected: is `shibo watch` running?'; s.className = 'bad'; return; }
   if (!state) return;
   if (state.errors.length) { s.textContent = `${state.errors.length} error${state.errors.length > 1 ? 's' : ''}: the last good picture stays`; s.className = 'bad'; return; }
-  if (state.busy) { s.textContent = state.progress ? `${state.progress.node} …` : 'evaluating …'; s.className = 'busy'; return; }
+  if (waiting) { s.textContent = state.progress ? `${state.progress.node} …` : 'evaluating …'; s.className = 'busy'; return; }
   const ms = (v) => (v >= 999.5 ? `${(v / 1000).toFixed(1)} s` : `${v.toFixed(0)} ms`);
   const { done } = state;
   if (done) s.textContent = `${done.ran} of ${state.scene?.nodes ?? '?'} nodes ran · shown in ${ms(done.first_ms)} · sharp in ${ms(done.all_ms)}`;
@@ -349,7 +365,7 @@ function relight() {
   } else if (about?.channels && target?.startsWith('@')) {
     const base = target.replace(/\.[a-z_]+$/, '');
     lit.load(scene, Object.fromEntries(about.channels.map((c) => [c, { t: `${base}.${c}`, id: `${scene.generation}` }])), size);
-  } else if (shown?.type) {
+  } else if (shown?.type && shown.picture && !shown.own) {
     const channel = { Gray: 'height', Normal: 'normal' }[shown.type] ?? 'base_color';
     lit.load(scene, { [channel]: { t: target, id: shown.picture } }, size);
   }

@@ -239,9 +239,11 @@ export class Graph {
     }
     const [width] = object.size_mm;
     const count = Math.max(1, object.count);
+    // A part of what covers the canvas; the whole of what does not.
     const part = Math.min(1, Math.sqrt(500 / count));
-    const k = (W - 12) / (width * part);
-    const at = (x, y) => [node.x + 6 + x * k, node.y + 6 + y * k];
+    const k = object.own ? Math.min((W - 12) / width, 52 / object.size_mm[1]) : (W - 12) / (width * part);
+    const left = object.own ? (W - 12 - width * k) / 2 : 0;
+    const at = (x, y) => [node.x + 6 + left + x * k, node.y + 6 + y * k];
     c.strokeStyle = c.fillStyle = node.color ?? colors.accent;
     c.lineWidth = 1;
     c.beginPath();

@@ -9,6 +9,7 @@ use super::pca::{DIMS, Projection, principal};
 use super::texels::{Texels, mirrored};
 use crate::kernel::hash::Hash;
 use crate::kernel::simd;
+use crate::kernel::stop::{NEVER, Until};
 use crate::kernel::window::index;
 use rayon::prelude::*;
 pub use shibo_engine::value::{ExemplarLevel as Level, Neighborhood as Hood};
@@ -46,10 +47,30 @@ pub fn analyse(
     spec: &AnalysisSpec,
     hash: Hash,
 ) -> Vec<Level> {
-    levels.par_iter().map(|&h| level(h, &image(h), usable, spec, hash.with(h as u64))).collect()
+    analyse_until(levels, image, usable, spec, hash, NEVER)
 }
 
-fn level(h: usize, image: &Texels<f32>, usable: &[bool], spec: &AnalysisSpec, hash: Hash) -> Level {
+/// The same, or fewer levels that are worth nothing if it was stopped.
+pub fn analyse_until(
+    levels: &[usize],
+    image: impl Fn(usize) -> Texels<f32> + Sync,
+    usable: &[bool],
+    spec: &AnalysisSpec,
+    hash: Hash,
+    until: Until<'_>,
+) -> Vec<Level> {
+    let analysed = |&h: &usize| (!until()).then(|| level(h, &image(h), usable, spec, hash.with(h as u64), until));
+    levels.par_iter().filter_map(analysed).collect()
+}
+
+fn level(
+    h: usize,
+    image: &Texels<f32>,
+    usable: &[bool],
+    spec: &AnalysisSpec,
+    hash: Hash,
+    until: Until<'_>,
+) -> Level {
     let picked = |most: u64, hash: Hash| -> Vec<usize> {
         let good: Vec<usize> = (0..image.plane.w * image.plane.h).filter(|&p| usable.is_empty() || usable[p]).collect();
         if good.len() as u64 <= most {
@@ -64,21 +85,33 @@ fn level(h: usize, image: &Texels<f32>, usable: &[bool], spec: &AnalysisSpec, ha
         .collect();
     let disc = Around::new(image.plane, h, &disc);
     let matrix = disc.principal(&image.data, image.channels, &picked(2048, hash.with(1)), spec.dims);
-    let appearance = disc.project(&image.data, image.channels, &matrix);
+    let appearance = disc.project(&image.data, image.channels, &matrix, until);
     let hood = if h >= spec.switch { spec.coarse } else { spec.fine };
     let around: Vec<([i32; 2], f32)> = hood.offsets().into_iter().map(|o| (o, 1.0)).collect();
     let around = Around::new(image.plane, h, &around);
     let flat = appearance.as_flattened();
     let matrix = around.principal(flat, DIMS, &picked(1024, hash.with(2)), spec.dims);
-    let neighborhoods = around.project(flat, DIMS, &matrix);
+    let neighborhoods = around.project(flat, DIMS, &matrix, until);
     Level { h, hood, appearance, matrix, neighborhoods, second: Vec::new() }
 }
 
 /// Finds for every pixel of every level another one that looks alike, at least `distance` pixels away.
 pub fn find_seconds(levels: &mut [Level], plane: Plane, usable: &[bool], distance: f64, hash: Hash) {
+    find_seconds_until(levels, plane, usable, distance, hash, NEVER);
+}
+
+/// The same, or what is worth nothing if it was stopped.
+pub fn find_seconds_until(
+    levels: &mut [Level],
+    plane: Plane,
+    usable: &[bool],
+    distance: f64,
+    hash: Hash,
+    until: Until<'_>,
+) {
     levels.par_iter_mut().for_each(|level| {
         let hoods = &level.neighborhoods;
-        level.second = candidates::similar(hoods, plane, usable, distance, level.h, hash.with(level.h as u64));
+        level.second = candidates::similar(hoods, plane, usable, distance, level.h, hash.with(level.h as u64), until);
     });
 }
 
@@ -145,13 +178,13 @@ impl Around {
         principal(&samples, self.taps.len() * channels, dims)
     }
 
-    fn project(&self, data: &[f32], channels: usize, matrix: &Projection) -> Vec<[f32; DIMS]> {
+    fn project(&self, data: &[f32], channels: usize, matrix: &Projection, until: Until<'_>) -> Vec<[f32; DIMS]> {
         let Plane { w, h, .. } = self.plane;
         // The weights go into the matrix.
         let weighted = |(k, row): (usize, &[f32; DIMS])| row.map(|v| v * self.taps[k / channels].2);
         let matrix: Projection = matrix.iter().enumerate().map(weighted).collect();
         let mut out = vec![[0.0; DIMS]; w * h];
-        out.par_chunks_mut(w).enumerate().for_each(|(y, out)| {
+        out.par_chunks_mut(w).enumerate().filter(|_| !until()).for_each(|(y, out)| {
             simd::dispatch(
                 #[inline(always)]
                 || {

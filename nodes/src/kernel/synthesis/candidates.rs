@@ -6,12 +6,13 @@ use super::Plane;
 use super::pca::DIMS;
 use crate::kernel::hash::Hash;
 use crate::kernel::simd;
+use crate::kernel::stop::Until;
 use crate::kernel::window::{index, offset};
 
 const ROUNDS: u64 = 4;
 
 /// The pixel that looks most like each one, of those at least `distance` pixels away that are `usable` (all, if empty).
-/// `h` is the spacing of the level, to which the search is scaled.
+/// `h` is the spacing of the level, to which the search is scaled. Stopped, it gives nothing.
 pub fn similar(
     vectors: &[[f32; DIMS]],
     plane: Plane,
@@ -19,12 +20,13 @@ pub fn similar(
     distance: f64,
     h: usize,
     hash: Hash,
+    until: Until<'_>,
 ) -> Vec<u32> {
     #[expect(clippy::cast_possible_truncation, reason = "a number of pixels of an exemplar")]
     let near = distance.ceil().max(1.0) as i32;
     simd::dispatch(
         #[inline(always)]
-        || Search { vectors, plane, usable, near, step: (h / 4).max(1), hash }.run(),
+        || Search { vectors, plane, usable, near, step: (h / 4).max(1), hash, until }.run(),
     )
 }
 
@@ -36,7 +38,11 @@ struct Search<'a> {
     /// Only every so many columns and rows are searched for.
     step: usize,
     hash: Hash,
+    until: Until<'a>,
 }
+
+/// How many pixels are searched between two questions whether to go on.
+const PIXELS: usize = 1 << 11;
 
 /// The squared distance of two vectors, summed in a fixed order.
 #[inline(always)]
@@ -80,7 +86,10 @@ impl Search<'_> {
             .flat_map(|y| (0..self.plane.w).step_by(self.step).map(move |x| y * self.plane.w + x))
             .collect();
         let mut best: Vec<(f32, u32)> = (0..self.vectors.len()).map(|p| (f32::INFINITY, narrow(p))).collect();
-        for &p in &pixels {
+        for (n, &p) in pixels.iter().enumerate() {
+            if n.is_multiple_of(PIXELS) && (self.until)() {
+                return Vec::new();
+            }
             for k in 0..8 {
                 let word = self.hash.with(k).u64(p as u64);
                 let mut mine = best[p];
@@ -95,6 +104,9 @@ impl Search<'_> {
             let hash = self.hash.with(100 + round);
             let back = if round % 2 == 0 { -step } else { step };
             for k in 0..pixels.len() {
+                if k.is_multiple_of(PIXELS) && (self.until)() {
+                    return Vec::new();
+                }
                 let p = pixels[if round % 2 == 0 { k } else { pixels.len() - 1 - k }];
                 let (x, y) = (index(p) % w, index(p) / w);
                 let mut mine = best[p];

@@ -1,0 +1,70 @@
+//! Stopping long work when nobody wants its result any more.
+//!
+//! Kernels ask an [`Until`] about every millisecond and end with whatever they have once it is true; who called them must
+//! then drop the result. Work inside of a library that does not ask is left by unwinding, see [`unwind_when`].
+
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+/// Whether to stop.
+pub type Until<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Work goes on to its end.
+pub const NEVER: Until<'static> = &|| false;
+
+/// So many calls pass between two questions: of a triangulation, less than a millisecond.
+const CALLS: u32 = 1 << 13;
+
+/// What unwinds.
+struct Stopped;
+
+/// Asks while a library calls back.
+pub struct Watch<'a> {
+    until: Until<'a>,
+    calls: Cell<u32>,
+}
+
+impl Watch<'_> {
+    /// To be called by callbacks. Does not return if the work is to stop.
+    pub fn tick(&self) {
+        let calls = self.calls.get().wrapping_add(1);
+        self.calls.set(calls);
+        if calls.is_multiple_of(CALLS) && (self.until)() {
+            // Not a panic: no message, and no hook runs.
+            resume_unwind(Box::new(Stopped));
+        }
+    }
+}
+
+/// The result of `work`, or nothing if it was left because `until` was true. What `work` changes must not be looked at then.
+pub fn unwind_when<T>(until: Until<'_>, work: impl FnOnce(&Watch<'_>) -> T) -> Option<T> {
+    let watch = Watch { until, calls: Cell::new(0) };
+    match catch_unwind(AssertUnwindSafe(|| work(&watch))) {
+        Ok(result) => Some(result),
+        Err(payload) if payload.is::<Stopped>() => None,
+        Err(payload) => resume_unwind(payload),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn endless_work_is_left() {
+        let endless = |watch: &Watch<'_>| {
+            let mut list: Vec<u32> = (0..100_000).rev().collect();
+            loop {
+                list.sort_unstable_by(|a, b| {
+                    watch.tick();
+                    a.cmp(b)
+                });
+                list.reverse();
+            }
+        };
+        let calls = std::sync::atomic::AtomicU32::new(0);
+        let until = || calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed) > 40;
+        assert_eq!(unwind_when::<u32>(&until, endless), None);
+        assert_eq!(unwind_when(NEVER, |watch| watch.tick()), Some(()));
+    }
+}

@@ -27,28 +27,68 @@ const SAMPLE: &str = "\"cells\": Worley(size: 4), \"c\": GradientMap(input: \"ce
 
 const CASES: &[Case] = &[
     ("points that keep their distance", 200, 64, "\"it\": PoissonPoints(pitch: 0.25)"),
-    ("points that keep a changing distance", 200, 64, "\"f\": Fractal(size: 20), \"it\": PoissonPoints(pitch: 0.25, density: \"f\")"),
+    (
+        "points that keep a changing distance",
+        200,
+        64,
+        "\"f\": Fractal(size: 20), \"it\": PoissonPoints(pitch: 0.25, density: \"f\")",
+    ),
     ("random points", 100, 64, "\"it\": RandomPoints(count: 4000000)"),
     ("points of a grid", 100, 64, "\"it\": GridPoints(pitch: 0.06, jitter: 0.3)"),
     ("points of hexagons", 100, 64, "\"it\": HexPoints(edge: 0.08, jitter: 0.3)"),
     ("points in an area", 100, 512, "POINTS \"f\": Fractal(size: 9), \"it\": WorkArea(points: \"p\", area: \"f\")"),
     ("triangulation", 100, 64, "POINTS \"it\": ConnectNeighbors(points: \"p\")"),
     ("links within a radius", 100, 64, "POINTS \"it\": ConnectNeighbors(points: \"p\", neighbors: Radius(0.4))"),
-    ("links of a grid", 100, 64, "\"p\": GridPoints(pitch: 0.06), \"it\": ConnectNeighbors(points: \"p\", neighbors: Eight)"),
+    (
+        "links of a grid",
+        100,
+        64,
+        "\"p\": GridPoints(pitch: 0.06), \"it\": ConnectNeighbors(points: \"p\", neighbors: Eight)",
+    ),
     ("bands", 300, 1024, "\"it\": BandPattern(pitch: 1)"),
     ("springs", 200, 64, "NET \"it\": DefineSprings(lattice: \"l\", field: \"f\")"),
     ("springs by samples", 200, 64, "NET \"it\": DefineSprings(lattice: \"l\", field: \"f\", sample: Line)"),
     ("masses", 200, 64, "NET \"s\": DefineSprings(lattice: \"l\"), \"it\": DefineMass(springs: \"s\", field: \"f\")"),
-    ("motion", 200, 64, "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 60, drag: 4)"),
-    ("motion on a grid", 200, 64, "\"f\": Fractal(size: 9), \"p\": GridPoints(pitch: 0.4), \"l\": ConnectNeighbors(points: \"p\", neighbors: Eight), \
-        \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 40, drag: 4)"),
-    ("breakage", 200, 64, "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \
-        \"it\": SimulateSprings(springs: \"s\", steps: 30, drag: 4, break_share: 0.1)"),
-    ("strain", 200, 1024, "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"m\": SimulateSprings(springs: \"s\", steps: 2, drag: 4), \
-        \"it\": Blur(input: \"m.stretch\", radius: 0.1)"),
+    (
+        "motion",
+        200,
+        64,
+        "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 60, drag: 4)",
+    ),
+    (
+        "motion on a grid",
+        200,
+        64,
+        "\"f\": Fractal(size: 9), \"p\": GridPoints(pitch: 0.4), \"l\": ConnectNeighbors(points: \"p\", neighbors: Eight), \
+        \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 40, drag: 4)",
+    ),
+    (
+        "breakage",
+        200,
+        64,
+        "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \
+        \"it\": SimulateSprings(springs: \"s\", steps: 30, drag: 4, break_share: 0.1)",
+    ),
+    (
+        "strain",
+        200,
+        1024,
+        "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"m\": SimulateSprings(springs: \"s\", steps: 2, drag: 4), \
+        \"it\": Blur(input: \"m.stretch\", radius: 0.1)",
+    ),
     ("wrinkles", 200, 64, "NET \"it\": PlaceWrinkles(lattice: \"l\")"),
-    ("strokes", 200, 2048, "NET \"w\": PlaceWrinkles(lattice: \"l\"), \"it\": DrawWrinkles(segments: \"w\", width: (0.1, 0.2))"),
-    ("strokes coarse", 200, 64, "NET \"w\": PlaceWrinkles(lattice: \"l\"), \"it\": DrawWrinkles(segments: \"w\", width: (0.1, 0.2))"),
+    (
+        "strokes",
+        200,
+        2048,
+        "NET \"w\": PlaceWrinkles(lattice: \"l\"), \"it\": DrawWrinkles(segments: \"w\", width: (0.1, 0.2))",
+    ),
+    (
+        "strokes coarse",
+        200,
+        64,
+        "NET \"w\": PlaceWrinkles(lattice: \"l\"), \"it\": DrawWrinkles(segments: \"w\", width: (0.1, 0.2))",
+    ),
     ("dots", 200, 2048, "POINTS \"it\": Dots(points: \"p\", diameter: (0.3, 0.6))"),
     ("wide blur", 100, 4096, "\"f\": Fractal(size: 3), \"it\": Blur(input: \"f\", radius: 8)"),
     ("distance", 100, 4096, "\"f\": Perlin(size: 9), \"it\": DistanceField(input: \"f\", radius: 20)"),
@@ -64,21 +104,61 @@ const CASES: &[Case] = &[
     ("candidates", 100, 64, "SAMPLE \"it\": CandidateSets(exemplar: \"x\")"),
     ("lattice of an exemplar", 100, 64, "SAMPLE \"it\": DetectLattice(exemplar: \"x\")"),
     ("synthesis", 100, 512, "SAMPLE \"it\": Synthesize(exemplar: \"x\")"),
-    ("regular synthesis", 100, 512, "SAMPLE \"d\": DetectLattice(exemplar: \"x\"), \"it\": Synthesize(exemplar: \"d\", preset: Regular)"),
-    ("guided synthesis", 100, 512, "SAMPLE \"t\": Perlin(size: 30), \"j\": JacobianFromAngleScale(angle: \"t\"), \
-        \"it\": Synthesize(exemplar: \"x\", jacobian: \"j\")"),
-    ("samples", 100, 2048, "SAMPLE \"s\": Synthesize(exemplar: \"x\", size: (128, 128)), \"it\": SampleExemplar(coords: \"s\", input: \"c\")"),
-    ("magnified samples", 100, 2048, "SAMPLE \"s\": Synthesize(exemplar: \"x\", size: (128, 128)), \"it\": MagnifyCoords(coords: \"s\", input: \"c\")"),
-    ("branches", 100, 64, "\"pith\": TrunkNodes(height: (0, 100000), count: 10000, wander: 7), \"trunk\": FitSkeleton(curve: \"pith\"), \
-        \"it\": Branches(skeleton: \"trunk\", whorl_spacing: 20)"),
+    (
+        "regular synthesis",
+        100,
+        512,
+        "SAMPLE \"d\": DetectLattice(exemplar: \"x\"), \"it\": Synthesize(exemplar: \"d\", preset: Regular)",
+    ),
+    (
+        "guided synthesis",
+        100,
+        512,
+        "SAMPLE \"t\": Perlin(size: 30), \"j\": JacobianFromAngleScale(angle: \"t\"), \
+        \"it\": Synthesize(exemplar: \"x\", jacobian: \"j\")",
+    ),
+    (
+        "samples",
+        100,
+        2048,
+        "SAMPLE \"s\": Synthesize(exemplar: \"x\", size: (128, 128)), \"it\": SampleExemplar(coords: \"s\", input: \"c\")",
+    ),
+    (
+        "magnified samples",
+        100,
+        2048,
+        "SAMPLE \"s\": Synthesize(exemplar: \"x\", size: (128, 128)), \"it\": MagnifyCoords(coords: \"s\", input: \"c\")",
+    ),
+    (
+        "branches",
+        100,
+        64,
+        "\"pith\": TrunkNodes(height: (0, 100000), count: 10000, wander: 7), \"trunk\": FitSkeleton(curve: \"pith\"), \
+        \"it\": Branches(skeleton: \"trunk\", whorl_spacing: 20)",
+    ),
     ("growth", 200, 512, "TREE \"it\": CutPlane(solid: \"time\", preset: FlatSawn, distance: 20, height: 1200)"),
     ("rings", 200, 512, "TREE \"it\": CutPlane(solid: \"color\", preset: FlatSawn, distance: 20, height: 1200)"),
-    ("fibres", 200, 512, "TREE \"s\": FiberStreaks(color: \"color\", fiber: \"fiber\"), \
-        \"it\": CutPlane(solid: \"s\", preset: FlatSawn, distance: 20, height: 1200)"),
-    ("pores", 200, 512, "TREE \"s\": WoodPores(color: \"color\", time: \"time\", fiber: \"fiber\"), \
-        \"it\": CutPlane(solid: \"s\", preset: FlatSawn, distance: 20, height: 1200)"),
-    ("rays", 200, 512, "TREE \"s\": WoodRays(color: \"color\", fiber: \"fiber\"), \
-        \"it\": CutPlane(solid: \"s\", preset: FlatSawn, distance: 20, height: 1200)"),
+    (
+        "fibres",
+        200,
+        512,
+        "TREE \"s\": FiberStreaks(color: \"color\", fiber: \"fiber\"), \
+        \"it\": CutPlane(solid: \"s\", preset: FlatSawn, distance: 20, height: 1200)",
+    ),
+    (
+        "pores",
+        200,
+        512,
+        "TREE \"s\": WoodPores(color: \"color\", time: \"time\", fiber: \"fiber\"), \
+        \"it\": CutPlane(solid: \"s\", preset: FlatSawn, distance: 20, height: 1200)",
+    ),
+    (
+        "rays",
+        200,
+        512,
+        "TREE \"s\": WoodRays(color: \"color\", fiber: \"fiber\"), \
+        \"it\": CutPlane(solid: \"s\", preset: FlatSawn, distance: 20, height: 1200)",
+    ),
 ];
 
 fn load(case: &Case) -> Graph {
@@ -86,7 +166,8 @@ fn load(case: &Case) -> Graph {
     let nodes = [("POINTS", POINTS), ("NET", NET), ("TREE", TREE), ("SAMPLE", SAMPLE)]
         .iter()
         .fold((*nodes).to_owned(), |text, (word, nodes)| text.replace(&format!("{word} "), nodes));
-    let text = format!("(version: 1, canvas: (size_mm: {size}, resolution: {resolution}, tile: Both), nodes: {{ {nodes} }})");
+    let text =
+        format!("(version: 1, canvas: (size_mm: {size}, resolution: {resolution}, tile: Both), nodes: {{ {nodes} }})");
     let options = LoadOptions {
         preset: None,
         set: Vec::new(),

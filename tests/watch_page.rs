@@ -191,6 +191,35 @@ fn every_node_can_be_looked_at() {
 }
 
 #[test]
+fn what_is_no_picture_is_drawn() {
+    let browser = Browser::start();
+    let wood = ["pith", "trunk", "tree", "even", "grown", "fiber", "year", "ring_color", "light"];
+    for (file, nodes) in [("pine_knots.ron", &wood[..]), ("brick_wall.ron", &["exemplar", "regular", "coords"])] {
+        let place = Place::shipped(file);
+        let resolution = place.text().find("resolution: ").unwrap();
+        let end = resolution + place.text()[resolution..].find(',').unwrap();
+        place.write(&(place.text()[..resolution].to_owned() + "resolution: 256" + &place.text()[end..]));
+        let watch = Watch::start(&place.graph, &[]);
+        let mut page = open(&browser, &watch);
+        page.key("g");
+        page.wait("document.getElementById('graph').dataset.computed >= 0");
+        for node in nodes {
+            page.eval(&format!(
+                "(() => {{ const f = document.getElementById('find'); f.value = '{node}'; f.onchange(); }})()"
+            ));
+            page.wait(&format!("{ROOT}.shown?.split(' ')[0] == '@{node}'"));
+            // More colours than ground and lines alone: it is drawn, and not blank.
+            page.wait(
+                "(() => { const c = document.getElementById('picture'); const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; \
+                 const seen = new Set(); for (let i = 0; i < d.length; i += 4) seen.add(d[i] << 24 | d[i + 1] << 16 | d[i + 2] << 8 | d[i + 3]); return seen.size > 2; })()",
+            );
+            page.screenshot();
+        }
+        assert_calm(&page, "404");
+    }
+}
+
+#[test]
 fn the_picture_is_moved_zoomed_repeated_and_compared() {
     let place = Place::new(&plain(1.0));
     let watch = Watch::start(&place.graph, &[]);

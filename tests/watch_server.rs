@@ -351,16 +351,108 @@ fn a_picture_of_16384_comes_in_parts() {
 #[cfg(unix)]
 #[test]
 fn a_file_without_permission_is_waited_for() {
-    use std::os::unix::fs::PermissionsExt;
-    let (place, watch) = watch();
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    let place = Place::new(&plain(0.5));
+    std::fs::set_permissions(place.dir.path(), std::fs::Permissions::from_mode(0o755)).unwrap();
+    // Whoever may do everything never sees this error.
+    let watch = if std::fs::metadata("/proc/self").is_ok_and(|me| me.uid() == 0) {
+        Watch::start_as_nobody(&place.graph, &[])
+    } else {
+        None
+    };
+    let watch = watch.unwrap_or_else(|| Watch::start(&place.graph, &[]));
+    watch.wait_shown(plain(0.5).as_bytes());
     std::fs::set_permissions(&place.graph, std::fs::Permissions::from_mode(0o000)).unwrap();
-    let readable = std::fs::read(&place.graph).is_ok();
-    if !readable {
-        // Whoever may do everything never sees this error.
+    let owner = format!("/proc/{}", watch.pid);
+    if std::fs::metadata(owner).is_ok_and(|it| it.uid() != 0) {
         let error = watch.wait_for(|e| e["event"] == "error");
         assert_eq!(error.json["errors"][0]["code"], "bad-file");
     }
-    std::fs::set_permissions(&place.graph, std::fs::Permissions::from_mode(0o600)).unwrap();
+    std::fs::set_permissions(&place.graph, std::fs::Permissions::from_mode(0o644)).unwrap();
+    watch.wait_shown(plain(0.5).as_bytes());
     place.write(&plain(0.8));
     watch.wait_shown(plain(0.8).as_bytes());
+}
+
+/// A tab as the server sees it: it loads the page and the picture, and listens until it hears of `sha`. Gives the stream.
+fn tab(port: u16, token: &str, sha: &str) -> TcpStream {
+    let connect = || {
+        let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        stream.set_read_timeout(Some(watching::PATIENCE)).unwrap();
+        stream
+    };
+    let get = |path: &str| {
+        let mut stream = connect();
+        let head = format!("GET /{token}/{path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n");
+        stream.write_all(head.as_bytes()).unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).unwrap();
+        let (status, body) = split(&answer);
+        assert_eq!(status, 200, "{path}");
+        body
+    };
+    let mut stream = connect();
+    write!(stream, "GET /{token}/events HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n").unwrap();
+    for file in ["", "app.js", "style.css"] {
+        assert!(!get(file).is_empty());
+    }
+    let state: serde_json::Value = serde_json::from_slice(&get("state")).unwrap();
+    let picture = state["scene"]["pictures"]["grey"]["picture"].as_str().unwrap();
+    assert!(get(picture).starts_with(b"\x89PNG"));
+    let (mut heard, mut part) = (String::new(), [0; 16 << 10]);
+    while !heard.contains(sha) {
+        let n = stream.read(&mut part).unwrap();
+        assert!(n > 0, "{heard}");
+        heard += &String::from_utf8_lossy(&part[..n]);
+    }
+    stream
+}
+
+#[test]
+fn a_hundred_tabs_hear_of_every_save_and_leave_nothing_behind() {
+    let (place, mut watch) = watch();
+    let (port, token) = watch.address();
+    let before = (watch.handles(), watch.status("Threads"), watch.status("VmRSS"));
+    for round in 0..3 {
+        let last = plain(0.7 + 0.01 * f64::from(round));
+        let sha = watching::sha256(last.as_bytes());
+        let streams: Vec<TcpStream> = std::thread::scope(|scope| {
+            let tabs: Vec<_> = (0..100).map(|_| scope.spawn(|| tab(port, token, &sha))).collect();
+            for i in 0..10 {
+                place.write(&plain(0.1 + 0.01 * f64::from(i)));
+                std::thread::sleep(Duration::from_millis(20));
+            }
+            place.write(&last);
+            tabs.into_iter().map(|tab| tab.join().unwrap()).collect()
+        });
+        watch.wait_shown(last.as_bytes());
+        assert!(watch.handles() < before.0 + 140, "{}", watch.handles());
+        // There is room for some more listeners, and then a clear answer; other questions are answered still.
+        let mut statuses = Vec::new();
+        let more: Vec<TcpStream> = (0..40)
+            .map(|_| {
+                let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+                stream.set_read_timeout(Some(watching::PATIENCE)).unwrap();
+                write!(stream, "GET /{token}/events HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n").unwrap();
+                let mut head = [0; 12];
+                stream.read_exact(&mut head).unwrap();
+                statuses.push(String::from_utf8_lossy(&head[9..]).into_owned());
+                stream
+            })
+            .collect();
+        let count = |status: &str| statuses.iter().filter(|s| *s == status).count();
+        assert_eq!((count("200"), count("503")), (28, 12), "{statuses:?}");
+        assert_eq!(watch.get("state").0, 200);
+        drop((streams, more));
+        // What is gone is noticed when there is something to tell, and every ten seconds.
+        let end = Instant::now() + watching::PATIENCE;
+        while watch.handles() > before.0 + 2 {
+            assert!(Instant::now() < end, "{} handles", watch.handles());
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+    let after = (watch.handles(), watch.status("Threads"), watch.status("VmRSS"));
+    println!("before and after 300 tabs: {before:?}, {after:?} (handles, threads, KiB)");
+    assert!(after.1 <= before.1 + 16 && after.2 < before.2 + (48 << 10), "{before:?} {after:?}");
+    assert!(watch.is_alive());
 }

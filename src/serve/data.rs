@@ -102,9 +102,7 @@ pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result
             let known = lock(&scene.shown).get(&target.name).map(|shown| shown.range);
             let range = match known {
                 Some(range) => range,
-                None => {
-                    scene.picture(look, &stage.store, &target, (&field, manner), scene.size(super::COARSE))?.range
-                }
+                None => scene.picture(look, &stage.store, &target, (&field, manner), scene.size(super::COARSE))?.range,
             };
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), window)?;
             Ok(Painter::new(manner.ty, range).png(&tile, &|| look.is_over()))

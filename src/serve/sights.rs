@@ -24,7 +24,11 @@ pub(crate) struct Flat {
 impl Flat {
     fn new(ty: Type, size: [usize; 2], planes: Vec<f32>) -> Option<Self> {
         let pixels = size[0] * size[1];
-        (pixels > 0 && planes.len() >= pixels && planes.len().is_multiple_of(pixels)).then_some(Self { ty, size, planes })
+        (pixels > 0 && planes.len() >= pixels && planes.len().is_multiple_of(pixels)).then_some(Self {
+            ty,
+            size,
+            planes,
+        })
     }
 
     /// The picture, thinned out if it is wider or higher than `longest`.
@@ -89,12 +93,7 @@ fn coordinates(map: &CoordMap) -> Option<Flat> {
 
 /// The field that is shown of a solid: the cut that the graph itself makes, of this solid or of what is made of it; without
 /// one, an upright plane through the pith.
-pub(super) fn cut(
-    look: &Look<'_>,
-    graph: &Graph,
-    at: (NodeIndex, usize),
-    solid: &Solid,
-) -> Result<Field, Failure> {
+pub(super) fn cut(look: &Look<'_>, graph: &Graph, at: (NodeIndex, usize), solid: &Solid) -> Result<Field, Failure> {
     if let Some(by) = cutter(graph, at.0)
         && let Some(Value::Field(field)) = look.through(at, by)?
     {

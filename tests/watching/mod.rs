@@ -46,8 +46,23 @@ pub(crate) struct Watch {
 impl Watch {
     /// Watches `graph`, with its cache beside it.
     pub(crate) fn start(graph: &Path, args: &[&str]) -> Self {
+        Self::run(Command::new(env!("CARGO_BIN_EXE_shibo")), graph, args)
+    }
+
+    /// The same as somebody who may not read everything, if that is possible here.
+    pub(crate) fn start_as_nobody(graph: &Path, args: &[&str]) -> Option<Self> {
+        let nobody = || {
+            let mut command = Command::new("setpriv");
+            command.args(["--reuid=65534", "--regid=65534", "--clear-groups", env!("CARGO_BIN_EXE_shibo")]);
+            command
+        };
+        let can = nobody().arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        can.is_ok_and(|status| status.success()).then(|| Self::run(nobody(), graph, args))
+    }
+
+    fn run(mut command: Command, graph: &Path, args: &[&str]) -> Self {
         let cache = graph.parent().unwrap().join(".cache");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_shibo"))
+        let mut child = command
             .arg("watch")
             .arg(graph)
             .args(["--no-open", "--log", "json", "--threads", "2", "--cache-dir"])

@@ -6,7 +6,7 @@ const element = (tag, props = {}, ...children) => {
 };
 
 const unquote = (text) => { try { return JSON.parse(text); } catch { return text.replace(/^"|"$/g, ''); } };
-const digits = (n) => (Math.abs(n) >= 100 ? n.toFixed(1) : String(+n.toPrecision(4)));
+const digits = (n) => String(Math.abs(n) >= 100 ? +n.toFixed(1) : +n.toPrecision(4));
 
 export class Parameters {
   constructor(root, onchange) {

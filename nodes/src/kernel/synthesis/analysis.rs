@@ -63,14 +63,7 @@ pub fn analyse_until(
     levels.par_iter().filter_map(analysed).collect()
 }
 
-fn level(
-    h: usize,
-    image: &Texels<f32>,
-    usable: &[bool],
-    spec: &AnalysisSpec,
-    hash: Hash,
-    until: Until<'_>,
-) -> Level {
+fn level(h: usize, image: &Texels<f32>, usable: &[bool], spec: &AnalysisSpec, hash: Hash, until: Until<'_>) -> Level {
     let picked = |most: u64, hash: Hash| -> Vec<usize> {
         let good: Vec<usize> = (0..image.plane.w * image.plane.h).filter(|&p| usable.is_empty() || usable[p]).collect();
         if good.len() as u64 <= most {

@@ -51,6 +51,7 @@ const heard = {
   warnings({ warnings }) { if (state) { state.warnings = warnings; complain(); } },
   busy({ busy }) {
     if (state) { state.busy = busy; state.progress = null; }
+    if (graph.patient !== busy) { graph.patient = busy; graph.draw(); }
     // What is over in the blink of an eye is not talked of.
     clearTimeout(patience);
     patience = busy && !waiting ? setTimeout(() => wait(true), 200) : null;

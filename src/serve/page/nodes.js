@@ -19,6 +19,9 @@ export class Graph {
     this.center = [0, 0];
     this.selected = null;
     this.hover = -1;
+    this.fitted = true;
+    // While pictures are made, thumbnails wait.
+    this.patient = false;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.listen();
   }
@@ -37,6 +40,7 @@ export class Graph {
         this.center[0] -= (e.clientX - from[0]) / this.scale;
         this.center[1] -= (e.clientY - from[1]) / this.scale;
         from = [e.clientX, e.clientY];
+        this.fitted = false;
         this.draw();
       } else {
         const hover = this.hit(e);
@@ -52,6 +56,7 @@ export class Graph {
       const before = this.place(e);
       this.scale = Math.min(Math.max(this.scale * Math.exp(-e.deltaY * 0.0018), 0.01), 3);
       const after = this.place(e);
+      this.fitted = false;
       this.center[0] += before[0] - after[0];
       this.center[1] += before[1] - after[1];
       this.draw();
@@ -101,9 +106,8 @@ export class Graph {
     const { canvas } = this;
     const [w, h] = [Math.round(canvas.clientWidth * this.ratio), Math.round(canvas.clientHeight * this.ratio)];
     if (!w || !h) return;
-    const fresh = canvas.width === 300 && canvas.height === 150;
     [canvas.width, canvas.height] = [w, h];
-    if (fresh) this.fit(); else this.draw();
+    if (this.fitted) this.fit(); else this.draw();
   }
 
   fit() {
@@ -113,7 +117,8 @@ export class Graph {
     const max = (list) => list.reduce((a, b) => Math.max(a, b));
     const [left, right, top, bottom] = [min(xs), max(xs) + W, min(ys), max(ys) + H];
     this.center = [(left + right) / 2, (top + bottom) / 2];
-    this.scale = Math.min(this.canvas.clientWidth / (right - left + 60), this.canvas.clientHeight / (bottom - top + 40), 1.2);
+    this.scale = Math.min(this.canvas.clientWidth / (right - left + 60), this.canvas.clientHeight / (bottom - top + 40), innerWidth < 2400 ? 1.2 : 2);
+    this.fitted = true;
     // A graph too large to be seen as a whole is shown around its first output.
     if (this.scale < 0.08) {
       const output = this.nodes.find((n) => n.output) ?? this.nodes[0];
@@ -129,6 +134,7 @@ export class Graph {
     const node = this.nodes[this.byName?.get(name)];
     if (node && bring) {
       this.scale = Math.max(this.scale, 0.7);
+      this.fitted = false;
       this.center = [node.x + W / 2, node.y + H / 2];
     }
     this.draw();
@@ -191,16 +197,20 @@ export class Graph {
     c.roundRect(node.x, node.y, W, H, 9);
     c.fill();
     c.stroke();
-    if (scale < 0.12) return;
+    if (scale < 0.05) return;
+    // From afar the thumbnail is all there is to see.
+    const high = scale < 0.3 ? H - 12 : 52;
     const thumb = this.thumbs.get(node.name);
     c.save();
     c.beginPath();
-    c.roundRect(node.x + 6, node.y + 6, W - 12, 52, 5);
+    c.roundRect(node.x + 6, node.y + 6, W - 12, high, 5);
     c.clip();
     c.fillStyle = colors.stage;
-    c.fillRect(node.x + 6, node.y + 6, W - 12, 52);
-    if (thumb?.image) c.drawImage(thumb.image, 0, thumb.image.height * 0.31, thumb.image.width, thumb.image.height * 0.38, node.x + 6, node.y + 6, W - 12, 52);
-    else if (thumb) this.sketch(node, colors);
+    c.fillRect(node.x + 6, node.y + 6, W - 12, high);
+    if (thumb?.image) {
+      const share = high / (W - 12);
+      c.drawImage(thumb.image, 0, thumb.image.height * (0.5 - share / 2), thumb.image.width, thumb.image.height * share, node.x + 6, node.y + 6, W - 12, high);
+    } else if (thumb) this.sketch(node, colors);
     c.restore();
     if (!this.asked.has(i)) { this.asked.add(i); this.queue.push(i); }
     if (scale < 0.3) return;
@@ -258,7 +268,7 @@ export class Graph {
 
   // Fetches the thumbnails that came into view, a few at a time.
   async fetch() {
-    while (this.queue.length && (this.working ?? 0) < 3) {
+    while (this.queue.length && !this.patient && (this.working ?? 0) < 3) {
       const i = this.queue.shift();
       const node = this.nodes[i];
       if (!node) continue;

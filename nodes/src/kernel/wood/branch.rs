@@ -64,7 +64,7 @@ fn inverse_squares<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, mut body: 
                 let reached = s > R::ZERO && time > R::ZERO;
                 let inverse = s / if reached { time } else { R::ONE };
                 let inverse = if reached { inverse } else { R::ZERO };
-                *sum = *sum + inverse * inverse;
+                *sum += inverse * inverse;
             }
         }
         body(from, to, &sums);

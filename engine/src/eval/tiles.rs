@@ -93,10 +93,13 @@ impl Run<'_> {
     /// Puts `window` together from whole tiles.
     fn assemble(&self, field: &Field, key: Key, grid: &Grid, window: Window) -> Result<Arc<Tile>, Stop> {
         let tiling = field.tiling();
-        let period = |on: bool, pixels: Option<u32>| if on { pixels.map(u32::cast_signed) } else { None };
-        let periods = (period(tiling.x, grid.period.map(|p| p.x)), period(tiling.y, grid.period.map(|p| p.y)));
-        let columns = pieces(window.x, window.right(), periods.0);
-        let rows = pieces(window.y, window.bottom(), periods.1);
+        let canvas = |repeats: bool, pixels: Option<u32>| match pixels.map(u32::cast_signed) {
+            Some(size) if repeats => Extent::Repeats(size),
+            Some(size) => Extent::Ends(size),
+            None => Extent::Endless,
+        };
+        let columns = pieces(window.x, window.right(), canvas(tiling.x, grid.period.map(|p| p.x)));
+        let rows = pieces(window.y, window.bottom(), canvas(tiling.y, grid.period.map(|p| p.y)));
         if let ([x], [y]) = (&columns[..], &rows[..]) {
             let tile = self.tile(field, key, grid, (x, y))?;
             if tile.window == window {
@@ -194,8 +197,8 @@ fn tiles(grid: &Grid) -> u32 {
 /// The tiles that a window touches, as their windows, if nothing repeats.
 pub(super) fn covering(window: Window) -> Vec<Window> {
     let mut windows = Vec::new();
-    for y in pieces(window.y, window.bottom(), None) {
-        for x in pieces(window.x, window.right(), None) {
+    for y in pieces(window.y, window.bottom(), Extent::Endless) {
+        for x in pieces(window.x, window.right(), Extent::Endless) {
             windows.push(Window { x: x.start, y: y.start, width: x.length, height: y.length });
         }
     }
@@ -215,16 +218,55 @@ struct Piece {
     shift: i32,
 }
 
-/// The tiles that cover the pixels `from..to` in one direction, in order; repeating after `period` pixels if given.
-fn pieces(from: i32, to: i32, period: Option<i32>) -> Vec<Piece> {
+/// How far the canvas reaches in one direction, in pixels.
+#[derive(Clone, Copy, Debug)]
+enum Extent {
+    /// It has no edge.
+    Endless,
+    /// It repeats after so many.
+    Repeats(i32),
+    /// It has so many; beyond them little is wanted, so tiles are small next to its edges.
+    Ends(i32),
+}
+
+/// The tile at `away` pixels beyond an edge: its number from there, its first pixel and one past its last. The first two
+/// have 16 pixels, the next ones twice as many each.
+fn beyond(away: i32) -> (i32, i32, i32) {
+    let tile = TILE.cast_signed();
+    if away < 16 {
+        (0, 0, 16)
+    } else if away < tile {
+        let power = away.ilog2();
+        (power.cast_signed() - 3, 1 << power, 2 << power)
+    } else {
+        let number = away / tile;
+        (number + tile.ilog2().cast_signed() - 4, number * tile, (number + 1) * tile)
+    }
+}
+
+/// The tiles that cover the pixels `from..to` in one direction, in order.
+fn pieces(from: i32, to: i32, extent: Extent) -> Vec<Piece> {
     let tile = TILE.cast_signed();
     let mut list = Vec::new();
     let mut at = from;
     while at < to {
-        let wrapped = period.map_or(at, |p| at.rem_euclid(p));
-        let index = wrapped.div_euclid(tile);
-        let start = index * tile;
-        let end = period.map_or(start + tile, |p| p.min(start + tile));
+        let wrapped = if let Extent::Repeats(size) = extent { at.rem_euclid(size) } else { at };
+        let (index, start, end) = match extent {
+            Extent::Ends(_) if at < 0 => {
+                let (number, near, far) = beyond(-1 - at);
+                (-1 - number, -far, -near)
+            }
+            Extent::Ends(size) if at >= size => {
+                let (number, near, far) = beyond(at - size);
+                ((size - 1).div_euclid(tile) + 1 + number, size + near, size + far)
+            }
+            _ => {
+                let index = wrapped.div_euclid(tile);
+                let end = (index + 1) * tile;
+                let last = if let Extent::Repeats(size) | Extent::Ends(size) = extent { size } else { end };
+                (index, index * tile, end.min(last))
+            }
+        };
         let shift = at - wrapped;
         list.push(Piece { index, start, length: end.abs_diff(start), shift });
         at = end + shift;
@@ -238,19 +280,38 @@ mod tests {
 
     #[test]
     fn pieces_cover_everything_once() {
-        for period in [None, Some(100), Some(256), Some(300), Some(700)] {
-            for (from, to) in [(0, 256), (-30, 310), (-700, 900), (5, 6)] {
-                let list = pieces(from, to, period);
+        let extents = [100, 256, 300, 700].into_iter().flat_map(|size| [Extent::Repeats(size), Extent::Ends(size)]);
+        for extent in extents.chain([Extent::Endless]) {
+            for (from, to) in [(0, 256), (-30, 310), (-700, 900), (5, 6), (-1, 701)] {
+                let list = pieces(from, to, extent);
                 let mut at = from;
+                let mut seen = std::collections::BTreeMap::new();
                 for piece in list {
-                    assert!(piece.start + piece.shift <= at, "{period:?} {from}..{to}");
+                    assert!(piece.start + piece.shift <= at, "{extent:?} {from}..{to}");
                     at = piece.start + piece.length.cast_signed() + piece.shift;
-                    if let Some(p) = period {
-                        assert!(piece.start >= 0 && piece.start + piece.length.cast_signed() <= p);
+                    let end = piece.start + piece.length.cast_signed();
+                    match extent {
+                        Extent::Repeats(size) => assert!(piece.start >= 0 && end <= size),
+                        // No tile is part of the canvas and of what is beyond.
+                        Extent::Ends(size) => {
+                            assert!(end <= 0 || (piece.start >= 0 && end <= size) || piece.start >= size)
+                        }
+                        Extent::Endless => {}
                     }
+                    let same = *seen.entry(piece.index).or_insert((piece.start, end));
+                    assert_eq!(same, (piece.start, end), "a number for each tile: {extent:?} {from}..{to}");
                 }
                 assert!(at >= to);
             }
         }
+    }
+
+    #[test]
+    fn little_is_computed_beyond_an_edge() {
+        let list = pieces(-1, 513, Extent::Ends(512));
+        let parts: Vec<_> = list.iter().map(|p| (p.index, p.start, p.length)).collect();
+        assert_eq!(parts, [(-1, -16, 16), (0, 0, 256), (1, 256, 256), (2, 512, 16)]);
+        let lengths: Vec<_> = pieces(0, 600, Extent::Ends(1)).iter().map(|p| p.length).collect();
+        assert_eq!(lengths, [1, 16, 16, 32, 64, 128, 256, 256]);
     }
 }

@@ -11,6 +11,7 @@ pub struct Cut {
     place: Field,
     key: Key,
     level: bool,
+    flat: Option<[[f32; 3]; 2]>,
     spacing: Spacing,
 }
 
@@ -24,13 +25,21 @@ impl Cut {
     /// A cut with the x, y and z of each point of the canvas in the three channels of `place`. Equal keys mean equal
     /// cuts. `spacing` bounds the distance in mm of the points of neighbouring pixels of a grid.
     pub fn new(key: Key, place: Field, spacing: impl Fn(&Grid) -> f64 + Send + Sync + 'static) -> Self {
-        Self { place, key, level: false, spacing: Arc::new(spacing) }
+        Self { place, key, level: false, flat: None, spacing: Arc::new(spacing) }
     }
 
     /// The same with the promise that z is the same for all points of a row of pixels, if `level`.
     #[must_use]
     pub fn with_level_rows(mut self, level: bool) -> Self {
         self.level = level;
+        self
+    }
+
+    /// The same with the promise that it is a plane on whose pictures these directions of length 1 run to the right and
+    /// down.
+    #[must_use]
+    pub fn with_flat(mut self, right: [f32; 3], down: [f32; 3]) -> Self {
+        self.flat = Some([right, down]);
         self
     }
 
@@ -42,6 +51,7 @@ impl Cut {
             place: place.cut(self),
             key: Key::of("moved cut", &[self.key.as_bytes(), &by]),
             level: self.level && keeps_z,
+            flat: None,
             spacing: self.spacing.clone(),
         }
     }
@@ -64,6 +74,11 @@ impl Cut {
     /// Whether z is the same for all points of a row of pixels.
     pub fn level(&self) -> bool {
         self.level
+    }
+
+    /// The directions of length 1 that run to the right and down, if it is a plane.
+    pub fn flat(&self) -> Option<[[f32; 3]; 2]> {
+        self.flat
     }
 
     /// A bound of the distance in mm of the points of neighbouring pixels.

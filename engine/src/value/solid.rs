@@ -4,7 +4,7 @@
 //! solids at the same point; [`Solid::moved`] takes a solid at other points. Cutting a solid ([`Solid::cut`]) gives a
 //! field: every solid on the way becomes a field with a key of its own, so that tiles of what several solids or outputs
 //! read, the growth time of a tree above all, are computed once and kept by the engine's cache.
-use super::{Cost, Cut, Field, FieldSource, Grid, Key, Reader, Stop, Tile, Type, Window};
+use super::{Cost, Curve, Cut, Field, FieldSource, Grid, Key, Reader, Stop, Tile, Type, Window};
 use glam::DVec3;
 use std::fmt;
 use std::sync::Arc;
@@ -20,6 +20,8 @@ pub struct Patch<'a> {
     pub rows: usize,
     /// Whether z is the same for all points of a row.
     pub level: bool,
+    /// The directions of length 1 that run to the right and down, if the points lie in a plane.
+    pub flat: Option<[[f32; 3]; 2]>,
     /// The largest distance of neighbours in mm; 0 for single points, which are taken as they are.
     pub pixel: f32,
 }
@@ -114,6 +116,7 @@ pub struct Solid {
     channels: usize,
     key: Option<Key>,
     owner: Option<Key>,
+    follows: Option<Arc<(Solid, Curve)>>,
     body: Body,
 }
 
@@ -127,7 +130,7 @@ impl Solid {
     /// A solid of type `ty` (one of the solid types) computed by `source` from the values of `inputs` at the same point.
     pub fn new(ty: Type, inputs: Vec<Solid>, source: impl SolidSource + 'static) -> Self {
         let body = Body::Computed { source: Arc::new(source), inputs: inputs.into() };
-        Self { ty, channels: ty.channels(), key: None, owner: None, body }
+        Self { ty, channels: ty.channels(), key: None, owner: None, follows: None, body }
     }
 
     /// A solid of several numbers (at most 4) of which [`channel`](Self::channel) makes solids of one, computed together.
@@ -140,7 +143,7 @@ impl Solid {
     #[must_use]
     pub fn moved(&self, place: Solid, keeps_z: bool) -> Self {
         let body = Body::Moved { inner: Arc::new(self.clone()), place: Arc::new(place), keeps_z };
-        Self { ty: self.ty, channels: self.channels, key: None, owner: None, body }
+        Self { ty: self.ty, channels: self.channels, key: None, owner: None, follows: None, body }
     }
 
     /// One of its channels, as a solid of type `Solid`.
@@ -159,8 +162,22 @@ impl Solid {
             channels: count,
             key: None,
             owner: None,
+            follows: None,
             body: Body::Channels { of: Arc::new(self.clone()), channels },
         }
+    }
+
+    /// The same, known to be the piecewise linear function through the points (x, y, ·) of `curve` of the number `of`; so
+    /// that who looks it up can do so by `of`, which has no kinks.
+    #[must_use]
+    pub fn following(mut self, of: Solid, curve: Curve) -> Self {
+        self.follows = Some(Arc::new((of, curve)));
+        self
+    }
+
+    /// The solid and the curve that it is known to [follow](Self::following).
+    pub fn follows(&self) -> Option<&(Solid, Curve)> {
+        self.follows.as_deref()
     }
 
     /// Which kind of solid.
@@ -268,7 +285,7 @@ impl Solid {
         let inputs: Vec<Planes<'_>> = inputs.iter().map(|values| Planes::new(values, n)).collect();
         let place: [Vec<f32>; 3] = std::array::from_fn(|axis| points.iter().map(|p| single(p[axis])).collect());
         let place = [&place[0][..], &place[1][..], &place[2][..]];
-        let patch = Patch { place, columns: n, rows: 1, level: false, pixel: 0.0 };
+        let patch = Patch { place, columns: n, rows: 1, level: false, flat: None, pixel: 0.0 };
         let mut out = vec![0.0; n * self.channels];
         source.fill(&patch, &inputs, &mut out.chunks_mut(n.max(1)).collect::<Vec<_>>());
         out.into_iter().map(f64::from).collect()
@@ -311,6 +328,7 @@ impl Lowered {
             columns: out.width(),
             rows: out.height(),
             level: self.cut.level(),
+            flat: self.cut.flat(),
             pixel: self.cut.pixel(&grid),
         };
         reader.check()?;

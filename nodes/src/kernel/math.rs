@@ -75,17 +75,36 @@ pub fn cos(x: f32) -> f32 {
     quarter_turns(x, 1)
 }
 
-/// sin(x + turns·π/2). Reduction in f64, then the Cephes polynomials on |r| ≤ π/4.
+/// [`sin`] and [`cos`] together, for less than two.
+#[inline(always)]
+pub fn sin_cos(x: f32) -> (f32, f32) {
+    let (turns, s, c) = reduced(x);
+    (quadrant(turns, s, c), quadrant(turns.wrapping_add(1), s, c))
+}
+
+/// sin(x + turns·π/2).
 #[inline(always)]
 fn quarter_turns(x: f32, turns: u64) -> f32 {
+    let (more, s, c) = reduced(x);
+    quadrant(more.wrapping_add(turns), s, c)
+}
+
+/// The quarter turns nearest to x in the low bits, and the sine and cosine of the rest r. Reduction in f64, then the Cephes
+/// polynomials on |r| ≤ π/4.
+#[inline(always)]
+fn reduced(x: f32) -> (u64, f32, f32) {
     let x = if x.abs() < 1e12 { f64::from(x) } else { 0.0 };
     let snapped = x * std::f64::consts::FRAC_2_PI + SNAP64;
-    let turns = snapped.to_bits().wrapping_add(turns);
     #[expect(clippy::cast_possible_truncation, reason = "the rounding to f32 is meant")]
     let r = (x - (snapped - SNAP64) * std::f64::consts::FRAC_PI_2) as f32;
     let z = r * r;
     let s = r + r * z * (-1.666_665_5e-1 + z * (8.332_161e-3 - z * 1.951_529_6e-4));
     let c = 1.0 - 0.5 * z + z * z * (4.166_664_6e-2 + z * (-1.388_731_6e-3 + z * 2.443_315_7e-5));
+    (snapped.to_bits(), s, c)
+}
+
+#[inline(always)]
+fn quadrant(turns: u64, s: f32, c: f32) -> f32 {
     let value = if turns & 1 == 0 { s } else { c };
     if turns & 2 == 0 { value } else { -value }
 }

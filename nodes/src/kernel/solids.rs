@@ -43,6 +43,13 @@ impl Code {
         self
     }
 
+    /// The same for code whose values hardly anybody but one reader wants: not kept.
+    #[must_use]
+    pub fn passing(mut self) -> Self {
+        self.cost = Cost::Pointwise;
+        self
+    }
+
     /// The same, its tiles kept.
     #[must_use]
     pub fn kept(mut self) -> Self {
@@ -98,15 +105,25 @@ pub fn columns<T>(points: &[DVec3], body: impl FnOnce(&Places<'_, f64>) -> T) ->
     body(&Places { x: &x, y: &y, z: &z, level: None })
 }
 
-/// How far a number changes within a pixel, in the two directions of a quad: the size of its differences there, for the
-/// point `i` of a patch of whole quads with `columns` columns.
-#[inline(always)]
-pub fn quad(values: &[f32], columns: usize, i: usize) -> (f32, f32) {
-    let (row, column) = (i / columns, i % columns);
-    let corner = (row & !1) * columns;
-    let across = values[row * columns + (column | 1)] - values[row * columns + (column & !1)];
-    let down = values[corner + columns + column] - values[corner + column];
-    (across.abs(), down.abs())
+/// How far a number changes within a pixel, in the two directions of a quad: the size of its differences there, for all
+/// points of a patch of whole quads; 0 for single points.
+pub fn spans(values: &[f32], patch: &Patch<'_>) -> [Vec<f32>; 2] {
+    let n = patch.columns;
+    let (mut across, mut down) = (vec![0.0; values.len()], vec![0.0; values.len()]);
+    if patch.pixel <= 0.0 || n == 0 {
+        return [across, down];
+    }
+    for (values, across) in values.as_chunks::<2>().0.iter().zip(across.as_chunks_mut::<2>().0) {
+        *across = [(values[1] - values[0]).abs(); 2];
+    }
+    for (values, down) in values.chunks_exact(2 * n).zip(down.chunks_exact_mut(2 * n)) {
+        let ((upper, lower), (up, low)) = (values.split_at(n), down.split_at_mut(n));
+        for ((a, b), (up, low)) in upper.iter().zip(lower).zip(up.iter_mut().zip(low)) {
+            let span = (b - a).abs();
+            (*up, *low) = (span, span);
+        }
+    }
+    [across, down]
 }
 
 /// A solid that is the same everywhere.

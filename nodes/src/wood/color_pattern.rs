@@ -67,6 +67,10 @@ pub struct ColorPattern {
     pub early_dark: bool,
     /// Which years are taken.
     pub years: Years,
+    /// How wide a year is along the line; 0 to find the years. If it is given nothing is looked for, and even pictures
+    /// without rings, such as veneer, give colours; with `years: All` those along the line as they are.
+    #[schemars(range(min = 0, max = 1e6), extend("unit" = "mm"))]
+    pub period: f64,
     /// Where in the year wood has which colour, `[(0.0, "#rrggbb"), …]`, ascending from 0 to 1; 1 to 64 stops. From the last
     /// stop to the first of the next year it runs straight; two stops at one place make a border.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
@@ -99,6 +103,7 @@ impl Default for ColorPattern {
             direction: Direction::Auto,
             early_dark: false,
             years: Years::One,
+            period: 0.0,
             stops,
             entries: 256,
             contrast: 1.0,
@@ -107,8 +112,8 @@ impl Default for ColorPattern {
 }
 
 impl ColorPattern {
-    /// The pixels along the line, at the picture's own pixels, and those beside it.
-    fn read(&self, cx: &Context<'_>, image: &Field) -> Result<Strip, Stop> {
+    /// The pixels along the line, at the picture's own pixels, and those beside it; and the size of a pixel in mm.
+    fn read(&self, cx: &Context<'_>, image: &Field) -> Result<(Strip, f64), Stop> {
         let size = cx.size_mm();
         let middle = ((0.02 * size.x, 0.5 * size.y), (0.98 * size.x, 0.5 * size.y));
         let ((x0, y0), (x1, y1)) = self.line.unwrap_or(middle);
@@ -165,26 +170,30 @@ impl ColorPattern {
             })
         };
         let pixels = (0..rows * length).map(|k| sample(point(k / length, k % length))).collect();
-        Ok(Strip { pixels, length, rows })
+        Ok((Strip { pixels, length, rows }, step))
     }
 
     fn sampled(&self, cx: &Context<'_>, image: &Field) -> Result<Outputs, Stop> {
-        let strip = self.read(cx, image)?;
+        let (strip, step) = self.read(cx, image)?;
         let spec = StripSpec {
             towards: self.direction.into(),
             early_dark: self.early_dark,
             entries: self.entries as usize,
             all: self.years == Years::All,
+            period: (self.period > 0.0).then(|| narrow(self.period / step)),
         };
         let Sampled { mut table, widths, years, confidence, skew } =
             strip::sample(&strip, &spec).map_err(|e| unreadable(e).at("line"))?;
-        if self.direction == Direction::Auto && skew.abs() < 0.3 {
+        if self.period == 0.0 && self.direction == Direction::Auto && skew.abs() < 0.3 {
             let message = format!("which way the line runs is uncertain (skewness {skew:.2}); it was guessed");
             let help = "say `direction: Bark` or `direction: Pith`";
             cx.evaluator.warn(Problem::new(Code::Advice, message).at("direction").help(help));
         }
-        if confidence < 0.7 {
-            let message = format!("{} of {} years are alike (confidence {confidence:.2})", years.1, years.0);
+        if confidence < 0.6 {
+            let message = format!(
+                "it is not sure that these are years: {} of {} are alike (confidence {confidence:.2})",
+                years.1, years.0
+            );
             cx.evaluator
                 .warn(Problem::new(Code::Advice, message).at("line").help("look for a line with clearer rings"));
         }
@@ -214,6 +223,7 @@ fn unreadable(error: StripError) -> Problem {
 }
 
 impl Node for ColorPattern {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[Output::new("pattern", Type::ColorPattern, "The colours, entry by entry.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 

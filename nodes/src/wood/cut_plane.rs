@@ -2,6 +2,7 @@
 //!
 //! Source: Momoi & Takatera 2014, §4.1, §4.2, §5.1 (rows B26–B28, B30; W-13). Cost: about 1 ns a pixel besides the solid.
 use super::trees::{Triple, vector};
+use crate::kernel::simd::dispatch;
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -106,23 +107,27 @@ impl Plane {
         let place = Field::generate(Type::Rgb, Tiling::NONE, move |out: &mut Tile, _| {
             let (grid, window) = (out.grid, out.window);
             let width = out.width();
-            let planes = out.planes_mut();
-            for (axis, plane) in planes.into_iter().enumerate() {
-                for (row, line) in plane.chunks_exact_mut(width.max(1)).enumerate() {
-                    let y = grid.center(0, window.y.saturating_add_unsigned(count(row))).y;
-                    let from = origin[axis] + down[axis] * y;
-                    for (column, value) in line.iter_mut().enumerate() {
-                        // From the number of the pixel, so that any window gives the same bits.
-                        let x = grid.origin.x + (f64::from(window.x) + column as f64 + 0.5) * grid.step.x;
-                        *value = single(from + right[axis] * x);
+            // From the numbers of pixels, so that any window gives the same bits.
+            let columns = (0..width).map(|i| grid.origin.x + (f64::from(window.x) + i as f64 + 0.5) * grid.step.x);
+            let columns: Vec<f64> = columns.collect();
+            dispatch(
+                #[inline(always)]
+                || {
+                    for (axis, plane) in out.planes_mut().into_iter().enumerate() {
+                        for (row, line) in plane.chunks_exact_mut(width.max(1)).enumerate() {
+                            let y = grid.center(0, window.y.saturating_add_unsigned(count(row))).y;
+                            let (from, right) = (origin[axis] + down[axis] * y, right[axis]);
+                            line.iter_mut().zip(&columns).for_each(|(value, x)| *value = single(from + right * x));
+                        }
                     }
-                }
-            }
+                },
+            );
             Ok(())
         });
         let spacing =
             move |grid: &shibo_engine::value::Grid| (right.length() * grid.step.x).max(down.length() * grid.step.y);
-        Cut::new(Key::of("plane", &[&bytes]), place, spacing).with_level_rows(u.z == 0.0)
+        let unit = |v: DVec3| v.normalize().to_array().map(single);
+        Cut::new(Key::of("plane", &[&bytes]), place, spacing).with_level_rows(u.z == 0.0).with_flat(unit(u), unit(v))
     }
 }
 

@@ -2,8 +2,9 @@
 //!
 //! Beyond the source; WOOD-LOOK §4.3, after S. Marschner et al., "Measuring and modeling the appearance of finished wood"
 //! (2005). Cost: about 10 ns a point besides the direction.
-use super::frames::{dot, frame};
+use super::frames::{Frame, dot, frames};
 use crate::kernel::math;
+use crate::kernel::simd::dispatch;
 use crate::kernel::solids::Code;
 use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
@@ -45,11 +46,30 @@ impl Default for FiberShading {
     }
 }
 
+/// A number that follows from the direction of fibres in the frame of the cut.
+fn each(local: &Solid, f: impl Fn(f32, f32, f32) -> f32 + Send + Sync + 'static) -> Solid {
+    let code = Code::of_inputs(move |_, inputs, out| {
+        let [a, b, c] = [0, 1, 2].map(|k| inputs[0].plane(k));
+        dispatch(
+            #[inline(always)]
+            || out[0].iter_mut().zip(a.iter().zip(b).zip(c)).for_each(|(out, ((a, b), c))| *out = f(*a, *b, *c)),
+        );
+    });
+    code.solid(Type::Solid, vec![local.clone()])
+}
+
 impl Node for FiberShading {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its figure."),
         Output::new("anisotropy", Type::Solid, "1 where fibres lie in the cut, 0 on end grain."),
         Output::new("angle", Type::Solid, "The angle of fibres on the canvas in degrees, -90..90, from +x towards +y."),
+        Output::new(
+            "x",
+            Type::Solid,
+            "How far fibres of length 1 run to the right on the canvas, for `JacobianFromVectors`.",
+        ),
+        Output::new("y", Type::Solid, "How far they run down on it."),
         Output::new("tilt", Type::Solid, "The angle of fibres out of the cut in degrees, -90..90."),
         Output::new("normal", Type::SolidVector, "The normal turned by the tilt, as ½ + ½n, y up."),
     ];
@@ -61,24 +81,33 @@ impl Node for FiberShading {
         let code = Code::of_place(|patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
             let [along, down, up] = out else { return };
-            for i in 0..patch.len() {
-                let f = [x[i], y[i], z[i]];
-                let local = frame(patch, i)
-                    .map_or([f[2], f[0], f[1]], |to| [dot(f, to.right), dot(f, to.down), dot(f, to.normal)]);
-                // A fibre has no front: it points to the right, or down.
-                let sign = if local[0] < 0.0 { -1.0 } else { 1.0 };
-                (along[i], down[i], up[i]) = (sign * local[0], sign * local[1], sign * local[2]);
-            }
+            // Single points are seen from y, z to the right.
+            let alone = Frame { right: [0.0, 0.0, 1.0], down: [1.0, 0.0, 0.0], normal: [0.0, 1.0, 0.0] };
+            dispatch(
+                #[inline(always)]
+                || {
+                    frames(
+                        patch,
+                        #[inline(always)]
+                        |from, to, frame| {
+                            let frame = *frame.unwrap_or(&alone);
+                            let from_space = x[from..to].iter().zip(&y[from..to]).zip(&z[from..to]);
+                            let local = along[from..to].iter_mut().zip(&mut down[from..to]).zip(&mut up[from..to]);
+                            for (((x, y), z), ((along, down), up)) in from_space.zip(local) {
+                                let f = [*x, *y, *z];
+                                let across = dot(f, frame.right);
+                                // A fibre has no front: it points to the right, or down.
+                                let sign = if across < 0.0 { -1.0 } else { 1.0 };
+                                *along = sign * across;
+                                (*down, *up) = (sign * dot(f, frame.down), sign * dot(f, frame.normal));
+                            }
+                        },
+                    );
+                },
+            );
         });
         let local = Solid::new(Type::SolidVector, vec![direction], code.with_quads());
         let local = cx.shared("local", local);
-        let each = |f: fn(f32, f32, f32) -> f32| {
-            let code = Code::of_inputs(move |_, inputs, out| {
-                let [a, b, c] = [0, 1, 2].map(|k| inputs[0].plane(k));
-                (0..a.len()).for_each(|i| out[0][i] = f(a[i], b[i], c[i]));
-            });
-            code.solid(Type::Solid, vec![local.clone()])
-        };
         let figure = narrow(self.figure);
         let paint = Code::of_inputs(move |_, inputs, out| {
             let tilt = inputs[1].plane(2);
@@ -104,9 +133,14 @@ impl Node for FiberShading {
             }
         });
         Ok(Outputs::one(paint.solid(Type::SolidColor, vec![color, local.clone()]))
-            .with("anisotropy", each(|_, _, c| 1.0 - c * c))
-            .with("angle", each(|a, b, _| math::atan2(b, a) * (180.0 / std::f32::consts::PI)))
-            .with("tilt", each(|a, b, c| math::atan2(c, (a * a + b * b).sqrt()) * (180.0 / std::f32::consts::PI)))
+            .with("x", local.channel(0))
+            .with("y", local.channel(1))
+            .with("anisotropy", each(&local, |_, _, c| 1.0 - c * c))
+            .with("angle", each(&local, |a, b, _| math::atan2(b, a) * (180.0 / std::f32::consts::PI)))
+            .with(
+                "tilt",
+                each(&local, |a, b, c| math::atan2(c, (a * a + b * b).sqrt()) * (180.0 / std::f32::consts::PI)),
+            )
             .with("normal", normal.solid(Type::SolidVector, vec![local])))
     }
 }

@@ -88,6 +88,7 @@ impl Default for FiberSpace {
 }
 
 impl Node for FiberSpace {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("place", Type::SolidVector, "Coordinates X, Y across and Z along the fibres, in mm."),
         Output::new("direction", Type::SolidVector, "The direction of the fibres in space, of length 1."),
@@ -129,6 +130,6 @@ impl Node for FiberSpace {
             }
         });
         Ok(Outputs::one(place.solid(Type::SolidVector, vec![time]))
-            .with("direction", direction.solid(Type::SolidVector, Vec::new())))
+            .with("direction", direction.passing().solid(Type::SolidVector, Vec::new())))
     }
 }

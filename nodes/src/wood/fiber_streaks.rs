@@ -76,13 +76,11 @@ const COARSE: [(f32, f32, f32); 2] = [(0.9, 42.0, 0.7), (2.4, 110.0, 0.7)];
 /// Adds a layer of streaks.
 #[inline(always)]
 fn add(at: [&[f32]; 3], pixel: f32, noise: Noise3, layer: (f32, f32, f32), to: &mut [f32], fade: bool) {
-    let ([x, y, z], (width, length, strength)) = (at, layer);
+    let (width, length, strength) = layer;
     let seen = if fade { visible(width * 2.0, pixel) } else { 1.0 } * strength;
     if seen > 0.0 {
-        let (a, b) = (1.0 / width, 1.0 / length);
-        for (((to, x), y), z) in to.iter_mut().zip(x).zip(y).zip(z) {
-            *to += seen * noise.at(x * a, y * a, z * b);
-        }
+        let scale = [1.0 / width, 1.0 / width, 1.0 / length];
+        noise.each(at, scale, 0.0, to, |to, v| to + seen * v);
     }
 }
 

@@ -1,4 +1,4 @@
-//! How a cut lies in space at a point of a patch of whole quads.
+//! How a cut lies in space at the points of a patch.
 use shibo_engine::value::Patch;
 
 /// Directions of length 1: to the right on the canvas, down on it, and out of it towards who looks.
@@ -13,6 +13,7 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+#[inline(always)]
 pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -22,17 +23,33 @@ fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     (length > 1e-12).then(|| v.map(|c| c / length))
 }
 
-/// The frame at point `i`; `None` for single points, which lie on no surface.
-pub(super) fn frame(patch: &Patch<'_>, i: usize) -> Option<Frame> {
+impl Frame {
+    /// From the ways to the right and down; `None` if they span nothing.
+    fn new(right: [f32; 3], down: [f32; 3]) -> Option<Self> {
+        let right = unit(right)?;
+        // y points down on the canvas, so right × down points away.
+        let normal = unit(cross(down, right))?;
+        Some(Self { right, down: cross(right, normal), normal })
+    }
+}
+
+/// Calls `body(from, to, frame)` for points of a patch of whole quads that have the same frame: all points of a plane, the
+/// rows of each quad elsewhere; without a frame for single points, which lie on no surface.
+#[inline(always)]
+pub(super) fn frames(patch: &Patch<'_>, mut body: impl FnMut(usize, usize, Option<&Frame>)) {
+    if let Some([right, down]) = patch.flat {
+        return body(0, patch.len(), Frame::new(right, down).as_ref());
+    }
     if patch.pixel <= 0.0 {
-        return None;
+        return body(0, patch.len(), None);
     }
     let n = patch.columns;
-    let corner = ((i / n) & !1) * n + ((i % n) & !1);
-    let step = |to: usize| patch.place.map(|axis| axis[to] - axis[corner]);
-    let right = unit(step(corner + 1))?;
-    let down = step(corner + n);
-    // y points down on the canvas, so right × down points away.
-    let normal = unit(cross(down, right))?;
-    Some(Frame { right, down: cross(right, normal), normal })
+    for row in (0..patch.rows).step_by(2) {
+        for corner in (row * n..row * n + n).step_by(2) {
+            let step = |to: usize| patch.place.map(|axis| axis[to] - axis[corner]);
+            let frame = Frame::new(step(corner + 1), step(corner + n));
+            body(corner, corner + 2, frame.as_ref());
+            body(corner + n, corner + n + 2, frame.as_ref());
+        }
+    }
 }

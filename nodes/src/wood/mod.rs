@@ -3,6 +3,7 @@ mod blend_times;
 mod board;
 mod branch_time;
 mod branches;
+mod bud_eyes;
 mod color_pattern;
 mod color_solid;
 mod cut_plane;
@@ -31,6 +32,7 @@ pub use blend_times::{BlendTimes, Origin};
 pub use board::Board;
 pub use branch_time::BranchTime;
 pub use branches::{BranchSpec, Branches};
+pub use bud_eyes::BudEyes;
 pub use color_pattern::{ColorPattern, Direction, Years};
 pub use color_solid::ColorSolid;
 pub use cut_plane::{CutPlane, Sawing};
@@ -82,6 +84,7 @@ pub fn family() -> Family {
             Kind::of::<CutSurface>(),
             Kind::of::<PlaceInTree>(),
             Kind::of::<WarpSolid>(),
+            Kind::of::<BudEyes>(),
             Kind::of::<SolidNoise>(),
             Kind::of::<SolidMath>(),
             Kind::of::<MixSolids>(),

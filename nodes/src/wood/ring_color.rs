@@ -6,10 +6,12 @@
 use crate::kernel::hash::Hash;
 use crate::kernel::math;
 use crate::kernel::noise3::{Noise3, visible};
-use crate::kernel::solids::{Code, quad};
+use crate::kernel::simd::dispatch;
+use crate::kernel::solids::{Code, spans};
 use crate::kernel::tile::narrow;
 use crate::kernel::wood::life::{Life, Variation, late_share};
 use crate::kernel::wood::pattern;
+use crate::kernel::wood::years::Calendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
@@ -65,6 +67,10 @@ pub struct RingColor {
     /// How far ring borders fray into the fibres.
     #[schemars(range(min = 0, max = 0.5), extend("unit" = "years"))]
     pub feather: f64,
+    /// How wide the border of a year is at least, with the filter `Exact`: at a twentieth, cuts in all directions show it
+    /// alike even where pixels are not much finer.
+    #[schemars(range(min = 0, max = 1), extend("unit" = "years"))]
+    pub border: f64,
     /// After how many years `late_variation` repeats.
     #[schemars(range(min = 1, max = 1024))]
     pub years: u32,
@@ -101,7 +107,8 @@ impl Default for RingColor {
             late_variation: 0.0,
             phase_variation: 0.0,
             feather: 0.0,
-            years: 192,
+            border: 0.0,
+            years: 256,
             age: 60.0,
             sap_years: 0.0,
             sap_softness: 1.0,
@@ -124,6 +131,7 @@ struct Painter {
     lookup: Lookup,
     mean: [f32; 3],
     feather: f32,
+    border: f32,
     noise: [Noise3; 2],
     has_fiber: bool,
     knots: Option<[f32; 3]>,
@@ -133,6 +141,7 @@ struct Painter {
 }
 
 impl Painter {
+    #[inline(always)]
     fn color(&self, time: f32, a: f32, b: f32) -> [f32; 4] {
         let t = f64::from(time);
         match &self.lookup {
@@ -156,39 +165,56 @@ impl Painter {
             })
         };
         let (fiber, knots, bark) = (input(self.has_fiber), input(self.knots.is_some()), input(self.bark.is_some()));
-        let jag = self.jag(patch, fiber);
-        let [red, green, blue, late] = out else { return };
+        let jag = self.jag(time, patch, fiber);
+        let moved: &[f32] = jag.as_deref().unwrap_or(time);
+        let [across, down] = spans(time, patch);
         // Feathers too fine to be seen widen the span by twice their deviation.
         let blur = 2.0 * self.feather * 0.27 * (1.0 - visible(0.5, patch.pixel));
-        for (i, &t) in time.iter().enumerate() {
-            let (a, b) = if patch.pixel > 0.0 { quad(time, patch.columns, i) } else { (0.0, 0.0) };
-            let (a, b) = (math::max(a, b) + blur, math::min(a, b));
-            let t_jagged = t + jag.as_ref().map_or(0.0, |j| j[i]);
-            let mut c = self.color(t_jagged, a, b);
-            if let Some((from, inverse, sap)) = self.sap {
-                let s = math::smooth((t - from) * inverse + 0.5);
-                (0..3).for_each(|k| c[k] *= 1.0 + s * (sap[k] / self.mean[k] - 1.0));
+        let [red, green, blue, late] = out else { return };
+        dispatch(
+            #[inline(always)]
+            || {
+                let spans = across.iter().zip(&down);
+                let planes = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut()).zip(late.iter_mut());
+                for ((t, (a, b)), (((red, green), blue), late)) in moved.iter().zip(spans).zip(planes) {
+                    [*red, *green, *blue, *late] =
+                        self.color(*t, math::max(math::max(*a, *b) + blur, self.border), math::min(*a, *b));
+                }
+                for (k, plane) in [&mut **red, &mut **green, &mut **blue].into_iter().enumerate() {
+                    self.tint(k, time, knots.map(|k| k.plane(0)), bark.map(|b| b.plane(0)), plane);
+                }
+                if let Some(bark) = bark {
+                    late.iter_mut().zip(bark.plane(0)).for_each(|(late, s)| *late *= 1.0 - s);
+                }
+            },
+        );
+    }
+
+    /// Sapwood, knots and bark in a channel.
+    #[inline(always)]
+    fn tint(&self, k: usize, time: &[f32], knots: Option<&[f32]>, bark: Option<&[f32]>, plane: &mut [f32]) {
+        let mean = self.mean[k];
+        if let Some((from, inverse, sap)) = self.sap {
+            let more = sap[k] / mean - 1.0;
+            for (c, t) in plane.iter_mut().zip(time) {
+                *c *= 1.0 + math::smooth((t - from) * inverse + 0.5) * more;
             }
-            if let (Some(share), Some(color)) = (knots, self.knots) {
-                let share = share.plane(0)[i];
+        }
+        if let (Some(share), Some(color)) = (knots, self.knots) {
+            for (c, share) in plane.iter_mut().zip(share) {
                 let s = math::smooth((share - 0.08) * (1.0 / 0.54));
                 // Knots keep their rings, in their own colour and closer together in tone.
-                (0..3).for_each(|k| {
-                    let ring = (c[k] / self.mean[k]).sqrt();
-                    c[k] = math::lerp(c[k], color[k] * ring, s);
-                });
+                let ring = (*c / mean).sqrt();
+                *c = math::lerp(*c, color[k] * ring, s);
             }
-            if let (Some(bark), Some(color)) = (bark, self.bark) {
-                let s = bark.plane(0)[i];
-                (0..3).for_each(|k| c[k] = math::lerp(c[k], color[k], s));
-                c[3] *= 1.0 - s;
-            }
-            [red[i], green[i], blue[i], late[i]] = c;
+        }
+        if let (Some(bark), Some(color)) = (bark, self.bark) {
+            plane.iter_mut().zip(bark).for_each(|(c, s)| *c = math::lerp(*c, color[k], *s));
         }
     }
 
-    /// By how many years the fibres move the borders of rings.
-    fn jag(&self, patch: &Patch<'_>, fiber: Option<&Planes<'_>>) -> Option<Vec<f32>> {
+    /// The time with ring borders that the fibres move.
+    fn jag(&self, time: &[f32], patch: &Patch<'_>, fiber: Option<&Planes<'_>>) -> Option<Vec<f32>> {
         if self.feather == 0.0 {
             return None;
         }
@@ -197,15 +223,17 @@ impl Painter {
             None => patch.place,
         };
         let (fine, coarse) = (0.6 * visible(0.4, patch.pixel), 0.8 * visible(1.4, patch.pixel));
-        let mut out = vec![0.0; patch.len()];
-        let (p, q, amount) = (self.noise[0], self.noise[1], self.feather);
-        crate::kernel::simd::dispatch(
+        let mut out = time.to_vec();
+        let (fine, coarse) = (self.feather * fine, self.feather * coarse);
+        dispatch(
             #[inline(always)]
             || {
-                for (((out, x), y), z) in out.iter_mut().zip(x).zip(y).zip(z) {
-                    *out = amount
-                        * (fine * p.at(x * 2.5, y * 2.5, z * (1.0 / 14.0))
-                            + coarse * q.at(x * 0.7, y * 0.7, z * (1.0 / 45.0)));
+                let at = [x, y, z];
+                if fine > 0.0 {
+                    self.noise[0].each(at, [2.5, 2.5, 1.0 / 14.0], 0.0, &mut out, |t, v| t + fine * v);
+                }
+                if coarse > 0.0 {
+                    self.noise[1].each(at, [0.7, 0.7, 1.0 / 45.0], 0.0, &mut out, |t, v| t + coarse * v);
                 }
             },
         );
@@ -236,6 +264,7 @@ impl RingColor {
 }
 
 impl Node for RingColor {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour, scene-linear."),
         Output::new("late", Type::Solid, "How much of the point is late wood, 0..1 and a little more in deep years."),
@@ -248,18 +277,28 @@ impl Node for RingColor {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let (time, table) = (cx.get(&self.time)?, cx.get(&self.pattern)?);
+        let (calendar_time, table) = (cx.get(&self.time)?, cx.get(&self.pattern)?);
         let hash = Hash::new(cx.seed(self.seed));
+        let mut lookup = self.lookup(&table, hash);
+        // By the calendar, time has kinks inside pixels; the even time that it follows has none.
+        let mut time = calendar_time.clone();
+        let mut sap_from = self.age - self.sap_years;
+        if let (Lookup::Mean(life), Some((even, curve))) = (&lookup, calendar_time.follows())
+            && let Some(calendar) = Calendar::through(&curve.points)
+            && let Some(life) = life.by_even_time(&calendar)
+        {
+            (lookup, time, sap_from) = (Lookup::Mean(life), even.clone(), calendar.even(sap_from));
+        }
         let n = table.table.len().max(1) as f32;
         let mean: [f32; 3] = std::array::from_fn(|c| (table.table.iter().map(|e| e[c]).sum::<f32>() / n).max(1e-4));
         let optional = |port: &Option<In<SolidNumber>>| cx.get_opt(port);
         let (knots, bark, fiber) = (optional(&self.knots)?, optional(&self.bark)?, cx.get_opt(&self.fiber)?);
-        let sap = (self.sap_years > 0.0)
-            .then(|| (narrow(self.age - self.sap_years), narrow(1.0 / self.sap_softness), self.sap_color.0));
+        let sap = (self.sap_years > 0.0).then(|| (narrow(sap_from), narrow(1.0 / self.sap_softness), self.sap_color.0));
         let painter = Arc::new(Painter {
-            lookup: self.lookup(&table, hash),
+            lookup,
             mean,
             feather: narrow(self.feather),
+            border: narrow(self.border),
             noise: [Noise3::new(hash, 1 << 20), Noise3::new(hash, (1 << 20) + 1)],
             has_fiber: fiber.is_some(),
             knots: knots.as_ref().map(|_| self.knot_color.0),
@@ -270,7 +309,7 @@ impl Node for RingColor {
             Lookup::Mean(life) | Lookup::Point(life) => life.bytes(),
             Lookup::Table(table, ..) => table.len() * 16,
         };
-        let inputs: Vec<Solid> = [Some(time.clone()), fiber, knots, bark].into_iter().flatten().collect();
+        let inputs: Vec<Solid> = [Some(time), fiber, knots, bark].into_iter().flatten().collect();
         let paint = painter.clone();
         let code =
             Code::of_place(move |patch, inputs, out| paint.paint(patch, inputs, out)).with_quads().holding(bytes);
@@ -282,6 +321,6 @@ impl Node for RingColor {
         .with_exact(|_, inputs| inputs[0].iter().map(|t| t.floor()).collect());
         Ok(Outputs::one(all.pick(Type::SolidColor, &[0, 1, 2]))
             .with("late", all.channel(3))
-            .with("year", year.solid(Type::Solid, vec![time])))
+            .with("year", year.solid(Type::Solid, vec![calendar_time])))
     }
 }

@@ -94,9 +94,7 @@ impl Node for SolidNoise {
                     dispatch(
                         #[inline(always)]
                         || {
-                            for (((out, x), y), z) in out[0].iter_mut().zip(x).zip(y).zip(z) {
-                                *out += weight * noise.at(x * a, y * b, z * c);
-                            }
+                            noise.each([x, y, z], [*a, *b, *c], 0.0, &mut *out[0], |sum, v| sum + weight * v);
                         },
                     );
                 }

@@ -4,7 +4,9 @@
 //! point and wave.
 use super::trees::even;
 use crate::kernel::hash::Hash;
+use crate::kernel::simd::dispatch;
 use crate::kernel::solids::{Code, places};
+use crate::kernel::tile::narrow;
 use crate::kernel::wood::trunk::Trunk;
 use crate::kernel::wood::vary::{Shape, WAVES, Wave, reserve};
 use crate::kernel::wood::years::{Calendar, series};
@@ -135,13 +137,14 @@ impl VaryGrowth {
                 shape.place(&trunk, &places(patch), patch.pixel, [&mut **x, &mut **y, &mut **z]);
             }
         });
-        let place = place.solid(Type::SolidVector, Vec::new());
+        let place = place.passing().solid(Type::SolidVector, Vec::new());
         let place = cx.shared("place", place);
         Ok(time.moved(place, true))
     }
 }
 
 impl Node for VaryGrowth {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("time", Type::Solid, "The time of irregular growth."),
         Output::new("calendar", Type::Curve, "Where years begin: points (even time, year, 0)."),
@@ -187,18 +190,21 @@ impl Node for VaryGrowth {
             let points = vec![DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0)];
             return Ok(Outputs::one(time).with("calendar", Curve { points }));
         };
-        let points = calendar.points().map(|(time, year)| DVec3::new(time, year, 0.0)).collect();
+        let points: Vec<_> = calendar.points().map(|(time, year)| DVec3::new(time, year, 0.0)).collect();
         let exact = calendar.clone();
         let code = Code::of_inputs(move |_, inputs, out| {
-            for (out, time) in out[0].iter_mut().zip(inputs[0].plane(0)) {
-                *out = crate::kernel::tile::narrow(calendar.at(f64::from(*time)));
-            }
+            dispatch(
+                #[inline(always)]
+                || {
+                    for (out, time) in out[0].iter_mut().zip(inputs[0].plane(0)) {
+                        *out = narrow(calendar.at(f64::from(*time)));
+                    }
+                },
+            );
         });
-        let time = Solid::new(
-            Type::Solid,
-            vec![time],
-            code.with_exact(move |_, inputs| inputs[0].iter().map(|t| exact.at(*t)).collect()).kept(),
-        );
+        let code = code.with_exact(move |_, inputs| inputs[0].iter().map(|t| exact.at(*t)).collect());
+        let followed = Curve { points: points.clone() };
+        let time = Solid::new(Type::Solid, vec![time.clone()], code.kept()).following(time, followed);
         Ok(Outputs::one(time).with("calendar", Curve { points }))
     }
 }

@@ -82,9 +82,7 @@ impl Node for WarpSolid {
                     dispatch(
                         #[inline(always)]
                         || {
-                            for (((out, x), y), z) in plane.iter_mut().zip(x).zip(y).zip(z) {
-                                *out += weight * noise.at(x * a, y * b, z * c);
-                            }
+                            noise.each([x, y, z], [*a, *b, *c], 0.0, plane, |sum, v| sum + weight * v);
                         },
                     );
                 }

@@ -3,7 +3,7 @@
 //! Beyond the source; WOOD-LOOK §4.4. Cost: about 30 ns a point.
 use crate::kernel::hash::Hash;
 use crate::kernel::math;
-use crate::kernel::solids::{Code, quad};
+use crate::kernel::solids::{Code, spans};
 use crate::kernel::tile::narrow;
 use crate::kernel::wood::pores::{PoreStyle, Pores};
 use crate::kernel::wood::years::Calendar;
@@ -110,13 +110,13 @@ impl WoodPores {
             thickening: narrow(self.thickening_speed),
             ground: narrow(self.ground),
         };
-        let widths = |curve: &Curve| curve.points.windows(2).map(|p| p[1].x - p[0].x).collect::<Vec<_>>();
-        let calendar = calendar.map(widths).filter(|w| w.len() > 1).map(|w| Calendar::new(&w));
+        let calendar = calendar.and_then(|curve| Calendar::through(&curve.points));
         Pores::new(style, calendar, hash)
     }
 }
 
 impl Node for WoodPores {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its pores."),
         Output::new("mask", Type::Solid, "How much of a point is pore, 0..1."),
@@ -127,20 +127,23 @@ impl Node for WoodPores {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (color, fiber, time) = (cx.get(&self.color)?, cx.get(&self.fiber)?, cx.get(&self.time)?);
         let calendar = cx.get_opt(&self.calendar)?;
-        let pores = self.pores(calendar.as_deref(), Hash::new(cx.seed(self.seed)));
+        let mut pores = self.pores(calendar.as_deref(), Hash::new(cx.seed(self.seed)));
+        let even = time.follows().and_then(|(even, curve)| Some((even.clone(), Calendar::through(&curve.points)?)));
+        let time = even.filter(|(_, calendar)| pores.by_even_time(calendar)).map_or(time, |(even, _)| even);
         let code = Code::of_inputs(move |patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
             let time = inputs[1].plane(0);
             let single = pores.single(patch.pixel);
-            for (i, out) in out[0].iter_mut().enumerate() {
-                let near = if single > 0.0 { pores.at([x[i], y[i], z[i]], patch.pixel) } else { 0.0 };
-                let far = if single < 1.0 {
-                    let (a, b) = quad(time, patch.columns, i);
-                    pores.mean(time[i], a, b)
-                } else {
-                    0.0
-                };
-                *out = math::lerp(far, near, single);
+            if single > 0.0 {
+                pores.fill([x, y, z], patch.pixel, out[0]);
+            } else {
+                out[0].fill(0.0);
+            }
+            if single < 1.0 {
+                let [across, down] = spans(time, patch);
+                for (i, out) in out[0].iter_mut().enumerate() {
+                    *out = math::lerp(pores.mean(time[i], across[i], down[i]), *out, single);
+                }
             }
         });
         let mask = Solid::new(Type::Solid, vec![fiber, time], code.with_quads().kept());

@@ -1,10 +1,11 @@
 //! [`WoodRays`]: the rays of hardwoods, which are flecks on a quarter cut, lines on end grain, and spindles on a flat cut.
 //!
 //! Beyond the source; WOOD-LOOK §4.5. Cost: about 60 ns a point.
-use super::frames::frame;
+use super::frames::frames;
 use super::trees::even;
 use crate::kernel::hash::Hash;
 use crate::kernel::math;
+use crate::kernel::simd::dispatch;
 use crate::kernel::solids::{Code, places};
 use crate::kernel::tile::narrow;
 use crate::kernel::wood::rays::{RayStyle, Rays};
@@ -61,6 +62,10 @@ pub struct WoodRays {
     /// The factor on the colour where a flat cut meets rays.
     #[schemars(range(min = 0, max = 2))]
     pub flat: f64,
+    /// How much the colour of rays depends on the cut, as in nature: 0 gives the same colour on all cuts, so that faces
+    /// agree on their shared edges to the last.
+    #[schemars(range(min = 0, max = 1))]
+    pub by_cut: f64,
     /// Another number gives other rays of the same kind.
     pub seed: u64,
 }
@@ -80,12 +85,17 @@ impl Default for WoodRays {
             ray_color: Color([0xDC, 0xC0, 0x98].map(|byte: u8| srgb_to_linear(f32::from(byte) / 255.0))),
             gain: 0.7,
             flat: 0.8,
+            by_cut: 1.0,
             seed: 0,
         }
     }
 }
 
+/// How much rays show their own colour on a cut in any direction.
+const EVERYWHERE: f32 = 0.6;
+
 impl Node for WoodRays {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its rays."),
         Output::new("mask", Type::Solid, "How much of a point is ray, 0..1."),
@@ -113,27 +123,51 @@ impl Node for WoodRays {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
             let [mask, shine, flat] = out else { return };
             rays.fill([x, y, z], patch.pixel, mask);
-            trunk.runs(&places(patch), |from, to, qx, qy| {
-                for i in from..to {
-                    let (dx, dy) = (patch.place[0][i] - qx[i - from], patch.place[1][i] - qy[i - from]);
-                    let inverse = 1.0 / math::max((dx * dx + dy * dy).sqrt(), 1e-4);
-                    let n = frame(patch, i).map_or([-dy * inverse, dx * inverse, 0.0], |f| f.normal);
-                    let outward = (n[0] * dx + n[1] * dy) * inverse;
-                    let around = (n[1] * dx - n[0] * dy) * inverse;
-                    shine[i] = around * around + 0.8 * n[2] * n[2];
-                    flat[i] = outward * outward;
-                }
-            });
+            dispatch(
+                #[inline(always)]
+                || {
+                    trunk.runs(
+                        &places(patch),
+                        #[inline(always)]
+                        |from, to, qx, qy| {
+                            let points = patch.place[0][from..to].iter().zip(&patch.place[1][from..to]);
+                            let axis = qx.iter().zip(qy);
+                            let to = shine[from..to].iter_mut().zip(&mut flat[from..to]);
+                            for (((x, y), (qx, qy)), (outward_x, outward_y)) in points.zip(axis).zip(to) {
+                                let (dx, dy) = (x - qx, y - qy);
+                                let inverse = 1.0 / math::max((dx * dx + dy * dy).sqrt(), 1e-4);
+                                (*outward_x, *outward_y) = (dx * inverse, dy * inverse);
+                            }
+                        },
+                    );
+                    frames(
+                        patch,
+                        #[inline(always)]
+                        |from, to, frame| {
+                            for (shine, flat) in shine[from..to].iter_mut().zip(&mut flat[from..to]) {
+                                let (x, y) = (*shine, *flat);
+                                let n = frame.map_or([-y, x, 0.0], |f| f.normal);
+                                let (outward, around) = (n[0] * x + n[1] * y, n[1] * x - n[0] * y);
+                                *shine = around * around + 0.8 * n[2] * n[2];
+                                *flat = outward * outward;
+                            }
+                        },
+                    );
+                },
+            );
         });
         let all = Solid::new(Type::SolidVector, vec![fiber], code.with_quads());
         let all = cx.shared("all", all);
-        let (own, gain, factor) = (self.ray_color.0, narrow(self.gain), narrow(self.flat));
+        let (own, gain, by_cut) = (self.ray_color.0, narrow(self.gain), narrow(self.by_cut));
+        let factor = (narrow(self.flat) - 1.0) * by_cut;
+        // On average over all cuts, rays shine so much.
+        let always = EVERYWHERE * (1.0 - by_cut);
         let paint = Code::of_inputs(move |_, inputs, out| {
             let [mask, shine, flat] = [0, 1, 2].map(|c| inputs[1].plane(c));
             for (c, plane) in out.iter_mut().enumerate() {
                 for (i, (out, color)) in plane.iter_mut().zip(inputs[0].plane(c)).enumerate() {
-                    let lit = math::lerp(*color, own[c], mask[i] * gain * shine[i]);
-                    *out = lit * (1.0 + (factor - 1.0) * mask[i] * flat[i]);
+                    let lit = math::lerp(*color, own[c], mask[i] * gain * (shine[i] * by_cut + always));
+                    *out = lit * (1.0 + factor * mask[i] * flat[i]);
                 }
             }
         });

@@ -51,6 +51,8 @@ pub struct Obstacle {
 /// Beyond so many radii a knot moves no fibre.
 const REACH: f32 = 8.0;
 const RUN: usize = 64;
+/// By how many mm apart in height the flow round knots is looked at for its slope.
+const LIFT: f32 = 0.5;
 
 impl Obstacle {
     /// A branch that thickens at `ratio` times the speed of the trunk.
@@ -100,7 +102,7 @@ pub struct Fibers {
     noise: [Noise3; 8],
 }
 
-/// How far fibres lie from where an even tree has them: sideways and outwards.
+/// How far fibres lie from where an even tree has them, sideways and outwards, or how fast that changes with height.
 #[derive(Clone, Copy)]
 struct Stray {
     sideways: [f32; RUN],
@@ -121,18 +123,21 @@ struct Wander {
 
 impl Wander {
     #[inline(always)]
-    fn add(&self, amount: f32, [dx, dy]: [&[f32; RUN]; 2], z: &[f32], lift: f32, out: &mut Stray) {
+    fn add<const SLOPE: bool>(&self, amount: f32, [dx, dy]: [&[f32; RUN]; 2], z: &[f32], out: &mut Stray) {
         if amount <= 0.0 {
             return;
         }
         let (a, b) = (1.0 / self.across, 1.0 / self.along);
-        let (sideways, outward) = (amount * self.sideways, amount * self.outward);
+        let (at, scale) = ([&dx[..], &dy[..], z], [a, a, b]);
         let [p, q] = self.noise;
-        for ((z, (x, y)), out) in z.iter().zip(dx.iter().zip(dy)).zip(&mut out.sideways) {
-            *out += sideways * p.at(x * a, y * a, (z + lift) * b);
-        }
-        for ((z, (x, y)), out) in z.iter().zip(dx.iter().zip(dy)).zip(&mut out.outward) {
-            *out += outward * q.at(x * a, y * a, (z + lift) * b);
+        let amount = if SLOPE { amount * b } else { amount };
+        let (sideways, outward) = (amount * self.sideways, amount * self.outward);
+        if SLOPE {
+            p.each_slope(at, scale, 0.0, &mut out.sideways, |sum, v| sum + sideways * v);
+            q.each_slope(at, scale, 0.0, &mut out.outward, |sum, v| sum + outward * v);
+        } else {
+            p.each(at, scale, 0.0, &mut out.sideways, |sum, v| sum + sideways * v);
+            q.each(at, scale, 0.0, &mut out.outward, |sum, v| sum + outward * v);
         }
     }
 }
@@ -143,36 +148,27 @@ impl Fibers {
         Self { style, obstacles, noise: std::array::from_fn(|i| Noise3::new(hash, i as u64)) }
     }
 
-    /// The strays of at most [`RUN`] points, `dx` and `dy` counting from the pith; `whole` for the directions inside knots.
+    /// The strays of at most [`RUN`] points, `dx` and `dy` counting from the pith; with `SLOPE` how fast they change with
+    /// height.
     #[inline(always)]
-    fn stray(&self, at: [&[f32]; 3], from_pith: [&[f32; RUN]; 2], pixel: f32, lift: f32, out: &mut Stray) {
+    fn stray<const SLOPE: bool>(&self, at: [&[f32]; 3], from_pith: [&[f32; RUN]; 2], pixel: f32, out: &mut Stray) {
         // Known to be at most 64, no index needs to be checked.
         let n = at[2].len().min(RUN);
         let [x, y, z] = at.map(|axis| &axis[..n]);
         let [dx, dy] = from_pith;
         let style = &self.style;
         for (out, z) in out.sideways.iter_mut().zip(z) {
-            *out = style.spiral * (z + lift - style.ground);
+            *out = if SLOPE { style.spiral } else { style.spiral * (z - style.ground) };
         }
         (out.outward, out.inside) = ([0.0; RUN], [0.0; RUN]);
         let coarse =
             Wander { noise: [self.noise[0], self.noise[1]], across: 18.0, along: 70.0, sideways: 0.55, outward: 0.40 };
         let fine =
             Wander { noise: [self.noise[2], self.noise[3]], across: 5.0, along: 15.0, sideways: 0.13, outward: 0.10 };
-        coarse.add(style.wander * visible(27.0, pixel), from_pith, z, lift, out);
-        fine.add(style.wander * visible(7.5, pixel), from_pith, z, lift, out);
+        coarse.add::<SLOPE>(style.wander * visible(27.0, pixel), from_pith, z, out);
+        fine.add::<SLOPE>(style.wander * visible(7.5, pixel), from_pith, z, out);
         if style.curl > 0.0 {
-            let inverse = 1.0 / style.curl_length;
-            for i in 0..n {
-                let (u, v, w) = (dx[i], dy[i], z[i] + lift);
-                let wide = self.noise[4].at(u * (1.0 / 28.0), v * (1.0 / 28.0), w * (1.0 / 38.0));
-                let fine = self.noise[5].at(u * (1.0 / 9.0), v * (1.0 / 9.0), w * (1.0 / 16.0));
-                let strong = self.noise[6].at(u * (1.0 / 45.0), v * (1.0 / 45.0), w * (1.0 / 60.0));
-                let strong = math::saturate(0.62 + 0.75 * strong);
-                let turn = std::f32::consts::TAU * (w * inverse + style.curl_chaos * (wide + 0.35 * fine));
-                out.sideways[i] += style.curl * strong * math::sin(turn);
-                out.outward[i] += 0.8 * style.curl * strong * math::cos(turn);
-            }
+            self.curl::<SLOPE>([&dx[..n], &dy[..n], z], out);
         }
         let range = |v: &[f32]| v.iter().fold((f32::MAX, f32::MIN), |(l, h), &v| (math::min(l, v), math::max(h, v)));
         if self.obstacles.is_empty() {
@@ -182,7 +178,10 @@ impl Fibers {
         let (low, high) = (Vec3::new(x0, y0, z0) - 1.0, Vec3::new(x1, y1, z1) + 1.0);
         for obstacle in self.obstacles.iter().filter(|o| o.reaches(low, high)) {
             for i in 0..n {
-                let (push, inside) = obstacle.push(x[i], y[i], z[i] + lift);
+                let (mut push, inside) = obstacle.push(x[i], y[i], z[i]);
+                if SLOPE {
+                    push = (obstacle.push(x[i], y[i], z[i] + LIFT).0 - push) * (1.0 / LIFT);
+                }
                 // The side of the branch is that of growing angles where it points away from the pith.
                 out.sideways[i] += push;
                 let more = inside > out.inside[i];
@@ -190,6 +189,40 @@ impl Fibers {
                 for (axis, u) in out.axis.iter_mut().zip(obstacle.direction.to_array()) {
                     axis[i] = if more { u } else { axis[i] };
                 }
+            }
+        }
+    }
+
+    /// Curly grain: waves along the stem, here stronger and there weaker.
+    #[inline(always)]
+    fn curl<const SLOPE: bool>(&self, at: [&[f32]; 3], out: &mut Stray) {
+        let style = &self.style;
+        let inverse = 1.0 / style.curl_length;
+        let sizes = [(28.0_f32, 38.0_f32), (9.0, 16.0), (45.0, 60.0)];
+        let none = [0.0; RUN];
+        let (mut values, mut slopes) = ([none; 3], [none; 3]);
+        for (k, (across, along)) in sizes.into_iter().enumerate() {
+            let (noise, scale) = (self.noise[4 + k], [1.0 / across, 1.0 / across, 1.0 / along]);
+            noise.each(at, scale, 0.0, &mut values[k], |_, v| v);
+            if SLOPE {
+                noise.each_slope(at, scale, 0.0, &mut slopes[k], |_, v| v * (1.0 / along));
+            }
+        }
+        for (i, z) in at[2].iter().enumerate() {
+            let [wide, fine, strong] = [0, 1, 2].map(|k| values[k][i]);
+            let whole = 0.62 + 0.75 * strong;
+            let strong = math::saturate(whole);
+            let turn = std::f32::consts::TAU * (z * inverse + style.curl_chaos * (wide + 0.35 * fine));
+            let (s, c) = math::sin_cos(turn);
+            if SLOPE {
+                let rise = if whole == strong { 0.75 * slopes[2][i] } else { 0.0 };
+                let chaos = style.curl_chaos * (slopes[0][i] + 0.35 * slopes[1][i]);
+                let turning = strong * std::f32::consts::TAU * (inverse + chaos);
+                out.sideways[i] += style.curl * (rise * s + turning * c);
+                out.outward[i] += 0.8 * style.curl * (rise * c - turning * s);
+            } else {
+                out.sideways[i] += style.curl * strong * s;
+                out.outward[i] += 0.8 * style.curl * strong * c;
             }
         }
     }
@@ -206,7 +239,7 @@ impl Fibers {
             #[inline(always)]
             |from, to, from_pith, stray| {
                 let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
-                self.stray(parts, from_pith, pixel, 0.0, stray);
+                self.stray::<false>(parts, from_pith, pixel, stray);
                 let [dx, dy] = from_pith;
                 let n = (to - from).min(RUN);
                 let (time, z) = (&time[from..][..n], &at.z[from..][..n]);
@@ -216,7 +249,7 @@ impl Fibers {
                     let even = style.thickening * (time[i] - (z[i] - style.ground) * inverse);
                     let a = even + stray.outward[i] * d / (d + 4.0);
                     let turn = stray.sideways[i] / (d + 1.5);
-                    let (s, c) = (math::sin(turn), math::cos(turn));
+                    let (s, c) = math::sin_cos(turn);
                     let (u, v) = (dx[i] / d, dy[i] / d);
                     px[i] = a * (u * c - v * s);
                     py[i] = a * (v * c + u * s);
@@ -227,7 +260,6 @@ impl Fibers {
 
     /// The directions of fibres, of length 1.
     pub fn direction(&self, trunk: &Trunk<f32>, at: &Places<'_, f32>, pixel: f32, out: [&mut [f32]; 3]) {
-        const LIFT: f32 = 0.5;
         let [fx, fy, fz] = out;
         let style = &self.style;
         self.each(
@@ -236,9 +268,7 @@ impl Fibers {
             #[inline(always)]
             |from, to, from_pith, stray| {
                 let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
-                self.stray(parts, from_pith, pixel, LIFT, stray);
-                let above = *stray;
-                self.stray(parts, from_pith, pixel, 0.0, stray);
+                self.stray::<true>(parts, from_pith, pixel, stray);
                 let [dx, dy] = from_pith;
                 let [qx, qy] = trunk.axis_at(parts[2][0]);
                 let [rx, ry] = trunk.axis_at(parts[2][0] + 8.0);
@@ -254,8 +284,8 @@ impl Fibers {
                     } else {
                         0.0
                     };
-                    let aside = -(above.sideways[i] - stray.sideways[i]) * (1.0 / LIFT) + swing;
-                    let outward = -(above.outward[i] - stray.outward[i]) * (1.0 / LIFT) * d / (d + 4.0);
+                    let aside = swing - stray.sideways[i];
+                    let outward = -stray.outward[i] * d / (d + 4.0);
                     let f = [lean[0] + outward * u - aside * v, lean[1] + outward * v + aside * u, 1.0];
                     let w = stray.inside[i];
                     let f: [f32; 3] = std::array::from_fn(|k| math::lerp(f[k], stray.axis[k][i], w));

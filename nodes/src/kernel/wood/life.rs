@@ -4,6 +4,7 @@
 //! and B = |∂T/∂v|. Prefix sums of the table and of its prefix sums give the exact mean of a piecewise constant table
 //! over it with four look-ups. The mean is taken off first, so that both sums are periodic and no digits are lost.
 use super::pattern;
+use super::years::Calendar;
 use crate::kernel::hash::Hash;
 
 /// What a table holds at a time: red, green, blue, and the share of late wood.
@@ -23,6 +24,8 @@ pub struct Variation {
 pub struct Life {
     per_year: usize,
     years: usize,
+    /// 1 / `years`.
+    inverse: f64,
     mean: Entry,
     /// The table without its mean.
     rest: Vec<Entry>,
@@ -31,6 +34,20 @@ pub struct Life {
     /// The sum of that.
     second: Vec<[f64; 4]>,
 }
+
+/// The largest number of years of a table by even time.
+const MOST: usize = 1024;
+
+fn lcm(a: usize, b: usize) -> Option<usize> {
+    let (mut x, mut y) = (a, b);
+    while y > 0 {
+        (x, y) = (y, x % y);
+    }
+    (x > 0).then(|| a / x * b)
+}
+
+/// So many entries are summed one by one.
+const FEW: f64 = 8.0;
 
 /// Entries a year.
 const PER_YEAR: usize = 128;
@@ -85,7 +102,38 @@ impl Life {
             second[i] = add(add(second[i - 1], first[i - 1], step), exact[i - 1], 0.5 * step * step);
         }
         let rest = exact.iter().map(|e| e.map(narrow)).collect();
-        Self { per_year, years: n / per_year, mean: mean.map(narrow), rest, first, second }
+        let years = n / per_year;
+        Self { per_year, years, inverse: 1.0 / years as f64, mean: mean.map(narrow), rest, first, second }
+    }
+
+    /// The same by even time instead of the calendar's, which is not linear inside a pixel. `None` if it would take more
+    /// than [`MOST`] years before both repeat.
+    pub fn by_even_time(&self, calendar: &Calendar) -> Option<Self> {
+        let years = lcm(self.years, calendar.years()).filter(|years| *years <= MOST)?;
+        const PARTS: usize = 4;
+        let fine = 1.0 / (PER_YEAR * PARTS) as f64;
+        let mean = |from: f64, to: f64| -> [f64; 4] {
+            let (low, high) = (self.first_at(from), self.first_at(to));
+            let width = (to - from).max(1e-9);
+            std::array::from_fn(|c| f64::from(self.mean[c]) + (high[c] - low[c]) / width)
+        };
+        let mut before = calendar.at(0.0);
+        let mut next = 0.0;
+        let entries = 0..years * PER_YEAR;
+        let table: Vec<Entry> = entries
+            .map(|_| {
+                let mut sum = [0.0; 4];
+                for _ in 0..PARTS {
+                    next += 1.0;
+                    let after = calendar.at(next * fine);
+                    let part = mean(before, after);
+                    (0..4).for_each(|c| sum[c] += part[c] / PARTS as f64);
+                    before = after;
+                }
+                sum.map(narrow)
+            })
+            .collect();
+        Some(Self::of_table(&table, PER_YEAR))
     }
 
     /// The number of years before the table repeats.
@@ -103,16 +151,39 @@ impl Life {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index within the table")]
     fn locate(&self, time: f64) -> (usize, f64) {
         let span = self.years as f64;
-        let t = (time - (time / span).floor() * span) * self.per_year as f64;
+        let t = (time - (time * self.inverse).floor() * span) * self.per_year as f64;
         let i = (t as usize).min(self.rest.len() - 1);
         (i, (t - i as f64) / self.per_year as f64)
     }
 
     /// The entry at a time, as it is.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, time: f64) -> Entry {
         let entry = &self.rest[self.locate(if time.is_finite() { time } else { 0.0 }).0];
         std::array::from_fn(|c| self.mean[c] + entry[c])
+    }
+
+    /// The mean over `width` years from a time on, if they are few entries.
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "a part of an entry, to f32")]
+    fn few(&self, from: f64, width: f64) -> Entry {
+        let (mut i, into) = self.locate(from);
+        let per_year = self.per_year as f64;
+        let (mut left, mut free) = ((width * per_year) as f32, 1.0 - (into * per_year) as f32);
+        let inverse = 1.0 / left;
+        let mut sum = [0.0_f32; 4];
+        loop {
+            let weight = if free < left { free } else { left };
+            let entry = &self.rest[i];
+            (0..4).for_each(|c| sum[c] += entry[c] * weight);
+            if left <= free {
+                break;
+            }
+            left -= free;
+            free = 1.0;
+            i = if i + 1 < self.rest.len() { i + 1 } else { 0 };
+        }
+        std::array::from_fn(|c| self.mean[c] + sum[c] * inverse)
     }
 
     #[inline(always)]
@@ -130,14 +201,19 @@ impl Life {
     }
 
     /// The mean over box(`a`) ∗ box(`b`) years around `time`; never narrower than an entry, so that it is continuous.
-    #[inline]
+    #[inline(always)]
     pub fn mean(&self, time: f64, a: f64, b: f64) -> Entry {
         if !(time.is_finite() && a.is_finite() && b.is_finite()) {
             return self.mean;
         }
         let least = 1.0 / self.per_year as f64;
         let (a, b) = (a.max(b).clamp(least, 1e3), a.min(b).min(1e3));
-        let rest: [f64; 4] = if b < 0.02 * a {
+        // What is narrow against the other box or an entry changes nothing.
+        let box_alone = b < (0.02 * a).max(0.25 * least);
+        if box_alone && a < FEW * least {
+            return self.few(time - 0.5 * a, a);
+        }
+        let rest: [f64; 4] = if box_alone {
             let (low, high) = (self.first_at(time - 0.5 * a), self.first_at(time + 0.5 * a));
             std::array::from_fn(|c| (high[c] - low[c]) / a)
         } else {
@@ -206,7 +282,15 @@ mod tests {
     #[test]
     fn means_are_those_of_many_samples() {
         let life = life();
-        for (t, a, b) in [(3.2, 0.3, 0.1), (39.9, 0.5, 0.5), (-1.3, 2.5, 0.7), (7.01, 0.2, 0.0), (100.0, 6.0, 3.0)] {
+        for (t, a, b) in [
+            (3.2, 0.3, 0.1),
+            (39.9, 0.5, 0.5),
+            (-1.3, 2.5, 0.7),
+            (7.01, 0.2, 0.0),
+            (7.002, 0.03, 0.0005),
+            (39.99, 0.05, 0.0),
+            (100.0, 6.0, 3.0),
+        ] {
             let n = 400;
             let mut sum = [0.0_f64; 4];
             for i in 0..n {
@@ -221,6 +305,23 @@ mod tests {
                 assert!((f64::from(mean[c]) - sum[c]).abs() < 2e-3, "{t} {a} {b}: {mean:?} {sum:?}");
             }
         }
+    }
+
+    #[test]
+    fn even_time_shows_the_same_years() {
+        let life = life();
+        let calendar = Calendar::new(&(0..20).map(|i| 1.0 + 0.5 * libm::sin(f64::from(i) * 1.3)).collect::<Vec<_>>());
+        let even = life.by_even_time(&calendar).unwrap();
+        assert_eq!(even.years(), 40);
+        for i in 0..4000 {
+            let t = f64::from(i) * 0.037 - 30.0;
+            let (a, b) = (even.mean(t, 0.0, 0.0), life.mean(calendar.at(t), 0.0, 0.0));
+            // Away from the borders of years, which an entry of either table may straddle.
+            let phase = calendar.at(t).rem_euclid(1.0);
+            let near = phase < 0.05 || phase > 0.95;
+            assert!(near || (0..4).all(|c| (a[c] - b[c]).abs() < 0.02), "{t}: {a:?} {b:?}");
+        }
+        assert!(life.by_even_time(&Calendar::new(&[1.0; 1021])).is_none());
     }
 
     #[test]

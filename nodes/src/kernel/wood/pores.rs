@@ -8,6 +8,7 @@ use super::years::Calendar;
 use crate::kernel::hash::Hash;
 use crate::kernel::math;
 use crate::kernel::noise3::Noise3;
+use crate::kernel::simd::dispatch;
 
 /// What pores are like.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,15 @@ pub struct Pores {
 /// How far from the middle of its cell a pore may stand, in cells.
 const JITTER: f32 = 0.8;
 
+/// Points computed together.
+const RUN: usize = 64;
+
+/// Ten bits of a word as a number 0..1.
+#[inline(always)]
+fn unit(word: u32, shift: u32) -> f32 {
+    ((word >> shift) & 0x3ff) as f32 * (1.0 / 1023.0)
+}
+
 /// How much of a phase of the year is early wood. Pores begin with the year and thin out into the late wood.
 fn earliness(phase: f32, early: f32) -> f32 {
     let out = math::smooth((early + 0.12 - phase) / 0.24);
@@ -77,48 +87,93 @@ impl Pores {
     }
 
     /// How much of a pixel of `pixel` mm around a point of fibre space is pore, 0..1.
-    #[inline]
     pub fn at(&self, [x, y, z]: [f32; 3], pixel: f32) -> f32 {
+        let mut out = [0.0];
+        self.fill([&[x], &[y], &[z]], pixel, &mut out);
+        out[0]
+    }
+
+    /// How much of pixels of `pixel` mm around points of fibre space is pore, 0..1.
+    pub fn fill(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
+        out.fill(0.0);
+        dispatch(
+            #[inline(always)]
+            || {
+                for from in (0..out.len()).step_by(RUN) {
+                    let n = (out.len() - from).min(RUN);
+                    let [x, y, z] = [x, y, z].map(|v| &v[from..][..n]);
+                    for corner in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                        self.columns(corner, [x, y, z], pixel, &mut out[from..][..n]);
+                    }
+                }
+            },
+        );
+    }
+
+    /// Adds the columns of one of the four nearest cells: first, for all points at once, how far the column is, then the
+    /// few that are met.
+    #[inline(always)]
+    fn columns(&self, (dx, dy): (i32, i32), [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
         let s = &self.style;
+        let n = out.len().min(RUN);
         let inverse = 1.0 / s.cell;
-        let widest = math::max(s.radius[0], s.radius[1]);
-        let reach = widest + 0.5 * pixel;
-        let ((_, ix), (_, iy)) = (math::floor_int(x * inverse - 0.5), math::floor_int(y * inverse - 0.5));
-        let mut cover = 0.0;
-        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let (cx, cy) = (ix + dx, iy + dy);
+        let reach = math::max(s.radius[0], s.radius[1]) + 0.5 * pixel;
+        let soft = math::max(pixel, 0.012);
+        let (mut cells, mut starts) = ([(0, 0); RUN], [0.0_f32; RUN]);
+        let (mut px, mut py, mut aways) = ([0.0_f32; RUN], [0.0_f32; RUN], [0.0_f32; RUN]);
+        for i in 0..n {
+            let ((_, cx), (_, cy)) = (math::floor_int(x[i] * inverse - 0.5), math::floor_int(y[i] * inverse - 0.5));
+            let (cx, cy) = (cx.wrapping_add(dx), cy.wrapping_add(dy));
             let word = self.columns.word(cx, cy, 0);
-            let unit = |shift: u32| ((word >> shift) & 0x3ff) as f32 * (1.0 / 1023.0);
-            let px = (cx as f32 + 0.5 + JITTER * (unit(0) - 0.5)) * s.cell;
-            let py = (cy as f32 + 0.5 + JITTER * (unit(10) - 0.5)) * s.cell;
-            let (ox, oy) = (x - px, y - py);
-            let away = ox * ox + oy * oy;
-            if away > reach * reach {
-                continue;
-            }
-            let along = z / s.length + unit(20) * 7.3;
-            let (floor, segment) = math::floor_int(along);
-            let word = self.segments.word(cx, cy, segment);
-            let unit = |shift: u32| ((word >> shift) & 0x3ff) as f32 * (1.0 / 1023.0);
-            let chance = unit(0);
-            let most = math::max(s.density[0], s.density[1]);
-            let span = 0.30 + 0.68 * unit(10);
-            let u = (along - floor - 0.5) * 2.0 / span;
-            if chance >= most || u * u >= 1.0 {
-                continue;
-            }
-            let middle = (floor + 0.5 - (along - z / s.length)) * s.length;
-            let e = earliness(self.phase((px * px + py * py).sqrt(), middle), s.early);
-            if chance >= math::lerp(s.density[1], s.density[0], e) {
-                continue;
-            }
-            let size = 0.8 + 0.4 * unit(20);
-            let r = math::lerp(s.radius[1], s.radius[0], e) * math::min(size, 1.0) * (1.0 - u * u).sqrt();
-            let soft = math::max(pixel, 0.012);
-            let inside = math::saturate((r - away.sqrt()) / soft + 0.5) * math::min(1.0, 2.0 * r / soft);
-            cover = math::max(cover, inside);
+            px[i] = (cx as f32 + 0.5 + JITTER * (unit(word, 0) - 0.5)) * s.cell;
+            py[i] = (cy as f32 + 0.5 + JITTER * (unit(word, 10) - 0.5)) * s.cell;
+            let (ox, oy) = (x[i] - px[i], y[i] - py[i]);
+            (cells[i], starts[i], aways[i]) = ((cx, cy), unit(word, 20) * 7.3, ox * ox + oy * oy);
         }
-        cover
+        let mut known = None;
+        let mut vessel = None;
+        for i in 0..n {
+            // Not the other way round: what is not a number meets no pore.
+            if aways[i] <= reach * reach {
+                let along = z[i] / s.length + starts[i];
+                let (floor, segment) = math::floor_int(along);
+                // Neighbours along the grain meet the same vessel.
+                if known != Some((cells[i], segment)) {
+                    known = Some((cells[i], segment));
+                    vessel = self.vessel(cells[i], segment, [px[i], py[i]], (floor + 0.5 - starts[i]) * s.length);
+                }
+                let Some((radius, span)) = vessel else { continue };
+                let u = (along - floor - 0.5) * 2.0 / span;
+                if u * u < 1.0 {
+                    let r = radius * (1.0 - u * u).sqrt();
+                    let inside = math::saturate((r - aways[i].sqrt()) / soft + 0.5) * math::min(1.0, 2.0 * r / soft);
+                    out[i] = math::max(out[i], inside);
+                }
+            }
+        }
+    }
+
+    /// The radius of the vessel in a segment of a column that stands at `place`, and the part of the segment that it
+    /// takes; `None` if there is none. `middle` is the height of the segment's middle.
+    fn vessel(&self, (cx, cy): (i32, i32), segment: i32, [px, py]: [f32; 2], middle: f32) -> Option<(f32, f32)> {
+        let s = &self.style;
+        let word = self.segments.word(cx, cy, segment);
+        let chance = unit(word, 0);
+        if chance >= math::max(s.density[0], s.density[1]) {
+            return None;
+        }
+        let e = earliness(self.phase((px * px + py * py).sqrt(), middle), s.early);
+        if chance >= math::lerp(s.density[1], s.density[0], e) {
+            return None;
+        }
+        let size = math::min(0.8 + 0.4 * unit(word, 20), 1.0);
+        Some((math::lerp(s.radius[1], s.radius[0], e) * size, 0.30 + 0.68 * unit(word, 10)))
+    }
+
+    /// The same, its [`mean`](Self::mean) by even time instead of the calendar's, if that can be.
+    pub fn by_even_time(&mut self, calendar: &Calendar) -> bool {
+        let mean = self.mean.by_even_time(calendar);
+        mean.map(|mean| self.mean = mean).is_some()
     }
 
     /// Mean coverage over a span of years.

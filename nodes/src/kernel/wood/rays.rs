@@ -27,6 +27,13 @@ pub struct RayStyle {
 /// Points computed together.
 const RUN: usize = 64;
 
+/// What is known of points before sheets are looked for: radius, angle in turns, and bend in sectors.
+struct Run {
+    a: [f32; RUN],
+    turn: [f32; RUN],
+    bend: [f32; RUN],
+}
+
 /// Rays, ready to be evaluated.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays {
@@ -45,77 +52,93 @@ impl Rays {
 
     /// How much of pixels of `pixel` mm around points of fibre space is ray, 0..1.
     pub fn fill(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
-        let (mut a, mut turn, mut bend) = ([0.0; RUN], [0.0; RUN], [0.0; RUN]);
-        for from in (0..out.len()).step_by(RUN) {
-            let n = (out.len() - from).min(RUN);
-            let [x, y, z] = [x, y, z].map(|v| &v[from..][..n]);
-            dispatch(
-                #[inline(always)]
-                || self.bend(x, y, z, &mut a, &mut turn, &mut bend),
-            );
-            for (i, out) in out[from..][..n].iter_mut().enumerate() {
-                *out = self.cover(a[i], turn[i], bend[i], z[i], pixel);
-            }
-        }
+        dispatch(
+            #[inline(always)]
+            || {
+                let mut run = Run { a: [0.0; RUN], turn: [0.0; RUN], bend: [0.0; RUN] };
+                for from in (0..out.len()).step_by(RUN) {
+                    let n = (out.len() - from).min(RUN);
+                    let [x, y, z] = [x, y, z].map(|v| &v[from..][..n]);
+                    self.bend(x, y, z, &mut run);
+                    let out = &mut out[from..][..n];
+                    out.fill(0.0);
+                    for set in [0.0, 0.5] {
+                        self.sheets(set, &run, z, pixel, out);
+                    }
+                }
+            },
+        );
     }
 
     /// The radius, the angle in turns, and how far rays are bent there, in sectors.
     #[inline(always)]
-    fn bend(&self, x: &[f32], y: &[f32], z: &[f32], a: &mut [f32; RUN], turn: &mut [f32; RUN], bend: &mut [f32; RUN]) {
-        let [n0, n1, n2] = self.bend;
-        for (((x, y), a), turn) in x.iter().zip(y).zip(a.iter_mut()).zip(turn.iter_mut()) {
+    fn bend(&self, x: &[f32], y: &[f32], z: &[f32], run: &mut Run) {
+        let Run { a, turn, bend } = run;
+        let mut far = [0.0; RUN];
+        for ((((x, y), a), turn), far) in x.iter().zip(y).zip(a.iter_mut()).zip(turn.iter_mut()).zip(far.iter_mut()) {
             *a = (x * x + y * y).sqrt();
             *turn = math::atan2(*y, *x) * (0.5 * std::f32::consts::FRAC_1_PI);
+            *far = *turn * 40.0;
         }
-        for (((a, turn), z), bend) in a.iter().zip(turn.iter()).zip(z).zip(bend.iter_mut()) {
-            let far = turn * 40.0;
-            *bend = n0.at(a / 26.0, far * 0.15, z / 60.0);
-            *bend += 0.16 * n1.at(a / 6.0, far * 0.6, z / 15.0);
-            *bend += 0.04 * n2.at(a / 1.5, far, z / 4.0);
-            *bend *= self.style.wobble;
-        }
+        let wobble = self.style.wobble;
+        let [n0, n1, n2] = self.bend;
+        let at = [&a[..], &far[..], z];
+        n0.each(at, [1.0 / 26.0, 0.15, 1.0 / 60.0], 0.0, bend, |_, v| wobble * v);
+        n1.each(at, [1.0 / 6.0, 0.6, 1.0 / 15.0], 0.0, bend, |sum, v| sum + 0.16 * wobble * v);
+        n2.each(at, [1.0 / 1.5, 1.0, 1.0 / 4.0], 0.0, bend, |sum, v| sum + 0.04 * wobble * v);
     }
 
-    /// How much of a pixel is ray.
-    #[inline]
-    fn cover(&self, a: f32, turn: f32, bend: f32, z: f32, pixel: f32) -> f32 {
+    /// Adds the sheets of one of the two sets: first, for all points at once, how far the next sheet is aside, then the few
+    /// that are met.
+    #[inline(always)]
+    fn sheets(&self, set: f32, run: &Run, z: &[f32], pixel: f32, out: &mut [f32]) {
         let s = &self.style;
-        let far = turn * 40.0;
-        let mut cover = 0.0;
-        for set in [0.0_f32, 0.5] {
-            let (floor, band) = math::floor_int(a / s.length + set);
+        let n = z.len().min(RUN);
+        let (per_length, per_pitch) = (1.0 / s.length, 1.0 / s.pitch);
+        let tall = 1.6 * s.height;
+        let per_tall = 1.0 / tall;
+        let soft = math::max(pixel, 0.02);
+        let reach = 0.7 * s.width + 0.5 * soft;
+        let odd = i32::from(set > 0.25);
+        let (mut words, mut asides, mut outs, mut ups) = ([0_u32; RUN], [0.0; RUN], [0.0; RUN], [0.0; RUN]);
+        for i in 0..n {
+            let (a, turn) = (run.a[i], run.turn[i]);
+            let (floor, band) = math::floor_int(a * per_length + set);
             let middle = (floor + 0.5 - set) * s.length;
-            let sectors = math::max((std::f32::consts::TAU * math::max(middle, 2.0) / s.pitch).round(), 6.0);
-            let t = (turn + 0.5) * sectors + bend;
-            let (below, sector) = math::floor_int(t);
-            let (whole, _) = math::floor_int(sectors);
+            let around = std::f32::consts::TAU * math::max(middle, 2.0) * per_pitch;
+            let sectors = math::max(math::floor_int(around + 0.5).0, 6.0);
+            let t = (turn + 0.5) * sectors + run.bend[i];
+            let below = math::floor_int(t).0;
             // The last sector is the neighbour of the first.
-            #[expect(clippy::cast_possible_truncation, reason = "a few thousand sectors")]
-            let sector = sector.rem_euclid(whole as i32);
-            let key = band * 2 + i32::from(set > 0.25);
-            let word = self.place.word(key, sector, -1);
-            let unit = |word: u32, shift: u32| ((word >> shift) & 0xff) as f32 * (1.0 / 255.0);
-            let pitch = 1.6 * s.height;
-            let along = z / pitch + unit(word, 0);
+            let sector = math::floor_int(below - math::floor_int(below / sectors).0 * sectors).1;
+            let key = band.wrapping_mul(2).wrapping_add(odd);
+            let along = z[i] * per_tall + byte(self.place.word(key, sector, -1), 0);
             let (low, piece) = math::floor_int(along);
             let word = self.place.word(key, sector, piece);
-            if unit(word, 0) >= s.density {
-                continue;
-            }
-            let size = 0.55 + 0.45 * unit(word, 8);
-            let aside = (t - below - 0.5 - 0.5 * (unit(word, 16) - 0.5))
+            let aside = (t - below - 0.5 - 0.5 * (byte(word, 16) - 0.5))
                 * (std::f32::consts::TAU * math::max(a, 0.5) / sectors);
-            let soft = math::max(pixel, 0.02);
-            if aside.abs() > 0.7 * s.width + 0.5 * soft {
-                continue;
-            }
-            let dz = (along - low - 0.5) * 2.0 * 1.6 / (2.0 * size) * 1.25;
-            let da = (a - middle) * 2.0 / s.length;
-            let rim = 1.0 - dz * dz - 0.9 * da * da + 0.5 * self.rim.at(a / 5.0, far * 0.3, z / 7.0);
-            let width = s.width * (0.6 + 0.8 * unit(word, 24)) * math::saturate(rim * 1.5);
-            let inside = math::saturate((0.5 * width - aside.abs()) / soft + 0.5) * math::min(1.0, width / soft);
-            cover = math::max(cover, inside * math::smooth(rim * 4.0));
+            words[i] = word;
+            outs[i] = (a - middle) * (2.0 * per_length);
+            ups[i] = along - low - 0.5;
+            asides[i] = if byte(word, 0) < s.density { aside.abs() } else { f32::INFINITY };
         }
-        cover
+        for i in 0..n {
+            // Not the other way round: what is not a number meets no ray.
+            if asides[i] <= reach {
+                let size = 0.55 + 0.45 * byte(words[i], 8);
+                let (dz, da) = (ups[i] * 2.0 / size, outs[i]);
+                let rim = self.rim.at(run.a[i] / 5.0, run.turn[i] * 12.0, z[i] / 7.0);
+                let rim = 1.0 - dz * dz - 0.9 * da * da + 0.5 * rim;
+                let width = s.width * (0.6 + 0.8 * byte(words[i], 24)) * math::saturate(rim * 1.5);
+                let inside = math::saturate((0.5 * width - asides[i]) / soft + 0.5) * math::min(1.0, width / soft);
+                out[i] = math::max(out[i], inside * math::smooth(rim * 4.0));
+            }
+        }
     }
+}
+
+/// Eight bits of a word as a number 0..1.
+#[inline(always)]
+fn byte(word: u32, shift: u32) -> f32 {
+    ((word >> shift) & 0xff) as f32 * (1.0 / 255.0)
 }

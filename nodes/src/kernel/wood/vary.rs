@@ -72,21 +72,24 @@ impl Shape {
                             d[i] = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt();
                         }
                         if self.eccentricity > 0.0 {
-                            let e = self.eccentricity;
+                            let (mut c, mut s) = ([0.0_f32; 64], [0.0_f32; 64]);
                             for i in 0..n {
                                 let inverse = 1.0 / (d[i] + 1e-6);
-                                let (c, s) = (dx[i] * inverse, dy[i] * inverse);
-                                let coarse = self.lobes[0].at(c * 0.9, s * 0.9, z[i] * (1.0 / 900.0));
-                                let fine = self.lobes[1].at(c * 2.1, s * 2.1, z[i] * (1.0 / 500.0));
-                                factor[i] += e * (coarse + 0.5 * fine);
+                                (c[i], s[i]) = (dx[i] * inverse, dy[i] * inverse);
                             }
+                            let e = self.eccentricity;
+                            let at = [&c[..n], &s[..n], z];
+                            self.lobes[0].each(at, [0.9, 0.9, 1.0 / 900.0], 0.0, &mut factor, |f, v| f + e * v);
+                            self.lobes[1].each(at, [2.1, 2.1, 1.0 / 500.0], 0.0, &mut factor, |f, v| f + 0.5 * e * v);
                         }
                         for ([across, along], half, amplitude, noise) in &self.waves {
                             let amplitude = amplitude * visible(2.0 * half, pixel);
                             if amplitude > 0.0 {
+                                let mut wave = [0.0_f32; 64];
+                                let scale = [*across, *across, *along];
+                                noise.each([&dx[..n], &dy[..n], z], scale, 0.0, &mut wave, |_, v| v);
                                 for i in 0..n {
-                                    let v = noise.at(dx[i] * across, dy[i] * across, z[i] * along);
-                                    factor[i] += amplitude / (d[i] + half) * v;
+                                    factor[i] += amplitude / (d[i] + half) * wave[i];
                                 }
                             }
                         }

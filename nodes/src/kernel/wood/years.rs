@@ -49,6 +49,24 @@ impl Calendar {
         Self { starts, guess }
     }
 
+    /// Through points (even time, year) as [`points`](Self::points) gives them; `None` if they are fewer than two years.
+    pub fn through(points: &[glam::DVec3]) -> Option<Self> {
+        let widths: Vec<f64> = points.windows(2).map(|p| p[1].x - p[0].x).collect();
+        (widths.len() > 1).then(|| Self::new(&widths))
+    }
+
+    /// The even time of a calendar time.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a year within the table")]
+    pub fn even(&self, year: f64) -> f64 {
+        let years = self.years() as f64;
+        if years == 0.0 || !year.is_finite() {
+            return year;
+        }
+        let turn = (year / years).floor() * years;
+        let i = ((year - turn) as usize).min(self.years() - 1);
+        turn + self.starts[i] + (year - turn - i as f64) * (self.starts[i + 1] - self.starts[i])
+    }
+
     /// The points that it goes through: even time and year.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.starts.iter().enumerate().map(|(i, s)| (*s, i as f64))
@@ -60,7 +78,7 @@ impl Calendar {
     }
 
     /// The calendar time of an even time.
-    #[inline]
+    #[inline(always)]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index within the table")]
     pub fn at(&self, time: f64) -> f64 {
         let years = self.years() as f64;
@@ -91,8 +109,12 @@ mod tests {
         for i in -2999..50_000 {
             let t = calendar.at(f64::from(i) * 0.01);
             assert!(t > before && t - before < 0.08, "{i}");
+            assert!((calendar.even(t) - f64::from(i) * 0.01).abs() < 1e-9);
             before = t;
         }
+        let points: Vec<_> = calendar.points().map(|(time, year)| glam::DVec3::new(time, year, 0.0)).collect();
+        let again = Calendar::through(&points).unwrap();
+        assert!((0..900).all(|i| (again.at(f64::from(i) * 0.31) - calendar.at(f64::from(i) * 0.31)).abs() < 1e-9));
         let starts: Vec<f64> = calendar.points().map(|p| p.0).collect();
         for (i, w) in widths.iter().enumerate() {
             assert!((starts[i + 1] - starts[i] - w / mean).abs() < 1e-9);

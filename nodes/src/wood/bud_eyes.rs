@@ -1,0 +1,182 @@
+//! [`BudEyes`]: the eyes of burls, round which rings dip inwards.
+//!
+//! Beyond the source; WOOD-LOOK §2. Cost: about 15 ns a point.
+use super::trees::even;
+use crate::kernel::hash::Hash;
+use crate::kernel::math;
+use crate::kernel::noise3::Noise3;
+use crate::kernel::simd::dispatch;
+use crate::kernel::solids::{Code, places};
+use crate::kernel::tile::narrow;
+use crate::kernel::wood::trunk::{Places, Trunk};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_engine::value::{Skeleton, Solid, Stop, Type};
+
+/// Dots a trunk with buds that never grew out: rings bend round each as they do round a pin, and a flat cut shows eyes.
+///
+/// Buds run outwards from the pith. Put it before `BlendTimes` and the calendar; `WarpSolid` makes the rings between
+/// them swirl.
+///
+/// ```ron
+/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 7),
+/// "tree": FitSkeleton(curve: "nodes"),
+/// "even": TrunkTime(skeleton: "tree", elongation_speed: 200, thickening_speed: 1.7),
+/// "warped": WarpSolid(solid: "even", amount: 4, size: 46, octaves: 3, stretch: (1, 1, 1.5)),
+/// "eyes": BudEyes(time: "warped", skeleton: "tree"),
+/// "rings": ColorPattern(stops: [(0, "#bc8350"), (0.4, "#b67a48"), (0.8, "#a1663a"), (0.95, "#8e542e"), (1, "#a76c40")]),
+/// "wood": RingColor(time: "eyes", pattern: "rings", knots: "eyes.eyes", knot_color: "#6a3a20"),
+/// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 70),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BudEyes {
+    /// The growth time, before the calendar.
+    pub time: In<SolidNumber>,
+    /// The trunk, from whose pith buds run outwards; the z axis if not given.
+    pub skeleton: Option<In<Skeleton>>,
+    /// The distance of buds at `radius`.
+    #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
+    pub spacing: f64,
+    /// The distance from the pith at which `spacing` holds; farther out buds stand farther apart round the stem.
+    #[schemars(range(min = 1, max = 1e4), extend("unit" = "mm"))]
+    pub radius: f64,
+    /// How many places have a bud.
+    #[schemars(range(min = 0, max = 1))]
+    pub density: f64,
+    /// By how many years rings dip at the middle of the largest buds.
+    #[schemars(range(min = 0, max = 20), extend("unit" = "years"))]
+    pub depth: f64,
+    /// Another number gives other buds of the same kind.
+    pub seed: u64,
+}
+
+impl Default for BudEyes {
+    fn default() -> Self {
+        Self { time: In::default(), skeleton: None, spacing: 11.0, radius: 70.0, density: 0.62, depth: 3.2, seed: 0 }
+    }
+}
+
+/// Buds in cells of the angle and the height.
+#[derive(Clone, Copy)]
+struct Buds {
+    cells: Noise3,
+    /// Cells round the stem, and the inverse of their height.
+    around: f32,
+    inverse: f32,
+    density: f32,
+}
+
+/// How large the smallest and the largest buds are, in cells.
+const SIZES: (f32, f32) = (0.22, 0.72);
+
+/// Eight bits of a word as a number 0..1.
+#[inline(always)]
+fn byte(word: u32, shift: u32) -> f32 {
+    ((word >> shift) & 0xff) as f32 * (1.0 / 255.0)
+}
+
+impl Buds {
+    /// How deep a point with the angle `turn` (in turns) and the height `z` is in a bud: 0 outside, 1 in the middle of the
+    /// largest; and how near its middle, 0..1.
+    #[inline(always)]
+    fn at(&self, turn: f32, z: f32) -> (f32, f32) {
+        let (u, v) = ((turn + 0.5) * self.around, z * self.inverse);
+        let ((fu, _), (fv, iv)) = (math::floor_int(u), math::floor_int(v));
+        let (mut deep, mut near) = (0.0, 0.0);
+        for dv in -1..=1_i16 {
+            for du in -1..=1_i16 {
+                // The last cell is the neighbour of the first.
+                let cell = fu + f32::from(du);
+                let cell = cell - math::floor_int(cell / self.around).0 * self.around;
+                let word = self.cells.word(math::floor_int(cell).1, iv.wrapping_add(i32::from(dv)), 0);
+                let (x, y) =
+                    (fu + f32::from(du) + 0.2 + 0.6 * byte(word, 0), fv + f32::from(dv) + 0.2 + 0.6 * byte(word, 8));
+                let size = SIZES.0 + (SIZES.1 - SIZES.0) * byte(word, 16);
+                let (dx, dy) = ((u - x) / size, (v - y) / size);
+                let inside = math::max(1.0 - (dx * dx + dy * dy), 0.0);
+                let share = if byte(word, 24) < self.density { inside * inside } else { 0.0 };
+                deep = math::max(deep, share * (size / SIZES.1));
+                near = math::max(near, share);
+            }
+        }
+        (deep, near)
+    }
+
+    fn fill(&self, trunk: &Trunk<f32>, at: &Places<'_, f32>, depth: f32, time: &[f32], out: [&mut [f32]; 2]) {
+        let [earlier, eyes] = out;
+        dispatch(
+            #[inline(always)]
+            || {
+                trunk.runs(
+                    at,
+                    #[inline(always)]
+                    |from, to, qx, qy| {
+                        for i in from..to {
+                            let (x, y) = (at.x[i] - qx[i - from], at.y[i] - qy[i - from]);
+                            let turn = math::atan2(y, x) * (0.5 * std::f32::consts::FRAC_1_PI);
+                            // At the pith angles have no meaning, and there are no buds.
+                            let grown = math::smooth((x * x + y * y).sqrt() * 0.1);
+                            let (deep, near) = self.at(turn, at.z[i]);
+                            earlier[i] = time[i] - depth * deep * grown;
+                            // Only the very middle is bark and bud.
+                            eyes[i] = math::smooth((near - 0.72) * 4.0) * grown;
+                        }
+                    },
+                );
+            },
+        );
+    }
+}
+
+impl Node for BudEyes {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("time", Type::Solid, "The growth time with its dips."),
+        Output::new("eyes", Type::Solid, "How much of a point is bud, 0..1, for `RingColor.knots`."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let time = cx.get(&self.time)?;
+        let trunk = match cx.get_opt(&self.skeleton)? {
+            Some(skeleton) => Trunk::<f32>::new(&even(&skeleton, "skeleton")?),
+            None => Trunk::new(&[]),
+        };
+        let buds = Buds {
+            cells: Noise3::new(Hash::new(cx.seed(self.seed)), 0),
+            around: narrow((std::f64::consts::TAU * self.radius / self.spacing).round().max(3.0)),
+            inverse: narrow(1.0 / self.spacing),
+            density: narrow(self.density),
+        };
+        let depth = narrow(self.depth);
+        let code = Code::of_place(move |patch, inputs, out| {
+            if let [time, eyes] = out {
+                buds.fill(&trunk, &places(patch), depth, inputs[0].plane(0), [&mut **time, &mut **eyes]);
+            }
+        });
+        let all = cx.shared("all", Solid::bundle(2, vec![time], code));
+        Ok(Outputs::one(all.channel(0)).with("eyes", all.channel(1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buds_are_round_the_stem_without_a_seam() {
+        let buds = Buds { cells: Noise3::new(Hash::new(3), 0), around: 40.0, inverse: 1.0 / 11.0, density: 0.62 };
+        let (mut met, mut steepest) = (0, 0.0_f32);
+        for i in 0..4000_i16 {
+            let z = f32::from(i) * 0.05;
+            let (left, right) = (buds.at(-0.5 + 1e-6, z).0, buds.at(0.5 - 1e-6, z).0);
+            assert!((left - right).abs() < 1e-3, "{z}: {left} {right}");
+            let (a, b) = (buds.at(0.123, z), buds.at(0.123, z + 0.05));
+            steepest = steepest.max((a.0 - b.0).abs());
+            met += i32::from(a.1 > 0.0);
+            assert!((0.0..=1.0).contains(&a.0) && (0.0..=1.0).contains(&a.1));
+        }
+        assert!((400..3200).contains(&met) && steepest < 0.05, "{met} {steepest}");
+    }
+}

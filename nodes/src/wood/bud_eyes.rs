@@ -121,7 +121,7 @@ impl Buds {
                             let (deep, near) = self.at(turn, at.z[i]);
                             earlier[i] = time[i] - depth * deep * grown;
                             // Only the very middle is bark and bud.
-                            eyes[i] = math::smooth((near - 0.72) * 4.0) * grown;
+                            eyes[i] = math::smooth((near - 0.82) * 5.0) * grown;
                         }
                     },
                 );

@@ -5,7 +5,7 @@ use shibo_nodes::kernel::hash::Hash;
 use shibo_nodes::kernel::wood::branch::{Axis, Power, blend_all, blend_branches, branch_time};
 use shibo_nodes::kernel::wood::fit::{Scheme, equalize, fit, point_at};
 use shibo_nodes::kernel::wood::straight::Straight;
-use shibo_nodes::kernel::wood::trunk::{Growth, Places, Trunk};
+use shibo_nodes::kernel::wood::trunk::{Growth, Places, Rows, Trunk};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -87,7 +87,7 @@ fn main() {
         let mut line = format!("  {n:4} nodes:");
         for level in [false, true] {
             let [x, y, z] = picture(level);
-            let at = Places { x: &x, y: &y, z: &z, level: level.then_some(512) };
+            let at = Places { x: &x, y: &y, z: &z, rows: if level { Rows::Level(512) } else { Rows::Of(512) } };
             let (best, mean) = timed(|| {
                 trunk.time(&at, &growth, &mut out);
                 blend_branches(&three, &at, &mut out);
@@ -97,7 +97,7 @@ fn main() {
             line += &format!(" {name} {:6.2} ms {:6.0} Mpx/s;", 1e3 * mean, count / best * 1e-6);
         }
         let [x, y, z] = picture(false);
-        let at = Places { x: &x, y: &y, z: &z, level: None };
+        let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
         let (best, mean) = timed(|| {
             straight.times(&at, &mut out);
             branch_time(&three, &at, &mut other);
@@ -112,7 +112,7 @@ fn main() {
     for n in [0, 1, 3, 10, 30] {
         let some = branches(&trunk_points, n);
         let [x, y, z] = picture(false);
-        let at = Places { x: &x, y: &y, z: &z, level: None };
+        let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
         let mut out = vec![0.0_f32; 512 * 512];
         let (best, _) = timed(|| {
             trunk.time(&at, &growth, &mut out);

@@ -5,7 +5,7 @@ use serde_json::Value as Json;
 use shibo_nodes::kernel::wood::branch::{Axis, Power, blend_all, blend_branches, branch_time};
 use shibo_nodes::kernel::wood::fit::{self, Scheme};
 use shibo_nodes::kernel::wood::straight::Straight;
-use shibo_nodes::kernel::wood::trunk::{Growth, Places, Trunk};
+use shibo_nodes::kernel::wood::trunk::{Growth, Places, Rows, Trunk};
 
 fn vectors() -> Json {
     serde_json::from_str(include_str!("vectors/wood.json")).unwrap()
@@ -62,7 +62,7 @@ fn skeletons_and_trunk_times() {
         same_controls(&even, &skeleton["controls_equalised"]);
         let queries = list(skeleton, "queries");
         let [x, y, z] = columns(queries);
-        let at = Places { x: &x, y: &y, z: &z, level: None };
+        let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
         let trunk = Trunk::<f64>::new(&even);
         let (mut times, mut distances) = (vec![0.0; x.len()], vec![0.0; x.len()]);
         trunk.time(&at, &growth(&vectors), &mut times);
@@ -95,7 +95,7 @@ fn branches_and_blends() {
         }
         let queries = list(case, "queries");
         let [x, y, z] = columns(queries);
-        let at = Places { x: &x, y: &y, z: &z, level: None };
+        let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
         let (mut t1, mut t2) = (vec![0.0; x.len()], vec![0.0; x.len()]);
         Trunk::<f64>::new(&trunk).time(&at, &growth, &mut t1);
         for (i, query) in queries.iter().enumerate() {

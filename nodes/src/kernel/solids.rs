@@ -1,6 +1,6 @@
 //! Solids put together from closures, and what solid nodes of several families share.
 use super::real::Real;
-use super::wood::trunk::Places;
+use super::wood::trunk::{Places, Rows};
 use glam::DVec3;
 use shibo_engine::value::{Cost, Patch, Planes, Solid, SolidSource, Type, Wants};
 
@@ -95,14 +95,15 @@ impl SolidSource for Code {
 /// The points of a patch.
 pub fn places<'a>(patch: &Patch<'a>) -> Places<'a, f32> {
     let [x, y, z] = patch.place;
-    Places { x, y, z, level: patch.level.then_some(patch.columns) }
+    let rows = if patch.level { Rows::Level(patch.columns) } else { Rows::Of(patch.columns) };
+    Places { x, y, z, rows }
 }
 
 /// Calls `body` with points in columns.
 pub fn columns<T>(points: &[DVec3], body: impl FnOnce(&Places<'_, f64>) -> T) -> T {
     let axis = |a: usize| points.iter().map(|p| f64::of(p[a])).collect::<Vec<_>>();
     let (x, y, z) = (axis(0), axis(1), axis(2));
-    body(&Places { x: &x, y: &y, z: &z, level: None })
+    body(&Places { x: &x, y: &y, z: &z, rows: Rows::Any })
 }
 
 /// How far a number changes within a pixel, in the two directions of a quad: the size of its differences there, for all

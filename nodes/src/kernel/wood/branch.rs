@@ -164,6 +164,7 @@ pub fn blend_all<R: Real>(a: &mut [R], b: &[R], power: Power<R>) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::trunk::Rows;
     use super::*;
 
     #[test]
@@ -189,7 +190,7 @@ mod tests {
         let x: Vec<f64> = (0..300).map(|i| f64::from(i % 17) - 8.0).collect();
         let y: Vec<f64> = (0..300).map(|i| f64::from(i % 13) - 6.0).collect();
         let z: Vec<f64> = (0..300).map(|i| f64::from(i % 29)).collect();
-        let at = Places { x: &x, y: &y, z: &z, level: None };
+        let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
         let (mut fused, mut apart, mut times) = (vec![7.0; 300], vec![7.0; 300], vec![0.0; 300]);
         blend_branches(&branches, &at, &mut fused);
         branch_time(&branches, &at, &mut times);

@@ -4,7 +4,7 @@
 //! b1. Blending the times since the branch's birth, t = T - T_α, is continuous everywhere: at b1 both go to 0 and a blend
 //! never exceeds its smaller argument. Several branches: δ = T1 - blend each, T = T1 - (Σ δ^4)^¼, in any order. Where a
 //! branch's share is below an eighth it is faded out, so that branches far away need not be looked at.
-use super::trunk::Places;
+use super::trunk::{Places, Rows};
 use crate::kernel::hash::Hash;
 use crate::kernel::math;
 use crate::kernel::noise3::Noise3;
@@ -103,7 +103,7 @@ pub fn blend(knots: &[Knot], style: &KnotStyle, at: &Places<'_, f32>, trunk: &[f
         || {
             for from in (0..trunk.len()).step_by(RUN) {
                 let to = (from + RUN).min(trunk.len());
-                let run = Places { x: &at.x[from..to], y: &at.y[from..to], z: &at.z[from..to], level: None };
+                let run = Places { x: &at.x[from..to], y: &at.y[from..to], z: &at.z[from..to], rows: Rows::Any };
                 let mut sums = Sums { delta: [0.0; RUN], dip: [0.0; RUN], share: [0.0; RUN], bark: [0.0; RUN] };
                 let (centre, radius) = ball(&run);
                 let latest = trunk[from..to].iter().fold(f32::MIN, |m, t| math::max(m, *t));
@@ -228,7 +228,7 @@ mod tests {
         let z: Vec<f32> = (0..n * n).map(|i| point(i).2).collect();
         let trunk: Vec<f32> = (0..n * n).map(|i| z[i] / 230.0 + x[i].hypot(y[i]) / 2.6).collect();
         let (mut t, mut share, mut bark) = (trunk.clone(), trunk.clone(), trunk.clone());
-        let at = Places { x: &x, y: &y, z: &z, level: None };
+        let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
         blend(knots, &STYLE, &at, &trunk, 0.1, [&mut t, &mut share, &mut bark]);
         assert!(t.iter().chain(&share).chain(&bark).all(|v| v.is_finite()));
         let across = (0..n * n).filter(|i| i % n > 0).map(|i| (t[i] - t[i - 1]).abs());
@@ -255,10 +255,10 @@ mod tests {
         let y = vec![-60.0; 300];
         let z = vec![130.0; 300];
         let trunk: Vec<f32> = x.iter().map(|x| x.hypot(60.0) / 2.6).collect();
-        let at = Places { x: &x, y: &y, z: &z, level: None };
+        let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
         let run = |from: usize, to: usize| {
             let (mut t, mut s, mut b) = (vec![0.0; to - from], vec![0.0; to - from], vec![0.0; to - from]);
-            let part = Places { x: &at.x[from..to], y: &at.y[from..to], z: &at.z[from..to], level: None };
+            let part = Places { x: &at.x[from..to], y: &at.y[from..to], z: &at.z[from..to], rows: Rows::Any };
             blend(&knots, &STYLE, &part, &trunk[from..to], 0.1, [&mut t, &mut s, &mut b]);
             t
         };

@@ -6,7 +6,18 @@ use crate::kernel::real::Real;
 use crate::kernel::simd::dispatch;
 use glam::DVec3;
 
-/// Points with their coordinates by themselves; `level` rows of so many points share their z.
+/// How points lie in rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rows {
+    /// Nobody knows.
+    Any,
+    /// Rows of so many points; where rows are alike in z, the trunk is looked up once.
+    Of(usize),
+    /// Rows of so many points that share their z.
+    Level(usize),
+}
+
+/// Points with their coordinates by themselves.
 #[derive(Clone, Copy, Debug)]
 pub struct Places<'a, R> {
     /// x in mm.
@@ -15,8 +26,8 @@ pub struct Places<'a, R> {
     pub y: &'a [R],
     /// z in mm.
     pub z: &'a [R],
-    /// The length of rows in which z does not change, if there are such.
-    pub level: Option<usize>,
+    /// How they lie.
+    pub rows: Rows,
 }
 
 /// How fast a trunk grows.
@@ -129,8 +140,8 @@ impl<R: Real> Trunk<R> {
     pub fn runs(&self, at: &Places<'_, R>, mut body: impl FnMut(usize, usize, &[R; RUN], &[R; RUN])) {
         let (mut qx, mut qy) = ([R::ZERO; RUN], [R::ZERO; RUN]);
         let mut guess = 0;
-        match at.level {
-            Some(columns) if columns > 0 => {
+        match at.rows {
+            Rows::Level(columns) if columns > 0 => {
                 for row in (0..at.z.len()).step_by(columns) {
                     guess = self.find(at.z[row], guess);
                     let [x, y] = self.segments[guess].point(at.z[row]);
@@ -138,6 +149,20 @@ impl<R: Real> Trunk<R> {
                     let end = (row + columns).min(at.z.len());
                     for from in (row..end).step_by(RUN) {
                         body(from, (from + RUN).min(end), &qx, &qy);
+                    }
+                }
+            }
+            Rows::Of(columns) if columns > 0 => {
+                // On a board whose rows run along the trunk, all rows have the same heights.
+                let mut line = vec![(qx, qy); columns.div_ceil(RUN)];
+                for row in (0..at.z.len()).step_by(columns) {
+                    let end = (row + columns).min(at.z.len());
+                    for (from, (qx, qy)) in (row..end).step_by(RUN).zip(&mut line) {
+                        let to = (from + RUN).min(end);
+                        if row == 0 || at.z[from..to] != at.z[from - columns..to - columns] {
+                            self.axis(&at.z[from..to], &mut guess, qx, qy);
+                        }
+                        body(from, to, qx, qy);
                     }
                 }
             }
@@ -276,7 +301,7 @@ mod tests {
             .collect();
         let axis = |a: usize| points.iter().map(|p| p[a]).collect::<Vec<f64>>();
         let (x, y, z) = (axis(0), axis(1), axis(2));
-        let at = Places { x: &x, y: &y, z: &z, level: None };
+        let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
         let mut out = vec![0.0; x.len()];
         double.time(&at, &GROWTH, &mut out);
         for (p, t) in points.iter().zip(&out) {
@@ -285,12 +310,18 @@ mod tests {
             assert!((t - want).abs() < 1e-10, "{p}");
         }
         let mut level = vec![0.0; x.len()];
-        double.time(&Places { level: Some(70), ..at }, &GROWTH, &mut level);
+        double.time(&Places { rows: Rows::Level(70), ..at }, &GROWTH, &mut level);
         assert_eq!(level, out);
+        // Rows of other lengths than those that are level have different heights; some are like the row before.
+        for columns in [1, 10, 70, 100, 700] {
+            let mut rows = vec![0.0; x.len()];
+            double.time(&Places { rows: Rows::Of(columns), ..at }, &GROWTH, &mut rows);
+            assert_eq!(rows, out, "{columns}");
+        }
         let narrow = |v: &[f64]| v.iter().map(|&v| f32::of(v)).collect::<Vec<_>>();
         let (x, y, z) = (narrow(&x), narrow(&y), narrow(&z));
         let mut short = vec![0.0; x.len()];
-        single.time(&Places { x: &x, y: &y, z: &z, level: None }, &GROWTH, &mut short);
+        single.time(&Places { x: &x, y: &y, z: &z, rows: Rows::Any }, &GROWTH, &mut short);
         assert!(short.iter().zip(&out).all(|(a, b)| (f64::from(*a) - b).abs() < 2e-5));
     }
 
@@ -301,7 +332,7 @@ mod tests {
         let x: Vec<f64> = (0..2000).map(|i| f64::from(i) * 0.1).collect();
         let none = vec![0.0; x.len()];
         let mut t = none.clone();
-        axis.time(&Places { x: &x, y: &none, z: &none, level: None }, &growth, &mut t);
+        axis.time(&Places { x: &x, y: &none, z: &none, rows: Rows::Any }, &growth, &mut t);
         for i in (1..x.len()).step_by(97) {
             let speed = 0.1 / (t[i] - t[i - 1]);
             let want = 2.0 * (1.0 + 0.6 * (-(x[i] - 0.05) / 25.0).exp());

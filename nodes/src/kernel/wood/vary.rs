@@ -112,6 +112,7 @@ const fn narrow(v: f64) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::trunk::Rows;
     use super::*;
 
     #[test]
@@ -133,7 +134,7 @@ mod tests {
             let y: Vec<f32> = (0..n).map(|i| s * 0.1 * i as f32).collect();
             let z = vec![f32::from(ray) * 31.0; n];
             let (mut px, mut py, mut pz) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-            let at = Places { x: &x, y: &y, z: &z, level: None };
+            let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
             shape.place(&trunk, &at, 0.0, [&mut px, &mut py, &mut pz]);
             let d: Vec<f32> = px.iter().zip(&py).map(|(x, y)| x.hypot(*y)).collect();
             assert!(d.windows(2).all(|w| w[1] > w[0]), "ray {ray}");

@@ -185,7 +185,7 @@ fn three_cuts_agree_on_their_shared_edges() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs/oak_cuts.ron");
     let graph = session.load(&path, &LoadOptions::default()).graph.unwrap();
     let (width, height) = (graph.canvas.resolution.x, graph.canvas.resolution.y);
-    let (right, bottom) = (width.cast_signed() - 1, height.cast_signed() - 1);
+    let bottom = height.cast_signed() - 1;
     let cancel = CancelToken::default();
     let line = |name: &str, window: Window| -> Tile {
         let output = graph.outputs.iter().find(|o| o.name == name).unwrap();
@@ -214,7 +214,7 @@ fn three_cuts_agree_on_their_shared_edges() {
         (0..rows).for_each(|j| compare(1, face_left.plane(c)[j], end_left.plane(c)[rows - 1 - j]));
         (0..rows).for_each(|j| compare(2, edge_left.plane(c)[j], end_top.plane(c)[j]));
         assert!(worst.iter().all(|w| *w <= 1.0), "channel {c}: {worst:?}");
-        assert!(seen.1 - seen.0 > 60.0 && right > 0, "there is something to be seen: {seen:?}");
+        assert!(seen.1 - seen.0 > 60.0, "there is something to be seen: {seen:?}");
     }
 }
 

@@ -23,7 +23,7 @@ fn timed(mut work: impl FnMut()) -> (f64, f64) {
     // The clock of the process ticks in milliseconds: each of the ten is the mean of several.
     let one = Instant::now();
     work();
-    let reps = (0.03 / one.elapsed().as_secs_f64().max(1e-6)).clamp(1.0, 1000.0).round();
+    let reps = (0.12 / one.elapsed().as_secs_f64().max(1e-6)).clamp(1.0, 1000.0).round();
     for _ in 0..10 {
         let before = cpu(start);
         let mut rep = 0.0;

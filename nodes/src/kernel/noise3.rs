@@ -2,7 +2,7 @@
 //!
 //! K. Perlin, "Improving noise" (2002): twelve gradients, quintic fade; corners are hashed from their integer
 //! coordinates and a seed instead of a table. Measured over 6 million points: |n| ≤ 0.99, slope ≤ 3.1 per cell, deviation
-//! 0.27. Cost: about 4 ns a point. Everything here is inlined into loops that [`dispatch`](super::simd::dispatch) widens.
+//! 0.27. Cost: about 4 ns a point, 2 where many share a cell. Everything here is inlined into loops that [`dispatch`](super::simd::dispatch) widens.
 use super::hash::Hash;
 use super::math;
 

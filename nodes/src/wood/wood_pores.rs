@@ -1,6 +1,6 @@
 //! [`WoodPores`]: the vessels of hardwoods.
 //!
-//! Beyond the source; WOOD-LOOK §4.4. Cost: about 30 ns a point.
+//! Beyond the source; WOOD-LOOK §4.4. Cost: about 25 ns a point.
 use crate::kernel::hash::Hash;
 use crate::kernel::math;
 use crate::kernel::solids::{Code, spans};

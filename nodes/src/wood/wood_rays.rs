@@ -1,6 +1,6 @@
 //! [`WoodRays`]: the rays of hardwoods, which are flecks on a quarter cut, lines on end grain, and spindles on a flat cut.
 //!
-//! Beyond the source; WOOD-LOOK §4.5. Cost: about 60 ns a point.
+//! Beyond the source; WOOD-LOOK §4.5. Cost: about 40 ns a point.
 use super::frames::frames;
 use super::trees::even;
 use crate::kernel::hash::Hash;

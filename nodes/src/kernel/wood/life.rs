@@ -318,7 +318,7 @@ mod tests {
             let (a, b) = (even.mean(t, 0.0, 0.0), life.mean(calendar.at(t), 0.0, 0.0));
             // Away from the borders of years, which an entry of either table may straddle.
             let phase = calendar.at(t).rem_euclid(1.0);
-            let near = phase < 0.05 || phase > 0.95;
+            let near = !(0.05..=0.95).contains(&phase);
             assert!(near || (0..4).all(|c| (a[c] - b[c]).abs() < 0.02), "{t}: {a:?} {b:?}");
         }
         assert!(life.by_even_time(&Calendar::new(&[1.0; 1021])).is_none());

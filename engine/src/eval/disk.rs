@@ -14,6 +14,8 @@ use std::time::SystemTime;
 /// Changes when the form of entries does, and tells byte orders apart.
 const MAGIC: u64 = 0x5348_4942_4f00_0001;
 const FOOTER: usize = 8 + 8 + 16;
+/// So much is written at once where it may be stopped: about a millisecond's work.
+const PART: usize = 1 << 20;
 
 /// A cache folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -104,6 +106,27 @@ impl DiskCache {
             file.commit()
         };
         self.account(write(), content.len() as u64);
+    }
+
+    /// The same, but it is left if `stopped` becomes true: a large result takes many milliseconds to write.
+    pub fn put_unless(&self, shelf: &str, key: Key, content: &[u8], stopped: &dyn Fn() -> bool) {
+        let write = || -> io::Result<bool> {
+            let mut file = self.create(shelf, key)?;
+            let mut hasher = blake3::Hasher::new();
+            for part in content.chunks(PART) {
+                if stopped() {
+                    return Ok(false);
+                }
+                hasher.update(part);
+                file.write_all(part)?;
+            }
+            file.write_all(&footer_of(content.len() as u64, &hasher.finalize()))?;
+            file.commit().map(|()| true)
+        };
+        match write() {
+            Ok(false) => {}
+            written => self.account(written.map(|_| ()), content.len() as u64),
+        }
     }
 
     /// Keeps a copy of the file `from` under `key`.
@@ -301,6 +324,22 @@ mod tests {
         fs::write(&to, b"old").unwrap();
         assert!(!cache.copy_file(key("f"), &to).unwrap());
         assert_eq!(fs::read(&to).unwrap(), b"old");
+    }
+
+    #[test]
+    fn what_is_stopped_is_not_kept() {
+        let dir = tempfile::tempdir().unwrap();
+        let cache = DiskCache::open(dir.path(), 1 << 30).unwrap();
+        let content: Vec<u8> = (0..3 * PART + 5).map(|i| (i % 251) as u8).collect();
+        let asked = std::cell::Cell::new(0);
+        cache.put_unless(DiskCache::OBJECTS, key("a"), &content, &|| {
+            asked.set(asked.get() + 1);
+            asked.get() > 2
+        });
+        assert_eq!((asked.get(), cache.get(DiskCache::OBJECTS, key("a")), cache.failures()), (3, None, 0));
+        assert_eq!(cache.usage().entries, 0);
+        cache.put_unless(DiskCache::OBJECTS, key("a"), &content, &|| false);
+        assert_eq!(cache.get(DiskCache::OBJECTS, key("a")).unwrap(), content);
     }
 
     #[test]

@@ -189,10 +189,10 @@ impl<'g> Run<'g> {
     }
 
     fn keep(&self, key: Key, value: Value, time: Duration) {
-        if let (Some(disk), true) = (&self.caches.disk, time >= DISK_OBJECT)
+        if let (Some(disk), true) = (&self.caches.disk, time >= DISK_OBJECT && !self.cancel.is_cancelled())
             && let Some(bytes) = codec::encode(&value)
         {
-            disk.put(DiskCache::OBJECTS, key, &bytes);
+            disk.put_unless(DiskCache::OBJECTS, key, &bytes, &|| self.cancel.is_cancelled());
         }
         self.caches.memory.objects.insert(key, value.clone());
         lock(&self.values).insert(key, value);

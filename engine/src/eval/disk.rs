@@ -330,7 +330,7 @@ mod tests {
     fn what_is_stopped_is_not_kept() {
         let dir = tempfile::tempdir().unwrap();
         let cache = DiskCache::open(dir.path(), 1 << 30).unwrap();
-        let content: Vec<u8> = (0..3 * PART + 5).map(|i| (i % 251) as u8).collect();
+        let content: Vec<u8> = (0..3 * PART + 5).map(|i| u8::try_from(i % 251).unwrap()).collect();
         let asked = std::cell::Cell::new(0);
         cache.put_unless(DiskCache::OBJECTS, key("a"), &content, &|| {
             asked.set(asked.get() + 1);

@@ -1,53 +1,84 @@
 #!/usr/bin/env bash
 # Exemplar synthesis beside other programs: CPU seconds, peak memory and, with a scorer, quality.
 # usage: benches/synthesis.sh OUT SIZE EXEMPLAR.png...
-#   Shibo renders with target/release/shibo (SHIBO=… for another), from nothing and without a cache, on one thread.
+#   Shibo renders with target/release/shibo (SHIBO=… for another), from nothing and without a cache, on one thread (THREADS=…),
+#   with the seeds SEEDS ("1 2 3 4") and presets PRESETS ("Structured"); peak memory is above that of an empty graph.
 #   Others run where they are on PATH: texture-synthesis (crate texture-synthesis-cli), gmic (syntexturize_matchpatch).
-#   SCORER="python3 quality.py" is called with EXEMPLAR OUTPUT and prints one line of JSON with `score`.
+#   SCORER="python3 quality.py" is called with EXEMPLAR OUTPUT and prints one line of JSON; of the seeds the mean is shown.
 set -euo pipefail
 out=$1 size=$2; shift 2; mkdir -p "$out"
-shibo=${SHIBO:-target/release/shibo}
+shibo=${SHIBO:-target/release/shibo} threads=${THREADS:-1}
 [ -x "$shibo" ] || { echo "no $shibo: cargo build --release first" >&2; exit 2; }
-score() { # EXEMPLAR PICTURE
-  [ -n "${SCORER:-}" ] && [ -f "$2" ] || { echo "-"; return; }
-  $SCORER "$1" "$2" | sed -n 's/.*"score": \([0-9.]*\).*/\1/p'
+terms="score rep acf seam"
+scores() { # EXEMPLAR PICTURE...
+  local exemplar=$1; shift
+  [ -n "${SCORER:-}" ] || { echo "     -      -      -      -"; return; }
+  for picture in "$@"; do $SCORER "$exemplar" "$picture" || true; done | awk -v terms="$terms" '
+    { count = split(terms, name, " ")
+      for (k = 1; k <= count; k++) if (match($0, "\"" name[k] "\": [-0-9.e]+")) {
+        part = substr($0, RSTART, RLENGTH); sub(/.*: /, "", part); sum[k] += part; n[k]++ } }
+    END { for (k = 1; k <= 4; k++) printf "%6s ", n[k] ? sprintf("%.3f", sum[k] / n[k]) : "-"; print "" }'
 }
-timed() { # LABEL EXEMPLAR PICTURE COMMAND...
-  local label=$1 exemplar=$2 picture=$3 before after; shift 3
-  local log; log=$(mktemp)
-  if command -v /usr/bin/time >/dev/null; then
-    /usr/bin/time -f "%U %S %M" -o "$log" "$@" >/dev/null 2>&1 || { echo "$label failed"; return; }
-    read -r user system peak < <(tail -1 "$log")
-  else
-    read -r user system < <( { TIMEFORMAT="%U %S"; time "$@" >/dev/null 2>&1; } 2>&1 ) && peak=0
-  fi
-  rm -f "$log"
-  printf '%-12s %-20s %8.2f %9.1f %8s\n' "$label" "$(basename "$exemplar" .png)" \
-    "$(echo "$user $system" | awk '{print $1 + $2}')" "$(echo "$peak" | awk '{print $1 / 1024}')" "$(score "$exemplar" "$picture")"
+# The least CPU seconds and peak KiB of three runs (one, for a program that takes long): RUNS COMMAND...
+measure() {
+  local runs=$1 log least=999999 peak=99999999 user system kib; shift; log=$(mktemp)
+  for _ in $(seq "$runs"); do
+    if command -v /usr/bin/time >/dev/null; then
+      /usr/bin/time -f "%U %S %M" -o "$log" "$@" >/dev/null 2>&1 || { rm -f "$log"; return 1; }
+      read -r user system kib < <(tail -1 "$log")
+    else
+      { TIMEFORMAT="%U %S"; time "$@" >/dev/null 2>&1; } 2>"$log" || { rm -f "$log"; return 1; }
+      read -r user system < <(tail -1 "$log"); kib=0
+    fi
+    least=$(echo "$user $system $least" | awk '{ t = $1 + $2; print t < $3 ? t : $3 }')
+    peak=$(( kib < peak ? kib : peak ))
+  done
+  rm -f "$log"; echo "$least $peak"
 }
-printf '%-12s %-20s %8s %9s %8s\n' program exemplar "CPU s" "peak MiB" score
+line() { # LABEL EXEMPLAR CPU KIB PICTURE...
+  local label=$1 exemplar=$2 cpu=$3 kib=$4; shift 4
+  printf '%-22s %-12s %8.2f %9.1f %s\n' "$label" "$(basename "$exemplar" .png)" "$cpu" \
+    "$(echo "$kib" | awk '{ print $1 * 1.024e-3 }')" "$(scores "$exemplar" "$@")"
+}
+cat > "$out/idle.ron" <<'GRAPH'
+( version: 1, canvas: (size_mm: 8, resolution: 8, tile: Both, seed: 1),
+  nodes: { "a": Perlin(size: 4) }, outputs: { "idle": File(from: "a", format: Png, depth: U8) } )
+GRAPH
+read -r _ idle < <(measure 3 "$shibo" render "$out/idle.ron" -o "$out" --no-cache --threads "$threads")
+printf '%-22s %-12s %8s %9s %6s %6s %6s %6s\n' program exemplar "CPU s" "peak MB" $terms
 for exemplar in "$@"; do
   name=$(basename "$exemplar" .png)
-  side=$(od -An -tu1 -j16 -N8 "$exemplar" | awk '{print ($1*16777216+$2*65536+$3*256+$4), ($5*16777216+$6*65536+$7*256+$8)}')
-  read -r width height <<< "$side"
-  cat > "$out/$name.ron" <<GRAPH
-( version: 1, canvas: (size_mm: $size, resolution: $size, tile: Both, seed: 1),
+  read -r width height < <(od -An -tu1 -j16 -N8 "$exemplar" | awk '{print ($1*16777216+$2*65536+$3*256+$4), ($5*16777216+$6*65536+$7*256+$8)}')
+  for preset in ${PRESETS:-Structured}; do
+    pictures=() cpu=999999 kib=0
+    for seed in ${SEEDS:-1 2 3 4}; do
+      graph="${preset}_${name}_$seed"
+      cat > "$out/$graph.ron" <<GRAPH
+( version: 1, canvas: (size_mm: $size, resolution: $size, tile: Both, seed: $seed),
   nodes: {
     "picture": Image(path: "$(realpath "$exemplar")", size_mm: ($width, $height)),
     "exemplar": Exemplar(input: "picture"),
-    "coords": Synthesize(exemplar: "exemplar"),
+    "coords": Synthesize(exemplar: "exemplar", preset: $preset),
     "shown": SampleExemplar(coords: "coords", input: "picture"),
   },
-  outputs: { "shibo_$name": File(from: "shown", format: Png, depth: U8) } )
+  outputs: { "shibo_$graph": File(from: "shown", format: Png, depth: U8) } )
 GRAPH
-  timed shibo "$exemplar" "$out/shibo_$name.png" "$shibo" render "$out/$name.ron" -o "$out" --no-cache --threads 1
+      read -r now peak < <(measure 1 "$shibo" render "$out/$graph.ron" -o "$out" --no-cache --threads "$threads") ||
+        { echo "shibo failed on $graph.ron" >&2; exit 1; }
+      cpu=$(echo "$now $cpu" | awk '{ print $1 < $2 ? $1 : $2 }') kib=$(( peak > kib ? peak : kib ))
+      pictures+=("$out/shibo_$graph.png")
+    done
+    line "shibo $preset" "$exemplar" "$cpu" $(( kib - idle )) "${pictures[@]}"
+  done
   if command -v texture-synthesis >/dev/null; then
-    timed embark "$exemplar" "$out/embark_$name.png" texture-synthesis --no-progress --seed 1 --out-size "$size" \
-      -o "$out/embark_$name.png" generate -- "$exemplar"
+    picture="$out/embark_$name.png"
+    read -r cpu kib < <(measure 1 texture-synthesis --no-progress --seed 1 --out-size "$size" -o "$picture" generate -- "$exemplar") &&
+      line embark "$exemplar" "$cpu" "$kib" "$picture"
   fi
   if command -v gmic >/dev/null; then
-    timed matchpatch "$exemplar" "$out/matchpatch_$name.png" gmic "$exemplar" syntexturize_matchpatch "$size,$size" round. \
-      c. 0,255 o. "$out/matchpatch_$name.png"
+    picture="$out/matchpatch_$name.png"
+    read -r cpu kib < <(measure 1 gmic "$exemplar" syntexturize_matchpatch "$size,$size" round. c. 0,255 o. "$picture") &&
+      line matchpatch "$exemplar" "$cpu" "$kib" "$picture"
   fi
 done
 command -v texture-synthesis >/dev/null || echo "skipped: texture-synthesis is not installed"

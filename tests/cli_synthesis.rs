@@ -251,3 +251,37 @@ fn guides_decide_what_is_shown_where() {
     let off = shown.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).sum::<f64>() / shown.len() as f64;
     assert!(off < 0.15, "the guide is missed by {off} on average");
 }
+
+#[test]
+fn larger_candidate_sets_join_more_and_none_joins_nothing() {
+    let desk = Desk::new();
+    let at = |sets: &str| {
+        let nodes = format!(
+            "{GROUND}    \"exemplar\": Exemplar(input: \"ground\", size: (32, 32)),\n    \"sets\": {sets},\n    \"coords\": \
+             Synthesize(exemplar: \"sets\", size: (64, 64)),\n    \"shown\": SampleExemplar(coords: \"coords\", input: \"ground\"),"
+        );
+        desk.write("a.ron", graph(CANVAS, &nodes, "shown"));
+        coords(&desk, "coords")
+    };
+    let [one, two, four] = [1, 2, 4].map(|k| at(&format!("CandidateSets(exemplar: \"exemplar\", k: {k})")));
+    let usual = at("AppearanceSpace(exemplar: \"exemplar\")");
+    assert!(close(&two, &usual, 0.0), "two are what Synthesize takes by itself");
+    assert!(!close(&one, &two, 0.0) && !close(&two, &four, 0.0) && !close(&one, &four, 0.0));
+}
+
+#[test]
+fn the_distance_to_features_is_compared() {
+    let desk = Desk::new();
+    let at = |more: &str| {
+        let nodes = format!(
+            "    \"cells\": Worley(size: 5, jitter: 0.8),\n    \"lines\": Remap(input: \"cells.border\", from: (0, 0.4), to: (1, 0), clamp: true),\n    \
+             \"exemplar\": Exemplar(input: \"lines\", size: (64, 64){more}),\n    \"coords\": Synthesize(exemplar: \"exemplar\", size: (96, 96)),\n    \
+             \"shown\": SampleExemplar(coords: \"coords\", input: \"lines\"),"
+        );
+        desk.write("a.ron", graph(CANVAS, &nodes, "shown"));
+        coords(&desk, "coords")
+    };
+    let plain = at("");
+    assert!(!close(&plain, &at(", feature: \"lines\""), 0.0));
+    assert!(close(&plain, &at(", feature: \"lines\", feature_weight: 0"), 0.0));
+}

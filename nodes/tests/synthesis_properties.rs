@@ -2,7 +2,8 @@
 #![allow(clippy::cast_possible_truncation, reason = "test pictures are small")]
 use proptest::prelude::*;
 use shibo_nodes::kernel::hash::Hash;
-use shibo_nodes::kernel::synthesis::analysis::{AnalysisSpec, Level, analyse, find_seconds, spacings};
+use shibo_nodes::kernel::stop::NEVER;
+use shibo_nodes::kernel::synthesis::analysis::{AnalysisSpec, Level, analyse, find_alike, find_seconds, spacings};
 use shibo_nodes::kernel::synthesis::aniso::{Jacobians, Position};
 use shibo_nodes::kernel::synthesis::coverage::EvenUse;
 use shibo_nodes::kernel::synthesis::driver::{Analysed, Fixed, Inputs, Settings, Start, run};
@@ -262,5 +263,38 @@ proptest! {
             total += weight;
         }
         prop_assert!((total - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn candidate_sets_hold_pixels_apart_from_each_other() {
+    for wrap in [true, false] {
+        let exemplar = lumps(40, 36, wrap);
+        let mut levels = analysed(&exemplar);
+        let two: Vec<Vec<u32>> = levels.iter().map(|level| level.second.clone()).collect();
+        find_alike(&mut levels, exemplar.plane, &[], 3.0, 4, Hash::new(2), NEVER);
+        let n = 40 * 36;
+        let span = |a: u32, b: u32| {
+            let axis = |a: u32, b: u32, n: u32| {
+                let d = a.abs_diff(b);
+                if wrap { d.min(n - d) } else { d }
+            };
+            axis(a % 40, b % 40, 40).max(axis(a / 40, b / 40, 36))
+        };
+        for (level, two) in levels.iter().zip(&two) {
+            assert_eq!(level.second.len(), 3 * n);
+            // The first of more is the one of two.
+            assert_eq!(&level.second[..n], &two[..]);
+            // What lies between searched pixels takes after them, so sets are only apart where it was searched.
+            let step = (level.h / 4).max(1) as u32;
+            for p in (0..n as u32).filter(|p| p % 40 % step == 0 && p / 40 % step == 0) {
+                let set = [0, 1, 2].map(|k| level.second[k * n + p as usize]);
+                for (k, a) in set.iter().enumerate() {
+                    assert!(span(*a, p) >= 3 && set[..k].iter().all(|b| span(*a, *b) >= 3), "{p}: {set:?}");
+                }
+            }
+        }
+        find_alike(&mut levels, exemplar.plane, &[], 3.0, 1, Hash::new(2), NEVER);
+        assert!(levels.iter().all(|level| level.second.iter().enumerate().all(|(p, q)| p as u32 == *q)));
     }
 }

@@ -62,7 +62,8 @@ pub struct ExemplarLevel {
     pub matrix: Vec<[f32; 8]>,
     /// Those eight numbers of every pixel.
     pub neighborhoods: Vec<[f32; 8]>,
-    /// For every pixel the number of another that looks alike; empty if none were sought.
+    /// For every pixel the number of another that looks alike, then for every pixel that of a further one, and so on;
+    /// its own number where there is none, empty if none were sought.
     pub second: Vec<u32>,
 }
 

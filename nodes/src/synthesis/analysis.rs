@@ -2,7 +2,7 @@
 use crate::kernel::hash::Hash;
 use crate::kernel::stop::Until;
 use crate::kernel::synthesis::Plane;
-use crate::kernel::synthesis::analysis::{AnalysisSpec, analyse_until, find_seconds_until, spacings};
+use crate::kernel::synthesis::analysis::{AnalysisSpec, analyse_until, find_alike, spacings};
 use crate::kernel::synthesis::texels::Texels;
 use crate::kernel::synthesis::{lattice, levels};
 use glam::DVec2;
@@ -30,12 +30,18 @@ pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec, until: Until<'
     analyse_until(&spacings, image, &exemplar.usable, spec, ANALYSIS, until)
 }
 
-/// Adds what looks alike to every level; `distance` is a share of the shorter side. Worth nothing if it was
+/// Adds what looks alike to every level: sets of `k`; `distance` is a share of the shorter side. Worth nothing if it was
 /// stopped.
-pub(super) fn add_seconds(exemplar: &Exemplar, levels: &mut [ExemplarLevel], distance: f64, until: Until<'_>) {
+pub(super) fn add_alike(
+    exemplar: &Exemplar,
+    levels: &mut [ExemplarLevel],
+    k: usize,
+    distance: f64,
+    until: Until<'_>,
+) {
     let plane = plane(exemplar);
     let distance = distance * plane.w.min(plane.h) as f64;
-    find_seconds_until(levels, plane, &exemplar.usable, distance, ANALYSIS.with(1), until);
+    find_alike(levels, plane, &exemplar.usable, distance, k, ANALYSIS.with(1), until);
 }
 
 /// How an exemplar repeats.

@@ -1,8 +1,8 @@
-//! [`CandidateSets`]: for every pixel of an exemplar another that looks alike.
+//! [`CandidateSets`]: for every pixel of an exemplar others that look alike.
 //!
-//! Beyond the source (k-coherence of the published work): k = 2, found by PatchMatch on neighbourhood vectors. Cost:
+//! Beyond the source (k-coherence of the published work): k = 2 as a rule, found by PatchMatch on neighbourhood vectors. Cost:
 //! O(pixels · levels · log pixels).
-use super::analysis::{add_seconds, levels_of};
+use super::analysis::{add_alike, levels_of};
 use crate::kernel::synthesis::analysis::AnalysisSpec;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,9 @@ use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Exemplar, Stop, Type};
 use std::sync::Arc;
 
-/// Finds for every pixel of an exemplar another that looks alike, so that pieces can be joined in more ways.
+/// Finds for every pixel of an exemplar others that look alike, so that pieces can be joined in more ways.
+///
+/// More than two make finer pieces, with more joints, and take longer.
 ///
 /// `Synthesize` does this by itself with these defaults; use it to choose others, or to share the work.
 ///
@@ -27,9 +29,9 @@ pub struct CandidateSets {
     /// The exemplar. Where it is not analysed, `AppearanceSpace` is applied with its defaults.
     pub exemplar: In<Exemplar>,
     /// Candidates per pixel, itself included: 1 looks for no other.
-    #[schemars(range(min = 1, max = 2))]
+    #[schemars(range(min = 1, max = 8))]
     pub k: u32,
-    /// The other is at least so far away, as a share of the exemplar's shorter side.
+    /// Others are at least so far away, from the pixel and from each other, as a share of the exemplar's shorter side.
     #[schemars(range(min = 0, max = 0.5))]
     pub distance: f64,
 }
@@ -41,6 +43,7 @@ impl Default for CandidateSets {
 }
 
 impl Node for CandidateSets {
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[];
     const OUTPUTS: &'static [Output] =
         &[Output::new("exemplar", Type::Exemplar, "The exemplar with what looks alike at every level.")];
@@ -53,11 +56,7 @@ impl Node for CandidateSets {
             false => exemplar.levels.to_vec(),
         };
         cx.check()?;
-        if self.k > 1 {
-            add_seconds(&exemplar, &mut levels, self.distance, &until);
-        } else {
-            levels.iter_mut().for_each(|level| level.second.clear());
-        }
+        add_alike(&exemplar, &mut levels, self.k as usize, self.distance, &until);
         cx.check()?;
         Ok(Outputs::one(Exemplar { levels: Arc::new(levels), ..Exemplar::clone(&exemplar) }))
     }

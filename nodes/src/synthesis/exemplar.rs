@@ -3,7 +3,7 @@
 //! Source: JP5149288B2 II and III (row C1; decisions S-11 stack or pyramid, S-12 borders). Beyond the source: several
 //! aligned pictures with weights, guide, mask, exemplars from fields. Cost: O(pixels · channels).
 use crate::kernel::math::srgb_encode;
-use crate::kernel::synthesis::seams;
+use crate::kernel::synthesis::{feature, seams};
 use crate::kernel::tile::narrow;
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
@@ -67,6 +67,12 @@ pub struct Exemplar {
     /// Weights of the first and the other fields; 1 for those that have none. What has weight 0 is not compared.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e3))]
     pub weights: Vec<f64>,
+    /// Where features are whose shape must be kept, such as cracks or joints (at least 0.5): the distance to their edges is
+    /// compared too, which keeps thin ones whole.
+    pub feature: Option<In<Gray>>,
+    /// Weight of `feature`.
+    #[schemars(range(min = 0, max = 1e3))]
+    pub feature_weight: f64,
     /// Numbers by which the look can be steered, 0..1: `guide` of the output asks for places of that value.
     pub guide: Option<In<Gray>>,
     /// What may be shown: where it is below 0.5, nothing is. The opacity of a picture is a good one.
@@ -100,6 +106,8 @@ impl Default for Exemplar {
             input: In::default(),
             others: Vec::new(),
             weights: Vec::new(),
+            feature: None,
+            feature_weight: 1.0,
             guide: None,
             mask: None,
             size: None,
@@ -191,12 +199,21 @@ impl Exemplar {
         Ok(tile)
     }
 
+    /// The distance to the edges of features, limited to an eighth of the exemplar; as any other field that is compared.
+    fn distance(&self, field: &Field, tile: &Tile) -> Vec<f32> {
+        let size = [tile.width(), tile.height()];
+        let radius = (size[0].min(size[1]) as f64 / 8.0).max(4.0);
+        let wrap = [self.periodic == Periodic::Yes; 2];
+        let distances = feature::signed_distance(tile.plane(0), size, wrap, radius);
+        self.feature(field, size, distances, self.feature_weight)
+    }
+
     /// Mean free, with a variance of `weight`² over all channels, encoded if it is colour.
-    fn feature(&self, field: &Field, tile: &Tile, weight: f64) -> Vec<f32> {
-        let encode = self.compare == Compare::Encoded && field.ty() == Type::Rgb;
-        let mut data: Vec<f32> =
-            tile.data().iter().map(|&v| if encode { srgb_encode(v.max(0.0)) } else { v }).collect();
-        let n = tile.window.len();
+    fn feature(&self, field: &Field, size: [usize; 2], mut data: Vec<f32>, weight: f64) -> Vec<f32> {
+        if self.compare == Compare::Encoded && field.ty() == Type::Rgb {
+            data.iter_mut().for_each(|v| *v = srgb_encode(v.max(0.0)));
+        }
+        let n = size[0] * size[1];
         let mut variance = 0.0;
         for plane in data.chunks_exact_mut(n) {
             let mean = plane.iter().map(|v| f64::from(*v)).sum::<f64>() / n as f64;
@@ -204,7 +221,6 @@ impl Exemplar {
             variance += plane.iter().map(|v| f64::from(*v) * f64::from(*v)).sum::<f64>() / n as f64;
         }
         if self.flatten > 0.0 {
-            let size = [tile.width(), tile.height()];
             data.chunks_exact_mut(n).for_each(|plane| seams::flatten(plane, size, self.flatten));
         }
         let scale = if variance > 1e-20 { weight / variance.sqrt() } else { weight };
@@ -239,12 +255,19 @@ impl Node for Exemplar {
         let n = shown.window.len();
         let mut add = |field: &Field, tile: &Tile, weight: f64| {
             if weight > 0.0 {
-                planes.extend(self.feature(field, tile, weight).chunks_exact(n).map(<[f32]>::to_vec));
+                let size = [tile.width(), tile.height()];
+                let data = self.feature(field, size, tile.data().to_vec(), weight);
+                planes.extend(data.chunks_exact(n).map(<[f32]>::to_vec));
             }
         };
         add(&input, &shown, weight(0));
         for (k, other) in cx.get_all(&self.others)?.iter().enumerate() {
             add(other, &self.read(cx, other, &frame, "others")?, weight(k + 1));
+        }
+        if let Some(field) = cx.get_opt(&self.feature)?
+            && self.feature_weight > 0.0
+        {
+            planes.push(self.distance(&field, &self.read(cx, &field, &frame, "feature")?));
         }
         if planes.is_empty() || planes.len() > 24 {
             let message = format!("{} channels are compared; there must be 1 to 24", planes.len());

@@ -4,7 +4,7 @@
 //! `Patent` is exactly that: colours, zeros to start from, no randomness. The others work in appearance space, with
 //! candidate sets, with a random start or one from the exemplar's lattice, and with even use of the exemplar. Cost:
 //! O(pixels · passes).
-use super::analysis::{self, add_seconds, find_lattice, levels_of};
+use super::analysis::{self, add_alike, find_lattice, levels_of};
 use super::inputs::FieldInputs;
 use super::patent;
 use crate::kernel::hash::Hash;
@@ -41,7 +41,7 @@ pub enum Preset {
 /// Over what the use of the exemplar is evened out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Scope {
-    /// The whole, on a canvas that tiles in both directions; else locally.
+    /// The whole for a regular exemplar on a canvas that tiles in both directions; else locally.
     #[default]
     Auto,
     /// The whole output; then a part of a larger output is not the same as a smaller one.
@@ -213,7 +213,7 @@ impl Synthesize {
             _ => 2.5,
         });
         let local = match self.scope {
-            Scope::Auto => regular || cx.tiling() != shibo_engine::value::Tiling::BOTH,
+            Scope::Auto => regular || basis.is_none() || cx.tiling() != shibo_engine::value::Tiling::BOTH,
             Scope::Whole => false,
             Scope::Local => true,
         };
@@ -247,7 +247,7 @@ impl Synthesize {
             false => exemplar.levels.to_vec(),
         };
         cx.check()?;
-        add_seconds(exemplar, &mut levels, 0.05, &until);
+        add_alike(exemplar, &mut levels, 2, 0.05, &until);
         cx.check()?;
         Ok(Arc::new(levels))
     }
@@ -261,6 +261,7 @@ impl Synthesize {
 }
 
 impl Node for Synthesize {
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];

@@ -90,21 +90,33 @@ fn level(h: usize, image: &Texels<f32>, usable: &[bool], spec: &AnalysisSpec, ha
 
 /// Finds for every pixel of every level another one that looks alike, at least `distance` pixels away.
 pub fn find_seconds(levels: &mut [Level], plane: Plane, usable: &[bool], distance: f64, hash: Hash) {
-    find_seconds_until(levels, plane, usable, distance, hash, NEVER);
+    find_alike(levels, plane, usable, distance, 2, hash, NEVER);
 }
 
-/// The same, or what is worth nothing if it was stopped.
-pub fn find_seconds_until(
+/// Finds for every pixel of every level `k - 1` others that look alike, at least `distance` pixels away from it and from
+/// each other; the pixel itself where `k` is 1. Worth nothing if it was stopped.
+pub fn find_alike(
     levels: &mut [Level],
     plane: Plane,
     usable: &[bool],
     distance: f64,
+    k: usize,
     hash: Hash,
     until: Until<'_>,
 ) {
     levels.par_iter_mut().for_each(|level| {
         let hoods = &level.neighborhoods;
-        level.second = candidates::similar(hoods, plane, usable, distance, level.h, hash.with(level.h as u64), until);
+        let hash = hash.with(level.h as u64);
+        let mut found: Vec<Vec<u32>> = Vec::new();
+        for n in 1..k as u64 {
+            let hash = if n == 1 { hash } else { hash.with(n) };
+            let others = candidates::similar(hoods, plane, usable, &found, distance, level.h, hash, until);
+            if others.len() < hoods.len() {
+                return;
+            }
+            found.push(others);
+        }
+        level.second = if k < 2 { (0..hoods.len()).map(candidates::narrow).collect() } else { found.concat() };
     });
 }
 

@@ -6,7 +6,7 @@
 use super::analysis::Hood;
 use super::candidates::distance;
 use super::coverage::Factors;
-use super::iso::Table;
+use super::table::Table;
 use super::jacobian::{self, Jacobian, OCTANTS};
 use super::pca::DIMS;
 use super::region::Region;
@@ -299,7 +299,7 @@ impl<L: Lookup> Row<'_, L> {
         let at = table.padded(here);
         let (mut best, mut least) = (own, cost(at));
         let alike = |position: Position, cell: [i32; 2], at: u32, best: &mut Position, least: &mut f32| {
-            if let Some(second) = table.second_at(at) {
+            for second in table.alike(at) {
                 let cost = terms.kappa * cost(second);
                 if cost < *least {
                     let [x, y] = table.pixel(second);

@@ -1,4 +1,4 @@
-//! For every pixel of an exemplar another that looks alike: candidate sets of two.
+//! For every pixel of an exemplar others that look alike: candidate sets.
 //!
 //! PatchMatch on neighbourhood vectors: every pixel starts with a hashed guess, learns from the pixels before it (in
 //! alternating direction), and searches around what it has in rings that shrink by half.
@@ -12,11 +12,13 @@ use crate::kernel::window::{index, offset};
 const ROUNDS: u64 = 4;
 
 /// The pixel that looks most like each one, of those at least `distance` pixels away that are `usable` (all, if empty).
-/// `h` is the spacing of the level, to which the search is scaled. Stopped, it gives nothing.
+/// `found` are others of each pixel that are known already, from which it keeps away as well. `h` is the spacing of the
+/// level, to which the search is scaled. Stopped, it gives nothing.
 pub fn similar(
     vectors: &[[f32; DIMS]],
     plane: Plane,
     usable: &[bool],
+    found: &[Vec<u32>],
     distance: f64,
     h: usize,
     hash: Hash,
@@ -26,7 +28,7 @@ pub fn similar(
     let near = distance.ceil().max(1.0) as i32;
     simd::dispatch(
         #[inline(always)]
-        || Search { vectors, plane, usable, near, step: (h / 4).max(1), hash, until }.run(),
+        || Search { vectors, plane, usable, found, near, step: (h / 4).max(1), hash, until }.run(),
     )
 }
 
@@ -34,6 +36,7 @@ struct Search<'a> {
     vectors: &'a [[f32; DIMS]],
     plane: Plane,
     usable: &'a [bool],
+    found: &'a [Vec<u32>],
     near: i32,
     /// Only every so many columns and rows are searched for.
     step: usize,
@@ -69,8 +72,15 @@ impl Search<'_> {
         let span = |a: i32, b: i32, n: i32, wrap: bool| {
             if wrap { (a - b).abs().min(n - (a - b).abs()) } else { (a - b).abs() }
         };
-        if span(x, x0, w, wrap[0]).max(span(y, y0, h, wrap[1])) < self.near {
+        let close = |x0: i32, y0: i32| span(x, x0, w, wrap[0]).max(span(y, y0, h, wrap[1])) < self.near;
+        if close(x0, y0) {
             return None;
+        }
+        for found in self.found {
+            let other = index(found[offset(y0 * w + x0)] as usize);
+            if close(other % w, other / w) {
+                return None;
+            }
         }
         let p = offset(y * w + x);
         (self.usable.is_empty() || self.usable[p]).then_some(p)

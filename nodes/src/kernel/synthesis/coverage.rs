@@ -1,10 +1,12 @@
 //! Even use of the exemplar: what is shown much already costs more.
 //!
-//! Used positions are counted in bins of 4×4 exemplar pixels, smoothed, and compared with their mean `c`; the cost of a
-//! position is multiplied by `1 + λ·clamp(c - 1, -¼, 4)`. Counted over the whole output, or over tiles of it that lie
+//! Used positions are counted in bins of 4×4 exemplar pixels, smoothed by about what a pixel of the level covers, and
+//! compared with their mean `c` (at least one showing); the cost of a position is multiplied by `1 + λ·clamp(c - 1, -¼, 4)`. Counted over the whole output, or over tiles of it that lie
 //! where they do whatever the window, which keeps every dependency local.
 use super::Plane;
 use super::region::Region;
+use super::texels::mirrored;
+use crate::kernel::simd;
 use crate::kernel::window::{index, offset};
 use rayon::prelude::*;
 
@@ -62,6 +64,9 @@ impl Factors {
         let (across, down) = (columns[w - 1] + 1, rows[h - 1] + 1);
         let (bw, bh) = (exemplar.w.div_ceil(BIN), exemplar.h.div_ceil(BIN));
         let bins = bw * bh;
+        let bell = Bell::new(region.h);
+        // What is shown once is not shown too much, however small the tile.
+        let once = (BIN * BIN) as f32 / (region.h * region.h) as f32;
         let mut factors = vec![0.0; across * down * bins];
         factors.par_chunks_mut(bins * across).enumerate().for_each(|(tile_row, factors)| {
             for y in (0..h).filter(|&y| rows[y] == tile_row) {
@@ -71,8 +76,8 @@ impl Factors {
             }
             for counts in factors.chunks_exact_mut(bins) {
                 let total: f32 = counts.iter().sum();
-                let mean = total / usable_bins.max(1) as f32;
-                smooth(counts, bw, bh, exemplar.wrap);
+                let mean = (total / usable_bins.max(1) as f32).max(once);
+                bell.smooth(counts, bw, bh, exemplar.wrap);
                 for count in counts {
                     *count = 1.0 + use_.amount * (*count / mean.max(1e-6) - 1.0).clamp(-0.25, 4.0);
                 }
@@ -89,23 +94,83 @@ impl Factors {
     }
 }
 
-/// A Gaussian of σ 1.2 bins.
-fn smooth(counts: &mut [f32], w: usize, h: usize, wrap: [bool; 2]) {
-    let weights: Vec<f32> = (-3i32..=3).map(|d| crate::kernel::math::exp(-(d * d) as f32 / 2.88)).collect();
-    let sum: f32 = weights.iter().sum();
-    let mut blurred = vec![0.0; counts.len()];
-    for across in [true, false] {
-        for y in 0..h {
-            for x in 0..w {
-                let mut value = 0.0;
-                for (d, weight) in (-3..=3).zip(&weights) {
-                    let (x, y) = if across { (index(x) + d, index(y)) } else { (index(x), index(y) + d) };
-                    let (x, y) = (super::texels::mirrored(x, w, wrap[0]), super::texels::mirrored(y, h, wrap[1]));
-                    value += weight * counts[y * w + x];
+/// A Gaussian on bins.
+struct Bell {
+    radius: i32,
+    weights: Vec<f32>,
+}
+
+impl Bell {
+    /// Of σ 1.2 bins, or 0.3 of what a pixel of the level of spacing `h` covers.
+    fn new(h: usize) -> Self {
+        let sigma = (0.3 * (h as f32 / BIN as f32)).max(1.2);
+        #[expect(clippy::cast_possible_truncation, reason = "a few bins")]
+        let radius = (2.5 * sigma).ceil() as i32;
+        let weight = |d: i32| crate::kernel::math::exp(-(d * d) as f32 / (2.0 * sigma * sigma));
+        let sum: f32 = (-radius..=radius).map(weight).sum();
+        Self { radius, weights: (-radius..=radius).map(|d| weight(d) / sum).collect() }
+    }
+
+    fn smooth(&self, counts: &mut [f32], w: usize, h: usize, wrap: [bool; 2]) {
+        let line = |n: usize, wrap: bool| -> Vec<usize> {
+            (-self.radius..index(n) + self.radius).map(|k| mirrored(k, n, wrap)).collect()
+        };
+        let (across, down) = (line(w, wrap[0]), line(h, wrap[1]));
+        let mut rows = vec![0.0f32; w * h];
+        let mut padded = vec![0.0f32; across.len()];
+        simd::dispatch(
+            #[inline(always)]
+            || {
+                for (out, row) in rows.chunks_exact_mut(w).zip(counts.chunks_exact(w)) {
+                    padded.iter_mut().zip(&across).for_each(|(v, from)| *v = row[*from]);
+                    for (k, weight) in self.weights.iter().enumerate() {
+                        out.iter_mut().zip(&padded[k..]).for_each(|(out, v)| *out += weight * v);
+                    }
                 }
-                blurred[y * w + x] = value / sum;
+                for (y, out) in counts.chunks_exact_mut(w).enumerate() {
+                    out.fill(0.0);
+                    for (from, weight) in down[y..].iter().zip(&self.weights) {
+                        out.iter_mut().zip(&rows[from * w..(from + 1) * w]).for_each(|(out, v)| *out += weight * v);
+                    }
+                }
+            },
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane(n: usize) -> Plane {
+        Plane { w: n, h: n, wrap: [true; 2] }
+    }
+
+    #[test]
+    fn what_is_shown_once_costs_no_more() {
+        let exemplar = plane(128);
+        let region = Region { h: 1, start: [0, 0], plane: plane(32) };
+        let even = EvenUse { amount: 1.0, tile: None };
+        let count = |bin_of: &(dyn Fn(usize) -> usize + Sync)| Factors::count(&even, exemplar, 1024, &region, bin_of);
+        let copied = count(&|p| bin(exemplar, 40 + p % 32, 40 + p / 32));
+        let of = |factors: &Factors, x: usize, y: usize| factors.of(0, 0)[bin(exemplar, x, y)];
+        for k in 0..8 {
+            assert!(of(&copied, 40 + 4 * k, 40 + 4 * (7 - k)) <= 1.0 + 1e-5);
+        }
+        let twice = count(&|p| bin(exemplar, 40 + p % 16, 40 + p / 32));
+        assert!(of(&twice, 48, 48) > 1.5);
+        assert!((of(&twice, 100, 100) - 0.75).abs() < 1e-5);
+    }
+
+    #[test]
+    fn smoothing_keeps_the_sum_at_every_level() {
+        for h in [2, 16, 32, 128] {
+            for wrap in [[true; 2], [false; 2], [true, false]] {
+                let mut counts: Vec<f32> = (0..15 * 9u8).map(|k| f32::from(k % 7)).collect();
+                let sum: f32 = counts.iter().sum();
+                Bell::new(h).smooth(&mut counts, 15, 9, wrap);
+                assert!((counts.iter().sum::<f32>() / sum - 1.0).abs() < 1e-4, "{h} {wrap:?}");
             }
         }
-        counts.copy_from_slice(&blurred);
     }
 }

@@ -16,7 +16,7 @@ pub struct Features<'a, T> {
     pub texels: &'a Texels<T>,
     /// Finest pixels per pixel of `texels`: 1 for a stack, `h` for a pyramid.
     pub ratio: T,
-    /// For every finest pixel another that looks alike; empty for none.
+    /// For every finest pixel another that looks alike, then for every one a further one, and so on; empty for none.
     pub second: &'a [u32],
     /// The finest grid, for `second`.
     pub plane: Plane,
@@ -185,7 +185,7 @@ impl<T: Real, L: Lookup, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, J> {
             if error < least {
                 (best, least) = (u, error);
             }
-            if let Some(second) = self.second(u) {
+            for second in self.alike(u) {
                 let error = self.rule.kappa * self.error(&wanted, second);
                 if error < least {
                     (best, least) = (second, error);
@@ -195,12 +195,14 @@ impl<T: Real, L: Lookup, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, J> {
         best
     }
 
-    fn second(&self, u: [T; 2]) -> Option<[T; 2]> {
+    fn alike(&self, u: [T; 2]) -> impl Iterator<Item = [T; 2]> {
         let cell = u.map(floor);
         let plane = self.features.plane;
-        let at = *self.features.second.get(plane.index(cell[0], cell[1]))? as usize;
-        let to = [at % plane.w, at / plane.w];
-        Some([0, 1].map(|d| T::of(to[d] as f64) + (u[d] - T::of(f64::from(cell[d])))))
+        self.features.second.chunks_exact(plane.w * plane.h).map(move |others| {
+            let at = others[plane.index(cell[0], cell[1])] as usize;
+            let to = [at % plane.w, at / plane.w];
+            [0, 1].map(|d| T::of(to[d] as f64) + (u[d] - T::of(f64::from(cell[d]))))
+        })
     }
 
     /// One pass over all pixels of a map.

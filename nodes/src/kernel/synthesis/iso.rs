@@ -3,196 +3,16 @@
 //! A position is an index into tables that are padded by `h` on all sides, so that a neighbour's prediction is one
 //! subtraction. Padding of sides that do not join never wins. If all neighbours that are compared predict what a pixel
 //! already shows, its error is 0 and nothing can beat it.
-use super::analysis::{Hood, Level};
+use super::analysis::Hood;
 use super::candidates::distance;
-use super::coverage::{self, Factors};
+use super::coverage::Factors;
 use super::pca::DIMS;
 use super::region::Region;
-use super::{Lookup, Plane};
+use super::table::Table;
+use super::Plane;
 use crate::kernel::simd;
 use crate::kernel::window::{index, offset};
 use rayon::prelude::*;
-
-/// A level's tables, padded.
-pub struct Table {
-    /// Spacing in finest pixels.
-    pub h: usize,
-    /// The exemplar.
-    pub plane: Plane,
-    stride: usize,
-    hood: Hood,
-    matrix: Vec<[f32; DIMS]>,
-    appearance: Vec<[f32; DIMS]>,
-    hoods: Vec<[f32; DIMS]>,
-    second: Vec<u32>,
-    bin: Vec<u32>,
-    /// Where the padding of sides that join leads; empty if none do.
-    home: Vec<u32>,
-    guide: Vec<f32>,
-    /// Bins that hold a pixel that can win.
-    pub usable_bins: usize,
-    /// How much neighbourhoods differ on average, squared.
-    pub spread: f32,
-}
-
-impl Table {
-    /// Tables of an analysed level. `valid` pixels may win; `guide` is empty or holds the exemplar's guide.
-    pub fn new(level: &Level, plane: Plane, valid: &[bool], guide: &[f32]) -> Self {
-        let (h, w) = (level.h, plane.w);
-        let stride = w + 2 * h;
-        let n = stride * (plane.h + 2 * h);
-        let source: Vec<(bool, usize)> = (0..n)
-            .into_par_iter()
-            .map(|p| {
-                let (x, y) = (index(p % stride) - index(h), index(p / stride) - index(h));
-                let inside = |k: i32, n: usize, wrap: bool| wrap || (0..index(n)).contains(&k);
-                (inside(x, w, plane.wrap[0]) && inside(y, plane.h, plane.wrap[1]), plane.index(x, y))
-            })
-            .collect();
-        let padded = |p: usize| (p / w + h) * stride + p % w + h;
-        let hoods = &level.neighborhoods;
-        let narrow = super::candidates::narrow;
-        let wraps = plane.wrap[0] || plane.wrap[1];
-        let mut used = vec![false; plane.w.div_ceil(coverage::BIN) * plane.h.div_ceil(coverage::BIN)];
-        valid.iter().enumerate().filter(|v| *v.1).for_each(|(p, _)| used[coverage::bin(plane, p % w, p / w)] = true);
-        Self {
-            h,
-            plane,
-            stride,
-            hood: level.hood,
-            matrix: level.matrix.clone(),
-            appearance: source.iter().map(|&(_, p)| level.appearance[p]).collect(),
-            spread: spread(hoods),
-            hoods: source
-                .iter()
-                .map(|&(ok, p)| if ok && valid[p] { hoods[p] } else { [f32::INFINITY; DIMS] })
-                .collect(),
-            second: if level.second.is_empty() {
-                Vec::new()
-            } else {
-                source.iter().map(|&(_, p)| narrow(padded(level.second[p] as usize))).collect()
-            },
-            bin: source.iter().map(|&(_, p)| narrow(coverage::bin(plane, p % w, p / w))).collect(),
-            home: if wraps { source.iter().map(|&(_, p)| narrow(padded(p))).collect() } else { Vec::new() },
-            guide: if guide.is_empty() { Vec::new() } else { source.iter().map(|&(_, p)| guide[p]).collect() },
-            usable_bins: used.iter().filter(|u| **u).count(),
-        }
-    }
-
-    /// The index of exemplar pixel (x, y), which lies inside.
-    pub fn at(&self, [x, y]: [i32; 2]) -> u32 {
-        super::candidates::narrow(offset(y + index(self.h)) * self.stride + offset(x + index(self.h)))
-    }
-
-    /// The exemplar pixel of an index.
-    pub fn pixel(&self, at: u32) -> [i32; 2] {
-        let at = at as usize;
-        [index(at % self.stride) - index(self.h), index(at / self.stride) - index(self.h)]
-    }
-
-    /// The other pixel that looks like (x, y), if such were sought.
-    pub fn second(&self, at: [i32; 2]) -> Option<[i32; 2]> {
-        self.second.get(self.at(at) as usize).map(|&second| self.pixel(second))
-    }
-
-    /// Whether an index can win.
-    pub fn is_valid(&self, at: u32) -> bool {
-        self.hoods[at as usize][0].is_finite()
-    }
-
-    /// The guide's value there; 0 without one.
-    pub fn guide(&self, at: u32) -> f32 {
-        self.guide.get(at as usize).copied().unwrap_or(0.0)
-    }
-
-    /// Whether there is a guide.
-    #[inline(always)]
-    pub fn has_guide(&self) -> bool {
-        !self.guide.is_empty()
-    }
-
-    /// The exemplar pixel that holds a position.
-    #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "a float cast saturates, and far positions are limited later")]
-    pub(super) fn cell(&self, [x, y]: [f32; 2]) -> [i32; 2] {
-        [x.floor() as i32, y.floor() as i32]
-    }
-
-    /// The index of exemplar pixel (x, y); of one that is farther outside than the tables reach, one that cannot win,
-    /// or where sides join the one meant.
-    #[inline(always)]
-    pub(super) fn padded(&self, [x, y]: [i32; 2]) -> u32 {
-        let Plane { w, h, wrap } = self.plane;
-        let axis = |k: i32, n: usize, wrap: bool| {
-            let pad = index(self.h);
-            if wrap { k.rem_euclid(index(n)) + pad } else { k.clamp(-pad, index(n) + pad - 1) + pad }
-        };
-        (axis(y, h, wrap[1]) * index(self.stride) + axis(x, w, wrap[0])).cast_unsigned()
-    }
-
-    /// The appearance at exemplar pixel (x, y), of the border where it is outside.
-    #[inline(always)]
-    pub(super) fn appearance_at(&self, at: [i32; 2]) -> &[f32; DIMS] {
-        &self.appearance[self.padded(at) as usize]
-    }
-
-    #[inline(always)]
-    pub(super) fn hood(&self) -> Hood {
-        self.hood
-    }
-
-    #[inline(always)]
-    pub(super) fn matrix(&self) -> &[[f32; DIMS]] {
-        &self.matrix
-    }
-
-    #[inline(always)]
-    pub(super) fn hood_at(&self, at: u32) -> &[f32; DIMS] {
-        &self.hoods[at as usize]
-    }
-
-    #[inline(always)]
-    pub(super) fn bin_at(&self, at: u32) -> usize {
-        self.bin[at as usize] as usize
-    }
-
-    #[inline(always)]
-    pub(super) fn second_at(&self, at: u32) -> Option<u32> {
-        self.second.get(at as usize).copied()
-    }
-
-    /// A position brought inside where sides join.
-    #[inline(always)]
-    pub(super) fn wrapped(&self, [x, y]: [f32; 2]) -> [f32; 2] {
-        let axis = |v: f32, n: usize, wrap: bool| {
-            let n = n as f32;
-            if wrap && !(0.0..n).contains(&v) { v - (v / n).floor() * n } else { v }
-        };
-        [axis(x, self.plane.w, self.plane.wrap[0]), axis(y, self.plane.h, self.plane.wrap[1])]
-    }
-
-    /// Whether exemplar pixel (x, y) lies inside.
-    pub(super) fn holds(&self, [x, y]: [i32; 2]) -> bool {
-        let Plane { w, h, wrap } = self.plane;
-        (wrap[0] || (0..index(w)).contains(&x)) && (wrap[1] || (0..index(h)).contains(&y))
-    }
-
-    /// Counts what a map shows.
-    pub fn factors(&self, even: &coverage::EvenUse, region: &Region, map: &[u32]) -> Factors {
-        Factors::count(even, self.plane, self.usable_bins, region, |p| self.bin[map[p] as usize] as usize)
-    }
-}
-
-/// Twice the total variance: the mean squared distance of two vectors.
-pub(super) fn spread(vectors: &[[f32; DIMS]]) -> f32 {
-    let n = vectors.len().max(1) as f32;
-    (0..DIMS)
-        .map(|d| {
-            let mean = vectors.iter().map(|v| v[d]).sum::<f32>() / n;
-            2.0 * vectors.iter().map(|v| (v[d] - mean) * (v[d] - mean)).sum::<f32>() / n
-        })
-        .sum()
-}
 
 /// What a correction weighs.
 pub struct Terms<'a> {
@@ -372,11 +192,15 @@ impl Row<'_> {
         };
         let (mut best, mut least) = (own, cost(own));
         let alike = |at: u32, best: &mut u32, least: &mut f32| {
-            if let Some(&second) = table.second.get(at as usize) {
-                let cost = terms.kappa * cost(second);
+            let mut weigh = |other: u32| {
+                let cost = terms.kappa * cost(other);
                 if cost < *least {
-                    (*best, *least) = (second, cost);
+                    (*best, *least) = (other, cost);
                 }
+            };
+            if let Some(&second) = table.second.get(at as usize) {
+                weigh(second);
+                table.more.iter().for_each(|more| weigh(more[at as usize]));
             }
         };
         alike(own, &mut best, &mut least);

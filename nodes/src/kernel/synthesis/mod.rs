@@ -12,7 +12,10 @@ pub mod aniso;
 pub mod candidates;
 pub mod coverage;
 pub mod driver;
+mod driver_aniso;
+mod driver_iso;
 pub mod exact;
+pub mod feature;
 pub mod iso;
 pub mod jacobian;
 pub mod lattice;
@@ -20,9 +23,11 @@ pub mod lattice_start;
 pub mod levels;
 pub mod magnify;
 pub mod pca;
+mod placing;
 pub mod region;
 pub mod sampling;
 pub mod seams;
+mod table;
 pub mod texels;
 
 /// Where the coordinates of a neighbour are found: the one point of indirection.

@@ -85,18 +85,23 @@ impl Area<'_> {
     pub fn fill(&self, source: &Source, channels: usize, out: &mut [f32]) {
         crate::kernel::simd::dispatch(
             #[inline(always)]
-            || self.fill_all(source, channels, out),
+            || match channels {
+                1 => self.fill_all::<1>(source, out),
+                2 => self.fill_all::<2>(source, out),
+                3 => self.fill_all::<3>(source, out),
+                _ => self.fill_all::<4>(source, out),
+            },
         );
     }
 
     #[inline(always)]
-    fn fill_all(&self, source: &Source, channels: usize, out: &mut [f32]) {
+    fn fill_all<const C: usize>(&self, source: &Source, out: &mut [f32]) {
         let n = self.window.area();
         let whole = self.aligned();
         #[expect(clippy::cast_possible_truncation, reason = "limited to a few samples")]
         let parts = self.step.map(|s| (s - 1e-9).ceil().clamp(1.0, f64::from(MOST)) as i32);
-        let mut value = [0.0f32; 4];
-        let value = &mut value[..channels.min(4)];
+        let mut value = [0.0f32; C];
+        let value = &mut value;
         for y in 0..self.window.h {
             for x in 0..self.window.w {
                 let pixel = y * self.window.w + x;

@@ -32,13 +32,7 @@ pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec, until: Until<'
 
 /// Adds what looks alike to every level: sets of `k`; `distance` is a share of the shorter side. Worth nothing if it was
 /// stopped.
-pub(super) fn add_alike(
-    exemplar: &Exemplar,
-    levels: &mut [ExemplarLevel],
-    k: usize,
-    distance: f64,
-    until: Until<'_>,
-) {
+pub(super) fn add_alike(exemplar: &Exemplar, levels: &mut [ExemplarLevel], k: usize, distance: f64, until: Until<'_>) {
     let plane = plane(exemplar);
     let distance = distance * plane.w.min(plane.h) as f64;
     find_alike(levels, plane, &exemplar.usable, distance, k, ANALYSIS.with(1), until);

@@ -4,7 +4,7 @@
 //! Appearance: 5×5 colours at spacing h under a Gaussian of σ 1.41, by their main directions. Neighbourhood: the
 //! appearance of the neighbours at spacing h, again by main directions, without their mean, since only differences count.
 use super::Plane;
-use super::candidates;
+use super::candidates::{self, Sought};
 use super::pca::{DIMS, Projection, principal};
 use super::texels::{Texels, mirrored};
 use crate::kernel::hash::Hash;
@@ -110,7 +110,8 @@ pub fn find_alike(
         let mut found: Vec<Vec<u32>> = Vec::new();
         for n in 1..k as u64 {
             let hash = if n == 1 { hash } else { hash.with(n) };
-            let others = candidates::similar(hoods, plane, usable, &found, distance, level.h, hash, until);
+            let sought = Sought { plane, usable, found: &found, distance, h: level.h, hash };
+            let others = candidates::similar(hoods, &sought, until);
             if others.len() < hoods.len() {
                 return;
             }

@@ -6,10 +6,10 @@
 use super::analysis::Hood;
 use super::candidates::distance;
 use super::coverage::Factors;
-use super::table::Table;
 use super::jacobian::{self, Jacobian, OCTANTS};
 use super::pca::DIMS;
 use super::region::Region;
+use super::table::Table;
 use super::{Lookup, Plane};
 use crate::kernel::simd;
 use crate::kernel::window::{index, offset};

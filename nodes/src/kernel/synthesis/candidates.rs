@@ -11,19 +11,25 @@ use crate::kernel::window::{index, offset};
 
 const ROUNDS: u64 = 4;
 
-/// The pixel that looks most like each one, of those at least `distance` pixels away that are `usable` (all, if empty).
-/// `found` are others of each pixel that are known already, from which it keeps away as well. `h` is the spacing of the
-/// level, to which the search is scaled. Stopped, it gives nothing.
-pub fn similar(
-    vectors: &[[f32; DIMS]],
-    plane: Plane,
-    usable: &[bool],
-    found: &[Vec<u32>],
-    distance: f64,
-    h: usize,
-    hash: Hash,
-    until: Until<'_>,
-) -> Vec<u32> {
+/// What is sought.
+pub struct Sought<'a> {
+    /// Size of the exemplar, and where it joins.
+    pub plane: Plane,
+    /// Pixels that may be found; empty for all.
+    pub usable: &'a [bool],
+    /// Others of each pixel that are known already, from which it keeps away as well.
+    pub found: &'a [Vec<u32>],
+    /// How far away, in pixels.
+    pub distance: f64,
+    /// The spacing of the level, to which the search is scaled.
+    pub h: usize,
+    /// Random numbers.
+    pub hash: Hash,
+}
+
+/// The pixel that looks most like each one, of those that may be found. Stopped, it gives nothing.
+pub fn similar(vectors: &[[f32; DIMS]], sought: &Sought<'_>, until: Until<'_>) -> Vec<u32> {
+    let &Sought { plane, usable, found, distance, h, hash } = sought;
     #[expect(clippy::cast_possible_truncation, reason = "a number of pixels of an exemplar")]
     let near = distance.ceil().max(1.0) as i32;
     simd::dispatch(

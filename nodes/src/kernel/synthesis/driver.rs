@@ -2,11 +2,11 @@
 use super::analysis::{self, Level};
 use super::aniso::{Jacobians, Position};
 use super::coverage::EvenUse;
-use super::table::Table;
 use super::jacobian::IDENTITY;
 use super::lattice::Basis;
 use super::lattice_start::{Fitted, fit};
 use super::region::{Needs, Output, Region, plan};
+use super::table::Table;
 use super::texels::{Texels, mirrored};
 use super::{Lookup, Plane};
 use crate::kernel::hash::Hash;
@@ -182,7 +182,12 @@ impl<I: Inputs> Run<'_, I> {
         self.settings.even.is_some_and(|even| even.tile.is_some()) && !whole
     }
 
-    pub(super) fn passes(&self, (level, levels): (usize, usize), once: bool, mut pass: impl FnMut(bool)) -> Result<(), I::Stop> {
+    pub(super) fn passes(
+        &self,
+        (level, levels): (usize, usize),
+        once: bool,
+        mut pass: impl FnMut(bool),
+    ) -> Result<(), I::Stop> {
         let passes = self.settings.passes as usize;
         for k in 0..passes {
             self.inputs.step(level * passes + k, levels * passes)?;
@@ -190,7 +195,6 @@ impl<I: Inputs> Run<'_, I> {
         }
         Ok(())
     }
-
 }
 
 /// The output's part of a region.

@@ -2,9 +2,9 @@
 use super::aniso::{self, Jacobians, Position};
 use super::coverage::Factors;
 use super::driver::{Inputs, Run};
-use super::table::Table;
 use super::jacobian::{self, IDENTITY};
 use super::region::Region;
+use super::table::Table;
 use rayon::prelude::*;
 
 impl<I: Inputs> Run<'_, I> {

@@ -8,9 +8,8 @@ pub fn signed_distance(plane: &[f32], [w, h]: [usize; 2], wrap: [bool; 2], radiu
     let spec = DistanceSpec { threshold: 0.5, radius, step: [1.0; 2] };
     let whole = Rect::new(0, 0, w, h);
     let padded = whole.grow(spec.halo());
-    let [x, y] = [(padded.w, w, wrap[0], padded.x0), (padded.h, h, wrap[1], padded.y0)].map(|(count, n, wrap, first)| {
-        (0..count).map(|k| mirrored(first + index(k), n, wrap)).collect::<Vec<_>>()
-    });
+    let [x, y] = [(padded.w, w, wrap[0], padded.x0), (padded.h, h, wrap[1], padded.y0)]
+        .map(|(count, n, wrap, first)| (0..count).map(|k| mirrored(first + index(k), n, wrap)).collect::<Vec<_>>());
     let around = |sign: f32| {
         let values: Vec<f32> =
             y.iter().flat_map(|y| x.iter().map(move |x| 0.5 + sign * (plane[y * w + x] - 0.5))).collect();

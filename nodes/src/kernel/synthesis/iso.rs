@@ -3,13 +3,13 @@
 //! A position is an index into tables that are padded by `h` on all sides, so that a neighbour's prediction is one
 //! subtraction. Padding of sides that do not join never wins. If all neighbours that are compared predict what a pixel
 //! already shows, its error is 0 and nothing can beat it.
+use super::Plane;
 use super::analysis::Hood;
 use super::candidates::distance;
 use super::coverage::Factors;
 use super::pca::DIMS;
 use super::region::Region;
 use super::table::Table;
-use super::Plane;
 use crate::kernel::simd;
 use crate::kernel::window::{index, offset};
 use rayon::prelude::*;

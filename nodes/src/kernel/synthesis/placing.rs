@@ -2,8 +2,8 @@
 use super::Plane;
 use super::aniso::Position;
 use super::driver::{Inputs, Run, Start};
-use super::table::Table;
 use super::region::Region;
+use super::table::Table;
 use crate::kernel::hash::Hash;
 use crate::kernel::window::index;
 use rayon::prelude::*;

@@ -302,7 +302,7 @@ mod tests {
         assert!(values[2] > values[1] && values[1] > values[0], "{values:?}");
     }
 
-    /// The picture of a slope of a colour with a finish.
+    /// The picture of a slope up to the lower right, of a colour with a finish. At .33 it mirrors the light.
     fn finished(slope: f32, base: [f32; 3], finish: Option<[f32; 3]>) -> [f32; 3] {
         let (rect, big) = (Rect::new(0, 0, 8, 8), Rect::new(-1, -1, 10, 10));
         let plane = |v: f32| vec![v; 64];
@@ -310,7 +310,7 @@ mod tests {
         let finish = finish.map(|shares| shares.map(plane));
         let finish = finish.as_ref().map(|[metallic, sheen, coat]| Finish { metallic, sheen, coat });
         let surface = Surface { color: color.each_ref().map(|c| &c[..]), roughness: &half, occlusion: &one, finish };
-        let data: Vec<f32> = (0..100u8).map(|k| slope * f32::from(k % 10)).collect();
+        let data: Vec<f32> = (0..100u8).map(|k| slope * f32::from(k % 10 + k / 10)).collect();
         let mut out = [plane(0.0), plane(0.0), plane(0.0)];
         let planes = out.each_mut().map(|plane| &mut plane[..]);
         relief(&View::new(&data, big), rect, &surface, &ReliefSpec::new([1.0; 2]), planes);
@@ -324,11 +324,11 @@ mod tests {
         let none = finished(0.3, red, Some([0.0; 3]));
         assert!(plain.iter().zip(none).all(|(a, b)| (a - b).abs() < 1e-5), "{plain:?} {none:?}");
         // Metal colours its highlight: the share of red in it is that of the metal.
-        let metal = finished(0.3, red, Some([1.0, 0.0, 0.0]));
+        let metal = finished(0.1, red, Some([1.0, 0.0, 0.0]));
         assert!(metal[0] / metal[1] > 2.0, "{metal:?}");
         // A coat shines where its own highlight is, white; a nap is bright where it is seen from the side.
-        let coat = finished(0.4, red, Some([0.0, 0.0, 1.0]));
-        assert!(coat[1] - finished(0.4, red, None)[1] > 0.05, "{coat:?}");
+        let coat = finished(0.33, red, Some([0.0, 0.0, 1.0]));
+        assert!(coat[1] - finished(0.33, red, None)[1] > 0.05, "{coat:?}");
         let gain = |slope| finished(slope, red, Some([0.0, 1.0, 0.0]))[1] - finished(slope, red, None)[1];
         assert!(gain(2.0) > 0.01 && gain(0.0).abs() < 1e-6, "{} {}", gain(2.0), gain(0.0));
     }

@@ -107,7 +107,7 @@ impl Life {
     }
 
     /// The same by even time instead of the calendar's, which is not linear inside a pixel. `None` if it would take more
-    /// than [`MOST`] years before both repeat.
+    /// than `MOST` years before both repeat.
     pub fn by_even_time(&self, calendar: &Calendar) -> Option<Self> {
         let years = lcm(self.years, calendar.years()).filter(|years| *years <= MOST)?;
         const PARTS: usize = 4;

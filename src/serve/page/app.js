@@ -19,7 +19,7 @@ let about = null;
 let shown = null;
 
 const picture = new Picture($('picture'), {
-  onview: (scale) => { $('zoom').textContent = `${(scale * 100).toFixed(scale < 0.1 ? 1 : 0)} %`; placeWipe(); },
+  onview: (scale) => { $('zoom').textContent = scale === null ? '' : `${(scale * 100).toFixed(scale < 0.1 ? 1 : 0)} %`; placeWipe(); },
   oncursor: (pixel) => probe(pixel),
 });
 const lit = new Lit($('lit'), $('light'));

@@ -139,7 +139,7 @@ export class Picture {
     if (this.pinned) this.layer(this.pinned.bitmap, [0, split], null);
     if (this.object) this.paintObject();
     else if (this.bitmap) this.layer(this.bitmap, [split, canvas.width], this.source);
-    this.onview(this.scale);
+    this.onview(this.bitmap || this.object ? this.scale : null);
   }
 
   layer(image, [left, right], source) {

@@ -99,13 +99,7 @@ impl DiskCache {
 
     /// Keeps `content` under `key`. A failure costs time later, nothing else, so it is only counted.
     pub fn put(&self, shelf: &str, key: Key, content: &[u8]) {
-        let write = || -> io::Result<()> {
-            let mut file = self.create(shelf, key)?;
-            file.write_all(content)?;
-            file.write_all(&footer(content))?;
-            file.commit()
-        };
-        self.account(write(), content.len() as u64);
+        self.put_unless(shelf, key, content, &|| false);
     }
 
     /// The same, but it is left if `stopped` becomes true: a large result takes many milliseconds to write.

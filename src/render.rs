@@ -142,6 +142,7 @@ fn request(args: &RenderArgs) -> RenderRequest {
         dither: args.dither,
         best_compression: args.compress == CompressArg::Best,
         combined: args.combined,
+        once: true,
     }
 }
 

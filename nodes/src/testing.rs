@@ -15,18 +15,28 @@ pub(crate) struct Plain;
 /// What [`Plain`] lends to a field's code.
 struct PlainReader {
     prepared: Option<Arc<Tile>>,
+    /// The grid of the tile being filled, and what the field says that it reads there.
+    span: (Grid, Option<Window>),
 }
 
 fn fill(field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
     let source: &dyn FieldSource = &**field.source();
     let prepared = source.prepare(grid, &Plain)?.map(Arc::new);
     let mut tile = Tile::new(*grid, window, field.channels());
-    source.fill(&PlainReader { prepared }, &mut tile)?;
+    let span = (*grid, source.span(grid, window));
+    source.fill(&PlainReader { prepared, span }, &mut tile)?;
     Ok(tile)
 }
 
 impl Reader for PlainReader {
     fn read(&self, field: &Field, grid: &Grid, window: Window) -> Result<Arc<Tile>, Stop> {
+        if let (on, Some(span)) = &self.span
+            && on.id() == grid.id()
+        {
+            let within = span.x <= window.x && span.y <= window.y;
+            let within = within && window.right() <= span.right() && window.bottom() <= span.bottom();
+            assert!(within, "a field reads {window:?}, beyond {span:?}");
+        }
         fill(field, grid, window).map(Arc::new)
     }
 

@@ -9,6 +9,7 @@ mod disk;
 mod evaluators;
 mod keys;
 mod memory;
+mod passing;
 mod run;
 mod stats;
 mod tiles;
@@ -18,6 +19,7 @@ pub use codec::{decode, encode};
 pub use disk::{CacheError, DiskCache, DiskUse};
 pub use keys::{Keys, breaks_tiling};
 pub use memory::{MemoryCache, TILE, TileKey};
+pub use passing::Passing;
 pub use run::{Caches, Run};
 pub use stats::{NodeState, NodeStats};
 

@@ -92,14 +92,9 @@ impl Run<'_> {
 
     /// Puts `window` together from whole tiles.
     fn assemble(&self, field: &Field, key: Key, grid: &Grid, window: Window) -> Result<Arc<Tile>, Stop> {
-        let tiling = field.tiling();
-        let canvas = |repeats: bool, pixels: Option<u32>| match pixels.map(u32::cast_signed) {
-            Some(size) if repeats => Extent::Repeats(size),
-            Some(size) => Extent::Ends(size),
-            None => Extent::Endless,
-        };
-        let columns = pieces(window.x, window.right(), canvas(tiling.x, grid.period.map(|p| p.x)));
-        let rows = pieces(window.y, window.bottom(), canvas(tiling.y, grid.period.map(|p| p.y)));
+        let (across, down) = extents(field, grid);
+        let columns = pieces(window.x, window.right(), across);
+        let rows = pieces(window.y, window.bottom(), down);
         if let ([x], [y]) = (&columns[..], &rows[..]) {
             let tile = self.tile(field, key, grid, (x, y))?;
             if tile.window == window {
@@ -207,9 +202,9 @@ pub(super) fn covering(window: Window) -> Vec<Window> {
 
 /// A tile's extent in one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Piece {
+pub(super) struct Piece {
     /// The tile's number.
-    index: i32,
+    pub(super) index: i32,
     /// Its first pixel.
     start: i32,
     /// Its number of pixels.
@@ -218,15 +213,38 @@ struct Piece {
     shift: i32,
 }
 
+impl Piece {
+    /// Its first pixel where it is wanted.
+    pub(super) const fn from(&self) -> i32 {
+        self.start + self.shift
+    }
+
+    /// One past its last pixel there.
+    pub(super) const fn to(&self) -> i32 {
+        self.from() + self.length.cast_signed()
+    }
+}
+
 /// How far the canvas reaches in one direction, in pixels.
 #[derive(Clone, Copy, Debug)]
-enum Extent {
+pub(super) enum Extent {
     /// It has no edge.
     Endless,
     /// It repeats after so many.
     Repeats(i32),
     /// It has so many; beyond them little is wanted, so tiles are small next to its edges.
     Ends(i32),
+}
+
+/// How far the canvas reaches for a field, across and down.
+pub(super) fn extents(field: &Field, grid: &Grid) -> (Extent, Extent) {
+    let canvas = |repeats: bool, pixels: Option<u32>| match pixels.map(u32::cast_signed) {
+        Some(size) if repeats => Extent::Repeats(size),
+        Some(size) => Extent::Ends(size),
+        None => Extent::Endless,
+    };
+    let tiling = field.tiling();
+    (canvas(tiling.x, grid.period.map(|p| p.x)), canvas(tiling.y, grid.period.map(|p| p.y)))
 }
 
 /// The tile at `away` pixels beyond an edge: its number from there, its first pixel and one past its last. The first two
@@ -245,7 +263,7 @@ fn beyond(away: i32) -> (i32, i32, i32) {
 }
 
 /// The tiles that cover the pixels `from..to` in one direction, in order.
-fn pieces(from: i32, to: i32, extent: Extent) -> Vec<Piece> {
+pub(super) fn pieces(from: i32, to: i32, extent: Extent) -> Vec<Piece> {
     let tile = TILE.cast_signed();
     let mut list = Vec::new();
     let mut at = from;

@@ -26,10 +26,16 @@ impl Render<'_, '_> {
             return self.strips(jobs, writers, grid, strip);
         }
         let heights = band_height(window.width);
+        let fields: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
+        let mut passing = self.planner.request.once.then(|| self.run.passing(&fields, grid, window));
         for band in bands(window, heights) {
             for (job, writer) in jobs.iter().zip(&mut *writers) {
                 let tiles = self.tiles(job, grid, band)?;
                 write(writer, &tiles, band)?;
+            }
+            let rest = Window { y: band.bottom(), height: window.bottom().abs_diff(band.bottom()), ..window };
+            if let Some(passing) = passing.as_mut().filter(|_| !rest.is_empty()) {
+                self.run.pass(passing, rest);
             }
             self.rows(u64::from(band.bottom().abs_diff(window.y)));
         }

@@ -33,6 +33,8 @@ pub struct RenderRequest {
     pub best_compression: bool,
     /// Whether all channels of a material go into one EXR file.
     pub combined: bool,
+    /// Whether this is the only render of the session: tiles that it will not read again are not kept in memory.
+    pub once: bool,
 }
 
 /// What a render did.

@@ -86,6 +86,12 @@ pub trait FieldSource: Send + Sync {
     /// The fields it will read, and on which grids, when it is asked for `grid`.
     fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)>;
 
+    /// The part of its inputs that [`fill`](Self::fill) reads for `window` of `grid`, or a larger one; `None` if it may
+    /// read anything, as code does that does not say. Of inputs on other grids nothing is said.
+    fn span(&self, _grid: &Grid, _window: Window) -> Option<Window> {
+        None
+    }
+
     /// How to treat its tiles.
     fn cost(&self) -> Cost {
         Cost::Local
@@ -314,6 +320,10 @@ impl FieldSource for Constant {
         Vec::new()
     }
 
+    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
+        Some(window)
+    }
+
     fn cost(&self) -> Cost {
         Cost::Pointwise
     }
@@ -329,6 +339,10 @@ impl<F: Fn(&mut Tile, &dyn Reader) -> Result<(), Stop> + Send + Sync> FieldSourc
     fn reads(&self, _grid: &Grid) -> Vec<(&Field, Grid)> {
         Vec::new()
     }
+
+    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
+        Some(window)
+    }
 }
 
 struct Map<const N: usize, F> {
@@ -337,13 +351,19 @@ struct Map<const N: usize, F> {
     fill: F,
 }
 
+impl<const N: usize, F> Map<N, F> {
+    fn window(&self, grid: &Grid, window: Window) -> Window {
+        let (dx, dy) = self.halo.pixels(grid);
+        window.grow(dx, dy)
+    }
+}
+
 impl<const N: usize, F> FieldSource for Map<N, F>
 where
     F: Fn(&mut Tile, [&Tile; N]) -> Result<(), Stop> + Send + Sync,
 {
     fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        let (dx, dy) = self.halo.pixels(&out.grid);
-        let window = out.window.grow(dx, dy);
+        let window = self.window(&out.grid, out.window);
         let mut tiles = Vec::with_capacity(N);
         for input in &self.inputs {
             tiles.push(reader.read(input, &out.grid, window)?);
@@ -353,6 +373,10 @@ where
 
     fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
         self.inputs.iter().map(|input| (input, *grid)).collect()
+    }
+
+    fn span(&self, grid: &Grid, window: Window) -> Option<Window> {
+        Some(self.window(grid, window))
     }
 
     fn cost(&self) -> Cost {

@@ -354,6 +354,10 @@ impl FieldSource for Lowered {
         place.into_iter().chain(&self.inputs).map(|field| (field, *grid)).collect()
     }
 
+    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
+        Some(if self.source.wants().quads { quads(window) } else { window })
+    }
+
     fn cost(&self) -> Cost {
         self.source.cost()
     }

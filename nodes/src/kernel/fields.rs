@@ -140,6 +140,11 @@ impl FieldSource for Blurred {
         let plan = self.plan(grid);
         vec![(self.source(&plan), plan.grid)]
     }
+
+    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
+        let plan = self.plan(grid);
+        (plan.level == 0).then(|| window(tile::rect(at).grow(plan.sigma.map(blur::halo))))
+    }
 }
 
 /// Distance in mm from the region where the `Gray` field `input` is above `threshold`, up to `radius` mm; see
@@ -183,6 +188,10 @@ impl FieldSource for Squares {
     fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
         vec![(&self.input, *grid)]
     }
+
+    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
+        Some(window(tile::rect(at).grow(spec(grid, self.threshold, self.radius).halo())))
+    }
 }
 
 struct Distances {
@@ -215,6 +224,10 @@ impl FieldSource for Distances {
             return vec![(&self.input, *grid)];
         }
         vec![(&self.rows, *grid), (&self.columns, *grid)]
+    }
+
+    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
+        Some(window(tile::rect(at).grow(spec(grid, self.threshold, self.radius).halo())))
     }
 }
 

@@ -24,6 +24,12 @@ impl WarpSpec {
         Axis { scale: pixels as f32, limit: (self.limit[k] * pixels).min(FARTHEST) as f32 }
     }
 
+    /// The pixels that may be read for `rect`, whatever the displacements.
+    pub fn reach(&self, rect: Rect) -> Rect {
+        let far = |k| offset(floor_int(self.axis(k).limit).1.max(0)) + 1 + HALO;
+        rect.grow([far(0), far(1)])
+    }
+
     /// The pixels that are read for `rect` with these displacements.
     pub fn reads(&self, rect: Rect, [dx, dy]: [&[f32]; 2]) -> Rect {
         let span = |axis: Axis, d: &[f32]| {

@@ -12,7 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Canvas, Cost, Field, FieldSource, Grid, Reader, Segments, Stop, Tile, Tiling, Type};
+use shibo_engine::value::{Canvas, Cost, Field, FieldSource, Grid, Reader, Segments, Stop, Tile, Tiling, Type, Window};
 use std::sync::{Arc, OnceLock};
 
 /// The cross-section of a groove.
@@ -324,6 +324,10 @@ impl FieldSource for Grooves {
 
     fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
         self.depth_field.iter().map(|field| (field, *grid)).collect()
+    }
+
+    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
+        Some(window)
     }
 
     fn cost(&self) -> Cost {

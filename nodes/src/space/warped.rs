@@ -124,6 +124,11 @@ impl FieldSource for Warped {
     fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
         std::iter::once(&self.input).chain(self.by.fields()).map(|field| (field, *grid)).collect()
     }
+
+    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
+        let spec = WarpSpec { step: tile::step(grid), limit: [self.limit; 2] };
+        Some(window(spec.reach(tile::rect(at))))
+    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Color, Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
-use shibo_engine::value::{Canvas, Channel, Field, FieldSource, Grid, Material, Reader, Stop, Tile, Tiling, Type};
+use shibo_engine::value::{
+    Canvas, Channel, Field, FieldSource, Grid, Material, Reader, Stop, Tile, Tiling, Type, Window,
+};
 
 /// A lit picture of a surface seen from above: of a height, or of a whole material. Scene-linear colour, for looking at.
 ///
@@ -141,6 +143,10 @@ impl FieldSource for Lit {
 
     fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
         self.inputs.iter().map(|input| (input, *grid)).collect()
+    }
+
+    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
+        Some(window.grow(relief::HALO, relief::HALO))
     }
 }
 

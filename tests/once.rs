@@ -1,0 +1,46 @@
+//! A render that is the only one of its session lets go of tiles as it goes: it computes none of them twice for that,
+//! writes the same files and holds much less.
+#![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
+
+use glam::UVec2;
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::graph::{LoadOptions, load};
+use shibo_engine::session::{RenderRequest, Session, Settings};
+use std::path::Path;
+
+/// What a render of a shipped graph computed, held at its end in bytes, and wrote.
+fn render(name: &str, resolution: u32, once: bool) -> (u64, u64, Vec<Vec<u8>>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs").join(name);
+    let options = LoadOptions { resolution: Some(UVec2::splat(resolution)), ..LoadOptions::default() };
+    let graph = load(&path, &shibo_nodes::registry(), &options).graph.unwrap();
+    let settings = Settings { threads: 1, ..Settings::default() };
+    let session = Session::new(shibo_nodes::registry(), &settings).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let request = RenderRequest { dir: out.path().to_path_buf(), once, ..RenderRequest::default() };
+    let report = session.render(&graph, &request, &CancelToken::default(), &Silent).unwrap();
+    let files = report.files.iter().map(|file| std::fs::read(file).unwrap()).collect();
+    (report.nodes.iter().map(|node| node.tiles).sum(), session.caches().memory.bytes(), files)
+}
+
+/// Both ways, and the bytes held at the end of each. The size is not one of whole tiles, and there are several bands.
+fn compare(name: &str) -> (u64, u64) {
+    let (kept, once) = (render(name, 1100, false), render(name, 1100, true));
+    assert_eq!(kept.0, once.0, "{name} computes tiles again that were let go of");
+    assert!(kept.2 == once.2, "{name} has other pictures");
+    (kept.1, once.1)
+}
+
+#[test]
+fn tiles_let_go_of_are_not_wanted_again() {
+    // One that repeats, with wide filters and warps; one with distances; one with cuts of solids.
+    for name in ["calf.ron", "brick_wall.ron", "oak_cuts.ron"] {
+        let (kept, once) = compare(name);
+        assert!(once < kept, "{name}: {once} of {kept} bytes");
+    }
+}
+
+#[test]
+fn a_board_holds_a_few_rows_of_tiles_only() {
+    let (kept, once) = compare("walnut.ron");
+    assert!(once * 2 < kept, "{once} of {kept} bytes");
+}

@@ -36,7 +36,11 @@ fn points_are_checked() {
     let points = |text: &str| format!("    \"points\": {text},\n{CHAIN}");
     fails(&points("GridPoints(pitch: 0)"), ("out-of-range", 5, 33), "greater than 0");
     fails(&points("PoissonPoints(pitch: -1)"), ("out-of-range", 5, 36), "greater than 0");
-    fails(&points("GridPoints(pitch: 31)"), ("out-of-range", 5, 33), "smaller than the canvas, 30 × 30 mm");
+    fails(
+        &points("GridPoints(pitch: 31)"),
+        ("out-of-range", 5, 33),
+        "pitch is `31`; it must be at most as large as the canvas, 30 × 30 mm",
+    );
     fails(&points("HexPoints(edge: 20)"), ("out-of-range", 5, 31), "must fit on the canvas");
     fails(&points("GridPoints(pitch: 0.03)"), ("too-large", 5, 33), "1000000 points");
     fails(&points("RandomPoints(count: 1000000)"), ("too-large", 5, 35), "64 MiB are allowed");
@@ -65,6 +69,34 @@ fn ranges_links_and_fields_are_checked() {
 }
 
 #[test]
+fn lengths_with_zeros_too_many_are_refused() {
+    let with = |field: &str, springs: &str, draw: &str| {
+        format!(
+            "    \"points\": PoissonPoints(pitch: 1),\n    \"field\": {field},\n    \"links\": \
+             ConnectNeighbors(points: \"points\"),\n    \"springs\": DefineSprings({springs}),\n    \"wrinkles\": \
+             PlaceWrinkles(lattice: \"links\"),\n    \"height\": {draw},\n    \"moved\": SimulateSprings(springs: \
+             \"springs\"),\n    \"all\": PlaceWrinkles(lattice: \"moved\"),"
+        )
+    };
+    let (bands, springs) = ("BandPattern()", "lattice: \"links\", field: \"field\"");
+    let draw = "DrawWrinkles(segments: \"all\")";
+    let wide = "DrawWrinkles(segments: \"wrinkles\", width: 1e4)";
+    fails(&with(bands, springs, wide), ("out-of-range", 10, 57), "at most 480 mm");
+    let wide = "DrawWrinkles(segments: \"wrinkles\", width: 400)";
+    fails(&with(bands, springs, wide), ("too-large", 10, 57), "at most 4096 are allowed");
+    let wide = "Dots(points: \"points\", diameter: 5000)";
+    fails(&with(bands, springs, wide), ("out-of-range", 10, 48), "at most 480 mm");
+    fails(&with("BandPattern(length: 1e5)", springs, draw), ("out-of-range", 6, 34), "at most 480 mm");
+    let near = "lattice: \"links\", field: \"field\", sample: Near(1000)";
+    fails(&with(bands, near, draw), ("too-large", 8, 72), "`Near(1000)`");
+    let mass =
+        format!("{springs}),\n    \"heavy\": DefineMass(springs: \"springs\", field: \"field\", sample: Near(1000)");
+    let nodes = with(bands, &mass, draw)
+        .replace("SimulateSprings(springs: \"springs\")", "SimulateSprings(springs: \"heavy\")");
+    fails(&nodes, ("too-large", 9, 69), "`Near(1000)`");
+}
+
+#[test]
 fn reversed_ranges_and_missing_pictures() {
     let nodes = format!(
         "    \"points\": PoissonPoints(pitch: 1),\n    \"bands\": BandPattern(angle: (40, 20)),\n    \"photo\": \
@@ -72,6 +104,26 @@ fn reversed_ranges_and_missing_pictures() {
     );
     fails(&nodes, ("out-of-range", 6, 33), "the smaller number must come first");
     fails(&nodes, ("file-not-found", 7, 26), "none.png");
+}
+
+#[test]
+fn a_picture_is_blamed_where_it_is_named() {
+    let desk = Desk::new();
+    let ramp = std::fs::read("tests/data/ramp.png").unwrap();
+    let chain = CHAIN.replace("lattice: \"links\"", "lattice: \"links\", field: \"photo\"");
+    let nodes = format!("    \"photo\": Image(path: \"a.png\"),\n    \"points\": PoissonPoints(pitch: 1),\n{chain}");
+    desk.write("a.ron", graph(&nodes, "height"));
+    desk.write("a.png", &ramp);
+    let ran = desk.shibo("render a.ron --no-cache --stats json").expect(0);
+    let photo = ran.json()["nodes"].as_array().unwrap().iter().find(|n| n["name"] == "photo").unwrap().clone();
+    assert_eq!(photo["state"], "computed", "{photo}");
+    // Springs read it, but it is the picture that is at fault.
+    let mut broken = ramp.clone();
+    let at = broken.len() - 20;
+    broken[at] ^= 0x55;
+    desk.write("a.png", &broken);
+    let ran = desk.shibo("render a.ron --no-cache").expect(1);
+    assert!(ran.stderr.contains("a.ron:5:26") && ran.stderr.contains("corrupt"), "{}", ran.stderr);
 }
 
 #[test]
@@ -91,7 +143,11 @@ fn what_can_go_on_is_warned_of() {
                     \"wrinkles\": PlaceWrinkles(lattice: \"moved\"),\n    \"height\": DrawWrinkles(segments: \"wrinkles\"),";
     desk.write("c.ron", graph(balanced, "height"));
     let ran = desk.shibo("render c.ron --no-cache").expect(0);
-    assert!(ran.stderr.contains("nothing moves"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("hold each other in balance"), "{}", ran.stderr);
+    let chain = CHAIN.replace("boundary: Periodic", "boundary: Fixed(15)");
+    desk.write("d.ron", graph(&format!("    \"points\": PoissonPoints(pitch: 2),\n{chain}"), "height"));
+    let ran = desk.shibo("render d.ron --no-cache").expect(0);
+    assert!(ran.stderr.contains("d.ron:8:60") && ran.stderr.contains("nothing moves"), "{}", ran.stderr);
 }
 
 #[test]

@@ -186,6 +186,11 @@ fn materials_are_written_as_one_file() {
     let message = read_layer(&path, "bump", &limits).unwrap_err().to_string();
     assert!(message.contains("no layer or channel `bump`") && message.contains("`height.Y`"), "{message}");
     assert_eq!(shibo_engine::picture::header(&path).unwrap().names.len(), 14);
+    for (layer, channels) in [("normal", 3), ("height", 1), ("emission.G", 1)] {
+        let header = shibo_engine::picture::header_layer(&path, layer).unwrap();
+        assert_eq!((header.channels, header.width), (channels, spec.width), "{layer}");
+    }
+    assert_eq!(shibo_engine::picture::header_layer(&path, "bump").unwrap_err().to_string(), message);
 }
 
 #[test]

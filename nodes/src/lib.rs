@@ -15,9 +15,11 @@ pub mod synthesis;
 pub mod tone;
 pub mod wood;
 
+mod bounds;
 mod choice;
 #[cfg(test)]
 mod conform;
+mod csv_points;
 #[cfg(test)]
 mod testing;
 

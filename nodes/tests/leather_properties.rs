@@ -343,7 +343,7 @@ fn ids_name_the_deepest_stroke() {
     ];
     let set = StrokeSet::new(&two, StrokeStyle { profile: Profile::Flat, ..StrokeStyle::default() }, None);
     let (mut out, mut ids) = (vec![0.0; 64], vec![0; 64]);
-    set.fill_with_ids(&window(0, 0, 8, 8, 1.0), Draw::Depth, &mut out, &mut ids);
+    set.fill_with_ids(&|| false, &window(0, 0, 8, 8, 1.0), &mut out, &mut ids);
     assert_eq!((ids[2 * 8 + 1], ids[2 * 8 + 4], ids[7 * 8]), (0, 1, NO_STROKE));
     assert_eq!((out[2 * 8 + 1], out[2 * 8 + 4], out[7 * 8]), (0.5, 1.0, 0.0));
 }

@@ -246,14 +246,15 @@ impl<'g> Run<'g> {
         }
         let evaluator = Whole { run: self, nested: AtomicU64::new(0) };
         let start = Clock::start(true);
+        let owner = field.owner().or(field.key());
         let result = field.source().prepare(grid, &evaluator).inspect_err(|stop| {
-            if let (Stop::Failed(problem), Some(key)) = (stop, field.key()) {
-                self.failed(key, problem);
+            if let (Stop::Failed(problem), Some(owner)) = (stop, owner) {
+                self.failed(owner, problem);
             }
         })?;
-        if let (Some(key), true) = (field.key(), result.is_some()) {
+        if let (Some(owner), true) = (owner, result.is_some()) {
             let time = start.elapsed().saturating_sub(Duration::from_nanos(evaluator.nested.load(Ordering::Relaxed)));
-            self.ledger.add(key, Work { time, computed: 1, ..Work::default() });
+            self.ledger.add(owner, Work { time, computed: 1, ..Work::default() });
         }
         Ok(result.map(Arc::new))
     }
@@ -269,7 +270,7 @@ impl<'g> Run<'g> {
     pub fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
         self.prepare(field, grid)?;
         let mut out = Tile::new(*grid, window, field.channels());
-        let owner = field.key().unwrap_or_else(|| Key::of("raster", &[]));
+        let owner = field.owner().or(field.key()).unwrap_or_else(|| Key::of("raster", &[]));
         let parts: Result<Vec<_>, Stop> = covering(window)
             .par_iter()
             .map(|part| {
@@ -351,15 +352,18 @@ fn is_object(value: &Value) -> bool {
 
 /// Gives the fields of a new value their keys.
 fn keyed(value: &Value, key: Key) -> Value {
-    let part = |name: &str| Key::of("part", &[key.as_bytes(), name.as_bytes()]);
+    let part = |field: &Field, name: &str| match field.key() {
+        Some(_) => field.clone(),
+        None => field.clone().keyed(Key::of("part", &[key.as_bytes(), name.as_bytes()])).owned_by(key),
+    };
     match value {
         Value::Field(field) => Value::Field(field.clone().keyed(key)),
         Value::Picture(picture) => Value::Picture(Arc::new(PictureFields {
-            gray: picture.gray.clone().keyed(part("gray")),
+            gray: part(&picture.gray, "gray"),
             rgb: picture.rgb.clone().keyed(key),
         })),
         Value::Material(material) => Value::Material(Arc::new(Material::new(
-            material.channels().iter().map(|(channel, field)| (*channel, field.clone().keyed(part(channel.name())))),
+            material.channels().iter().map(|(channel, field)| (*channel, part(field, channel.name()))),
         ))),
         Value::Solid(solid) => Value::Solid(solid.clone().keyed(key)),
         value => value.clone(),

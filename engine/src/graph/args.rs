@@ -148,7 +148,8 @@ impl Unit<'_> {
             let place = node.field(field).unwrap_or(&node.kind);
             if path.0.is_empty() {
                 let help = format!("write `{field}: \"file\"`");
-                found.push(place.error(Code::FileNotFound, format!("`{field}` names no file")).help(help));
+                let message = format!("`{field}` is not given; it must name a file");
+                found.push(place.error(Code::MissingInput, message).help(help));
                 continue;
             }
             let path = base.unwrap_or(folder).join(&path.0);
@@ -257,7 +258,8 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
         let message = format!("{name} must be a choice; found {} `{}`", shape.describe(), shorten(place.str()));
         return place.error(Code::TypeMismatch, message).help(format!("choices: {list}"));
     }
-    let wanted = match param.map(|param| param.ty.as_str()) {
+    let ty = param.map(|param| param.ty.as_str());
+    let wanted = match ty {
         Some("Number") => "a number",
         Some("Integer") => "a whole number",
         Some("Bool") => "`true` or `false`",
@@ -271,6 +273,10 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     };
     let message = format!("{name} must be {wanted}; found {} `{}`", shape.describe(), shorten(place.str()));
     let error = place.error(Code::TypeMismatch, message);
+    // The parser's own words help only where a value has parts.
+    if matches!(ty, Some("Number" | "Integer" | "Bool" | "Text" | "Path")) {
+        return error;
+    }
     let mut chars = said.chars();
     let lower: String = chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect();
     error.help(lower)

@@ -44,9 +44,21 @@ pub struct Header {
 /// # Errors
 /// When the file cannot be opened or is no picture that [`read`](super::read) takes.
 pub fn header(path: &Path) -> Result<Header, FileError> {
+    of_file(path, None)
+}
+
+/// Like [`header`], of what [`read_layer`](super::read_layer) gives for the same name.
+///
+/// # Errors
+/// See [`header`]; when there is no such layer or channel.
+pub fn header_layer(path: &Path, layer: &str) -> Result<Header, FileError> {
+    of_file(path, Some(layer))
+}
+
+fn of_file(path: &Path, layer: Option<&str>) -> Result<Header, FileError> {
     let at = |reason| FileError { path: path.to_path_buf(), reason };
     let (file, _) = open(path, &ReadLimits { max_file_bytes: u64::MAX, ..ReadLimits::default() }).map_err(at)?;
-    of_reader(BufReader::new(file)).map_err(at)
+    of_reader(BufReader::new(file), layer).map_err(at)
 }
 
 /// Reads the header of a file in memory.
@@ -54,18 +66,41 @@ pub fn header(path: &Path) -> Result<Header, FileError> {
 /// # Errors
 /// When it is no picture that [`read`](super::read) takes.
 pub fn header_bytes(bytes: &[u8]) -> Result<Header, ReadError> {
-    of_reader(Cursor::new(bytes))
+    of_reader(Cursor::new(bytes), None)
 }
 
-fn of_reader<R: BufRead + Seek>(mut reader: R) -> Result<Header, ReadError> {
+fn of_reader<R: BufRead + Seek>(mut reader: R, layer: Option<&str>) -> Result<Header, ReadError> {
     let start = reader.fill_buf().map_err(ReadError::Io)?;
     let format = sniff(start)?;
-    guarded(|| match format {
+    let header = guarded(|| match format {
         FileFormat::Png => read_image::png_header(reader),
         FileFormat::Jpeg => read_image::jpeg_header(reader),
         FileFormat::Tiff => read_tiff::header(reader),
-        FileFormat::Exr => read_exr::header(reader),
-    })
+        FileFormat::Exr => read_exr::header(reader, layer),
+    })?;
+    match layer {
+        Some(layer) if format != FileFormat::Exr => {
+            position(&header.names, layer)?;
+            Ok(Header { channels: 1, has_alpha: false, ..header })
+        }
+        _ => Ok(header),
+    }
+}
+
+/// Where a channel is among those of a file without layers.
+pub(super) fn position(names: &[String], wanted: &str) -> Result<usize, ReadError> {
+    let missing = || ReadError::NoSuchLayer { wanted: wanted.to_owned(), existing: list(names) };
+    names.iter().position(|own| own == wanted).ok_or_else(missing)
+}
+
+/// Names in backticks, for messages; not more than a reader can take.
+pub(super) fn list(names: &[String]) -> String {
+    const MOST: usize = 40;
+    let mut quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("`{}`", name.escape_debug())).collect();
+    if names.len() > MOST {
+        quoted.push("…".into());
+    }
+    quoted.join(", ")
 }
 
 /// Runs a decoder. None is known to panic on what passes the checks made before; should one, it is a corrupt file and not

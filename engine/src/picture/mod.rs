@@ -31,7 +31,7 @@ mod write_tiff;
 
 pub use atomic::{AtomicFile, remove_stale_temporaries};
 pub use color::{ColorSpace, SrgbEncoder, default_for, srgb_to_linear, to_linear};
-pub use header::{FileFormat, Header, header, header_bytes};
+pub use header::{FileFormat, Header, header, header_bytes, header_layer};
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError};

@@ -1,6 +1,6 @@
 //! Reading whole pictures.
 
-use super::header::{FileFormat, guarded, load, sniff};
+use super::header::{FileFormat, guarded, load, position, sniff};
 use super::limits::{FileError, ReadError, ReadLimits};
 use super::{Picture, read_exr, read_image, read_tiff};
 use rayon::prelude::*;
@@ -48,22 +48,9 @@ pub fn read_bytes(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadErro
 }
 
 fn one_channel(mut picture: Picture, name: &str) -> Result<Picture, ReadError> {
-    let found = picture.names.iter().position(|own| own == name).and_then(|index| u8::try_from(index).ok());
-    let Some(channel) = found else {
-        return Err(ReadError::NoSuchLayer { wanted: name.to_owned(), existing: list(&picture.names) });
-    };
+    let channel = u8::try_from(position(&picture.names, name)?).expect("a picture has at most 4 channels");
     picture.planes = picture.plane(channel).to_vec();
     Ok(Picture { channels: 1, names: vec![name.to_owned()], has_alpha: false, ..picture })
-}
-
-/// Names in backticks, for messages; not more than a reader can take.
-pub(super) fn list(names: &[String]) -> String {
-    const MOST: usize = 40;
-    let mut quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("`{}`", name.escape_debug())).collect();
-    if names.len() > MOST {
-        quoted.push("…".into());
-    }
-    quoted.join(", ")
 }
 
 /// A plane after the other from samples that lie pixel after pixel.

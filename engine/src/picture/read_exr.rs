@@ -22,9 +22,9 @@ const BEST_RATIO: u64 = 1032;
 /// Blocks that are decompressed at once, in bytes; one at least.
 const BATCH_BYTES: usize = 32 << 20;
 
-pub(super) fn header<R: Read>(reader: R) -> Result<Header, ReadError> {
+pub(super) fn header<R: Read>(reader: R, wanted: Option<&str>) -> Result<Header, ReadError> {
     let (meta, _) = read_meta(reader)?;
-    let selection = select(&meta, None)?;
+    let selection = select(&meta, wanted)?;
     let (width, height) = size_of(&meta.headers[selection.layer])?;
     Ok(Header {
         format: FileFormat::Exr,

@@ -151,7 +151,9 @@ fn from_image(error: ImageError) -> ReadError {
         ImageError::Unsupported(error) => {
             ReadError::Unsupported { what: error.to_string(), instead: "save it in the most common form of its format" }
         }
-        ImageError::Limits(error) => ReadError::corrupt(format!("its texts or profiles are too large ({error})")),
+        ImageError::Limits(error) => {
+            ReadError::corrupt(format!("a row, a text or a profile in it is too large ({error})"))
+        }
         error => match std::error::Error::source(&error) {
             Some(source) if source.to_string().contains("end of file") => ReadError::truncated(source),
             Some(source) => ReadError::corrupt(source),

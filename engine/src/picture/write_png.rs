@@ -79,15 +79,20 @@ impl<W: Write + 'static> PngSink<W> {
     pub(super) fn write(&mut self, encoder: &RowEncoder, rows: Rows<'_>) -> io::Result<Tally> {
         self.bytes.clear();
         let tally = encoder.encode(rows, &mut self.bytes);
-        self.stream.write_all(&self.bytes)?;
+        // The crate makes a text of the error, which no longer says that the disk is full.
+        self.stream.write_all(&self.bytes).map_err(|error| taken(&self.failure).unwrap_or(error))?;
         Ok(tally)
     }
 
     pub(super) fn finish(self) -> io::Result<()> {
-        self.stream.finish().map_err(to_io)?;
-        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
-        failure.map_or(Ok(()), Err)
+        let finished = self.stream.finish().map_err(to_io);
+        taken(&self.failure).map_or(finished, Err)
     }
+}
+
+/// What went wrong first.
+fn taken(failure: &Failure) -> Option<io::Error> {
+    failure.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
 /// A name as the format takes it: 1 to 79 characters of printable ASCII.
@@ -134,9 +139,10 @@ mod tests {
     }
 
     fn attempt(format: Format, disk: Disk) -> io::Result<()> {
+        let (width, height) = (512, 1024);
         let spec = PictureSpec {
-            width: 512,
-            height: 64,
+            width,
+            height,
             channels: vec!["Y".into()],
             format,
             depth: format.depths()[0],
@@ -144,10 +150,10 @@ mod tests {
             compression: Compression::Fast,
             metadata: Vec::new(),
         };
-        let plane: Vec<f32> = (0..512 * 64_u32)
+        let plane: Vec<f32> = (0..width * height)
             .map(|index| (index.wrapping_mul(index).wrapping_mul(2_654_435_761) >> 16) as f32 / 65536.0)
             .collect();
-        let (encoder, rows) = (RowEncoder::new(&spec), Rows { planes: &[&plane], first: 0, count: 64 });
+        let (encoder, rows) = (RowEncoder::new(&spec), Rows { planes: &[&plane], first: 0, count: height });
         match format {
             Format::Png => {
                 let mut sink = PngSink::new(disk, &spec)?;
@@ -171,8 +177,8 @@ mod tests {
     #[test]
     fn a_full_disk_is_reported_whenever_it_fills() {
         for format in [Format::Png, Format::Tiff, Format::Exr] {
-            attempt(format, Disk(1 << 20)).unwrap();
-            for bytes in [0, 4, 100, 1000, 20_000] {
+            attempt(format, Disk(1 << 22)).unwrap();
+            for bytes in [0, 4, 100, 1000, 20_000, 300_000] {
                 let error = WriteError::at(
                     "a.png".as_ref(),
                     attempt(format, Disk(bytes)).expect_err(&format!("{format} {bytes}")),

@@ -3,10 +3,11 @@
 //! Exact Euclidean distance to the line where the input crosses the threshold, found between pixels by linear
 //! interpolation (T. Saito, J. Toriwaki, 1994; see [`kernel::distance`](crate::kernel::distance)). Cost:
 //! O(pixels · least of distance and radius, in pixels).
+use crate::bounds::at_most_half;
 use crate::kernel::fields;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Key, Stop, Tile, Type};
 
@@ -78,13 +79,7 @@ impl Node for DistanceField {
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        let most = 0.5 * canvas.size_mm.max_element();
-        if self.radius <= most {
-            return Vec::new();
-        }
-        let message =
-            format!("radius is `{}` mm; it must be at most half the canvas' longer side, {most} mm", self.radius);
-        vec![Problem::new(Code::OutOfRange, message).at("radius")]
+        at_most_half("radius", self.radius, canvas)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -4,15 +4,14 @@
 //! for turbulence; F. K. Musgrave in "Texturing and Modeling" (ch. 16) for ridges. Differs in that every kind is scaled
 //! to the same mean and deviation and that each octave repeats with the canvas by itself; see
 //! [`kernel::noise`](crate::kernel::noise). Cost: O(pixels · octaves), about 3 ns each.
+use super::noise_field::noise_field;
 use crate::choice::choice;
 use crate::kernel::cells::CellShape;
-use crate::kernel::hash::Hash;
-use crate::kernel::noise::{self as kernel, Noise, NoiseSpec};
-use crate::kernel::tile;
+use crate::kernel::noise::{self as kernel, NoiseSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Stop, Tiling, Type};
+use shibo_engine::value::{Canvas, Stop, Tiling, Type};
 
 choice! {
     /// How octaves are folded and summed.
@@ -112,11 +111,7 @@ impl Node for Fractal {
             lacunarity: self.lacunarity,
             gain: self.gain,
         };
-        let noise = Noise::new(&spec, &tile::canvas(cx.size_mm(), cx.tiling()), Hash::new(cx.seed(self.seed)));
-        Ok(Outputs::one(Field::generate(Type::Gray, cx.tiling(), move |out, _| {
-            noise.fill(&tile::frame(out), out.plane_mut(0));
-            Ok(())
-        })))
+        Ok(Outputs::one(noise_field(cx, &spec, self.seed)))
     }
 }
 

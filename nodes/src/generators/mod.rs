@@ -2,6 +2,7 @@
 mod constant;
 mod fractal;
 mod gradient;
+mod noise_field;
 mod perlin;
 mod worley;
 

@@ -2,14 +2,13 @@
 //!
 //! Source: K. Perlin, "Improving noise" (2002). Differs in its gradients, which are uniform in a square, and in that it
 //! repeats with the canvas; see [`kernel::noise`](crate::kernel::noise). Cost: O(pixels).
+use super::noise_field::noise_field;
 use crate::kernel::cells::CellShape;
-use crate::kernel::hash::Hash;
-use crate::kernel::noise::{Basis, Fractal, Noise, NoiseSpec};
-use crate::kernel::tile;
+use crate::kernel::noise::{Basis, Fractal, NoiseSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Stop, Tiling, Type};
+use shibo_engine::value::{Canvas, Stop, Tiling, Type};
 
 /// Smooth bumps of one size: gradient noise, 0..1 with mean ½.
 ///
@@ -57,11 +56,7 @@ impl Node for Perlin {
             lacunarity: 2.0,
             gain: 0.5,
         };
-        let noise = Noise::new(&spec, &tile::canvas(cx.size_mm(), cx.tiling()), Hash::new(cx.seed(self.seed)));
-        Ok(Outputs::one(Field::generate(Type::Gray, cx.tiling(), move |out, _| {
-            noise.fill(&tile::frame(out), out.plane_mut(0));
-            Ok(())
-        })))
+        Ok(Outputs::one(noise_field(cx, &spec, self.seed)))
     }
 }
 

@@ -63,6 +63,9 @@ pub enum Wrap {
 pub struct Image {
     /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file.
     pub path: FilePath,
+    /// Which layer or channel of an OpenEXR file: `normal` of `normal.X` and its like, or `height`. By default its colours,
+    /// or what comes closest. Files of other formats have channels `R`, `G`, `B`, `A`, or `Y`.
+    pub layer: Option<String>,
     /// The part that is used: left column, top row, width and height in pixels. By default all.
     #[schemars(extend("unit" = "px"))]
     pub crop: Option<(u32, u32, u32, u32)>,
@@ -85,6 +88,7 @@ impl Default for Image {
     fn default() -> Self {
         Self {
             path: FilePath::default(),
+            layer: None,
             crop: None,
             position: Xy::new(0.0, 0.0),
             size_mm: None,
@@ -97,12 +101,13 @@ impl Default for Image {
 
 /// A picture that cannot be read, at the parameter that names it.
 pub(super) fn problem(error: &picture::FileError) -> Problem {
-    let code = match &error.reason {
-        reason if reason.is_not_found() => Code::FileNotFound,
-        reason if reason.is_too_large() => Code::TooLarge,
-        _ => Code::BadFile,
+    let (code, at) = match &error.reason {
+        picture::ReadError::NoSuchLayer { .. } => (Code::UnknownVariant, "layer"),
+        reason if reason.is_not_found() => (Code::FileNotFound, "path"),
+        reason if reason.is_too_large() => (Code::TooLarge, "path"),
+        _ => (Code::BadFile, "path"),
     };
-    Problem::new(code, error.to_string()).at("path")
+    Problem::new(code, error.to_string()).at(at)
 }
 
 impl Image {
@@ -152,14 +157,6 @@ impl Node for Image {
     ];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
-        if !self.path.0.is_empty() {
-            return Vec::new();
-        }
-        let problem = Problem::new(Code::MissingInput, "`path` is not given; it must name a picture");
-        vec![problem.help("write `path: \"picture.png\"`")]
-    }
-
     fn tiling(&self, canvas: &Canvas) -> Tiling {
         self.repeats(canvas.size_mm)
     }
@@ -171,7 +168,9 @@ impl Node for Image {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let missing = || Problem::new(Code::MissingInput, "`path` is not given; it must name a picture");
         let path = cx.file("path").ok_or_else(missing)?;
-        let header = picture::header(path).map_err(|error| problem(&error))?;
+        let layer = self.layer.as_deref();
+        let header = layer.map_or_else(|| picture::header(path), |layer| picture::header_layer(path, layer));
+        let header = header.map_err(|error| problem(&error))?;
         let space = self.color_space.map(|space| match space {
             ColorSpace::Srgb => picture::ColorSpace::Srgb,
             ColorSpace::Linear => picture::ColorSpace::Linear,
@@ -184,7 +183,7 @@ impl Node for Image {
         let fits = whole && placement.position == glam::DVec2::ZERO;
         let native = Grid { origin: placement.position, step: placement.pitch, period: fits.then_some(resolution) };
         let tiling = self.repeats(cx.size_mm());
-        let pixels = Arc::new(Pixels::new(path, space, (&header, crop), cx.evaluator.memory())?);
+        let pixels = Arc::new(Pixels::new((path, layer), space, (&header, crop), cx.evaluator.memory())?);
         let field = |ty: Type, pick: Pick| {
             Field::new(ty, tiling, Source { pixels: pixels.clone(), placement, pick })
                 .with_native(native)
@@ -284,6 +283,18 @@ mod tests {
     }
 
     #[test]
+    fn one_of_several_layers_can_be_taken() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, planes) = file(folder.path(), "a.tif", 4, None);
+        let node = Image { layer: Some("G".into()), color_space: Some(ColorSpace::Raw), ..Image::default() };
+        let outputs = outputs(&node, &path).unwrap();
+        for name in ["gray", "red", "blue"] {
+            assert_eq!(raster(&output(&outputs, name), &native()).data(), &planes[128..256]);
+        }
+        assert_eq!(output(&outputs, "alpha").as_constant(), Some(&[1.0][..]));
+    }
+
+    #[test]
     fn holds_in_any_window() {
         let folder = tempfile::tempdir().unwrap();
         let (path, _) = file(folder.path(), "a.tif", 3, None);
@@ -343,6 +354,12 @@ mod tests {
         assert_eq!(problem.code, Code::BadFile);
         let place = "1 samples are not finite; all must be. The first is `NaN` in channel `G` at pixel (1, 1)";
         assert!(problem.message.contains(place), "{}", problem.message);
-        assert_eq!(Image::default().check(&canvas()).len(), 1);
+        let (path, _) = file(folder.path(), "a.tif", 3, None);
+        let Err(Stop::Failed(problem)) = outputs(&Image { layer: Some("height".into()), ..Image::default() }, &path)
+        else {
+            panic!("no error")
+        };
+        assert_eq!((problem.code, problem.field.as_deref()), (Code::UnknownVariant, Some("layer")));
+        assert!(problem.message.contains("must be one of `R`, `G`, `B`"), "{}", problem.message);
     }
 }

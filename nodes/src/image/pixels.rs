@@ -6,7 +6,7 @@ use crate::kernel::tile;
 use glam::DVec2;
 use rayon::prelude::*;
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::picture::{ColorSpace, Header, Picture, ReadLimits, default_for, read, to_linear};
+use shibo_engine::picture::{ColorSpace, Header, Picture, ReadLimits, default_for, read, read_layer, to_linear};
 use shibo_engine::value::{Evaluator, Field, FieldSource, Grid, Reader, Stop, Tile};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -32,6 +32,7 @@ impl Crop {
 /// A picture file.
 pub(super) struct Pixels {
     path: PathBuf,
+    layer: Option<String>,
     space: Option<ColorSpace>,
     limits: ReadLimits,
     crop: Crop,
@@ -51,7 +52,7 @@ struct Decoded {
 impl Pixels {
     /// Nothing is decoded yet; refuses what would not fit into `memory` bytes.
     pub(super) fn new(
-        path: &Path,
+        (path, layer): (&Path, Option<&str>),
         space: Option<ColorSpace>,
         (header, crop): (&Header, Crop),
         memory: u64,
@@ -61,7 +62,8 @@ impl Pixels {
         let decoding = samples * (4 + header.kind.bytes() as u64);
         if bytes + decoding > memory {
             let message = format!(
-                "the picture of `{}x{}` pixels needs {} MiB; {} MiB are allowed",
+                "`{}`: the picture of `{}x{}` pixels needs {} MiB; {} MiB are allowed",
+                path.display(),
                 header.width,
                 header.height,
                 (bytes + decoding) >> 20,
@@ -70,7 +72,8 @@ impl Pixels {
             return Err(Problem::new(Code::TooLarge, message).at("path").help("scale it down, or raise --memory"));
         }
         let limits = ReadLimits { max_bytes_decoded: memory, ..ReadLimits::default() };
-        Ok(Self { path: path.to_owned(), space, limits, crop, bytes, decoding, decoded: OnceLock::new() })
+        let layer = layer.map(str::to_owned);
+        Ok(Self { path: path.to_owned(), layer, space, limits, crop, bytes, decoding, decoded: OnceLock::new() })
     }
 
     /// The pixels. Decoded outside of the lock: decoding waits for other threads, and one of them may come here.
@@ -86,7 +89,11 @@ impl Pixels {
     }
 
     fn decode(&self) -> Result<Decoded, Problem> {
-        let mut picture = read(&self.path, &self.limits).map_err(|error| problem(&error))?;
+        let picture = match &self.layer {
+            Some(layer) => read_layer(&self.path, layer, &self.limits),
+            None => read(&self.path, &self.limits),
+        };
+        let mut picture = picture.map_err(|error| problem(&error))?;
         self.refuse_non_finite(&picture)?;
         let space = self.space.unwrap_or_else(|| default_for(&picture));
         to_linear(&mut picture, space);

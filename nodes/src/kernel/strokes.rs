@@ -218,6 +218,11 @@ impl StrokeSet {
 
     /// Fills a window by rows, whatever was in `out` before. O(strokes near + pixels + pixels of strokes).
     pub fn fill(&self, window: &Window, draw: Draw, out: &mut [f32]) {
+        self.fill_until(&|| false, window, draw, out);
+    }
+
+    /// As [`Self::fill`]; once `stop` is true, with whatever is drawn by then.
+    pub fn fill_until(&self, stop: &dyn Fn() -> bool, window: &Window, draw: Draw, out: &mut [f32]) {
         let rule = match self.style.combine {
             Combine::Max => Rule::Max,
             Combine::Add => Rule::Add,
@@ -226,23 +231,48 @@ impl StrokeSet {
                 Rule::Screen(most.recip())
             }
         };
-        self.paint(window, (draw, rule), out, &mut []);
+        self.paint(stop, window, (draw, rule), (out, &mut []));
     }
 
-    /// As [`Self::fill`], always by the deepest; `ids` receives the stroke that is deepest in each pixel, the first of
-    /// equals, or [`NO_STROKE`].
-    pub fn fill_with_ids(&self, window: &Window, draw: Draw, out: &mut [f32], ids: &mut [u32]) {
-        self.paint(window, (draw, Rule::Ids), out, ids);
+    /// As [`Self::fill_until`], of depths and always by the deepest; `ids` receives the stroke that is deepest in each
+    /// pixel, the first of equals, or [`NO_STROKE`].
+    pub fn fill_with_ids(&self, stop: &dyn Fn() -> bool, window: &Window, out: &mut [f32], ids: &mut [u32]) {
+        self.paint(stop, window, (Draw::Depth, Rule::Ids), (out, ids));
     }
 
-    fn paint(&self, window: &Window, (draw, rule): (Draw, Rule), out: &mut [f32], ids: &mut [u32]) {
+    fn paint(
+        &self,
+        stop: &dyn Fn() -> bool,
+        window: &Window,
+        (draw, rule): (Draw, Rule),
+        (out, ids): (&mut [f32], &mut [u32]),
+    ) {
         let mut canvas = Canvas::new(window, rule);
         // The deepest is the deepest in any order.
         let (near, copies) = self.near(window, rule != Rule::Max);
         let period = self.period.unwrap_or_default();
-        canvas.draw(Job { grooves: &self.grooves, near: &near, copies: &copies, style: self.style, period, draw });
+        for near in near.chunks(AT_ONCE) {
+            if stop() {
+                break;
+            }
+            canvas.draw(Job { grooves: &self.grooves, near, copies: &copies, style: self.style, period, draw });
+        }
         canvas.copy_to(out, ids);
     }
+}
+
+/// How many strokes are drawn between two looks at whether to stop: 30 ms of those that cover a tile.
+const AT_ONCE: usize = 512;
+
+/// How many strokes lie over each other at a place of the canvas, on average: what drawing them costs per pixel.
+pub fn layers(strokes: impl Iterator<Item = Stroke>, style: &StrokeStyle, size: Vec2, periodic: bool) -> f64 {
+    let canvas = size.as_dvec2().element_product();
+    let area = |stroke: Stroke| {
+        let width = f64::from(2.0 * stroke.half_width * cut(style.profile));
+        let area = width * (width + f64::from((stroke.ends[1] - stroke.ends[0]).length()));
+        if periodic { area } else { area.min(canvas) }
+    };
+    strokes.map(area).sum::<f64>() / canvas
 }
 
 impl Groove {

@@ -2,15 +2,16 @@
 //!
 //! Source: JP4905282B2 §8, claims 9 to 11, figs 22 to 24 (rows A59–A66; decision L-13). Beyond the source: bands that
 //! repeat with the canvas, and nuclei everywhere on it. Cost: O(bands + pixels), by tiles.
+use super::drawing;
 use crate::kernel::bands::{self, BandSpec};
 use crate::kernel::hash::Hash;
-use crate::kernel::strokes::{self, Draw, StrokeSet, StrokeStyle};
+use crate::kernel::strokes::{self, StrokeSet, StrokeStyle};
 use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
-use shibo_engine::value::{Canvas, Field, Segments, Stop, Tiling, Type};
+use shibo_engine::value::{Canvas, Segments, Stop, Tiling, Type};
 
 /// How the value falls from the middle of a band to its edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -109,6 +110,18 @@ impl Node for BandPattern {
             let problem = Problem::new(Code::TooLarge, message).at("pitch");
             return vec![problem.help("use a larger pitch, or a smaller canvas")];
         }
+        // Bands of all nuclei that reach the canvas, unless it repeats.
+        let reach =
+            if self.form == Form::Cover && !self.periodic(canvas) { self.width.hi.hypot(self.length.hi) } else { 0.0 };
+        let wanted = (canvas.size_mm + reach).element_product() / (self.pitch * self.pitch);
+        if wanted > MAX_BANDS {
+            let at = if self.width.hi > self.length.hi { "width" } else { "length" };
+            let message = format!(
+                "{at} makes about {wanted:.0} bands reach the canvas, with nuclei {} mm apart; at most {MAX_BANDS:.0} are allowed",
+                self.pitch
+            );
+            return vec![Problem::new(Code::TooLarge, message).at(at).help("use shorter bands, or a larger pitch")];
+        }
         Vec::new()
     }
 
@@ -142,6 +155,7 @@ impl Node for BandPattern {
         let periodic = self.periodic(cx.canvas);
         let placed = bands::place(&spec, form, periodic, Hash::new(cx.seed(self.seed)));
         let list = bands::strokes(&placed);
+        drawing::bounded(list.iter().copied(), &self.style(), (size, periodic), ["length", "width"])?;
         let tiling = Node::tiling(self, cx.canvas);
         let segments = Segments {
             ends: list.iter().map(|s| s.ends).collect(),
@@ -152,19 +166,7 @@ impl Node for BandPattern {
             periodic: tiling,
         };
         let set = StrokeSet::new(&list, self.style(), periodic.then_some(size));
-        let field = Field::generate(Type::Gray, tiling, move |out, _| {
-            let window = strokes::Window {
-                x: out.window.x,
-                y: out.window.y,
-                width: out.width(),
-                height: out.height(),
-                step: out.grid.step.as_vec2(),
-                origin: out.grid.origin,
-            };
-            set.fill(&window, Draw::Depth, out.plane_mut(0));
-            Ok(())
-        });
-        Ok(Outputs::one(field).with("segments", segments))
+        Ok(Outputs::one(drawing::field(set, tiling)).with("segments", segments))
     }
 }
 
@@ -188,5 +190,23 @@ impl BandPattern {
             min_width: 0.0,
             ..StrokeStyle::default()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_that_would_be_too_many_are_refused() {
+        let canvas = Canvas { tile: Tiling::NONE, ..crate::testing::canvas() };
+        let at = |node: BandPattern| node.check(&canvas).first().map(|p| (p.code, p.field.clone().unwrap()));
+        let refused = |name: &str| Some((Code::TooLarge, name.to_owned()));
+        assert_eq!(at(BandPattern { pitch: 0.01, ..BandPattern::default() }), refused("pitch"));
+        assert_eq!(at(BandPattern { length: Range::new(6.0, 1e5), ..BandPattern::default() }), refused("length"));
+        assert_eq!(at(BandPattern { width: Range::new(6.0, 1e5), ..BandPattern::default() }), refused("width"));
+        assert_eq!(at(BandPattern { length: Range::new(6.0, 1e3), ..BandPattern::default() }), None);
+        let once = BandPattern { length: Range::new(6.0, 1e5), form: Form::Claim, ..BandPattern::default() };
+        assert_eq!(at(once), None);
     }
 }

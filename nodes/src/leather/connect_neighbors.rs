@@ -137,7 +137,8 @@ impl ConnectNeighbors {
                 points.len()
             );
             let pitch = points.pitch;
-            let help = format!("points are about {pitch} mm apart; a radius of {} mm gives about 8 each", 1.6 * pitch);
+            let help =
+                format!("points are about {pitch} mm apart; a radius of {:.3} mm gives about 8 each", 1.6 * pitch);
             return Err(Problem::new(Code::TooLarge, message).at("neighbors").help(help).into());
         }
         cx.check()?;

@@ -138,9 +138,8 @@ impl Node for DefineMass {
                 SamplePoint::Near(radius) => Some(narrow(radius)),
             },
         };
-        let raster = read.raster();
-        let at = |(n, p): (u64, &Vec2)| mass_at(&live, &raster, *p) * narrow(factor(n));
-        let mass: Vec<f32> = (0..).zip(&points.positions).map(at).collect();
+        let mut mass = read.masses(cx, &live, &points.positions, self.refresh == Refresh::EveryStep)?;
+        mass.iter_mut().zip(0..).for_each(|(m, n)| *m *= narrow(factor(n)));
         self.positive(&mass)?;
         let live_mass = (self.refresh == Refresh::EveryStep).then(|| Arc::new(live));
         if let (Some(live), true) = (&live_mass, self.reduce == Reduction::Mean) {

@@ -2,8 +2,9 @@
 //!
 //! Beyond the source: pores, quills, studs, and fields for springs to follow (LEATHER-LOOK §4). Dots keep to millimetres;
 //! those smaller than a pixel keep its size and fade. Cost: O(points + pixels under dots), by tiles.
+use super::drawing;
 use crate::kernel::hash::Hash;
-use crate::kernel::strokes::{self, Draw, Stroke, StrokeSet, StrokeStyle};
+use crate::kernel::strokes::{self, Stroke, StrokeSet, StrokeStyle};
 use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
 use shibo_engine::node::{Gray, In};
-use shibo_engine::value::{Canvas, Field, Points, Stop, Tiling, Type};
+use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
 
 /// The cross-section of a dot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -101,19 +102,14 @@ impl Node for Dots {
         };
         let dots: Vec<Stroke> = (0..).zip(&points.positions).map(dot).collect();
         let period = (points.periodic == Tiling::BOTH).then(|| points.size_mm.as_vec2());
+        drawing::bounded(
+            dots.iter().copied(),
+            &self.style(),
+            (points.size_mm.as_vec2(), period.is_some()),
+            ["diameter"; 2],
+        )?;
         let set = StrokeSet::new(&dots, self.style(), period);
-        Ok(Outputs::one(Field::generate(Type::Gray, points.periodic, move |out, _| {
-            let window = strokes::Window {
-                x: out.window.x,
-                y: out.window.y,
-                width: out.width(),
-                height: out.height(),
-                step: out.grid.step.as_vec2(),
-                origin: out.grid.origin,
-            };
-            set.fill(&window, Draw::Depth, out.plane_mut(0));
-            Ok(())
-        })))
+        Ok(Outputs::one(drawing::field(set, points.periodic)))
     }
 }
 
@@ -156,7 +152,7 @@ mod tests {
     use crate::conform::conforms;
     use crate::leather::PoissonPoints;
     use crate::testing::{canvas, outputs, port, render};
-    use shibo_engine::value::Value;
+    use shibo_engine::value::{Field, Value};
 
     fn points() -> Value {
         outputs(&PoissonPoints { pitch: 5.0, ..PoissonPoints::default() }, &[], &canvas())

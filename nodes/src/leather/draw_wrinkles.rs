@@ -3,7 +3,7 @@
 //! Source: JP4905282B2 §7, claims 17 to 19 (rows A49–A56; decisions L-9, L-10). Beyond the source: width and depth that
 //! follow the link, tapering, depth fields. Strokes keep to millimetres, so any resolution draws the same grooves; those
 //! thinner than `min_width` pixels keep that width and fade instead. Cost: O(strokes + pixels under strokes), by tiles.
-use super::reading;
+use super::{drawing, reading};
 use crate::kernel::hash::Hash;
 use crate::kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
 use crate::kernel::tile::narrow;
@@ -231,8 +231,14 @@ impl Node for DrawWrinkles {
         let sizes = self.sizes(cx, &segments)?;
         let drawn = Segments { width: sizes.iter().map(|s| s[0]).collect(), ..Segments::clone(&segments) };
         let depths = sizes.iter().map(|s| s[1]).collect();
-        let drawn = Arc::new(drawn);
-        let set = Arc::new(Lazy { set: OnceLock::new(), style: self.style(), drawn: drawn.clone(), depths, period });
+        let lazy = Lazy { set: OnceLock::new(), style: self.style(), drawn: Arc::new(drawn), depths, period };
+        drawing::bounded(
+            lazy.strokes(),
+            &lazy.style,
+            (segments.size_mm.as_vec2(), period.is_some()),
+            ["segments", "width"],
+        )?;
+        let (drawn, set) = (lazy.drawn.clone(), Arc::new(lazy));
         let tiling = segments.periodic;
         let grooves = |what| Grooves { set: set.clone(), what, depth_field: None, floor: 0.0 };
         let height =
@@ -255,18 +261,18 @@ struct Lazy {
 }
 
 impl Lazy {
-    fn get(&self) -> &StrokeSet {
-        let make = || {
-            let sizes = self.drawn.width.iter().zip(&self.depths);
-            let stroke = |(ends, (width, depth)): (&[Vec2; 2], (&f32, &f32))| Stroke {
-                ends: *ends,
-                half_width: 0.5 * width,
-                depth: *depth,
-            };
-            let strokes: Vec<Stroke> = self.drawn.ends.iter().zip(sizes).map(stroke).collect();
-            StrokeSet::new(&strokes, self.style, self.period)
+    fn strokes(&self) -> impl Iterator<Item = Stroke> + Clone {
+        let sizes = self.drawn.width.iter().zip(&self.depths);
+        let stroke = |(ends, (width, depth)): (&[Vec2; 2], (&f32, &f32))| Stroke {
+            ends: *ends,
+            half_width: 0.5 * width,
+            depth: *depth,
         };
-        self.set.get_or_init(make)
+        self.drawn.ends.iter().zip(sizes).map(stroke)
+    }
+
+    fn get(&self) -> &StrokeSet {
+        self.set.get_or_init(|| StrokeSet::new(&self.strokes().collect::<Vec<_>>(), self.style, self.period))
     }
 }
 
@@ -286,26 +292,20 @@ struct Grooves {
 
 impl FieldSource for Grooves {
     fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        let window = strokes::Window {
-            x: out.window.x,
-            y: out.window.y,
-            width: out.width(),
-            height: out.height(),
-            step: out.grid.step.as_vec2(),
-            origin: out.grid.origin,
-        };
+        let (window, stop) = (drawing::window(out), || reader.check().is_err());
         let (set, grid, at) = (self.set.get(), out.grid, out.window);
         match self.what {
-            What::Mask => set.fill(&window, Draw::Mask, out.plane_mut(0)),
-            What::Height => set.fill(&window, Draw::Depth, out.plane_mut(0)),
+            What::Mask => set.fill_until(&stop, &window, Draw::Mask, out.plane_mut(0)),
+            What::Height => set.fill_until(&stop, &window, Draw::Depth, out.plane_mut(0)),
             What::Ids => {
                 let mut ids = vec![NO_STROKE; at.len()];
-                set.fill_with_ids(&window, Draw::Depth, out.plane_mut(0), &mut ids);
+                set.fill_with_ids(&stop, &window, out.plane_mut(0), &mut ids);
                 // Whole numbers that f32 holds; a set of more strokes than that starts over.
                 let number = |id: u32| if id == NO_STROKE { 0.0 } else { (id % 0x00FF_FFFF + 1) as f32 };
                 out.plane_mut(0).iter_mut().zip(ids).for_each(|(o, id)| *o = number(id));
             }
         }
+        reader.check()?;
         if self.what != What::Height {
             return Ok(());
         }

@@ -71,7 +71,9 @@ impl Node for GridPoints {
         let pitch = glam::DVec2::new(self.pitch.x, self.pitch.y);
         if pitch.cmpgt(canvas.size_mm).any() {
             let size = canvas.size_mm;
-            let message = format!("pitch is `{pitch}`; it must be smaller than the canvas, {} × {} mm", size.x, size.y);
+            let pitch = if pitch.x == pitch.y { format!("{}", pitch.x) } else { format!("({}, {})", pitch.x, pitch.y) };
+            let message =
+                format!("pitch is `{pitch}`; it must be at most as large as the canvas, {} × {} mm", size.x, size.y);
             return vec![Problem::new(Code::OutOfRange, message).at("pitch")];
         }
         // Counted in f64 first: a tiny pitch on a large canvas would overflow the exact count.
@@ -117,7 +119,7 @@ impl Node for GridPoints {
 /// The refusal of a typo that would fill the memory.
 pub(super) fn too_many(wanted: f64, field: &str) -> Problem {
     let message = format!("{field} would make about {wanted:.0} points; at most {MAX_POINTS} are allowed");
-    Problem::new(Code::TooLarge, message).at(field).help("use a larger pitch, or a smaller canvas")
+    Problem::new(Code::TooLarge, message).at(field).help("make them fewer, or use a smaller canvas")
 }
 
 /// Bytes that a point takes in the stages after it: with its links, springs and segments, and while they move.

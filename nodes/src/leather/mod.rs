@@ -7,6 +7,7 @@ mod define_mass;
 mod define_springs;
 mod dots;
 mod draw_wrinkles;
+mod drawing;
 mod grid_points;
 mod hex_points;
 mod net;
@@ -17,6 +18,8 @@ mod random_points;
 mod reading;
 mod simulate_springs;
 mod strain;
+#[cfg(test)]
+mod vector_tests;
 mod work_area;
 
 pub use band_pattern::BandPattern;

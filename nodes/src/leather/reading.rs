@@ -1,4 +1,5 @@
 //! What several nodes do with a scalar field: reading it as a picture that their own parameters fix, never the output's.
+use super::define_mass::mass_at;
 use crate::kernel::lattice::Links;
 use crate::kernel::lines::{Along, Raster, Reduce};
 use crate::kernel::tile::narrow;
@@ -7,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
-use shibo_engine::value::{Field, Lattice, Stop, Tiling, Window};
+use shibo_engine::value::{Field, Lattice, LiveMass, Stop, Tiling, Window};
 
 /// Which places of the field belong to a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -43,8 +44,11 @@ impl Reduction {
 /// The most columns or rows at which a field is read by default.
 const MOST_SAMPLES: f64 = 4096.0;
 
-/// How many links are read between two looks at whether to stop: a few milliseconds' work.
-const LINKS_AT_ONCE: usize = 1 << 15;
+/// How many pixels are read between two looks at whether to stop: a few milliseconds' work.
+const PIXELS_AT_ONCE: f64 = (1 << 22) as f64;
+
+/// The most pixels that are read near links or points: some seconds' work.
+const MOST_PIXELS: f64 = 2e9;
 
 /// A field over the whole canvas as a picture.
 pub(super) struct Reading {
@@ -119,11 +123,61 @@ impl Reading {
             Sample::Line => Along::Line,
             Sample::Near(radius) => Along::Near(narrow(radius)),
         };
+        let at_once = match sample {
+            Sample::Near(radius) => self.near(radius, lattice.points.pitch, ends.len(), MOST_PIXELS)?,
+            Sample::Smooth | Sample::Line => 1 << 15,
+        };
         let (raster, mut scalars) = (self.raster(), Vec::with_capacity(ends.len()));
-        for part in ends.chunks(LINKS_AT_ONCE) {
+        for part in ends.chunks(at_once) {
             cx.check()?;
             scalars.extend(raster.along_all(part, along, reduction.kernel()));
         }
         Ok(scalars)
+    }
+
+    /// How many of `count` links about as long as `length`, or points, are to be read between two looks at whether to
+    /// stop, if pixels within `radius` mm are read for each.
+    ///
+    /// # Errors
+    /// When they read more than `most` pixels in all.
+    fn near(&self, radius: f64, length: f32, count: usize, most: f64) -> Result<usize, Problem> {
+        let scale = self.size.as_dvec2() / self.size_mm.as_dvec2();
+        let mut sides = (2.0 * radius + f64::from(length)) * scale + 1.0;
+        if !self.periodic {
+            sides = sides.min(self.size.as_dvec2());
+        }
+        let each = sides.element_product();
+        let wanted = each * count as f64;
+        if wanted > most {
+            let message = format!(
+                "sample is `Near({radius})`, which would read about {wanted:.1e} pixels of the field; at most {most:.0e} are allowed"
+            );
+            let help = "use a smaller radius, or a lower sample_resolution";
+            return Err(Problem::new(Code::TooLarge, message).at("sample").help(help));
+        }
+        let at_once = (PIXELS_AT_ONCE / each).clamp(4.0, 32768.0);
+        Ok(glam::DVec2::splat(at_once).as_usizevec2().x)
+    }
+
+    /// The masses of points that read the field.
+    pub(super) fn masses(
+        &self,
+        cx: &Context<'_>,
+        live: &LiveMass,
+        points: &[Vec2],
+        steps: bool,
+    ) -> Result<Vec<f32>, Stop> {
+        let at_once = match live.near {
+            // What is read in every step must not take a step's time.
+            Some(radius) if steps => self.near(radius.into(), 0.0, points.len(), MOST_PIXELS / 100.0)?,
+            Some(radius) => self.near(radius.into(), 0.0, points.len(), MOST_PIXELS)?,
+            None => points.len().max(1),
+        };
+        let (raster, mut masses) = (self.raster(), Vec::with_capacity(points.len()));
+        for part in points.chunks(at_once) {
+            cx.check()?;
+            masses.extend(part.iter().map(|place| mass_at(live, &raster, *place)));
+        }
+        Ok(masses)
     }
 }

@@ -178,6 +178,11 @@ impl Node for SimulateSprings {
         }
         let start: Vec<[f32; 2]> = lattice.points.positions.iter().map(Vec2::to_array).collect();
         let fixed = self.fixed(&lattice.points, periodic);
+        if !fixed.is_empty() && fixed.iter().all(|f| *f) {
+            let message = format!("boundary holds all {} points: nothing moves", fixed.len());
+            let help = "choose a smaller margin, more points, or `Free`";
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("boundary").help(help));
+        }
         let mut threshold = self.threshold(cx, &springs, &start)?;
         let mut damping = springs.damping.clone();
         if self.damping > 0.0 {
@@ -321,7 +326,8 @@ impl SimulateSprings {
         let share = outcome.broken.len() as f64 / springs.lattice.links.len().max(1) as f64;
         if share > 0.5 {
             let message = format!("{:.0} % of the springs broke; little holds together", share * 100.0);
-            cx.evaluator.warn(Problem::new(Code::Advice, message).at("break_force"));
+            let at = if self.break_share.is_some() { "break_share" } else { "break_force" };
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at(at));
         }
     }
 

@@ -4,6 +4,7 @@
 //! independent sums of gradient noise, each scaled from 0..1 to ±amount, so its root mean square is 0.31·amount. A tile
 //! reads its input as far as its own displacements go. Cost: O(pixels).
 use super::warped::{Displacement, Warped};
+use crate::bounds::at_most_half;
 use crate::kernel::cells::CellShape;
 use crate::kernel::hash::Hash;
 use crate::kernel::noise::{Noise, NoiseSpec};
@@ -62,13 +63,7 @@ impl Node for Warp {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        let mut problems = Vec::new();
-        let most = 0.5 * canvas.size_mm.max_element();
-        if self.amount > most {
-            let message =
-                format!("amount is `{}` mm; it must be at most half the canvas' longer side, {most} mm", self.amount);
-            problems.push(Problem::new(Code::OutOfRange, message).at("amount"));
-        }
+        let mut problems = at_most_half("amount", self.amount, canvas);
         if self.by.is_some() && (self.x.is_some() || self.y.is_some()) {
             let message = "`by` is connected, and so is `x` or `y`; only one sort of displacement can be";
             problems.push(Problem::new(Code::BadValue, message).at("by").help("remove `by`, or `x` and `y`"));

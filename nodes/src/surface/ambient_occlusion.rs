@@ -3,10 +3,11 @@
 //! Compares the height with itself blurred at three scales, 0.35, 1 and 2 times the radius; see
 //! [`kernel::occlusion`](crate::kernel::occlusion). Smooth and free of directions and noise, unlike a ray march; what it
 //! does not know is the shape of what stands around. Cost: three blurs, O(pixels), nearly independent of the radius.
+use crate::bounds::at_most_half;
 use crate::kernel::{fields, occlusion};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
 
@@ -43,13 +44,7 @@ impl Node for AmbientOcclusion {
     const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        let most = 0.5 * canvas.size_mm.max_element();
-        if self.radius <= most {
-            return Vec::new();
-        }
-        let message =
-            format!("radius is `{}` mm; it must be at most half the canvas' longer side, {most} mm", self.radius);
-        vec![Problem::new(Code::OutOfRange, message).at("radius")]
+        at_most_half("radius", self.radius, canvas)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

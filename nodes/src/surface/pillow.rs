@@ -2,10 +2,11 @@
 //!
 //! `1 - (1 - min(d/radius, 1))²` of the distance d to the grooves: steep at their edge, level at the radius, as full-grain
 //! leather swells between its wrinkles. Cost: that of the distance, O(pixels · radius in pixels).
+use crate::bounds::at_most_half;
 use crate::kernel::{distance, fields};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
 
@@ -40,13 +41,7 @@ impl Node for Pillow {
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        let most = 0.5 * canvas.size_mm.max_element();
-        if self.radius <= most {
-            return Vec::new();
-        }
-        let message =
-            format!("radius is `{}` mm; it must be at most half the canvas' longer side, {most} mm", self.radius);
-        vec![Problem::new(Code::OutOfRange, message).at("radius")]
+        at_most_half("radius", self.radius, canvas)
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "fields are f32")]

@@ -4,6 +4,7 @@
 //! Beyond the source: nodes from a file, and nodes generated with the wander measured on a spruce log (WOOD-LOOK §2: a
 //! walk whose deviation halves with the length looked at). Cost: O(nodes).
 use super::trees::{Triple, problem, vector};
+use crate::csv_points;
 use crate::kernel::hash::Hash;
 use crate::kernel::noise3::{DEVIATION, Noise3};
 use crate::kernel::tile::narrow;
@@ -14,7 +15,6 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, FilePath, Node, Output, Outputs, Range};
 use shibo_engine::value::{Canvas, Curve, Stop, Type};
-use std::path::Path;
 
 /// The pith of a trunk, from the ground up: nodes that are listed, read from a file, or generated.
 ///
@@ -120,7 +120,7 @@ impl Node for TrunkNodes {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let mut points: Vec<DVec3> = self.nodes.iter().map(|n| vector(*n)).collect();
         if let Some(path) = cx.file("file") {
-            points.extend(read_points(path, "file", MOST)?);
+            points.extend(csv_points::read(path, ("file", "x,y,z"), MOST)?.into_iter().map(DVec3::from_array));
             fit::check_nodes(&points).map_err(|e| problem(e, &points).at("file"))?;
         }
         if points.is_empty() {
@@ -128,34 +128,4 @@ impl Node for TrunkNodes {
         }
         Ok(Outputs::one(Curve { points }))
     }
-}
-
-/// The points of a CSV file with one `x,y,z` a line, at most `most`.
-pub(super) fn read_points(path: &Path, field: &str, most: usize) -> Result<Vec<DVec3>, Problem> {
-    let bad = |line: u64, what: &str| {
-        let message = format!("`{}`, line {line}: {what}; it must be `x,y,z` in mm", path.display());
-        Problem::new(Code::BadFile, message).at(field)
-    };
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_path(path)
-        .map_err(|e| bad(0, &e.to_string()))?;
-    let mut points = Vec::new();
-    for record in reader.records() {
-        let line = |e: &csv::Error| e.position().map_or(0, csv::Position::line);
-        let record = record.map_err(|e| bad(line(&e), "it is not readable as CSV"))?;
-        let at = record.position().map_or(0, csv::Position::line);
-        let number = |i: usize| record.get(i).and_then(|text| text.parse::<f64>().ok()).filter(|v| v.is_finite());
-        match (number(0), number(1), number(2), record.len()) {
-            (Some(x), Some(y), Some(z), 3) => points.push(DVec3::new(x, y, z)),
-            _ => return Err(bad(at, "it is not three finite numbers")),
-        }
-        if points.len() > most {
-            return Err(bad(at, &format!("there are more than {most} points")));
-        }
-    }
-    Ok(points)
 }

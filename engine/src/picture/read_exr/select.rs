@@ -1,7 +1,7 @@
 //! Which channels of an EXR file make the picture.
 
+use super::super::header::list;
 use super::super::limits::ReadError;
-use super::super::read::list;
 use exr::meta::MetaData;
 use exr::meta::header::Header as Layer;
 

@@ -1,0 +1,13 @@
+//! Bounds that parameters of several families have in common.
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::value::Canvas;
+
+/// Refuses a length that reaches beyond half the canvas' longer side: a wrap-around would read the same place twice.
+pub(crate) fn at_most_half(name: &'static str, mm: f64, canvas: &Canvas) -> Vec<Problem> {
+    let most = 0.5 * canvas.size_mm.max_element();
+    if mm <= most {
+        return Vec::new();
+    }
+    let message = format!("{name} is `{mm}` mm; it must be at most half the canvas' longer side, {most} mm");
+    vec![Problem::new(Code::OutOfRange, message).at(name)]
+}

@@ -9,7 +9,7 @@ use crate::testing::{canvas, outputs, port, raster};
 use glam::Vec2;
 use shibo_engine::diagnostics::Code;
 use shibo_engine::node::{Linear, Node, Range};
-use shibo_engine::value::{Field, Lattice, Segments, SpringNet, Stop, Tiling, Type, Value};
+use shibo_engine::value::{Canvas, Field, Lattice, Segments, SpringNet, Stop, Tiling, Type, Value};
 use std::sync::Arc;
 
 fn make(node: &impl Node, inputs: &[Value], output: &str) -> Value {
@@ -164,6 +164,31 @@ fn bodies_keep_apart() {
     assert!(without < 0.7 && with > 1.05, "{without} {with}");
     let huge = SimulateSprings { body: 20.0, ..node };
     assert_eq!(refused(&huge, &[value]), (Code::TooLarge, "body".into()));
+}
+
+#[test]
+fn the_edge_holds_on_to_any_set() {
+    let canvas = Canvas { tile: Tiling::NONE, ..canvas() };
+    let take = |outputs: shibo_engine::node::Outputs| outputs.take("", true).cloned().unwrap();
+    let poisson = PoissonPoints { pitch: 2.0, ..PoissonPoints::default() };
+    let hexagons = HexPoints { edge: 1.0, jitter: 0.0, ..HexPoints::default() };
+    let grid = GridPoints { jitter: 1.0, keep_border: false, ..GridPoints::default() };
+    let sets = [outputs(&poisson, &[], &canvas), outputs(&hexagons, &[], &canvas), outputs(&grid, &[], &canvas)];
+    for (points, reach) in sets.into_iter().zip([2.0, 1.0, 0.0]) {
+        let points = take(points.unwrap());
+        let Value::Points(before) = points.clone() else { panic!() };
+        let links = ConnectNeighbors { points: port(0), ..ConnectNeighbors::default() };
+        let lattice = take(outputs(&links, &[points], &canvas).unwrap());
+        let node = DefineSprings { lattice: port(0), ..DefineSprings::default() };
+        let net = take(outputs(&node, &[lattice], &canvas).unwrap());
+        let node = SimulateSprings { boundary: Boundary::Fixed(0.0), ..simulation() };
+        let Value::Lattice(after) = take(outputs(&node, &[net], &canvas).unwrap()) else { panic!() };
+        let on_edge = |p: &Vec2| p.min(Vec2::splat(32.0) - *p).min_element() <= reach + 1e-3;
+        let still = |n: &usize| after.points.positions[*n] == before.positions[*n];
+        let held = (0..before.len()).filter(still).count();
+        let expected = before.regular().iter().filter(|p| on_edge(p)).count();
+        assert!(held >= expected && held < expected + 3 && expected > 30, "{held} {expected}");
+    }
 }
 
 #[test]

@@ -32,7 +32,8 @@ pub enum Integrator {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Boundary {
     /// Points at most so many mm from the canvas' edge, or from the contour of their work area, stay where they are. With
-    /// 0, none of a set that repeats.
+    /// 0 those on the edge: the border of a grid, of other sets the points within a pitch of it, and none of a set that
+    /// repeats.
     Fixed(f64),
     /// All points move.
     Free,
@@ -139,7 +140,7 @@ impl Default for SimulateSprings {
 }
 
 impl Node for SimulateSprings {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] = &[
         Output::new("lattice", Type::Lattice, "The points where they came to be, with all their links."),
@@ -259,7 +260,13 @@ impl SimulateSprings {
                 let margin = narrow(margin);
                 let mut fixed = vec![false; points.len()];
                 if !periodic || margin > 0.0 {
-                    fixed = border(&points.positions, points.size_mm.as_vec2(), margin);
+                    let (positions, margin) = match &points.grid {
+                        _ if margin > 0.0 => (&points.positions[..], margin),
+                        // Its border, wherever jitter has put it.
+                        Some(order) if order.stagger == 0.0 => (points.regular(), 0.0),
+                        _ => (&points.positions[..], points.pitch),
+                    };
+                    fixed = border(positions, points.size_mm.as_vec2(), margin);
                 }
                 if let Some(area) = &points.area {
                     // With no margin those that have lost a neighbour: within a pitch of the contour.

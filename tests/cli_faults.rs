@@ -89,6 +89,30 @@ fn a_full_disk_leaves_the_old_files() {
     assert_eq!(desk.names("out"), ["bumps.png", "mask.png"]);
 }
 
+/// The same for a picture in strips: those that wait outgrow the disk before the picture does, and are removed.
+#[test]
+#[cfg(unix)]
+fn a_full_disk_ends_strips_that_wait() {
+    let desk = Desk::with_graph();
+    desk.shibo("render a.ron --resolution 16 --no-cache").expect(0);
+    let before = desk.read("out/mask.png");
+    let shibo = assert_cmd::cargo::cargo_bin!("shibo");
+    // Blocks of 512 bytes: room for the first strip of a picture, 1024 columns wide, not for all.
+    let room = 2304 * 1400 * 4 / 512;
+    let mut limited = std::process::Command::new("sh");
+    limited.current_dir(desk.path(".")).arg("-c").arg(format!(
+        "trap '' XFSZ; ulimit -f {room}; exec '{}' render a.ron --resolution 2304 --memory 24 --no-cache",
+        shibo.display()
+    ));
+    let ran = finish(limited);
+    assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+    assert!(!ran.stderr.contains("panicked"), "{}", ran.stderr);
+    let text = ran.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("cannot keep the strips of `out/") && text.contains("File too large"), "{}", ran.stderr);
+    assert_eq!(desk.read("out/mask.png"), before);
+    assert_eq!(desk.names("out"), ["bumps.png", "mask.png"]);
+}
+
 /// Starts a long render, and waits until it writes.
 #[cfg(unix)]
 fn long_render(desk: &Desk) -> std::process::Child {

@@ -58,6 +58,14 @@ fn dumped_times_and_skeletons_are_those_of_the_vectors() {
         desk.write("at.csv", csv(&skeleton["queries"]));
         same(&desk.shibo("dump a.ron time --at at.csv").expect(0).json(), &skeleton["queries"], "T");
         same(&desk.shibo("dump a.ron time.distance --at at.csv").expect(0).json(), &skeleton["queries"], "d");
+        // The same nodes out of a file.
+        let lines = skeleton["nodes"].as_array().unwrap().iter().map(|n| format!("{}, {}, {}\n", n[0], n[1], n[2]));
+        desk.write("nodes.csv", format!("# x, y, z in mm\n{}", lines.collect::<String>()));
+        let graph = std::fs::read_to_string(desk.path("a.ron")).unwrap();
+        let list = format!("nodes: [{}]", points(&skeleton["nodes"]));
+        assert!(graph.contains(&list));
+        desk.write("b.ron", graph.replace(&list, "file: \"nodes.csv\""));
+        same(&desk.shibo("dump b.ron time --at at.csv").expect(0).json(), &skeleton["queries"], "T");
         for (node, key) in [("raw", "controls_raw"), ("tree", "controls_equalised")] {
             let dump = desk.shibo(&format!("dump a.ron {node}")).expect(0).json();
             let flat = |v: &Json| -> Vec<f64> {
@@ -98,11 +106,15 @@ fn dumped_branches_and_baselines_are_those_of_the_vectors() {
         let dump = |node: &str| desk.shibo(&format!("dump a.ron {node} --at at.csv")).expect(0).json();
         same(&dump("time"), &case["queries"], "T");
         same(&dump("t1"), &case["queries"], "T1");
-        let (first, least) = (dump("first"), dump("least"));
+        let (first, second, least) = (dump("first"), dump("t2"), dump("least"));
         for (i, query) in case["queries"].as_array().unwrap().iter().enumerate() {
             let (got, want) = (number(&first["values"][i]), number(&query["T2"][0]));
             assert!(got == want || (got / want - 1.0).abs() < 1e-9, "{got} {want}");
-            assert!(number(&least["values"][i]) <= number(&query["T1"]) + 1e-9);
+            // The minimum of the trunk's time and of those of all branches, exactly.
+            let all = query["T2"].as_array().unwrap().iter().map(number).fold(number(&query["T1"]), f64::min);
+            let branches = number(&second["values"][i]);
+            assert!((number(&least["values"][i]) - number(&query["T1"]).min(branches)).abs() < 1e-9);
+            assert!(all >= number(&least["values"][i]) - 1e-9);
         }
     }
     for case in vectors["straight"].as_array().unwrap() {
@@ -343,6 +355,80 @@ fn placed_solids_are_those_of_the_tree() {
     let want = dump(&desk, "p");
     let field = desk.shibo("dump a.ron cut").expect(0).json();
     assert!((number(&field["values"][32]) - want[0]).abs() < 1e-5);
+}
+
+/// A grid of points out of a file that lie in a plane shows what the plane shows.
+#[test]
+fn surfaces_out_of_files_are_where_their_points_are() {
+    let desk = Desk::new();
+    let mut rows = String::new();
+    for v in [0.0, 0.5, 1.0] {
+        for u in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            writeln!(rows, "{},{},{}", 1.0 + 20.0 * u, 3.0 * v, 5.0 + 30.0 * v).unwrap();
+        }
+        rows.push('\n');
+    }
+    desk.write("grid.csv", rows);
+    let nodes = "\"n\": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), \"s\": FitSkeleton(curve: \"n\"), \
+                 \"t\": TrunkTime(skeleton: \"s\"), \
+                 \"file\": CutSurface(solid: \"t\", shape: Points, file: \"grid.csv\"), \
+                 \"plane\": CutPlane(solid: \"t\", origin: (1, 0, 5), u: (20, 0, 0), v: (0, 3, 30)),";
+    desk.write("a.ron", format!("(canvas: (size_mm: 10, resolution: 16, tile: None), nodes: {{ {nodes} }})"));
+    let values = |node: &str| -> Vec<f64> {
+        let dump = desk.shibo(&format!("dump a.ron {node}")).expect(0).json();
+        dump["values"].as_array().unwrap().iter().map(number).collect()
+    };
+    let (file, plane) = (values("file"), values("plane"));
+    assert_eq!(file.len(), 256);
+    assert!(file.iter().zip(&plane).all(|(a, b)| (a - b).abs() < 1e-4), "{file:?} {plane:?}");
+    assert!(plane[255] - plane[0] > 1.0, "there is something to be seen");
+}
+
+/// Years out of a picture: their colours, and the place along the line at which they begin.
+#[test]
+fn patterns_are_read_off_pictures() {
+    let desk = Desk::new();
+    // Twenty years of 24 pixels, from light to dark.
+    let shade = |x: u32| 220 - 4 * u8::try_from(x % 24).unwrap();
+    let picture = image::RgbImage::from_fn(480, 60, |x, _| image::Rgb([shade(x), shade(x) - 40, shade(x) - 90]));
+    picture.save(desk.path("rings.png")).unwrap();
+    desk.write(
+        "a.ron",
+        "(canvas: (size_mm: (80, 10), resolution: (480, 60), tile: None), nodes: { \
+         \"p\": Image(path: \"rings.png\"), \
+         \"out\": ColorPattern(image: \"p\", line: ((3, 5), (77, 5)), strip: 3, entries: 24), \
+         \"in\": ColorPattern(image: \"p\", line: ((77, 5), (3, 5)), strip: 3, entries: 24) })",
+    );
+    for node in ["out", "in"] {
+        let dump = desk.shibo(&format!("dump a.ron {node}")).expect(0).json();
+        let table = dump["table"].as_array().unwrap();
+        assert_eq!(table.len(), 24);
+        for (color, x) in table.iter().zip(0..) {
+            let byte = [shade(x), shade(x) - 40, shade(x) - 90];
+            for c in 0..3 {
+                #[expect(clippy::cast_possible_truncation, reason = "a colour")]
+                let got = linear_to_srgb(number(&color[c]) as f32) * 255.0;
+                assert!((got - f32::from(byte[c])).abs() < 4.0, "{node}, entry {x}: {got} is not {}", byte[c]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_trunk_that_lies_down_is_said_to() {
+    let desk = Desk::new();
+    let graph = |x: f64| {
+        format!(
+            "(canvas: (size_mm: 10, tile: None), nodes: {{\n\"n\": TrunkNodes(nodes: [(0, 0, 0), (0, 0, 50), ({x}, 0, 100)]), \
+             \"s\": FitSkeleton(curve: \"n\", scheme: Local) }})"
+        )
+    };
+    desk.write("a.ron", graph(90.0));
+    let ran = desk.shibo("dump a.ron s").expect(0);
+    let text = ran.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("leans by 61° between nodes 1 and 2") && text.contains("a.ron:2:"), "{}", ran.stderr);
+    desk.write("a.ron", graph(40.0));
+    assert_eq!(desk.shibo("dump a.ron s").expect(0).stderr, "");
 }
 
 #[test]

@@ -176,6 +176,7 @@ fn not_finite(job: &Job<'_>, tile: &Tile, at: usize) -> Failure {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod tests {
     use super::*;
 
@@ -185,5 +186,46 @@ mod tests {
         assert_eq!(cut(300, 1000, 512).collect::<Vec<_>>(), [(300, 768), (768, 1000)]);
         assert_eq!(cut(5, 6, 256).collect::<Vec<_>>(), [(5, 6)]);
         assert_eq!(cut(5, 5, 256).count(), 0);
+    }
+
+    fn message<T>(result: Result<T, Failure>) -> String {
+        match result {
+            Err(Failure::File(message)) => message,
+            Err(other) => panic!("{other:?}"),
+            Ok(_) => panic!("it worked"),
+        }
+    }
+
+    #[test]
+    fn what_waits_comes_back_or_is_missed() {
+        let dir = tempfile::tempdir().unwrap();
+        let picture = dir.path().join("a.png");
+        let grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None };
+        let window = Window { x: 0, y: 0, width: 3, height: 2 };
+        let tile = |from: f32| {
+            let mut tile = Tile::new(grid, window, 1);
+            tile.data_mut().iter_mut().zip(0_u8..).for_each(|(v, i)| *v = from + f32::from(i));
+            tile
+        };
+        let mut waiting = Waiting::create(&picture).unwrap();
+        waiting.put(&[tile(0.0), tile(10.0)]).unwrap();
+        waiting.put(&[tile(20.0)]).unwrap();
+        assert_eq!(waiting.take(Tile::new(grid, window, 1), 6).unwrap(), tile(10.0));
+        assert_eq!(waiting.take(Tile::new(grid, window, 1), 12).unwrap(), tile(20.0));
+        // Half of what is asked for was never put: no zeros in its place.
+        let missed = message(waiting.take(Tile::new(grid, window, 1), 15));
+        assert!(missed.contains("a.png") && missed.contains("strips"), "{missed}");
+        drop(waiting);
+        assert_eq!(dir.path().read_dir().unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_is_named() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("file"), "").unwrap();
+        for picture in ["gone/a.png", "file/a.png"] {
+            let refused = message(Waiting::create(&dir.path().join(picture)));
+            assert!(refused.contains(picture) && refused.contains("temporary file"), "{refused}");
+        }
     }
 }

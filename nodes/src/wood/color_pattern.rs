@@ -223,7 +223,7 @@ fn unreadable(error: StripError) -> Problem {
 }
 
 impl Node for ColorPattern {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[Output::new("pattern", Type::ColorPattern, "The colours, entry by entry.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 

@@ -191,3 +191,61 @@ impl Node for CutPlane {
         Ok(Outputs::one(cx.get(&self.solid)?.cut(&self.plane(size).cut(size))))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    fn plane(cut: &CutPlane) -> (DVec3, DVec3, DVec3) {
+        let Plane { origin, u, v } = cut.plane(DVec2::new(200.0, 80.0));
+        (origin, u, v)
+    }
+
+    fn close(a: DVec3, b: DVec3) {
+        assert!(a.distance(b) < 1e-9, "{a} is not {b}");
+    }
+
+    #[test]
+    fn presets_are_the_cuts_of_sawyers() {
+        let cut = |preset| CutPlane { preset, distance: 30.0, offset: 5.0, height: 700.0, ..CutPlane::default() };
+        // Tangential: all of it 30 mm in front of the pith, the trunk's length to the right.
+        let (origin, u, v) = plane(&cut(Sawing::FlatSawn));
+        close(origin, DVec3::new(5.0 - 40.0, 30.0, 700.0));
+        close(u, DVec3::Z * 200.0);
+        close(v, DVec3::X * 80.0);
+        // Radial: away from the pith.
+        let (origin, u, v) = plane(&cut(Sawing::QuarterSawn));
+        close(origin, DVec3::new(30.0, 5.0, 700.0));
+        close(u, DVec3::Z * 200.0);
+        close(v, DVec3::X * 80.0);
+        // Across: level.
+        let (origin, u, v) = plane(&cut(Sawing::EndGrain));
+        close(origin, DVec3::new(5.0 - 100.0, 30.0 - 40.0, 700.0));
+        close(u, DVec3::X * 200.0);
+        close(v, DVec3::Y * 80.0);
+        // Upright: the length down the canvas.
+        let (_, u, v) = plane(&CutPlane { upright: true, ..cut(Sawing::FlatSawn) });
+        close(u, DVec3::X * 200.0);
+        close(v, DVec3::Z * 80.0);
+    }
+
+    #[test]
+    fn boards_turn_about_their_middles() {
+        for preset in [Sawing::FlatSawn, Sawing::QuarterSawn] {
+            let cut = |yaw, pitch| CutPlane { preset, distance: 30.0, yaw, pitch, ..CutPlane::default() };
+            let middle = |(origin, u, v): (DVec3, DVec3, DVec3)| origin + 0.5 * (u + v);
+            let straight = plane(&cut(0.0, 0.0));
+            let turned = plane(&cut(90.0, 0.0));
+            close(middle(turned), middle(straight));
+            // About the vertical: the length stays, the breadth goes from x to y.
+            close(turned.1, straight.1);
+            close(turned.2, DVec3::Y * 80.0);
+            let tilted = plane(&cut(0.0, 10.0));
+            close(middle(tilted), middle(straight));
+            close(tilted.2, straight.2);
+            let lean = tilted.1.angle_between(DVec3::Z).to_degrees();
+            assert!((lean - 10.0).abs() < 1e-9 && (tilted.1.length() - 200.0).abs() < 1e-9, "{lean}");
+        }
+    }
+}

@@ -68,6 +68,9 @@ impl Default for TrunkNodes {
     }
 }
 
+/// The lean in degrees from which on rings are much thinner than they should be.
+const STEEP: f64 = 45.5;
+
 /// The largest number of nodes.
 const MOST: usize = 10_000;
 
@@ -126,6 +129,19 @@ impl Node for TrunkNodes {
         if points.is_empty() {
             points = self.generate(Hash::new(cx.seed(self.seed)));
         }
+        if let Some(problem) = leaning(&points) {
+            cx.evaluator.warn(problem.at(if cx.file("file").is_some() { "file" } else { "nodes" }));
+        }
         Ok(Outputs::one(Curve { points }))
     }
+}
+
+/// What is said of a trunk that leans by more than [`STEEP`].
+fn leaning(points: &[DVec3]) -> Option<Problem> {
+    let lean = |pair: &[DVec3]| (pair[1] - pair[0]).angle_between(DVec3::Z).to_degrees();
+    let (i, lean) = points.windows(2).map(lean).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let message = format!("the trunk leans by {lean:.0}° between nodes {i} and {}", i + 1);
+    let help =
+        "growth is measured at a level: the more a trunk leans, the thinner are its rings across; up to 45° is meant";
+    (lean > STEEP).then(|| Problem::new(Code::Advice, message).help(help))
 }

@@ -270,9 +270,8 @@ impl Fibers {
                 let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
                 self.stray::<true>(parts, from_pith, pixel, stray);
                 let [dx, dy] = from_pith;
-                let [qx, qy] = trunk.axis_at(parts[2][0]);
-                let [rx, ry] = trunk.axis_at(parts[2][0] + 8.0);
-                let lean = [(rx - qx) * 0.125, (ry - qy) * 0.125];
+                let (mut lx, mut ly) = ([0.0; RUN], [0.0; RUN]);
+                trunk.lean(parts[2], &mut lx, &mut ly);
                 let n = (to - from).min(RUN);
                 let (fx, fy, fz) = (&mut fx[from..][..n], &mut fy[from..][..n], &mut fz[from..][..n]);
                 for i in 0..n {
@@ -286,7 +285,7 @@ impl Fibers {
                     };
                     let aside = swing - stray.sideways[i];
                     let outward = -stray.outward[i] * d / (d + 4.0);
-                    let f = [lean[0] + outward * u - aside * v, lean[1] + outward * v + aside * u, 1.0];
+                    let f = [lx[i] + outward * u - aside * v, ly[i] + outward * v + aside * u, 1.0];
                     let w = stray.inside[i];
                     let f: [f32; 3] = std::array::from_fn(|k| math::lerp(f[k], stray.axis[k][i], w));
                     let length = 1.0 / (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
@@ -321,5 +320,52 @@ impl Fibers {
                 );
             },
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::wood::fit::{Scheme, equalize, fit};
+    use crate::kernel::wood::trunk::Rows;
+
+    /// The direction at a point is that of the fibre through it, however many other points are asked for.
+    #[test]
+    fn fibres_run_with_the_trunk_at_every_point() {
+        let nodes = [(-30.0, 0.0), (0.0, 48.0), (-30.0, 96.0), (10.0, 160.0)].map(|(x, z)| DVec3::new(x, 0.2 * x, z));
+        let (trunk, _) = equalize(&fit(&nodes, Scheme::Local).unwrap()).unwrap();
+        let trunk = Trunk::<f32>::new(&trunk);
+        let style = FiberStyle {
+            elongation: 200.0,
+            thickening: 2.0,
+            ground: 0.0,
+            wander: 0.0,
+            spiral: 0.0,
+            curl: 0.0,
+            curl_length: 10.0,
+            curl_chaos: 0.0,
+            interlock: 0.0,
+            interlock_pitch: 14.0,
+        };
+        let fibers = Fibers::new(style, Vec::new(), Hash::new(1));
+        let n = 400;
+        let [x, y] = [20.0, -15.0].map(|v| vec![v; n]);
+        let z: Vec<f32> = (0..n).map(|i| -20.0 + 0.5 * i as f32).collect();
+        let directions = |from: usize, to: usize| -> [Vec<f32>; 3] {
+            let mut out = [0; 3].map(|_| vec![0.0; to - from]);
+            let [a, b, c] = &mut out;
+            let at = Places { x: &x[from..to], y: &y[from..to], z: &z[from..to], rows: Rows::Any };
+            fibers.direction(&trunk, &at, 0.5, [a, b, c]);
+            out
+        };
+        let all = directions(0, n);
+        for i in 0..n {
+            let one = directions(i, i + 1);
+            assert!((0..3).all(|k| one[k][0].to_bits() == all[k][i].to_bits()), "point {i}");
+            let ([ax, ay], [bx, by]) = (trunk.axis_at(z[i] - 0.05), trunk.axis_at(z[i] + 0.05));
+            let lean = Vec3::new((bx - ax) / 0.1, (by - ay) / 0.1, 1.0).normalize();
+            let off = lean.angle_between(Vec3::new(all[0][i], all[1][i], all[2][i])).to_degrees();
+            assert!(off < 0.5, "point {i} is {off}° off");
+        }
     }
 }

@@ -178,6 +178,14 @@ fn borders(slope: &[f32]) -> Vec<usize> {
     best.1
 }
 
+/// Borders moved by a pixel at the most to where light rises most from one pixel to the next: the slope over two pixels
+/// is as large on either side of a sharp border. The pixel at a border is the first one of its year.
+fn sharpened(borders: Vec<usize>, values: &[f32], sign: f32) -> Vec<usize> {
+    let rise = |i: usize| if (1..values.len()).contains(&i) { sign * (values[i] - values[i - 1]) } else { f32::MIN };
+    let best = |i: usize| (i.saturating_sub(1)..=i + 1).max_by(|a, b| rise(*a).total_cmp(&rise(*b))).unwrap_or(i);
+    borders.into_iter().map(best).collect()
+}
+
 /// The mean of a strip's pixels between two places, box by box.
 fn resample(colors: &[[f32; 3]], from: usize, to: usize, entries: usize) -> Vec<[f32; 3]> {
     let width = (to - from) as f32;
@@ -248,7 +256,7 @@ pub fn sample(strip: &Strip, spec: &StripSpec) -> Result<Sampled, StripError> {
     let rises: Vec<f32> = slope_of(&values).iter().map(|s| sign * s).collect();
     let found = match spec.period {
         Some(period) => every(period.max(2.0), colors.len()),
-        None => borders(&rises),
+        None => sharpened(borders(&rises), &values, sign),
     };
     if found.len() < if spec.period.is_some() { 2 } else { 3 } {
         return Err(StripError::NoRings);
@@ -341,6 +349,27 @@ mod tests {
             let got: Vec<f32> = found.table.iter().map(|c| c[0]).collect();
             assert!(correlation(&got, &profile) > 0.97, "{turned} {got:?}");
             assert!(found.skew.abs() > 0.3);
+        }
+    }
+
+    #[test]
+    fn years_begin_with_the_first_light_pixel() {
+        for (early_dark, turned) in [(false, false), (false, true), (true, false), (true, true)] {
+            // From 0.7 down to 0.3 in 24 pixels, then at once up again; the line starts within a year.
+            let shade = |i: usize| 0.7 - 0.4 * ((i + 7) % 24) as f32 / 23.0;
+            let mut pixels: Vec<[f32; 3]> =
+                (0..480).map(|i| [if early_dark { 1.0 - shade(i) } else { shade(i) }; 3]).collect();
+            if turned {
+                pixels.reverse();
+            }
+            let spec = StripSpec { towards: Towards::Auto, early_dark, entries: 24, all: false, period: None };
+            let found = sample(&Strip { pixels, length: 480, rows: 1 }, &spec).unwrap();
+            for (k, color) in found.table.iter().enumerate() {
+                let want = 0.7 - 0.4 * k as f32 / 23.0;
+                let want = if early_dark { 1.0 - want } else { want };
+                // Slow changes of the whole strip are taken out, which changes a bit at its ends.
+                assert!((color[0] - want).abs() < 0.03, "{early_dark} {turned}: entry {k} is {color:?}, not {want}");
+            }
         }
     }
 

@@ -117,6 +117,24 @@ impl<R: Real> Trunk<R> {
         self.segments[self.find(z, 0)].point(z)
     }
 
+    /// How far the skeleton moves in x and y for each mm of height, at at most [`RUN`] heights.
+    #[inline(always)]
+    pub fn lean(&self, z: &[R], lx: &mut [R; RUN], ly: &mut [R; RUN]) {
+        let Some(&first) = z.first() else { return };
+        let mut guess = self.find(first, 0);
+        let segment = &self.segments[guess];
+        if z.iter().fold(true, |whole, &z| whole & (z >= segment.low) & (z < segment.high)) {
+            for ((z, lx), ly) in z.iter().zip(lx.iter_mut()).zip(ly.iter_mut()) {
+                [*lx, *ly] = segment.lean(*z);
+            }
+            return;
+        }
+        for ((z, lx), ly) in z.iter().zip(lx.iter_mut()).zip(ly.iter_mut()) {
+            guess = self.find(*z, guess);
+            [*lx, *ly] = self.segments[guess].lean(*z);
+        }
+    }
+
     /// The trunk's skeleton at heights (eqs 8 and 9), at most [`RUN`] of them.
     #[inline(always)]
     fn axis(&self, z: &[R], guess: &mut usize, qx: &mut [R; RUN], qy: &mut [R; RUN]) {
@@ -232,6 +250,15 @@ impl<R: Real> Segment<R> {
     fn point(&self, z: R) -> [R; 2] {
         let t = (z - self.z0) * self.inverse;
         let at = |c: &[R; 4]| ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
+        [at(&self.x), at(&self.y)]
+    }
+
+    /// How fast it moves sideways with height.
+    #[inline(always)]
+    fn lean(&self, z: R) -> [R; 2] {
+        let t = (z - self.z0) * self.inverse;
+        let (two, three) = (R::of(2.0), R::of(3.0));
+        let at = |c: &[R; 4]| ((three * c[3] * t + two * c[2]) * t + c[1]) * self.inverse;
         [at(&self.x), at(&self.y)]
     }
 }

@@ -453,6 +453,8 @@ fn what_users_get_wrong_is_named() {
     desk.write("ragged.csv", "0,0,0\n1,0,0\n\n0,1,0\n");
     desk.write("nan.csv", "0,0,0\n1,0,nan\n");
     desk.write("short.csv", "0,0,0\n1,0\n");
+    desk.write("huge.csv", "0,0,0\n1,0,0\n\n0,1,0\n1e308,1,0\n");
+    desk.write("falls.csv", "0,0,0\n1,0,5\n0,0,4\n");
     let tree = r#""n": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), "s": FitSkeleton(curve: "n"), "t": TrunkTime(skeleton: "s"),"#;
     let cases = [
         (r#""a": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 5), (0, 0, 4)]),"#, "bad-value", "node 2 is at height `4`"),
@@ -471,6 +473,12 @@ fn what_users_get_wrong_is_named() {
         (r#""n": TrunkNodes(), "a": FitSkeleton(curve: "n", scheme: Given),"#, "bad-value", "there must be 4, 7, 10"),
         (r#""n": TrunkNodes(file: "short.csv"), "a": FitSkeleton(curve: "n"),"#, "bad-file", "line 2"),
         (r#""n": TrunkNodes(file: "nan.csv"), "a": FitSkeleton(curve: "n"),"#, "bad-file", "line 2"),
+        (r#""n": TrunkNodes(file: "huge.csv"), "a": FitSkeleton(curve: "n"),"#, "bad-file", "line 5"),
+        (
+            r#""n": TrunkNodes(file: "falls.csv"), "a": FitSkeleton(curve: "n"),"#,
+            "bad-value",
+            "`falls.csv`: node 2 is at",
+        ),
     ];
     let with_tree = [
         (r#""a": Branches(skeleton: "s", branches: [(height: 500)]),"#, "bad-value", "where there is no trunk"),
@@ -510,6 +518,7 @@ fn what_users_get_wrong_is_named() {
         (r#""a": VaryGrowth(time: "t", series: List([1, 0])),"#, "bad-value", "not greater than 0"),
         (r#""a": CutSurface(solid: "t", shape: Points, file: "ragged.csv"),"#, "bad-file", "this row has 1 points"),
         (r#""a": CutSurface(solid: "t", shape: Points, file: "nan.csv"),"#, "bad-file", "line 2"),
+        (r#""a": CutSurface(solid: "t", shape: Points, file: "huge.csv"),"#, "bad-file", "line 5"),
         (r#""a": CutSurface(solid: "t", shape: Bezier),"#, "bad-value", "a patch needs 16"),
         (r#""a": CutPlane(solid: "t", u: (1, 0, 0), v: (2, 0, 0)),"#, "bad-value", "must span a plane"),
     ];

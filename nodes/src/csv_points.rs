@@ -3,6 +3,9 @@ use shibo_engine::diagnostics::{Code, Problem};
 use std::path::Path;
 use std::str::FromStr;
 
+/// Coordinates in files are no larger, as those in graphs.
+pub(crate) const FARTHEST: f64 = 1e7;
+
 /// The lines of a file, each with N finite numbers as `form` says; at most `most`. `field` names the file.
 pub(crate) fn read<T: FromStr + Copy + Into<f64>, const N: usize>(
     path: &Path,
@@ -10,7 +13,8 @@ pub(crate) fn read<T: FromStr + Copy + Into<f64>, const N: usize>(
     most: usize,
 ) -> Result<Vec<[T; N]>, Problem> {
     let bad = |line: u64, what: &str| {
-        let message = format!("`{}`, line {line}: {what}; it must be `{form}` in mm", path.display());
+        let message =
+            format!("`{}`, line {line}: {what}; it must be `{form}` in mm, within ±{FARTHEST:e}", path.display());
         Problem::new(Code::BadFile, message).at(field)
     };
     let mut reader = csv::ReaderBuilder::new()
@@ -25,7 +29,7 @@ pub(crate) fn read<T: FromStr + Copy + Into<f64>, const N: usize>(
         let line = |e: &csv::Error| e.position().map_or(0, csv::Position::line);
         let record = record.map_err(|e| bad(line(&e), "it is not readable as CSV"))?;
         let at = record.position().map_or(0, csv::Position::line);
-        let number = |text: &str| text.parse::<T>().ok().filter(|v| (*v).into().is_finite());
+        let number = |text: &str| text.parse::<T>().ok().filter(|v| (*v).into().abs() <= FARTHEST);
         let numbers: Option<Vec<T>> = record.iter().map(number).collect();
         match numbers.and_then(|numbers| <[T; N]>::try_from(numbers).ok()) {
             Some(point) => points.push(point),
@@ -64,6 +68,7 @@ mod tests {
             ("1,2,3", 1, "not 2 finite numbers"),
             ("1\n", 1, "not 2 finite numbers"),
             ("1,2\n3,inf", 2, "not 2 finite numbers"),
+            ("1,2\n1e7,-1.1e7", 2, "within ±1e7"),
             ("0,0\n0,1\n0,2\n0,3", 4, "more than 3 points"),
         ] {
             let problem = read(text).unwrap_err();

@@ -3,6 +3,7 @@
 //! Source: Momoi & Takatera 2014, §4.1, §4.2 (rows B25, B27, B29): a parametric surface (u, v), read from a file or given,
 //! of which u and v are scanned evenly. Cost: about 30 ns a pixel besides the solid.
 use super::trees::{Triple, vector};
+use crate::csv_points::FARTHEST;
 use crate::kernel::wood::surface;
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
@@ -113,8 +114,8 @@ fn read_grid(path: &Path) -> Result<(Vec<DVec3>, usize), Problem> {
         }
         let numbers: Vec<f64> = line.split(',').map(|w| w.trim().parse().unwrap_or(f64::NAN)).collect();
         match numbers[..] {
-            [x, y, z] if x.is_finite() && y.is_finite() && z.is_finite() => points.push(DVec3::new(x, y, z)),
-            _ => return Err(bad(number + 1, "it is not three finite numbers")),
+            [x, y, z] if numbers.iter().all(|v| v.abs() <= FARTHEST) => points.push(DVec3::new(x, y, z)),
+            _ => return Err(bad(number + 1, &format!("it is not three finite numbers within ±{FARTHEST:e}"))),
         }
         row += 1;
         if points.len() > MOST {

@@ -124,7 +124,11 @@ impl Node for TrunkNodes {
         let mut points: Vec<DVec3> = self.nodes.iter().map(|n| vector(*n)).collect();
         if let Some(path) = cx.file("file") {
             points.extend(csv_points::read(path, ("file", "x,y,z"), MOST)?.into_iter().map(DVec3::from_array));
-            fit::check_nodes(&points).map_err(|e| problem(e, &points).at("file"))?;
+            fit::check_nodes(&points).map_err(|e| {
+                let mut problem = problem(e, &points).at("file");
+                problem.message = format!("`{}`: {}", path.display(), problem.message);
+                problem
+            })?;
         }
         if points.is_empty() {
             points = self.generate(Hash::new(cx.seed(self.seed)));

@@ -140,7 +140,7 @@ impl Node for TrunkNodes {
     }
 }
 
-/// What is said of a trunk that leans by more than [`STEEP`].
+/// What is said of a trunk that leans by more than is meant.
 fn leaning(points: &[DVec3]) -> Option<Problem> {
     let lean = |pair: &[DVec3]| (pair[1] - pair[0]).angle_between(DVec3::Z).to_degrees();
     let (i, lean) = points.windows(2).map(lean).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -117,9 +117,9 @@ impl<R: Real> Trunk<R> {
         self.segments[self.find(z, 0)].point(z)
     }
 
-    /// How far the skeleton moves in x and y for each mm of height, at at most [`RUN`] heights.
+    /// How far the skeleton moves in x and y for each mm of height, for up to [`RUN`] heights.
     #[inline(always)]
-    pub fn lean(&self, z: &[R], lx: &mut [R; RUN], ly: &mut [R; RUN]) {
+    pub(super) fn lean(&self, z: &[R], lx: &mut [R; RUN], ly: &mut [R; RUN]) {
         let Some(&first) = z.first() else { return };
         let mut guess = self.find(first, 0);
         let segment = &self.segments[guess];

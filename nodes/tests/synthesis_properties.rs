@@ -9,7 +9,7 @@ use shibo_nodes::kernel::synthesis::coverage::EvenUse;
 use shibo_nodes::kernel::synthesis::driver::{Analysed, Fixed, Inputs, Settings, Start, run};
 use shibo_nodes::kernel::synthesis::exact::{Corrector, Features, Rule, upsample};
 use shibo_nodes::kernel::synthesis::jacobian::{Jacobian, from_angle_scale};
-use shibo_nodes::kernel::synthesis::lattice::detect;
+use shibo_nodes::kernel::synthesis::lattice::{Basis, detect};
 use shibo_nodes::kernel::synthesis::levels::image;
 use shibo_nodes::kernel::synthesis::magnify::places;
 use shibo_nodes::kernel::synthesis::region::{Output, Region};
@@ -148,10 +148,67 @@ fn positions_stay_inside_and_never_streak() {
             let coords = synthesise(&exemplar, &[], &output, false, &inputs);
             let inside = |c: &Position| c[0] >= 0.0 && c[0] < w as f32 && c[1] >= 0.0 && c[1] < h as f32;
             assert!(coords.iter().all(inside), "{w}x{h}");
-            if w.min(h) >= 32 && jacobian.is_none() {
-                let runs = coords.chunks_exact(64).flat_map(|row| row.windows(4));
-                assert_eq!(runs.filter(|r| r.iter().all(|c| c == &r[0])).count(), 0, "streaks");
+        }
+    }
+    for (w, h, wrap) in [(33, 47, false), (32, 32, true), (64, 64, false)] {
+        let exemplar = lumps(w, h, wrap);
+        let output = Output { start: [0, 0], size: [192, 192], wrap: [true; 2] };
+        for local in [true, false] {
+            let coords = synthesise(&exemplar, &[], &output, local, &Plain::default());
+            let at = |x: usize, y: usize| coords[y % 192 * 192 + x % 192];
+            for (x, y) in (0..192).flat_map(|x| (0..192).map(move |y| (x, y))) {
+                let own = at(x, y);
+                assert!(at(x + 1, y) != own || at(x + 2, y) != own, "a streak at {x}, {y} of {w}x{h}");
+                assert!(at(x, y + 1) != own || at(x, y + 2) != own, "a streak at {x}, {y} of {w}x{h}");
             }
+        }
+    }
+}
+
+/// How often the exemplar does not go on from one column to the next, and from one row to the next: where sides join,
+/// and anywhere on average.
+fn breaks(coords: &[Position], [w, h]: [usize; 2], j: Jacobian) -> (f64, f64) {
+    let broken =
+        |a: Position, b: Position, step: Position| (b[0] - a[0] - step[0]).abs() + (b[1] - a[1] - step[1]).abs() > 1e-3;
+    let at = |x: usize, y: usize| coords[y % h * w + x % w];
+    let column = |x: usize| (0..h).filter(|&y| broken(at(x, y), at(x + 1, y), [j[0], j[2]])).count();
+    let row = |y: usize| (0..w).filter(|&x| broken(at(x, y), at(x, y + 1), [j[1], j[3]])).count();
+    let share = |sum: usize, n: usize| sum as f64 / n as f64;
+    let all = share((0..w).map(column).sum(), w * h) + share((0..h).map(row).sum(), w * h);
+    (share(column(w - 1), h) + share(row(h - 1), w), all)
+}
+
+#[test]
+fn where_sides_join_is_no_worse_than_anywhere_else() {
+    let (mut near_regular, hash) = (lumps(64, 64, false), Hash::new(8));
+    let basis = Basis { a: [13.3, 0.4], b: [-0.3, 11.6] };
+    for p in 0..64 * 64 {
+        let [i, j] = basis.coordinates([(p % 64) as f64, (p / 64) as f64]);
+        let wave = (i * std::f64::consts::TAU).cos() + (j * std::f64::consts::TAU).cos();
+        near_regular.data[2 * p] = wave as f32 + 0.4 * hash.unit_f32(p as u64);
+    }
+    let turned: fn(f64, f64) -> Jacobian = |_, _| from_angle_scale(0.6, 1.0, 1.0);
+    for (exemplar, start, jacobian) in [
+        (lumps(64, 64, false), Start::Random, None),
+        (lumps(64, 64, false), Start::Random, Some(turned)),
+        (near_regular, Start::Lattice(basis), None),
+    ] {
+        let levels = analysed(&exemplar);
+        let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
+        // A whole number of the coarsest pixels, or not; neither is a whole number of periods.
+        for (size, most) in [([208, 192], 1.2), ([203, 190], 1.7)] {
+            let output = Output { start: [0, 0], size, wrap: [true; 2] };
+            let (mut joint, mut mean) = (0.0, 0.0);
+            for seed in 0..12 {
+                let settings = Settings { start, jitter: 0.0, hash: Hash::new(seed), ..settings(false) };
+                let inputs = Plain { jacobian, ..Plain::default() };
+                let coords = run(&analysed, &output, &settings, &inputs).expect("nothing stops it").coords;
+                let j = jacobian.map_or([1.0, 0.0, 0.0, 1.0], |j| j(0.0, 0.0));
+                let (here, all) = breaks(&coords, size, j);
+                (joint, mean) = (joint + here / 12.0, mean + all / 12.0);
+            }
+            println!("{start:?} {size:?}: {joint:.3} where sides join, {mean:.3} anywhere");
+            assert!(joint < most * mean, "{start:?} {size:?}: {joint:.3} where sides join, {mean:.3} anywhere");
         }
     }
 }

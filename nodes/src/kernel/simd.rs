@@ -23,3 +23,10 @@ impl<R, F: FnOnce() -> R> WithSimd for Op<F> {
 pub fn dispatch<R, F: FnOnce() -> R>(body: F) -> R {
     Arch::new().dispatch(Op(body))
 }
+
+/// A closure that is compiled into the kernel that calls it: written `inlined(#[inline(always)] |x| …)`, since only
+/// arguments can be marked so.
+#[inline(always)]
+pub fn inlined<F>(body: F) -> F {
+    body
+}

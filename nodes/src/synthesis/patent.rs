@@ -46,6 +46,7 @@ pub(super) fn run(
             h: h.div_ceil(1 << levels) << (levels - h_l.ilog2()),
             wrap,
         },
+        short: [0; 2],
     };
     let first = region(1 << levels);
     let mut map: Vec<[f64; 2]> = match inputs.start {

@@ -147,38 +147,36 @@ pub fn valid(plane: Plane, usable: &[bool], margin: usize) -> Vec<bool> {
 /// Reads around every pixel of a picture, at multiples of a spacing, mirrored at sides that do not join.
 struct Around {
     plane: Plane,
-    /// For each offset, the columns and rows that are read, and the weight.
+    h: usize,
+    /// For each offset, the column and row that are read, both from -2 spacings, and the weight.
     taps: Vec<(usize, usize, f32)>,
-    columns: Vec<Vec<usize>>,
-    rows: Vec<Vec<usize>>,
+    /// The columns that are read, from two spacings before the first.
+    columns: Vec<usize>,
+    rows: Vec<usize>,
 }
 
 impl Around {
     fn new(plane: Plane, h: usize, offsets: &[([i32; 2], f32)]) -> Self {
-        let line = |n: usize, wrap: bool| -> Vec<Vec<usize>> {
-            (-2..=2).map(|d| (0..index(n)).map(|k| mirrored(k + d * index(h), n, wrap)).collect()).collect()
+        let line = |n: usize, wrap: bool| -> Vec<usize> {
+            (-2 * index(h)..index(n + 2 * h)).map(|k| mirrored(k, n, wrap)).collect()
         };
         let tap = |d: i32| crate::kernel::window::offset(d + 2);
         Self {
             plane,
+            h,
             taps: offsets.iter().map(|&([x, y], weight)| (tap(x), tap(y), weight)).collect(),
             columns: line(plane.w, plane.wrap[0]),
             rows: line(plane.h, plane.wrap[1]),
         }
     }
 
-    /// The pixel that a tap reads for pixel (x, y).
-    #[inline(always)]
-    fn source(&self, (i, j, _): (usize, usize, f32), x: usize, y: usize) -> usize {
-        self.rows[j][y] * self.plane.w + self.columns[i][x]
-    }
-
     fn principal(&self, data: &[f32], channels: usize, pixels: &[usize], dims: usize) -> Projection {
         let mut samples = Vec::with_capacity(pixels.len() * self.taps.len() * channels);
+        let w = self.plane.w;
         for &p in pixels {
-            for &tap in &self.taps {
-                let from = self.source(tap, p % self.plane.w, p / self.plane.w) * channels;
-                samples.extend(data[from..from + channels].iter().map(|v| v * tap.2));
+            for &(i, j, weight) in &self.taps {
+                let from = (self.rows[p / w + j * self.h] * w + self.columns[p % w + i * self.h]) * channels;
+                samples.extend(data[from..from + channels].iter().map(|v| v * weight));
             }
         }
         principal(&samples, self.taps.len() * channels, dims)
@@ -189,23 +187,55 @@ impl Around {
         // The weights go into the matrix.
         let weighted = |(k, row): (usize, &[f32; DIMS])| row.map(|v| v * self.taps[k / channels].2);
         let matrix: Projection = matrix.iter().enumerate().map(weighted).collect();
+        // Where in the planes of a row each row of the matrix finds its values.
+        let length = self.columns.len();
+        let starts: Vec<usize> = self
+            .taps
+            .iter()
+            .flat_map(|&(i, j, _)| (0..channels).map(move |c| (j * channels + c) * length + i * self.h))
+            .collect();
         let mut out = vec![[0.0; DIMS]; w * h];
-        out.par_chunks_mut(w).enumerate().filter(|_| !until()).for_each(|(y, out)| {
-            simd::dispatch(
-                #[inline(always)]
-                || {
-                    for (&tap, matrix) in self.taps.iter().zip(matrix.chunks_exact(channels)) {
-                        let row = self.rows[tap.1][y] * w;
-                        for (out, column) in out.iter_mut().zip(&self.columns[tap.0]) {
-                            let from = (row + column) * channels;
-                            for (v, matrix) in data[from..from + channels].iter().zip(matrix) {
-                                out.iter_mut().zip(matrix).for_each(|(out, m)| *out += v * m);
-                            }
-                        }
+        let rows = out.par_chunks_mut(w).enumerate().filter(|_| !until());
+        rows.for_each_init(
+            || (vec![0.0f32; 5 * channels * length], vec![0.0f32; DIMS * w]),
+            |(planes, sums), (y, out)| {
+                for j in (0..5).filter(|j| self.taps.iter().any(|tap| tap.1 == *j)) {
+                    let row = &data[self.rows[y + j * self.h] * w * channels..][..w * channels];
+                    for (c, plane) in planes.chunks_exact_mut(length).skip(j * channels).take(channels).enumerate() {
+                        plane.iter_mut().zip(&self.columns).for_each(|(v, from)| *v = row[from * channels + c]);
                     }
-                },
-            );
-        });
+                }
+                simd::dispatch(
+                    #[inline(always)]
+                    || project_row(planes, &starts, &matrix, sums),
+                );
+                for (x, out) in out.iter_mut().enumerate() {
+                    out.iter_mut().enumerate().for_each(|(d, out)| *out = sums[d * w + x]);
+                }
+            },
+        );
         out
+    }
+}
+
+/// Sums a row of pixels, plane by plane, so that neighbours are summed side by side.
+#[inline(always)]
+fn project_row(planes: &[f32], starts: &[usize], matrix: &Projection, sums: &mut [f32]) {
+    let w = sums.len() / DIMS;
+    sums.fill(0.0);
+    let (fours, rest) = starts.as_chunks::<4>();
+    let (matrices, last) = matrix.as_chunks::<4>();
+    for (four, m) in fours.iter().zip(matrices) {
+        let [p, q, r, s] = four.map(|start| &planes[start..start + w]);
+        for (d, sums) in sums.chunks_exact_mut(w).enumerate() {
+            for ((((sum, p), q), r), s) in sums.iter_mut().zip(p).zip(q).zip(r).zip(s) {
+                *sum = (((*sum + p * m[0][d]) + q * m[1][d]) + r * m[2][d]) + s * m[3][d];
+            }
+        }
+    }
+    for (start, m) in rest.iter().zip(last) {
+        for (d, sums) in sums.chunks_exact_mut(w).enumerate() {
+            sums.iter_mut().zip(&planes[*start..]).for_each(|(sum, v)| *sum += v * m[d]);
+        }
     }
 }

@@ -122,21 +122,25 @@ impl<'a> Geometry<'a> {
             table = finer;
         }
         let spacing = h as f32;
-        let steps = [0, 1, 2, 3].map(|k| {
-            let [x, y] = jacobian::apply(j, OCTANTS[k].map(|v| v as f32));
-            [x * spacing, y * spacing]
-        });
+        let mut steps = [[0.0; 2]; 4];
+        for (step, o) in steps.iter_mut().zip(OCTANTS) {
+            let [x, y] = jacobian::apply(j, [o[0] as f32, o[1] as f32]);
+            *step = [x * spacing, y * spacing];
+        }
         // Up to a positive factor, J⁻¹ is sign(det) times the adjugate.
         let sign = if jacobian::det(j) < 0.0 { -1.0 } else { 1.0 };
         let mut toward = [0; 16];
-        let mut fill = |first: usize, directions: &[[i32; 2]; 8]| {
-            for (k, direction) in directions.iter().enumerate().take(4) {
-                let [x, y] = direction.map(|v| v as f32);
-                let towards = [(j[3] * x - j[1] * y) * sign, (j[0] * y - j[2] * x) * sign];
-                let octant = jacobian::octant(f64::from(towards[0]), f64::from(towards[1]));
-                (toward[first + k], toward[first + k + 4]) = (octant, (octant + 4) & 7);
-            }
-        };
+        let mut fill = simd::inlined(
+            #[inline(always)]
+            |first: usize, directions: &[[i32; 2]; 8]| {
+                for (k, direction) in directions.iter().enumerate().take(4) {
+                    let [x, y] = [direction[0] as f32, direction[1] as f32];
+                    let towards = [(j[3] * x - j[1] * y) * sign, (j[0] * y - j[2] * x) * sign];
+                    let octant = jacobian::octant(f64::from(towards[0]), f64::from(towards[1]));
+                    (toward[first + k], toward[first + k + 4]) = (octant, (octant + 4) & 7);
+                }
+            },
+        );
         fill(0, &OCTANTS);
         if table.hood() == Hood::Square5 {
             fill(8, &KNIGHTS);
@@ -213,6 +217,7 @@ impl<L: Lookup> Row<'_, L> {
         let table = geometry.table;
         let Plane { w, h, .. } = self.region.plane;
         let inner = x > 0 && self.y > 0 && x + 1 < w && self.y + 1 < h;
+        let spacing = self.region.h as f32;
         let mut near = [own; 8];
         for (k, near) in near.iter_mut().enumerate() {
             let [dx, dy] = OCTANTS[k];
@@ -224,9 +229,18 @@ impl<L: Lookup> Row<'_, L> {
             let [sx, sy] = geometry.steps[k & 3];
             let sign = if k < 4 { 1.0 } else { -1.0 };
             *near = [self.map[at][0] - sign * sx, self.map[at][1] - sign * sy];
+            if !inner {
+                // Across joined sides, it may be nearer than that.
+                let [bx, by] = self.region.beyond(index(x) + dx, index(self.y) + dy).map(|v| v as f32 / spacing);
+                let [right, down] = [geometry.steps[0], geometry.steps[2]];
+                *near = [near[0] + bx * right[0] + by * down[0], near[1] + bx * right[1] + by * down[1]];
+            }
         }
         let here = table.cell(own);
-        let cells = near.map(|p| table.cell(p));
+        let mut cells = [here; 8];
+        for (cell, p) in cells.iter_mut().zip(near) {
+            *cell = table.cell(p);
+        }
         let guided = table.has_guide() && !self.terms.guide.is_empty();
         let mut same = !guided && table.is_valid(table.padded(here));
         for toward in &geometry.toward[..8] {
@@ -255,10 +269,13 @@ impl<L: Lookup> Row<'_, L> {
         let mut wanted = [0.0f32; DIMS];
         let places = const { places::<N>() };
         for ((delta, octants, count), matrix) in places.into_iter().zip(table.matrix().chunks_exact(DIMS)) {
-            let seen = |octant: usize| {
-                let [x, y] = cells[geometry.toward[octant]];
-                table.appearance_at([x + delta[0] * spacing, y + delta[1] * spacing])
-            };
+            let seen = simd::inlined(
+                #[inline(always)]
+                |octant: usize| {
+                    let [x, y] = cells[geometry.toward[octant]];
+                    table.appearance_at([x + delta[0] * spacing, y + delta[1] * spacing])
+                },
+            );
             let mut mean = *seen(octants[0]);
             if count == 3 && self.terms.averaged {
                 let (across, down) = (seen(octants[1]), seen(octants[2]));
@@ -285,30 +302,35 @@ impl<L: Lookup> Row<'_, L> {
         let terms = self.terms;
         let factors = terms.factors.map(|factors| factors.of(x, self.y));
         let guide = if terms.guide.is_empty() { None } else { Some(terms.guide[self.y * self.region.plane.w + x]) };
-        let cost = |at: u32| {
-            let mut cost = distance(wanted, table.hood_at(at));
-            if let Some(guide) = guide {
-                let off = guide - table.guide(at);
-                cost += terms.guide_weight * (off * off);
-            }
-            if let Some(factors) = factors {
-                cost *= factors[table.bin_at(at)];
-            }
-            cost
-        };
+        let cost = simd::inlined(
+            #[inline(always)]
+            |at: u32| {
+                let mut cost = distance(wanted, table.hood_at(at));
+                if let Some(guide) = guide {
+                    let off = guide - table.guide(at);
+                    cost += terms.guide_weight * (off * off);
+                }
+                if let Some(factors) = factors {
+                    cost *= factors[table.bin_at(at)];
+                }
+                cost
+            },
+        );
         let at = table.padded(here);
         let (mut best, mut least) = (own, cost(at));
-        let alike = |position: Position, cell: [i32; 2], at: u32, best: &mut Position, least: &mut f32| {
-            for second in table.alike(at) {
-                let cost = terms.kappa * cost(second);
-                if cost < *least {
-                    let [x, y] = table.pixel(second);
-                    let moved = |to: i32, cell: i32, position: f32| to as f32 + (position - cell as f32);
-                    *best = [moved(x, cell[0], position[0]), moved(y, cell[1], position[1])];
-                    *least = cost;
+        let alike = simd::inlined(
+            #[inline(always)]
+            |position: Position, cell: [i32; 2], at: u32, best: &mut Position, least: &mut f32| {
+                for second in table.alike(at) {
+                    let cost = terms.kappa * cost(second);
+                    if cost < *least {
+                        let [x, y] = table.pixel(second);
+                        *best = [x as f32 + (position[0] - cell[0] as f32), y as f32 + (position[1] - cell[1] as f32)];
+                        *least = cost;
+                    }
                 }
-            }
-        };
+            },
+        );
         alike(own, here, at, &mut best, &mut least);
         let mut last = here;
         for (position, cell) in near.iter().zip(cells) {

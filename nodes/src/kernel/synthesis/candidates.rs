@@ -34,7 +34,14 @@ pub fn similar(vectors: &[[f32; DIMS]], sought: &Sought<'_>, until: Until<'_>) -
     let near = distance.ceil().max(1.0) as i32;
     simd::dispatch(
         #[inline(always)]
-        || Search { vectors, plane, usable, found, near, step: (h / 4).max(1), hash, until }.run(),
+        || {
+            let search = Search { vectors, plane, usable, found, near, step: (h / 4).max(1), hash, until };
+            if plane.wrap == [false; 2] && usable.is_empty() && found.is_empty() {
+                search.run::<true>()
+            } else {
+                search.run::<false>()
+            }
+        },
     )
 }
 
@@ -64,52 +71,65 @@ pub(super) fn distance(a: &[f32; DIMS], b: &[f32; DIMS]) -> f32 {
     ((t[0] + t[4]) + (t[2] + t[6])) + ((t[1] + t[5]) + (t[3] + t[7]))
 }
 
+/// What a pixel has found: how far its vector is, and where.
+type Found = (f32, [i32; 2]);
+
 impl Search<'_> {
-    /// The pixel at (x, y), if it may stand for one at (x0, y0).
+    /// The place (x, y) brought inside, if it may stand for the one at (x0, y0). `PLAIN`: no sides join, all is usable,
+    /// and nothing is known.
     #[inline(always)]
-    fn allowed(&self, x: i32, y: i32, x0: i32, y0: i32) -> Option<usize> {
+    fn allowed<const PLAIN: bool>(&self, [x, y]: [i32; 2], [x0, y0]: [i32; 2]) -> Option<[i32; 2]> {
         let Plane { w, h, wrap } = self.plane;
         let (w, h) = (index(w), index(h));
-        let x = if wrap[0] { x.rem_euclid(w) } else { x };
-        let y = if wrap[1] { y.rem_euclid(h) } else { y };
+        let x = if !PLAIN && wrap[0] { x.rem_euclid(w) } else { x };
+        let y = if !PLAIN && wrap[1] { y.rem_euclid(h) } else { y };
         if !(0..w).contains(&x) || !(0..h).contains(&y) {
             return None;
         }
         let span = |a: i32, b: i32, n: i32, wrap: bool| {
-            if wrap { (a - b).abs().min(n - (a - b).abs()) } else { (a - b).abs() }
+            if !PLAIN && wrap { (a - b).abs().min(n - (a - b).abs()) } else { (a - b).abs() }
         };
-        let close = |x0: i32, y0: i32| span(x, x0, w, wrap[0]).max(span(y, y0, h, wrap[1])) < self.near;
-        if close(x0, y0) {
+        let close = |[x0, y0]: [i32; 2]| span(x, x0, w, wrap[0]).max(span(y, y0, h, wrap[1])) < self.near;
+        if close([x0, y0]) {
             return None;
         }
-        for found in self.found {
-            let other = index(found[offset(y0 * w + x0)] as usize);
-            if close(other % w, other / w) {
-                return None;
+        if !PLAIN {
+            for found in self.found {
+                let other = index(found[self.at([x0, y0])] as usize);
+                if close([other % w, other / w]) {
+                    return None;
+                }
             }
         }
-        let p = offset(y * w + x);
-        (self.usable.is_empty() || self.usable[p]).then_some(p)
+        (PLAIN || self.usable.is_empty() || self.usable[self.at([x, y])]).then_some([x, y])
+    }
+
+    /// The number of pixel (x, y).
+    #[inline(always)]
+    fn at(&self, [x, y]: [i32; 2]) -> usize {
+        offset(y) * self.plane.w + offset(x)
     }
 
     #[inline(always)]
-    fn run(&self) -> Vec<u32> {
+    fn run<const PLAIN: bool>(&self) -> Vec<u32> {
         let (w, h) = (index(self.plane.w), index(self.plane.h));
         let step = index(self.step);
         // A coarse level changes slowly: what lies between takes after its neighbour.
-        let pixels: Vec<usize> = (0..self.plane.h)
-            .step_by(self.step)
-            .flat_map(|y| (0..self.plane.w).step_by(self.step).map(move |x| y * self.plane.w + x))
-            .collect();
-        let mut best: Vec<(f32, u32)> = (0..self.vectors.len()).map(|p| (f32::INFINITY, narrow(p))).collect();
-        for (n, &p) in pixels.iter().enumerate() {
+        let columns: Vec<i32> = (0..w).step_by(self.step).collect();
+        let rows: Vec<i32> = (0..h).step_by(self.step).collect();
+        let mut best: Vec<Found> = (0..h).flat_map(|y| (0..w).map(move |x| (f32::INFINITY, [x, y]))).collect();
+        let place = |k: usize| [columns[k % columns.len()], rows[k / columns.len()]];
+        let count = columns.len() * rows.len();
+        for n in 0..count {
             if n.is_multiple_of(PIXELS) && (self.until)() {
                 return Vec::new();
             }
+            let own = place(n);
+            let p = self.at(own);
             for k in 0..8 {
                 let word = self.hash.with(k).u64(p as u64);
                 let mut mine = best[p];
-                self.try_one(&mut mine, p, pick(word, w), pick(word >> 32, h));
+                self.try_one::<PLAIN>(&mut mine, own, [pick(word, w), pick(word >> 32, h)]);
                 best[p] = mine;
                 if mine.0.is_finite() {
                     break;
@@ -119,28 +139,28 @@ impl Search<'_> {
         for round in 0..ROUNDS {
             let hash = self.hash.with(100 + round);
             let back = if round % 2 == 0 { -step } else { step };
-            for k in 0..pixels.len() {
+            for k in 0..count {
                 if k.is_multiple_of(PIXELS) && (self.until)() {
                     return Vec::new();
                 }
-                let p = pixels[if round % 2 == 0 { k } else { pixels.len() - 1 - k }];
-                let (x, y) = (index(p) % w, index(p) / w);
+                let own = place(if round % 2 == 0 { k } else { count - 1 - k });
+                let p = self.at(own);
                 let mut mine = best[p];
-                for (dx, dy) in [(back, 0), (0, back)] {
-                    let (qx, qy) = (x + dx, y + dy);
+                for [dx, dy] in [[back, 0], [0, back]] {
+                    let [qx, qy] = [own[0] + dx, own[1] + dy];
                     if (0..w).contains(&qx) && (0..h).contains(&qy) {
-                        let other = best[offset(qy * w + qx)].1 as usize;
-                        self.try_one(&mut mine, p, index(other) % w - dx, index(other) / w - dy);
+                        let [x, y] = best[self.at([qx, qy])].1;
+                        self.try_one::<PLAIN>(&mut mine, own, [x - dx, y - dy]);
                     }
                 }
                 let mut radius = w.max(h) / 2;
                 let mut draw = 0;
                 while radius >= step && mine.0 > 0.0 {
                     let word = hash.u64((p as u64) << 5 | draw);
-                    let at = (index(mine.1 as usize) % w, index(mine.1 as usize) / w);
                     let dx = pick(word, 2 * radius + 1) - radius;
                     let dy = pick(word >> 32, 2 * radius + 1) - radius;
-                    self.try_one(&mut mine, p, at.0 + dx, at.1 + dy);
+                    let [x, y] = mine.1;
+                    self.try_one::<PLAIN>(&mut mine, own, [x + dx, y + dy]);
                     radius /= 2;
                     draw += 1;
                 }
@@ -150,22 +170,20 @@ impl Search<'_> {
         let between = |p: usize| {
             let (x, y) = (index(p) % w, index(p) / w);
             let (dx, dy) = (x % step, y % step);
-            let found = best[offset((y - dy) * w + x - dx)].1;
-            let to = (index(found as usize) % w + dx, index(found as usize) / w + dy);
-            self.allowed(to.0, to.1, x, y).map_or(found, narrow)
+            let found = best[self.at([x - dx, y - dy])].1;
+            narrow(self.at(self.allowed::<PLAIN>([found[0] + dx, found[1] + dy], [x, y]).unwrap_or(found)))
         };
         (0..self.vectors.len()).map(between).collect()
     }
 
     #[inline(always)]
-    fn try_one(&self, best: &mut (f32, u32), p: usize, x: i32, y: i32) {
-        let w = index(self.plane.w);
-        if let Some(q) = self.allowed(x, y, index(p) % w, index(p) / w)
-            && narrow(q) != best.1
+    fn try_one<const PLAIN: bool>(&self, best: &mut Found, own: [i32; 2], to: [i32; 2]) {
+        if let Some(to) = self.allowed::<PLAIN>(to, own)
+            && to != best.1
         {
-            let d = distance(&self.vectors[p], &self.vectors[q]);
+            let d = distance(&self.vectors[self.at(own)], &self.vectors[self.at(to)]);
             if d < best.0 {
-                *best = (d, narrow(q));
+                *best = (d, to);
             }
         }
     }

@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn what_is_shown_once_costs_no_more() {
         let exemplar = plane(128);
-        let region = Region { h: 1, start: [0, 0], plane: plane(32) };
+        let region = Region { h: 1, start: [0, 0], plane: plane(32), short: [0; 2] };
         let even = EvenUse { amount: 1.0, tile: None };
         let count = |bin_of: &(dyn Fn(usize) -> usize + Sync)| Factors::count(&even, exemplar, 1024, &region, bin_of);
         let copied = count(&|p| bin(exemplar, 40 + p % 32, 40 + p / 32));

@@ -2,6 +2,7 @@
 use super::analysis::{self, Level};
 use super::aniso::{Jacobians, Position};
 use super::coverage::EvenUse;
+use super::iso::PARTING;
 use super::jacobian::IDENTITY;
 use super::lattice::Basis;
 use super::lattice_start::{Fitted, fit};
@@ -117,7 +118,11 @@ pub fn run<I: Inputs>(
     let needs: Vec<Needs> = levels
         .iter()
         .rev()
-        .map(|level| Needs { h: level.h, reach: passes * 4 * level.hood.reach(), tile: tile.filter(|_| level.h >= 2) })
+        .map(|level| {
+            // At the finest level runs are broken up at last.
+            let reach = passes * 4 * level.hood.reach() + if level.h == 1 { PARTING } else { 0 };
+            Needs { h: level.h, reach, tile: tile.filter(|_| level.h >= 2) }
+        })
         .collect();
     let regions = plan(output, &needs);
     let first = inputs.jacobians(&regions[0])?;

@@ -50,6 +50,9 @@ impl<I: Inputs> Run<'_, I> {
                 };
                 iso::correct(table, region, &terms, &mut map);
             })?;
+            if region.h == 1 {
+                iso::part_runs(table, region, &fixed, &mut map);
+            }
             if let Some(fresh) = fresh {
                 coarser = fresh;
             }

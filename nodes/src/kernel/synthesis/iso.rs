@@ -55,6 +55,52 @@ pub fn correct(table: &Table, region: &Region, terms: &Terms<'_>, map: &mut [u32
     }
 }
 
+/// How far away what [`part_runs`] does to a pixel can come from.
+pub const PARTING: i32 = 4;
+
+/// Breaks up what shows one exemplar pixel three times in a row or column: every inner pixel of such a run moves on by
+/// one, forth and back by turns. Twice, since that may, if rarely, make another one.
+pub fn part_runs(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32]) {
+    for _ in 0..2 {
+        part_once(table, region, fixed, map);
+    }
+}
+
+fn part_once(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32]) {
+    let Plane { w, h, wrap } = region.plane;
+    let old: &[u32] = map;
+    let (one, stride) = (index(table.h), index(table.h * table.stride));
+    let parted = |y: usize| {
+        let rows: [usize; 5] = std::array::from_fn(|k| Plane::bring(index(y + k) - 2, h, wrap[1]) * w);
+        let moved = move |x: usize| {
+            let p = rows[2] + x;
+            let across = |d: i32| old[rows[2] + Plane::bring(index(x) + d, w, wrap[0])];
+            let down = |d: i32| old[rows[offset(d + 2)] + x];
+            let inner = |to: u32| (across(-1) == to && across(1) == to, down(-1) == to && down(1) == to);
+            let run = |to: u32| {
+                let ends = |at: &dyn Fn(i32) -> u32| [-1, 1].iter().any(|d| at(*d) == to && at(2 * d) == to);
+                inner(to) != (false, false) || ends(&across) || ends(&down)
+            };
+            let own = old[p];
+            let (flat, upright) = inner(own);
+            if !flat && !upright || fixed.get(p).is_some_and(|fixed| *fixed) {
+                return None;
+            }
+            let turn = |k: i32, step: i32| if k & 1 == 0 { [step, -step] } else { [-step, step] };
+            let (x, y) = (turn(region.start[0] + index(x), one), turn(region.start[1] + index(y), stride));
+            let steps = if flat { [x[0], x[1], y[0], y[1]] } else { [y[0], y[1], x[0], x[1]] };
+            let places = steps.map(|step| {
+                let at = own.wrapping_add(step.cast_unsigned());
+                table.home.get(at as usize).copied().unwrap_or(at)
+            });
+            places.into_iter().find(|&to| table.is_valid(to) && !run(to)).map(|to| (p, to))
+        };
+        (0..w).filter_map(moved)
+    };
+    let parted: Vec<(usize, u32)> = (0..h).into_par_iter().with_min_len(16).flat_map_iter(parted).collect();
+    parted.into_iter().for_each(|(p, to)| map[p] = to);
+}
+
 /// Every second pixel of a row.
 struct Row<'a> {
     table: &'a Table,
@@ -69,22 +115,54 @@ const NEAR: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1
 
 impl Row<'_> {
     fn fill(&self, first: usize, out: &mut [u32]) {
-        let guided = !self.table.guide.is_empty() && !self.terms.guide.is_empty();
-        let plain = self.table.home.is_empty() && !guided;
+        let (from, to) = self.middle(first, out.len());
+        let (left, rest) = out.split_at_mut(from);
+        let (middle, right) = rest.split_at_mut(to - from);
         simd::dispatch(
             #[inline(always)]
-            || match (self.table.hood, plain) {
-                (Hood::Diagonal4, true) => self.each::<4, 1, true>(first, out),
-                (Hood::Diagonal4, false) => self.each::<4, 1, false>(first, out),
-                (Hood::Square3, _) => self.each::<8, 1, false>(first, out),
-                (Hood::Square5, true) => self.each::<24, 2, true>(first, out),
-                (Hood::Square5, false) => self.each::<24, 2, false>(first, out),
-            },
+            || self.span::<false>(first + 2 * from, middle),
         );
+        for (first, out) in [(first, left), (first + 2 * to, right)] {
+            if !out.is_empty() {
+                self.sides(first, out);
+            }
+        }
+    }
+
+    /// Which of `count` pixels read nothing that lies nearer than usual across joined sides.
+    fn middle(&self, first: usize, count: usize) -> (usize, usize) {
+        let Region { plane, short, .. } = self.region;
+        if short[1] != 0 && (self.y < 2 || self.y + 2 >= plane.h) {
+            return (count, count);
+        }
+        if short[0] == 0 {
+            return (0, count);
+        }
+        let from = usize::from(first < 2).min(count);
+        (from, (plane.w.saturating_sub(2).saturating_sub(first)).div_ceil(2).clamp(from, count))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn sides(&self, first: usize, out: &mut [u32]) {
+        self.span::<true>(first, out);
     }
 
     #[inline(always)]
-    fn each<const N: usize, const R: usize, const PLAIN: bool>(&self, first: usize, out: &mut [u32]) {
+    fn span<const SIDE: bool>(&self, first: usize, out: &mut [u32]) {
+        let guided = !self.table.guide.is_empty() && !self.terms.guide.is_empty();
+        let plain = self.table.home.is_empty() && !guided;
+        match (self.table.hood, plain) {
+            (Hood::Diagonal4, true) => self.each::<4, true, SIDE>(first, out),
+            (Hood::Diagonal4, false) => self.each::<4, false, SIDE>(first, out),
+            (Hood::Square3, _) => self.each::<8, false, SIDE>(first, out),
+            (Hood::Square5, true) => self.each::<24, true, SIDE>(first, out),
+            (Hood::Square5, false) => self.each::<24, false, SIDE>(first, out),
+        }
+    }
+
+    #[inline(always)]
+    fn each<const N: usize, const PLAIN: bool, const SIDE: bool>(&self, first: usize, out: &mut [u32]) {
         let Plane { w, h, wrap } = self.region.plane;
         let rows: [usize; 5] = std::array::from_fn(|k| Plane::bring(index(self.y + k) - 2, h, wrap[1]) * w);
         let stride = index(self.table.stride);
@@ -106,7 +184,14 @@ impl Row<'_> {
             } else {
                 std::array::from_fn(|k| Plane::bring(index(x + k) - 2, w, wrap[0]))
             };
-            let read = |[dx, dy]: [i32; 2]| self.map[rows[offset(dy + 2)] + columns[offset(dx + 2)]];
+            let read = |[dx, dy]: [i32; 2]| {
+                let at = self.map[rows[offset(dy + 2)] + columns[offset(dx + 2)]];
+                if !SIDE {
+                    return at;
+                }
+                let beyond = self.region.beyond(index(x) + dx, index(self.y) + dy);
+                at.wrapping_add((beyond[1] * stride + beyond[0]).cast_unsigned())
+            };
             let around: [u32; N] = offsets.map(read);
             let close = NEAR.map(read);
             let mut same = PLAIN;

@@ -19,12 +19,17 @@ pub fn principal(samples: &[f32], n: usize, dims: usize) -> Projection {
     let mut basis: Vec<Vec<f64>> =
         (0..dims as u64).map(|d| (0..n as u64).map(|i| hash.unit(d * n as u64 + i) - 0.5).collect()).collect();
     orthonormalize(&mut basis);
-    for _ in 0..24 {
-        for vector in &mut basis {
-            *vector = multiply(&covariance, vector);
-        }
-        orthonormalize(&mut basis);
-    }
+    simd::dispatch(
+        #[inline(always)]
+        || {
+            for _ in 0..24 {
+                for vector in &mut basis {
+                    *vector = multiply(&covariance, vector);
+                }
+                orthonormalize(&mut basis);
+            }
+        },
+    );
     let mut order: Vec<(f64, Vec<f64>)> = basis
         .into_iter()
         .map(|vector| (multiply(&covariance, &vector).iter().zip(&vector).map(|(a, b)| a * b).sum(), vector))
@@ -72,21 +77,28 @@ fn covariance(samples: &[f32], n: usize) -> Vec<Vec<f64>> {
     (0..n).map(|i| (0..n).map(|j| f64::from(upper[i.min(j) * n + i.max(j)]) * scale).collect()).collect()
 }
 
+#[inline(always)]
 fn multiply(matrix: &[Vec<f64>], vector: &[f64]) -> Vec<f64> {
     matrix.iter().map(|row| dot(row, vector)).collect()
 }
 
 /// Four sums at a time, so that it vectorises.
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
-    for (a, b) in a.chunks(4).zip(b.chunks(4)) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+    let (a, b) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    for (a, b) in a.0.iter().zip(b.0) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
             *sum += a * b;
         }
+    }
+    for ((sum, a), b) in sums.iter_mut().zip(a.1).zip(b.1) {
+        *sum += a * b;
     }
     (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
+#[inline(always)]
 fn orthonormalize(basis: &mut [Vec<f64>]) {
     for d in 0..basis.len() {
         for other in 0..d {

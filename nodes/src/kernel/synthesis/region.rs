@@ -25,6 +25,8 @@ pub struct Region {
     pub start: [i32; 2],
     /// Columns and rows, and where sides join.
     pub plane: Plane,
+    /// By how much the last column and row are narrower than `h`, where sides join.
+    pub short: [i32; 2],
 }
 
 /// What a level's correction reads.
@@ -46,6 +48,10 @@ pub fn plan(output: &Output, needs: &[Needs]) -> Vec<Region> {
             h: needs[k].h,
             start: [axes[0][k].0, axes[1][k].0],
             plane: Plane { w: axes[0][k].1, h: axes[1][k].1, wrap: output.wrap },
+            short: [0, 1].map(|d| match output.wrap[d] {
+                true => index(axes[d][k].1 * needs[k].h - output.size[d]),
+                false => 0,
+            }),
         })
         .collect()
 }
@@ -77,6 +83,14 @@ impl Region {
     pub fn center(&self, x: usize, y: usize) -> [f64; 2] {
         let at = |start: i32, k: usize| (f64::from(start + index(k)) + 0.5) * self.h as f64;
         [at(self.start[0], x), at(self.start[1], y)]
+    }
+
+    /// By how much less than usual pixel (x, y), counted within the region, is away where it is read across joined sides:
+    /// what it shows belongs that much further on. In finest pixels.
+    #[inline(always)]
+    pub fn beyond(&self, x: i32, y: i32) -> [i32; 2] {
+        let axis = |k: i32, n: usize, short: i32| short * (i32::from(k >= index(n)) - i32::from(k < 0));
+        [axis(x, self.plane.w, self.short[0]), axis(y, self.plane.h, self.short[1])]
     }
 
     /// A number of its own for pixel (x, y), the same in every region.

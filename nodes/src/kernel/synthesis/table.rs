@@ -4,6 +4,7 @@ use super::coverage::{self, Factors};
 use super::pca::DIMS;
 use super::region::Region;
 use super::{Lookup, Plane};
+use crate::kernel::simd;
 use crate::kernel::window::{index, offset};
 use rayon::prelude::*;
 
@@ -118,10 +119,13 @@ impl Table {
     #[inline(always)]
     pub(super) fn padded(&self, [x, y]: [i32; 2]) -> u32 {
         let Plane { w, h, wrap } = self.plane;
-        let axis = |k: i32, n: usize, wrap: bool| {
-            let pad = index(self.h);
-            if wrap { k.rem_euclid(index(n)) + pad } else { k.clamp(-pad, index(n) + pad - 1) + pad }
-        };
+        let axis = simd::inlined(
+            #[inline(always)]
+            |k: i32, n: usize, wrap: bool| {
+                let pad = index(self.h);
+                if wrap { k.rem_euclid(index(n)) + pad } else { k.clamp(-pad, index(n) + pad - 1) + pad }
+            },
+        );
         (axis(y, h, wrap[1]) * index(self.stride) + axis(x, w, wrap[0])).cast_unsigned()
     }
 
@@ -161,10 +165,13 @@ impl Table {
     /// A position brought inside where sides join.
     #[inline(always)]
     pub(super) fn wrapped(&self, [x, y]: [f32; 2]) -> [f32; 2] {
-        let axis = |v: f32, n: usize, wrap: bool| {
-            let n = n as f32;
-            if wrap && !(0.0..n).contains(&v) { v - (v / n).floor() * n } else { v }
-        };
+        let axis = simd::inlined(
+            #[inline(always)]
+            |v: f32, n: usize, wrap: bool| {
+                let n = n as f32;
+                if wrap && !(0.0..n).contains(&v) { v - (v / n).floor() * n } else { v }
+            },
+        );
         [axis(x, self.plane.w, self.plane.wrap[0]), axis(y, self.plane.h, self.plane.wrap[1])]
     }
 

@@ -4,6 +4,7 @@
 #   Shibo renders with target/release/shibo (SHIBO=… for another), from nothing and without a cache, on one thread (THREADS=…),
 #   with the seeds SEEDS ("1 2 3 4") and presets PRESETS ("Structured"); peak memory is above that of an empty graph.
 #   Others run where they are on PATH: texture-synthesis (crate texture-synthesis-cli), gmic (syntexturize_matchpatch).
+#   ANGLE=37 compares a synthesis turned by so many degrees, and the picture of one that is not, turned, with the turned exemplar.
 #   SCORER="python3 quality.py" is called with EXEMPLAR OUTPUT and prints one line of JSON; of the seeds the mean is shown.
 set -euo pipefail
 out=$1 size=$2; shift 2; mkdir -p "$out"
@@ -40,6 +41,22 @@ line() { # LABEL EXEMPLAR CPU KIB PICTURE...
   printf '%-22s %-12s %8.2f %9.1f %s\n' "$label" "$(basename "$exemplar" .png)" "$cpu" \
     "$(echo "$kib" | awk '{ print $1 * 1.024e-3 }')" "$(scores "$exemplar" "$@")"
 }
+# The middle of a picture, turned by ANGLE, or by no angle: PICTURE WIDTH HEIGHT SIDE NAME
+turned() {
+  cat > "$out/$5.ron" <<GRAPH
+( version: 1, canvas: (size_mm: $4, resolution: $4, tile: None, seed: 1),
+  nodes: {
+    "picture": Image(path: "$(realpath "$1")", size_mm: ($2, $3)),
+    "turned": Transform(input: "picture", angle: $ANGLE, pivot: ("= $2 / 2", "= $3 / 2"), offset: ("= ($4 - $2) / 2", "= ($4 - $3) / 2")),
+  },
+  outputs: { "$5": File(from: "turned", format: Png, depth: U8) } )
+GRAPH
+  "$shibo" render "$out/$5.ron" -o "$out" --no-cache -q >/dev/null 2>"$out/$5.log" || { echo "shibo failed on $5.ron" >&2; exit 1; }
+}
+# The largest square inside one of side N that is turned by ANGLE.
+inside() {
+  awk -v n="$1" -v a="$ANGLE" 'BEGIN { r = a * atan2(0, -1) / 180; s = sin(r); c = cos(r); print int(n / ((s < 0 ? -s : s) + (c < 0 ? -c : c))) }'
+}
 cat > "$out/idle.ron" <<'GRAPH'
 ( version: 1, canvas: (size_mm: 8, resolution: 8, tile: Both, seed: 1),
   nodes: { "a": Perlin(size: 4) }, outputs: { "idle": File(from: "a", format: Png, depth: U8) } )
@@ -69,6 +86,23 @@ GRAPH
       pictures+=("$out/shibo_$graph.png")
     done
     line "shibo $preset" "$exemplar" "$cpu" $(( kib - idle )) "${pictures[@]}"
+    if [ -n "${ANGLE:-}" ]; then
+      turned "$exemplar" "$width" "$height" "$(inside $(( width < height ? width : height )))" "crop_$name"
+      plain=() bent=() cpu=999999 kib=0
+      for seed in ${SEEDS:-1 2 3 4}; do
+        turned "$out/shibo_${preset}_${name}_$seed.png" "$size" "$size" "$(inside "$size")" "plain_${preset}_${name}_$seed"
+        plain+=("$out/plain_${preset}_${name}_$seed.png")
+        graph="bent_${preset}_${name}_$seed"
+        sed -e "s/preset: $preset/jacobian: \"turn\", &/; s/\"exemplar\": Exemplar/\"turn\": JacobianFromAngleScale(angle: $ANGLE), &/" \
+          -e "s/SampleExemplar(/&jacobian: \"turn\", /; s/\"shibo_[^\"]*\"/\"$graph\"/" "$out/${preset}_${name}_$seed.ron" > "$out/$graph.ron"
+        read -r now peak < <(measure 1 "$shibo" render "$out/$graph.ron" -o "$out" --no-cache --threads "$threads") ||
+          { echo "shibo failed on $graph.ron" >&2; exit 1; }
+        cpu=$(echo "$now $cpu" | awk '{ print $1 < $2 ? $1 : $2 }') kib=$(( peak > kib ? peak : kib ))
+        bent+=("$out/$graph.png")
+      done
+      line "picture turned" "$out/crop_$name.png" 0 0 "${plain[@]}"
+      line "synthesis turned" "$out/crop_$name.png" "$cpu" $(( kib - idle )) "${bent[@]}"
+    fi
   done
   if command -v texture-synthesis >/dev/null; then
     picture="$out/embark_$name.png"

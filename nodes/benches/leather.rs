@@ -233,19 +233,30 @@ mod report {
             let by_grid = run("grid, L per spring", threads, &grid, &points, 36.0 + 32.0);
             run("grid, breakage", threads, &Net { threshold: &threshold, ..grid }, &points, 36.0 + 32.0);
             // Lists: also written elsewhere; ends, stiffness and length of a spring.
-            let compare = |name: &str, net: &Net<'_, f32>, points: &[[f32; 2]]| {
-                let springs = net.links.len() as f64 / points.len() as f64;
+            let of_list = |net: &Net<'_, f32>, points: &[[f32; 2]]| {
                 let each = if net.threshold.is_empty() { 12.0 } else { 16.0 };
-                let rate = run(name, threads, net, points, 52.0 + each * springs);
+                52.0 + each * net.links.len() as f64 / points.len() as f64
+            };
+            let compare = |name: &str, net: &Net<'_, f32>, points: &[[f32; 2]]| {
+                // Hexagons as a grid: stiffness and length in 2 directions.
+                let bytes = if net.grid.is_some() { 36.0 + 16.0 } else { of_list(net, points) };
+                let rate = run(name, threads, net, points, bytes);
                 println!("{:22} {:.2} of the grid's with L per spring", "", rate / by_grid);
             };
             compare("the grid as a list", &list, &points);
             compare("list, breakage", &Net { threshold: &threshold, ..list }, &points);
-            for (name, places, links) in [("Delaunay", &spread, &delaunay), ("hexagons", &hexagons, &edges)] {
+            let honeycomb = shibo_nodes::kernel::points::hexagon_grid(size, 0.877, true);
+            let sets = [
+                ("Delaunay", &spread, &delaunay, None),
+                ("hexagons", &hexagons, &edges, honeycomb),
+                ("hexagons as a list", &hexagons, &edges, None),
+            ];
+            for (name, places, links, grid) in sets {
                 let points: Vec<[f32; 2]> = places.iter().map(Vec2::to_array).collect();
                 let (k, rest) = (stiffness(links.pairs.len()), rest(&links.lengths(places, size)));
                 let (links, wraps, size) = (&links.pairs[..], &links.wraps[..], size.to_array());
-                compare(name, &Net { links, wraps, size, stiffness: &k, rest: &rest, ..Net::default() }, &points);
+                let net = Net { links, wraps, size, stiffness: &k, rest: &rest, grid, ..Net::default() };
+                compare(name, &net, &points);
             }
         }
     }

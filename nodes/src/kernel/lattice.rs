@@ -77,6 +77,35 @@ impl GridShape {
         slots.filter(move |&(p, dir)| inside(p, DIRECTIONS[dir]))
     }
 
+    /// The neighbour of a point in a direction of [`DIRECTIONS`], and in which copy of the canvas.
+    fn neighbor(self, point: usize, dir: usize) -> (usize, [i8; 2]) {
+        let (nx, ny) = (self.nx, self.ny);
+        let (dx, down) = DIRECTIONS[dir];
+        let (x, y) = (point % nx, point / nx + usize::from(down));
+        let (to_x, wrap_x) = match dx {
+            1 if x + 1 == nx => (0, 1),
+            1 => (x + 1, 0),
+            -1 if x == 0 => (nx - 1, -1),
+            -1 => (x - 1, 0),
+            _ => (x, 0),
+        };
+        (y % ny * nx + to_x, [wrap_x, i8::from(y == ny)])
+    }
+
+    /// By direction and point the number of the link that starts there, or `u32::MAX`; nothing if a link is none of the
+    /// grid's. `wraps` may be empty.
+    pub(super) fn numbers(self, links: &[[u32; 2]], wraps: &[[i8; 2]]) -> Option<Vec<Vec<u32>>> {
+        let mut numbers = vec![vec![u32::MAX; self.nx * self.ny]; self.directions()];
+        for (id, &[from, to]) in (0u32..).zip(links) {
+            let wrap = wraps.get(id as usize).copied().unwrap_or_default();
+            let found = (0..self.directions()).find(|&dir| {
+                numbers[dir][from as usize] == u32::MAX && self.neighbor(from as usize, dir) == (to as usize, wrap)
+            })?;
+            numbers[found][from as usize] = id;
+        }
+        Some(numbers)
+    }
+
     /// How many links there are.
     pub fn link_count(self) -> usize {
         let (nx, ny) = (self.nx, self.ny);
@@ -95,24 +124,15 @@ pub fn grid_links(shape: GridShape) -> Links {
 
 /// The same, or fewer if it was stopped.
 pub fn grid_links_until(shape: GridShape, until: Until<'_>) -> Links {
-    let (nx, ny) = (shape.nx, shape.ny);
     let mut links = Links::default();
     for (point, dir) in shape.slots() {
         if dir == 0 && point.is_multiple_of(1 << 15) && until() {
             break;
         }
-        let (dx, down) = DIRECTIONS[dir];
-        let (x, y) = (point % nx, point / nx + usize::from(down));
-        let (to_x, wrap_x) = match dx {
-            1 if x + 1 == nx => (0, 1),
-            1 => (x + 1, 0),
-            -1 if x == 0 => (nx - 1, -1),
-            -1 => (x - 1, 0),
-            _ => (x, 0),
-        };
-        links.pairs.push([index(point), index(y % ny * nx + to_x)]);
+        let (to, wrap) = shape.neighbor(point, dir);
+        links.pairs.push([index(point), index(to)]);
         if shape.periodic {
-            links.wraps.push([wrap_x, i8::from(y == ny)]);
+            links.wraps.push(wrap);
         }
     }
     links

@@ -38,6 +38,7 @@ pub mod solids;
 pub mod springs;
 mod springs_grid;
 mod springs_list;
+mod springs_rows;
 mod springs_step;
 pub mod stop;
 mod stroke_fill;

@@ -98,6 +98,51 @@ pub fn border(points: &[Vec2], size: Vec2, margin: f32) -> Vec<bool> {
     points.iter().map(|p| p.min(size - *p).min_element() <= margin).collect()
 }
 
+/// A tiling by hexagons: cells of 3 edges by 2 rows, which hold 4 corners: at 1 and 2 edges in even rows, at ½ and 2½ in
+/// odd ones.
+struct Hexagons {
+    /// An edge by a row, in mm.
+    unit: DVec2,
+    columns: i32,
+    rows: i32,
+    /// The canvas in half edges and rows.
+    turn: IVec2,
+    /// Where corners end in x; infinity on a periodic canvas.
+    end: f64,
+}
+
+impl Hexagons {
+    fn new(size: Vec2, edge: f32, periodic: bool) -> Self {
+        let (edge, size) = (f64::from(edge), size.as_dvec2());
+        let row = edge * 0.75f64.sqrt();
+        let fit =
+            |length: f64, unit: f64| if periodic { (length / unit).round().max(1.0) } else { (length / unit).floor() };
+        let (cx, cy) = (fit(size.x, 3.0 * edge), fit(size.y, 2.0 * row));
+        let unit = if periodic { size / DVec2::new(3.0 * cx, 2.0 * cy) } else { DVec2::new(edge, row) };
+        let (columns, rows) =
+            if periodic { (cx, 2.0 * cy) } else { (cx + 1.0, (size.y / row * (1.0 + 1e-9)).floor() + 1.0) };
+        let turn = IVec2::new(2 * coordinate(3.0 * cx), coordinate(2.0 * cy));
+        let end = if periodic { f64::INFINITY } else { size.x * (1.0 + 1e-9) };
+        Self { unit, columns: coordinate(columns), rows: coordinate(rows), turn, end }
+    }
+
+    /// The corners in a row: their x in half edges, their places.
+    fn row(&self, y: i32) -> impl Iterator<Item = (i32, DVec2)> {
+        let corners = (0..self.columns).flat_map(move |c| if y % 2 == 0 { [2, 4] } else { [1, 5] }.map(|x| 6 * c + x));
+        let placed = corners.map(move |x| (x, DVec2::new(f64::from(x) * 0.5, f64::from(y)) * self.unit));
+        placed.filter(|(_, place)| place.x <= self.end)
+    }
+}
+
+/// The shape of the grid whose points, by rows, are those of [`hexagons`], if all rows have as many: their edges are
+/// links to the right, of every second point, and down.
+pub fn hexagon_grid(size: Vec2, edge: f32, periodic: bool) -> Option<GridShape> {
+    let tiling = Hexagons::new(size, edge, periodic);
+    let [even, odd] = [0, 1].map(|y| tiling.row(y).count());
+    let ny = usize::try_from(tiling.rows).ok()?;
+    (even == odd).then_some(GridShape { nx: even, ny, eight: false, periodic })
+}
+
 /// The corners of a tiling by regular hexagons of edge `edge` (A7) that lie on the canvas, and its edges as links
 /// (A13). Two sides of each hexagon are parallel to x. On a periodic canvas the hexagons are stretched a little so
 /// that a whole number fits. Points by rows; links sorted. O(n log n).
@@ -107,32 +152,17 @@ pub fn hexagons(size: Vec2, edge: f32, periodic: bool) -> (Vec<Vec2>, Links) {
 
 /// The same, or fewer of both if it was stopped.
 pub fn hexagons_until(size: Vec2, edge: f32, periodic: bool, until: Until<'_>) -> (Vec<Vec2>, Links) {
-    let (edge, size) = (f64::from(edge), size.as_dvec2());
-    let row = edge * 0.75f64.sqrt();
-    let fit =
-        |length: f64, unit: f64| if periodic { (length / unit).round().max(1.0) } else { (length / unit).floor() };
-    // Cells of 3 edges by 2 rows hold 4 corners: at ½ and 2½ (odd rows), at 1 and 2 (even rows).
-    let (cx, cy) = (fit(size.x, 3.0 * edge), fit(size.y, 2.0 * row));
-    let unit = if periodic { size / DVec2::new(3.0 * cx, 2.0 * cy) } else { DVec2::new(edge, row) };
-    let (columns, rows) =
-        if periodic { (cx - 1.0, 2.0 * cy - 1.0) } else { (cx, (size.y / row * (1.0 + 1e-9)).floor()) };
-    let turn = IVec2::new(2 * coordinate(3.0 * cx), coordinate(2.0 * cy));
+    let tiling = Hexagons::new(size, edge, periodic);
+    let turn = tiling.turn;
     let mut sites = BTreeMap::new();
     let mut points = Vec::new();
-    for y in 0..=coordinate(rows) {
+    for y in 0..tiling.rows {
         if until() {
             break;
         }
-        for c in 0..=coordinate(columns) {
-            // In half edges.
-            for x in if y % 2 == 0 { [2, 4] } else { [1, 5] } {
-                let at = IVec2::new(6 * c + x, y);
-                let place = DVec2::new(f64::from(at.x) * 0.5, f64::from(at.y)) * unit;
-                if periodic || place.x <= size.x * (1.0 + 1e-9) {
-                    sites.insert((at.x, at.y), index(points.len()));
-                    points.push(place.as_vec2());
-                }
-            }
+        for (x, place) in tiling.row(y) {
+            sites.insert((x, y), index(points.len()));
+            points.push(place.as_vec2());
         }
     }
     let mut links = Vec::new();

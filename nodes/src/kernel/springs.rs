@@ -71,8 +71,8 @@ pub struct Net<'a, T> {
     pub fixed: &'a [bool],
     /// Masses.
     pub mass: Mass<'a, T>,
-    /// Set when points and links are those of [`super::lattice::grid_links`] with this shape: takes the fast path
-    /// unless `damping` or `pushes` is given.
+    /// Set when points lie by rows of this shape: takes the fast path if all links are among those of
+    /// [`super::lattice::grid_links`], in whatever order, and neither `damping` nor `pushes` is given.
     pub grid: Option<GridShape>,
 }
 
@@ -163,8 +163,11 @@ const RUNAWAY: f64 = 1e6;
 
 /// A set of points and springs that can advance by a step.
 pub(super) trait Stepper<T> {
-    /// Advances by step number `step`, adding what breaks.
-    fn advance(&mut self, step: u32, broken: &mut Vec<Broken>) -> Speed<T>;
+    /// How many steps are best taken in one go.
+    fn stride(&self) -> u32;
+    /// Advances by so many steps, at most a stride, of which `step` is the first, adding what breaks. Returns what each
+    /// step reports.
+    fn advance(&mut self, step: u32, steps: u32, broken: &mut Vec<Broken>) -> Vec<Speed<T>>;
     /// Positions and velocities in the order of the input.
     fn finish(self: Box<Self>) -> [Vec<[T; 2]>; 2];
 }
@@ -182,33 +185,47 @@ pub fn simulate<T: Real>(
 ) -> Result<Outcome<T>, SpringError> {
     check(points.len(), net)?;
     let limit = 2.0 * start_energy(points, net) * largest_weight(points, net);
-    let mut stepper: Box<dyn Stepper<T> + '_> = match net.grid {
-        Some(shape) if net.damping.is_empty() && net.pushes.is_empty() => {
-            Box::new(super::springs_grid::Grid::new(points, net, motion, shape))
-        }
-        _ => Box::new(super::springs_list::List::new(points, net, motion)?),
-    };
+    let mut stepper = stepper(points, net, motion)?;
+    // A run that may end at any step takes one at a time.
+    let stride = if motion.settle > T::default() { 1 } else { stepper.stride() };
     let (mut broken, mut done, mut fastest) = (Vec::new(), 0, 0.0f64);
-    for step in 0..motion.steps {
-        if !on_step(step) {
+    'run: while done < motion.steps {
+        let steps = stride.min(motion.steps - done);
+        if let Some(step) = (done..done + steps).find(|&step| !on_step(step)) {
             return Err(SpringError::Cancelled { step });
         }
         let start = broken.len();
-        let speed = stepper.advance(step, &mut broken);
+        let speeds = stepper.advance(done, steps, &mut broken);
         broken[start..].sort_unstable();
-        done = step + 1;
-        fastest = fastest.max(speed.sum);
-        // Written so that NaN counts as divergence.
-        if !(speed.sum.is_finite() && speed.sum <= RUNAWAY * limit) {
-            return Err(SpringError::Diverged { step });
-        }
-        if speed.max.wide().sqrt() < motion.settle.wide() {
-            break;
+        for speed in speeds {
+            fastest = fastest.max(speed.sum);
+            // Written so that NaN counts as divergence.
+            if !(speed.sum.is_finite() && speed.sum <= RUNAWAY * limit) {
+                return Err(SpringError::Diverged { step: done });
+            }
+            done += 1;
+            if speed.max.wide().sqrt() < motion.settle.wide() {
+                break 'run;
+            }
         }
     }
     let [positions, velocities] = stepper.finish();
     let energy_growth = if limit > 0.0 { fastest / limit } else { 0.0 };
     Ok(Outcome { positions, velocities, broken, steps: done, energy_growth })
+}
+
+/// The fast path where it can be taken, or else the general one.
+fn stepper<'a, T: Real>(
+    points: &[[T; 2]],
+    net: &Net<'a, T>,
+    motion: &Motion<T>,
+) -> Result<Box<dyn Stepper<T> + 'a>, SpringError> {
+    if let Some(shape) = net.grid.filter(|_| net.damping.is_empty() && net.pushes.is_empty())
+        && let Some(numbers) = shape.numbers(net.links, net.wraps)
+    {
+        return Ok(Box::new(super::springs_grid::Grid::new(points, net, motion, shape, numbers)));
+    }
+    Ok(Box::new(super::springs_list::List::new(points, net, motion)?))
 }
 
 /// Final length over initial length of each link; 1 where the initial length is 0.
@@ -278,7 +295,6 @@ fn check<T: Real>(points: usize, net: &Net<'_, T>) -> Result<(), SpringError> {
         ("fixed", optional(net.fixed.len(), points), points),
         ("mass", masses, points),
         ("grid", net.grid.map_or(points, |g| g.nx * g.ny), points),
-        ("grid links", net.grid.map_or(links, |g| g.link_count()), links),
     ];
     for (what, found, expected) in rows {
         if found != expected {

@@ -374,7 +374,11 @@ fn move_points<T: Real>(motion: &Motion<T>, mass: Mass<'_, T>, own: Own<'_, T>, 
 type Parts<'a, T> = (((&'a mut Patch<T>, &'a mut [[T; 2]]), &'a mut [[T; 2]]), &'a mut [T]);
 
 impl<T: Real> Stepper<T> for List<'_, T> {
-    fn advance(&mut self, step: u32, broken: &mut Vec<Broken>) -> Speed<T> {
+    fn stride(&self) -> u32 {
+        1
+    }
+
+    fn advance(&mut self, step: u32, _: u32, broken: &mut Vec<Broken>) -> Vec<Speed<T>> {
         let (motion, mass) = (&self.motion, self.mass);
         let [x0, x1] = &mut self.position;
         let [v0, v1] = &mut self.velocity;
@@ -410,7 +414,7 @@ impl<T: Real> Stepper<T> for List<'_, T> {
             total.merge(speed);
             broken.extend(snapped.iter().map(|&link| Broken { step, link }));
         }
-        total
+        vec![total]
     }
 
     fn finish(self: Box<Self>) -> [Vec<[T; 2]>; 2] {

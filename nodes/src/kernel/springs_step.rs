@@ -88,7 +88,7 @@ pub(super) fn pull<T: Real>([dx, dy]: [T; 2], k: T, rest: T) -> ([T; 2], T) {
 /// What is compared with the thresholds, given a force and [`Motion::push_sign`].
 #[inline(always)]
 pub(super) fn size<T: Real>(force: T, sign: T) -> T {
-    if force < T::default() { sign * force } else { force }
+    force.larger(sign * force)
 }
 
 /// Per point 1/m, or 0 for fixed points.

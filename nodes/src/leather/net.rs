@@ -3,6 +3,7 @@ use super::define_mass::mass_at;
 use super::strain::{Strain, What};
 use crate::kernel::lattice::{GridShape, radius_estimate, radius_links_until};
 use crate::kernel::lines::Raster;
+use crate::kernel::points::hexagon_grid;
 use crate::kernel::springs::{Mass, Net, Outcome};
 use crate::kernel::tile::narrow;
 use glam::Vec2;
@@ -15,13 +16,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// The springs as the kernel takes them, without dampers, thresholds and fixed points.
 pub(super) fn net(springs: &SpringNet) -> Net<'_, f32> {
     let lattice = &springs.lattice;
-    let whole = lattice.points.sites.is_none();
-    let links = lattice.grid.filter(|links| whole && *links != GridLinks::HexEdges);
-    let shape = lattice.points.grid.as_ref().zip(links).map(|(order, links)| GridShape {
-        nx: order.columns as usize,
-        ny: order.rows as usize,
-        eight: links == GridLinks::Eight,
-        periodic: lattice.points.periodic == Tiling::BOTH,
+    let points = &lattice.points;
+    let whole = points.sites.is_none();
+    let periodic = points.periodic == Tiling::BOTH;
+    let shape = lattice.grid.filter(|_| whole).and_then(|links| match (links, &points.grid, points.hexagons) {
+        (GridLinks::HexEdges, _, Some(edge)) => hexagon_grid(points.size_mm.as_vec2(), edge, periodic),
+        (GridLinks::HexEdges, _, None) | (_, None, _) => None,
+        (_, Some(order), _) => Some(GridShape {
+            nx: order.columns as usize,
+            ny: order.rows as usize,
+            eight: links == GridLinks::Eight,
+            periodic,
+        }),
     });
     Net {
         links: &lattice.links,

@@ -123,6 +123,57 @@ fn periodic_run(grid: bool, threads: usize) -> Outcome<f32> {
     pool.install(|| simulate(&points, &net, &motion, &mut |_| true)).expect("stable")
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Rows of any length, fewer rows than a stride and more than a band, any links left out, in any order: the fast
+    /// path is the general one, and so many steps in one go are as many one by one.
+    #[test]
+    fn grids_are_lists(seed: u64, nx in 1usize..40, ny in 1usize..140, eight: bool, periodic: bool, steps in 1u32..11,
+                       breaks: bool, left_out in 0.0f32..0.4) {
+        let shape = GridShape { nx, ny, eight, periodic };
+        let (hash, size) = (Hash::new(seed), Vec2::new(nx as f32, ny as f32));
+        let place = |n: usize| {
+            let moved = |k: u64| f64::from(0.4 * hash.unit_f32(2 * n as u64 + k));
+            [(n % nx) as f64 + moved(0), (n / nx) as f64 + moved(1)]
+        };
+        let points: Vec<[f64; 2]> = (0..nx * ny).map(place).collect();
+        let all = grid_links(shape);
+        let drawn = |l: usize, n: u64| hash.with(7 + n).unit_f32(l as u64);
+        let mut kept: Vec<usize> = (0..all.pairs.len()).filter(|&l| drawn(l, 0) >= left_out).collect();
+        kept.sort_by(|&a, &b| drawn(a, 1).total_cmp(&drawn(b, 1)));
+        let pairs: Vec<[u32; 2]> = kept.iter().map(|&l| all.pairs[l]).collect();
+        let wraps: Vec<[i8; 2]> = kept.iter().filter_map(|&l| all.wraps.get(l).copied()).collect();
+        let each = |n: u64, from: f64, to: f64| -> Vec<f64> {
+            kept.iter().map(|&l| from + (to - from) * f64::from(drawn(l, n))).collect()
+        };
+        let (stiffness, rest, threshold) = (each(2, 1.0, 6.0), each(3, 0.2, 1.2), each(4, 1.0, 6.0));
+        let fixed: Vec<bool> = (0..points.len()).map(|p| drawn(p, 5) < 0.1).collect();
+        let net = Net {
+            links: &pairs,
+            wraps: &wraps,
+            size: size.as_dvec2().to_array(),
+            stiffness: &stiffness,
+            rest: &rest,
+            threshold: if breaks { &threshold } else { &[] },
+            fixed: &fixed,
+            ..Net::default()
+        };
+        let motion = Motion { step: 0.05, steps, integrator: Integrator::Explicit, drag: 0.5, break_on: Default::default(), settle: 0.0 };
+        let run = |grid: Option<GridShape>, settle: f64| {
+            simulate(&points, &Net { grid, ..net }, &Motion { settle, ..motion }, &mut |_| true).expect("stable")
+        };
+        let (list, grid) = (run(None, 0.0), run(Some(shape), 0.0));
+        prop_assert_eq!(&list.broken, &grid.broken);
+        for (a, b) in list.positions.iter().zip(&grid.positions) {
+            prop_assert!((a[0] - b[0]).abs().max((a[1] - b[1]).abs()) < 1e-9, "{a:?} {b:?}");
+        }
+        // A run that may end at any step takes one at a time.
+        let single = run(Some(shape), 1e-300);
+        prop_assert!(single.positions == grid.positions && single.broken == grid.broken);
+    }
+}
+
 fn rayon_pool(threads: usize) -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool")
 }

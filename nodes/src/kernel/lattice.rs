@@ -77,19 +77,19 @@ impl GridShape {
         slots.filter(move |&(p, dir)| inside(p, DIRECTIONS[dir]))
     }
 
-    /// The neighbour of a point in a direction of [`DIRECTIONS`], and in which copy of the canvas.
-    fn neighbor(self, point: usize, dir: usize) -> (usize, [i8; 2]) {
-        let (nx, ny) = (self.nx, self.ny);
+    /// The neighbour of the point in column `x` of row `y` in a direction of [`DIRECTIONS`], and in which copy of the
+    /// canvas.
+    fn neighbor(self, [x, y]: [usize; 2], dir: usize) -> (usize, [i8; 2]) {
         let (dx, down) = DIRECTIONS[dir];
-        let (x, y) = (point % nx, point / nx + usize::from(down));
         let (to_x, wrap_x) = match dx {
-            1 if x + 1 == nx => (0, 1),
+            1 if x + 1 == self.nx => (0, 1),
             1 => (x + 1, 0),
-            -1 if x == 0 => (nx - 1, -1),
+            -1 if x == 0 => (self.nx - 1, -1),
             -1 => (x - 1, 0),
             _ => (x, 0),
         };
-        (y % ny * nx + to_x, [wrap_x, i8::from(y == ny)])
+        let (to_y, wrap_y) = if y + usize::from(down) == self.ny { (0, 1) } else { (y + usize::from(down), 0) };
+        (to_y * self.nx + to_x, [wrap_x, wrap_y])
     }
 
     /// By direction and point the number of the link that starts there, or `u32::MAX`; nothing if a link is none of the
@@ -97,11 +97,11 @@ impl GridShape {
     pub(super) fn numbers(self, links: &[[u32; 2]], wraps: &[[i8; 2]]) -> Option<Vec<Vec<u32>>> {
         let mut numbers = vec![vec![u32::MAX; self.nx * self.ny]; self.directions()];
         for (id, &[from, to]) in (0u32..).zip(links) {
-            let wrap = wraps.get(id as usize).copied().unwrap_or_default();
-            let found = (0..self.directions()).find(|&dir| {
-                numbers[dir][from as usize] == u32::MAX && self.neighbor(from as usize, dir) == (to as usize, wrap)
-            })?;
-            numbers[found][from as usize] = id;
+            let (from, to) = (from as usize, (to as usize, wraps.get(id as usize).copied().unwrap_or_default()));
+            let at = [from % self.nx, from / self.nx];
+            let mut free = (0..self.directions()).filter(|&dir| numbers[dir][from] == u32::MAX);
+            let dir = free.find(|&dir| self.neighbor(at, dir) == to)?;
+            numbers[dir][from] = id;
         }
         Some(numbers)
     }
@@ -129,7 +129,7 @@ pub fn grid_links_until(shape: GridShape, until: Until<'_>) -> Links {
         if dir == 0 && point.is_multiple_of(1 << 15) && until() {
             break;
         }
-        let (to, wrap) = shape.neighbor(point, dir);
+        let (to, wrap) = shape.neighbor([point % shape.nx, point / shape.nx], dir);
         links.pairs.push([index(point), index(to)]);
         if shape.periodic {
             links.wraps.push(wrap);
@@ -319,5 +319,27 @@ impl Cells {
     fn of(&self, cell: i64) -> &[u32] {
         let cell = usize::try_from(cell).expect("cells are not negative");
         &self.order[self.start[cell] as usize..self.start[cell + 1] as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::points::{hexagon_grid, hexagons};
+    use super::*;
+
+    #[test]
+    fn edges_of_hexagons_are_links_of_their_grid() {
+        for (size, edge) in [(Vec2::new(30.0, 20.0), 1.0), (Vec2::new(4.0, 3.0), 1.2), (Vec2::new(2.0, 2.0), 1.0)] {
+            let shape = hexagon_grid(size, edge, true).expect("rows of as many");
+            let (points, links) = hexagons(size, edge, true);
+            assert_eq!(points.len(), shape.nx * shape.ny);
+            let numbers = shape.numbers(&links.pairs, &links.wraps).expect("links of the grid");
+            assert_eq!(numbers.iter().flatten().filter(|&&n| n != u32::MAX).count(), links.pairs.len());
+        }
+        // Rows of 8 and of 7 corners.
+        assert_eq!(hexagon_grid(Vec2::new(11.1, 10.0), 1.0, false), None);
+        let shape = GridShape { nx: 4, ny: 3, eight: false, periodic: true };
+        assert_eq!(shape.numbers(&[[0, 5]], &[]), None);
+        assert_eq!(shape.numbers(&[[0, 1], [0, 1]], &[]), None);
     }
 }

@@ -35,7 +35,12 @@ impl<T: Real> Table<T> {
         if of_springs.all(|v| *v == first) {
             return Self::Uniform(vec![first; nx.next_multiple_of(LANES)]);
         }
-        Self::Each(padded(&by_point(values, numbers), nx, 0))
+        let wide = nx.next_multiple_of(LANES);
+        let mut rows = vec![T::default(); numbers.len() / nx * wide];
+        for (row, numbers) in rows.chunks_exact_mut(wide).zip(numbers.chunks_exact(nx)) {
+            fill(row, values, numbers);
+        }
+        Self::Each(rows)
     }
 
     fn row(&self, row: usize, n: usize) -> &[T] {
@@ -46,19 +51,11 @@ impl<T: Real> Table<T> {
     }
 }
 
-/// The values of springs where they start, 0 where none does.
-fn by_point<T: Real>(values: &[T], numbers: &[u32]) -> Vec<T> {
-    numbers.iter().map(|&id| values.get(id as usize).copied().unwrap_or_default()).collect()
-}
-
-/// Rows of `nx` values with zeros behind them to a multiple of [`LANES`], and `pad` more at either end.
-fn padded<T: Real>(values: &[T], nx: usize, pad: usize) -> Vec<T> {
-    let wide = nx.next_multiple_of(LANES) + 2 * pad;
-    let mut rows = vec![T::default(); values.len() / nx * wide];
-    for (to, from) in rows.chunks_exact_mut(wide).zip(values.chunks_exact(nx)) {
-        to[pad..][..nx].copy_from_slice(from);
+/// Puts the values of springs where they start, 0 where none does.
+fn fill<T: Real>(points: &mut [T], values: &[T], numbers: &[u32]) {
+    for (value, &id) in points.iter_mut().zip(numbers) {
+        *value = values.get(id as usize).copied().unwrap_or_default();
     }
-    rows
 }
 
 /// What all bands read.
@@ -192,24 +189,33 @@ impl<'a, T: Real> Grid<'a, T> {
         numbers: Vec<Vec<u32>>,
     ) -> Self {
         let (nx, ny) = (shape.nx, shape.ny);
-        let table = |values: &[T]| numbers.iter().map(|numbers| Table::new(values, numbers, nx)).collect::<Vec<_>>();
+        let table =
+            |values: &[T]| numbers.par_iter().map(|numbers| Table::new(values, numbers, nx)).collect::<Vec<_>>();
         let threshold = (!net.threshold.is_empty()).then(|| table(net.threshold));
         let (count, rest) = (ny.div_ceil(BAND), table(net.rest));
         // Every band has as many rows of its own as others copy.
         let halo = STRIDE.min(ny.checked_div(count).unwrap_or(0));
         let shared = Shared { shape, size: net.size, rest, threshold, motion: *motion, mass: net.mass, halo };
         let weight = weights(points, net);
-        let stiffness: Vec<Vec<T>> = numbers.iter().map(|numbers| by_point(net.stiffness, numbers)).collect();
         let band = |b: usize| {
             let (first, end) = (b * ny / count, (b + 1) * ny / count);
             let rows = end - first + 2 * halo;
-            let points_of = || (0..rows).flat_map(|e| (0..nx).map(move |x| (e, x)));
-            let by_row = |value: &dyn Fn(usize) -> T, pad: usize| {
-                let values: Vec<T> = points_of().map(|(e, x)| value(shared.row(first, e) * nx + x)).collect();
-                padded(&values, nx, pad)
+            let by_row = |pad: usize, value: &dyn Fn(usize, &mut [T])| {
+                let wide = shared.wide() + 2 * pad;
+                let mut all = vec![T::default(); rows * wide];
+                for (e, into) in all.chunks_exact_mut(wide).enumerate() {
+                    value(shared.row(first, e) * nx, &mut into[pad..][..nx]);
+                }
+                all
+            };
+            let stiffness = |dir: usize| {
+                let of = |numbers: &Vec<u32>| by_row(0, &|from, into| fill(into, net.stiffness, &numbers[from..]));
+                numbers.get(dir).map_or_else(Vec::new, of)
             };
             let place = |axis: usize| {
-                let mut place = by_row(&|point| points[point][axis], PAD);
+                let mut place = by_row(PAD, &|from, into| {
+                    into.iter_mut().zip(&points[from..]).for_each(|(into, point)| *into = point[axis]);
+                });
                 let rows = place.chunks_exact_mut(shared.wide() + 2 * PAD);
                 rows.for_each(|row| shared.continue_row(axis, row));
                 place
@@ -220,10 +226,8 @@ impl<'a, T: Real> Grid<'a, T> {
                 own: end - first,
                 place: [place(0), place(1)],
                 velocity: [rest.clone(), rest],
-                weight: by_row(&|point| weight[point], 0),
-                stiffness: std::array::from_fn(|dir| {
-                    stiffness.get(dir).map_or_else(Vec::new, |k| by_row(&|point| k[point], 0))
-                }),
+                weight: by_row(0, &|from, into| into.copy_from_slice(&weight[from..][..nx])),
+                stiffness: std::array::from_fn(stiffness),
             }
         };
         let bands: Vec<Band<T>> = if nx == 0 { Vec::new() } else { (0..count).into_par_iter().map(band).collect() };
@@ -323,8 +327,7 @@ impl<T: Real> Advance<'_, '_, T> {
                 *to = *from + shared.size[1];
             }
         }
-        let [(x, below_x), (y, below_y)] =
-            band.place.each_mut().map(|place| place[e * padded..].split_at_mut(padded));
+        let [(x, below_x), (y, below_y)] = band.place.each_mut().map(|place| place[e * padded..].split_at_mut(padded));
         let below_y = if last { &scratch.under } else { &below_y[..padded] };
         let range = e * wide..(e + 1) * wide;
         let [vx, vy] = band.velocity.each_mut().map(|v| &mut v[range.clone()]);

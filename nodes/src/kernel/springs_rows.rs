@@ -84,8 +84,7 @@ impl<T: Real> Springs<'_, T> {
     /// Breaks the springs that are beyond their thresholds: no stiffness from now on.
     #[inline(always)]
     fn snap(&mut self, snap: &mut impl FnMut(usize, usize)) {
-        for dir in 0..if self.eight { 4 } else { 2 } {
-            let (dx, down) = DIRECTIONS[dir];
+        for (dir, (dx, down)) in DIRECTIONS.into_iter().enumerate().take(if self.eight { 4 } else { 2 }) {
             for i in 0..self.columns {
                 let to = (i + PAD).wrapping_add_signed(isize::from(dx));
                 let end = |axis: usize| if down { self.below[axis][to] } else { self.place[axis][to] };
@@ -139,9 +138,7 @@ fn pull_row<T: Real, const EIGHT: bool, const BREAK: bool>(
         for dir in 0..directions {
             d[dir] = dx[dir] * dx[dir] + dy[dir] * dy[dir];
         }
-        for dir in 0..directions {
-            d[dir] = d[dir].sqrt();
-        }
+        let d = d.map(T::sqrt);
         for dir in 0..directions {
             let force = k[dir][i] * (d[dir] - rest[dir][i]);
             if BREAK {

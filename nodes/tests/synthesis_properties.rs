@@ -7,7 +7,7 @@ use shibo_nodes::kernel::synthesis::analysis::{AnalysisSpec, Level, analyse, fin
 use shibo_nodes::kernel::synthesis::aniso::{Jacobians, Position};
 use shibo_nodes::kernel::synthesis::coverage::EvenUse;
 use shibo_nodes::kernel::synthesis::driver::{Analysed, Fixed, Inputs, Settings, Start, run};
-use shibo_nodes::kernel::synthesis::exact::{Corrector, Features, Rule, upsample};
+use shibo_nodes::kernel::synthesis::exact::{Corrector, Features, Rule, offsets, upsample};
 use shibo_nodes::kernel::synthesis::jacobian::{Jacobian, from_angle_scale};
 use shibo_nodes::kernel::synthesis::lattice::{Basis, detect};
 use shibo_nodes::kernel::synthesis::levels::image;
@@ -15,6 +15,7 @@ use shibo_nodes::kernel::synthesis::magnify::places;
 use shibo_nodes::kernel::synthesis::region::{Output, Region};
 use shibo_nodes::kernel::synthesis::texels::{Fetch, Texels};
 use shibo_nodes::kernel::synthesis::{Lookup, Plane};
+use std::sync::atomic::{AtomicI32, Ordering};
 
 fn plane(w: usize, h: usize, wrap: bool) -> Plane {
     Plane { w, h, wrap: [wrap; 2] }
@@ -209,6 +210,69 @@ fn where_sides_join_is_no_worse_than_anywhere_else() {
             }
             println!("{start:?} {size:?}: {joint:.3} where sides join, {mean:.3} anywhere");
             assert!(joint < most * mean, "{start:?} {size:?}: {joint:.3} where sides join, {mean:.3} anywhere");
+        }
+    }
+}
+
+/// The swirl's Jacobian leads from many pixels to both of their neighbours, though it turns so fast that pieces must end; 1 does from none.
+#[test]
+fn coordinates_follow_a_jacobian_that_varies() {
+    let exemplar = lumps(64, 64, true);
+    let follows = |jacobian: Option<fn(f64, f64) -> Jacobian>| {
+        let inputs = Plain { jacobian, ..Plain::default() };
+        let coords = synthesise(&exemplar, &[], &unbounded(0, 0, 96, 96), true, &inputs);
+        let apart = |a: f32, b: f32| (a - b + 32.0).rem_euclid(64.0) - 32.0;
+        let kept = (0..95 * 95).filter(|k| {
+            let (x, y) = (k % 95, k / 95);
+            let (own, j) = (coords[y * 96 + x], swirl(x as f64 + 0.5, y as f64 + 0.5));
+            let near = |next: Position, step: [f32; 2]| {
+                apart(next[0] - own[0], step[0]).abs() + apart(next[1] - own[1], step[1]).abs() < 0.1
+            };
+            near(coords[y * 96 + x + 1], [j[0], j[2]]) && near(coords[(y + 1) * 96 + x], [j[1], j[3]])
+        });
+        kept.count() as f64 / (95.0 * 95.0)
+    };
+    let (along, without) = (follows(Some(swirl)), follows(None));
+    println!("{along:.3} of the pixels follow the Jacobian, {without:.3} without it");
+    assert!(along > 0.3 && without < 0.05, "{along:.3} of the pixels follow the Jacobian, {without:.3} without it");
+}
+
+/// A plane that remembers how far from a pixel it was read.
+struct Watched {
+    plane: Plane,
+    centre: [i32; 2],
+    far: AtomicI32,
+    reads: AtomicI32,
+}
+
+impl Lookup for Watched {
+    fn index(&self, x: i32, y: i32) -> usize {
+        self.far.fetch_max((x - self.centre[0]).abs().max((y - self.centre[1]).abs()), Ordering::Relaxed);
+        self.reads.fetch_add(1, Ordering::Relaxed);
+        self.plane.index(x, y)
+    }
+}
+
+#[test]
+fn only_the_eight_immediate_neighbours_are_read() {
+    let texels = lumps(16, 16, true);
+    let texels = Texels::new(texels.plane, 2, texels.data.iter().map(|v| f64::from(*v)).collect::<Vec<f64>>());
+    let features = Features { texels: &texels, ratio: 1.0, second: &[], plane: texels.plane };
+    let hash = Hash::new(3);
+    let map: Vec<[f64; 2]> = (0..81).map(|p| [16.0 * hash.unit(2 * p), 16.0 * hash.unit(2 * p + 1)]).collect();
+    for (square, compared) in [(4, 4), (3, 9), (5, 25)] {
+        assert_eq!(offsets(square).len(), compared);
+        let rule = Rule { square, averaged: true, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 1 };
+        for (angle, scale, stretch) in [(0.0, 1.0, 1.0), (0.7, 0.3, 1.0), (2.5, 4.0, 2.0), (4.0, 1.0, 0.4)] {
+            let j = from_angle_scale(angle, scale, stretch).map(f64::from);
+            let (far, reads) = (AtomicI32::new(0), AtomicI32::new(0));
+            let watched = Watched { plane: plane(9, 9, true), centre: [4, 4], far, reads };
+            let corrector = Corrector { features: &features, rule: &rule, lookup: &watched, jacobian: |_| j };
+            assert_eq!(corrector.neighbourhood(&map, (4, 4)).len(), 2 * compared);
+            assert!(corrector.candidates(&map, (4, 4)).len() >= 9);
+            corrector.best(&map, (4, 4), &[]);
+            assert!(watched.reads.into_inner() > 9);
+            assert_eq!(watched.far.into_inner(), 1, "{square} {angle} {scale} {stretch}");
         }
     }
 }

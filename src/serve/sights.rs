@@ -78,7 +78,7 @@ fn sample(exemplar: &Exemplar) -> Option<Flat> {
     Flat::new(ty, [size.x as usize, size.y as usize], exemplar.shown.to_vec())
 }
 
-/// Where in the exemplar each pixel comes from: red to the right, green down. Pieces that lie there as they do here run
+/// Where in the exemplar each pixel comes from: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow. Pieces that lie there as they do here run
 /// from colour to colour smoothly; where pieces meet, colours jump.
 fn coordinates(map: &CoordMap) -> Option<Flat> {
     let finite = || map.coords.iter().filter(|c| c[0].is_finite() && c[1].is_finite());
@@ -86,7 +86,7 @@ fn coordinates(map: &CoordMap) -> Option<Flat> {
     let most = |axis: usize| finite().map(|c| c[axis].abs()).fold(1.0, f32::max);
     let size = frame.unwrap_or_else(|| [most(0), most(1)]);
     let plane = |axis: usize| map.coords.iter().map(move |c| (c[axis] / size[axis].max(1.0)).rem_euclid(1.0));
-    let blue = std::iter::repeat_n(0.3, map.coords.len());
+    let blue = std::iter::repeat_n(0.0, map.coords.len());
     let planes = plane(0).chain(plane(1)).chain(blue).collect();
     Flat::new(Type::Normal, [map.size.x as usize, map.size.y as usize], planes)
 }
@@ -155,6 +155,33 @@ const fn single(v: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shibo_engine::value::ExemplarFrame;
+    use std::sync::Arc;
+
+    #[test]
+    fn coordinates_run_from_black_to_red_green_and_yellow() {
+        let size = glam::UVec2::new(8, 4);
+        let frame = ExemplarFrame { size, origin: DVec2::ZERO, pitch: DVec2::ONE, periodic: Tiling::NONE };
+        let coords = vec![[0.0, 0.0], [7.992, 0.0], [0.0, 3.996], [7.992, 3.996], [4.0, 1.0], [12.0, 5.0]];
+        let map = CoordMap {
+            size: glam::UVec2::new(6, 1),
+            start: glam::IVec2::ZERO,
+            pitch: DVec2::ONE,
+            periodic: Tiling::NONE,
+            spacing: 1,
+            coords: Arc::new(coords),
+            exemplar: Some(frame),
+            coherence: 0.0,
+            coverage: 0.0,
+        };
+        let tile = coordinates(&map).unwrap().tile(64);
+        let wanted = [[0.0, 0.0], [0.999, 0.0], [0.0, 0.999], [0.999, 0.999], [0.5, 0.25], [0.5, 0.25]];
+        for (p, [red, green]) in wanted.into_iter().enumerate() {
+            for (c, wanted) in [red, green, 0.0].into_iter().enumerate() {
+                assert!((tile.plane(c)[p] - wanted).abs() < 1e-5, "pixel {p}, channel {c}: {}", tile.plane(c)[p]);
+            }
+        }
+    }
 
     #[test]
     fn flat_pictures_are_thinned_out() {

@@ -49,7 +49,8 @@ pub enum Compare {
 ///
 /// A picture file is taken at its own pixels, any other field at `size` pixels over `size_mm` of the canvas: the height of
 /// a leather or a cut of wood is an exemplar too. Aligned pictures in `others` are compared as well, so that a
-/// colour, a height and a normal map stay together; all of them can be sampled later.
+/// colour, a height and a normal map stay together; all of them can be sampled later. They may have other resolutions: what
+/// lies at the same place in mm belongs together.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -199,6 +200,31 @@ impl Exemplar {
         Ok(tile)
     }
 
+    /// Says so if a picture lies elsewhere than that of `input`, which hardly is meant.
+    fn advise(cx: &Context<'_>, input: &Field, other: &Field, port: &str) {
+        let place = |field: &Field| {
+            let (grid, pixels) = field.native().zip(field.pixels())?;
+            Some((grid.origin, grid.step * pixels.as_dvec2()))
+        };
+        let Some(((here, extent), (there, other))) = place(input).zip(place(other)) else { return };
+        let near = 1e-6 * extent.max_element();
+        if (here - there).abs().max_element() > near || (extent - other).abs().max_element() > near {
+            let round = |v: DVec2| (v * 1e3).round() / 1e3;
+            let size = |v: DVec2| format!("{}x{} mm", round(v).x, round(v).y);
+            let at = |v: DVec2| format!("({}, {})", round(v).x, round(v).y);
+            let message = format!(
+                "`{port}` is a picture of {} at {}, but `input` one of {} at {}",
+                size(other),
+                at(there),
+                size(extent),
+                at(here)
+            );
+            let help =
+                "they are aligned by place: give both the same `size_mm` and `position`, if they belong together";
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at(port).help(help));
+        }
+    }
+
     /// The distance to the edges of features, limited to an eighth of the exemplar; as any other field that is compared.
     fn distance(&self, field: &Field, tile: &Tile) -> Vec<f32> {
         let size = [tile.width(), tile.height()];
@@ -262,11 +288,13 @@ impl Node for Exemplar {
         };
         add(&input, &shown, weight(0));
         for (k, other) in cx.get_all(&self.others)?.iter().enumerate() {
+            Self::advise(cx, &input, other, "others");
             add(other, &self.read(cx, other, &frame, "others")?, weight(k + 1));
         }
         if let Some(field) = cx.get_opt(&self.feature)?
             && self.feature_weight > 0.0
         {
+            Self::advise(cx, &input, &field, "feature");
             planes.push(self.distance(&field, &self.read(cx, &field, &frame, "feature")?));
         }
         if planes.is_empty() || planes.len() > 24 {
@@ -276,11 +304,17 @@ impl Node for Exemplar {
         cx.check()?;
         let features: Vec<f32> = (0..n).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
         let guide = match cx.get_opt(&self.guide)? {
-            Some(guide) => self.read(cx, &guide, &frame, "guide")?.plane(0).to_vec(),
+            Some(guide) => {
+                Self::advise(cx, &input, &guide, "guide");
+                self.read(cx, &guide, &frame, "guide")?.plane(0).to_vec()
+            }
             None => Vec::new(),
         };
         let usable: Vec<bool> = match cx.get_opt(&self.mask)? {
-            Some(mask) => self.read(cx, &mask, &frame, "mask")?.plane(0).iter().map(|v| *v >= 0.5).collect(),
+            Some(mask) => {
+                Self::advise(cx, &input, &mask, "mask");
+                self.read(cx, &mask, &frame, "mask")?.plane(0).iter().map(|v| *v >= 0.5).collect()
+            }
             None => Vec::new(),
         };
         if !usable.is_empty() && !usable.contains(&true) {

@@ -78,8 +78,8 @@ fn sample(exemplar: &Exemplar) -> Option<Flat> {
     Flat::new(ty, [size.x as usize, size.y as usize], exemplar.shown.to_vec())
 }
 
-/// Where in the exemplar each pixel comes from: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow. Pieces that lie there as they do here run
-/// from colour to colour smoothly; where pieces meet, colours jump.
+/// Where in the exemplar each pixel comes from: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow. Pieces that lie
+/// there as they do here run from colour to colour smoothly; where pieces meet, colours jump.
 fn coordinates(map: &CoordMap) -> Option<Flat> {
     let finite = || map.coords.iter().filter(|c| c[0].is_finite() && c[1].is_finite());
     let frame = map.exemplar.map(|frame| frame.size.as_vec2().to_array());

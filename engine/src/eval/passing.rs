@@ -33,8 +33,8 @@ struct Part<'f> {
 }
 
 impl<'f> Passing<'f> {
-    /// For pictures of `fields` in `window`.
-    pub(super) fn new(fields: &[&'f Field], grid: &Grid, window: Window) -> Self {
+    /// For pictures of `fields` in `window`; to be told to [`Run::pass`] row by row.
+    pub fn new(fields: &[&'f Field], grid: &Grid, window: Window) -> Self {
         let mut order = Vec::new();
         let mut known = HashMap::new();
         for field in fields {
@@ -172,10 +172,5 @@ impl Run<'_> {
                 self.caches.memory.tiles.remove(&TileKey { field, grid, at });
             }
         }
-    }
-
-    /// What a render of `fields` in `window` reads, to be told to [`pass`](Self::pass) row by row.
-    pub fn passing<'f>(&self, fields: &[&'f Field], grid: &Grid, window: Window) -> Passing<'f> {
-        Passing::new(fields, grid, window)
     }
 }

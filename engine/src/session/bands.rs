@@ -6,7 +6,7 @@
 use super::render::{Job, Render};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Event, TILE};
+use crate::eval::{Event, Passing, TILE};
 use crate::picture::{AtomicFile, Writer};
 use crate::value::{Field, Grid, Tile, Window};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -27,7 +27,7 @@ impl Render<'_, '_> {
         }
         let heights = band_height(window.width);
         let fields: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
-        let mut passing = self.planner.request.once.then(|| self.run.passing(&fields, grid, window));
+        let mut passing = self.planner.request.once.then(|| Passing::new(&fields, grid, window));
         for band in bands(window, heights) {
             for (job, writer) in jobs.iter().zip(&mut *writers) {
                 let tiles = self.tiles(job, grid, band)?;

@@ -8,8 +8,8 @@
 //! the same point apart, so that one addition need not wait for the last.
 
 use super::lattice::index;
-use super::springs::{BreakOn, Broken, Integrator, Mass, Motion, Net, Real, SpringError, Stepper};
-use super::springs_step::{Speed, weights};
+use super::springs::{Broken, Integrator, Mass, Motion, Net, Real, SpringError, Stepper};
+use super::springs_step::{Speed, pull, size, weights};
 use rayon::prelude::*;
 
 /// Points per patch.
@@ -211,8 +211,7 @@ impl<T: Real> Patch<T> {
             }
             let (k, rest) = (&self.stiffness[block.clone()], &self.rest[block.clone()]);
             if !self.threshold.is_empty() {
-                let tension = motion.break_on == BreakOn::Tension;
-                sizes(k, rest, tension, &scratch.dx, &scratch.dy, &mut scratch.size);
+                sizes(k, rest, motion.push_sign(), &scratch.dx, &scratch.dy, &mut scratch.size);
             }
             if self.pushes.is_empty() {
                 pulls(k, rest, &mut scratch.dx, &mut scratch.dy);
@@ -282,28 +281,23 @@ fn gather<T: Real>(ends: &[[u16; 2]], from: &[[T; 2]], dx: &mut [T; BLOCK], dy: 
     }
 }
 
-/// The force along each link, in place of the difference; none between points in the same place (L-8).
+/// The force along each link, in place of the difference.
 #[inline(always)]
 fn pulls<T: Real>(k: &[T], rest: &[T], dx: &mut [T; BLOCK], dy: &mut [T; BLOCK]) {
     let n = k.len().min(BLOCK);
     let (dx, dy, rest) = (&mut dx[..n], &mut dy[..n], &rest[..n]);
     for i in 0..n {
-        let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt();
-        let s = k[i] * (d - rest[i]) / if d > T::default() { d } else { T::ONE };
-        (dx[i], dy[i]) = (s * dx[i], s * dy[i]);
+        [dx[i], dy[i]] = pull([dx[i], dy[i]], k[i], rest[i]).0;
     }
 }
 
-/// What is compared with the thresholds: the force of each link, its magnitude unless only tension counts.
+/// What is compared with the thresholds: see [`super::springs_step::size`].
 #[inline(always)]
-fn sizes<T: Real>(k: &[T], rest: &[T], tension: bool, dx: &[T; BLOCK], dy: &[T; BLOCK], size: &mut [T; BLOCK]) {
+fn sizes<T: Real>(k: &[T], rest: &[T], sign: T, dx: &[T; BLOCK], dy: &[T; BLOCK], sizes: &mut [T; BLOCK]) {
     let n = k.len().min(BLOCK);
-    let (dx, dy, rest, size) = (&dx[..n], &dy[..n], &rest[..n], &mut size[..n]);
-    let sign = if tension { T::ONE } else { -T::ONE };
+    let (dx, dy, rest, sizes) = (&dx[..n], &dy[..n], &rest[..n], &mut sizes[..n]);
     for i in 0..n {
-        let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt();
-        let f = if d > T::default() { k[i] * (d - rest[i]) } else { T::default() };
-        size[i] = if f < T::default() { sign * f } else { f };
+        sizes[i] = size(pull([dx[i], dy[i]], k[i], rest[i]).1, sign);
     }
 }
 

@@ -1,8 +1,9 @@
 //! Even use of the exemplar: what is shown much already costs more.
 //!
 //! Used positions are counted in bins of 4×4 exemplar pixels, smoothed by about what a pixel of the level covers, and
-//! compared with their mean `c` (at least one showing); the cost of a position is multiplied by `1 + λ·clamp(c - 1, -¼, 4)`. Counted over the whole output, or over tiles of it that lie
-//! where they do whatever the window, which keeps every dependency local.
+//! compared with their mean `c` (at least one showing); the cost of a position is multiplied by
+//! `1 + λ·clamp(c - 1, -¼, 4)`. Counted over the whole output, or over tiles of it that lie where they do whatever the
+//! window, which keeps every dependency local.
 use super::Plane;
 use super::region::Region;
 use super::texels::mirrored;

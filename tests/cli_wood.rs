@@ -9,7 +9,7 @@ use shibo_engine::session::{Session, Settings};
 use shibo_engine::value::{Channel, Tile, Value, Window, linear_to_srgb};
 use std::fmt::Write;
 use std::path::Path;
-use support::Desk;
+use support::{Desk, number};
 
 fn vectors() -> Json {
     serde_json::from_str(include_str!("../nodes/tests/vectors/wood.json")).unwrap()
@@ -26,10 +26,6 @@ fn csv(queries: &Json) -> String {
         writeln!(text, "{},{},{}", q["P"][0], q["P"][1], q["P"][2]).unwrap();
         text
     })
-}
-
-fn number(v: &Json) -> f64 {
-    v.as_f64().unwrap_or_else(|| if v == "inf" { f64::INFINITY } else { panic!("{v}") })
 }
 
 fn same(dump: &Json, queries: &Json, key: &str) {

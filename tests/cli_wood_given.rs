@@ -2,14 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod support;
 
-use serde_json::Value as Json;
 use shibo_engine::value::linear_to_srgb;
 use std::fmt::Write;
-use support::Desk;
-
-fn number(v: &Json) -> f64 {
-    v.as_f64().unwrap()
-}
+use support::{Desk, number};
 
 /// Two points of a graph's solid `name`, as printed.
 fn dump(desk: &Desk, name: &str) -> Vec<f64> {

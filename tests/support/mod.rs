@@ -24,6 +24,11 @@ pub(crate) const GRAPH: &str = r#"(
 )
 "#;
 
+/// A number as `dump` prints it.
+pub(crate) fn number(v: &Json) -> f64 {
+    v.as_f64().unwrap_or_else(|| if v == "inf" { f64::INFINITY } else { panic!("{v}") })
+}
+
 /// What a run gave.
 pub(crate) struct Ran {
     pub(crate) code: Option<i32>,

@@ -146,6 +146,7 @@ mod report {
             margin: 0.25,
             coarsest: exemplar.plane.w / 4,
             start: Start::Random,
+            adrift: true,
             hash: Hash::new(3),
         };
         let analysed = Analysed { plane: exemplar.plane, levels, usable: &[], guide: &[] };

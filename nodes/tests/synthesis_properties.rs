@@ -87,6 +87,7 @@ fn settings(local: bool) -> Settings {
         margin: 0.25,
         coarsest: 8,
         start: Start::Random,
+        adrift: false,
         hash: Hash::new(9),
     }
 }
@@ -211,6 +212,66 @@ fn where_sides_join_is_no_worse_than_anywhere_else() {
             println!("{start:?} {size:?}: {joint:.3} where sides join, {mean:.3} anywhere");
             assert!(joint < most * mean, "{start:?} {size:?}: {joint:.3} where sides join, {mean:.3} anywhere");
         }
+    }
+}
+
+/// How often the exemplar does not go on within `near` columns and rows of where sides join, and anywhere.
+fn ends(coords: &[Position], [w, h]: [usize; 2], near: usize) -> (f64, f64) {
+    let broken = |a: Position, b: Position, step: Position| a[0] + step[0] != b[0] || a[1] + step[1] != b[1];
+    let at = |x: usize, y: usize| coords[y % h * w + x % w];
+    let beside = |k: usize, n: usize| k.min(n - 1 - k) < near;
+    let (mut here, mut all, mut pixels) = (0, 0, 0);
+    for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
+        let own = at(x, y);
+        let n = i32::from(broken(own, at(x + 1, y), [1.0, 0.0])) + i32::from(broken(own, at(x, y + 1), [0.0, 1.0]));
+        all += n;
+        if beside(x, w) || beside(y, h) {
+            (here, pixels) = (here + n, pixels + 1);
+        }
+    }
+    (f64::from(here) / f64::from(pixels), f64::from(all) / (w * h) as f64)
+}
+
+/// Where use is evened out by tiles more pieces end where tiles meet; sides join within tiles.
+#[test]
+fn tiles_of_even_use_do_not_meet_where_sides_join() {
+    let exemplar = lumps(64, 64, false);
+    let levels = analysed(&exemplar);
+    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
+    let output = Output { start: [0, 0], size: [256, 256], wrap: [true; 2] };
+    let (mut joint, mut mean) = (0.0, 0.0);
+    for seed in 0..24 {
+        let even = Some(EvenUse { amount: 1.0, tile: Some(64) });
+        let settings = Settings { even, jitter: 0.0, kappa: 2.5, hash: Hash::new(seed), ..settings(true) };
+        let coords = run(&analysed, &output, &settings, &Plain::default()).expect("nothing stops it").coords;
+        let (here, all) = ends(&coords, output.size, 6);
+        (joint, mean) = (joint + here / 24.0, mean + all / 24.0);
+    }
+    println!("{joint:.4} near where sides join, {mean:.4} anywhere");
+    assert!(joint < mean, "{joint:.4} near where sides join, {mean:.4} anywhere");
+}
+
+/// What may begin at any of its pixels does so where fewer pieces end, and is the same plane as what may not.
+#[test]
+fn sides_are_laid_where_pieces_go_on() {
+    let exemplar = lumps(64, 64, false);
+    let levels = analysed(&exemplar);
+    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
+    let output = Output { start: [0, 0], size: [203, 160], wrap: [true; 2] };
+    for seed in 0..12 {
+        let made = |adrift: bool, wrap: [bool; 2]| {
+            let settings = Settings { jitter: 0.0, adrift, hash: Hash::new(seed), ..settings(false) };
+            run(&analysed, &Output { wrap, ..output }, &settings, &Plain::default()).expect("nothing stops it").coords
+        };
+        let (open, still) = (made(true, [true; 2]), made(false, [true; 2]));
+        let (here, all) = ends(&open, output.size, 4);
+        assert!(here < 0.9 * all, "seed {seed}: {here:.3} near where sides join, {all:.3} anywhere");
+        let begins = (0..203 * 160).filter(|p| still[*p] == open[0]).any(|p| {
+            (0..203 * 160).all(|k| still[(p / 203 + k / 203) % 160 * 203 + (p % 203 + k % 203) % 203] == open[k])
+        });
+        assert!(begins, "seed {seed}: another plane");
+        // Windows of what does not join stay parts of larger ones.
+        assert_eq!(made(true, [true, false]), made(false, [true, false]));
     }
 }
 

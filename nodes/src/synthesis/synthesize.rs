@@ -63,7 +63,8 @@ pub enum StartMode {
 /// Grows any amount of a texture from an exemplar: finds for every pixel where in the exemplar it comes from.
 ///
 /// Works at the exemplar's pixel size from the canvas' corner, whatever the output's resolution: a larger canvas shows more.
-/// On a canvas that tiles the result joins. `SampleExemplar` shows what the coordinates mean, of any aligned picture.
+/// On a canvas that tiles the result joins; unless something ties it to a place (a guide, given coordinates, a Jacobian that
+/// varies), it is cut open where least is torn. `SampleExemplar` shows what the coordinates mean, of any aligned picture.
 /// Structure wider than half the exemplar cannot be kept; `guide` or `jacobian` give it from outside.
 ///
 /// ```ron
@@ -201,6 +202,11 @@ impl Synthesize {
         found.vectors.map(|[a, b]| Basis { a: a.to_array(), b: b.to_array() })
     }
 
+    /// Whether a part of the canvas is to show something of its own.
+    fn is_placed(&self) -> bool {
+        self.guide.is_some() || self.fixed.is_some() || self.start.is_some() || self.jitter_mask.is_some()
+    }
+
     fn settings(&self, cx: &Context<'_>, exemplar: &Exemplar, basis: Option<Basis>) -> Settings {
         let side = exemplar.frame.size.min_element();
         let regular = self.preset == Preset::Regular;
@@ -232,6 +238,7 @@ impl Synthesize {
                 (false, Some(basis)) => Start::Lattice(basis),
                 (false, None) => Start::Random,
             },
+            adrift: !self.is_placed(),
             hash: Hash::new(cx.seed(self.seed)),
         }
     }
@@ -261,7 +268,7 @@ impl Synthesize {
 }
 
 impl Node for Synthesize {
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];

@@ -39,9 +39,10 @@ pub fn bin(plane: Plane, x: usize, y: usize) -> usize {
 }
 
 impl Factors {
-    /// Counts what a level shows: `bin_of` gives the bin of each pixel of `region`.
+    /// Counts what a level shows: `bin_of` gives the bin of each pixel of `region`. A few more pieces end where tiles meet;
+    /// sides that join do so in the middle of tiles if `half`.
     pub fn count(
-        use_: &EvenUse,
+        (use_, half): (&EvenUse, bool),
         exemplar: Plane,
         usable_bins: usize,
         region: &Region,
@@ -55,14 +56,15 @@ impl Factors {
             if wrap {
                 // As many tiles as fit, all alike.
                 let tiles = (n / side).max(1);
-                return (0..n).map(|k| k * tiles / n).collect();
+                let before = if half { n / (2 * tiles) } else { 0 };
+                return (0..n).map(|k| (k + before) * tiles / n % tiles).collect();
             }
             let tile = |k: usize| (start + index(k)).div_euclid(index(side));
             (0..n).map(|k| offset(tile(k) - tile(0))).collect()
         };
         let Plane { w, h, wrap } = region.plane;
         let (columns, rows) = (axis(region.start[0], w, wrap[0]), axis(region.start[1], h, wrap[1]));
-        let (across, down) = (columns[w - 1] + 1, rows[h - 1] + 1);
+        let [across, down] = [&columns, &rows].map(|tiles| tiles.iter().max().map_or(1, |last| last + 1));
         let (bw, bh) = (exemplar.w.div_ceil(BIN), exemplar.h.div_ceil(BIN));
         let bins = bw * bh;
         let bell = Bell::new(region.h);
@@ -152,7 +154,8 @@ mod tests {
         let exemplar = plane(128);
         let region = Region { h: 1, start: [0, 0], plane: plane(32), short: [0; 2] };
         let even = EvenUse { amount: 1.0, tile: None };
-        let count = |bin_of: &(dyn Fn(usize) -> usize + Sync)| Factors::count(&even, exemplar, 1024, &region, bin_of);
+        let count =
+            |bin_of: &(dyn Fn(usize) -> usize + Sync)| Factors::count((&even, false), exemplar, 1024, &region, bin_of);
         let copied = count(&|p| bin(exemplar, 40 + p % 32, 40 + p / 32));
         let of = |factors: &Factors, x: usize, y: usize| factors.of(0, 0)[bin(exemplar, x, y)];
         for k in 0..8 {

@@ -6,6 +6,7 @@ use super::iso::PARTING;
 use super::jacobian::IDENTITY;
 use super::lattice::Basis;
 use super::lattice_start::{Fitted, fit};
+use super::opening::{begun, opening};
 use super::region::{Needs, Output, Region, plan};
 use super::table::Table;
 use super::texels::{Texels, mirrored};
@@ -58,6 +59,9 @@ pub struct Settings {
     pub coarsest: usize,
     /// Where the first coordinates come from.
     pub start: Start,
+    /// Whether nothing is tied to a place but by a Jacobian: then a result whose sides all join may begin at any of its
+    /// pixels.
+    pub adrift: bool,
     /// Random numbers.
     pub hash: Hash,
 }
@@ -99,6 +103,8 @@ pub(super) struct Run<'a, I: Inputs> {
     pub(super) settings: &'a Settings,
     pub(super) inputs: &'a I,
     pub(super) isometric: bool,
+    /// Whether the result may begin at any of its pixels.
+    pub(super) adrift: bool,
     pub(super) fitted: Option<Fitted>,
 }
 
@@ -139,7 +145,8 @@ pub fn run<I: Inputs>(
         }
         _ => None,
     };
-    let run = Run { exemplar, settings, inputs, isometric: first.is_none(), fitted };
+    let adrift = settings.adrift && output.wrap == [true; 2] && !matches!(first, Some(Jacobians::Each(_)));
+    let run = Run { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted };
     let coords = if run.isometric {
         run.isometric(&levels, &regions)?
     } else {
@@ -148,6 +155,14 @@ pub fn run<I: Inputs>(
     };
     let region = &regions[regions.len() - 1];
     let coords = cut(&coords, region, output);
+    let coords = match levels.first() {
+        Some(finest) if run.adrift => {
+            let looks = (exemplar.plane, &finest.appearance[..]);
+            let place = opening(&coords, output.size, &j, looks, run.fitted.as_ref());
+            begun(coords, output.size, place)
+        }
+        _ => coords,
+    };
     let (coherence, coverage) = report(&coords, output, exemplar.plane);
     Ok(Synthesis { coords, coherence, coverage })
 }

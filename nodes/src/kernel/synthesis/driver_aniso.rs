@@ -34,7 +34,7 @@ impl<I: Inputs> Run<'_, I> {
                 if count {
                     let even = self.settings.even.filter(|_| region.h >= 2);
                     factors = even.map(|even| {
-                        Factors::count(&even, table.plane, table.usable_bins, region, |p| {
+                        Factors::count((&even, !self.adrift), table.plane, table.usable_bins, region, |p| {
                             table.bin_at(table.padded(table.cell(map[p])))
                         })
                     });

@@ -38,7 +38,7 @@ impl<I: Inputs> Run<'_, I> {
             self.passes((k, regions.len()), once, |count| {
                 if count {
                     let even = self.settings.even.filter(|_| region.h >= 2);
-                    factors = even.map(|even| table.factors(&even, region, &map));
+                    factors = even.map(|even| table.factors((&even, !self.adrift), region, &map));
                 }
                 let terms = iso::Terms {
                     kappa: self.settings.kappa,

@@ -22,6 +22,7 @@ pub mod lattice;
 pub mod lattice_start;
 pub mod levels;
 pub mod magnify;
+pub mod opening;
 pub mod pca;
 mod placing;
 pub mod region;

@@ -244,3 +244,21 @@ fn pictures_that_lie_elsewhere_are_named() {
     let ran = desk.shibo("render a.ron --no-cache").expect(1);
     assert!(ran.stderr.contains("the mask leaves nothing") && ran.stderr.contains("a.ron:9:"), "{}", ran.stderr);
 }
+
+/// Coordinates are found on the exemplar's pixels, and so is the place where a canvas that joins begins.
+#[test]
+fn the_layout_does_not_depend_on_the_resolution() {
+    let desk = Desk::new();
+    let nodes = r#"    "cells": Worley(size: 5, jitter: 0.6),
+    "exemplar": Exemplar(input: "cells.border", size_mm: 24, size: (32, 32)),
+    "coords": Synthesize(exemplar: "exemplar"),
+    "shown": SampleExemplar(coords: "coords", input: "cells.border"),"#;
+    let at = |resolution: u32| {
+        let canvas = format!("size_mm: 60, resolution: {resolution}, tile: Both, seed: 7");
+        desk.write("a.ron", graph(&canvas, nodes, "shown"));
+        coords(&desk, "coords")
+    };
+    let first = at(40);
+    assert_eq!(first.len(), 80 * 80);
+    assert!([17, 80, 256].into_iter().all(|resolution| at(resolution) == first));
+}

@@ -60,7 +60,7 @@ mod report {
     use shibo_nodes::kernel::synthesis::lattice::detect;
     use shibo_nodes::kernel::synthesis::region::{Output, Region};
     use shibo_nodes::kernel::synthesis::sampling::{Area, Source};
-    use shibo_nodes::kernel::synthesis::texels::Texels;
+    use shibo_nodes::kernel::synthesis::texels::{Fetch, Texels};
     use shibo_nodes::kernel::window::Rect;
     use std::hint::black_box;
     use std::time::Instant;
@@ -181,9 +181,13 @@ mod report {
         let fine = super::exemplar(512);
         let planes: Vec<Vec<f32>> = (0..3).map(|c| fine.data.iter().skip(c).step_by(3).copied().collect()).collect();
         let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
-        let source = Source::new(fine.plane, &planes, [4.0, 4.0], false);
         let jacobians = vec![IDENTITY; 1024 * 1024];
-        for (name, follow) in [("(5)", false), ("(6)", true)] {
+        for (name, follow, fetch) in [
+            ("(5)", false, Fetch::Bilinear),
+            ("(6)", true, Fetch::Bilinear),
+            ("(6), CatmullRom", true, Fetch::CatmullRom),
+        ] {
+            let source = Source::new(fine.plane, &planes, [4.0, 4.0], fetch, false);
             let area = Area {
                 map: &map,
                 plane: Plane { w: 256, h: 256, wrap: [true; 2] },

@@ -2,7 +2,7 @@
 //!
 //! Source: JP5149288B2 III, equations (5) and (6), claims 8, 15, 20 (rows C27 to C30; decision S-9). The coordinates stay
 //! as they are: any output resolution picks from a picture as fine as one likes. Cost: O(pixels).
-use super::sampled::{Between, Sampled};
+use super::sampled::{Between, ExemplarFilter, Sampled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, In, JacobianField, Node, Output, Outputs};
@@ -18,7 +18,7 @@ use shibo_engine::value::{Canvas, CoordMap, Stop, Tiling};
 /// "coords": Synthesize(exemplar: "exemplar", size: (48, 48)),
 /// "example": MagnifyCoords(coords: "coords", input: "coarse", resolution: 8),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MagnifyCoords {
     /// The coordinates.
@@ -30,8 +30,24 @@ pub struct MagnifyCoords {
     /// Pixels at which `input` is read per pixel of the exemplar, in x and in y. A picture file by default at its own.
     #[schemars(range(min = 1, max = 64))]
     pub resolution: Option<u32>,
+    /// How values between the picture's pixels are made.
+    pub filter: ExemplarFilter,
     /// Whether values are heights that grow with their features: divided by √|det J|.
     pub scale_heights: bool,
+}
+
+impl Default for MagnifyCoords {
+    fn default() -> Self {
+        Self {
+            coords: In::default(),
+            input: In::default(),
+            jacobian: None,
+            resolution: None,
+            // The picture is fine already.
+            filter: ExemplarFilter::Bilinear,
+            scale_heights: false,
+        }
+    }
 }
 
 impl Node for MagnifyCoords {
@@ -45,7 +61,8 @@ impl Node for MagnifyCoords {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (coords, input, jacobian) = (cx.get(&self.coords)?, cx.get(&self.input)?, cx.get_opt(&self.jacobian)?);
         let between = if jacobian.is_some() { Between::Anisometric } else { Between::Isometric };
-        let sampled = Sampled::new(cx, coords, input, jacobian, between, self.scale_heights, self.resolution)?;
+        let sampled =
+            Sampled::new(cx, coords, input, jacobian, (between, self.filter), self.scale_heights, self.resolution)?;
         Ok(Outputs::one(sampled.into_field()))
     }
 }

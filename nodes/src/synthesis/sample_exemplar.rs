@@ -3,7 +3,7 @@
 //! Source: JP5149288B2 II box 265 and III (rows C13, C27 to C30, C32): values are looked up at the very end, from any
 //! number of aligned pictures; between pixels by magnification, equations (5) and (6). Beyond the source: normals turned
 //! and heights scaled with the Jacobian, area averages where features shrink. Cost: O(pixels).
-use super::sampled::{self, Sampled};
+use super::sampled::{Between, ExemplarFilter, Sampled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, In, JacobianField, Node, Output, Outputs};
@@ -12,7 +12,8 @@ use shibo_engine::value::{Canvas, CoordMap, Stop, Tiling};
 /// Shows a picture at synthesised coordinates: the exemplar itself, or any other that is aligned with it.
 ///
 /// On the coordinates' own pixels values are the picture's own, without a blur. Finer pictures are magnified, coarser ones are
-/// averages. A normal map is turned with the Jacobian, if that is connected.
+/// averages. Where features are turned, coordinates lie between its pixels, and `filter` says what is seen there. A normal
+/// map is turned with the Jacobian, if that is connected.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -31,11 +32,14 @@ pub struct SampleExemplar {
     /// The Jacobian that the coordinates follow: turns normals, keeps shrunken features from aliasing, and leads (6)
     /// between pixels.
     pub jacobian: Option<In<JacobianField>>,
+    /// How values between the picture's pixels are made, where features are turned or grow.
+    pub filter: ExemplarFilter,
     /// Whether values are heights that grow with their features: divided by √|det J|.
     pub scale_heights: bool,
 }
 
 impl Node for SampleExemplar {
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The picture at the coordinates.")];
 
@@ -47,8 +51,8 @@ impl Node for SampleExemplar {
         let input = cx.get(&self.input)?;
         let coords = cx.get(&self.coords)?;
         let jacobian = cx.get_opt(&self.jacobian)?;
-        let between = if jacobian.is_some() { sampled::Between::Anisometric } else { sampled::Between::Isometric };
-        let sampled = Sampled::new(cx, coords, input, jacobian, between, self.scale_heights, None)?;
+        let between = if jacobian.is_some() { Between::Anisometric } else { Between::Isometric };
+        let sampled = Sampled::new(cx, coords, input, jacobian, (between, self.filter), self.scale_heights, None)?;
         Ok(Outputs::one(sampled.into_field()))
     }
 }

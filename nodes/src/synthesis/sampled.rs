@@ -3,6 +3,7 @@
 use crate::kernel::synthesis::Plane;
 use crate::kernel::synthesis::jacobian::{IDENTITY, Jacobian};
 use crate::kernel::synthesis::sampling::{Area, Source};
+use crate::kernel::synthesis::texels::Fetch;
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
@@ -10,6 +11,19 @@ use shibo_engine::value::{
     CoordMap, Evaluator, ExemplarFrame, Field, FieldSource, Grid, Reader, Stop, Tile, Tiling, Type, Window,
 };
 use std::sync::{Arc, OnceLock};
+
+crate::choice::choice! {
+    /// How values between the pixels of a picture are made, where coordinates lie between them.
+    ExemplarFilter = Fetch {
+        /// The pixel itself: for masks and for numbers that name something.
+        Nearest,
+        /// Linear in x and y: soft.
+        Bilinear,
+        /// Cubic: as sharp as the picture. Never beyond the range of the 16 pixels around.
+        #[default]
+        CatmullRom,
+    }
+}
 
 /// How values between the coordinates' pixels are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +40,7 @@ pub(super) struct Sampled {
     input: Field,
     jacobian: Option<Field>,
     between: Between,
+    filter: ExemplarFilter,
     scale_heights: bool,
     /// Where the picture is read, once for all tiles.
     frame: ExemplarFrame,
@@ -40,7 +55,7 @@ impl Sampled {
         coords: Arc<CoordMap>,
         input: Field,
         jacobian: Option<Field>,
-        between: Between,
+        (between, filter): (Between, ExemplarFilter),
         scale_heights: bool,
         resolution: Option<u32>,
     ) -> Result<Self, Stop> {
@@ -63,7 +78,7 @@ impl Sampled {
         }
         let grid = Grid { origin: frame.origin, step: frame.pitch / times, period: None };
         let source = OnceLock::new();
-        Ok(Self { coords, input, jacobian, between, scale_heights, frame, grid, size, source })
+        Ok(Self { coords, input, jacobian, between, filter, scale_heights, frame, grid, size, source })
     }
 
     pub(super) fn into_field(self) -> Field {
@@ -79,7 +94,8 @@ impl Sampled {
         let plane = Plane { w: self.size.x as usize, h: self.size.y as usize, wrap: [x, y] };
         let planes: Vec<&[f32]> = (0..tile.channels()).map(|c| tile.plane(c)).collect();
         let scale = (self.size.as_dvec2() / self.frame.size.as_dvec2()).as_vec2().to_array();
-        Source::new(plane, &planes, scale, self.jacobian.is_some() || scale[0].max(scale[1]) > 1.0)
+        let shrinks = self.jacobian.is_some() || scale[0].max(scale[1]) > 1.0;
+        Source::new(plane, &planes, scale, self.filter.into(), shrinks)
     }
 }
 

@@ -12,18 +12,21 @@ pub struct Source {
     levels: Vec<Texels<f32>>,
     /// Pixels of the picture per exemplar pixel, in x and y.
     scale: [f32; 2],
+    /// How values between its pixels are made.
+    fetch: Fetch,
 }
 
 impl Source {
     /// A picture of these planes, `scale` times as fine as the exemplar. `shrinks`: features may become smaller.
-    pub fn new(plane: Plane, planes: &[&[f32]], scale: [f32; 2], shrinks: bool) -> Self {
+    pub fn new(plane: Plane, planes: &[&[f32]], scale: [f32; 2], fetch: Fetch, shrinks: bool) -> Self {
         let data = (0..plane.w * plane.h).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
         let mut levels = vec![Texels::new(plane, planes.len(), data)];
-        while shrinks && levels.len() < 8 {
+        // Numbers that name something have no mean.
+        while shrinks && fetch != Fetch::Nearest && levels.len() < 8 {
             let Some(half) = levels.last().filter(|l| l.plane.w.min(l.plane.h) > 1).map(Texels::halved) else { break };
             levels.push(half);
         }
-        Self { levels, scale }
+        Self { levels, scale, fetch }
     }
 
     /// Adds the value at exemplar position `at`, averaged over about `size` exemplar pixels across.
@@ -32,7 +35,7 @@ impl Source {
         let place = [at[0] * self.scale[0], at[1] * self.scale[1]];
         let size = size * self.scale[0].min(self.scale[1]);
         if size <= 1.5 || self.levels.len() == 1 {
-            self.levels[0].add(place, Fetch::Bilinear, weight, out);
+            self.levels[0].add(place, self.fetch, weight, out);
             return;
         }
         let wanted = crate::kernel::math::log2(size).min((self.levels.len() - 1) as f32);
@@ -43,7 +46,8 @@ impl Source {
             if let Some(texels) = self.levels.get(level).filter(|_| weight > 0.0) {
                 let plane = self.levels[0].plane;
                 let scale = [texels.plane.w as f32 / plane.w as f32, texels.plane.h as f32 / plane.h as f32];
-                texels.add([place[0] * scale[0], place[1] * scale[1]], Fetch::Bilinear, weight, out);
+                let fetch = if level == 0 { self.fetch } else { Fetch::Bilinear };
+                texels.add([place[0] * scale[0], place[1] * scale[1]], fetch, weight, out);
             }
         };
         read(low, weight * (1.0 - mix));
@@ -99,7 +103,10 @@ impl Area<'_> {
         let n = self.window.area();
         let whole = self.aligned();
         #[expect(clippy::cast_possible_truncation, reason = "limited to a few samples")]
-        let parts = self.step.map(|s| (s - 1e-9).ceil().clamp(1.0, f64::from(MOST)) as i32);
+        let parts = match source.fetch {
+            Fetch::Nearest => [1; 2],
+            _ => self.step.map(|s| (s - 1e-9).ceil().clamp(1.0, f64::from(MOST)) as i32),
+        };
         let mut value = [0.0f32; C];
         let value = &mut value;
         for y in 0..self.window.h {
@@ -152,6 +159,11 @@ impl Area<'_> {
         let places = magnify::places(self.map, &self.plane, p, |_| lead);
         let first = places[0].0;
         let near = |at: [f32; 2]| (at[0] - first[0]).abs() + (at[1] - first[1]).abs() < 1e-3;
+        if source.fetch == Fetch::Nearest {
+            let nearest = places.into_iter().reduce(|best, place| if place.1 > best.1 { place } else { best });
+            source.add(nearest.map_or(first, |nearest| nearest.0), size, weight, value);
+            return;
+        }
         // Where the four agree, one look is enough.
         if near(places[1].0) && near(places[2].0) && near(places[3].0) {
             source.add(first, size, weight, value);
@@ -162,5 +174,42 @@ impl Area<'_> {
                 source.add(at, size, weight * share, value);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(map: &[[f32; 2]], per: f64, n: usize) -> Area<'_> {
+        let (plane, window) = (Plane { w: 4, h: 4, wrap: [true; 2] }, Rect::new(0, 0, n, n));
+        let step = [1.0 / per; 2];
+        Area { map, plane, spacing: 1.0, origin: [0.0; 2], step, window, jacobians: None, follow: false }
+    }
+
+    fn filled(fetch: Fetch, map: &[[f32; 2]], per: f64, n: usize) -> Vec<f32> {
+        let names: Vec<f32> = (0..64).map(|p| (p * 37 % 64) as f32).collect();
+        let source = Source::new(Plane { w: 8, h: 8, wrap: [false; 2] }, &[&names], [1.0; 2], fetch, true);
+        let mut out = vec![0.0; n * n];
+        area(map, per, n).fill(&source, 1, &mut out);
+        out
+    }
+
+    #[test]
+    fn names_are_never_mixed() {
+        let hash = crate::kernel::hash::Hash::new(5);
+        let map: Vec<[f32; 2]> = (0..16).map(|p| [0, 1].map(|d| 8.0 * hash.unit_f32(2 * p + d))).collect();
+        for (per, n) in [(1.0, 4), (3.0, 12), (0.4, 1)] {
+            let shown = filled(Fetch::Nearest, &map, per, n);
+            assert!(shown.iter().all(|v| v.fract() == 0.0 && (0.0..64.0).contains(v)), "{per}: {shown:?}");
+            assert!(filled(Fetch::Bilinear, &map, per, n).iter().any(|v| v.fract() != 0.0), "{per}");
+        }
+    }
+
+    #[test]
+    fn filters_agree_at_whole_pixels() {
+        let map: Vec<[f32; 2]> = (0..16).map(|p| [(p * 5 % 8) as f32 + 0.5, (p * 3 % 8) as f32 + 0.5]).collect();
+        let shown = [Fetch::Nearest, Fetch::Bilinear, Fetch::CatmullRom].map(|fetch| filled(fetch, &map, 1.0, 4));
+        assert!(shown[0] == shown[1] && shown[1] == shown[2], "{shown:?}");
     }
 }

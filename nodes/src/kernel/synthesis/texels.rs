@@ -11,6 +11,8 @@ pub enum Fetch {
     Bilinear,
     /// The pixel that holds the position.
     Nearest,
+    /// Catmull-Rom's cubic in x and y: as sharp as the picture; limited to the range of the 16 pixels around.
+    CatmullRom,
 }
 
 /// A picture: rows from the top, the channels of a pixel side by side.
@@ -60,6 +62,38 @@ impl<T: Real> Texels<T> {
                     *out += weight * (top * (T::ONE - v) + bottom * v);
                 }
             }
+            Fetch::CatmullRom => self.add_cubic(x - T::HALF, y - T::HALF, weight, out),
+        }
+    }
+
+    #[inline(always)]
+    fn add_cubic(&self, x: T, y: T, weight: T, out: &mut [T]) {
+        let (i, j) = (floor(x), floor(y));
+        let (u, v) = (x - T::of(f64::from(i)), y - T::of(f64::from(j)));
+        if u == T::ZERO && v == T::ZERO {
+            out.iter_mut().zip(self.at(i, j)).for_each(|(o, v)| *o += weight * *v);
+            return;
+        }
+        let (across, down, c) = (catmull_rom(u), catmull_rom(v), self.channels);
+        let (w, h) = (crate::kernel::window::index(self.plane.w), crate::kernel::window::index(self.plane.h));
+        let inside = i > 0 && j > 0 && i + 2 < w && j + 2 < h;
+        let rows = [-1, 0, 1, 2].map(|dj| {
+            if inside {
+                let first = crate::kernel::window::offset((j + dj) * w + i - 1) * c;
+                let row = &self.data[first..first + 4 * c];
+                return [&row[..c], &row[c..2 * c], &row[2 * c..3 * c], &row[3 * c..]];
+            }
+            [-1, 0, 1, 2].map(|di| self.at(i + di, j + dj))
+        });
+        for (c, out) in out.iter_mut().enumerate().take(c) {
+            let (mut sum, mut least, mut most) = (T::ZERO, rows[0][0][c], rows[0][0][c]);
+            for (row, down) in rows.iter().zip(down) {
+                let row = row.map(|pixel| pixel[c]);
+                sum += down * ((row[0] * across[0] + row[1] * across[1]) + (row[2] * across[2] + row[3] * across[3]));
+                least = least.smaller(row[0].smaller(row[1]).smaller(row[2].smaller(row[3])));
+                most = most.larger(row[0].larger(row[1]).larger(row[2].larger(row[3])));
+            }
+            *out += weight * sum.larger(least).smaller(most);
         }
     }
 
@@ -150,6 +184,19 @@ impl<T: Real> Texels<T> {
     }
 }
 
+/// Weights of four values between the second and third of which lies `t`.
+#[inline(always)]
+fn catmull_rom<T: Real>(t: T) -> [T; 4] {
+    let (t2, t3, half) = (t * t, t * t * t, T::HALF);
+    let [two, three, four, five] = [2.0, 3.0, 4.0, 5.0].map(T::of);
+    [
+        half * (two * t2 - t - t3),
+        half * (three * t3 - five * t2 + two),
+        half * (four * t2 - three * t3 + t),
+        half * (t3 - t2),
+    ]
+}
+
 /// The column that stands for column `k` of `n`: beyond a side that does not join, the picture is mirrored.
 pub(super) fn mirrored(k: i32, n: usize, wrap: bool) -> usize {
     if wrap {
@@ -173,4 +220,59 @@ fn gaussian<T: Real>(h: usize) -> Vec<T> {
 #[expect(clippy::cast_possible_truncation, reason = "limited just before")]
 pub(super) fn floor<T: Real>(x: T) -> i32 {
     x.wide().floor().clamp(-1e9, 1e9) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::sample::{Filter, Outside, Sampler};
+    use crate::kernel::window::{Rect, View};
+
+    fn picture(wrap: [bool; 2], value: impl Fn(usize, usize) -> f32) -> Texels<f32> {
+        let plane = Plane { w: 9, h: 7, wrap };
+        Texels::new(plane, 2, (0..63).flat_map(|p| [value(p % 9, p / 9), -3.0 * value(p % 9, p / 9)]).collect())
+    }
+
+    fn noise(x: usize, y: usize) -> f32 {
+        crate::kernel::hash::Hash::new(11).unit_f32((9 * y + x) as u64)
+    }
+
+    #[test]
+    fn the_cubic_filter_is_exact_at_pixels_on_constants_and_on_ramps() {
+        let random = picture([true, false], noise);
+        let flat = picture([false; 2], |_, _| 0.7);
+        let ramp = picture([false; 2], |x, y| 2.0 * x as f32 - 0.5 * y as f32);
+        for k in 0..400 {
+            let hash = crate::kernel::hash::Hash::new(k);
+            let (u, v) = (hash.unit_f32(0), hash.unit_f32(1));
+            let [x, y] = [u * 60.0 - 20.0, v * 60.0 - 20.0];
+            let pixel = [x.floor() + 0.5, y.floor() + 0.5];
+            assert_eq!(random.fetch(pixel, Fetch::CatmullRom), random.fetch(pixel, Fetch::Nearest));
+            assert!((flat.fetch([x, y], Fetch::CatmullRom)[0] - 0.7).abs() < 1e-6);
+            let [x, y] = [1.5 + u * 6.0, 1.5 + v * 4.0];
+            let [one, other] = [Fetch::CatmullRom, Fetch::Bilinear].map(|fetch| ramp.fetch([x, y], fetch)[1]);
+            assert!((one - other).abs() < 1e-4, "{x} {y}: {one} {other}");
+        }
+    }
+
+    #[test]
+    fn the_cubic_filter_is_that_of_pictures_within_the_range_around() {
+        for (wrap, outside) in [([true; 2], Outside::Wrap), ([false; 2], Outside::Clamp)] {
+            let random = picture(wrap, noise);
+            let plane: Vec<f32> = (0..63).map(|p| noise(p % 9, p / 9)).collect();
+            let sampler = Sampler::new(View::new(&plane, Rect::new(0, 0, 9, 7)), Filter::CatmullRom, [outside; 2]);
+            let mut limited = 0;
+            for k in 0..2000 {
+                let hash = crate::kernel::hash::Hash::new(k);
+                let at = [hash.unit_f32(0) * 20.0 - 5.0, hash.unit_f32(1) * 20.0 - 5.0];
+                let (i, j) = (floor(at[0] - 0.5), floor(at[1] - 0.5));
+                let around = (0..16).map(|d| random.at(i - 1 + d % 4, j - 1 + d / 4)[0]);
+                let (least, most) = around.fold((1.0f32, 0.0f32), |(a, b), v| (a.min(v), b.max(v)));
+                let (shown, free) = (random.fetch(at, Fetch::CatmullRom)[0], sampler.at(at[0], at[1]));
+                assert!((shown - free.clamp(least, most)).abs() < 1e-5, "{at:?}: {shown} {free}");
+                limited += usize::from(free > most || free < least);
+            }
+            assert!(limited > 0);
+        }
+    }
 }

@@ -1,96 +1,22 @@
 //! What must hold for synthesis whatever the exemplar.
 #![allow(clippy::cast_possible_truncation, reason = "test pictures are small")]
+mod synthesis;
+
 use proptest::prelude::*;
 use shibo_nodes::kernel::hash::Hash;
 use shibo_nodes::kernel::stop::NEVER;
-use shibo_nodes::kernel::synthesis::analysis::{AnalysisSpec, Level, analyse, find_alike, find_seconds, spacings};
-use shibo_nodes::kernel::synthesis::aniso::{Jacobians, Position};
-use shibo_nodes::kernel::synthesis::coverage::EvenUse;
-use shibo_nodes::kernel::synthesis::driver::{Analysed, Fixed, Inputs, Settings, Start, run};
+use shibo_nodes::kernel::synthesis::analysis::find_alike;
+use shibo_nodes::kernel::synthesis::aniso::Position;
+use shibo_nodes::kernel::synthesis::driver::{Analysed, run};
 use shibo_nodes::kernel::synthesis::exact::{Corrector, Features, Rule, offsets, upsample};
 use shibo_nodes::kernel::synthesis::jacobian::{Jacobian, from_angle_scale};
-use shibo_nodes::kernel::synthesis::lattice::{Basis, detect};
-use shibo_nodes::kernel::synthesis::levels::image;
+use shibo_nodes::kernel::synthesis::lattice::detect;
 use shibo_nodes::kernel::synthesis::magnify::places;
-use shibo_nodes::kernel::synthesis::region::{Output, Region};
+use shibo_nodes::kernel::synthesis::region::Output;
 use shibo_nodes::kernel::synthesis::texels::{Fetch, Texels};
 use shibo_nodes::kernel::synthesis::{Lookup, Plane};
 use std::sync::atomic::{AtomicI32, Ordering};
-
-fn plane(w: usize, h: usize, wrap: bool) -> Plane {
-    Plane { w, h, wrap: [wrap; 2] }
-}
-
-/// Round lumps of many sizes, two channels.
-fn lumps(w: usize, h: usize, wrap: bool) -> Texels<f32> {
-    let hash = Hash::new(5);
-    let noise = Texels::new(plane(w, h, wrap), 2, (0..2 * w as u64 * h as u64).map(|n| hash.unit_f32(n)).collect());
-    noise.blurred(4)
-}
-
-fn analysed(exemplar: &Texels<f32>) -> Vec<Level> {
-    let spacings = spacings(exemplar.plane.w.min(exemplar.plane.h));
-    let spec = AnalysisSpec::default();
-    let mut levels = analyse(&spacings, |h| image(exemplar, h, false), &[], &spec, Hash::new(1));
-    find_seconds(&mut levels, exemplar.plane, &[], 3.0, Hash::new(2));
-    levels
-}
-
-/// Nothing but a Jacobian and given pixels.
-#[derive(Default)]
-struct Plain {
-    jacobian: Option<fn(f64, f64) -> Jacobian>,
-    fixed: Option<fn(f64, f64) -> Option<Position>>,
-}
-
-impl Inputs for Plain {
-    type Stop = ();
-    fn jacobians(&self, region: &Region) -> Result<Option<Jacobians>, ()> {
-        let Some(j) = self.jacobian else { return Ok(None) };
-        let w = region.plane.w;
-        let at = |p: usize| region.center(p % w, p / w);
-        Ok(Some(Jacobians::Each((0..w * region.plane.h).map(|p| j(at(p)[0], at(p)[1])).collect())))
-    }
-    fn guide(&self, _: &Region) -> Result<Vec<f32>, ()> {
-        Ok(Vec::new())
-    }
-    fn fixed(&self, region: &Region) -> Result<Option<Fixed>, ()> {
-        let Some(fixed) = self.fixed else { return Ok(None) };
-        let w = region.plane.w;
-        let list: Vec<Option<Position>> = (0..w * region.plane.h)
-            .map(|p| {
-                let [x, y] = region.center(p % w, p / w);
-                fixed(x, y)
-            })
-            .collect();
-        Ok(Some((list.iter().map(Option::is_some).collect(), list.iter().map(|f| f.unwrap_or([0.5; 2])).collect())))
-    }
-    fn jitter(&self, _: &Region) -> Result<Vec<f32>, ()> {
-        Ok(Vec::new())
-    }
-    fn start(&self, _: &Region) -> Result<Vec<Position>, ()> {
-        Ok(Vec::new())
-    }
-    fn step(&self, _: usize, _: usize) -> Result<(), ()> {
-        Ok(())
-    }
-}
-
-fn settings(local: bool) -> Settings {
-    Settings {
-        kappa: 2.0,
-        even: Some(EvenUse { amount: 1.0, tile: local.then_some(32) }),
-        passes: 2,
-        averaged: true,
-        jitter: 0.3,
-        guide_weight: 1.0,
-        margin: 0.25,
-        coarsest: 8,
-        start: Start::Random,
-        adrift: false,
-        hash: Hash::new(9),
-    }
-}
+use synthesis::{Plain, analysed, lumps, plane, settings};
 
 fn synthesise(exemplar: &Texels<f32>, usable: &[bool], output: &Output, local: bool, inputs: &Plain) -> Vec<Position> {
     let levels = analysed(exemplar);
@@ -164,114 +90,6 @@ fn positions_stay_inside_and_never_streak() {
                 assert!(at(x, y + 1) != own || at(x, y + 2) != own, "a streak at {x}, {y} of {w}x{h}");
             }
         }
-    }
-}
-
-/// How often the exemplar does not go on from one column to the next, and from one row to the next: where sides join,
-/// and anywhere on average.
-fn breaks(coords: &[Position], [w, h]: [usize; 2], j: Jacobian) -> (f64, f64) {
-    let broken =
-        |a: Position, b: Position, step: Position| (b[0] - a[0] - step[0]).abs() + (b[1] - a[1] - step[1]).abs() > 1e-3;
-    let at = |x: usize, y: usize| coords[y % h * w + x % w];
-    let column = |x: usize| (0..h).filter(|&y| broken(at(x, y), at(x + 1, y), [j[0], j[2]])).count();
-    let row = |y: usize| (0..w).filter(|&x| broken(at(x, y), at(x, y + 1), [j[1], j[3]])).count();
-    let share = |sum: usize, n: usize| sum as f64 / n as f64;
-    let all = share((0..w).map(column).sum(), w * h) + share((0..h).map(row).sum(), w * h);
-    (share(column(w - 1), h) + share(row(h - 1), w), all)
-}
-
-#[test]
-fn where_sides_join_is_no_worse_than_anywhere_else() {
-    let (mut near_regular, hash) = (lumps(64, 64, false), Hash::new(8));
-    let basis = Basis { a: [13.3, 0.4], b: [-0.3, 11.6] };
-    for p in 0..64 * 64 {
-        let [i, j] = basis.coordinates([(p % 64) as f64, (p / 64) as f64]);
-        let wave = (i * std::f64::consts::TAU).cos() + (j * std::f64::consts::TAU).cos();
-        near_regular.data[2 * p] = wave as f32 + 0.4 * hash.unit_f32(p as u64);
-    }
-    let turned: fn(f64, f64) -> Jacobian = |_, _| from_angle_scale(0.6, 1.0, 1.0);
-    for (exemplar, start, jacobian) in [
-        (lumps(64, 64, false), Start::Random, None),
-        (lumps(64, 64, false), Start::Random, Some(turned)),
-        (near_regular, Start::Lattice(basis), None),
-    ] {
-        let levels = analysed(&exemplar);
-        let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
-        // A whole number of the coarsest pixels, or not; neither is a whole number of periods.
-        for (size, most) in [([208, 192], 1.2), ([203, 190], 1.7)] {
-            let output = Output { start: [0, 0], size, wrap: [true; 2] };
-            let (mut joint, mut mean) = (0.0, 0.0);
-            for seed in 0..12 {
-                let settings = Settings { start, jitter: 0.0, hash: Hash::new(seed), ..settings(false) };
-                let inputs = Plain { jacobian, ..Plain::default() };
-                let coords = run(&analysed, &output, &settings, &inputs).expect("nothing stops it").coords;
-                let j = jacobian.map_or([1.0, 0.0, 0.0, 1.0], |j| j(0.0, 0.0));
-                let (here, all) = breaks(&coords, size, j);
-                (joint, mean) = (joint + here / 12.0, mean + all / 12.0);
-            }
-            println!("{start:?} {size:?}: {joint:.3} where sides join, {mean:.3} anywhere");
-            assert!(joint < most * mean, "{start:?} {size:?}: {joint:.3} where sides join, {mean:.3} anywhere");
-        }
-    }
-}
-
-/// How often the exemplar does not go on within `near` columns and rows of where sides join, and anywhere.
-fn ends(coords: &[Position], [w, h]: [usize; 2], near: usize) -> (f64, f64) {
-    let broken = |a: Position, b: Position, step: Position| a[0] + step[0] != b[0] || a[1] + step[1] != b[1];
-    let at = |x: usize, y: usize| coords[y % h * w + x % w];
-    let beside = |k: usize, n: usize| k.min(n - 1 - k) < near;
-    let (mut here, mut all, mut pixels) = (0, 0, 0);
-    for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
-        let own = at(x, y);
-        let n = i32::from(broken(own, at(x + 1, y), [1.0, 0.0])) + i32::from(broken(own, at(x, y + 1), [0.0, 1.0]));
-        all += n;
-        if beside(x, w) || beside(y, h) {
-            (here, pixels) = (here + n, pixels + 1);
-        }
-    }
-    (f64::from(here) / f64::from(pixels), f64::from(all) / (w * h) as f64)
-}
-
-/// Where use is evened out by tiles more pieces end where tiles meet; sides join within tiles.
-#[test]
-fn tiles_of_even_use_do_not_meet_where_sides_join() {
-    let exemplar = lumps(64, 64, false);
-    let levels = analysed(&exemplar);
-    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
-    let output = Output { start: [0, 0], size: [256, 256], wrap: [true; 2] };
-    let (mut joint, mut mean) = (0.0, 0.0);
-    for seed in 0..24 {
-        let even = Some(EvenUse { amount: 1.0, tile: Some(64) });
-        let settings = Settings { even, jitter: 0.0, kappa: 2.5, hash: Hash::new(seed), ..settings(true) };
-        let coords = run(&analysed, &output, &settings, &Plain::default()).expect("nothing stops it").coords;
-        let (here, all) = ends(&coords, output.size, 6);
-        (joint, mean) = (joint + here / 24.0, mean + all / 24.0);
-    }
-    println!("{joint:.4} near where sides join, {mean:.4} anywhere");
-    assert!(joint < mean, "{joint:.4} near where sides join, {mean:.4} anywhere");
-}
-
-/// What may begin at any of its pixels does so where fewer pieces end, and is the same plane as what may not.
-#[test]
-fn sides_are_laid_where_pieces_go_on() {
-    let exemplar = lumps(64, 64, false);
-    let levels = analysed(&exemplar);
-    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
-    let output = Output { start: [0, 0], size: [203, 160], wrap: [true; 2] };
-    for seed in 0..12 {
-        let made = |adrift: bool, wrap: [bool; 2]| {
-            let settings = Settings { jitter: 0.0, adrift, hash: Hash::new(seed), ..settings(false) };
-            run(&analysed, &Output { wrap, ..output }, &settings, &Plain::default()).expect("nothing stops it").coords
-        };
-        let (open, still) = (made(true, [true; 2]), made(false, [true; 2]));
-        let (here, all) = ends(&open, output.size, 4);
-        assert!(here < 0.9 * all, "seed {seed}: {here:.3} near where sides join, {all:.3} anywhere");
-        let begins = (0..203 * 160).filter(|p| still[*p] == open[0]).any(|p| {
-            (0..203 * 160).all(|k| still[(p / 203 + k / 203) % 160 * 203 + (p % 203 + k % 203) % 203] == open[k])
-        });
-        assert!(begins, "seed {seed}: another plane");
-        // Windows of what does not join stay parts of larger ones.
-        assert_eq!(made(true, [true, false]), made(false, [true, false]));
     }
 }
 

@@ -37,9 +37,14 @@ pub mod simd;
 pub mod solids;
 pub mod springs;
 mod springs_grid;
+mod springs_layout;
 mod springs_list;
+#[cfg(test)]
+mod springs_list_tests;
+mod springs_patch;
 mod springs_rows;
 mod springs_step;
+mod springs_wide;
 pub mod stop;
 mod stroke_fill;
 mod stroke_pen;

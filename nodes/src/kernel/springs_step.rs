@@ -4,6 +4,8 @@ use super::springs::{BreakOn, Integrator, Mass, Motion, Net, Real};
 
 /// Lanes of sums; fixed, whatever the machine has.
 const LANES: usize = 8;
+/// Speeds that are squared in one go.
+const BLOCK: usize = 256;
 
 /// What a step reports: `Σ v²`, and the square of the highest speed.
 #[derive(Clone, Copy, Default)]
@@ -16,22 +18,42 @@ impl<T: Real> Speed<T> {
     /// Takes in the speeds of more points.
     #[inline(always)]
     pub(super) fn add(&mut self, vx: &[T], vy: &[T]) {
-        let (mut sum, mut max) = ([T::default(); LANES], [self.max; LANES]);
-        let (vx, rest_x) = vx.as_chunks::<LANES>();
-        let (vy, rest_y) = vy.as_chunks::<LANES>();
-        let add = |x: T, y: T, lane: usize, sum: &mut [T; LANES], max: &mut [T; LANES]| {
-            let square = x * x + y * y;
-            sum[lane] += square;
-            max[lane] = if square > max[lane] { square } else { max[lane] };
-        };
-        for (x, y) in vx.iter().zip(vy) {
-            for lane in 0..LANES {
-                add(x[lane], y[lane], lane, &mut sum, &mut max);
+        let mut squares = [T::default(); BLOCK];
+        for (vx, vy) in vx.chunks(BLOCK).zip(vy.chunks(BLOCK)) {
+            for ((square, &x), &y) in squares.iter_mut().zip(vx).zip(vy) {
+                *square = x * x + y * y;
             }
+            self.add_squares(&squares[..vx.len()]);
         }
-        for (lane, (x, y)) in rest_x.iter().zip(rest_y).enumerate() {
-            add(*x, *y, lane, &mut sum, &mut max);
+    }
+
+    /// Takes in the speeds of more points.
+    #[inline(always)]
+    pub(super) fn add_pairs(&mut self, v: &[[T; 2]]) {
+        let mut squares = [T::default(); BLOCK];
+        for v in v.chunks(BLOCK) {
+            for (square, [x, y]) in squares.iter_mut().zip(v) {
+                *square = *x * *x + *y * *y;
+            }
+            self.add_squares(&squares[..v.len()]);
         }
+    }
+
+    /// Takes in squares of speeds.
+    #[inline(always)]
+    fn add_squares(&mut self, squares: &[T]) {
+        let (mut sum, mut max) = ([T::default(); LANES], [self.max; LANES]);
+        let (chunks, rest) = squares.as_chunks::<LANES>();
+        let mut add = |squares: &[T]| {
+            for ((&square, sum), max) in squares.iter().zip(&mut sum).zip(&mut max) {
+                *sum += square;
+                *max = if square > *max { square } else { *max };
+            }
+        };
+        for squares in chunks {
+            add(squares);
+        }
+        add(rest);
         for lane in 0..LANES {
             self.sum += sum[lane].wide();
             self.max = if max[lane] > self.max { max[lane] } else { self.max };

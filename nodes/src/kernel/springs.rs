@@ -9,7 +9,8 @@
 //! Two paths give the same motion but sum the forces of a point in different orders: `springs_grid` for
 //! lattices that are grids, with no index lists, and `springs_list` for all others. Each is deterministic for
 //! any number of threads: work is cut into parts of fixed size and each part sums in a fixed order. Everything is
-//! generic over [`Real`] so that the tests run the shipped code in double precision.
+//! generic over [`Real`] so that the tests run the shipped code in double precision; only the inner loops of lists have a
+//! variant for `f32` in wide instructions, `springs_wide`, which a test compares with the plain loops bit for bit.
 
 use super::lattice::GridShape;
 pub use super::real::Real;

@@ -120,11 +120,11 @@ fn wide_loops_have_the_bits_of_plain_ones() {
 #[test]
 fn pulls_are_taken_alike_side_by_side_and_one_by_one() {
     let hash = Hash::new(9);
-    let mut pulls = vec![[0.0f32; 2]; LOCAL + 1];
+    let mut pulls = vec![[0.0f32; 2]; LOCAL];
     for (i, pull) in (0..).zip(&mut pulls) {
         *pull = [hash.unit_f32(2 * i), hash.unit_f32(2 * i + 1)];
     }
-    let pulls: Box<[[f32; 2]; LOCAL + 1]> = pulls.try_into().expect("as many");
+    let pulls: Box<[[f32; 2]; LOCAL]> = pulls.try_into().expect("as many");
     for each in 1..9 {
         let slots: Vec<u16> = (0..24 * each).map(|i| u16::try_from(i * 40_503 % LOCAL).expect("below")).collect();
         let mut wide = vec![[1.0f32, 2.0]; 24];

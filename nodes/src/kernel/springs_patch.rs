@@ -80,8 +80,8 @@ pub(super) struct Patch<T> {
 pub(super) struct Scratch<T> {
     pub(super) position: Box<[[T; 2]; LOCAL]>,
     pub(super) force: Vec<[T; 2]>,
-    /// One more than can be numbered, so that pulls can be read two at a time.
-    pub(super) pulls: Box<[[T; 2]; LOCAL + 1]>,
+    /// The pull of each slot.
+    pub(super) pulls: Box<[[T; 2]; LOCAL]>,
     size: [T; SPAN],
     apart: [[T; 2]; SPAN],
 }
@@ -248,7 +248,7 @@ fn less<T: Real>(a: [T; 2], b: [T; 2]) -> [T; 2] {
 
 /// Takes so many pulls each from the forces of points that follow each other.
 #[inline(always)]
-fn take<T: Real>(incoming: &[u16], each: usize, pulls: &[[T; 2]; LOCAL + 1], force: &mut [[T; 2]]) {
+fn take<T: Real>(incoming: &[u16], each: usize, pulls: &[[T; 2]; LOCAL], force: &mut [[T; 2]]) {
     let grouped = force.len() / GROUP * GROUP;
     let (groups, rest) = incoming.split_at(grouped * each);
     let (force, force_rest) = force.split_at_mut(grouped);

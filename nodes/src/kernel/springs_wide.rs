@@ -126,11 +126,11 @@ mod x86 {
     pub(in super::super) fn take<T: Real>(
         incoming: &[u16],
         each: usize,
-        pulls: &[[T; 2]; LOCAL + 1],
+        pulls: &[[T; 2]; LOCAL],
         force: &mut [[T; 2]],
     ) -> bool {
         let Some(v3) = V3::try_new() else { return false };
-        let Some(pulls) = (pulls as &dyn Any).downcast_ref::<[[f32; 2]; LOCAL + 1]>() else { return false };
+        let Some(pulls) = (pulls as &dyn Any).downcast_ref::<[[f32; 2]; LOCAL]>() else { return false };
         let (force, _) = force.as_chunks_mut::<8>();
         let (slots, _) = incoming.as_chunks::<8>();
         for (slots, force) in slots.chunks_exact(each).zip(force) {
@@ -170,7 +170,7 @@ mod plain {
     }
 
     /// There is no wide variant.
-    pub(in super::super) fn take<T: Real>(_: &[u16], _: usize, _: &[[T; 2]; LOCAL + 1], _: &mut [[T; 2]]) -> bool {
+    pub(in super::super) fn take<T: Real>(_: &[u16], _: usize, _: &[[T; 2]; LOCAL], _: &mut [[T; 2]]) -> bool {
         false
     }
 }

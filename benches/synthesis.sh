@@ -41,21 +41,41 @@ line() { # LABEL EXEMPLAR CPU KIB PICTURE...
   printf '%-22s %-12s %8.2f %9.1f %s\n' "$label" "$(basename "$exemplar" .png)" "$cpu" \
     "$(echo "$kib" | awk '{ print $1 * 1.024e-3 }')" "$(scores "$exemplar" "$@")"
 }
-# The middle of a picture, turned by ANGLE, or by no angle: PICTURE WIDTH HEIGHT SIDE NAME
+# The middle of a picture, turned by ANGLE, of SIDE pixels: PICTURE WIDTH HEIGHT SIDE NAME
+# Read once, by the filter that shows a synthesis. Transform would read it twice where its pixels do not lie on those of the
+# result, and a softer picture has other colours and less detail.
 turned() {
+  local graph levels=0 doubled="" most=$(( $2 > $3 ? $2 : $3 )) n
+  while [ $(( 1 << levels )) -lt "$most" ]; do
+    doubled+="\"c$(( levels + 1 ))\": UpsampleCoords(coords: \"c$levels\", jacobian: \"turn\"), "
+    levels=$(( levels + 1 ))
+  done
+  n=$(( 1 << levels ))
+  cat > "$out/$5_whole.ron" <<GRAPH
+( version: 1, canvas: (size_mm: $n, resolution: $n, tile: None, seed: 1),
+  nodes: {
+    "picture": Image(path: "$(realpath "$1")", size_mm: ($2, $3)),
+    "turn": JacobianFromAngleScale(angle: $ANGLE),
+    "c0": StartCoords(size: (1, 1), coords: [($(awk -v w="$2" -v h="$3" 'BEGIN { print w / 2 ", " h / 2 }'))], levels: $levels), $doubled
+    "turned": SampleExemplar(coords: "c$levels", input: "picture", jacobian: "turn"),
+  },
+  outputs: { "$5_whole": File(from: "turned", format: Png, depth: U8) } )
+GRAPH
   cat > "$out/$5.ron" <<GRAPH
 ( version: 1, canvas: (size_mm: $4, resolution: $4, tile: None, seed: 1),
   nodes: {
-    "picture": Image(path: "$(realpath "$1")", size_mm: ($2, $3)),
-    "turned": Transform(input: "picture", angle: $ANGLE, pivot: ("= $2 / 2", "= $3 / 2"), offset: ("= ($4 - $2) / 2", "= ($4 - $3) / 2")),
+    "middle": Image(path: "$(realpath "$out")/$5_whole.png", crop: ($(( (n - $4) / 2 )), $(( (n - $4) / 2 )), $4, $4)),
   },
-  outputs: { "$5": File(from: "turned", format: Png, depth: U8) } )
+  outputs: { "$5": File(from: "middle", format: Png, depth: U8) } )
 GRAPH
-  "$shibo" render "$out/$5.ron" -o "$out" --no-cache -q >/dev/null 2>"$out/$5.log" || { echo "shibo failed on $5.ron" >&2; exit 1; }
+  for graph in "$5_whole" "$5"; do
+    "$shibo" render "$out/$graph.ron" -o "$out" --no-cache -q >/dev/null 2>"$out/$5.log" ||
+      { echo "shibo failed on $graph.ron" >&2; exit 1; }
+  done
 }
-# The largest square inside one of side N that is turned by ANGLE.
+# The side of the largest square, of an even number of pixels, inside one of side N that is turned by ANGLE.
 inside() {
-  awk -v n="$1" -v a="$ANGLE" 'BEGIN { r = a * atan2(0, -1) / 180; s = sin(r); c = cos(r); print int(n / ((s < 0 ? -s : s) + (c < 0 ? -c : c))) }'
+  awk -v n="$1" -v a="$ANGLE" 'BEGIN { r = a * atan2(0, -1) / 180; s = sin(r); c = cos(r); print 2 * int(n / ((s < 0 ? -s : s) + (c < 0 ? -c : c)) / 2) }'
 }
 cat > "$out/idle.ron" <<'GRAPH'
 ( version: 1, canvas: (size_mm: 8, resolution: 8, tile: Both, seed: 1),

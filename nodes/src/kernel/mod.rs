@@ -10,6 +10,7 @@ mod bins;
 pub mod blend;
 pub mod blur;
 pub mod cells;
+pub mod cubic;
 pub mod delaunay;
 pub mod distance;
 pub mod fields;

@@ -1,8 +1,9 @@
 //! A picture shown on a grid parallel to its own: every column and every row reads the same places, so weights are made
 //! once for each and rows are filtered once.
 
+use super::cubic::{bspline, catmull_rom};
 use super::math;
-use super::sample::{Filter, Outside, Pyramid, bspline, catmull_rom};
+use super::sample::{Filter, Outside, Pyramid};
 use super::simd;
 use super::window::Rect;
 

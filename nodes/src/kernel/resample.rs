@@ -4,6 +4,7 @@
 //! at column 0 and does not depend on the window. At a pixel's centre the value is the pixel's own, exactly. Four rows of
 //! four values are summed four at a time; weights and places serve all channels. Cost: see `benches/texel.rs`.
 
+use super::cubic::catmull_rom_in_step;
 use super::simd;
 use super::window::{Rect, View, index};
 
@@ -80,27 +81,13 @@ fn read(source: &View<'_>, window: Rect, places: &Places, out: &mut [f32]) {
         let (b, rest) = rest.split_at(stride);
         let (c, d) = rest.split_at(stride);
         let (a, b, c, d) = (&a[..4], &b[..4], &c[..4], &d[..4]);
-        let (x, y) = (weights(*u), weights(*v));
+        let (x, y) = (catmull_rom_in_step(*u), catmull_rom_in_step(*v));
         let mut sum = [0.0; 4];
         for k in 0..4 {
             sum[k] = (a[k] * y[0] + b[k] * y[1]) + (c[k] * y[2] + d[k] * y[3]);
         }
         *out = (sum[0] * x[0] + sum[1] * x[1]) + (sum[2] * x[2] + sum[3] * x[3]);
     }
-}
-
-/// Catmull-Rom weights of four values between the second and third of which lies `t`.
-#[inline(always)]
-fn weights(t: f32) -> [f32; 4] {
-    const A: [f32; 4] = [-0.5, 1.5, -1.5, 0.5];
-    const B: [f32; 4] = [1.0, -2.5, 2.0, -0.5];
-    const C: [f32; 4] = [-0.5, 0.0, 0.5, 0.0];
-    const D: [f32; 4] = [0.0, 1.0, 0.0, 0.0];
-    let mut w = [0.0; 4];
-    for k in 0..4 {
-        w[k] = ((A[k] * t + B[k]) * t + C[k]) * t + D[k];
-    }
-    w
 }
 
 #[cfg(test)]

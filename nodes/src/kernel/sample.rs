@@ -3,6 +3,7 @@
 //! Positions are in pixels of the plane's own grid, absolute: the centre of pixel (i, j) is (i + ½, j + ½). Every filter
 //! but the B-spline gives a pixel's own value at its centre exactly.
 
+use super::cubic::{bspline, catmull_rom};
 use super::math::{clamp, lerp};
 use super::window::{Rect, View, index, offset};
 
@@ -123,19 +124,6 @@ fn bring(x: i32, start: i32, n: usize, outside: Outside) -> i32 {
         Outside::Wrap => start + k.rem_euclid(n),
         Outside::Clamp => start + k.clamp(0, n - 1),
     }
-}
-
-#[inline(always)]
-pub(crate) fn catmull_rom(t: f32) -> [f32; 4] {
-    let (t2, t3) = (t * t, t * t * t);
-    [0.5 * (2.0 * t2 - t - t3), 0.5 * (3.0 * t3 - 5.0 * t2 + 2.0), 0.5 * (4.0 * t2 - 3.0 * t3 + t), 0.5 * (t3 - t2)]
-}
-
-#[inline(always)]
-pub(crate) fn bspline(t: f32) -> [f32; 4] {
-    let u = 1.0 - t;
-    let near = |t: f32| (4.0 - 6.0 * t * t + 3.0 * t * t * t) * (1.0 / 6.0);
-    [u * u * u * (1.0 / 6.0), near(t), near(u), t * t * t * (1.0 / 6.0)]
 }
 
 /// A plane and its halves, for reading it smaller than it is.

@@ -6,7 +6,7 @@ use super::jacobian::{self, OCTANTS};
 use super::texels::{Fetch, Texels, floor};
 use super::{Lookup, Plane};
 use crate::kernel::hash::Hash;
-use crate::kernel::springs::Real;
+use crate::kernel::real::Real;
 use crate::kernel::window::index;
 use rayon::prelude::*;
 

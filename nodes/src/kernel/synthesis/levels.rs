@@ -18,6 +18,6 @@ pub fn image(finest: &Texels<f32>, h: usize, pyramid: bool) -> Texels<f32> {
 }
 
 /// The level of a pyramid whose pixels are `h` finest ones wide, `h` a power of two.
-pub fn pyramid_level<T: crate::kernel::springs::Real>(finest: &Texels<T>, h: usize) -> Texels<T> {
+pub fn pyramid_level<T: crate::kernel::real::Real>(finest: &Texels<T>, h: usize) -> Texels<T> {
     (0..h.ilog2()).fold(finest.clone(), |level, _| level.halved())
 }

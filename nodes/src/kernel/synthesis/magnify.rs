@@ -3,7 +3,7 @@
 //! Isometric (5): `Σ w(Δ) E[S[p-Δ] + Δ]`, anisometric (6): `Σ w(Δ) E[S[p-Δ] + JΔ]`, Δ from the centres of the four
 //! nearest pixels to p, `w = (1-|Δx|)(1-|Δy|)` (S-9).
 use super::Lookup;
-use crate::kernel::springs::Real;
+use crate::kernel::real::Real;
 use crate::kernel::window::index;
 
 /// Where a value at `p` (in pixels of the map) comes from: positions in exemplar pixels, and their weights. `jacobian`

@@ -1,6 +1,7 @@
 //! Exemplars: pictures of any number of channels, and the levels that are made of them.
 use super::Plane;
-use crate::kernel::springs::Real;
+use crate::kernel::cubic::catmull_rom;
+use crate::kernel::real::Real;
 use rayon::prelude::*;
 
 /// How values between pixel centres are made.
@@ -182,19 +183,6 @@ impl<T: Real> Texels<T> {
         }
         Self { plane, channels: self.channels, data }
     }
-}
-
-/// Weights of four values between the second and third of which lies `t`.
-#[inline(always)]
-fn catmull_rom<T: Real>(t: T) -> [T; 4] {
-    let (t2, t3, half) = (t * t, t * t * t, T::HALF);
-    let [two, three, four, five] = [2.0, 3.0, 4.0, 5.0].map(T::of);
-    [
-        half * (two * t2 - t - t3),
-        half * (three * t3 - five * t2 + two),
-        half * (four * t2 - three * t3 + t),
-        half * (t3 - t2),
-    ]
 }
 
 /// The column that stands for column `k` of `n`: beyond a side that does not join, the picture is mirrored.

@@ -55,7 +55,7 @@ mod report {
     use shibo_nodes::kernel::synthesis::analysis::Level;
     use shibo_nodes::kernel::synthesis::aniso::{Jacobians, Position};
     use shibo_nodes::kernel::synthesis::coverage::EvenUse;
-    use shibo_nodes::kernel::synthesis::driver::{Analysed, Fixed, Inputs, Settings, Start, run};
+    use shibo_nodes::kernel::synthesis::driver::{Analysed, Inputs, Settings, Start, run};
     use shibo_nodes::kernel::synthesis::jacobian::{IDENTITY, from_angle_scale};
     use shibo_nodes::kernel::synthesis::lattice::detect;
     use shibo_nodes::kernel::synthesis::region::{Output, Region};
@@ -118,27 +118,12 @@ mod report {
                 )),
             })
         }
-        fn guide(&self, _: &Region) -> Result<Vec<f32>, ()> {
-            Ok(Vec::new())
-        }
-        fn fixed(&self, _: &Region) -> Result<Option<Fixed>, ()> {
-            Ok(None)
-        }
-        fn jitter(&self, _: &Region) -> Result<Vec<f32>, ()> {
-            Ok(Vec::new())
-        }
-        fn start(&self, _: &Region) -> Result<Vec<Position>, ()> {
-            Ok(Vec::new())
-        }
-        fn step(&self, _: usize, _: usize) -> Result<(), ()> {
-            Ok(())
-        }
     }
 
     pub(crate) fn synthesise(exemplar: &Texels<f32>, levels: &[Level], side: usize, bend: Bend) -> Vec<Position> {
         let settings = Settings {
             kappa: 2.5,
-            even: Some(EvenUse { amount: 1.0, tile: None }),
+            even: Some(EvenUse { amount: 1.0, tile: None, halved: false }),
             passes: 2,
             averaged: true,
             jitter: 0.0,

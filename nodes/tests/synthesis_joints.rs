@@ -85,7 +85,7 @@ fn tiles_of_even_use_do_not_meet_where_sides_join() {
     let output = Output { start: [0, 0], size: [256, 256], wrap: [true; 2] };
     let (mut joint, mut mean) = (0.0, 0.0);
     for seed in 0..24 {
-        let even = Some(EvenUse { amount: 1.0, tile: Some(64) });
+        let even = Some(EvenUse { amount: 1.0, tile: Some(64), halved: false });
         let settings = Settings { even, jitter: 0.0, kappa: 2.5, hash: Hash::new(seed), ..settings(true) };
         let coords = run(&analysed, &output, &settings, &Plain::default()).expect("nothing stops it").coords;
         let (here, all) = ends(&coords, output.size, 6);

@@ -226,7 +226,7 @@ impl Synthesize {
         let even = self.even_use.unwrap_or(1.0);
         Settings {
             kappa: narrow(kappa),
-            even: (even > 0.0).then(|| EvenUse { amount: narrow(even), tile: local.then_some(TILE) }),
+            even: (even > 0.0).then(|| EvenUse { amount: narrow(even), tile: local.then_some(TILE), halved: false }),
             passes: self.passes,
             averaged: self.averaged,
             jitter: narrow(self.jitter),

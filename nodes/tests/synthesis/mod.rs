@@ -44,9 +44,6 @@ impl Inputs for Plain {
         let at = |p: usize| region.center(p % w, p / w);
         Ok(Some(Jacobians::Each((0..w * region.plane.h).map(|p| j(at(p)[0], at(p)[1])).collect())))
     }
-    fn guide(&self, _: &Region) -> Result<Vec<f32>, ()> {
-        Ok(Vec::new())
-    }
     fn fixed(&self, region: &Region) -> Result<Option<Fixed>, ()> {
         let Some(fixed) = self.fixed else { return Ok(None) };
         let w = region.plane.w;
@@ -58,21 +55,12 @@ impl Inputs for Plain {
             .collect();
         Ok(Some((list.iter().map(Option::is_some).collect(), list.iter().map(|f| f.unwrap_or([0.5; 2])).collect())))
     }
-    fn jitter(&self, _: &Region) -> Result<Vec<f32>, ()> {
-        Ok(Vec::new())
-    }
-    fn start(&self, _: &Region) -> Result<Vec<Position>, ()> {
-        Ok(Vec::new())
-    }
-    fn step(&self, _: usize, _: usize) -> Result<(), ()> {
-        Ok(())
-    }
 }
 
 pub(crate) fn settings(local: bool) -> Settings {
     Settings {
         kappa: 2.0,
-        even: Some(EvenUse { amount: 1.0, tile: local.then_some(32) }),
+        even: Some(EvenUse { amount: 1.0, tile: local.then_some(32), halved: false }),
         passes: 2,
         averaged: true,
         jitter: 0.3,

@@ -21,6 +21,9 @@ pub struct EvenUse {
     pub amount: f32,
     /// Side of a local tile in finest output pixels; all of the output if none.
     pub tile: Option<usize>,
+    /// A few more pieces end where tiles meet: whether sides that join run through the middle of tiles for that. Settings
+    /// need not say, a run knows.
+    pub halved: bool,
 }
 
 /// Factors for every bin of every tile of a level.
@@ -39,16 +42,15 @@ pub fn bin(plane: Plane, x: usize, y: usize) -> usize {
 }
 
 impl Factors {
-    /// Counts what a level shows: `bin_of` gives the bin of each pixel of `region`. A few more pieces end where tiles meet;
-    /// sides that join do so in the middle of tiles if `half`.
+    /// Counts what a level shows: `bin_of` gives the bin of each pixel of `region`.
     pub fn count(
-        (use_, half): (&EvenUse, bool),
+        even: &EvenUse,
         exemplar: Plane,
         usable_bins: usize,
         region: &Region,
         bin_of: impl Fn(usize) -> usize + Sync,
     ) -> Self {
-        let side = use_.tile.map_or(usize::MAX, |tile| (tile / region.h).max(1));
+        let side = even.tile.map_or(usize::MAX, |tile| (tile / region.h).max(1));
         let axis = |start: i32, n: usize, wrap: bool| -> Vec<usize> {
             if side == usize::MAX {
                 return vec![0; n];
@@ -56,7 +58,7 @@ impl Factors {
             if wrap {
                 // As many tiles as fit, all alike.
                 let tiles = (n / side).max(1);
-                let before = if half { n / (2 * tiles) } else { 0 };
+                let before = if even.halved { n / (2 * tiles) } else { 0 };
                 return (0..n).map(|k| (k + before) * tiles / n % tiles).collect();
             }
             let tile = |k: usize| (start + index(k)).div_euclid(index(side));
@@ -82,7 +84,7 @@ impl Factors {
                 let mean = (total / usable_bins.max(1) as f32).max(once);
                 bell.smooth(counts, bw, bh, exemplar.wrap);
                 for count in counts {
-                    *count = 1.0 + use_.amount * (*count / mean.max(1e-6) - 1.0).clamp(-0.25, 4.0);
+                    *count = 1.0 + even.amount * (*count / mean.max(1e-6) - 1.0).clamp(-0.25, 4.0);
                 }
             }
         });
@@ -153,9 +155,8 @@ mod tests {
     fn what_is_shown_once_costs_no_more() {
         let exemplar = plane(128);
         let region = Region { h: 1, start: [0, 0], plane: plane(32), short: [0; 2] };
-        let even = EvenUse { amount: 1.0, tile: None };
-        let count =
-            |bin_of: &(dyn Fn(usize) -> usize + Sync)| Factors::count((&even, false), exemplar, 1024, &region, bin_of);
+        let even = EvenUse { amount: 1.0, tile: None, halved: false };
+        let count = |bin_of: &(dyn Fn(usize) -> usize + Sync)| Factors::count(&even, exemplar, 1024, &region, bin_of);
         let copied = count(&|p| bin(exemplar, 40 + p % 32, 40 + p / 32));
         let of = |factors: &Factors, x: usize, y: usize| factors.of(0, 0)[bin(exemplar, x, y)];
         for k in 0..8 {

@@ -69,22 +69,34 @@ pub struct Settings {
 /// Pixels that are given, and what they show at their centres.
 pub type Fixed = (Vec<bool>, Vec<Position>);
 
-/// What the caller knows of each level.
+/// What the caller knows of each level; nothing by default.
 pub trait Inputs: Sync {
     /// Why it stopped.
     type Stop;
     /// The Jacobians; `None` where `J = 1` everywhere.
-    fn jacobians(&self, region: &Region) -> Result<Option<Jacobians>, Self::Stop>;
+    fn jacobians(&self, _region: &Region) -> Result<Option<Jacobians>, Self::Stop> {
+        Ok(None)
+    }
     /// Wanted guide values by pixel; empty for none.
-    fn guide(&self, region: &Region) -> Result<Vec<f32>, Self::Stop>;
+    fn guide(&self, _region: &Region) -> Result<Vec<f32>, Self::Stop> {
+        Ok(Vec::new())
+    }
     /// Pixels that are given; `None` for none.
-    fn fixed(&self, region: &Region) -> Result<Option<Fixed>, Self::Stop>;
+    fn fixed(&self, _region: &Region) -> Result<Option<Fixed>, Self::Stop> {
+        Ok(None)
+    }
     /// What the jitter is multiplied by, by pixel; empty for 1.
-    fn jitter(&self, region: &Region) -> Result<Vec<f32>, Self::Stop>;
-    /// Positions to start from, by pixel, at their centres.
-    fn start(&self, region: &Region) -> Result<Vec<Position>, Self::Stop>;
+    fn jitter(&self, _region: &Region) -> Result<Vec<f32>, Self::Stop> {
+        Ok(Vec::new())
+    }
+    /// Positions to start from, by pixel, at their centres: asked for by [`Start::Given`] only.
+    fn start(&self, _region: &Region) -> Result<Vec<Position>, Self::Stop> {
+        Ok(Vec::new())
+    }
     /// Called between passes.
-    fn step(&self, done: usize, total: usize) -> Result<(), Self::Stop>;
+    fn step(&self, _done: usize, _total: usize) -> Result<(), Self::Stop> {
+        Ok(())
+    }
 }
 
 /// What came out.
@@ -193,6 +205,13 @@ impl<I: Inputs> Run<'_, I> {
     /// The guide decides at coarse levels, the texture at fine ones.
     pub(super) fn weight(&self, table: &Table) -> f32 {
         self.settings.guide_weight * table.spread * (table.h as f32 / 8.0).min(1.0)
+    }
+
+    /// How use is evened out at a level, if it is.
+    pub(super) fn even(&self, region: &Region) -> Option<EvenUse> {
+        let even = self.settings.even.filter(|_| region.h >= 2)?;
+        // Where the place of the sides is chosen afterwards, it need not be provided for.
+        Some(EvenUse { halved: !self.adrift, ..even })
     }
 
     /// Whether use is counted once per level and not before every pass: where a window must be the same part of a larger

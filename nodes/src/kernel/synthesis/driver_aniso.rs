@@ -32,9 +32,8 @@ impl<I: Inputs> Run<'_, I> {
             let mut factors = None;
             self.passes((k, regions.len()), once, |count| {
                 if count {
-                    let even = self.settings.even.filter(|_| region.h >= 2);
-                    factors = even.map(|even| {
-                        Factors::count((&even, !self.adrift), table.plane, table.usable_bins, region, |p| {
+                    factors = self.even(region).map(|even| {
+                        Factors::count(&even, table.plane, table.usable_bins, region, |p| {
                             table.bin_at(table.padded(table.cell(map[p])))
                         })
                     });

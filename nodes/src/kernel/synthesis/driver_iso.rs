@@ -37,8 +37,7 @@ impl<I: Inputs> Run<'_, I> {
             let mut factors = None;
             self.passes((k, regions.len()), once, |count| {
                 if count {
-                    let even = self.settings.even.filter(|_| region.h >= 2);
-                    factors = even.map(|even| table.factors((&even, !self.adrift), region, &map));
+                    factors = self.even(region).map(|even| table.factors(&even, region, &map));
                 }
                 let terms = iso::Terms {
                     kappa: self.settings.kappa,

@@ -182,7 +182,7 @@ impl Table {
     }
 
     /// Counts what a map shows.
-    pub fn factors(&self, even: (&coverage::EvenUse, bool), region: &Region, map: &[u32]) -> Factors {
+    pub fn factors(&self, even: &coverage::EvenUse, region: &Region, map: &[u32]) -> Factors {
         Factors::count(even, self.plane, self.usable_bins, region, |p| self.bin[map[p] as usize] as usize)
     }
 }

@@ -48,6 +48,46 @@ fn windows_are_parts_of_larger_ones() {
     }
 }
 
+/// How much the output is torn where pieces end: what its neighbours show, squared and summed over all pixels, beside how
+/// the exemplar goes on. Along diagonals too, so that the direction in which pieces end does not matter.
+fn torn(exemplar: &Texels<f32>, j: fn(f64, f64) -> Jacobian) -> f64 {
+    const SIDE: usize = 160;
+    let output = Output { start: [0, 0], size: [SIDE; 2], wrap: [true; 2] };
+    let inputs = Plain { jacobian: Some(j), ..Plain::default() };
+    let coords = synthesise(exemplar, &[], &output, false, &inputs);
+    let j = j(0.0, 0.0);
+    let mut sum = 0.0;
+    for (x, y) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
+        for (dx, dy, weight) in [(1, 0, 1.0), (0, 1, 1.0), (1, 1, 0.5f64.sqrt()), (SIDE - 1, 1, 0.5f64.sqrt())] {
+            let by = [if dx == SIDE - 1 { -1.0 } else { dx as f32 }, dy as f32];
+            let from = coords[y * SIDE + x];
+            let on = [from[0] + j[0] * by[0] + j[1] * by[1], from[1] + j[2] * by[0] + j[3] * by[1]];
+            let to = coords[(y + dy) % SIDE * SIDE + (x + dx) % SIDE];
+            if on != to {
+                let (a, b) = (exemplar.fetch(on, Fetch::Bilinear), exemplar.fetch(to, Fetch::Bilinear));
+                sum += weight * a.iter().zip(&b).map(|(a, b)| f64::from((a - b) * (a - b))).sum::<f64>();
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn a_turn_tears_no_more_than_none() {
+    let exemplar = lumps(64, 64, false);
+    // As good as upright, on the same path.
+    let upright = torn(&exemplar, |_, _| from_angle_scale(1e-5, 1.0, 1.0));
+    let turned = [
+        torn(&exemplar, |_, _| from_angle_scale(0.3, 1.0, 1.0)),
+        torn(&exemplar, |_, _| from_angle_scale(0.646, 1.0, 1.0)),
+        torn(&exemplar, |_, _| from_angle_scale(2.0, 1.0, 1.0)),
+        torn(&exemplar, |_, _| from_angle_scale(-1.2, 1.0, 1.0)),
+    ];
+    for turned in turned {
+        assert!(turned < 1.05 * upright, "{turned} beside {upright}");
+    }
+}
+
 #[test]
 fn the_same_on_any_number_of_threads() {
     let exemplar = lumps(32, 32, false);

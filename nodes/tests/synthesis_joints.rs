@@ -3,12 +3,14 @@
 mod synthesis;
 
 use shibo_nodes::kernel::hash::Hash;
-use shibo_nodes::kernel::synthesis::aniso::Position;
+use shibo_nodes::kernel::synthesis::aniso::{Jacobians, Position};
 use shibo_nodes::kernel::synthesis::coverage::EvenUse;
-use shibo_nodes::kernel::synthesis::driver::{Analysed, Settings, Start, run};
+use shibo_nodes::kernel::synthesis::driver::{Analysed, Inputs, Settings, Start, run};
 use shibo_nodes::kernel::synthesis::jacobian::{Jacobian, from_angle_scale};
 use shibo_nodes::kernel::synthesis::lattice::Basis;
-use shibo_nodes::kernel::synthesis::region::Output;
+use shibo_nodes::kernel::synthesis::lattice_start::fit;
+use shibo_nodes::kernel::synthesis::region::{Output, Region};
+use shibo_nodes::kernel::synthesis::texels::Texels;
 use synthesis::{Plain, analysed, lumps, settings};
 
 /// How often the exemplar does not go on from one column to the next, and from one row to the next: where sides join,
@@ -24,15 +26,57 @@ fn breaks(coords: &[Position], [w, h]: [usize; 2], j: Jacobian) -> (f64, f64) {
     (share(column(w - 1), h) + share(row(h - 1), w), all)
 }
 
-#[test]
-fn where_sides_join_is_no_worse_than_anywhere_else() {
-    let (mut near_regular, hash) = (lumps(64, 64, false), Hash::new(8));
-    let basis = Basis { a: [13.3, 0.4], b: [-0.3, 11.6] };
+/// Lumps, the first channel of which repeats but for some noise.
+fn near_regular(basis: Basis) -> Texels<f32> {
+    let (mut exemplar, hash) = (lumps(64, 64, false), Hash::new(8));
     for p in 0..64 * 64 {
         let [i, j] = basis.coordinates([(p % 64) as f64, (p / 64) as f64]);
         let wave = (i * std::f64::consts::TAU).cos() + (j * std::f64::consts::TAU).cos();
-        near_regular.data[2 * p] = wave as f32 + 0.4 * hash.unit_f32(p as u64);
+        exemplar.data[2 * p] = wave as f32 + 0.4 * hash.unit_f32(p as u64);
     }
+    exemplar
+}
+
+struct Turned(Jacobian);
+
+impl Inputs for Turned {
+    type Stop = ();
+    fn jacobians(&self, _: &Region) -> Result<Option<Jacobians>, ()> {
+        Ok(Some(Jacobians::Constant(self.0)))
+    }
+}
+
+#[test]
+fn a_turned_lattice_that_must_fit_keeps_its_phase_everywhere() {
+    let basis = Basis { a: [13.3, 0.4], b: [-0.3, 11.6] };
+    let exemplar = near_regular(basis);
+    let levels = analysed(&exemplar);
+    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
+    for (size, angle) in [([160, 144], 0.65f32), ([97, 110], -0.3), ([130, 130], 2.2)] {
+        let j = from_angle_scale(angle, 1.0, 1.0);
+        let sides = size.map(|n| n as f64);
+        let wide = j.map(f64::from);
+        let m = fit(basis, [[wide[0], wide[1]], [wide[2], wide[3]]], sides, [true; 2]).map;
+        let settings = Settings { start: Start::Lattice(basis), jitter: 0.0, ..settings(false) };
+        let output = Output { start: [0, 0], size, wrap: [true; 2] };
+        let coords = run(&analysed, &output, &settings, &Turned(j)).expect("nothing stops it").coords;
+        let off = |(p, at): (usize, &Position)| {
+            let (x, y) = ((p % size[0]) as f64 + 0.5, (p / size[0]) as f64 + 0.5);
+            let step = [m[0][0] * x + m[0][1] * y, m[1][0] * x + m[1][1] * y];
+            let c = basis.coordinates([f64::from(at[0]) - step[0], f64::from(at[1]) - step[1]]);
+            let off = basis.at(c[0] - c[0].round(), c[1] - c[1].round());
+            off[0].hypot(off[1])
+        };
+        let mean = coords.iter().enumerate().map(off).sum::<f64>() / coords.len() as f64;
+        // A third of a pixel if what is shown is not bent.
+        assert!(mean < 0.1, "{size:?}: out of phase by {mean:.3} pixels");
+    }
+}
+
+#[test]
+fn where_sides_join_is_no_worse_than_anywhere_else() {
+    let basis = Basis { a: [13.3, 0.4], b: [-0.3, 11.6] };
+    let near_regular = near_regular(basis);
     let turned: fn(f64, f64) -> Jacobian = |_, _| from_angle_scale(0.6, 1.0, 1.0);
     for (exemplar, start, jacobian) in [
         (lumps(64, 64, false), Start::Random, None),

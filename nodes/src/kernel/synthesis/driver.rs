@@ -3,7 +3,7 @@ use super::analysis::{self, Level};
 use super::aniso::{Jacobians, Position};
 use super::coverage::EvenUse;
 use super::iso::PARTING;
-use super::jacobian::IDENTITY;
+use super::jacobian::{IDENTITY, Jacobian};
 use super::lattice::Basis;
 use super::lattice_start::{Fitted, fit};
 use super::opening::{begun, opening};
@@ -118,6 +118,8 @@ pub(super) struct Run<'a, I: Inputs> {
     /// Whether the result may begin at any of its pixels.
     pub(super) adrift: bool,
     pub(super) fitted: Option<Fitted>,
+    /// The Jacobian everywhere, instead of what the inputs say.
+    pub(super) bent: Option<Jacobian>,
 }
 
 /// Synthesises the pixels of `output`.
@@ -157,8 +159,11 @@ pub fn run<I: Inputs>(
         }
         _ => None,
     };
+    // Whole pixels cannot be bent.
+    let bent = fitted.filter(|_| first.is_some()).and_then(|fitted| fitted.bent(&j));
+    let j = bent.unwrap_or(j);
     let adrift = settings.adrift && output.wrap == [true; 2] && !matches!(first, Some(Jacobians::Each(_)));
-    let run = Run { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted };
+    let run = Run { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted, bent };
     let coords = if run.isometric {
         run.isometric(&levels, &regions)?
     } else {

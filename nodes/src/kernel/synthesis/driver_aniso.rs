@@ -15,7 +15,10 @@ impl<I: Inputs> Run<'_, I> {
             let level = tables.len() - 1 - k;
             let table = &tables[level];
             let finer: Vec<&Table> = tables[..=level].iter().rev().collect();
-            let jacobians = self.inputs.jacobians(region)?.unwrap_or(Jacobians::Constant(IDENTITY));
+            let jacobians = match self.bent {
+                Some(j) => Jacobians::Constant(j),
+                None => self.inputs.jacobians(region)?.unwrap_or(Jacobians::Constant(IDENTITY)),
+            };
             let guide = self.inputs.guide(region)?;
             if k == 0 {
                 map = self.start(table, region, &guide)?;

@@ -1,13 +1,15 @@
 //! Starting from a lattice: the phase is the same everywhere, the content varies from cell to cell.
+use super::jacobian::{self, IDENTITY, Jacobian};
 use super::lattice::Basis;
 use crate::kernel::hash::Hash;
+use crate::kernel::tile::narrow;
 
 /// A lattice made to fit the output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fitted {
     /// The vectors by which the exemplar repeats.
     pub basis: Basis,
-    /// From output pixels to exemplar pixels, rows: the Jacobian, bent so little that what joins in the output does so
+    /// From output pixels to exemplar pixels, by rows: the Jacobian, bent so little that what joins in the output does so
     /// in the lattice too.
     pub map: [[f64; 2]; 2],
 }
@@ -34,7 +36,18 @@ pub fn fit(basis: Basis, j: [[f64; 2]; 2], size: [f64; 2], wrap: [bool; 2]) -> F
     Fitted { basis, map: if sane { fitted } else { j } }
 }
 
+/// How much features may be stretched, or turned, for a lattice to fit.
+const BENT: f32 = 0.125;
+
 impl Fitted {
+    /// What `j` becomes when it is bent with the lattice: then all pieces go on in phase. None if that were too much.
+    pub fn bent(&self, j: &Jacobian) -> Option<Jacobian> {
+        let m = self.map;
+        let bent = [m[0][0], m[0][1], m[1][0], m[1][1]].map(narrow);
+        let change = jacobian::multiply(&bent, &jacobian::inverse(j));
+        change.iter().zip(IDENTITY).all(|(a, b)| (a - b).abs() <= BENT).then_some(bent)
+    }
+
     /// Where output position `p` is in the exemplar, by a hashed lattice vector moved to within `low..high`.
     pub fn place(&self, p: [f64; 2], low: [f64; 2], high: [f64; 2], hash: Hash) -> [f64; 2] {
         let m = self.map;
@@ -72,6 +85,11 @@ mod tests {
             assert!(basis.coordinates(v).iter().all(|c| (c - c.round()).abs() < 1e-9), "{v:?}");
         }
         assert!((fitted.map[0][0] - 1.0).abs() < 0.03);
+        let bent = fitted.bent(&IDENTITY).expect("two parts in a hundred");
+        assert_eq!(bent[0], narrow(fitted.map[0][0]));
+        // Cells of 17 pixels do not fit 30, and are not drawn out to do so.
+        let small = fit(basis, [[1.0, 0.0], [0.0, 1.0]], [30.0, 30.0], [true, true]);
+        assert!(small.map[0][0] != 1.0 && small.bent(&IDENTITY).is_none(), "{small:?}");
         let p = fitted.place([100.0, 70.0], [8.0; 2], [120.0; 2], Hash::new(1));
         assert!(p.iter().all(|c| (8.0..120.0).contains(c)));
     }

@@ -233,12 +233,19 @@ mod report {
         let spread = shibo_nodes::kernel::points::random(n * n, size, Hash::new(1));
         let delaunay = delaunay(&spread, size, true);
         let (hexagons, edges) = shibo_nodes::kernel::points::hexagons(size, 0.877, true);
+        // As many springs a point as lists have: two, where Delaunay has three and hexagons one and a half.
+        let four = GridShape { eight: false, ..shape };
+        let four_links = grid_links(four);
+        let four_rest = rest(&four_links.lengths(&places, Vec2::ZERO));
         for threads in [1, 2] {
             // Bytes per point: x y vx vy read and written, weight; stiffness and length in 4 directions.
             let grid = Net { grid: Some(shape), ..list };
             run("grid, L by direction", threads, &Net { rest: &alike, ..grid }, &points, 36.0 + 16.0);
             let by_grid = run("grid, L per spring", threads, &grid, &points, 36.0 + 32.0);
             run("grid, breakage", threads, &Net { threshold: &threshold, ..grid }, &points, 36.0 + 32.0);
+            let (links, by_link) = (&four_links.pairs[..], &k[..four_links.pairs.len()]);
+            let plus = Net { links, stiffness: by_link, rest: &four_rest, grid: Some(four), ..grid };
+            let by_four = run("grid, 4 neighbours", threads, &plus, &points, 36.0 + 16.0);
             // Lists: also written elsewhere; ends, stiffness and length of a spring.
             let of_list = |net: &Net<'_, f32>, points: &[[f32; 2]]| {
                 let each = if net.threshold.is_empty() { 12.0 } else { 16.0 };
@@ -248,7 +255,12 @@ mod report {
                 // Hexagons as a grid: stiffness and length in 2 directions.
                 let bytes = if net.grid.is_some() { 36.0 + 16.0 } else { of_list(net, points) };
                 let rate = run(name, threads, net, points, bytes);
-                println!("{:22} {:.2} of the grid's with L per spring", "", rate / by_grid);
+                println!(
+                    "{:22} {:.2} of the grid's with L per spring, {:.2} of that with 4 neighbours",
+                    "",
+                    rate / by_grid,
+                    rate / by_four
+                );
             };
             compare("the grid as a list", &list, &points);
             compare("list, breakage", &Net { threshold: &threshold, ..list }, &points);

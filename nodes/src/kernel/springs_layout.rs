@@ -46,10 +46,10 @@ struct Layout<T> {
 }
 
 impl<T: Real> Layout<T> {
-    /// Adds a ring whose first point is `first`, given the springs of each of its points: fewer and fewer, and those of
-    /// points with offsets after the others.
+    /// Adds a ring whose first point is `first`, given the springs of each of its points. A span ends where points have
+    /// more springs than those before, or begin or cease to have offsets.
     fn ring(&mut self, mut first: usize, lists: &[&[u32]], web: &Web<'_, '_, T>) {
-        for alike in lists.chunk_by(|a, b| wraps(web, a) == wraps(web, b)) {
+        for alike in lists.chunk_by(|a, b| a.len() >= b.len() && wraps(web, a) == wraps(web, b)) {
             for part in alike.chunks(SPAN) {
                 for j in 0..part[0].len() {
                     let springs = part.iter().map_while(|list| list.get(j)).copied();

@@ -142,6 +142,32 @@ fn pulls_are_taken_alike_side_by_side_and_one_by_one() {
     }
 }
 
+/// Of the points that lie side by side in a patch some have offsets, and then all of the next ones: no spring is left out.
+#[test]
+fn offsets_may_begin_anywhere() {
+    let points: Vec<[f64; 2]> = (0..2048).map(|i| [f64::from(i), 0.0]).collect();
+    let mut links = Links::default();
+    for i in 0..2048 {
+        let next = (i + 1) % 2048;
+        links.pairs.push([i, next]);
+        links.wraps.push([i8::from(next == 0), 0]);
+        for _ in 0..if i < 700 { 0 } else { 1 + i % 3 } {
+            links.pairs.push([i, next]);
+            links.wraps.push([i8::from(next == 0), 1]);
+        }
+    }
+    let (stiffness, rest) = (vec![0.3; links.pairs.len()], vec![0.5; links.pairs.len()]);
+    let net = Net {
+        links: &links.pairs,
+        wraps: &links.wraps,
+        size: [2048.0, 2.0],
+        stiffness: &stiffness,
+        rest: &rest,
+        ..Net::default()
+    };
+    assert_eq!(run(&points, &net, 2048, 1), run(&points, &net, 64, 1));
+}
+
 /// All points linked with all: no patch of the usual size has room for the springs.
 #[test]
 fn dense_nets_take_smaller_patches() {

@@ -181,7 +181,7 @@ mod report {
             seconds / threads as f64
         };
         let (mut whole, mut setup, mut bandwidth) = (f64::INFINITY, f64::INFINITY, 0.0f64);
-        for _ in 0..if points.len() > 100_000 { 2 } else { 8 } {
+        for _ in 0..if points.len() > 100_000 { 5 } else { 8 } {
             setup = setup.min(time(0));
             whole = whole.min(time(100));
             bandwidth = bandwidth.max(triad(threads));

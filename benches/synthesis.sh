@@ -42,8 +42,8 @@ line() { # LABEL EXEMPLAR CPU KIB PICTURE...
     "$(echo "$kib" | awk '{ print $1 * 1.024e-3 }')" "$(scores "$exemplar" "$@")"
 }
 # The middle of a picture, turned by ANGLE, of SIDE pixels: PICTURE WIDTH HEIGHT SIDE NAME
-# Read once, by the filter that shows a synthesis. Transform would read it twice where its pixels do not lie on those of the
-# result, and a softer picture has other colours and less detail.
+# Read once, by the filter that shows a synthesis: a picture that was filtered twice or otherwise is softer or sharper, and has
+# other colours and detail.
 turned() {
   local graph levels=0 doubled="" most=$(( $2 > $3 ? $2 : $3 )) n
   while [ $(( 1 << levels )) -lt "$most" ]; do

@@ -24,8 +24,8 @@ pub(super) struct Moved {
 enum Plan {
     /// Pixel (x, y) shows the input's pixel (x, y) - shift.
     Copy { grid: Grid, shift: (i32, i32) },
-    /// Pixel (x, y) shows the place `map`·(x, y), counted from the centre of pixel (0, 0).
-    Read { grid: Grid, map: DMat2 },
+    /// Pixel (x, y) shows the place `start` + `map`·(x, y), counted in pixels from the centre of pixel (0, 0).
+    Read { grid: Grid, start: DVec2, map: DMat2 },
 }
 
 impl Moved {
@@ -51,8 +51,22 @@ impl Moved {
         }
         // A whole number of pixels to the canvas, so that what repeats is read in the same way everywhere.
         let step = self.size / (self.size / step - 1e-6).ceil().max(DVec2::ONE);
-        let grid = Grid { step, ..*grid }.centered_at(first);
-        Plan::Read { grid, map: DMat2::from_diagonal(1.0 / step) * map }
+        let pixels = DMat2::from_diagonal(1.0 / step) * map;
+        match self.native(step, first) {
+            Some((grid, start)) if !is_whole(pixels) => {
+                Plan::Read { grid, start, map: DMat2::from_diagonal(1.0 / grid.step) * map }
+            }
+            _ => Plan::Read { grid: Grid { step, ..*grid }.centered_at(first), start: DVec2::ZERO, map: pixels },
+        }
+    }
+
+    /// The pixels of the picture that is moved, if they are as large as `step`, and where `point` lies among them. Read
+    /// on any others of that size it would be filtered twice: to come onto them, and to be turned.
+    fn native(&self, step: DVec2, point: DVec2) -> Option<(Grid, DVec2)> {
+        let grid = self.input.native()?;
+        let start = (point - grid.center(0, 0)) / grid.step;
+        let same = (step / grid.step - 1.0).abs().max_element() < 1e-6;
+        (same && start.abs().max_element() < 1e8).then_some((grid, start))
     }
 
     fn copy(&self, reader: &dyn Reader, grid: &Grid, (dx, dy): (i32, i32), out: &mut Tile) -> Result<(), Stop> {
@@ -63,9 +77,10 @@ impl Moved {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels, and f32 for what lies between them")]
-    fn read(&self, reader: &dyn Reader, grid: &Grid, map: DMat2, out: &mut Tile) -> Result<(), Stop> {
+    fn read(&self, reader: &dyn Reader, grid: &Grid, (start, map): (DVec2, DMat2), out: &mut Tile) -> Result<(), Stop> {
         let (window, rect) = (out.window, tile::rect(out.window));
-        let at = |x: i32, y: i32| map * DVec2::new(f64::from(x), f64::from(y));
+        let start_of_row = |y: i32| start + map.y_axis * f64::from(y);
+        let at = |x: i32, y: i32| map.x_axis * f64::from(x) + start_of_row(y);
         let (right, bottom) = (window.right() - 1, window.bottom() - 1);
         let corners = [at(window.x, window.y), at(right, window.y), at(window.x, bottom), at(right, bottom)];
         let low = corners.into_iter().fold(DVec2::MAX, DVec2::min).floor();
@@ -83,7 +98,7 @@ impl Moved {
             &mut planes,
             #[inline(always)]
             |x, y, places: &mut Places| {
-                let row = map.y_axis * f64::from(y);
+                let row = start_of_row(y);
                 for (k, x) in (x..).take(resample::BLOCK).enumerate() {
                     let (px, py) = (map.x_axis.x * f64::from(x) + row.x, map.x_axis.y * f64::from(x) + row.y);
                     let (i, j) = (px.floor(), py.floor());
@@ -96,11 +111,16 @@ impl Moved {
     }
 }
 
+/// Whether pixels lead to whole pixels, as by quarter turns: then they are read as they are.
+fn is_whole(map: DMat2) -> bool {
+    map.abs_diff_eq(DMat2::from_cols(map.x_axis.round(), map.y_axis.round()), 1e-6)
+}
+
 impl FieldSource for Moved {
     fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
         match self.plan(&out.grid) {
             Plan::Copy { grid, shift } => self.copy(reader, &grid, shift, out)?,
-            Plan::Read { grid, map } => self.read(reader, &grid, map, out)?,
+            Plan::Read { grid, start, map } => self.read(reader, &grid, (start, map), out)?,
         }
         if self.input.ty() == Type::Normal && self.turn != (0.0, 1.0) {
             turn_normals(out, self.turn);
@@ -123,5 +143,129 @@ fn turn_normals(out: &mut Tile, (sin, cos): (f64, f64)) {
     for (x, y) in x.iter_mut().zip(y) {
         let (a, b) = (*x - 0.5, *y - 0.5);
         (*x, *y) = (0.5 + (cos * a + sin * b), 0.5 + (cos * b - sin * a));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::image::{Image, PictureFilter, Wrap};
+    use crate::space::Transform;
+    use crate::testing::{Plain, canvas, check_field, field, port, raster};
+    use glam::{DVec2, UVec2};
+    use shibo_engine::node::{Context, Node, Xy};
+    use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
+    use shibo_engine::value::{Canvas, Field, Tiling, Value};
+
+    /// Noise of `side`² pixels.
+    fn noise(side: u32) -> Vec<f32> {
+        (0..side * side).map(|k| (k * k % 97) as f32 / 97.0).collect()
+    }
+
+    /// The `rgb` or `gray` of `node`, which is given that noise.
+    fn picture(node: &Image, side: u32, name: &str) -> Field {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("noise.tif");
+        let spec = PictureSpec {
+            width: side,
+            height: side,
+            channels: vec!["Y".into()],
+            format: Format::Tiff,
+            depth: Depth::F32,
+            encoding: Encoding::default(),
+            compression: Compression::Fast,
+            metadata: Vec::new(),
+        };
+        let mut writer = Writer::create(&path, &spec).unwrap();
+        writer.write_rows(&[&noise(side)], side).unwrap();
+        writer.finish().unwrap();
+        let files = [("path", path)];
+        let cx = Context { kind: "Image", canvas: &canvas(), inputs: &[], files: &files, evaluator: &Plain };
+        let Some(Value::Field(field)) = node.evaluate(&cx).unwrap().take(name, false).cloned() else {
+            panic!("{name}")
+        };
+        // Decoded before the folder is gone.
+        raster(&field, &canvas());
+        field
+    }
+
+    /// 40² pixels as large as those of the canvas, not on them.
+    fn between_pixels() -> Image {
+        Image { position: Xy::new(3.3, -5.1), size_mm: Some(Xy::new(20.0, 20.0)), ..Image::default() }
+    }
+
+    fn cubic(t: f64) -> [f64; 4] {
+        let near = |t: f64| 1.5 * t * t * t - 2.5 * t * t + 1.0;
+        let far = |t: f64| -0.5 * t * t * t + 2.5 * t * t - 4.0 * t + 2.0;
+        [far(1.0 + t), near(t), near(1.0 - t), far(2.0 - t)]
+    }
+
+    /// The repeated noise, laid out as by [`between_pixels`], at `at` mm.
+    fn read_once(pixels: &[f32], at: DVec2) -> f64 {
+        let at = (at - DVec2::new(3.3, -5.1)) / 0.5 - 0.5;
+        let (first, rest) = (at.floor().as_ivec2() - 1, at - at.floor());
+        let (x, y) = (cubic(rest.x), cubic(rest.y));
+        let value = |i: i32, j: i32| f64::from(pixels[(j.rem_euclid(40) * 40 + i.rem_euclid(40)) as usize]);
+        let row = |j: i32| (first.x..).zip(x).map(|(i, x)| x * value(i, j)).sum::<f64>();
+        (first.y..).zip(y).map(|(j, y)| y * row(j)).sum()
+    }
+
+    #[test]
+    fn a_turned_picture_is_filtered_once() {
+        let (pixels, input) = (noise(40), picture(&between_pixels(), 40, "gray"));
+        for (angle, offset, size) in [(37.0, 0.0, 64), (-120.0, 7.77, 64), (37.0, 1e5, 64), (10.0, 0.0, 32)] {
+            let scale = 64.0 / f64::from(size);
+            let node = Transform {
+                input: port(0),
+                angle,
+                offset: Xy::new(offset, 0.0),
+                scale: Xy::new(scale, scale),
+                ..Transform::default()
+            };
+            let fine = Canvas { resolution: UVec2::splat(size), ..canvas() };
+            let turned = raster(&field(&node, &[input.clone().into()]), &fine);
+            let back = DVec2::from_angle(-angle.to_radians());
+            let mut squares = 0.0;
+            for (k, v) in (0..).zip(turned.plane(0)) {
+                let at = fine.grid(fine.resolution).center(k % size as i32, k / size as i32);
+                let want = read_once(&pixels, 16.0 + back.rotate(at - 16.0 - DVec2::new(offset, 0.0)) / scale);
+                squares += (f64::from(*v) - want).powi(2);
+            }
+            let rms = (squares / f64::from(size * size)).sqrt();
+            assert!(rms < 1e-5, "{angle}° at {size}: {rms}");
+        }
+    }
+
+    #[test]
+    fn moves_and_quarter_turns_show_the_pixels() {
+        // The position and the offset make whole pixels together: ten, and none.
+        let pixels = noise(40);
+        let node = Transform { input: port(0), offset: Xy::new(1.7, 5.1), ..Transform::default() };
+        let moved = raster(&field(&node, &[picture(&between_pixels(), 40, "gray").into()]), &canvas());
+        for (y, row) in (0..64).map(|y| (y, moved.row(0, y))) {
+            assert!((0..64).all(|x| row[x] == pixels[(y % 40) * 40 + (x + 30) % 40]), "{y}");
+        }
+        // With whatever filter the picture asks for: no values lie between its own.
+        let nearest = Image { filter: PictureFilter::Nearest, ..between_pixels() };
+        let node = Transform { input: port(0), angle: 90.0, ..Transform::default() };
+        let turned = raster(&field(&node, &[picture(&nearest, 40, "gray").into()]), &canvas());
+        assert!(turned.plane(0).iter().all(|v| pixels.contains(v)));
+    }
+
+    #[test]
+    fn a_turned_picture_holds_in_any_window() {
+        for wrap in [Wrap::Repeat, Wrap::Clamp] {
+            for (angle, offset) in [(37.0, 0.0), (-90.0, 0.3), (200.0, 1e6)] {
+                let input = picture(&Image { wrap, ..between_pixels() }, 40, "rgb");
+                let node = Transform { input: port(0), angle, offset: Xy::new(offset, 0.7), ..Transform::default() };
+                check_field(&field(&node, &[input.into()]));
+            }
+        }
+        // 23 pixels on 16 mm are as large as those that a diagonal turn that tiles asks for.
+        let diagonal = Xy::new(0.5f64.sqrt(), 0.5f64.sqrt());
+        let node = Transform { input: port(0), angle: 45.0, scale: diagonal, ..Transform::default() };
+        let input = picture(&Image { size_mm: Some(Xy::new(16.0, 16.0)), ..Image::default() }, 23, "rgb");
+        let turned = field(&node, &[input.into()]);
+        assert_eq!(turned.tiling(), Tiling::BOTH);
+        check_field(&turned);
     }
 }

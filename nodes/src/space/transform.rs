@@ -3,7 +3,8 @@
 //! A point q of the result shows the input at `p = pivot + S⁻¹·R⁻¹·(q - pivot - offset)`. The input is evaluated with
 //! pixels as large as those of the result become there: an enlarged field is evaluated finer and stays sharp, a reduced
 //! one coarser and does not alias. Without rotation its pixels are handed on as they are; with one they are read by
-//! Catmull-Rom, exactly at multiples of 90°. Cost: O(pixels), and that of the input on another grid.
+//! Catmull-Rom, exactly at multiples of 90°; a picture whose pixels are that large is read at its own, which filters it
+//! once. Cost: O(pixels), and that of the input on another grid.
 use super::moved::Moved;
 use glam::{DMat2, DVec2};
 use schemars::JsonSchema;
@@ -86,6 +87,7 @@ impl Transform {
 impl Node for Transform {
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input, moved.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
+    const VERSION: u32 = 2;
 
     fn tiling(&self, canvas: &Canvas) -> Tiling {
         self.repeats(canvas.size_mm, canvas.tile)

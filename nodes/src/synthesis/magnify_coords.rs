@@ -2,7 +2,7 @@
 //!
 //! Source: JP5149288B2 III, equations (5) and (6), claims 8, 15, 20 (rows C27 to C30; decision S-9). The coordinates stay
 //! as they are: any output resolution picks from a picture as fine as one likes. Cost: O(pixels).
-use super::sampled::{Between, ExemplarFilter, Sampled};
+use super::sampled::{ExemplarFilter, Sampled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, In, JacobianField, Node, Output, Outputs};
@@ -60,9 +60,7 @@ impl Node for MagnifyCoords {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (coords, input, jacobian) = (cx.get(&self.coords)?, cx.get(&self.input)?, cx.get_opt(&self.jacobian)?);
-        let between = if jacobian.is_some() { Between::Anisometric } else { Between::Isometric };
-        let sampled =
-            Sampled::new(cx, coords, input, jacobian, (between, self.filter), self.scale_heights, self.resolution)?;
+        let sampled = Sampled::new(cx, coords, input, jacobian, self.filter, self.scale_heights, self.resolution)?;
         Ok(Outputs::one(sampled.into_field()))
     }
 }

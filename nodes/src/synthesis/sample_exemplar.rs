@@ -3,7 +3,7 @@
 //! Source: JP5149288B2 II box 265 and III (rows C13, C27 to C30, C32): values are looked up at the very end, from any
 //! number of aligned pictures; between pixels by magnification, equations (5) and (6). Beyond the source: normals turned
 //! and heights scaled with the Jacobian, area averages where features shrink. Cost: O(pixels).
-use super::sampled::{Between, ExemplarFilter, Sampled};
+use super::sampled::{ExemplarFilter, Sampled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, In, JacobianField, Node, Output, Outputs};
@@ -51,8 +51,7 @@ impl Node for SampleExemplar {
         let input = cx.get(&self.input)?;
         let coords = cx.get(&self.coords)?;
         let jacobian = cx.get_opt(&self.jacobian)?;
-        let between = if jacobian.is_some() { Between::Anisometric } else { Between::Isometric };
-        let sampled = Sampled::new(cx, coords, input, jacobian, (between, self.filter), self.scale_heights, None)?;
+        let sampled = Sampled::new(cx, coords, input, jacobian, self.filter, self.scale_heights, None)?;
         Ok(Outputs::one(sampled.into_field()))
     }
 }

@@ -25,21 +25,12 @@ crate::choice::choice! {
     }
 }
 
-/// How values between the coordinates' pixels are made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Between {
-    /// Equation (5).
-    Isometric,
-    /// Equation (6).
-    Anisometric,
-}
-
 /// A picture seen through coordinates.
 pub(super) struct Sampled {
     coords: Arc<CoordMap>,
     input: Field,
+    /// Leads from the coordinates' pixels to what lies between them by equation (6); without one (5) does.
     jacobian: Option<Field>,
-    between: Between,
     filter: ExemplarFilter,
     scale_heights: bool,
     /// Where the picture is read, once for all tiles.
@@ -55,7 +46,7 @@ impl Sampled {
         coords: Arc<CoordMap>,
         input: Field,
         jacobian: Option<Field>,
-        (between, filter): (Between, ExemplarFilter),
+        filter: ExemplarFilter,
         scale_heights: bool,
         resolution: Option<u32>,
     ) -> Result<Self, Stop> {
@@ -78,7 +69,7 @@ impl Sampled {
         }
         let grid = Grid { origin: frame.origin, step: frame.pitch / times, period: None };
         let source = OnceLock::new();
-        Ok(Self { coords, input, jacobian, between, filter, scale_heights, frame, grid, size, source })
+        Ok(Self { coords, input, jacobian, filter, scale_heights, frame, grid, size, source })
     }
 
     pub(super) fn into_field(self) -> Field {
@@ -125,7 +116,7 @@ impl FieldSource for Sampled {
             step: (out.grid.step / pitch).to_array(),
             window: crate::kernel::tile::rect(out.window),
             jacobians: jacobians.as_deref(),
-            follow: self.between == Between::Anisometric,
+            follow: self.jacobian.is_some(),
         };
         let n = out.window.len();
         let channels = out.channels();

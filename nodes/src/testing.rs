@@ -1,12 +1,31 @@
 //! Evaluating single nodes in unit tests, without a graph.
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Context, Node, Outputs};
+use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
 use shibo_engine::value::{Canvas, Evaluator, Field, FieldSource, Grid, Reader, Stop, Tile, Tiling, Value, Window};
 use std::sync::Arc;
 
 /// The canvas of unit tests: 32 × 32 mm, 64 × 64 pixels, tiling in both directions.
 pub(crate) fn canvas() -> Canvas {
     Canvas { size_mm: glam::DVec2::splat(32.0), resolution: glam::UVec2::splat(64), tile: Tiling::BOTH, seed: 1 }
+}
+
+/// Writes a TIFF file of 32-bit planes, `width` pixels wide.
+pub(crate) fn write_tiff(path: &std::path::Path, width: u32, channels: &[&str], planes: &[&[f32]]) {
+    let height = u32::try_from(planes[0].len()).expect("small") / width;
+    let spec = PictureSpec {
+        width,
+        height,
+        channels: channels.iter().map(ToString::to_string).collect(),
+        format: Format::Tiff,
+        depth: Depth::F32,
+        encoding: Encoding::default(),
+        compression: Compression::Fast,
+        metadata: Vec::new(),
+    };
+    let mut writer = Writer::create(path, &spec).expect("a folder to write to");
+    writer.write_rows(planes, height).expect("room");
+    writer.finish().expect("room");
 }
 
 /// An engine that computes whatever it is asked for, every time anew.

@@ -205,9 +205,8 @@ impl Node for Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{Plain, canvas, check_field, crop, raster};
+    use crate::testing::{Plain, canvas, check_field, crop, raster, write_tiff};
     use shibo_engine::node::Context;
-    use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
     use shibo_engine::value::Window;
     use std::path::{Path, PathBuf};
 
@@ -218,20 +217,7 @@ mod tests {
         if let Some(wrong) = wrong {
             planes[128 + 17] = wrong;
         }
-        let names = ["R", "G", "B", "A"].map(str::to_owned);
-        let spec = PictureSpec {
-            width: 16,
-            height: 8,
-            channels: names[..channels].to_vec(),
-            format: Format::Tiff,
-            depth: Depth::F32,
-            encoding: Encoding::default(),
-            compression: Compression::Fast,
-            metadata: Vec::new(),
-        };
-        let mut writer = Writer::create(&path, &spec).unwrap();
-        writer.write_rows(&planes.chunks_exact(128).collect::<Vec<_>>(), 8).unwrap();
-        writer.finish().unwrap();
+        write_tiff(&path, 16, &["R", "G", "B", "A"][..channels], &planes.chunks_exact(128).collect::<Vec<_>>());
         (path, planes)
     }
 

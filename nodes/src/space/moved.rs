@@ -150,10 +150,9 @@ fn turn_normals(out: &mut Tile, (sin, cos): (f64, f64)) {
 mod tests {
     use crate::image::{Image, PictureFilter, Wrap};
     use crate::space::Transform;
-    use crate::testing::{Plain, canvas, check_field, field, port, raster};
+    use crate::testing::{Plain, canvas, check_field, field, port, raster, write_tiff};
     use glam::{DVec2, UVec2};
     use shibo_engine::node::{Context, Node, Xy};
-    use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
     use shibo_engine::value::{Canvas, Field, Tiling, Value};
 
     /// Noise of `side`² pixels.
@@ -165,19 +164,7 @@ mod tests {
     fn picture(node: &Image, side: u32, name: &str) -> Field {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("noise.tif");
-        let spec = PictureSpec {
-            width: side,
-            height: side,
-            channels: vec!["Y".into()],
-            format: Format::Tiff,
-            depth: Depth::F32,
-            encoding: Encoding::default(),
-            compression: Compression::Fast,
-            metadata: Vec::new(),
-        };
-        let mut writer = Writer::create(&path, &spec).unwrap();
-        writer.write_rows(&[&noise(side)], side).unwrap();
-        writer.finish().unwrap();
+        write_tiff(&path, side, &["Y"], &[&noise(side)]);
         let files = [("path", path)];
         let cx = Context { kind: "Image", canvas: &canvas(), inputs: &[], files: &files, evaluator: &Plain };
         let Some(Value::Field(field)) = node.evaluate(&cx).unwrap().take(name, false).cloned() else {

@@ -233,7 +233,7 @@ mod report {
         let spread = shibo_nodes::kernel::points::random(n * n, size, Hash::new(1));
         let delaunay = delaunay(&spread, size, true);
         let (hexagons, edges) = shibo_nodes::kernel::points::hexagons(size, 0.877, true);
-        // As many springs a point as lists have: two, where Delaunay has three and hexagons one and a half.
+        // Two springs a point, where Delaunay has three, hexagons one and a half, and the grid of 8 neighbours four.
         let four = GridShape { eight: false, ..shape };
         let four_links = grid_links(four);
         let four_rest = rest(&four_links.lengths(&places, Vec2::ZERO));

@@ -170,33 +170,87 @@ mod report {
         }
     }
 
-    /// Prints the rate of `net` over whole calls of 100 steps, setup included, and of the steps alone, and what share
-    /// that is of the rate at which memory could deliver `bytes` per point and step, on as many threads. Returns the
-    /// steps' rate.
-    fn run(name: &str, threads: usize, net: &Net<'_, f32>, points: &[[f32; 2]], bytes: f64) -> f64 {
+    /// A net, and where its points are.
+    struct Case<'a> {
+        name: &'a str,
+        net: Net<'a, f32>,
+        points: &'a [[f32; 2]],
+    }
+
+    /// What was measured of a case, at best: seconds per thread of whole calls of so many steps, and of none.
+    struct Times {
+        whole: f64,
+        setup: f64,
+    }
+
+    impl Times {
+        const NONE: Self = Self { whole: f64::INFINITY, setup: f64::INFINITY };
+
+        /// Runs a case once more.
+        fn take(&mut self, case: &Case<'_>, steps: u32, pool: &rayon::ThreadPool) {
+            let time = |steps| {
+                let run = || simulate(case.points, &case.net, &motion(steps), &mut |_| true);
+                let (out, seconds) = timed(|| pool.install(run));
+                black_box(out.expect("stable"));
+                seconds / pool.current_num_threads() as f64
+            };
+            self.setup = self.setup.min(time(0));
+            self.whole = self.whole.min(time(steps));
+        }
+
+        /// Springs and steps per second of the steps alone.
+        fn rate(&self, case: &Case<'_>, steps: u32) -> f64 {
+            f64::from(steps) * case.net.links.len() as f64 / (self.whole - self.setup)
+        }
+    }
+
+    /// Prints the rate of a case over whole calls of 100 steps, setup included, and of the steps alone, and what share
+    /// that is of the rate at which memory could deliver so many bytes per point and step.
+    fn run(case: &Case<'_>, bytes: f64, threads: usize) {
+        const STEPS: u32 = 100;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        let time = |steps| {
-            let (out, seconds) = timed(|| pool.install(|| simulate(points, net, &motion(steps), &mut |_| true)));
-            black_box(out.expect("stable"));
-            seconds / threads as f64
-        };
-        let (mut whole, mut setup, mut bandwidth) = (f64::INFINITY, f64::INFINITY, 0.0f64);
-        for _ in 0..if points.len() > 100_000 { 5 } else { 8 } {
-            setup = setup.min(time(0));
-            whole = whole.min(time(100));
+        let (mut times, mut bandwidth) = (Times::NONE, 0.0f64);
+        for _ in 0..if case.points.len() > 100_000 { 5 } else { 8 } {
+            times.take(case, STEPS, &pool);
             bandwidth = bandwidth.max(triad(threads));
         }
-        let steps = |seconds: f64| 100.0 * net.links.len() as f64 / seconds;
-        let limit = bandwidth / bytes * net.links.len() as f64 / points.len() as f64;
-        let rate = steps(whole - setup);
+        let springs = case.net.links.len() as f64;
+        let limit = bandwidth / bytes * springs / case.points.len() as f64;
+        let rate = times.rate(case, STEPS);
         println!(
-            "{name:22} threads {threads}: {:6.0} M spring-steps/s, {:.2} of the memory limit of {:6.0}; 100 steps with {setup:.2} s of setup: {:.2} of it",
+            "{:22} threads {threads}: {:6.0} M spring-steps/s, {:.2} of the memory limit of {:6.0}; 100 steps with {:.2} s of setup: {:.2} of it",
+            case.name,
             rate * 1e-6,
             rate / limit,
             limit * 1e-6,
-            steps(whole) / limit,
+            times.setup,
+            f64::from(STEPS) * springs / times.whole / limit,
         );
-        rate
+    }
+
+    /// Prints what share the rate of a list is of that of grids. They take turns, so that what else the machine does
+    /// falls on all of them, and take steps enough for the setup not to count.
+    fn compare(list: &Case<'_>, grids: [&Case<'_>; 2], threads: usize) {
+        let large = list.points.len() > 100_000;
+        let steps = if large { 200 } else { 300 };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let cases = [list, grids[0], grids[1]];
+        let mut times = [Times::NONE; 3];
+        for _ in 0..if large { 5 } else { 12 } {
+            for (times, case) in times.iter_mut().zip(cases) {
+                times.take(case, steps, &pool);
+            }
+        }
+        let rate = |i: usize| times[i].rate(cases[i], steps);
+        println!(
+            "{:22} threads {threads}: {:6.0} M spring-steps/s, {:.2} of those of {}, {:.2} of those of {}",
+            list.name,
+            rate(0) * 1e-6,
+            rate(0) / rate(1),
+            grids[0].name,
+            rate(0) / rate(2),
+            grids[1].name,
+        );
     }
 
     /// Lengths per spring less 1, and a little more for some, so that none is like its neighbour.
@@ -237,37 +291,32 @@ mod report {
         let four = GridShape { eight: false, ..shape };
         let four_links = grid_links(four);
         let four_rest = rest(&four_links.lengths(&places, Vec2::ZERO));
+        // Bytes per point: x y vx vy read and written, weight; stiffness and length in 4 directions, or in 2.
+        let grid = Net { grid: Some(shape), ..list };
+        let plus = Net {
+            links: &four_links.pairs,
+            stiffness: &k[..four_links.pairs.len()],
+            rest: &four_rest,
+            grid: Some(four),
+            ..grid
+        };
+        let points = &points[..];
+        let breaking = Net { threshold: &threshold, ..grid };
+        let eight = Case { name: "grid, L per spring", net: grid, points };
+        let four = Case { name: "grid, 4 neighbours", net: plus, points };
         for threads in [1, 2] {
-            // Bytes per point: x y vx vy read and written, weight; stiffness and length in 4 directions.
-            let grid = Net { grid: Some(shape), ..list };
-            run("grid, L by direction", threads, &Net { rest: &alike, ..grid }, &points, 36.0 + 16.0);
-            let by_grid = run("grid, L per spring", threads, &grid, &points, 36.0 + 32.0);
-            run("grid, breakage", threads, &Net { threshold: &threshold, ..grid }, &points, 36.0 + 32.0);
-            let (links, by_link) = (&four_links.pairs[..], &k[..four_links.pairs.len()]);
-            let plus = Net { links, stiffness: by_link, rest: &four_rest, grid: Some(four), ..grid };
-            let by_four = run("grid, 4 neighbours", threads, &plus, &points, 36.0 + 16.0);
-            // Lists: also written elsewhere; ends, stiffness and length of a spring.
-            let of_list = |net: &Net<'_, f32>, points: &[[f32; 2]]| {
-                let each = if net.threshold.is_empty() { 12.0 } else { 16.0 };
-                52.0 + each * net.links.len() as f64 / points.len() as f64
-            };
-            let compare = |name: &str, net: &Net<'_, f32>, points: &[[f32; 2]]| {
-                // Hexagons as a grid: stiffness and length in 2 directions.
-                let bytes = if net.grid.is_some() { 36.0 + 16.0 } else { of_list(net, points) };
-                let rate = run(name, threads, net, points, bytes);
-                println!(
-                    "{:22} {:.2} of the grid's with L per spring, {:.2} of that with 4 neighbours",
-                    "",
-                    rate / by_grid,
-                    rate / by_four
-                );
-            };
-            compare("the grid as a list", &list, &points);
-            compare("list, breakage", &Net { threshold: &threshold, ..list }, &points);
+            let by_direction = Net { rest: &alike, ..grid };
+            run(&Case { name: "grid, L by direction", net: by_direction, points }, 36.0 + 16.0, threads);
+            run(&eight, 36.0 + 32.0, threads);
+            run(&Case { name: "grid, breakage", net: breaking, points }, 36.0 + 32.0, threads);
+            run(&four, 36.0 + 16.0, threads);
+            compare(&Case { name: "the grid as a list", net: list, points }, [&eight, &four], threads);
+            let breaking = Net { threshold: &threshold, ..list };
+            compare(&Case { name: "list, breakage", net: breaking, points }, [&eight, &four], threads);
             let honeycomb = shibo_nodes::kernel::points::hexagon_grid(size, 0.877, true);
             let sets = [
                 ("Delaunay", &spread, &delaunay, None),
-                ("hexagons", &hexagons, &edges, honeycomb),
+                ("hexagons as a grid", &hexagons, &edges, honeycomb),
                 ("hexagons as a list", &hexagons, &edges, None),
             ];
             for (name, places, links, grid) in sets {
@@ -275,7 +324,7 @@ mod report {
                 let (k, rest) = (stiffness(links.pairs.len()), rest(&links.lengths(places, size)));
                 let (links, wraps, size) = (&links.pairs[..], &links.wraps[..], size.to_array());
                 let net = Net { links, wraps, size, stiffness: &k, rest: &rest, grid, ..Net::default() };
-                compare(name, &net, &points);
+                compare(&Case { name, net, points: &points }, [&eight, &four], threads);
             }
         }
     }

@@ -42,9 +42,11 @@ mod springs_layout;
 mod springs_list;
 #[cfg(test)]
 mod springs_list_tests;
+mod springs_owners;
 mod springs_patch;
 mod springs_rows;
 mod springs_step;
+mod springs_turns;
 mod springs_wide;
 pub mod stop;
 mod stroke_fill;

@@ -5,6 +5,8 @@ use super::points;
 use super::springs::{BreakOn, Broken, Integrator, Mass, Motion, Net, Real, SpringError, Stepper, simulate};
 use super::springs_list::{List, Sorted};
 use super::springs_patch::LOCAL;
+use super::springs_turns::Moving;
+use super::springs_wide;
 use glam::Vec2;
 
 const SIZE: f32 = 40.0;
@@ -68,7 +70,7 @@ type End<T> = ([Vec<[T; 2]>; 2], Vec<Broken>);
 /// Runs with patches of so many points and strides of so many steps.
 fn run<T: Real>(points: &[[T; 2]], net: &Net<'_, T>, patch: usize, stride: u32) -> End<T> {
     let motion = motion(13);
-    let list = List::cut(points, net, &motion, &Sorted::new(points, net), patch, stride).expect("room");
+    let list = List::cut(net, &motion, &Sorted::new(points, net), patch, stride).expect("room");
     let (mut list, mut broken, mut step) = (Box::new(list), Vec::new(), 0);
     while step < motion.steps {
         let steps = stride.min(motion.steps - step);
@@ -89,7 +91,8 @@ fn patches_and_strides_change_no_bit<T: Real + std::fmt::Debug>() {
         let whole = run(&case.points, &net, 4096, 1);
         assert_eq!(!whole.1.is_empty(), breaks);
         assert!(!breaks || whole.1.iter().any(|b| b.step > 4), "some break later than in the first stride");
-        for (patch, stride) in [(64, 1), (2048, 2), (256, 4), (100, 3)] {
+        // The smallest are so many that their positions are copied.
+        for (patch, stride) in [(24, 1), (24, 2), (64, 1), (2048, 2), (256, 4), (100, 3), (512, 6)] {
             assert_eq!(run(&case.points, &net, patch, stride), whole, "patches of {patch}, strides of {stride}");
         }
     }
@@ -118,27 +121,30 @@ fn wide_loops_have_the_bits_of_plain_ones() {
 }
 
 #[test]
-fn pulls_are_taken_alike_side_by_side_and_one_by_one() {
+fn points_move_alike_side_by_side_and_one_by_one() {
     let hash = Hash::new(9);
-    let mut pulls = vec![[0.0f32; 2]; LOCAL];
-    for (i, pull) in (0..).zip(&mut pulls) {
-        *pull = [hash.unit_f32(2 * i), hash.unit_f32(2 * i + 1)];
-    }
-    let pulls: Box<[[f32; 2]; LOCAL]> = pulls.try_into().expect("as many");
-    for each in 1..9 {
-        let slots: Vec<u16> = (0..24 * each).map(|i| u16::try_from(i * 40_503 % LOCAL).expect("below")).collect();
-        let mut wide = vec![[1.0f32, 2.0]; 24];
-        let mut plain = wide.clone();
-        if !super::springs_wide::take(&slots, each, &pulls, &mut wide) {
-            return;
-        }
-        for (i, force) in plain.iter_mut().enumerate() {
-            for j in 0..each {
-                let pull = pulls[usize::from(slots[i / 8 * 8 * each + j * 8 + i % 8])];
-                *force = [force[0] - pull[0], force[1] - pull[1]];
+    let pairs = |seed: u64, count: usize| -> Vec<[f32; 2]> {
+        let number = |i: u64| hash.unit_f32(2 * (seed + i));
+        (0..count as u64).map(|i| [number(i), number(i + 1_000_000)]).collect()
+    };
+    let pulls: Box<[[f32; 2]; LOCAL]> = pairs(0, LOCAL).try_into().expect("as many");
+    let weight = pairs(100_000, 24);
+    for (integrator, each) in (0..24).map(|i| ([Integrator::Explicit, Integrator::SemiImplicit][i % 2], i / 2)) {
+        let motion = Motion { integrator, ..motion(1) };
+        let incoming: Vec<u16> = (0..24 * each).map(|i| u16::try_from(i * 40_503 % LOCAL).expect("below")).collect();
+        for weight in [None, Some(&weight[..])] {
+            let [mut force, x, v] = [200_000, 300_000, 400_000].map(|seed| pairs(seed, 24));
+            let mut ends = [[x.clone(), v.clone()], [x, v]];
+            let [wide, plain] = &mut ends;
+            let [x, v] = wide;
+            let moving = Moving { force: &mut force.clone(), weight, alike: 0.7, x, v };
+            if !springs_wide::settle(&incoming, each, moving, &motion, &pulls) {
+                continue;
             }
+            let [x, v] = plain;
+            Moving { force: &mut force, weight, alike: 0.7, x, v }.settle(&incoming, each, &motion, &pulls);
+            assert_eq!(ends[0], ends[1], "{each} each");
         }
-        assert_eq!(wide, plain, "{each} each");
     }
 }
 
@@ -179,7 +185,7 @@ fn dense_nets_take_smaller_patches() {
     let pairs: Vec<[u32; 2]> = (0..count).flat_map(|a| (0..a).map(move |b| [a, b])).collect();
     let (stiffness, rest) = (vec![0.01; pairs.len()], vec![10.0; pairs.len()]);
     let net = Net { links: &pairs, stiffness: &stiffness, rest: &rest, ..Net::default() };
-    let all = List::cut(&start, &net, &motion(1), &Sorted::new(&start, &net), 2048, 1);
+    let all = List::cut(&net, &motion(1), &Sorted::new(&start, &net), 2048, 1);
     assert!(matches!(all.err(), Some(SpringError::Crowded { .. })));
     let out = simulate(&start, &net, &motion(1), &mut |_| true).expect("stable");
     for (i, (from, to)) in start.iter().zip(&out.positions).enumerate() {

@@ -1,0 +1,142 @@
+//! Which end of each spring of [`super::springs_list`] owns it: the more alike points are in what they own, the less room
+//! there is to fill up where they are worked out side by side.
+
+use super::lattice::index;
+use super::springs::{Net, Real};
+
+/// Points that are looked at, at most, for one that can take a spring more.
+const LOOK: usize = 64;
+
+/// What a point has.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Count {
+    /// Whether it owns a spring with an offset.
+    pub(super) wraps: bool,
+    /// Springs that it owns.
+    pub(super) owned: u32,
+    /// Springs that end there and are others'.
+    pub(super) incoming: u32,
+}
+
+/// Whether a spring has an offset.
+pub(super) fn offset<T: Real>(net: &Net<'_, T>, spring: u32) -> bool {
+    net.wraps.get(spring as usize).is_some_and(|&w| w != [0, 0])
+}
+
+/// Puts the owner of each spring first of its ends. What a point owns depends on the links and their order only, and is
+/// no more than their number per point, rounded up, but for few points.
+pub(super) fn share<T: Real>(points: usize, net: &Net<'_, T>, ends: &mut [[u32; 2]]) -> Vec<Count> {
+    let mut counts = vec![Count::default(); points];
+    for (id, ends) in (0..).zip(&mut *ends) {
+        let lead = |p: u32| i64::from(counts[p as usize].owned) - i64::from(counts[p as usize].incoming);
+        // The offset is that of the second end from the first.
+        let wraps = offset(net, id);
+        if !wraps && lead(ends[1]) < lead(ends[0]) {
+            ends.reverse();
+        }
+        let [owner, far] = ends.map(|p| p as usize);
+        counts[owner].wraps |= wraps;
+        counts[owner].owned += 1;
+        counts[far].incoming += 1;
+    }
+    even(net, ends, &mut counts);
+    counts
+}
+
+/// Points that own more than the mean pass springs on: each along a chain of springs that all change their owner, to a
+/// point near by that owns fewer.
+fn even<T: Real>(net: &Net<'_, T>, ends: &mut [[u32; 2]], counts: &mut [Count]) {
+    let mean = index(ends.len().div_ceil(counts.len().max(1)));
+    let [starts, springs] = by_point(counts.len(), ends);
+    // When each point was looked at last.
+    let mut seen = vec![0u32; counts.len()];
+    let mut search = 0;
+    // Points, the spring that leads there, and where in the list it starts.
+    let mut chain: Vec<(u32, u32, usize)> = Vec::with_capacity(LOOK);
+    for p in 0..index(counts.len()) {
+        while counts[p as usize].owned > mean {
+            search += 1;
+            chain.clear();
+            chain.push((p, 0, 0));
+            seen[p as usize] = search;
+            let (mut at, mut end) = (0, None);
+            while at < chain.len() && chain.len() < LOOK && end.is_none() {
+                let owner = chain[at].0;
+                for &id in &springs[starts[owner as usize] as usize..starts[owner as usize + 1] as usize] {
+                    let [first, far] = ends[id as usize];
+                    if first != owner || seen[far as usize] == search || offset(net, id) {
+                        continue;
+                    }
+                    seen[far as usize] = search;
+                    chain.push((far, id, at));
+                    if counts[far as usize].owned < mean {
+                        end = Some(chain.len() - 1);
+                        break;
+                    }
+                }
+                at += 1;
+            }
+            let Some(mut at) = end else { break };
+            for (point, more) in [(p, false), (chain[at].0, true)] {
+                let Count { owned, incoming, .. } = &mut counts[point as usize];
+                let [to, from] = if more { [owned, incoming] } else { [incoming, owned] };
+                (*to, *from) = (*to + 1, *from - 1);
+            }
+            while at > 0 {
+                ends[chain[at].1 as usize].reverse();
+                at = chain[at].2;
+            }
+        }
+    }
+}
+
+/// The springs of each point, whichever end it is: where those of each start, and the springs.
+fn by_point(points: usize, ends: &[[u32; 2]]) -> [Vec<u32>; 2] {
+    let mut starts = vec![0; points + 1];
+    for &p in ends.as_flattened() {
+        starts[p as usize + 1] += 1;
+    }
+    for i in 0..points {
+        starts[i + 1] += starts[i];
+    }
+    let (mut next, mut springs) = (starts.clone(), vec![0; ends.len() * 2]);
+    for (id, ends) in (0..).zip(ends) {
+        for &p in ends {
+            springs[next[p as usize] as usize] = id;
+            next[p as usize] += 1;
+        }
+    }
+    [starts, springs]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::delaunay::delaunay;
+    use crate::kernel::hash::Hash;
+    use crate::kernel::points;
+    use glam::Vec2;
+
+    #[test]
+    fn nearly_all_points_own_as_many_springs() {
+        let size = Vec2::splat(40.0);
+        let points = points::random(3000, size, Hash::new(3));
+        let links = delaunay(&points, size, true);
+        let net = Net::<f32> { links: &links.pairs, wraps: &links.wraps, ..Net::default() };
+        let mut ends = links.pairs.clone();
+        let counts = share(points.len(), &net, &mut ends);
+        let mut counted = vec![Count::default(); points.len()];
+        for (id, (ends, pair)) in (0..).zip(ends.iter().zip(&links.pairs)) {
+            let turned = [pair[1], pair[0]];
+            assert!(ends == pair || (*ends == turned && !offset(&net, id)), "the ends of {id}");
+            counted[ends[0] as usize].owned += 1;
+            counted[ends[0] as usize].wraps |= offset(&net, id);
+            counted[ends[1] as usize].incoming += 1;
+        }
+        let owned = |c: &Count| (c.wraps, c.owned, c.incoming);
+        assert!(counted.iter().map(owned).eq(counts.iter().map(owned)));
+        // Three springs a point on a torus; those with offsets stay where they are.
+        let three = counts.iter().filter(|count| count.owned == 3).count();
+        assert!(three * 20 > points.len() * 19, "{three} points own three springs");
+    }
+}

@@ -3,7 +3,7 @@
 
 use super::springs::{Mass, Real};
 use super::springs_list::Web;
-use super::springs_patch::{GROUP, LOCAL, PART, Part, Patch, Positions, Run, Slots, lane};
+use super::springs_patch::{GROUP, LANE, LOCAL, PART, Part, Patch, Run, Slots};
 use std::ops::Range;
 
 /// No point, and the slot of no spring.
@@ -108,7 +108,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
                 let owned = self.web.owned.of(p);
                 (self.wraps(owned), usize::MAX - owned.len(), usize::MAX - self.web.incoming.of(p).len())
             };
-            next.chunks_mut(RING_PART).for_each(|part| part.sort_by_key(alike));
+            next.chunks_mut(RING_PART).for_each(|part| part.sort_by_cached_key(alike));
             if !self.ring(next.into_iter()) {
                 return false;
             }
@@ -364,9 +364,10 @@ impl<T: Real> Patch<T> {
         // Nothing pulls with no stiffness; a length keeps the sign of the zero from counting.
         let by_lane = |values: &[T], none: T| {
             let mut out = vec![none; if values.is_empty() { 0 } else { ids.len() }];
-            let ids = &ids[..out.len()];
-            for (slot, &id) in ids.iter().enumerate().filter(|(_, id)| **id != u32::MAX) {
-                out[lane(slot)] = values.get(id as usize).copied().unwrap_or(none);
+            for (out, ids) in out.as_chunks_mut::<GROUP>().0.iter_mut().zip(ids.as_chunks::<GROUP>().0) {
+                for (lane, &id) in LANE.into_iter().zip(ids).filter(|(_, id)| **id != u32::MAX) {
+                    out[lane] = values.get(id as usize).copied().unwrap_or(none);
+                }
             }
             out
         };
@@ -384,7 +385,7 @@ impl<T: Real> Patch<T> {
         Some(Self {
             ghosts: layout.points[layout.rings[0]..].to_vec(),
             published: Vec::new(),
-            position: Positions::Own(layout.points[..layout.rings[0]].iter().map(|&p| places[p as usize]).collect()),
+            position: layout.points[..layout.rings[0]].iter().map(|&p| places[p as usize]).collect(),
             parts: std::mem::take(&mut layout.parts),
             ready,
             owning: std::mem::take(&mut layout.owning),

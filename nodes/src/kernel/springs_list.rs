@@ -20,17 +20,15 @@ use std::sync::{Mutex, PoisonError};
 /// Points from which on a stride is worth the rings: what is smaller stays in a cache.
 pub(super) const LARGE: usize = 1 << 18;
 /// Points per patch, at most.
-const PATCH: usize = 4096;
+const PATCH: usize = 2048;
 /// Points per patch where a great many springs meet.
 const FEWEST: usize = 8;
 /// Points per patch of large sets, at most: their rings are a smaller part.
 const LARGE_PATCH: usize = 32_768;
 /// Steps per stride of large sets.
 const STRIDE: u32 = 6;
-/// Patches that may take room for all that local indices count: half a megabyte each at most, in single precision.
-const FEW: usize = 64;
 /// Cores among which many patches can be shared out evenly.
-const CORES: usize = 8;
+const CORES: usize = 4;
 /// Springs per point from which on rings hold too much.
 const DENSE: usize = 5;
 
@@ -239,10 +237,7 @@ impl<'a, T: Real> List<'a, T> {
         let patches =
             patches.map_err(|at| SpringError::Crowded { point: sorted.order[order[at as usize] as usize] as usize })?;
         order.par_iter_mut().for_each(|p| *p = sorted.order[*p as usize]);
-        let (mut patches, border) = introduce(patches, patch, &places);
-        if patches.len() <= FEW {
-            patches.iter_mut().for_each(Patch::spread_out);
-        }
+        let (patches, border) = introduce(patches, patch, &places);
         Ok(Self {
             motion: *motion,
             mass: net.mass,
@@ -293,7 +288,7 @@ fn introduce<T: Real>(mut patches: Vec<Patch<T>>, size: usize, places: &[[T; 2]]
 }
 
 /// How many points patches have if they have as many each, at most `most`, and many patches are as many for each of up to
-/// eight cores.
+/// four cores.
 fn alike(points: usize, most: usize) -> usize {
     let patches = points.div_ceil(most);
     let patches = if patches > CORES / 2 { patches.next_multiple_of(CORES) } else { patches.max(1) };
@@ -351,7 +346,7 @@ impl<T: Real> Stepper<T> for List<'_, T> {
     fn finish(self: Box<Self>) -> [Vec<[T; 2]>; 2] {
         let mut out = [0, 1].map(|_| vec![[T::default(); 2]; self.order.len()]);
         for (order, patch) in self.order.chunks(self.patch).zip(&self.patches) {
-            for ((&to, x), v) in order.iter().zip(patch.own()).zip(&patch.velocity) {
+            for ((&to, x), v) in order.iter().zip(&patch.position).zip(&patch.velocity) {
                 (out[0][to as usize], out[1][to as usize]) = (*x, *v);
             }
         }

@@ -91,8 +91,7 @@ fn patches_and_strides_change_no_bit<T: Real + std::fmt::Debug>() {
         let whole = run(&case.points, &net, 4096, 1);
         assert_eq!(!whole.1.is_empty(), breaks);
         assert!(!breaks || whole.1.iter().any(|b| b.step > 4), "some break later than in the first stride");
-        // The smallest are so many that their positions are copied.
-        for (patch, stride) in [(24, 1), (24, 2), (64, 1), (2048, 2), (256, 4), (100, 3), (512, 6)] {
+        for (patch, stride) in [(24, 2), (64, 1), (2048, 2), (256, 4), (100, 3), (512, 6)] {
             assert_eq!(run(&case.points, &net, patch, stride), whole, "patches of {patch}, strides of {stride}");
         }
     }

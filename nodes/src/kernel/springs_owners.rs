@@ -47,7 +47,7 @@ pub(super) fn share<T: Real>(points: usize, net: &Net<'_, T>, ends: &mut [[u32; 
 /// point near by that owns fewer.
 fn even<T: Real>(net: &Net<'_, T>, ends: &mut [[u32; 2]], counts: &mut [Count]) {
     let mean = index(ends.len().div_ceil(counts.len().max(1)));
-    let [starts, springs] = by_point(counts.len(), ends);
+    let mut owned = Owned::new(net, ends, counts);
     // When each point was looked at last.
     let mut seen = vec![0u32; counts.len()];
     let mut search = 0;
@@ -61,10 +61,8 @@ fn even<T: Real>(net: &Net<'_, T>, ends: &mut [[u32; 2]], counts: &mut [Count]) 
             seen[p as usize] = search;
             let (mut at, mut end) = (0, None);
             while at < chain.len() && chain.len() < LOOK && end.is_none() {
-                let owner = chain[at].0;
-                for &id in &springs[starts[owner as usize] as usize..starts[owner as usize + 1] as usize] {
-                    let [first, far] = ends[id as usize];
-                    if first != owner || seen[far as usize] == search || offset(net, id) {
+                for &[far, id] in owned.of(chain[at].0) {
+                    if seen[far as usize] == search {
                         continue;
                     }
                     seen[far as usize] = search;
@@ -77,36 +75,62 @@ fn even<T: Real>(net: &Net<'_, T>, ends: &mut [[u32; 2]], counts: &mut [Count]) 
                 at += 1;
             }
             let Some(mut at) = end else { break };
-            for (point, more) in [(p, false), (chain[at].0, true)] {
-                let Count { owned, incoming, .. } = &mut counts[point as usize];
-                let [to, from] = if more { [owned, incoming] } else { [incoming, owned] };
-                (*to, *from) = (*to + 1, *from - 1);
-            }
+            let [from, to] = [p, chain[at].0].map(|point| point as usize);
+            (counts[from].owned, counts[from].incoming) = (counts[from].owned - 1, counts[from].incoming + 1);
+            (counts[to].owned, counts[to].incoming) = (counts[to].owned + 1, counts[to].incoming - 1);
             while at > 0 {
-                ends[chain[at].1 as usize].reverse();
-                at = chain[at].2;
+                let (far, id, before) = chain[at];
+                owned.pass(id, chain[before].0, far);
+                ends[id as usize].reverse();
+                at = before;
             }
         }
     }
 }
 
-/// The springs of each point, whichever end it is: where those of each start, and the springs.
-fn by_point(points: usize, ends: &[[u32; 2]]) -> [Vec<u32>; 2] {
-    let mut starts = vec![0; points + 1];
-    for &p in ends.as_flattened() {
-        starts[p as usize + 1] += 1;
-    }
-    for i in 0..points {
-        starts[i + 1] += starts[i];
-    }
-    let (mut next, mut springs) = (starts.clone(), vec![0; ends.len() * 2]);
-    for (id, ends) in (0..).zip(ends) {
-        for &p in ends {
-            springs[next[p as usize] as usize] = id;
-            next[p as usize] += 1;
+/// The springs without offset that each point owns, with room for all that it has.
+struct Owned {
+    starts: Vec<u32>,
+    counts: Vec<u32>,
+    /// Far ends and springs.
+    springs: Vec<[u32; 2]>,
+}
+
+impl Owned {
+    fn new<T: Real>(net: &Net<'_, T>, ends: &[[u32; 2]], counts: &[Count]) -> Self {
+        let mut starts = Vec::with_capacity(counts.len());
+        let mut all = 0;
+        for count in counts {
+            starts.push(all);
+            all += count.owned + count.incoming;
         }
+        let mut owned = Self { starts, counts: vec![0; counts.len()], springs: vec![[0; 2]; all as usize] };
+        for (id, &[owner, far]) in (0..).zip(ends).filter(|&(id, _)| !offset(net, id)) {
+            owned.add(owner, far, id);
+        }
+        owned
     }
-    [starts, springs]
+
+    fn of(&self, point: u32) -> &[[u32; 2]] {
+        let start = self.starts[point as usize] as usize;
+        &self.springs[start..start + self.counts[point as usize] as usize]
+    }
+
+    fn add(&mut self, owner: u32, far: u32, id: u32) {
+        let count = &mut self.counts[owner as usize];
+        self.springs[(self.starts[owner as usize] + *count) as usize] = [far, id];
+        *count += 1;
+    }
+
+    /// Gives a spring to its far end.
+    fn pass(&mut self, id: u32, owner: u32, far: u32) {
+        let start = self.starts[owner as usize] as usize;
+        let place = self.of(owner).iter().position(|spring| spring[1] == id);
+        let count = &mut self.counts[owner as usize];
+        *count -= 1;
+        self.springs.swap(start + place.unwrap_or(*count as usize), start + *count as usize);
+        self.add(far, owner, id);
+    }
 }
 
 #[cfg(test)]

@@ -118,7 +118,8 @@ pub(super) struct Patch<T> {
     pub(super) ghosts: Vec<u32>,
     /// Own points that others read.
     pub(super) published: Vec<u16>,
-    pub(super) position: Positions<T>,
+    /// Positions of the own points, between strides.
+    pub(super) position: Vec<[T; 2]>,
     /// In the order in which they pull: across the patch, whatever their rings.
     pub(super) parts: Vec<Part>,
     /// Parts that can move, by number.
@@ -137,27 +138,19 @@ pub(super) struct Patch<T> {
     pub(super) alike: Option<T>,
 }
 
-/// Positions of a patch between strides.
-pub(super) enum Positions<T> {
-    /// Of its own points.
-    Own(Vec<[T; 2]>),
-    /// By local index, as [`Scratch`] has them: nothing is to be copied, but what no index counts takes room.
-    All(Box<[[T; 2]; LOCAL]>),
-}
-
 /// Memory of a worker.
 pub(super) struct Scratch<T> {
     /// Positions by local index.
     pub(super) position: Box<[[T; 2]; LOCAL]>,
     /// What pulls at each point.
-    pub(super) force: Box<[[T; 2]; LOCAL]>,
+    pub(super) force: Vec<[T; 2]>,
     /// The pull of each slot.
     pub(super) pulls: Box<[[T; 2]; LOCAL]>,
 }
 
 impl<T: Real> Default for Scratch<T> {
     fn default() -> Self {
-        Self { position: zeros(), force: zeros(), pulls: zeros() }
+        Self { position: zeros(), force: Vec::new(), pulls: zeros() }
     }
 }
 
@@ -196,7 +189,7 @@ impl<T: Real> Patch<T> {
         lines(&self.incoming);
         lines(&self.weight);
         lines(&self.velocity);
-        lines(self.own());
+        lines(&self.position);
     }
 
     /// Takes what the patch reads for so many steps of the points that all publish. Velocities may be left out where none
@@ -204,10 +197,8 @@ impl<T: Real> Patch<T> {
     pub(super) fn collect(&mut self, border: &[[T; 4]], steps: usize, scratch: &mut Scratch<T>) {
         let own = self.rings[0];
         let ghosts = &self.ghosts[..self.rings[steps] - own];
-        match &mut self.position {
-            Positions::Own(places) => scratch.position[..own].copy_from_slice(places),
-            Positions::All(places) => std::mem::swap(places, &mut scratch.position),
-        }
+        scratch.position[..own].copy_from_slice(&self.position);
+        scratch.force.resize(self.rings[self.rings.len() - 1].max(scratch.force.len()), [T::default(); 2]);
         let (reads, all) = (self.velocity.len() - own, &mut scratch.position[own..]);
         let (both, places) = ghosts.split_at(reads.min(ghosts.len()));
         for ((x, v), &p) in all.iter_mut().zip(&mut self.velocity[own..]).zip(both) {
@@ -227,25 +218,7 @@ impl<T: Real> Patch<T> {
             let ([x, y], [vx, vy]) = (scratch.position[p], self.velocity[p]);
             *to = [x, y, vx, vy];
         }
-        match &mut self.position {
-            Positions::Own(places) => places.copy_from_slice(&scratch.position[..self.rings[0]]),
-            Positions::All(places) => std::mem::swap(places, &mut scratch.position),
-        }
-    }
-
-    /// Positions of the own points.
-    pub(super) fn own(&self) -> &[[T; 2]] {
-        match &self.position {
-            Positions::Own(places) => places,
-            Positions::All(places) => &places[..self.rings[0]],
-        }
-    }
-
-    /// Takes the room that spares copies.
-    pub(super) fn spread_out(&mut self) {
-        let mut all = zeros();
-        all[..self.rings[0]].copy_from_slice(self.own());
-        self.position = Positions::All(all);
+        self.position.copy_from_slice(&scratch.position[..self.rings[0]]);
     }
 }
 

@@ -13,9 +13,6 @@ use shibo_engine::value::{GridLinks, Lattice, LiveMass, Points, SpringNet, Stop,
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Points from which on a honeycomb is quicker as a grid with links left out; smaller ones are as lists of links.
-const LARGE: usize = 1 << 18;
-
 /// The springs as the kernel takes them, without dampers, thresholds and fixed points.
 pub(super) fn net(springs: &SpringNet) -> Net<'_, f32> {
     let lattice = &springs.lattice;
@@ -23,10 +20,8 @@ pub(super) fn net(springs: &SpringNet) -> Net<'_, f32> {
     let whole = points.sites.is_none();
     let periodic = points.periodic == Tiling::BOTH;
     let shape = lattice.grid.filter(|_| whole).and_then(|links| match (links, &points.grid, points.hexagons) {
-        (GridLinks::HexEdges, _, Some(edge)) if points.positions.len() >= LARGE => {
-            hexagon_grid(points.size_mm.as_vec2(), edge, periodic)
-        }
-        (GridLinks::HexEdges, ..) | (_, None, _) => None,
+        (GridLinks::HexEdges, _, Some(edge)) => hexagon_grid(points.size_mm.as_vec2(), edge, periodic),
+        (GridLinks::HexEdges, _, None) | (_, None, _) => None,
         (_, Some(order), _) => Some(GridShape {
             nx: order.columns as usize,
             ny: order.rows as usize,

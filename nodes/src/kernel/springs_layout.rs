@@ -103,7 +103,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
             next.retain(|&p| self.locals.0[p as usize] == NONE);
             next.sort_unstable();
             next.dedup();
-            next.sort_by_cached_key(|&p| ordered(along(p)));
+            next.sort_by(|&a, &b| along(a).total_cmp(&along(b)));
             let alike = |&p: &u32| {
                 let owned = self.web.owned.of(p);
                 (self.wraps(owned), usize::MAX - owned.len(), usize::MAX - self.web.incoming.of(p).len())
@@ -130,10 +130,10 @@ impl<T: Real> Layout<'_, '_, '_, T> {
             for first in all.clone().step_by(most) {
                 let points = first..(first + most).min(all.end);
                 let places = self.points[points.clone()].iter().map(|&p| along(p));
-                parts.push((ordered(places.fold(f64::INFINITY, f64::min)), ring, points));
+                parts.push((places.fold(f64::INFINITY, f64::min), ring, points));
             }
         }
-        parts.sort_by_key(|&(place, ring, _)| (place, usize::MAX - ring));
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
         for (_, ring, points) in parts {
             let (slot, offset) = (self.ids.len(), long(self.offsets.len()));
             let runs = [long(self.owning.len()), long(self.arriving.len())];
@@ -155,7 +155,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         }
     }
 
-    /// Adds a group.
+    /// Adds the group of the eight points from `first` on, which `begins` a part or not, of the `last` ring or not.
     fn group(&mut self, first: usize, begins: bool, last: bool) {
         let web = self.web;
         let inner = self.rings[self.reach - 1];
@@ -306,12 +306,6 @@ fn join(runs: &mut Vec<Run>, begins: bool, run: Run) {
     }
 }
 
-/// A number whose order is that of finite numbers.
-fn ordered(value: f64) -> i64 {
-    let bits = value.to_bits().cast_signed();
-    bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
-}
-
 impl<T: Real> Patch<T> {
     /// The patch of the points `own` and of `reach` rings; fails with a point if that is too much. `places` are those of
     /// all points, in their order.
@@ -356,6 +350,7 @@ impl<T: Real> Patch<T> {
         patch.ok_or(first)
     }
 
+    /// The patch as laid out; none if there is no room for its pulls.
     fn of(layout: &mut Layout<'_, '_, '_, T>, places: &[[T; 2]], weight: &[T]) -> Option<Self> {
         let far = layout.far();
         let [ready, incoming] = layout.arrive(&far)?;

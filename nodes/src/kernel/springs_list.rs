@@ -18,7 +18,7 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 /// Points from which on a stride is worth the rings: what is smaller stays in a cache.
-pub(super) const LARGE: usize = 1 << 18;
+const LARGE: usize = 1 << 18;
 /// Points per patch, at most.
 const PATCH: usize = 2048;
 /// Points per patch where a great many springs meet.
@@ -180,13 +180,13 @@ impl<'a, T: Real> List<'a, T> {
         let sorted = Sorted::new(points, net);
         if points.len() >= LARGE && net.links.len() < points.len() * DENSE {
             for most in [LARGE_PATCH, LARGE_PATCH / 2] {
-                if let Ok(list) = Self::cut(net, motion, &sorted, alike(points.len(), most), STRIDE) {
+                if let Ok(list) = Self::cut(net, motion, &sorted, patch_size(points.len(), most), STRIDE) {
                     return Ok(list);
                 }
             }
         }
         // The more springs meet, the fewer points a patch has room for.
-        let mut patch = alike(points.len(), PATCH);
+        let mut patch = patch_size(points.len(), PATCH);
         loop {
             match Self::cut(net, motion, &sorted, patch, 1) {
                 Err(SpringError::Crowded { .. }) if patch > FEWEST => patch = (patch / 4).max(FEWEST),
@@ -263,8 +263,8 @@ impl<'a, T: Real> List<'a, T> {
     }
 }
 
-/// Puts points where they start, and numbers those that patches read of others: the ghosts of patches name points before,
-/// and afterwards what is published. Returns that as well.
+/// Numbers the points that patches read of others: the ghosts of patches name points before, and afterwards what is
+/// published. Returns that as well.
 fn introduce<T: Real>(mut patches: Vec<Patch<T>>, size: usize, places: &[[T; 2]]) -> (Vec<Patch<T>>, Vec<[T; 4]>) {
     const READ: u32 = 1;
     let mut number = vec![0; places.len()];
@@ -289,7 +289,7 @@ fn introduce<T: Real>(mut patches: Vec<Patch<T>>, size: usize, places: &[[T; 2]]
 
 /// How many points patches have if they have as many each, at most `most`, and many patches are as many for each of up to
 /// four cores.
-fn alike(points: usize, most: usize) -> usize {
+fn patch_size(points: usize, most: usize) -> usize {
     let patches = points.div_ceil(most);
     let patches = if patches > CORES / 2 { patches.next_multiple_of(CORES) } else { patches.max(1) };
     points.div_ceil(patches).next_multiple_of(GROUP).max(GROUP)

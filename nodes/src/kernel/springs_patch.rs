@@ -154,8 +154,8 @@ impl<T: Real> Default for Scratch<T> {
     }
 }
 
-/// Memory for what local indices or slots number; what is not used costs nothing.
-pub(super) fn zeros<T: Real>() -> Box<[[T; 2]; LOCAL]> {
+/// Room for all that 16 bits can number, so that no index needs a check.
+fn zeros<T: Real>() -> Box<[[T; 2]; LOCAL]> {
     vec![[T::default(); 2]; LOCAL].try_into().unwrap_or_else(|_| unreachable!("as many as asked for"))
 }
 
@@ -198,7 +198,8 @@ impl<T: Real> Patch<T> {
         let own = self.rings[0];
         let ghosts = &self.ghosts[..self.rings[steps] - own];
         scratch.position[..own].copy_from_slice(&self.position);
-        scratch.force.resize(self.rings[self.rings.len() - 1].max(scratch.force.len()), [T::default(); 2]);
+        let points = self.rings.last().copied().unwrap_or(own);
+        scratch.force.resize(points.max(scratch.force.len()), [T::default(); 2]);
         let (reads, all) = (self.velocity.len() - own, &mut scratch.position[own..]);
         let (both, places) = ghosts.split_at(reads.min(ghosts.len()));
         for ((x, v), &p) in all.iter_mut().zip(&mut self.velocity[own..]).zip(both) {
@@ -212,7 +213,7 @@ impl<T: Real> Patch<T> {
     }
 
     /// Keeps the own points and publishes those that others read.
-    pub(super) fn publish(&mut self, border: &mut [[T; 4]], scratch: &mut Scratch<T>) {
+    pub(super) fn publish(&mut self, border: &mut [[T; 4]], scratch: &Scratch<T>) {
         for (to, &p) in border.iter_mut().zip(&self.published) {
             let p = usize::from(p);
             let ([x, y], [vx, vy]) = (scratch.position[p], self.velocity[p]);
@@ -226,6 +227,7 @@ impl<T: Real> Patch<T> {
 pub(super) fn lane(slot: usize) -> usize {
     slot / GROUP * GROUP + LANE[slot % GROUP]
 }
+
 impl<T: Real> Slots<T> {
     /// Lets go of a spring.
     pub(super) fn cut(&mut self, slot: usize) {

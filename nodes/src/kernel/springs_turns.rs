@@ -169,7 +169,7 @@ impl<T: Real> Moving<'_, T> {
 
 /// Moves the points of a group by a step.
 #[inline(always)]
-pub(super) fn advance<T: Real>(
+fn advance<T: Real>(
     motion: &Motion<T>,
     force: &[[T; 2]; GROUP],
     weight: &[[T; 2]; GROUP],
@@ -187,6 +187,7 @@ pub(super) fn advance<T: Real>(
 fn less<T: Real>(a: [T; 2], b: [T; 2]) -> [T; 2] {
     [a[0] - b[0], a[1] - b[1]]
 }
+
 impl<T: Real> Slots<T> {
     /// The pulls of the first group of a stretch. Adds what breaks.
     #[inline(always)]

@@ -89,6 +89,7 @@ mod x86 {
         let avx = v3.avx;
         let (least, zero) = (avx._mm256_set1_ps(LEAST), avx._mm256_setzero_ps());
         let sign_wide = avx._mm256_set1_ps(sign);
+        // All as long as the stretch, which the compiler does not know: indices below the least length need no checks.
         let n = groups
             .min(far.len())
             .min(stiffness.len())

@@ -138,7 +138,8 @@ fn an_interrupted_run_leaves_nothing_behind() {
         let asked = Instant::now();
         assert!(std::process::Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let code = child.wait().unwrap().code();
-        assert!(asked.elapsed() < Duration::from_secs(5));
+        // A machine that stalls is given time: that the run was not let finish is told by its code.
+        assert!(asked.elapsed() < Duration::from_secs(20));
         let mut stderr = String::new();
         std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut stderr).unwrap();
         assert_eq!(code, Some(1), "{signal}: {stderr}");

@@ -3,6 +3,7 @@
 //! Each case is begun again and again and stopped a little later each time, until it is done before it is stopped.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
+use cpu_time::ProcessTime;
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
 use shibo_engine::eval::{CancelToken, Silent};
@@ -203,33 +204,38 @@ fn work(session: &Session, graph: &Graph, token: &CancelToken) -> Result<(), Fai
     session.rasters(graph, &field, &[(graph.canvas.grid(size), Window::full(size))], token, &Silent).map(drop)
 }
 
-/// How long the work goes on after it was stopped `after` so long; nothing if it was done before.
+/// How long the work goes on after it was stopped `after` so long; nothing if it was done before. Work that others keep
+/// from the processor is not counted: the less of the time that went by and of the time at work, of all threads together.
 fn stopped(session: &Session, graph: &Graph, after: Duration) -> Option<Duration> {
     let token = CancelToken::default();
     let stop = token.clone();
     let stopping = std::thread::spawn(move || {
         std::thread::sleep(after);
         stop.cancel();
-        Instant::now()
+        (Instant::now(), ProcessTime::now())
     });
     let result = work(session, graph, &token);
-    let end = Instant::now();
-    let asked = stopping.join().unwrap();
+    let (end, worked) = (Instant::now(), ProcessTime::now());
+    let (asked, worked_before) = stopping.join().unwrap();
+    let at_work = worked.as_duration().saturating_sub(worked_before.as_duration());
+    let time = end.saturating_duration_since(asked).min(at_work);
     match result {
         // What does not ask at all is done some time.
         Ok(()) if end > asked + Duration::from_millis(1) => {
             session.caches().memory.clear();
             prepare(session, graph);
-            Some(end - asked)
+            Some(time)
         }
         Ok(()) => None,
-        Err(Failure::Cancelled) => Some(end.saturating_duration_since(asked)),
+        Err(Failure::Cancelled) => Some(time),
         Err(failure) => panic!("{failure:?}"),
     }
 }
 
-/// Work goes on no longer than this after it was stopped, in one of three tries: others may be at work, too.
+/// Work goes on no longer than this after it was stopped, in one of [`TRIES`]: others may be at work, too.
 const BOUND: Duration = Duration::from_millis(100);
+/// What asks too seldom is late in every one of so many tries; a machine that stalls is not.
+const TRIES: usize = 12;
 
 #[test]
 fn all_that_takes_long_stops_when_asked() {
@@ -243,10 +249,10 @@ fn all_that_takes_long_stops_when_asked() {
         let mut times = Vec::new();
         'longer: loop {
             let mut best = Duration::MAX;
-            for _ in 0..3 {
+            for again in 1..=TRIES {
                 let Some(time) = stopped(&session, &graph, after) else { break 'longer };
                 best = best.min(time);
-                if best < BOUND / 4 {
+                if best < BOUND / 4 || (best < BOUND && again >= 3) {
                     break;
                 }
             }

@@ -269,13 +269,24 @@ fn half_written_files_are_not_talked_of() {
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(plain(0.5).as_bytes());
     let text = plain(0.9);
-    let mut file = File::create(&place.graph).unwrap();
     let half = text.len() / 2;
-    file.write_all(&text.as_bytes()[..half]).unwrap();
-    assert!(watch.during(Duration::from_millis(400)).is_empty());
-    file.write_all(&text.as_bytes()[half..]).unwrap();
-    drop(file);
-    watch.wait_shown(text.as_bytes());
+    // Again where the machine stalls, and the half stays about as long as it takes to be told of.
+    for _ in 0..5 {
+        let mut file = File::create(&place.graph).unwrap();
+        let start = Instant::now();
+        file.write_all(&text.as_bytes()[..half]).unwrap();
+        let events = watch.during(Duration::from_millis(400));
+        file.write_all(&text.as_bytes()[half..]).unwrap();
+        drop(file);
+        let quick = start.elapsed() < Duration::from_millis(800);
+        watch.wait_shown(text.as_bytes());
+        if quick {
+            assert!(events.is_empty(), "{events:?}");
+            break;
+        }
+        place.write(&plain(0.5));
+        watch.wait_shown(plain(0.5).as_bytes());
+    }
     // One that stays half is an error in the end.
     place.write(&text[..half]);
     watch.wait_error(&text.as_bytes()[..half]);

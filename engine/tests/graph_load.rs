@@ -257,14 +257,14 @@ fn a_file_of_sixty_nodes_loads_in_no_time() {
     let registry = graph_nodes::registry();
     let times: Vec<_> = (0..5)
         .map(|_| {
-            let start = std::time::Instant::now();
+            let start = cpu_time::ThreadTime::now();
             let loaded = load_text(Path::new("a.ron"), &text, &registry, &LoadOptions::default());
             assert!(loaded.graph.is_some(), "{:?}", messages(&loaded));
             start.elapsed()
         })
         .collect();
     println!("{times:?}");
-    // The limit is 3 ms; a busy machine may take longer once, not five times.
+    // The limit is 3 ms at work; a busy machine may take longer once, not five times.
     assert!(times.iter().min().unwrap().as_millis() < 30, "{times:?}");
 }
 

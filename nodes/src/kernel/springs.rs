@@ -199,13 +199,14 @@ pub fn simulate<T: Real>(
         let speeds = stepper.advance(done, steps, &mut broken);
         broken[start..].sort_unstable();
         for speed in speeds {
-            fastest = fastest.max(speed.sum);
+            let sum = speed.sum();
+            fastest = fastest.max(sum);
             // Written so that NaN counts as divergence.
-            if !(speed.sum.is_finite() && speed.sum <= RUNAWAY * limit) {
+            if !(sum.is_finite() && sum <= RUNAWAY * limit) {
                 return Err(SpringError::Diverged { step: done });
             }
             done += 1;
-            if speed.max.wide().sqrt() < motion.settle.wide() {
+            if speed.max().sqrt() < motion.settle.wide() {
                 break 'run;
             }
         }

@@ -12,6 +12,7 @@ use super::springs::{Broken, Mass, Motion, Net, Real, Stepper};
 use super::springs_rows::{LANES, PAD, Pulls, Springs};
 use super::springs_step::{Speed, weights};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Rows per band, at most.
 const BAND: usize = 64;
@@ -43,6 +44,7 @@ impl<T: Real> Table<T> {
         Self::Each(rows)
     }
 
+    #[inline(always)]
     fn row(&self, row: usize, n: usize) -> &[T] {
         match self {
             Self::Uniform(row) => row,
@@ -56,6 +58,19 @@ fn fill<T: Real>(points: &mut [T], values: &[T], numbers: &[u32]) {
     for (value, &id) in points.iter_mut().zip(numbers) {
         *value = values.get(id as usize).copied().unwrap_or_default();
     }
+}
+
+/// A row of each of four directions. Array methods with closures would not be inlined into functions that have the
+/// vector instructions.
+#[inline(always)]
+fn rows<T: Real>(tables: &[Table<T>], [a, b, c, d]: [usize; 4], row: usize, wide: usize) -> [&[T]; 4] {
+    [tables[a].row(row, wide), tables[b].row(row, wide), tables[c].row(row, wide), tables[d].row(row, wide)]
+}
+
+/// A part of the constants of a direction; nothing of those that the lattice does not have.
+#[inline(always)]
+fn part<'t, T>(of: &'t mut [T], range: &Range<usize>) -> &'t mut [T] {
+    of.get_mut(range.clone()).unwrap_or_default()
 }
 
 /// What all bands read.
@@ -327,25 +342,28 @@ impl<T: Real> Advance<'_, '_, T> {
                 *to = *from + shared.size[1];
             }
         }
-        let [(x, below_x), (y, below_y)] = band.place.each_mut().map(|place| place[e * padded..].split_at_mut(padded));
+        let [x, y] = &mut band.place;
+        let (x, below_x) = x[e * padded..].split_at_mut(padded);
+        let (y, below_y) = y[e * padded..].split_at_mut(padded);
         let below_y = if last { &scratch.under } else { &below_y[..padded] };
         let range = e * wide..(e + 1) * wide;
-        let [vx, vy] = band.velocity.each_mut().map(|v| &mut v[range.clone()]);
+        let [vx, vy] = &mut band.velocity;
+        let (vx, vy) = (&mut vx[range.clone()], &mut vy[range.clone()]);
         let weight = &mut band.weight[range.clone()];
         if moves {
             shared.mass.refresh(weight, &x[PAD..], &y[PAD..]);
         }
         // What stands for directions that the lattice does not have is not read.
         let directions = if shape.eight { [0, 1, 2, 3] } else { [0, 1, 0, 1] };
-        let limits = |dir: usize| shared.threshold.as_ref().map_or(&[][..], |tables| tables[dir].row(row, wide));
+        let [right, down, down_right, down_left] = &mut band.stiffness;
         let mut springs = Springs {
             place: [x, y],
             below: [&below_x[..padded], below_y],
             velocity: [vx, vy],
             weight,
-            stiffness: band.stiffness.each_mut().map(|k| k.get_mut(range.clone()).unwrap_or_default()),
-            rest: directions.map(|dir| shared.rest[dir].row(row, wide)),
-            threshold: directions.map(limits),
+            stiffness: [part(right, &range), part(down, &range), part(down_right, &range), part(down_left, &range)],
+            rest: rows(&shared.rest, directions, row, wide),
+            threshold: shared.threshold.as_ref().map_or([&[]; 4], |tables| rows(tables, directions, row, wide)),
             motion: &shared.motion,
             eight: shape.eight,
             columns: nx,
@@ -362,7 +380,13 @@ impl<T: Real> Advance<'_, '_, T> {
             shared.continue_row(1, y);
         }
         if own {
-            report.speed[n].add(&vx[..nx], &vy[..nx]);
+            let speed = &mut report.speed[n];
+            // Beyond the last column nothing moves.
+            speed.add(vx);
+            speed.add(vy);
+            if shared.motion.settle > T::default() {
+                speed.fastest(vx[..nx].iter().zip(&vy[..nx]).map(|(&x, &y)| [x, y]));
+            }
         }
     }
 }

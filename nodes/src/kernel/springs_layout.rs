@@ -370,6 +370,12 @@ impl<T: Real> Patch<T> {
             [] => Vec::new(),
             _ => ids.iter().map(|&id| values.get(id as usize).copied().unwrap_or_default()).collect(),
         };
+        // In place where a patch takes several steps at a time.
+        let own = layout.rings[0];
+        let mut position = vec![[T::default(); 2]; if reach > 1 { LOCAL } else { own }];
+        for (place, &p) in position.iter_mut().zip(&layout.points[..own]) {
+            *place = places[p as usize];
+        }
         let moving = layout.rings[reach - 1];
         let mut weights: Vec<T> = layout.points[..moving].iter().map(|&p| weight[p as usize]).collect();
         let live = matches!(net.mass, Mass::Live(_));
@@ -380,7 +386,7 @@ impl<T: Real> Patch<T> {
         Some(Self {
             ghosts: layout.points[layout.rings[0]..].to_vec(),
             published: Vec::new(),
-            position: layout.points[..layout.rings[0]].iter().map(|&p| places[p as usize]).collect(),
+            position,
             parts: std::mem::take(&mut layout.parts),
             ready,
             owning: std::mem::take(&mut layout.owning),

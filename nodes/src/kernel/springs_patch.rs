@@ -118,7 +118,8 @@ pub(super) struct Patch<T> {
     pub(super) ghosts: Vec<u32>,
     /// Own points that others read.
     pub(super) published: Vec<u16>,
-    /// Positions of the own points, between strides.
+    /// Positions of the own points, between strides. Has room for [`LOCAL`] where a stride works on it in place: that is
+    /// quicker than a copy, but the room costs more than a small set's steps.
     pub(super) position: Vec<[T; 2]>,
     /// In the order in which they pull: across the patch, whatever their rings.
     pub(super) parts: Vec<Part>,
@@ -140,8 +141,8 @@ pub(super) struct Patch<T> {
 
 /// Memory of a worker.
 pub(super) struct Scratch<T> {
-    /// Positions by local index.
-    pub(super) position: Box<[[T; 2]; LOCAL]>,
+    /// Positions by local index, [`LOCAL`] of them.
+    pub(super) position: Vec<[T; 2]>,
     /// What pulls at each point.
     pub(super) force: Vec<[T; 2]>,
     /// The pull of each slot.
@@ -150,7 +151,7 @@ pub(super) struct Scratch<T> {
 
 impl<T: Real> Default for Scratch<T> {
     fn default() -> Self {
-        Self { position: zeros(), force: Vec::new(), pulls: zeros() }
+        Self { position: vec![[T::default(); 2]; LOCAL], force: Vec::new(), pulls: zeros() }
     }
 }
 
@@ -189,7 +190,7 @@ impl<T: Real> Patch<T> {
         lines(&self.incoming);
         lines(&self.weight);
         lines(&self.velocity);
-        lines(&self.position);
+        lines(&self.position[..self.rings[0]]);
     }
 
     /// Takes what the patch reads for so many steps of the points that all publish. Velocities may be left out where none
@@ -197,7 +198,11 @@ impl<T: Real> Patch<T> {
     pub(super) fn collect(&mut self, border: &[[T; 4]], steps: usize, scratch: &mut Scratch<T>) {
         let own = self.rings[0];
         let ghosts = &self.ghosts[..self.rings[steps] - own];
-        scratch.position[..own].copy_from_slice(&self.position);
+        if self.position.len() == LOCAL {
+            std::mem::swap(&mut self.position, &mut scratch.position);
+        } else {
+            scratch.position[..own].copy_from_slice(&self.position);
+        }
         let points = self.rings.last().copied().unwrap_or(own);
         scratch.force.resize(points.max(scratch.force.len()), [T::default(); 2]);
         let (reads, all) = (self.velocity.len() - own, &mut scratch.position[own..]);
@@ -213,13 +218,17 @@ impl<T: Real> Patch<T> {
     }
 
     /// Keeps the own points and publishes those that others read.
-    pub(super) fn publish(&mut self, border: &mut [[T; 4]], scratch: &Scratch<T>) {
+    pub(super) fn publish(&mut self, border: &mut [[T; 4]], scratch: &mut Scratch<T>) {
         for (to, &p) in border.iter_mut().zip(&self.published) {
             let p = usize::from(p);
             let ([x, y], [vx, vy]) = (scratch.position[p], self.velocity[p]);
             *to = [x, y, vx, vy];
         }
-        self.position.copy_from_slice(&scratch.position[..self.rings[0]]);
+        if self.position.len() == LOCAL {
+            std::mem::swap(&mut self.position, &mut scratch.position);
+        } else {
+            self.position.copy_from_slice(&scratch.position[..self.rings[0]]);
+        }
     }
 }
 

@@ -54,11 +54,11 @@ impl<T: Real> Springs<'_, T> {
             self.pull_all(pulls);
         }
         // What falls off one end belongs to the other: on a lattice that is not periodic these springs have no k.
-        for row in pulls.iter_mut().flatten() {
+        for row in pulls.iter_mut().take(if self.eight { 4 } else { 1 }).flatten() {
             (row[PAD - 1], row[PAD + self.columns]) = (row[PAD + self.columns - 1], row[PAD]);
         }
         for (axis, carry) in carry.iter_mut().enumerate() {
-            let pulls = pulls.each_ref().map(|p| &p[axis][..]);
+            let pulls = [&pulls[0][axis][..], &pulls[1][axis][..], &pulls[2][axis][..], &pulls[3][axis][..]];
             let (x, v, weight) = (&mut *self.place[axis], &mut *self.velocity[axis], self.weight);
             match (self.eight, moves) {
                 (true, true) => settle::<T, true, true>(self.motion, pulls, weight, carry, x, v),
@@ -117,14 +117,21 @@ fn pull_row<T: Real, const EIGHT: bool, const BREAK: bool>(
     y3: &mut [T],
 ) -> bool {
     let n = row.weight.len() / LANES * LANES;
-    let [hx, hy] = row.place.each_ref().map(|row| &row[PAD..][..n]);
-    let [ex, ey] = row.place.each_ref().map(|row| &row[PAD + 1..][..n]);
-    let [lx, ly] = row.below.map(|row| &row[PAD - 1..][..n]);
-    let [mx, my] = row.below.map(|row| &row[PAD..][..n]);
-    let [rx, ry] = row.below.map(|row| &row[PAD + 1..][..n]);
-    let k: [&[T]; 4] = std::array::from_fn(|dir| if EIGHT || dir < 2 { &row.stiffness[dir][..n] } else { &[] });
-    let rest = row.rest.map(|rest| &rest[..n]);
-    let threshold = row.threshold.map(|threshold| if BREAK { &threshold[..n] } else { threshold });
+    // Written out: array methods with closures would not be inlined into functions that have the vector instructions.
+    let ([x, y], [below_x, below_y]) = (&row.place, row.below);
+    let (hx, hy) = (&x[PAD..][..n], &y[PAD..][..n]);
+    let (ex, ey) = (&x[PAD + 1..][..n], &y[PAD + 1..][..n]);
+    let (lx, ly) = (&below_x[PAD - 1..][..n], &below_y[PAD - 1..][..n]);
+    let (mx, my) = (&below_x[PAD..][..n], &below_y[PAD..][..n]);
+    let (rx, ry) = (&below_x[PAD + 1..][..n], &below_y[PAD + 1..][..n]);
+    let [k0, k1, k2, k3] = &row.stiffness;
+    let diagonals = if EIGHT { n } else { 0 };
+    let k = [&k0[..n], &k1[..n], &k2[..diagonals], &k3[..diagonals]];
+    let [l0, l1, l2, l3] = row.rest;
+    let rest = [&l0[..n], &l1[..n], &l2[..n], &l3[..n]];
+    let limits = if BREAK { n } else { 0 };
+    let [t0, t1, t2, t3] = row.threshold;
+    let threshold = [&t0[..limits], &t1[..limits], &t2[..limits], &t3[..limits]];
     let (x0, y0, x1, y1) = (&mut x0[PAD..][..n], &mut y0[PAD..][..n], &mut x1[PAD..][..n], &mut y1[PAD..][..n]);
     let (x2, y2, x3, y3) = (&mut x2[PAD..][..n], &mut y2[PAD..][..n], &mut x3[PAD..][..n], &mut y3[PAD..][..n]);
     let (zero, sign) = (T::default(), row.motion.push_sign());
@@ -138,7 +145,9 @@ fn pull_row<T: Real, const EIGHT: bool, const BREAK: bool>(
         for dir in 0..directions {
             d[dir] = dx[dir] * dx[dir] + dy[dir] * dy[dir];
         }
-        let d = d.map(T::sqrt);
+        for d in &mut d {
+            *d = d.sqrt();
+        }
         for dir in 0..directions {
             let force = k[dir][i] * (d[dir] - rest[dir][i]);
             if BREAK {

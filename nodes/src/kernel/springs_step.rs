@@ -4,66 +4,74 @@ use super::springs::{BreakOn, Integrator, Mass, Motion, Net, Real};
 
 /// Lanes of sums; fixed, whatever the machine has.
 const LANES: usize = 8;
-/// Speeds that are squared in one go.
-const BLOCK: usize = 256;
+/// Sums of so many lanes side by side, so that none waits for the one before.
+const SUMS: usize = 4;
+/// Numbers that are summed before the sums are widened.
+const BLOCK: usize = 1024;
 
-/// What a step reports: `Σ v²`, and the square of the highest speed.
-#[derive(Clone, Copy, Default)]
+/// What a step reports: `Σ v²`, and the square of the highest speed where a run may end by it.
+#[derive(Clone, Copy)]
 pub(super) struct Speed<T> {
-    pub(super) sum: f64,
-    pub(super) max: T,
+    sums: [f64; LANES],
+    max: T,
+}
+
+impl<T: Real> Default for Speed<T> {
+    fn default() -> Self {
+        Self { sums: [0.0; LANES], max: T::default() }
+    }
 }
 
 impl<T: Real> Speed<T> {
-    /// Takes in the speeds of more points.
+    /// Takes in velocities, component by component in any order, for the sum.
     #[inline(always)]
-    pub(super) fn add(&mut self, vx: &[T], vy: &[T]) {
-        let mut squares = [T::default(); BLOCK];
-        for (vx, vy) in vx.chunks(BLOCK).zip(vy.chunks(BLOCK)) {
-            for ((square, &x), &y) in squares.iter_mut().zip(vx).zip(vy) {
-                *square = x * x + y * y;
-            }
-            self.add_squares(&squares[..vx.len()]);
-        }
-    }
-
-    /// Takes in the speeds of more points.
-    #[inline(always)]
-    pub(super) fn add_pairs(&mut self, v: &[[T; 2]]) {
-        let mut squares = [T::default(); BLOCK];
+    pub(super) fn add(&mut self, v: &[T]) {
         for v in v.chunks(BLOCK) {
-            for (square, [x, y]) in squares.iter_mut().zip(v) {
-                *square = *x * *x + *y * *y;
+            let mut sums = [[T::default(); LANES]; SUMS];
+            let (chunks, rest) = v.as_chunks::<LANES>();
+            let (many, chunks) = chunks.as_chunks::<SUMS>();
+            for v in many {
+                for s in 0..SUMS {
+                    for l in 0..LANES {
+                        sums[s][l] += v[s][l] * v[s][l];
+                    }
+                }
             }
-            self.add_squares(&squares[..v.len()]);
+            for (sums, v) in sums.iter_mut().zip(chunks.iter().map(|v| &v[..]).chain([rest])) {
+                for (sum, &v) in sums.iter_mut().zip(v) {
+                    *sum += v * v;
+                }
+            }
+            for (l, total) in self.sums.iter_mut().enumerate() {
+                *total += ((sums[0][l] + sums[1][l]) + (sums[2][l] + sums[3][l])).wide();
+            }
         }
     }
 
-    /// Takes in squares of speeds.
+    /// Takes in velocities for the maximum.
     #[inline(always)]
-    fn add_squares(&mut self, squares: &[T]) {
-        let (mut sum, mut max) = ([T::default(); LANES], [self.max; LANES]);
-        let (chunks, rest) = squares.as_chunks::<LANES>();
-        let mut add = |squares: &[T]| {
-            for ((&square, sum), max) in squares.iter().zip(&mut sum).zip(&mut max) {
-                *sum += square;
-                *max = if square > *max { square } else { *max };
-            }
-        };
-        for squares in chunks {
-            add(squares);
-        }
-        add(rest);
-        for lane in 0..LANES {
-            self.sum += sum[lane].wide();
-            self.max = if max[lane] > self.max { max[lane] } else { self.max };
+    pub(super) fn fastest(&mut self, velocities: impl Iterator<Item = [T; 2]>) {
+        for [x, y] in velocities {
+            self.max = (x * x + y * y).larger(self.max);
         }
     }
 
     /// Takes in what another part of the points reports.
     pub(super) fn merge(&mut self, other: Self) {
-        self.sum += other.sum;
-        self.max = if other.max > self.max { other.max } else { self.max };
+        for (total, sum) in self.sums.iter_mut().zip(other.sums) {
+            *total += sum;
+        }
+        self.max = other.max.larger(self.max);
+    }
+
+    /// `Σ v²`.
+    pub(super) fn sum(&self) -> f64 {
+        self.sums.iter().sum()
+    }
+
+    /// The square of the highest speed.
+    pub(super) fn max(&self) -> f64 {
+        self.max.wide()
     }
 }
 

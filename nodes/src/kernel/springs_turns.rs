@@ -128,7 +128,11 @@ impl<T: Real> Patch<T> {
             from += points * each;
         }
         if part.ring == 0 {
-            speed.add_pairs(&self.velocity[all]);
+            let velocities = &self.velocity[all];
+            speed.add(velocities.as_flattened());
+            if motion.settle > T::default() {
+                speed.fastest(velocities.iter().copied());
+            }
         }
     }
 }

@@ -83,7 +83,7 @@ mod x86 {
         let offsets = if OFFSETS { &slots.offsets[offset.unwrap_or_default()..][..span.len()] } else { &[] };
         let offset = offsets.as_chunks::<8>().0.as_chunks::<OWN>().0;
         let out = scratch.pulls[pulls].as_chunks_mut::<8>().0.as_chunks_mut::<OWN>().0;
-        let position = &scratch.position;
+        let position: &[[f32; 2]; LOCAL] = scratch.position.first_chunk().expect("room for all");
         let near = position[point..point + groups * GROUP].as_chunks::<8>().0;
         let force = scratch.force[point..point + groups * GROUP].as_chunks_mut::<8>().0;
         let avx = v3.avx;

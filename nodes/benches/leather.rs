@@ -5,6 +5,8 @@ use shibo_nodes::kernel::hash::Hash;
 use shibo_nodes::kernel::springs::{Net, simulate};
 use shibo_nodes::kernel::strokes::{StrokeSet, StrokeStyle};
 
+mod turns;
+
 fn main() {
     match std::env::var("SHIBO_BENCH_REPORT").as_deref() {
         Ok("points") => report::points(),
@@ -50,13 +52,14 @@ fn strokes(bencher: divan::Bencher<'_, '_>) {
 
 /// Figures that want more than a time: rates and shares of a limit measured in the same run.
 mod report {
+    use super::turns::{Work, in_turns, quartiles};
     use cpu_time::ProcessTime;
     use glam::Vec2;
     use shibo_nodes::kernel::delaunay::delaunay;
     use shibo_nodes::kernel::hash::Hash;
     use shibo_nodes::kernel::lattice::{GridShape, grid_links};
     use shibo_nodes::kernel::poisson::{PoissonSpec, poisson, poisson_estimate};
-    use shibo_nodes::kernel::springs::{BreakOn, Integrator, Motion, Net, simulate};
+    use shibo_nodes::kernel::springs::{BreakOn, Integrator, Motion, Net, SpringError, simulate};
     use shibo_nodes::kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle, Window};
     use std::hint::black_box;
 
@@ -67,25 +70,27 @@ mod report {
         (result, start.elapsed().as_secs_f64())
     }
 
-    /// Bytes per second of `a = b + s c` over arrays far larger than the caches, so many threads at once; 4 streams counted
-    /// (a is also read).
-    fn triad(threads: usize) -> f64 {
-        let n = 1 << 24;
-        let (mut a, b, c) = (vec![0.0f32; n], vec![1.0f32; n], vec![2.0f32; n]);
-        let part = n / threads;
-        let mut best = f64::INFINITY;
-        for _ in 0..7 {
-            let ((), seconds) = timed(|| {
+    /// Numbers in an array that is far larger than the caches.
+    const LARGE: usize = 1 << 24;
+    /// Bytes per number that [`triad`] moves: it reads three arrays and writes one.
+    const MOVED: f64 = 16.0;
+
+    /// `a = b + s c` over large arrays, so many threads at once.
+    fn triad<'w>(threads: usize) -> Work<'w> {
+        Box::new(move |on| {
+            let (mut a, b, c) = (vec![0.0f32; LARGE], vec![1.0f32; LARGE], vec![2.0f32; LARGE]);
+            let part = LARGE / threads;
+            let mut passes = 0;
+            while on(passes) {
                 std::thread::scope(|scope| {
                     for ((a, b), c) in a.chunks_mut(part).zip(b.chunks(part)).zip(c.chunks(part)) {
                         scope.spawn(move || a.iter_mut().zip(b).zip(c).for_each(|((a, b), c)| *a = b + 0.5 * c));
                     }
                 });
-            });
-            black_box(&mut a);
-            best = best.min(seconds / threads as f64);
-        }
-        16.0 * n as f64 / best
+                black_box(&mut a);
+                passes += 1;
+            }
+        })
     }
 
     pub(crate) fn motion(steps: u32) -> Motion<f32> {
@@ -177,80 +182,68 @@ mod report {
         points: &'a [[f32; 2]],
     }
 
-    /// What was measured of a case, at best: seconds per thread of whole calls of so many steps, and of none.
-    struct Times {
-        whole: f64,
-        setup: f64,
-    }
-
-    impl Times {
-        const NONE: Self = Self { whole: f64::INFINITY, setup: f64::INFINITY };
-
-        /// Runs a case once more.
-        fn take(&mut self, case: &Case<'_>, steps: u32, pool: &rayon::ThreadPool) {
-            let time = |steps| {
-                let run = || simulate(case.points, &case.net, &motion(steps), &mut |_| true);
-                let (out, seconds) = timed(|| pool.install(run));
-                black_box(out.expect("stable"));
-                seconds / pool.current_num_threads() as f64
-            };
-            self.setup = self.setup.min(time(0));
-            self.whole = self.whole.min(time(steps));
+    impl Case<'_> {
+        /// Steps without end, on threads of its own; too small for anything to come of them.
+        fn work(&self, threads: usize) -> Work<'_> {
+            Box::new(move |on| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+                let motion = Motion { step: 1e-4, ..motion(u32::MAX) };
+                let ended = pool.install(|| simulate(self.points, &self.net, &motion, &mut |step| on(step)));
+                assert!(matches!(ended, Err(SpringError::Cancelled { .. })), "stable");
+            })
         }
 
-        /// Springs and steps per second of the steps alone.
-        fn rate(&self, case: &Case<'_>, steps: u32) -> f64 {
-            f64::from(steps) * case.net.links.len() as f64 / (self.whole - self.setup)
+        /// Springs and steps per second on so many threads, given CPU seconds per step.
+        fn rate(&self, threads: usize, seconds: f64) -> f64 {
+            (self.net.links.len() * threads) as f64 / seconds
+        }
+
+        /// Seconds of a call that takes no steps.
+        fn setup(&self, threads: usize) -> f64 {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            let run = || pool.install(|| simulate(self.points, &self.net, &motion(0), &mut |_| true));
+            let times = (0..5).map(|_| timed(run).1);
+            times.fold(f64::INFINITY, f64::min) / threads as f64
         }
     }
 
-    /// Prints the rate of a case over whole calls of 100 steps, setup included, and of the steps alone, and what share
-    /// that is of the rate at which memory could deliver so many bytes per point and step.
+    /// Turns of each case.
+    const ROUNDS: usize = 40;
+
+    /// Prints the rate of the steps of a case, and what share that is of the rate at which memory could deliver so many
+    /// bytes per point and step: alone, and as a call of 100 steps with its setup.
     fn run(case: &Case<'_>, bytes: f64, threads: usize) {
-        const STEPS: u32 = 100;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        let (mut times, mut bandwidth) = (Times::NONE, 0.0f64);
-        for _ in 0..if case.points.len() > 100_000 { 5 } else { 8 } {
-            times.take(case, STEPS, &pool);
-            bandwidth = bandwidth.max(triad(threads));
-        }
-        let springs = case.net.links.len() as f64;
-        let limit = bandwidth / bytes * springs / case.points.len() as f64;
-        let rate = times.rate(case, STEPS);
+        let times = in_turns(vec![case.work(threads), triad(threads)], ROUNDS);
+        let per_point = case.net.links.len() as f64 / case.points.len() as f64;
+        let bandwidth = |seconds: f64| MOVED * (LARGE * threads) as f64 / seconds;
+        let limit = |seconds: f64| bandwidth(seconds) / bytes * per_point;
+        let pairs = || times[0].iter().zip(&times[1]);
+        let [low, share, high] = quartiles(pairs().map(|(&case_s, &s)| case.rate(threads, case_s) / limit(s)));
+        let [_, step, _] = quartiles(times[0].iter().copied());
+        let [_, pass, _] = quartiles(times[1].iter().copied());
+        let steps = 100.0 * step / threads as f64;
+        let whole = steps / (steps + case.setup(threads));
         println!(
-            "{:22} threads {threads}: {:6.0} M spring-steps/s, {:.2} of the memory limit of {:6.0}; 100 steps with {:.2} s of setup: {:.2} of it",
+            "{:22} threads {threads}: {:6.0} M spring-steps/s, {share:.2} ({low:.2} to {high:.2}) of the memory limit at {:.0} GB/s; 100 steps with setup {:.2}",
             case.name,
-            rate * 1e-6,
-            rate / limit,
-            limit * 1e-6,
-            times.setup,
-            f64::from(STEPS) * springs / times.whole / limit,
+            case.rate(threads, step) * 1e-6,
+            bandwidth(pass) * 1e-9,
+            share * whole,
         );
     }
 
-    /// Prints what share the rate of a list is of that of grids. They take turns, so that what else the machine does
-    /// falls on all of them, and take steps enough for the setup not to count.
+    /// Prints what share the rate of a list is of that of grids.
     fn compare(list: &Case<'_>, grids: [&Case<'_>; 2], threads: usize) {
-        let large = list.points.len() > 100_000;
-        let steps = if large { 200 } else { 300 };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let cases = [list, grids[0], grids[1]];
-        let mut times = [Times::NONE; 3];
-        for _ in 0..if large { 5 } else { 12 } {
-            for (times, case) in times.iter_mut().zip(cases) {
-                times.take(case, steps, &pool);
-            }
+        let times = in_turns(cases.map(|case| case.work(threads)).into(), ROUNDS);
+        let [_, step, _] = quartiles(times[0].iter().copied());
+        print!("{:22} threads {threads}: {:6.0} M spring-steps/s", list.name, list.rate(threads, step) * 1e-6);
+        for (grid, of_grid) in grids.iter().zip(&times[1..]) {
+            let pairs = times[0].iter().zip(of_grid);
+            let [low, share, high] = quartiles(pairs.map(|(&s, &g)| list.rate(threads, s) / grid.rate(threads, g)));
+            print!(", {share:.2} ({low:.2} to {high:.2}) of {}", grid.name);
         }
-        let rate = |i: usize| times[i].rate(cases[i], steps);
-        println!(
-            "{:22} threads {threads}: {:6.0} M spring-steps/s, {:.2} of those of {}, {:.2} of those of {}",
-            list.name,
-            rate(0) * 1e-6,
-            rate(0) / rate(1),
-            grids[0].name,
-            rate(0) / rate(2),
-            grids[1].name,
-        );
+        println!();
     }
 
     /// Lengths per spring less 1, and a little more for some, so that none is like its neighbour.
@@ -264,7 +257,7 @@ mod report {
 
     /// A million points, 8 neighbours, or links of their own.
     pub(crate) fn springs() {
-        println!("triad: one core {:.1} GB/s, two {:.1} GB/s", triad(1) * 1e-9, triad(2) * 1e-9);
+        println!("medians of {ROUNDS} turns of each, and quartiles; the memory limit is that of a = b + s c");
         for n in [1000, 150] {
             println!("{n} x {n} points");
             springs_of(n);

@@ -10,7 +10,7 @@ use shibo_nodes::kernel::lattice::{GridShape, Links, grid_links, radius_links, w
 use shibo_nodes::kernel::math;
 use shibo_nodes::kernel::points::{self, GridSpec};
 use shibo_nodes::kernel::poisson::{PoissonSpec, poisson, poisson_estimate};
-use shibo_nodes::kernel::springs::{Integrator, Motion, Net, Outcome, SpringError, simulate};
+use shibo_nodes::kernel::springs::{Integrator, Mass, Motion, Net, Outcome, SpringError, simulate};
 use shibo_nodes::kernel::strokes::{Combine, Draw, NO_STROKE, Profile, Stroke, StrokeSet, StrokeStyle, Window};
 
 const DISCS: PoissonSpec<'_> = PoissonSpec {
@@ -130,7 +130,7 @@ proptest! {
     /// path is the general one, and so many steps in one go are as many one by one.
     #[test]
     fn grids_are_lists(seed: u64, nx in 1usize..40, ny in 1usize..140, eight: bool, periodic: bool, steps in 1u32..11,
-                       breaks: bool, left_out in 0.0f32..0.4) {
+                       breaks: bool, left_out in 0.0f32..0.4, masses in 0usize..3) {
         let shape = GridShape { nx, ny, eight, periodic };
         let (hash, size) = (Hash::new(seed), Vec2::new(nx as f32, ny as f32));
         let place = |n: usize| {
@@ -149,6 +149,9 @@ proptest! {
         };
         let (stiffness, rest, threshold) = (each(2, 1.0, 6.0), each(3, 0.2, 1.2), each(4, 1.0, 6.0));
         let fixed: Vec<bool> = (0..points.len()).map(|p| drawn(p, 5) < 0.1).collect();
+        let heavy: Vec<f64> = (0..points.len()).map(|p| 0.5 + f64::from(drawn(p, 6))).collect();
+        let live = |[x, y]: [f64; 2]| 1.0 + 0.5 * x.sin() + 0.2 * y.cos();
+        let mass = [Mass::One, Mass::Each(&heavy), Mass::Live(&live)][masses];
         let net = Net {
             links: &pairs,
             wraps: &wraps,
@@ -157,6 +160,7 @@ proptest! {
             rest: &rest,
             threshold: if breaks { &threshold } else { &[] },
             fixed: &fixed,
+            mass,
             ..Net::default()
         };
         let motion = Motion { step: 0.05, steps, integrator: Integrator::Explicit, drag: 0.5, break_on: Default::default(), settle: 0.0 };
@@ -165,12 +169,13 @@ proptest! {
         };
         let (list, grid) = (run(None, 0.0), run(Some(shape), 0.0));
         prop_assert_eq!(&list.broken, &grid.broken);
-        for (a, b) in list.positions.iter().zip(&grid.positions) {
+        let all = |run: &Outcome<f64>| run.positions.iter().chain(&run.velocities).copied().collect::<Vec<_>>();
+        for (a, b) in all(&list).into_iter().zip(all(&grid)) {
             prop_assert!((a[0] - b[0]).abs().max((a[1] - b[1]).abs()) < 1e-9, "{a:?} {b:?}");
         }
         // A run that may end at any step takes one at a time.
         let single = run(Some(shape), 1e-300);
-        prop_assert!(single.positions == grid.positions && single.broken == grid.broken);
+        prop_assert!(all(&single) == all(&grid) && single.broken == grid.broken);
     }
 }
 

@@ -96,12 +96,19 @@ impl GridShape {
     /// grid's. `wraps` may be empty.
     pub(super) fn numbers(self, links: &[[u32; 2]], wraps: &[[i8; 2]]) -> Option<Vec<Vec<u32>>> {
         let mut numbers = vec![vec![u32::MAX; self.nx * self.ny]; self.directions()];
+        // Most links start where the one before does, or at the next point: that spares the division.
+        let (mut point, mut at) = (0, [0, 0]);
         for (id, &[from, to]) in (0u32..).zip(links) {
             let (from, to) = (from as usize, (to as usize, wraps.get(id as usize).copied().unwrap_or_default()));
-            let at = [from % self.nx, from / self.nx];
-            let mut free = (0..self.directions()).filter(|&dir| numbers[dir][from] == u32::MAX);
-            let dir = free.find(|&dir| self.neighbor(at, dir) == to)?;
-            numbers[dir][from] = id;
+            if from == point + 1 && at[0] + 1 < self.nx {
+                at[0] += 1;
+            } else if from != point {
+                at = [from % self.nx, from / self.nx];
+            }
+            point = from;
+            let mut free = numbers.iter_mut().enumerate().filter(|(_, numbers)| numbers[from] == u32::MAX);
+            let (_, numbers) = free.find(|&(dir, _)| self.neighbor(at, dir) == to)?;
+            numbers[from] = id;
         }
         Some(numbers)
     }

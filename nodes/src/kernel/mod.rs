@@ -46,6 +46,7 @@ mod springs_owners;
 mod springs_patch;
 mod springs_rows;
 mod springs_step;
+mod springs_tables;
 mod springs_turns;
 mod springs_wide;
 pub mod stop;

@@ -15,6 +15,7 @@
 use super::lattice::GridShape;
 pub use super::real::Real;
 use super::springs_step::Speed;
+use rayon::prelude::*;
 
 /// How position and velocity advance by one step δ (L-6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -257,18 +258,21 @@ fn link_length<T: Real>(points: &[[T; 2]], net: &Net<'_, T>, l: usize) -> T {
     (dx * dx + dy * dy).sqrt()
 }
 
+/// Springs whose energy is summed in one go.
+const PART: usize = 1 << 14;
+
 /// The energy of the springs at the start, with a floor for rounding so that a net at rest does not "diverge".
 fn start_energy<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> f64 {
-    let mut energy = 0.0;
-    for l in 0..net.links.len() {
+    let energy = |l: usize| {
         let (k, length) = (net.stiffness[l].wide(), link_length(points, net, l).wide());
         let stretch = length - net.rest[l].wide();
-        if net.pushes.get(l) == Some(&true) && stretch > 0.0 {
-            continue;
-        }
-        energy += 0.5 * k * (stretch * stretch + 1e-6 * length * length);
-    }
-    energy
+        let none = net.pushes.get(l) == Some(&true) && stretch > 0.0;
+        if none { 0.0 } else { 0.5 * k * (stretch * stretch + 1e-6 * length * length) }
+    };
+    // Parts of fixed size, summed in order: the same for any number of threads.
+    let parts = (0..net.links.len().div_ceil(PART)).into_par_iter();
+    let sum = |part: usize| -> f64 { (part * PART..((part + 1) * PART).min(net.links.len())).map(energy).sum() };
+    parts.map(sum).collect::<Vec<_>>().into_iter().sum()
 }
 
 /// The largest 1/m.

@@ -11,8 +11,8 @@ use super::lattice::{GridShape, index};
 use super::springs::{Broken, Mass, Motion, Net, Real, Stepper};
 use super::springs_rows::{LANES, PAD, Pulls, Springs};
 use super::springs_step::{Speed, weights};
+use super::springs_tables::{Table, fill, part, rows};
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// Rows per band, at most.
 const BAND: usize = 64;
@@ -20,62 +20,16 @@ const BAND: usize = 64;
 /// Steps that are taken in one go, at most, and copied rows at either end of a band.
 const STRIDE: usize = 4;
 
-/// A quantity of the springs of one direction, by point: the spring that starts there.
-enum Table<T> {
-    /// The same for all, stored as one row.
-    Uniform(Vec<T>),
-    /// Rows from the top.
-    Each(Vec<T>),
-}
-
-impl<T: Real> Table<T> {
-    /// The values of springs by their numbers, for rows of `nx` points.
-    fn new(values: &[T], numbers: &[u32], nx: usize) -> Self {
-        let mut of_springs = numbers.iter().filter_map(|&id| values.get(id as usize));
-        let first = of_springs.next().copied().unwrap_or_default();
-        if of_springs.all(|v| *v == first) {
-            return Self::Uniform(vec![first; nx.next_multiple_of(LANES)]);
-        }
-        let wide = nx.next_multiple_of(LANES);
-        let mut rows = vec![T::default(); numbers.len() / nx * wide];
-        for (row, numbers) in rows.chunks_exact_mut(wide).zip(numbers.chunks_exact(nx)) {
-            fill(row, values, numbers);
-        }
-        Self::Each(rows)
-    }
-
-    #[inline(always)]
-    fn row(&self, row: usize, n: usize) -> &[T] {
-        match self {
-            Self::Uniform(row) => row,
-            Self::Each(rows) => &rows[row * n..][..n],
-        }
-    }
-}
-
-/// Puts the values of springs where they start, 0 where none does.
-fn fill<T: Real>(points: &mut [T], values: &[T], numbers: &[u32]) {
-    for (value, &id) in points.iter_mut().zip(numbers) {
-        *value = values.get(id as usize).copied().unwrap_or_default();
-    }
-}
-
-/// A row of each of four directions. Array methods with closures would not be inlined into functions that have the
-/// vector instructions.
-#[inline(always)]
-fn rows<T: Real>(tables: &[Table<T>], [a, b, c, d]: [usize; 4], row: usize, wide: usize) -> [&[T]; 4] {
-    [tables[a].row(row, wide), tables[b].row(row, wide), tables[c].row(row, wide), tables[d].row(row, wide)]
-}
-
-/// A part of the constants of a direction; nothing of those that the lattice does not have.
-#[inline(always)]
-fn part<'t, T>(of: &'t mut [T], range: &Range<usize>) -> &'t mut [T] {
-    of.get_mut(range.clone()).unwrap_or_default()
+/// By columns what is given by rows.
+fn turn<V: Copy>(values: &[V], shape: GridShape) -> Vec<V> {
+    (0..shape.nx).flat_map(|x| values.iter().skip(x).step_by(shape.nx)).copied().collect()
 }
 
 /// What all bands read.
 struct Shared<'a, T> {
     shape: GridShape,
+    /// Columns stand for rows, and x for y.
+    turned: bool,
     size: [T; 2],
     rest: Vec<Table<T>>,
     threshold: Option<Vec<Table<T>>>,
@@ -203,6 +157,28 @@ impl<'a, T: Real> Grid<'a, T> {
         shape: GridShape,
         numbers: Vec<Vec<u32>>,
     ) -> Self {
+        let weight = weights(points, net);
+        if shape.eight || shape.ny <= shape.nx {
+            return Self::by_rows(points, weight, net, motion, shape, numbers, false);
+        }
+        // Long rows are quicker than short ones: columns for rows, and x for y.
+        let points: Vec<_> = turn(points, shape).into_iter().map(|[x, y]| [y, x]).collect();
+        let numbers = numbers.iter().rev().map(|numbers| turn(numbers, shape)).collect();
+        let net = Net { size: [net.size[1], net.size[0]], ..*net };
+        let turned = GridShape { nx: shape.ny, ny: shape.nx, ..shape };
+        Self::by_rows(&points, turn(&weight, shape), &net, motion, turned, numbers, true)
+    }
+
+    /// The same as it is worked through, given 1/m of all points.
+    fn by_rows(
+        points: &[[T; 2]],
+        weight: Vec<T>,
+        net: &Net<'a, T>,
+        motion: &Motion<T>,
+        shape: GridShape,
+        numbers: Vec<Vec<u32>>,
+        turned: bool,
+    ) -> Self {
         let (nx, ny) = (shape.nx, shape.ny);
         let table =
             |values: &[T]| numbers.par_iter().map(|numbers| Table::new(values, numbers, nx)).collect::<Vec<_>>();
@@ -210,8 +186,7 @@ impl<'a, T: Real> Grid<'a, T> {
         let (count, rest) = (ny.div_ceil(BAND), table(net.rest));
         // Every band has as many rows of its own as others copy.
         let halo = STRIDE.min(ny.checked_div(count).unwrap_or(0));
-        let shared = Shared { shape, size: net.size, rest, threshold, motion: *motion, mass: net.mass, halo };
-        let weight = weights(points, net);
+        let shared = Shared { shape, turned, size: net.size, rest, threshold, motion: *motion, mass: net.mass, halo };
         let band = |b: usize| {
             let (first, end) = (b * ny / count, (b + 1) * ny / count);
             let rows = end - first + 2 * halo;
@@ -298,7 +273,9 @@ impl<T: Real> Stepper<T> for Grid<'_, T> {
             }
             all
         };
+        let (shape, turned) = (self.shared.shape, self.shared.turned);
         [gather(|band| &band.place, PAD), gather(|band| &band.velocity, 0)]
+            .map(|all| if turned { turn(&all, shape).into_iter().map(|[x, y]| [y, x]).collect() } else { all })
     }
 }
 
@@ -351,7 +328,9 @@ impl<T: Real> Advance<'_, '_, T> {
         let (vx, vy) = (&mut vx[range.clone()], &mut vy[range.clone()]);
         let weight = &mut band.weight[range.clone()];
         if moves {
-            shared.mass.refresh(weight, &x[PAD..], &y[PAD..]);
+            let (x, y) = (&x[PAD..], &y[PAD..]);
+            let [x, y] = if shared.turned { [y, x] } else { [x, y] };
+            shared.mass.refresh(weight, x, y);
         }
         // What stands for directions that the lattice does not have is not read.
         let directions = if shape.eight { [0, 1, 2, 3] } else { [0, 1, 0, 1] };

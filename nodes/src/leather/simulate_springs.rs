@@ -140,7 +140,7 @@ impl Default for SimulateSprings {
 }
 
 impl Node for SimulateSprings {
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] = &[
         Output::new("lattice", Type::Lattice, "The points where they came to be, with all their links."),

@@ -1,0 +1,65 @@
+//! Work of several kinds measured in turns: a stretch of each, again and again, so that whatever else the machine does
+//! falls on all of them alike. The medians of many stretches then compare well where single runs do not.
+use cpu_time::ProcessTime;
+use std::sync::{Condvar, Mutex, PoisonError};
+
+/// CPU seconds of a stretch, at least.
+const STRETCH: f64 = 0.025;
+/// Stretches that are not counted: caches and memory get warm.
+const WARM: usize = 2;
+
+/// Work that goes on until what it calls says no. It calls it before each of its units, with how many it has done.
+pub(crate) type Work<'w> = Box<dyn FnOnce(&mut (dyn FnMut(u32) -> bool + Send)) + Send + 'w>;
+
+/// Whose turn it is, and what has been measured.
+struct State {
+    turn: usize,
+    /// How many are ready.
+    ready: usize,
+    done: bool,
+    times: Vec<Vec<f64>>,
+}
+
+/// CPU seconds of all threads per unit, by work and round.
+pub(crate) fn in_turns(all: Vec<Work<'_>>, rounds: usize) -> Vec<Vec<f64>> {
+    let count = all.len();
+    let state = State { turn: 0, ready: 0, done: false, times: vec![Vec::new(); count] };
+    let (state, changed) = (Mutex::new(state), Condvar::new());
+    std::thread::scope(|scope| {
+        for (me, work) in all.into_iter().enumerate() {
+            let (state, changed) = (&state, &changed);
+            scope.spawn(move || {
+                let mut begun: Option<(ProcessTime, u32)> = None;
+                work(&mut |units: u32| {
+                    let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
+                    if let Some((at, first)) = begun {
+                        let seconds = at.elapsed().as_secs_f64();
+                        if seconds < STRETCH || units == first {
+                            return true;
+                        }
+                        let mut state = lock();
+                        state.times[me].push(seconds / f64::from(units - first));
+                        state.turn = (me + 1) % count;
+                        state.done |= me + 1 == count && state.times[me].len() == rounds + WARM;
+                    } else {
+                        lock().ready += 1;
+                    }
+                    changed.notify_all();
+                    let waits = |state: &mut State| !state.done && (state.ready < count || state.turn != me);
+                    let state = changed.wait_while(lock(), waits).unwrap_or_else(PoisonError::into_inner);
+                    begun = Some((ProcessTime::now(), units));
+                    !state.done
+                });
+            });
+        }
+    });
+    let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    state.times.into_iter().map(|times| times.into_iter().skip(WARM).collect()).collect()
+}
+
+/// The median, between the first and the third quartile.
+pub(crate) fn quartiles(values: impl Iterator<Item = f64>) -> [f64; 3] {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    [1, 2, 3].map(|quarter| values[(values.len() - 1) * quarter / 4])
+}

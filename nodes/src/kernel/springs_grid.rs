@@ -6,6 +6,9 @@
 //! apart. For that a band has copies of the rows next to it, taken before it starts, and moves them too, one row fewer
 //! at either end in each step. Those are the same numbers as in their own band, so the result does not depend on the
 //! cut. What happens within a row is in [`super::springs_rows`].
+//!
+//! Lattices of four neighbours, hexagons among them, that are taller than wide are worked through by columns: each row
+//! costs something of its own, so that long ones are quicker.
 
 use super::lattice::{GridShape, index};
 use super::springs::{Broken, Mass, Motion, Net, Real, Stepper};

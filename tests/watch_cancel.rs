@@ -54,21 +54,21 @@ const CASES: &[Case] = &[
         "motion",
         200,
         64,
-        "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 60, drag: 4)",
+        "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 1200, drag: 4)",
     ),
     (
         "motion on a grid",
         200,
         64,
         "\"f\": Fractal(size: 9), \"p\": GridPoints(pitch: 0.4), \"l\": ConnectNeighbors(points: \"p\", neighbors: Eight), \
-        \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 40, drag: 4)",
+        \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 600, drag: 4)",
     ),
     (
         "breakage",
         200,
         64,
         "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \
-        \"it\": SimulateSprings(springs: \"s\", steps: 30, drag: 4, break_share: 0.1)",
+        \"it\": SimulateSprings(springs: \"s\", steps: 300, drag: 4, break_share: 0.1)",
     ),
     (
         "strain",

@@ -20,6 +20,16 @@ struct State {
     times: Vec<Vec<f64>>,
 }
 
+/// Ends the turns of all when one leaves, be it by a panic: none waits for ever.
+struct Leave<'s>(&'s Mutex<State>, &'s Condvar);
+
+impl Drop for Leave<'_> {
+    fn drop(&mut self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).done = true;
+        self.1.notify_all();
+    }
+}
+
 /// CPU seconds of all threads per unit, by work and round.
 pub(crate) fn in_turns(all: Vec<Work<'_>>, rounds: usize) -> Vec<Vec<f64>> {
     let count = all.len();
@@ -29,6 +39,7 @@ pub(crate) fn in_turns(all: Vec<Work<'_>>, rounds: usize) -> Vec<Vec<f64>> {
         for (me, work) in all.into_iter().enumerate() {
             let (state, changed) = (&state, &changed);
             scope.spawn(move || {
+                let _leave = Leave(state, changed);
                 let mut begun: Option<(ProcessTime, u32)> = None;
                 work(&mut |units: u32| {
                     let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);

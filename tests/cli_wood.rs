@@ -12,7 +12,7 @@ use std::path::Path;
 use support::{Desk, number};
 
 fn vectors() -> Json {
-    serde_json::from_str(include_str!("../nodes/tests/vectors/wood.json")).unwrap()
+    serde_json::from_str(include_str!("../kernel/tests/vectors/wood.json")).unwrap()
 }
 
 /// JSON lists as RON tuples inside a list.

@@ -1,5 +1,6 @@
 //! The rules of ARCHITECTURE.md on who may know whom, kept by reading the `use` lines.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -27,17 +28,61 @@ fn code(path: &Path) -> String {
     code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
 }
 
-/// The word that follows each occurrence of `prefix`.
+/// The words that follow each occurrence of `prefix`: one, or those of a list in braces.
 fn words_after(text: &str, prefix: &str) -> Vec<String> {
     let word = |rest: &str| rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
-    text.match_indices(prefix).map(|(i, _)| word(&text[i + prefix.len()..])).collect()
+    let mut words = Vec::new();
+    for (i, _) in text.match_indices(prefix) {
+        let rest = &text[i + prefix.len()..];
+        let Some(list) = rest.strip_prefix('{') else {
+            words.push(word(rest));
+            continue;
+        };
+        let mut depth = 1;
+        let mut begins = true;
+        for (i, c) in list.char_indices() {
+            match c {
+                '{' => depth += 1,
+                '}' => depth -= 1,
+                ',' => begins = depth == 1,
+                _ if begins && !c.is_whitespace() => {
+                    words.push(word(&list[i..]));
+                    begins = false;
+                }
+                _ => {}
+            }
+            if depth == 0 {
+                break;
+            }
+        }
+    }
+    words
+}
+
+/// The name of the folder or file that holds `file` right below `dir`.
+fn module(dir: &Path, file: &Path) -> String {
+    let inside = file.strip_prefix(dir).unwrap().components().next().unwrap();
+    inside.as_os_str().to_str().unwrap().trim_end_matches(".rs").to_owned()
+}
+
+/// A circle among `uses`, from names to the names that they use, if there is one.
+fn circle(uses: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
+    // What uses nothing that is left cannot be on a circle.
+    let mut left: BTreeMap<_, _> = uses.clone();
+    while let Some(name) =
+        left.iter().find(|(_, used)| !used.iter().any(|u| uses.contains_key(u) && left.contains_key(u)))
+    {
+        let name = name.0.clone();
+        left.remove(&name);
+    }
+    (!left.is_empty()).then(|| left.into_keys().collect())
 }
 
 #[test]
 fn the_engine_knows_no_node() {
     for file in sources(&root("engine/src")) {
         let code = code(&file);
-        assert!(!code.contains("shibo_nodes"), "{}", file.display());
+        assert!(!code.contains("shibo_nodes") && !code.contains("shibo_kernel"), "{}", file.display());
         for kind in ["SimulateSprings", "PoissonPoints", "DrawWrinkles", "Perlin"] {
             assert!(!code.contains(kind), "{} names the kind {kind}", file.display());
         }
@@ -50,14 +95,14 @@ fn arrows_in_the_engine_point_down() {
     // What stands beside `value` may be used by all and uses only `value`.
     let beside = ["diagnostics", "picture"];
     for file in sources(&root("engine/src")) {
-        let inside = file.strip_prefix(root("engine/src")).unwrap();
-        let module = inside.components().next().unwrap().as_os_str().to_str().unwrap().trim_end_matches(".rs");
+        let module = &module(&root("engine/src"), &file);
         for used in words_after(&code(&file), "crate::") {
-            if beside.contains(&used.as_str()) || used == module {
+            if beside.contains(&used.as_str()) || used == *module {
                 continue;
             }
             let rank = |name: &str| order.iter().position(|m| *m == name);
-            let (Some(from), Some(to)) = (rank(module).or(beside.contains(&module).then_some(4)), rank(&used)) else {
+            let (Some(from), Some(to)) = (rank(module).or(beside.contains(&module.as_str()).then_some(4)), rank(&used))
+            else {
                 continue;
             };
             assert!(from < to, "{} uses crate::{used}", file.display());
@@ -71,7 +116,7 @@ fn families_do_not_know_each_other() {
     let families: Vec<String> = fs::read_dir(&nodes)
         .unwrap()
         .map(|e| e.unwrap().path())
-        .filter(|p| p.is_dir() && !p.ends_with("kernel"))
+        .filter(|p| p.is_dir())
         .map(|p| p.file_name().unwrap().to_str().unwrap().to_owned())
         .collect();
     assert!(families.len() > 3);
@@ -86,23 +131,71 @@ fn families_do_not_know_each_other() {
 
 #[test]
 fn kernels_know_only_values() {
-    for file in sources(&root("nodes/src/kernel")) {
+    for file in sources(&root("kernel/src")) {
         let code = code(&file);
         for used in words_after(&code, "shibo_engine::") {
             assert_eq!(used, "value", "{}", file.display());
         }
-        for used in words_after(&code, "crate::") {
-            assert_eq!(used, "kernel", "{}", file.display());
-        }
-        for other in ["serde::", "std::fs"] {
+        for other in ["shibo_nodes", "serde::", "std::fs"] {
             assert!(!code.contains(other), "{} uses {other}", file.display());
         }
     }
 }
 
 #[test]
+fn rooms_of_the_kernel_use_only_rooms_before_them() {
+    let kernel = root("kernel/src");
+    // As `kernel/src/lib.rs` names them.
+    let order =
+        ["ground", "noise", "filter", "pointwise", "surface", "strokes", "leather", "springs", "wood", "synthesis"];
+    let folders: BTreeSet<String> = fs::read_dir(&kernel)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.is_dir())
+        .map(|p| p.file_name().unwrap().to_str().unwrap().to_owned())
+        .collect();
+    assert_eq!(folders, order.map(str::to_owned).into(), "each folder has its place in the order");
+    for (rank, room) in order.iter().enumerate() {
+        for file in sources(&kernel.join(room)) {
+            for used in words_after(&code(&file), "crate::") {
+                assert!(order[..=rank].contains(&used.as_str()), "{} uses crate::{used}", file.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn files_of_a_room_have_no_circles() {
+    let kernel = root("kernel/src");
+    for room in fs::read_dir(&kernel).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()) {
+        let name = room.file_name().unwrap().to_str().unwrap();
+        let mut uses = BTreeMap::new();
+        for file in sources(&room).iter().filter(|p| !p.ends_with("mod.rs") && !p.ends_with("list_tests.rs")) {
+            let (code, own) = (code(file), module(&room, file));
+            let mut used = words_after(&code, &format!("crate::{name}::"));
+            used.extend(words_after(&code, "super::"));
+            let used: BTreeSet<String> = used.into_iter().filter(|used| *used != own).collect();
+            uses.insert(own, used);
+        }
+        assert_eq!(circle(&uses), None, "in {}", room.display());
+    }
+}
+
+#[test]
+fn circles_are_found() {
+    let uses = |pairs: &[(&str, &str)]| {
+        let set = |(from, to): &(&str, &str)| ((*from).to_owned(), BTreeSet::from([(*to).to_owned()]));
+        pairs.iter().map(set).collect::<BTreeMap<_, _>>()
+    };
+    assert_eq!(circle(&uses(&[("a", "b"), ("b", "c"), ("c", "elsewhere")])), None);
+    let found = circle(&uses(&[("a", "b"), ("b", "c"), ("c", "b"), ("d", "elsewhere")]));
+    assert_eq!(found.map(|names| names.join(" ")), Some("a b c".to_owned()));
+    assert_eq!(words_after("use super::{a::{b, c}, d, e::f}; super::g::h", "super::"), ["a", "d", "e", "g"]);
+}
+
+#[test]
 fn files_can_be_read_in_one_sitting() {
-    for dir in ["src", "engine/src", "nodes/src"] {
+    for dir in ["src", "engine/src", "kernel/src", "nodes/src"] {
         for file in sources(&root(dir)) {
             let lines = fs::read_to_string(&file).unwrap().lines().count();
             assert!(lines <= 500, "{} has {lines} lines", file.display());
@@ -112,7 +205,7 @@ fn files_can_be_read_in_one_sitting() {
 
 #[test]
 fn nothing_is_read_from_the_environment_below_the_command() {
-    for dir in ["engine/src", "nodes/src"] {
+    for dir in ["engine/src", "kernel/src", "nodes/src"] {
         for file in sources(&root(dir)) {
             for word in ["env::var", "env::current_dir", "static mut", "thread_local!"] {
                 assert!(!code(&file).contains(word), "{} uses {word}", file.display());

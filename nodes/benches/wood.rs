@@ -1,11 +1,11 @@
 //! Speed of the wood kernels and graphs: `cargo bench -p shibo-nodes --bench wood`. CPU seconds of the process, best of
 //! several, one thread.
 use glam::DVec3;
-use shibo_nodes::kernel::hash::Hash;
-use shibo_nodes::kernel::wood::branch::{Axis, Power, blend_all, blend_branches, branch_time};
-use shibo_nodes::kernel::wood::fit::{Scheme, equalize, fit, point_at};
-use shibo_nodes::kernel::wood::straight::Straight;
-use shibo_nodes::kernel::wood::trunk::{Growth, Places, Rows, Trunk};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::wood::branch::{Axis, Power, blend_all, blend_branches, branch_time};
+use shibo_kernel::wood::fit::{Scheme, equalize, fit, point_at};
+use shibo_kernel::wood::straight::Straight;
+use shibo_kernel::wood::trunk::{Growth, Places, Rows, Trunk};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -127,9 +127,9 @@ fn main() {
 
 /// What single kernels of the look cost.
 fn parts() {
-    use shibo_nodes::kernel::noise3::Noise3;
-    use shibo_nodes::kernel::simd::dispatch;
-    use shibo_nodes::kernel::wood::life::{Life, Variation, late_share};
+    use shibo_kernel::ground::simd::dispatch;
+    use shibo_kernel::noise::noise3::Noise3;
+    use shibo_kernel::wood::life::{Life, Variation, late_share};
     let [x, y, z] = picture(false);
     let mut out = vec![0.0_f32; x.len()];
     let noise = Noise3::new(Hash::new(1), 0);

@@ -1,12 +1,11 @@
-//! The nodes of Shibo, a folder per family, and the numeric kernels they stand on.
+//! The nodes of Shibo, a folder per family.
 //!
 //! A node is one file, plus one line in its family's list. Families do not know each other; what two of them need is in
-//! [`kernel`] or in the engine's `value`.
+//! [`shibo_kernel`] or in the engine's `value`.
 pub mod combine;
 pub mod filter;
 pub mod generators;
 pub mod image;
-pub mod kernel;
 pub mod leather;
 pub mod material;
 pub mod space;

@@ -1,16 +1,16 @@
 //! [`Blend`]: one layer over another.
 //!
 //! Source of the modes: the compositing rules of the W3C and of picture editors; see
-//! [`kernel::blend`](crate::kernel::blend). Differs in that colours are blended scene-linear and nothing is cut to 0..1.
+//! [`kernel::blend`](shibo_kernel::pointwise::blend). Differs in that colours are blended scene-linear and nothing is cut to 0..1.
 //! Cost: O(pixels), bound by memory.
 use crate::choice::choice;
-use crate::kernel::blend as kernel;
-use crate::kernel::math::saturate;
-use crate::kernel::tile::{channel, widest};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_kernel::ground::math::saturate;
+use shibo_kernel::ground::tile::{channel, widest};
+use shibo_kernel::pointwise::blend as kernel;
 
 choice! {
     /// What becomes of the base `a` and the top layer `b`.

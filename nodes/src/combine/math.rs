@@ -1,16 +1,16 @@
 //! [`Math`]: arithmetic on fields.
 //!
-//! Every operation has a finite result for every input; see [`kernel::math_ops`](crate::kernel::math_ops). Operands that
+//! Every operation has a finite result for every input; see [`kernel::math_ops`](shibo_kernel::pointwise::math_ops). Operands that
 //! the operation does not look at are not computed, and numbers are not read pixel by pixel. Cost: O(pixels), bound by
 //! memory but for powers, logarithms and angles (1 to 3 ns each).
 use crate::choice::choice;
-use crate::kernel::math_ops::{self as kernel, Operand};
-use crate::kernel::tile::{channel, widest};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile, Type};
+use shibo_kernel::ground::tile::{channel, widest};
+use shibo_kernel::pointwise::math_ops::{self as kernel, Operand};
 
 choice! {
     /// What is computed of a, b and c.

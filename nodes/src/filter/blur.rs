@@ -1,14 +1,14 @@
 //! [`Blur`]: a Gaussian of any width.
 //!
 //! Narrow Gaussians are applied as they are; wide ones on a picture halved as often as their width allows, see
-//! [`kernel::blur`](crate::kernel::blur) and [`kernel::fields`](crate::kernel::fields). Error against the exact Gaussian
+//! [`kernel::blur`](shibo_kernel::filter::blur) and [`kernel::fields`](shibo_kernel::filter::fields). Error against the exact Gaussian
 //! below 0.3 % of the range. Cost: O(pixels), nearly independent of the radius.
-use crate::kernel::fields;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Stop};
+use shibo_kernel::filter::fields;
 
 /// Softens a field by a Gaussian. Takes grey fields and colours.
 ///

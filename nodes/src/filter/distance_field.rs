@@ -1,15 +1,15 @@
 //! [`DistanceField`]: how far it is to a shape.
 //!
 //! Exact Euclidean distance to the line where the input crosses the threshold, found between pixels by linear
-//! interpolation (T. Saito, J. Toriwaki, 1994; see [`kernel::distance`](crate::kernel::distance)). Cost:
+//! interpolation (T. Saito, J. Toriwaki, 1994; see [`kernel::distance`](shibo_kernel::filter::distance)). Cost:
 //! O(pixels · least of distance and radius, in pixels).
 use crate::bounds::at_most_half;
-use crate::kernel::fields;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Key, Stop, Tile, Type};
+use shibo_kernel::filter::fields;
 
 /// On which side of the shape's edge distances are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -1,6 +1,8 @@
 //! Filters: fields made from a field and its surroundings.
 mod blur;
 mod distance_field;
+#[cfg(test)]
+mod wide_tests;
 
 pub use blur::Blur;
 pub use distance_field::{DistanceField, Side};

@@ -2,11 +2,11 @@
 //!
 //! Field ports take numbers and colours as they are, so this node is for a value that several ports share, or that
 //! shall have a name. Cost: none; nodes that know what to do with a constant do not read it pixel by pixel.
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Color, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Field, Stop, Type};
+use shibo_kernel::ground::number::narrow;
 
 /// The same number and the same colour everywhere.
 ///

@@ -3,15 +3,15 @@
 //! Sources: B. Mandelbrot, J. van Ness, "Fractional Brownian motions" (1968); K. Perlin, "An image synthesizer" (1985)
 //! for turbulence; F. K. Musgrave in "Texturing and Modeling" (ch. 16) for ridges. Differs in that every kind is scaled
 //! to the same mean and deviation and that each octave repeats with the canvas by itself; see
-//! [`kernel::noise`](crate::kernel::noise). Cost: O(pixels · octaves), about 3 ns each.
+//! [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels · octaves), about 3 ns each.
 use super::noise_field::noise_field;
 use crate::choice::choice;
-use crate::kernel::cells::CellShape;
-use crate::kernel::noise::{self as kernel, NoiseSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Stop, Tiling, Type};
+use shibo_kernel::noise::cells::CellShape;
+use shibo_kernel::noise::fractal::{self as kernel, NoiseSpec};
 
 choice! {
     /// How octaves are folded and summed.

@@ -1,17 +1,17 @@
 //! [`Gradient`]: a ramp from one point to another.
 //!
-//! The shapes are the usual ones; see [`kernel::gradient`](crate::kernel::gradient) for their formulas. On a canvas that
+//! The shapes are the usual ones; see [`kernel::gradient`](shibo_kernel::pointwise::gradient) for their formulas. On a canvas that
 //! tiles, shapes around a point are drawn around the nearest of its copies where that leaves no seam.
 //! Cost: O(pixels), about half a nanosecond each, 3 ns for `Angular`.
 use crate::choice::choice;
-use crate::kernel::gradient::{self as kernel, GradientSpec};
-use crate::kernel::tile;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Canvas, Field, Stop, Tiling, Type};
+use shibo_kernel::ground::tile;
+use shibo_kernel::pointwise::gradient::{self as kernel, GradientSpec};
 
 choice! {
     /// The lines of equal value.

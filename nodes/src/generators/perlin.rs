@@ -1,14 +1,14 @@
 //! [`Perlin`]: one octave of gradient noise.
 //!
 //! Source: K. Perlin, "Improving noise" (2002). Differs in its gradients, which are uniform in a square, and in that it
-//! repeats with the canvas; see [`kernel::noise`](crate::kernel::noise). Cost: O(pixels).
+//! repeats with the canvas; see [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels).
 use super::noise_field::noise_field;
-use crate::kernel::cells::CellShape;
-use crate::kernel::noise::{Basis, Fractal, NoiseSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Stop, Tiling, Type};
+use shibo_kernel::noise::cells::CellShape;
+use shibo_kernel::noise::fractal::{Basis, Fractal, NoiseSpec};
 
 /// Smooth bumps of one size: gradient noise, 0..1 with mean ½.
 ///

@@ -2,18 +2,19 @@
 //!
 //! Source: S. Worley, "A cellular texture basis function" (1996); the border distance after I. Quilez, "Voronoi
 //! borders". Differs in that cells lie on a lattice that repeats with the canvas, with one point in each; see
-//! [`kernel::worley`](crate::kernel::worley). Each output is computed for itself. Cost: O(pixels), about 13 ns each;
+//! [`kernel::worley`](shibo_kernel::noise::worley). Each output is computed for itself. Cost: O(pixels), about 13 ns each;
 //! `border` four times that.
 use crate::choice::choice;
-use crate::kernel::cells::CellShape;
-use crate::kernel::hash::Hash;
-use crate::kernel::tile::{self, narrow};
-use crate::kernel::tone;
-use crate::kernel::worley::{self as kernel, WorleyOut, WorleySpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Stop, Tile, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile;
+use shibo_kernel::noise::cells::{self, CellShape};
+use shibo_kernel::noise::worley::{self as kernel, WorleyOut, WorleySpec};
+use shibo_kernel::pointwise::tone;
 use std::sync::Arc;
 
 choice! {
@@ -89,7 +90,7 @@ impl Node for Worley {
             jitter: narrow(self.jitter),
             metric: self.metric.into(),
         };
-        let canvas = tile::canvas(cx.size_mm(), cx.tiling());
+        let canvas = cells::canvas(cx.size_mm(), cx.tiling());
         let cells = Arc::new(kernel::Worley::new(&spec, &canvas, Hash::new(cx.seed(self.seed))));
         let factor = if self.normalize { narrow(1.0 / self.size.max(1e-30)) } else { 1.0 };
         let output = |ty: Type, plane: Plane| {

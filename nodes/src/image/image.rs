@@ -5,13 +5,13 @@
 //! O(pixels).
 use super::pixels::{Crop, Pick, Pixels, Placement, Source};
 use crate::choice::choice;
-use crate::kernel::sample::{Filter, Outside};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, FilePath, Node, Output, Outputs, Xy};
 use shibo_engine::picture;
 use shibo_engine::value::{Canvas, Field, Grid, PictureFields, Stop, Tiling, Type, Value};
+use shibo_kernel::filter::sample::{Filter, Outside};
 use std::sync::Arc;
 
 /// What the numbers in a picture mean.

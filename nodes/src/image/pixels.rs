@@ -1,13 +1,13 @@
 //! The pixels of a picture file, decoded when the first of them is wanted, and the fields that show them.
 use super::image::problem;
-use crate::kernel::placed::{self, Place};
-use crate::kernel::sample::{Filter, Outside, Pyramid};
-use crate::kernel::tile;
 use glam::DVec2;
 use rayon::prelude::*;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::picture::{ColorSpace, Header, Picture, ReadLimits, default_for, read, read_layer, to_linear};
 use shibo_engine::value::{Evaluator, Field, FieldSource, Grid, Reader, Stop, Tile};
+use shibo_kernel::filter::placed::{self, Place};
+use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
+use shibo_kernel::ground::tile;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 

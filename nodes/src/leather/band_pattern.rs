@@ -3,15 +3,15 @@
 //! Source: JP4905282B2 §8, claims 9 to 11, figs 22 to 24 (rows A59–A66; decision L-13). Beyond the source: bands that
 //! repeat with the canvas, and nuclei everywhere on it. Cost: O(bands + pixels), by tiles.
 use super::drawing;
-use crate::kernel::bands::{self, BandSpec};
-use crate::kernel::hash::Hash;
-use crate::kernel::strokes::{self, StrokeSet, StrokeStyle};
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
 use shibo_engine::value::{Canvas, Segments, Stop, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::bands::{self, BandSpec};
+use shibo_kernel::strokes::{self, StrokeSet, StrokeStyle};
 
 /// How the value falls from the middle of a band to its edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -4,12 +4,12 @@ use super::draw_wrinkles::VaryBy;
 use super::reading::Reduction;
 use super::simulate_springs::{Boundary, Integrator};
 use super::*;
-use crate::kernel::tile::narrow;
 use crate::testing::{canvas, outputs, port, raster};
 use glam::Vec2;
 use shibo_engine::diagnostics::Code;
 use shibo_engine::node::{Linear, Node, Range};
 use shibo_engine::value::{Canvas, Field, Lattice, Segments, SpringNet, Stop, Tiling, Type, Value};
+use shibo_kernel::ground::number::narrow;
 use std::sync::Arc;
 
 fn make(node: &impl Node, inputs: &[Value], output: &str) -> Value {

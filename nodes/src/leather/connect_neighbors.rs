@@ -2,16 +2,16 @@
 //!
 //! Source: JP4905282B2 §3, claim 8 (rows A11–A16). Delaunay links are beyond the source; they are the first
 //! lever of LEATHER-LOOK. Cost: O(links), Delaunay O(n log n).
-use crate::kernel::delaunay::delaunay_until;
-use crate::kernel::lattice::{GridShape, Links, grid_links_until, radius_estimate, radius_links_until, wrap};
-use crate::kernel::points::hexagons_until;
-use crate::kernel::stop::Until;
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, In, Node, Output, Outputs};
 use shibo_engine::value::{GridLinks, Lattice, Points, Stop, Tiling, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::stop::Until;
+use shibo_kernel::leather::delaunay::delaunay_until;
+use shibo_kernel::leather::links::{GridShape, Links, grid_links_until, radius_estimate, radius_links_until, wrap};
+use shibo_kernel::leather::points::hexagons_until;
 use std::sync::Arc;
 
 /// A rule that says which points are neighbours.

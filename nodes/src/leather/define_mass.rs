@@ -2,15 +2,15 @@
 //!
 //! Source: JP4905282B2 §6(1), claims 4 and 5 (rows A28–A33; decision L-12). Cost: O(points · pixels near a point).
 use super::reading::{self, Reduction};
-use crate::kernel::hash::Hash;
-use crate::kernel::lines::Raster;
-use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Linear, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, LiveMass, SpringNet, Stop, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::lines::Raster;
 use std::sync::Arc;
 
 /// Which places of the field belong to a point.
@@ -156,7 +156,7 @@ pub(super) fn mass_at(live: &LiveMass, raster: &Raster<'_>, place: Vec2) -> f32 
     let reduce = if live.sum { Reduction::Sum } else { Reduction::Mean };
     let scalar = match live.near {
         None => raster.at(place),
-        Some(radius) => raster.along([place; 2], crate::kernel::lines::Along::Near(radius), reduce.kernel()),
+        Some(radius) => raster.along([place; 2], shibo_kernel::leather::lines::Along::Near(radius), reduce.kernel()),
     };
     live.mass[0] + (live.mass[1] - live.mass[0]) * scalar
 }

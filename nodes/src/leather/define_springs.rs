@@ -2,13 +2,13 @@
 //!
 //! Source: JP4905282B2 §4, claims 2 and 3 (rows A17–A27; decisions L-3, L-4, L-5, L-11). Cost: O(links · pixels on a link).
 use super::reading::{self, Reduction, Sample};
-use crate::kernel::hash::Hash;
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Linear, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Lattice, SpringNet, Stop, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
 
 /// What a spring's length at rest is, before `rest_length` is added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,9 +3,6 @@
 //! Beyond the source: pores, quills, studs, and fields for springs to follow (LEATHER-LOOK §4). Dots keep to millimetres;
 //! those smaller than a pixel keep its size and fade. Cost: O(points + pixels under dots), by tiles.
 use super::drawing;
-use crate::kernel::hash::Hash;
-use crate::kernel::strokes::{self, Stroke, StrokeSet, StrokeStyle};
-use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,6 +10,9 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
 use shibo_engine::node::{Gray, In};
 use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::strokes::{self, Stroke, StrokeSet, StrokeStyle};
 
 /// The cross-section of a dot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -4,15 +4,15 @@
 //! follow the link, tapering, depth fields. Strokes keep to millimetres, so any resolution draws the same grooves; those
 //! thinner than `min_width` pixels keep that width and fade instead. Cost: O(strokes + pixels under strokes), by tiles.
 use super::{drawing, reading};
-use crate::kernel::hash::Hash;
-use crate::kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
-use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Range};
 use shibo_engine::value::{Canvas, Cost, Field, FieldSource, Grid, Reader, Segments, Stop, Tile, Tiling, Type, Window};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
 use std::sync::{Arc, OnceLock};
 
 /// The cross-section of a groove.

@@ -1,8 +1,8 @@
 //! What the nodes that draw strokes share: the field of a set of strokes, and the bounds of what can be drawn.
-use crate::kernel::strokes::{self, Draw, Stroke, StrokeSet, StrokeStyle, Window};
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::{Field, Tile, Tiling, Type};
+use shibo_kernel::strokes::{self, Draw, Stroke, StrokeSet, StrokeStyle, Window};
 
 /// The most strokes that may lie over each other, on average: a second's work per million pixels.
 const MOST_LAYERS: f64 = 4096.0;

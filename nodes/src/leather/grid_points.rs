@@ -2,14 +2,14 @@
 //!
 //! Source: JP4905282B2 §3, claims 6 and 7 (rows A1–A6, A10; decisions L-1, L-2). Beyond the source: staggered rows and
 //! grids that repeat with the canvas. Cost: O(points).
-use crate::kernel::hash::Hash;
-use crate::kernel::points::{GridSpec, grid, grid_counts};
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Canvas, GridOrder, Points, Stop, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::points::{GridSpec, grid, grid_counts};
 
 /// The most points that a node makes.
 pub(super) const MAX_POINTS: usize = 4_000_000;

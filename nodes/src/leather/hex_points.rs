@@ -3,15 +3,15 @@
 //! Source: JP4905282B2 §3 (rows A7v, A13v). Beyond the source: jitter, and tilings that repeat with the canvas.
 //! Cost: O(points · log points).
 use super::grid_points::{MAX_POINTS, afford, too_many};
-use crate::kernel::hash::Hash;
-use crate::kernel::points::hexagons_until;
-use crate::kernel::tile::narrow;
 use glam::{DVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::points::hexagons_until;
 
 /// Points at the corners of a tiling by regular hexagons, two sides of which run across the canvas.
 ///

@@ -1,15 +1,15 @@
 //! What [`super::SimulateSprings`] hands to the kernel, and what it makes of the outcome.
 use super::define_mass::mass_at;
 use super::strain::{Strain, What};
-use crate::kernel::lattice::{GridShape, radius_estimate, radius_links_until};
-use crate::kernel::lines::Raster;
-use crate::kernel::points::hexagon_grid;
-use crate::kernel::springs::{Mass, Net, Outcome};
-use crate::kernel::tile::narrow;
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Outputs};
 use shibo_engine::value::{GridLinks, Lattice, LiveMass, Points, SpringNet, Stop, Tiling};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::lines::Raster;
+use shibo_kernel::leather::links::{GridShape, radius_estimate, radius_links_until};
+use shibo_kernel::leather::points::hexagon_grid;
+use shibo_kernel::springs::{Mass, Net, Outcome};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 

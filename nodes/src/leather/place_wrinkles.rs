@@ -2,15 +2,15 @@
 //!
 //! Source: JP4905282B2 §7, claim 1 (rows A46–A48). Beyond the source: lengths other than the link's, and leaving out
 //! links that are too long. Cost: O(links).
-use crate::kernel::area;
-use crate::kernel::lattice::Links;
-use crate::kernel::segments::{self, SegmentSpec};
-use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, In, Node, Output, Outputs};
 use shibo_engine::value::{Lattice, Segments, Stop, Tiling, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::area;
+use shibo_kernel::leather::links::Links;
+use shibo_kernel::leather::segments::{self, SegmentSpec};
 
 /// Links by what became of their springs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

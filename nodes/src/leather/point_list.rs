@@ -66,7 +66,7 @@ impl Node for PointList {
             positions,
             size_mm: cx.size_mm(),
             periodic: Node::tiling(self, cx.canvas),
-            pitch: crate::kernel::tile::narrow(pitch),
+            pitch: shibo_kernel::ground::number::narrow(pitch),
             ..Points::default()
         }))
     }

@@ -3,15 +3,15 @@
 //! Stands for "any algorithm giving an almost uniform distribution" (JP4905282B2 §3, rows A9v, A68); LEATHER-LOOK lever 3.
 //! Cost: O(points), about two microseconds each.
 use super::grid_points::{MAX_POINTS, afford, too_many};
-use crate::kernel::hash::Hash;
-use crate::kernel::poisson::{PoissonSpec, poisson_estimate, poisson_until};
-use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Points, Stop, Tile, Tiling, Type, Window};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_until};
 
 /// Points at random that keep their distance: no lattice, no clumps, the best start for leather.
 ///

@@ -2,13 +2,13 @@
 //!
 //! Source: JP4905282B2 §3 (row A8v). Cost: O(points).
 use super::grid_points::{MAX_POINTS, afford};
-use crate::kernel::hash::Hash;
-use crate::kernel::points::random;
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::points::random;
 
 /// Points anywhere on the canvas, each by chance alone: they clump and leave gaps.
 ///

@@ -1,14 +1,14 @@
 //! What several nodes do with a scalar field: reading it as a picture that their own parameters fix, never the output's.
 use super::define_mass::mass_at;
-use crate::kernel::lattice::Links;
-use crate::kernel::lines::{Along, Raster, Reduce};
-use crate::kernel::tile::narrow;
 use glam::{DVec2, UVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{Field, Lattice, LiveMass, Stop, Tiling, Window};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::lines::{Along, Raster, Reduce};
+use shibo_kernel::leather::links::Links;
 
 /// Which places of the field belong to a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

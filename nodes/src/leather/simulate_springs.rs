@@ -5,17 +5,17 @@
 //! diverges is an error, never a picture. Cost: O(steps · links).
 use super::net::{Contacts, live_mass, net, outputs, quantile};
 use super::reading::{self, Reduction, Sample};
-use crate::kernel::area::near_contour;
-use crate::kernel::hash::Hash;
-use crate::kernel::points::border;
-use crate::kernel::springs::{self, Mass, Motion, Net, Outcome, SpringError};
-use crate::kernel::tile::narrow;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Range};
 use shibo_engine::value::{Canvas, Points, SpringNet, Stop, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::area::near_contour;
+use shibo_kernel::leather::points::border;
+use shibo_kernel::springs::{self, Mass, Motion, Net, Outcome, SpringError};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How position and velocity advance by a step.

@@ -1,11 +1,11 @@
 //! What a motion did to its links, as fields: for colour and roughness.
-use crate::kernel::lattice::Links;
-use crate::kernel::placed::{self, Place};
-use crate::kernel::sample::{Filter, Outside, Pyramid};
-use crate::kernel::scatter::{Spread, spread};
-use crate::kernel::tile;
 use glam::{DVec2, UVec2, Vec2};
 use shibo_engine::value::{Field, FieldSource, Grid, Lattice, Reader, Stop, Tile, Tiling, Type};
+use shibo_kernel::filter::placed::{self, Place};
+use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
+use shibo_kernel::ground::tile;
+use shibo_kernel::leather::links::Links;
+use shibo_kernel::leather::scatter::{Spread, spread};
 use std::sync::{Arc, OnceLock};
 
 /// What is shown.

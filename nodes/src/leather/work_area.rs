@@ -2,13 +2,14 @@
 //!
 //! Source: JP4905282B2 §3, "a work area of any shape" (row A4v; with it A42 and A48 for that shape). Cost: O(points), and
 //! the distances from the contour at four samples per pitch.
-use crate::kernel::{area, fields};
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Area, Canvas, Field, Halo, Points, Stop, Tiling, Type, Window};
+use shibo_kernel::filter::fields;
+use shibo_kernel::leather::area;
 use std::sync::Arc;
 
 /// Keeps the points within a shape, which becomes the work area of all stages after it.
@@ -84,7 +85,7 @@ impl WorkArea {
     fn area(&self, cx: &Context<'_>, points: &Points, shape: &Field) -> Result<Area, Stop> {
         let pitch = f64::from(points.pitch.max(f32::MIN_POSITIVE));
         let size = (cx.size_mm() / pitch * 4.0).ceil().clamp(DVec2::splat(16.0), DVec2::splat(MOST_SAMPLES)).as_uvec2();
-        let threshold = crate::kernel::tile::narrow(self.threshold);
+        let threshold = shibo_kernel::ground::number::narrow(self.threshold);
         let radius = REACH * cx.size_mm().min_element();
         let negative = Field::map(Type::Gray, [shape.clone()], Halo::NONE, |out, [input]| {
             out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = -v);
@@ -123,7 +124,7 @@ mod tests {
             for (i, v) in out.plane_mut(0).iter_mut().enumerate() {
                 let x = DVec2::new(f64::from(window.x) + (i % width) as f64, f64::from(window.y) + (i / width) as f64);
                 let at = grid.origin + (x + 0.5) * grid.step;
-                *v = crate::kernel::tile::narrow(10.5 - (at - 16.0).length());
+                *v = shibo_kernel::ground::number::narrow(10.5 - (at - 16.0).length());
             }
             Ok(())
         })

@@ -1,8 +1,8 @@
 //! A field as it looks through an affine map: what [`Transform`](super::Transform) makes.
-use crate::kernel::resample::{self, Places};
-use crate::kernel::tile;
 use glam::{DMat2, DVec2};
 use shibo_engine::value::{Field, FieldSource, Grid, Reader, Stop, Tile, Type, Window};
+use shibo_kernel::filter::resample::{self, Places};
+use shibo_kernel::ground::tile;
 
 /// A field moved by an affine map.
 pub(super) struct Moved {

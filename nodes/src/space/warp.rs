@@ -5,15 +5,14 @@
 //! reads its input as far as its own displacements go. Cost: O(pixels).
 use super::warped::{Displacement, Warped};
 use crate::bounds::at_most_half;
-use crate::kernel::cells::CellShape;
-use crate::kernel::hash::Hash;
-use crate::kernel::noise::{Noise, NoiseSpec};
-use crate::kernel::tile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
 use shibo_engine::value::{Canvas, Field, Stop, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::noise::cells::{self, CellShape};
+use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 
 /// Bends a field: straight lines become wavy. By noise of its own, or by displacements that are connected.
 ///
@@ -54,7 +53,7 @@ impl Default for Warp {
 impl Warp {
     fn noise(&self, cx: &Context<'_>, axis: u64) -> Noise {
         let spec = NoiseSpec { shape: CellShape::round(self.size), ..NoiseSpec::fbm(self.size, self.octaves) };
-        Noise::new(&spec, &tile::canvas(cx.size_mm(), cx.tiling()), Hash::new(cx.seed(self.seed)).with(axis))
+        Noise::new(&spec, &cells::canvas(cx.size_mm(), cx.tiling()), Hash::new(cx.seed(self.seed)).with(axis))
     }
 }
 

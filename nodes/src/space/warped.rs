@@ -1,9 +1,9 @@
 //! A field seen through displacements: what [`Warp`](super::Warp) makes.
-use crate::kernel::noise::Noise;
-use crate::kernel::tile;
-use crate::kernel::warp::{self, WarpSpec};
-use crate::kernel::window::Rect;
 use shibo_engine::value::{Field, FieldSource, Grid, Reader, Stop, Tile, Window};
+use shibo_kernel::filter::warp::{self, WarpSpec};
+use shibo_kernel::ground::tile;
+use shibo_kernel::ground::window::Rect;
+use shibo_kernel::noise::fractal::Noise;
 
 /// What moves the pixels.
 pub(super) enum Displacement {
@@ -134,16 +134,17 @@ impl FieldSource for Warped {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::hash::Hash;
-    use crate::kernel::noise::NoiseSpec;
     use crate::testing::{check_field, lumps};
     use shibo_engine::value::{Tiling, Type};
+    use shibo_kernel::ground::hash::Hash;
+    use shibo_kernel::noise::cells;
+    use shibo_kernel::noise::fractal::NoiseSpec;
 
     #[test]
     fn parts_make_the_whole() {
         let noise = [0, 1].map(|k| {
             let spec = NoiseSpec::fbm(3.0, 3);
-            let noise = Noise::new(&spec, &tile::canvas(glam::DVec2::splat(32.0), Tiling::BOTH), Hash::new(k));
+            let noise = Noise::new(&spec, &cells::canvas(glam::DVec2::splat(32.0), Tiling::BOTH), Hash::new(k));
             Field::generate(Type::Gray, Tiling::BOTH, move |out, _| {
                 noise.fill(&tile::frame(out), out.plane_mut(0));
                 Ok(())

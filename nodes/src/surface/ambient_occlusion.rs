@@ -1,15 +1,16 @@
 //! [`AmbientOcclusion`]: how much of the sky a point sees.
 //!
 //! Compares the height with itself blurred at three scales, 0.35, 1 and 2 times the radius; see
-//! [`kernel::occlusion`](crate::kernel::occlusion). Smooth and free of directions and noise, unlike a ray march; what it
+//! [`kernel::occlusion`](shibo_kernel::surface::occlusion). Smooth and free of directions and noise, unlike a ray march; what it
 //! does not know is the shape of what stands around. Cost: three blurs, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
-use crate::kernel::{fields, occlusion};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
+use shibo_kernel::filter::fields;
+use shibo_kernel::surface::occlusion;
 
 /// Openness of a height field to the sky: 1 on plains and hills, darker in hollows and grooves.
 ///

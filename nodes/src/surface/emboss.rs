@@ -1,12 +1,12 @@
 //! [`Emboss`]: a grey picture as relief.
 //!
 //! Source: JP4905282B2 §7, "a grey picture whose values are depths for embossing" (row A56). Cost: O(pixels).
-use crate::kernel::math;
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Type};
+use shibo_kernel::ground::math;
+use shibo_kernel::ground::number::narrow;
 
 /// How values become depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

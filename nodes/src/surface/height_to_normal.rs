@@ -2,12 +2,12 @@
 //!
 //! n = normalise(-s·∂h/∂x, ∓s·∂h/∂y, 1) with slopes by differences over one pixel on each side; both height and
 //! place are in mm, so the map is the same surface at every resolution. Cost: O(pixels), bound by memory.
-use crate::kernel::normal::{self, NormalSpec, Slope};
-use crate::kernel::tile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Type};
+use shibo_kernel::ground::tile;
+use shibo_kernel::surface::normal::{self, NormalSpec, Slope};
 
 /// How slopes are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

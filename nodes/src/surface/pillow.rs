@@ -3,12 +3,12 @@
 //! `1 - (1 - min(d/radius, 1))²` of the distance d to the grooves: steep at their edge, level at the radius, as full-grain
 //! leather swells between its wrinkles. Cost: that of the distance, O(pixels · radius in pixels).
 use crate::bounds::at_most_half;
-use crate::kernel::{distance, fields};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
+use shibo_kernel::filter::{distance, fields};
 
 /// Swells what lies between grooves to domes, 0 in the grooves and 1 on top.
 ///

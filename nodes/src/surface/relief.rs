@@ -1,10 +1,8 @@
 //! [`Relief`]: a lit picture of a surface, for looking at.
 //!
 //! Key light, weak fill and a sky; Lambert and GGX (E. Heitz, 2014), 4 % at normal incidence; ambient occlusion darkens
-//! the sky and, by half, the key light; a filmic curve ends it. See [`kernel::relief`](crate::kernel::relief). Of a
+//! the sky and, by half, the key light; a filmic curve ends it. See [`kernel::relief`](shibo_kernel::surface::relief). Of a
 //! material metal, sheen and coat show too, but not anisotropy. Cost: O(pixels).
-use crate::kernel::relief::{self, Finish, ReliefSpec, Surface};
-use crate::kernel::tile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -12,6 +10,8 @@ use shibo_engine::node::{Color, Context, Fact, Gray, In, Node, Output, Outputs, 
 use shibo_engine::value::{
     Canvas, Channel, Field, FieldSource, Grid, Material, Reader, Stop, Tile, Tiling, Type, Window,
 };
+use shibo_kernel::ground::tile;
+use shibo_kernel::surface::relief::{self, Finish, ReliefSpec, Surface};
 
 /// A lit picture of a surface seen from above: of a height, or of a whole material. Scene-linear colour, for looking at.
 ///

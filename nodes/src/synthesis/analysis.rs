@@ -1,12 +1,12 @@
 //! What the nodes of this family have in common: from an exemplar on a wire to what the kernels take.
-use crate::kernel::hash::Hash;
-use crate::kernel::stop::Until;
-use crate::kernel::synthesis::Plane;
-use crate::kernel::synthesis::analysis::{AnalysisSpec, analyse_until, find_alike, spacings};
-use crate::kernel::synthesis::texels::Texels;
-use crate::kernel::synthesis::{lattice, levels};
 use glam::DVec2;
 use shibo_engine::value::{Exemplar, ExemplarLattice, ExemplarLevel, Tiling};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::stop::Until;
+use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::analysis::{AnalysisSpec, analyse_until, find_alike, spacings};
+use shibo_kernel::synthesis::texels::Texels;
+use shibo_kernel::synthesis::{lattice, levels};
 
 /// Size, and where sides join.
 pub(super) fn plane(exemplar: &Exemplar) -> Plane {

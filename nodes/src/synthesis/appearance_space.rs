@@ -4,11 +4,11 @@
 //! numbers by their main directions; neighbourhoods of 24 at coarse levels and 4 at fine ones. Cost: O(pixels · levels).
 use super::analysis::levels_of;
 use crate::choice::choice;
-use crate::kernel::synthesis::analysis::AnalysisSpec;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{self, Exemplar, Stop, Type};
+use shibo_kernel::synthesis::analysis::AnalysisSpec;
 use std::sync::Arc;
 
 choice! {

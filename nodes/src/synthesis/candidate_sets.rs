@@ -3,11 +3,11 @@
 //! Beyond the source (k-coherence of the published work): k = 2 as a rule, found by PatchMatch on neighbourhood vectors. Cost:
 //! O(pixels · levels · log pixels).
 use super::analysis::{add_alike, levels_of};
-use crate::kernel::synthesis::analysis::AnalysisSpec;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Exemplar, Stop, Type};
+use shibo_kernel::synthesis::analysis::AnalysisSpec;
 use std::sync::Arc;
 
 /// Finds for every pixel of an exemplar others that look alike, so that pieces can be joined in more ways.

@@ -7,14 +7,14 @@ use super::appearance_space::Neighborhood;
 use super::patent::{level, wide};
 use super::stages;
 use crate::choice::choice;
-use crate::kernel::synthesis::exact::{Corrector, Features, Rule};
-use crate::kernel::synthesis::texels::{self, Texels};
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, CoordMap, Exemplar, Stop, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
+use shibo_kernel::synthesis::texels::{self, Texels};
 use std::sync::Arc;
 
 choice! {

@@ -2,15 +2,15 @@
 //!
 //! Source: JP5149288B2 II and III (row C1; decisions S-11 stack or pyramid, S-12 borders). Beyond the source: several
 //! aligned pictures with weights, guide, mask, exemplars from fields. Cost: O(pixels · channels).
-use crate::kernel::math::srgb_encode;
-use crate::kernel::synthesis::{feature, seams};
-use crate::kernel::tile::narrow;
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
 use shibo_engine::value::{self, Canvas, ExemplarFrame, Field, Grid, Stop, Tile, Tiling, Type, Window};
+use shibo_kernel::ground::math::srgb_encode;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::synthesis::{feature, seams};
 use std::sync::Arc;
 
 /// How coarser levels are made.

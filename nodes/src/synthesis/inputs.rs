@@ -1,12 +1,12 @@
 //! What synthesis asks of the graph, level by level: Jacobians, guides, what is given, and where to start.
-use crate::kernel::synthesis::aniso::{Jacobians, Position};
-use crate::kernel::synthesis::driver::{Fixed, Inputs};
-use crate::kernel::synthesis::jacobian::{self, IDENTITY, Jacobian};
-use crate::kernel::synthesis::region::Region;
 use glam::{DVec2, IVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{CoordMap, Field, Grid, Stop, Tile, Window};
+use shibo_kernel::synthesis::aniso::{Jacobians, Position};
+use shibo_kernel::synthesis::driver::{Fixed, Inputs};
+use shibo_kernel::synthesis::jacobian::{self, IDENTITY, Jacobian};
+use shibo_kernel::synthesis::region::Region;
 use std::sync::Arc;
 
 /// The fields that a synthesis follows.

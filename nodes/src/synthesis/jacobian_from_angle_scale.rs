@@ -2,11 +2,11 @@
 //!
 //! Source: JP5149288B2 III, figures 6 and 7 (rows C3, C14, C15; decision S-1: users give orientation and size of features,
 //! nodes invert). `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
-use crate::kernel::synthesis::jacobian::from_angle_scale;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_kernel::synthesis::jacobian::from_angle_scale;
 
 /// Turns, scales and stretches the features of a synthesised texture, the same everywhere or by fields.
 ///

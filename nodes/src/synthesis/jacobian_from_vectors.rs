@@ -2,11 +2,11 @@
 //!
 //! Source: JP5149288B2 III (rows C3, C15): `J = (t b)⁻¹`, t and b being where the exemplar's axes shall lead. Cost:
 //! O(pixels).
-use crate::kernel::synthesis::jacobian::from_vectors;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_kernel::synthesis::jacobian::from_vectors;
 
 /// Lets the exemplar's x axis follow vectors: given as two numbers, as two fields, or as one field of vectors.
 ///

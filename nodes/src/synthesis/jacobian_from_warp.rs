@@ -43,7 +43,7 @@ impl Node for JacobianFromWarp {
         &[Output::new("jacobian", Type::Jacobian, "From output to exemplar: J00 J01 J10 J11.")];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let scale = crate::kernel::tile::narrow(2.0 * self.amount);
+        let scale = shibo_kernel::ground::number::narrow(2.0 * self.amount);
         let by = match cx.get_opt(&self.by)? {
             Some(by) => by,
             None => {

@@ -1,11 +1,11 @@
 //! [`JacobianMultiply`]: one Jacobian after another.
 //!
 //! Source: JP5149288B2 III (row C3). Cost: O(pixels).
-use crate::kernel::synthesis::jacobian::multiply;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_kernel::synthesis::jacobian::multiply;
 
 /// The product A·B: features are first changed as `a` says, and then, as a whole, as `b` says.
 ///

@@ -2,13 +2,13 @@
 //!
 //! Beyond the source (S-6): without it, `J = 1` and zeros give back the exemplar, tiled. Cost: O(pixels).
 use super::stages;
-use crate::kernel::hash::Hash;
-use crate::kernel::synthesis::exact;
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{CoordMap, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::synthesis::exact;
 use std::sync::Arc;
 
 /// Displaces the coordinates of one level at random, as far as the exemplar allows variety.

@@ -2,17 +2,17 @@
 use super::analysis::{features, plane};
 use super::inputs::FieldInputs;
 use super::synthesize::Synthesize;
-use crate::kernel::hash::Hash;
-use crate::kernel::synthesis::Plane;
-use crate::kernel::synthesis::aniso::Jacobians;
-use crate::kernel::synthesis::driver::Inputs;
-use crate::kernel::synthesis::exact::{self, Corrector, Features, Rule};
-use crate::kernel::synthesis::jacobian::IDENTITY;
-use crate::kernel::synthesis::levels::pyramid_level;
-use crate::kernel::synthesis::region::Region;
-use crate::kernel::synthesis::texels::{Fetch, Texels};
-use crate::kernel::tile::narrow;
 use shibo_engine::value::{Exemplar, Stop};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::aniso::Jacobians;
+use shibo_kernel::synthesis::driver::Inputs;
+use shibo_kernel::synthesis::exact::{self, Corrector, Features, Rule};
+use shibo_kernel::synthesis::jacobian::IDENTITY;
+use shibo_kernel::synthesis::levels::pyramid_level;
+use shibo_kernel::synthesis::region::Region;
+use shibo_kernel::synthesis::texels::{Fetch, Texels};
 
 /// Features of a level in double precision, and how many finest pixels one of them is wide.
 pub(super) fn level(features: &Texels<f64>, h: usize, pyramid: bool) -> (Texels<f64>, f64) {

@@ -1,15 +1,15 @@
 //! A picture seen through coordinates: what [`SampleExemplar`](super::SampleExemplar) and
 //! [`MagnifyCoords`](super::MagnifyCoords) make.
-use crate::kernel::synthesis::Plane;
-use crate::kernel::synthesis::jacobian::{IDENTITY, Jacobian};
-use crate::kernel::synthesis::sampling::{Area, Source};
-use crate::kernel::synthesis::texels::Fetch;
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{
     CoordMap, Evaluator, ExemplarFrame, Field, FieldSource, Grid, Reader, Stop, Tile, Tiling, Type, Window,
 };
+use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
+use shibo_kernel::synthesis::sampling::{Area, Source};
+use shibo_kernel::synthesis::texels::Fetch;
 use std::sync::{Arc, OnceLock};
 
 crate::choice::choice! {
@@ -114,7 +114,7 @@ impl FieldSource for Sampled {
             spacing: f64::from(map.spacing),
             origin: ((out.grid.origin / pitch) - map.start.as_dvec2()).to_array(),
             step: (out.grid.step / pitch).to_array(),
-            window: crate::kernel::tile::rect(out.window),
+            window: shibo_kernel::ground::tile::rect(out.window),
             jacobians: jacobians.as_deref(),
             follow: self.jacobian.is_some(),
         };
@@ -127,7 +127,7 @@ impl FieldSource for Sampled {
         }
         if self.scale_heights && jacobians.is_some() {
             for p in 0..n {
-                let scale = 1.0 / crate::kernel::synthesis::jacobian::det(&at(p)).abs().sqrt().max(1e-4);
+                let scale = 1.0 / shibo_kernel::synthesis::jacobian::det(&at(p)).abs().sqrt().max(1e-4);
                 (0..channels).for_each(|c| out.data_mut()[c * n + p] *= scale);
             }
         }
@@ -160,7 +160,7 @@ impl FieldSource for Sampled {
 /// Turns a normal kept as ½ + ½n, y up, as features turn: slopes are multiplied by Jᵀ without its scale.
 fn turn(data: &mut [f32], p: usize, n: usize, j: &Jacobian) {
     let (x, y, z) = (data[p] * 2.0 - 1.0, 1.0 - data[n + p] * 2.0, (data[2 * n + p] * 2.0 - 1.0).max(1e-4));
-    let scale = 1.0 / crate::kernel::synthesis::jacobian::det(j).abs().sqrt().max(1e-4);
+    let scale = 1.0 / shibo_kernel::synthesis::jacobian::det(j).abs().sqrt().max(1e-4);
     let slope = [x / z, y / z];
     let turned = [(j[0] * slope[0] + j[2] * slope[1]) * scale, (j[1] * slope[0] + j[3] * slope[1]) * scale];
     let length = (turned[0] * turned[0] + turned[1] * turned[1] + 1.0).sqrt();

@@ -1,11 +1,11 @@
 //! What the nodes of single stages have in common.
 use super::inputs::checked;
-use crate::kernel::synthesis::Plane;
-use crate::kernel::synthesis::jacobian::{IDENTITY, Jacobian};
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{CoordMap, Field, Grid, Stop, Tile, Window};
+use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
 
 /// Size of a map, and where its sides join.
 pub(super) fn plane(map: &CoordMap) -> Plane {

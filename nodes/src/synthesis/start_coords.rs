@@ -1,13 +1,13 @@
 //! [`StartCoords`]: the coordinates that synthesis begins with.
 //!
 //! Source: JP5149288B2 II, claim 1 (row C2; decision S-16: any size to start from). Cost: O(pixels).
-use crate::kernel::tile::narrow;
 use glam::{IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, CoordMap, Stop, Type};
+use shibo_kernel::ground::number::narrow;
 use std::sync::Arc;
 
 /// A small map of coordinates over the canvas, zeros or given, to be doubled `levels` times.

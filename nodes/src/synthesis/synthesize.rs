@@ -7,19 +7,19 @@
 use super::analysis::{self, add_alike, find_lattice, levels_of};
 use super::inputs::FieldInputs;
 use super::patent;
-use crate::kernel::hash::Hash;
-use crate::kernel::synthesis::analysis::AnalysisSpec;
-use crate::kernel::synthesis::coverage::EvenUse;
-use crate::kernel::synthesis::driver::{self, Analysed, Settings, Start};
-use crate::kernel::synthesis::lattice::Basis;
-use crate::kernel::synthesis::region::Output as Pixels;
-use crate::kernel::tile::narrow;
 use glam::{DVec2, IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, JacobianField, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, CoordMap, Exemplar, ExemplarLattice, ExemplarLevel, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::synthesis::analysis::AnalysisSpec;
+use shibo_kernel::synthesis::coverage::EvenUse;
+use shibo_kernel::synthesis::driver::{self, Analysed, Settings, Start};
+use shibo_kernel::synthesis::lattice::Basis;
+use shibo_kernel::synthesis::region::Output as Pixels;
 use std::sync::Arc;
 
 /// Settings that belong together; single parameters go before them.

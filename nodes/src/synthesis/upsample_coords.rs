@@ -3,13 +3,13 @@
 //! Source: JP5149288B2 II, equation (3) (rows C4, C5; decision S-2): child = parent + h·J·Δ, Δ = (±½, ±½). Cost:
 //! O(pixels).
 use super::stages;
-use crate::kernel::synthesis::exact;
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
 use shibo_engine::value::{CoordMap, Stop, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::synthesis::exact;
 use std::sync::Arc;
 
 /// Doubles a map of coordinates in x and y; the children of a pixel lie around it as the Jacobian says.

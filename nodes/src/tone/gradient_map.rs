@@ -3,13 +3,14 @@
 //! Mixing in Oklab (B. Ottosson, "A perceptual color space for image processing", 2020) gives ramps that are even to the
 //! eye. The ramp is computed without a table: exact at its stops. Cost: O(pixels · stops).
 use crate::choice::choice;
-use crate::kernel::tile::{narrow, planes3};
-use crate::kernel::tone as kernel;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Color, Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile, Type, srgb_to_linear};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile::planes3;
+use shibo_kernel::pointwise::tone as kernel;
 
 choice! {
     /// How colour runs from stop to stop.

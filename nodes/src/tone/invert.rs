@@ -1,9 +1,9 @@
 //! [`Invert`]: one minus a field. Cost: O(pixels), bound by memory.
-use crate::kernel::tone;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile};
+use shibo_kernel::pointwise::tone;
 
 /// One minus the input: bright becomes dark.
 ///

@@ -2,12 +2,12 @@
 //!
 //! The tool of this name in every picture editor. Colours are changed scene-linear, so a `gamma` above 1 lightens less
 //! than it would on encoded values. Cost: O(pixels); with a gamma about 1 ns each.
-use crate::kernel::tile::narrow;
-use crate::kernel::tone;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::pointwise::tone;
 
 /// Stretches the contrast: `low` becomes black and `high` white, and what lies beyond is cut off.
 ///

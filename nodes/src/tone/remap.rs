@@ -1,11 +1,11 @@
 //! [`Remap`]: one range of numbers to another. Cost: O(pixels), bound by memory.
-use crate::kernel::tile::narrow;
-use crate::kernel::tone;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::pointwise::tone;
 
 /// Maps one range of numbers to another along a straight line: units to shares, heights to masks, bright to dark.
 ///

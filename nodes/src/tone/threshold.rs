@@ -1,12 +1,12 @@
 //! [`Threshold`]: a mask of what lies above a level.
 //!
 //! The soft edge is the cubic step, `softness` wide in values and centred on `level`. Cost: O(pixels), bound by memory.
-use crate::kernel::tile::narrow;
-use crate::kernel::tone;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::pointwise::tone;
 
 /// A mask: 1 where the input lies above a level, 0 below.
 ///

@@ -4,16 +4,16 @@
 //! blends relative to each branch's birth, with branches that end or die, darken and keep their bark (WOOD-LOOK §4.2).
 //! Cost: about 2 ns a point and branch nearby.
 use super::trees::even;
-use crate::kernel::hash::Hash;
-use crate::kernel::solids::{Code, constant, places};
-use crate::kernel::tile::narrow;
-use crate::kernel::wood::branch::{Power, blend, blend_all};
-use crate::kernel::wood::knots::{self, Knot, KnotStyle};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
 use shibo_engine::value::{Canvas, Skeleton, Solid, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::wood::branch::{Power, blend, blend_all};
+use shibo_kernel::wood::knots::{self, Knot, KnotStyle};
+use shibo_kernel::wood::solids::{Code, constant, places};
 
 /// From where the times that are blended count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

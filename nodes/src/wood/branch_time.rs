@@ -3,13 +3,13 @@
 //! Source: Momoi & Takatera 2014, §3.6 (eqs 14–17; rows B12–B14, B16–B18, B20; W-4, W-8). Cost: about 1.5 ns a point and
 //! branch.
 use super::trees::axes;
-use crate::kernel::solids::{Code, columns, places};
-use crate::kernel::wood::branch::{Axis, branch_time};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Skeleton, Stop, Type};
+use shibo_kernel::wood::branch::{Axis, branch_time};
+use shibo_kernel::wood::solids::{Code, columns, places};
 
 /// The time at which branches reached each point, by way of the trunk: T2, infinite behind the plane through a branch's
 /// start.

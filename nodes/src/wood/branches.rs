@@ -3,14 +3,14 @@
 //! Source: Momoi & Takatera 2014, §3.1 and §3.6 (rows B12, B13, B20; W-14). Beyond the source: branches that end or die,
 //! and whorls as measured on a spruce log (WOOD-LOOK §2). Cost: O(branches).
 use super::trees::{Triple, even, vector};
-use crate::kernel::hash::Hash;
-use crate::kernel::wood::fit;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Range};
 use shibo_engine::value::{Branch, Canvas, Skeleton, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::wood::fit;
 
 /// A branch as it is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

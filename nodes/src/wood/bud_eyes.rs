@@ -2,17 +2,17 @@
 //!
 //! Beyond the source; WOOD-LOOK §2. Cost: about 15 ns a point.
 use super::trees::even;
-use crate::kernel::hash::Hash;
-use crate::kernel::math;
-use crate::kernel::noise3::Noise3;
-use crate::kernel::simd::dispatch;
-use crate::kernel::solids::{Code, places};
-use crate::kernel::tile::narrow;
-use crate::kernel::wood::trunk::{Places, Trunk};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
 use shibo_engine::value::{Skeleton, Solid, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::math;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::simd::dispatch;
+use shibo_kernel::noise::noise3::Noise3;
+use shibo_kernel::wood::solids::{Code, places};
+use shibo_kernel::wood::trunk::{Places, Trunk};
 
 /// Dots a trunk with buds that never grew out: rings bend round each as they do round a pin, and a flat cut shows eyes.
 ///

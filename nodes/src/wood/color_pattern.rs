@@ -1,18 +1,18 @@
 //! [`ColorPattern`]: the colours of wood through a year.
 //!
 //! Source: Momoi & Takatera 2014, §1, §2.1 and §4.3 (rows B22, B23, B24). Beyond the source: years are found by themselves
-//! along a line of a picture; see [`kernel::wood::strip`](crate::kernel::wood::strip). Cost: O(entries), with a picture
+//! along a line of a picture; see [`kernel::wood::strip`](shibo_kernel::wood::strip). Cost: O(entries), with a picture
 //! O(pixels of the strip).
 use crate::choice::choice;
-use crate::kernel::tile::narrow;
-use crate::kernel::wood::pattern;
-use crate::kernel::wood::strip::{self, Sampled, Strip, StripError, StripSpec};
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, Rgb};
 use shibo_engine::value::{self, Canvas, Field, Stop, Type, Window, srgb_to_linear};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::wood::pattern;
+use shibo_kernel::wood::strip::{self, Sampled, Strip, StripError, StripSpec};
 
 choice! {
     /// Which way a line across rings runs.

@@ -1,12 +1,12 @@
 //! [`ColorSolid`]: colour from a number, in space. Cost: about 10 ns a point.
-use crate::kernel::solids::Code;
-use crate::kernel::tile::narrow;
-use crate::kernel::tone::{Gradient, Interpolation};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
 use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidNumber};
 use shibo_engine::value::{Canvas, Stop, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::pointwise::tone::{Gradient, Interpolation};
+use shibo_kernel::wood::solids::Code;
 
 /// Colours a solid: each number becomes the colour that a ramp has there, mixed in Oklab.
 ///

@@ -2,13 +2,13 @@
 //!
 //! Source: Momoi & Takatera 2014, §4.1, §4.2, §5.1 (rows B26–B28, B30; W-13). Cost: about 1 ns a pixel besides the solid.
 use super::trees::{Triple, vector};
-use crate::kernel::simd::dispatch;
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Cut, Field, Key, Stop, Tile, Tiling, Type};
+use shibo_kernel::ground::simd::dispatch;
 
 /// How a board is cut from a trunk that stands on the z axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

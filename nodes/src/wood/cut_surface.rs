@@ -4,13 +4,13 @@
 //! of which u and v are scanned evenly. Cost: about 30 ns a pixel besides the solid.
 use super::trees::{Triple, vector};
 use crate::csv_points::FARTHEST;
-use crate::kernel::wood::surface;
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnySolid, Context, Fact, FilePath, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Cut, Field, Key, Stop, Tile, Tiling, Type};
+use shibo_kernel::wood::surface;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -222,7 +222,7 @@ impl Node for CutSurface {
                 let (x, y) = (i32::try_from(i % width).unwrap_or(0), i32::try_from(i / width).unwrap_or(0));
                 let uv = grid.center(window.x + x, window.y + y) / size;
                 let p = surface(uv.x, uv.y);
-                (0..3).for_each(|k| planes[k][i] = crate::kernel::tile::narrow(p[k]));
+                (0..3).for_each(|k| planes[k][i] = shibo_kernel::ground::number::narrow(p[k]));
                 i += 1;
             }
             Ok(())

@@ -2,13 +2,13 @@
 //!
 //! Source: Momoi & Takatera 2014, §3.4 (eqs 5–8; rows B6, B7; W-3). Cost: O(segments).
 use super::trees::problem;
-use crate::kernel::wood::fit;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Skeleton, Stop, Type};
+use shibo_kernel::wood::fit;
 
 /// Moves the inner control points of a skeleton along its tangents until they are evenly spaced in height.
 ///

@@ -3,14 +3,14 @@
 //! Beyond the source; WOOD-LOOK §4.3, after S. Marschner et al., "Measuring and modeling the appearance of finished wood"
 //! (2005). Cost: about 10 ns a point besides the direction.
 use super::frames::{Frame, dot, frames};
-use crate::kernel::math;
-use crate::kernel::simd::dispatch;
-use crate::kernel::solids::Code;
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
 use shibo_engine::value::{Solid, Stop, Type};
+use shibo_kernel::ground::math;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::simd::dispatch;
+use shibo_kernel::wood::solids::Code;
 
 /// Fibre direction against the cut: anisotropy and its angle, the tilt of fibres out of the cut, and figure, which is
 /// lighter where fibres tilt one way and darker where they tilt the other.

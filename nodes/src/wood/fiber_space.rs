@@ -2,15 +2,15 @@
 //!
 //! Beyond the source; how is WOOD-LOOK §4.3. Cost: about 25 ns a point, with curl 40.
 use super::trees::even;
-use crate::kernel::hash::Hash;
-use crate::kernel::solids::{Code, places};
-use crate::kernel::tile::narrow;
-use crate::kernel::wood::fiber::{FiberStyle, Fibers, Obstacle};
-use crate::kernel::wood::trunk::Trunk;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
 use shibo_engine::value::{Skeleton, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::wood::fiber::{FiberStyle, Fibers, Obstacle};
+use shibo_kernel::wood::solids::{Code, places};
+use shibo_kernel::wood::trunk::Trunk;
 use std::sync::Arc;
 
 /// Coordinates along the fibres, in which streaks, pores and rays are drawn, and the direction of the fibres.

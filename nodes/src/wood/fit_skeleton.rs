@@ -3,12 +3,12 @@
 //! Source: Momoi & Takatera 2014, §3.2 (eq 4; rows B2, B3, B4), with the misprint of C1 corrected (W-1) and extended from
 //! three nodes to any number (W-2). Cost: O(nodes).
 use super::trees::problem;
-use crate::kernel::wood::fit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Curve, Skeleton, Stop, Type};
+use shibo_kernel::wood::fit;
 
 /// How the curve is made of the points given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -1,12 +1,12 @@
 //! [`MixSolids`]: two solids in one. Cost: about 1 ns a point.
-use crate::kernel::math;
-use crate::kernel::solids::{Code, constant};
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
 use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs, SolidNumber};
 use shibo_engine::value::{Solid, Stop};
+use shibo_kernel::ground::math;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::wood::solids::{Code, constant};
 
 /// Mixes two solids: `a` where `mask` is 0, `b` where it is 1.
 ///

@@ -3,12 +3,12 @@
 //! Source: Momoi & Takatera 2014, §4.1, §4.2 (row B26): the target is placed anywhere in the texture's space, and adjusted
 //! finely. Cost: about 1 ns a point.
 use super::trees::{Triple, vector};
-use crate::kernel::solids::Code;
 use glam::{DMat3, DVec3, EulerRot};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Type};
+use shibo_kernel::wood::solids::Code;
 
 /// Places a thing in a solid: the result is the solid in the coordinates of the thing.
 ///
@@ -60,7 +60,7 @@ impl Node for PlaceInTree {
             let [x, y, z] = patch.place;
             for (i, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
                 let p = position + matrix * DVec3::new(f64::from(*x), f64::from(*y), f64::from(*z));
-                (0..3).for_each(|k| out[k][i] = crate::kernel::tile::narrow(p[k]));
+                (0..3).for_each(|k| out[k][i] = shibo_kernel::ground::number::narrow(p[k]));
             }
         })
         .with_exact(move |at, _| {

@@ -3,20 +3,20 @@
 //! Source: Momoi & Takatera 2014, §4.3 (rows B22, B30; W-10). Beyond the source: the exact mean of the pattern over a pixel's
 //! span of years, so that thin rings never alias; years that differ; late wood as a solid; sapwood, knots and bark
 //! (WOOD-LOOK §4.6). Cost: about 40 ns a point.
-use crate::kernel::hash::Hash;
-use crate::kernel::math;
-use crate::kernel::noise3::{Noise3, visible};
-use crate::kernel::simd::dispatch;
-use crate::kernel::solids::{Code, spans};
-use crate::kernel::tile::narrow;
-use crate::kernel::wood::life::{Life, Variation, late_share};
-use crate::kernel::wood::pattern;
-use crate::kernel::wood::years::Calendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, SolidVector};
 use shibo_engine::value::{Canvas, ColorPattern, Patch, Planes, Solid, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::math;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::simd::dispatch;
+use shibo_kernel::noise::noise3::{Noise3, visible};
+use shibo_kernel::wood::life::{Life, Variation, late_share};
+use shibo_kernel::wood::pattern;
+use shibo_kernel::wood::solids::{Code, spans};
+use shibo_kernel::wood::years::Calendar;
 use std::sync::Arc;
 
 /// How rings thinner than a pixel are looked up.

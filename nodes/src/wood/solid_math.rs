@@ -1,11 +1,11 @@
 //! [`SolidMath`]: arithmetic with solids. Cost: about 1 ns a point.
-use crate::kernel::math;
-use crate::kernel::solids::{Code, constant};
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
 use shibo_engine::value::{Solid, Stop, Type};
+use shibo_kernel::ground::math;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::wood::solids::{Code, constant};
 
 /// What to compute.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

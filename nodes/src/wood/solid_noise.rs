@@ -2,17 +2,17 @@
 //!
 //! Source: K. Perlin, "Improving noise" (2002), summed in octaves. Cost: about 4 ns a point and octave.
 use super::trees::Triple;
-use crate::kernel::hash::Hash;
-use crate::kernel::math;
-use crate::kernel::noise3::{DEVIATION, Noise3, visible};
-use crate::kernel::simd::dispatch;
-use crate::kernel::solids::Code;
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidVector};
 use shibo_engine::value::{Canvas, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::math;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::simd::dispatch;
+use shibo_kernel::noise::noise3::{DEVIATION, Noise3, visible};
+use shibo_kernel::wood::solids::Code;
 
 /// Noise in space: clouds with detail of several sizes, 0..1, mean ½ and deviation 0.155 as `Fractal`.
 ///

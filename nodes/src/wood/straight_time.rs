@@ -4,16 +4,16 @@
 //! it: that is what the curved method cures. Cost: O(nodes) a point.
 use super::trees::axes;
 use super::trees::problem;
-use crate::kernel::real::Real;
-use crate::kernel::solids::{Code, columns, places};
-use crate::kernel::wood::branch::{Axis, Power, blend_all, branch_time};
-use crate::kernel::wood::fit;
-use crate::kernel::wood::straight::Straight;
-use crate::kernel::wood::trunk::Places;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Curve, Skeleton, Stop, Type};
+use shibo_kernel::ground::real::Real;
+use shibo_kernel::wood::branch::{Axis, Power, blend_all, branch_time};
+use shibo_kernel::wood::fit;
+use shibo_kernel::wood::solids::{Code, columns, places};
+use shibo_kernel::wood::straight::Straight;
+use shibo_kernel::wood::trunk::Places;
 
 /// The growth time of the earlier method, whose skeleton is straight from node to node. For comparison.
 ///

@@ -1,9 +1,9 @@
 //! What the nodes of trees share: parameters, and errors for people.
-use crate::kernel::wood::branch::Axis;
-use crate::kernel::wood::fit::{self, FitError};
 use glam::DVec3;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::{Skeleton, Stop};
+use shibo_kernel::wood::branch::Axis;
+use shibo_kernel::wood::fit::{self, FitError};
 
 /// Three numbers as they are written.
 pub(super) type Triple = (f64, f64, f64);
@@ -43,7 +43,11 @@ pub(super) fn even(skeleton: &Skeleton, port: &str) -> Result<Vec<[DVec3; 4]>, S
 }
 
 /// The branches as the equations want them; they grow as fast as the trunk.
-pub(super) fn axes<R: crate::kernel::real::Real>(skeleton: &Skeleton, elongation: f64, ground: f64) -> Vec<Axis<R>> {
+pub(super) fn axes<R: shibo_kernel::ground::real::Real>(
+    skeleton: &Skeleton,
+    elongation: f64,
+    ground: f64,
+) -> Vec<Axis<R>> {
     let axis = |b: &shibo_engine::value::Branch| {
         Axis::new(b.start, b.direction, b.length, (b.start.z - ground) / elongation, elongation, b.thickening)
     };

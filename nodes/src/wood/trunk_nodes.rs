@@ -5,16 +5,16 @@
 //! walk whose deviation halves with the length looked at). Cost: O(nodes).
 use super::trees::{Triple, problem, vector};
 use crate::csv_points;
-use crate::kernel::hash::Hash;
-use crate::kernel::noise3::{DEVIATION, Noise3};
-use crate::kernel::tile::narrow;
-use crate::kernel::wood::fit;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, FilePath, Node, Output, Outputs, Range};
 use shibo_engine::value::{Canvas, Curve, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
+use shibo_kernel::wood::fit;
 
 /// The pith of a trunk, from the ground up: nodes that are listed, read from a file, or generated.
 ///

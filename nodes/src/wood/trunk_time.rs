@@ -3,12 +3,12 @@
 //! Source: Momoi & Takatera 2014, §3.3 and §3.5 (eqs 8–13; rows B7–B11, B15; W-5, W-6, W-9). Beyond the source: young trees
 //! may thicken faster. Cost: about 2 ns a point, whatever the number of nodes.
 use super::trees::even;
-use crate::kernel::solids::{Code, columns, places};
-use crate::kernel::wood::trunk::{Growth, Trunk};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Skeleton, Stop, Type};
+use shibo_kernel::wood::solids::{Code, columns, places};
+use shibo_kernel::wood::trunk::{Growth, Trunk};
 use std::sync::Arc;
 
 /// The time at which a growing trunk reached each point: T = z / elongation + d / thickening, d the horizontal distance

@@ -3,19 +3,19 @@
 //! Source: asked for by Momoi & Takatera 2014, §5.1 and §5.3 (rows B31, B32); how is WOOD-LOOK §4.1. Cost: about 5 ns a
 //! point and wave.
 use super::trees::even;
-use crate::kernel::hash::Hash;
-use crate::kernel::simd::dispatch;
-use crate::kernel::solids::{Code, places};
-use crate::kernel::tile::narrow;
-use crate::kernel::wood::trunk::Trunk;
-use crate::kernel::wood::vary::{Shape, WAVES, Wave, reserve};
-use crate::kernel::wood::years::{Calendar, series};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
 use shibo_engine::value::{Canvas, ColorPattern, Curve, Skeleton, Solid, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::simd::dispatch;
+use shibo_kernel::wood::solids::{Code, places};
+use shibo_kernel::wood::trunk::Trunk;
+use shibo_kernel::wood::vary::{Shape, WAVES, Wave, reserve};
+use shibo_kernel::wood::years::{Calendar, series};
 use std::sync::Arc;
 
 /// The widths of years.
@@ -164,7 +164,7 @@ impl Node for VaryGrowth {
             let sum: f64 = self.waves.iter().map(|w| w.0 / w.1).sum();
             let message = format!(
                 "time would not rise outward everywhere: the sum of amplitude / across is {sum:.3}; it must be below {:.3}",
-                (1.0 - 1.5 * self.eccentricity).max(0.0) / crate::kernel::noise3::SLOPE
+                (1.0 - 1.5 * self.eccentricity).max(0.0) / shibo_kernel::noise::noise3::SLOPE
             );
             let problem = Problem::new(ErrorCode::BadValue, message).at("waves");
             return vec![problem.help("lower the amplitudes, widen the waves, or say `allow_folds: true`")];

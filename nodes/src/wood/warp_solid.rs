@@ -2,15 +2,15 @@
 //!
 //! Beyond the source; WOOD-LOOK §2 (burl). Cost: about 12 ns a point and octave.
 use super::trees::Triple;
-use crate::kernel::hash::Hash;
-use crate::kernel::noise3::{DEVIATION, Noise3};
-use crate::kernel::simd::dispatch;
-use crate::kernel::solids::Code;
-use crate::kernel::tile::narrow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::simd::dispatch;
+use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
+use shibo_kernel::wood::solids::Code;
 
 /// Warps a solid by clouds.
 ///

@@ -1,18 +1,18 @@
 //! [`WoodPores`]: the vessels of hardwoods.
 //!
 //! Beyond the source; WOOD-LOOK §4.4. Cost: about 25 ns a point.
-use crate::kernel::hash::Hash;
-use crate::kernel::math;
-use crate::kernel::solids::{Code, spans};
-use crate::kernel::tile::narrow;
-use crate::kernel::wood::pores::{PoreStyle, Pores};
-use crate::kernel::wood::years::Calendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{
     Color, Context, Fact, In, Linear, Node, Output, Outputs, SolidColor, SolidNumber, SolidVector,
 };
 use shibo_engine::value::{Curve, Solid, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::math;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::wood::pores::{PoreStyle, Pores};
+use shibo_kernel::wood::solids::{Code, spans};
+use shibo_kernel::wood::years::Calendar;
 
 /// Cuts open the pores of wood: dark dashes along the grain, dots on end grain, most of them in early wood.
 ///

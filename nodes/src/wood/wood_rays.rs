@@ -3,17 +3,17 @@
 //! Beyond the source; WOOD-LOOK §4.5. Cost: about 40 ns a point.
 use super::frames::frames;
 use super::trees::even;
-use crate::kernel::hash::Hash;
-use crate::kernel::math;
-use crate::kernel::simd::dispatch;
-use crate::kernel::solids::{Code, places};
-use crate::kernel::tile::narrow;
-use crate::kernel::wood::rays::{RayStyle, Rays};
-use crate::kernel::wood::trunk::Trunk;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
 use shibo_engine::value::{Skeleton, Solid, Stop, Type, srgb_to_linear};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::math;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::simd::dispatch;
+use shibo_kernel::wood::rays::{RayStyle, Rays};
+use shibo_kernel::wood::solids::{Code, places};
+use shibo_kernel::wood::trunk::Trunk;
 
 /// Draws rays: sheets from the pith outwards, one object with three looks.
 ///

@@ -1,0 +1,256 @@
+//! Throughput of the texel kernels on one thread, in megapixels per second of processor time.
+//!
+//! The table printed first reads the thread's own clock, so it also means something on a busy machine; divan's wall
+//! times follow.
+
+#![expect(clippy::cast_possible_truncation, reason = "small counts")]
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use shibo_kernel::filter::blur;
+use shibo_kernel::filter::distance::{self, DistanceSpec};
+use shibo_kernel::filter::warp::{self, WarpSpec};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::window::{Frame, Rect, View};
+use shibo_kernel::noise::cells::{Canvas, CellShape};
+use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
+use shibo_kernel::noise::worley::{Metric, Worley, WorleyOut, WorleySpec};
+use shibo_kernel::pointwise::blend;
+use shibo_kernel::pointwise::tone::{self, Gradient, Interpolation, Levels};
+use shibo_kernel::surface::normal::{self, NormalSpec, Slope};
+use shibo_kernel::surface::occlusion::{self, OcclusionSpec};
+use shibo_kernel::surface::relief::{self, ReliefSpec, Surface};
+
+/// Seconds this thread has run, or wall time where the system does not tell.
+fn cpu_seconds(start: Instant) -> f64 {
+    std::fs::read_to_string("/proc/thread-self/schedstat")
+        .ok()
+        .and_then(|s| s.split_whitespace().next()?.parse::<f64>().ok())
+        .map_or_else(|| start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
+}
+
+/// Best rate of several runs, pixels per CPU second divided by 10^6. A run repeats the work for a good while, for some
+/// systems advance the thread's clock in steps of milliseconds.
+fn rate(pixels: usize, mut work: impl FnMut()) -> f64 {
+    let start = Instant::now();
+    work();
+    let once = Instant::now();
+    work();
+    let repeats = (0.08 / once.elapsed().as_secs_f64().max(1e-6)).ceil().clamp(1.0, 1e4);
+    let mut best = f64::INFINITY;
+    for _ in 0..5 {
+        let before = cpu_seconds(start);
+        for _ in 0..repeats as u32 {
+            work();
+        }
+        best = best.min((cpu_seconds(start) - before) / repeats);
+    }
+    pixels as f64 * 1e-6 / best
+}
+
+const SIDE: usize = 1024;
+const TILE: usize = 256;
+
+/// All tiles of a square picture.
+fn tiles() -> impl Iterator<Item = Rect> {
+    (0..SIDE / TILE)
+        .flat_map(|j| (0..SIDE / TILE).map(move |i| Rect::new((i * TILE) as i32, (j * TILE) as i32, TILE, TILE)))
+}
+
+fn noise(periodic: bool) -> f64 {
+    let canvas = Canvas { size: [1024.0; 2], tiles: [periodic; 2] };
+    let noise = Noise::new(&NoiseSpec::fbm(256.0, 8), &canvas, Hash::new(1));
+    let mut out = vec![0.0; TILE * TILE];
+    rate(SIDE * SIDE, || {
+        for rect in tiles() {
+            noise.fill(&Frame::new(rect, [1.0; 2]), black_box(&mut out));
+        }
+    })
+}
+
+fn fastnoise() -> f64 {
+    let mut noise = fastnoise_lite::FastNoiseLite::with_seed(1);
+    noise.set_noise_type(Some(fastnoise_lite::NoiseType::Perlin));
+    noise.set_fractal_type(Some(fastnoise_lite::FractalType::FBm));
+    noise.set_fractal_octaves(Some(8));
+    noise.set_frequency(Some(1.0 / 256.0));
+    let mut out = vec![0.0; TILE * TILE];
+    rate(SIDE * SIDE, || {
+        for rect in tiles() {
+            for (k, out) in black_box(&mut out).iter_mut().enumerate() {
+                *out = noise.get_noise_2d(
+                    (rect.x0 as usize + k % TILE) as f32 + 0.5,
+                    (rect.y0 as usize + k / TILE) as f32 + 0.5,
+                );
+            }
+        }
+    })
+}
+
+/// A picture with grooves, larger than the bench's by `halo`.
+fn picture(rect: Rect) -> Vec<f32> {
+    let canvas = Canvas { size: [1024.0; 2], tiles: [true; 2] };
+    let mut data = vec![0.0; rect.area()];
+    Noise::new(&NoiseSpec::fbm(40.0, 4), &canvas, Hash::new(2)).fill(&Frame::new(rect, [1.0; 2]), &mut data);
+    data
+}
+
+const WHOLE: Rect = Rect::new(0, 0, SIDE, SIDE);
+
+/// Blur of the whole picture at once, and by tiles with their halos.
+fn blurs(sigma: f64) -> (f64, f64) {
+    let big = WHOLE.grow([blur::halo(sigma); 2]);
+    let data = picture(big);
+    let view = View::new(&data, big);
+    let mut out = vec![0.0; SIDE * SIDE];
+    let whole = rate(SIDE * SIDE, || blur::blur(&view, WHOLE, [sigma; 2], black_box(&mut out)));
+    let tiled = rate(SIDE * SIDE, || {
+        for rect in tiles() {
+            blur::blur(&view, rect, [sigma; 2], black_box(&mut out[..TILE * TILE]));
+        }
+    });
+    (whole, tiled)
+}
+
+fn distances(radius: f64) -> f64 {
+    let spec = DistanceSpec { threshold: 0.7, radius, step: [1.0; 2] };
+    let big = WHOLE.grow(spec.halo());
+    let data = picture(big);
+    let view = View::new(&data, big);
+    let mut out = vec![0.0; TILE * TILE];
+    rate(SIDE * SIDE, || {
+        for rect in tiles() {
+            distance::distance(&view, rect, &spec, black_box(&mut out));
+        }
+    })
+}
+
+fn cells(border: bool) -> f64 {
+    let canvas = Canvas { size: [1024.0; 2], tiles: [true; 2] };
+    let spec = WorleySpec { shape: CellShape::round(20.0), jitter: 1.0, metric: Metric::Euclidean };
+    let worley = Worley::new(&spec, &canvas, Hash::new(1));
+    let [mut f1, mut f2, mut edge] = [(); 3].map(|()| vec![0.0; TILE * TILE]);
+    rate(SIDE * SIDE, || {
+        for rect in tiles() {
+            let mut out = WorleyOut { f1: Some(&mut f1), f2: Some(&mut f2), ..WorleyOut::default() };
+            if border {
+                out.border = Some(&mut edge);
+            }
+            worley.fill(&Frame::new(rect, [1.0; 2]), black_box(&mut out));
+        }
+    })
+}
+
+/// Normals of a picture beyond the caches, and bytes per second of a triad in the same run, as Mpx/s of equal traffic.
+fn normals() -> (f64, f64) {
+    const BIG: usize = 4096;
+    let rect = Rect::new(0, 0, BIG, BIG);
+    let big = rect.grow([normal::HALO; 2]);
+    let data = vec![0.5; big.area()];
+    let spec = NormalSpec { step: [1.0; 2], strength: 1.0, y_up: true, encode: false, slope: Slope::Central };
+    let [mut x, mut y, mut z] = [(); 3].map(|()| vec![0.0f32; BIG * BIG]);
+    let own = rate(BIG * BIG, || {
+        normal::normal(&View::new(&data, big), rect, &spec, [black_box(&mut x), &mut y, &mut z]);
+    });
+    let triad = rate(BIG * BIG, || {
+        for ((x, y), z) in black_box(&mut x).iter_mut().zip(&y).zip(&z) {
+            *x = y + 3.0 * z;
+        }
+    });
+    // A plane that is written is fetched first: a triad moves four planes, and normals seven.
+    (own, triad * 4.0 / 7.0)
+}
+
+fn gradient_map(oklab: bool) -> f64 {
+    let stops: Vec<(f32, [f32; 3])> = (0..5u8).map(|k| (f32::from(k) / 4.0, [0.1 * f32::from(k), 0.3, 0.2])).collect();
+    let map = Gradient::new(&stops, Interpolation::Linear, oklab);
+    let data = picture(Rect::new(0, 0, TILE, TILE));
+    let [mut r, mut g, mut b] = [(); 3].map(|()| vec![0.0; TILE * TILE]);
+    rate(TILE * TILE, || map.apply(&data, [black_box(&mut r), &mut g, &mut b]))
+}
+
+fn lit() -> (f64, f64) {
+    let spec = OcclusionSpec { radius: 6.0, strength: 1.0, step: [1.0; 2] };
+    let rect = Rect::new(0, 0, TILE, TILE);
+    let big = rect.grow(spec.halo());
+    let data = picture(big);
+    let view = View::new(&data, big);
+    let mut open = vec![0.0; TILE * TILE];
+    let occluded = rate(TILE * TILE, || occlusion::occlusion(&view, rect, &spec, black_box(&mut open)));
+    let grey = vec![0.4; TILE * TILE];
+    let surface = Surface { color: [&grey; 3], roughness: &grey, occlusion: &open, finish: None };
+    let [mut r, mut g, mut b] = [(); 3].map(|()| vec![0.0; TILE * TILE]);
+    let lit = rate(TILE * TILE, || {
+        relief::relief(&view, rect, &surface, &ReliefSpec::new([1.0; 2]), [black_box(&mut r), &mut g, &mut b]);
+    });
+    (occluded, lit)
+}
+
+fn points() -> (f64, f64, f64) {
+    let rect = Rect::new(0, 0, TILE, TILE);
+    let data = picture(rect.grow([8, 8]));
+    let mut out = vec![0.0; TILE * TILE];
+    let input = &data[..TILE * TILE];
+    let spec = Levels { input: [0.1, 0.9], gamma: 2.2, output: [0.0, 1.0] };
+    let power = rate(TILE * TILE, || tone::levels(black_box(input), &mut out, &spec));
+    let blended = rate(TILE * TILE, || {
+        blend::blend(blend::Mode::Overlay, black_box(input), input, Some(input), 0.5, &mut out);
+    });
+    let view = View::new(&data, rect.grow([8, 8]));
+    let spec = WarpSpec { step: [1.0; 2], limit: [4.0; 2] };
+    let warped = rate(TILE * TILE, || {
+        let _ = black_box(spec.reads(rect, [input, input]));
+        warp::warp(black_box(&[view]), rect, [input, input], &spec, &mut [&mut out]);
+    });
+    (power, blended, warped)
+}
+
+fn table() {
+    println!("Mpx per CPU second, one thread");
+    let peer = fastnoise();
+    for periodic in [false, true] {
+        let own = noise(periodic);
+        println!("fBm 8 octaves, periodic {periodic}: {own:.1}; fastnoise-lite {peer:.1}; ratio {:.1}", own / peer);
+    }
+    println!("Worley F1+F2 {:.0}; with border {:.0}", cells(false), cells(true));
+    for sigma in [1.0, 4.0, 10.0, 40.0, 160.0] {
+        let (whole, tiled) = blurs(sigma);
+        println!("blur {sigma} px: {whole:.0}; by tiles of {TILE} with halo: {tiled:.0}");
+    }
+    for radius in [8.0, 32.0, 128.0] {
+        println!("distance up to {radius} px, by tiles: {:.0}", distances(radius));
+    }
+    let (own, triad) = normals();
+    println!("normal 4096²: {own:.0}; triad of equal traffic {triad:.0}; share {:.2}", own / triad);
+    println!("gradient map, 5 stops: {:.0}; in Oklab {:.0}", gradient_map(false), gradient_map(true));
+    let (occluded, lit) = lit();
+    println!("occlusion {occluded:.0}; relief {lit:.0}");
+    let (power, blended, warped) = points();
+    println!("levels with gamma {power:.0}; overlay with mask {blended:.0}; warp {warped:.0}");
+}
+
+#[divan::bench]
+fn fbm_8_octaves(bencher: divan::Bencher<'_, '_>) {
+    let canvas = Canvas { size: [1024.0; 2], tiles: [true; 2] };
+    let noise = Noise::new(&NoiseSpec::fbm(256.0, 8), &canvas, Hash::new(1));
+    let mut out = vec![0.0; TILE * TILE];
+    let frame = Frame::new(Rect::new(0, 0, TILE, TILE), [1.0; 2]);
+    bencher.counter(divan::counter::ItemsCount::new(TILE * TILE)).bench_local(|| noise.fill(&frame, &mut out));
+}
+
+#[divan::bench(args = [1.0, 4.0, 10.0, 40.0])]
+fn blur_tile(bencher: divan::Bencher<'_, '_>, sigma: f64) {
+    let rect = Rect::new(0, 0, TILE, TILE);
+    let big = rect.grow([blur::halo(sigma); 2]);
+    let data = picture(big);
+    let mut out = vec![0.0; TILE * TILE];
+    bencher
+        .counter(divan::counter::ItemsCount::new(TILE * TILE))
+        .bench_local(|| blur::blur(&View::new(&data, big), rect, [sigma; 2], &mut out));
+}
+
+fn main() {
+    table();
+    divan::main();
+}

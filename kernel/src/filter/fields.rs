@@ -1,0 +1,251 @@
+//! Wide filters as fields, for all families: their cost must not grow with their width.
+//!
+//! A tile that reads a halo of hundreds of pixels reads its surroundings again and again. So what many tiles have in
+//! common becomes a field of its own, whose tiles the engine keeps: a wide blur reads the picture at a half, a quarter …
+//! of the resolution, each made from the one before; a wide distance is split into its passes along rows and columns,
+//! which have a halo in one direction only. Which way is taken depends on the grid alone, never on the window.
+
+use super::distance::{self, DistanceSpec};
+use super::{blur, pyramid};
+use crate::ground::tile::{self, window};
+use crate::ground::window::View;
+use glam::{DVec2, UVec2};
+use shibo_engine::value::{Canvas, Field, FieldSource, Grid, Key, Reader, Stop, Tile, Tiling, Type, Window};
+
+/// `input` blurred by a Gaussian of `sigma` mm, on a canvas of `size` mm.
+pub fn blurred(input: &Field, sigma: f64, size: DVec2) -> Field {
+    let mut levels = vec![input.clone()];
+    for _ in 0..MOST_LEVELS {
+        let finer = levels.last().unwrap_or(input).clone();
+        let key = finer.key().map(|key| Key::of("half", &[key.as_bytes()]));
+        levels.push(keyed(Field::new(input.ty(), input.tiling(), Half { finer, size }), key));
+    }
+    Field::new(input.ty(), input.tiling(), Blurred { levels, sigma, size })
+}
+
+/// More halvings than any canvas needs: 2^16 pixels are at most 256 then.
+const MOST_LEVELS: usize = 8;
+
+/// So many halvings the blur does better by itself, within a tile.
+const WITHIN: u32 = 3;
+
+fn keyed(field: Field, key: Option<Key>) -> Field {
+    match key {
+        Some(key) => field.keyed(key),
+        None => field,
+    }
+}
+
+/// The grid with pixels twice as large.
+fn coarser(grid: &Grid) -> Grid {
+    let even = |p: &UVec2| p.x.is_multiple_of(2) && p.y.is_multiple_of(2);
+    Grid { origin: grid.origin, step: grid.step * 2.0, period: grid.period.filter(even).map(|p| p / 2) }
+}
+
+/// The grid from which [`coarser`] made this one.
+fn finer(grid: &Grid, size: DVec2) -> Grid {
+    let step = grid.step * 0.5;
+    let period = grid.period.map(|p| p * 2).or_else(|| {
+        let pixels = (size / step).round().as_uvec2();
+        let canvas = Canvas { size_mm: size, resolution: pixels, tile: Tiling::NONE, seed: 0 };
+        (grid.origin == DVec2::ZERO && canvas.grid(pixels).step == step).then_some(pixels)
+    });
+    Grid { origin: grid.origin, step, period }
+}
+
+/// A field at half the resolution, as it is on the grid with pixels half as large.
+struct Half {
+    finer: Field,
+    size: DVec2,
+}
+
+impl FieldSource for Half {
+    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+        let rect = tile::rect(out.window);
+        let fine = reader.read(&self.finer, &finer(&out.grid, self.size), window(pyramid::halve_reads(rect)))?;
+        for (channel, plane) in out.planes_mut().into_iter().enumerate() {
+            pyramid::halve(&tile::view(&fine, channel), rect, plane);
+        }
+        Ok(())
+    }
+
+    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+        vec![(&self.finer, finer(grid, self.size))]
+    }
+}
+
+struct Blurred {
+    /// The picture and its halves.
+    levels: Vec<Field>,
+    sigma: f64,
+    size: DVec2,
+}
+
+/// How a grid is blurred.
+struct Plan {
+    /// On which of the levels.
+    level: u32,
+    grid: Grid,
+    /// Width there, in its pixels.
+    sigma: [f64; 2],
+}
+
+impl Blurred {
+    fn plan(&self, grid: &Grid) -> Plan {
+        let sigma = (self.sigma / grid.step).to_array();
+        let halvings = blur::levels(sigma[0]).min(blur::levels(sigma[1]));
+        // The tiles of a level should not be much larger than the canvas.
+        let mut most = 0;
+        while most + 1 < self.levels.len() && (self.size / grid.step).max_element() > f64::from(128 << most) {
+            most += 1;
+        }
+        let level = halvings.saturating_sub(WITHIN).min(u32::try_from(most).unwrap_or(0));
+        if level == 0 {
+            return Plan { level, grid: *grid, sigma };
+        }
+        let area = libm::exp2(2.0 * f64::from(level));
+        let rest = sigma.map(|s| ((s * s - 0.25 * (area - 1.0)) / area - 1.0 / 3.0).sqrt());
+        Plan { level, grid: (0..level).fold(*grid, |grid, _| coarser(&grid)), sigma: rest }
+    }
+
+    fn source(&self, plan: &Plan) -> &Field {
+        &self.levels[plan.level as usize]
+    }
+}
+
+impl FieldSource for Blurred {
+    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+        let plan = self.plan(&out.grid);
+        let rect = tile::rect(out.window);
+        let coarse = if plan.level == 0 { rect } else { pyramid::magnify_reads(rect, plan.level) };
+        let read = coarse.grow(plan.sigma.map(blur::halo));
+        let input = reader.read(self.source(&plan), &plan.grid, window(read))?;
+        let mut blurred = vec![0.0; if plan.level == 0 { 0 } else { coarse.area() }];
+        for (channel, plane) in out.planes_mut().into_iter().enumerate() {
+            if plan.level == 0 {
+                blur::blur(&tile::view(&input, channel), rect, plan.sigma, plane);
+                continue;
+            }
+            blur::blur(&tile::view(&input, channel), coarse, plan.sigma, &mut blurred);
+            pyramid::magnify(&View::new(&blurred, coarse), plan.level, rect, plane);
+        }
+        Ok(())
+    }
+
+    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+        let plan = self.plan(grid);
+        vec![(self.source(&plan), plan.grid)]
+    }
+
+    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
+        let plan = self.plan(grid);
+        (plan.level == 0).then(|| window(tile::rect(at).grow(plan.sigma.map(blur::halo))))
+    }
+}
+
+/// Distance in mm from the region where the `Gray` field `input` is above `threshold`, up to `radius` mm; see
+/// [`distance`].
+pub fn distances(input: &Field, threshold: f32, radius: f64) -> Field {
+    let part = |name: &str, down: bool| {
+        let parts = [threshold.to_bits().to_le_bytes().to_vec(), radius.to_bits().to_le_bytes().to_vec()];
+        let key = input.key().map(|key| Key::of(name, &[key.as_bytes(), &parts[0], &parts[1]]));
+        let squares = Squares { input: input.clone(), threshold, radius, down };
+        keyed(Field::new(Type::Gray, input.tiling(), squares), key)
+    };
+    let (rows, columns) = (part("distances along rows", false), part("distances along columns", true));
+    Field::new(Type::Gray, input.tiling(), Distances { input: input.clone(), rows, columns, threshold, radius })
+}
+
+/// Up to this halo in pixels one pass is the faster way.
+const ONE_PASS: usize = 40;
+
+struct Squares {
+    input: Field,
+    threshold: f32,
+    radius: f64,
+    down: bool,
+}
+
+fn spec(grid: &Grid, threshold: f32, radius: f64) -> DistanceSpec {
+    DistanceSpec { threshold, radius, step: tile::step(grid) }
+}
+
+impl FieldSource for Squares {
+    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+        let spec = spec(&out.grid, self.threshold, self.radius);
+        let (rect, [hx, hy]) = (tile::rect(out.window), spec.halo());
+        let read = rect.grow(if self.down { [0, hy] } else { [hx, 0] });
+        let input = reader.read(&self.input, &out.grid, window(read))?;
+        let pass = if self.down { distance::column_squares } else { distance::row_squares };
+        pass(&tile::view(&input, 0), rect, &spec, out.plane_mut(0));
+        Ok(())
+    }
+
+    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+        vec![(&self.input, *grid)]
+    }
+
+    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
+        Some(window(tile::rect(at).grow(spec(grid, self.threshold, self.radius).halo())))
+    }
+}
+
+struct Distances {
+    input: Field,
+    rows: Field,
+    columns: Field,
+    threshold: f32,
+    radius: f64,
+}
+
+impl FieldSource for Distances {
+    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+        let (grid, rect) = (out.grid, tile::rect(out.window));
+        let spec = spec(&grid, self.threshold, self.radius);
+        let [hx, hy] = spec.halo();
+        if hx.max(hy) <= ONE_PASS {
+            let input = reader.read(&self.input, &grid, window(rect.grow([hx, hy])))?;
+            distance::distance(&tile::view(&input, 0), rect, &spec, out.plane_mut(0));
+            return Ok(());
+        }
+        let rows = reader.read(&self.rows, &grid, window(rect.grow([0, hy])))?;
+        let columns = reader.read(&self.columns, &grid, window(rect.grow([hx, 0])))?;
+        distance::combine(&tile::view(&rows, 0), &tile::view(&columns, 0), rect, &spec, out.plane_mut(0));
+        Ok(())
+    }
+
+    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+        let [hx, hy] = spec(grid, self.threshold, self.radius).halo();
+        if hx.max(hy) <= ONE_PASS {
+            return vec![(&self.input, *grid)];
+        }
+        vec![(&self.rows, *grid), (&self.columns, *grid)]
+    }
+
+    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
+        Some(window(tile::rect(at).grow(spec(grid, self.threshold, self.radius).halo())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_are_found_again() {
+        for resolution in [512, 300, 77] {
+            let canvas = Canvas {
+                resolution: UVec2::splat(resolution),
+                size_mm: DVec2::splat(32.0),
+                tile: Tiling::BOTH,
+                seed: 1,
+            };
+            let mut grid = canvas.grid(canvas.resolution);
+            for _ in 0..5 {
+                let up = coarser(&grid);
+                assert_eq!(finer(&up, canvas.size_mm), grid);
+                grid = up;
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Catmull-Rom reading of planes at positions that vary from pixel to pixel, for warps and rotations.
+//!
+//! A position is kept as the pixel whose centre lies before it and the rest, 0..1, so it is as exact at column 60 000 as
+//! at column 0 and does not depend on the window. At a pixel's centre the value is the pixel's own, exactly. Four rows of
+//! four values are summed four at a time; weights and places serve all channels. Cost: see `benches/texel.rs`.
+
+use crate::ground::cubic::catmull_rom_in_step;
+use crate::ground::simd;
+use crate::ground::window::{Rect, View, index};
+
+/// Pixels placed at a time.
+pub const BLOCK: usize = 64;
+
+/// Pixels read beyond the smallest and largest places, on each side.
+pub const HALO: usize = 2;
+
+/// Where a run of pixels reads.
+#[derive(Clone, Debug)]
+pub struct Places {
+    /// Columns: the pixel whose centre lies at or before the position.
+    pub i: [i32; BLOCK],
+    /// Rows.
+    pub j: [i32; BLOCK],
+    /// How far the position lies beyond that centre, 0..1, in x.
+    pub u: [f32; BLOCK],
+    /// In y.
+    pub v: [f32; BLOCK],
+}
+
+impl Places {
+    const ZERO: Self = Self { i: [0; BLOCK], j: [0; BLOCK], u: [0.0; BLOCK], v: [0.0; BLOCK] };
+}
+
+/// Fills `out`, planes over `rect` without gaps, from `sources`, which cover the same window. `place(x, y, places)` tells
+/// where pixel (x, y) and those to its right read; places too near the window's border are moved inwards.
+///
+/// # Panics
+/// If the window is smaller than 4 × 4 pixels, sources differ in size, or a plane of `out` is smaller than `rect`.
+pub fn resample(
+    sources: &[View<'_>],
+    rect: Rect,
+    out: &mut [&mut [f32]],
+    mut place: impl FnMut(i32, i32, &mut Places),
+) {
+    let Some(window) = sources.first().map(View::rect) else { return };
+    assert!(window.w >= 4 && window.h >= 4, "four rows of four are read");
+    assert!(sources.iter().all(|s| s.rect() == window), "channels cover the same window");
+    simd::dispatch(
+        #[inline(always)]
+        || {
+            let mut places = Places::ZERO;
+            for (row, y) in (0..rect.h).zip(rect.y0..) {
+                for start in (0..rect.w).step_by(BLOCK) {
+                    place(rect.x0 + index(start), y, &mut places);
+                    let from = row * rect.w + start;
+                    let n = BLOCK.min(rect.w - start);
+                    for (source, out) in sources.iter().zip(out.iter_mut()) {
+                        read(source, window, &places, &mut out[from..from + n]);
+                    }
+                }
+            }
+        },
+    );
+}
+
+#[inline(always)]
+#[expect(clippy::cast_sign_loss, reason = "clamped into the window just before")]
+fn read(source: &View<'_>, window: Rect, places: &Places, out: &mut [f32]) {
+    let (data, stride) = source.raw();
+    let (right, bottom) = (index(window.w) - 4, index(window.h) - 4);
+    let step = index(stride);
+    let mut base = [0; BLOCK];
+    for ((base, i), j) in base.iter_mut().zip(&places.i).zip(&places.j) {
+        let column = (i - window.x0 - 1).max(0).min(right);
+        let row = (j - window.y0 - 1).max(0).min(bottom);
+        *base = (row * step + column) as u32;
+    }
+    for (((out, base), u), v) in out.iter_mut().zip(base).zip(&places.u).zip(&places.v) {
+        let block = &data[base as usize..];
+        let (a, rest) = block.split_at(stride);
+        let (b, rest) = rest.split_at(stride);
+        let (c, d) = rest.split_at(stride);
+        let (a, b, c, d) = (&a[..4], &b[..4], &c[..4], &d[..4]);
+        let (x, y) = (catmull_rom_in_step(*u), catmull_rom_in_step(*v));
+        let mut sum = [0.0; 4];
+        for k in 0..4 {
+            sum[k] = (a[k] * y[0] + b[k] * y[1]) + (c[k] * y[2] + d[k] * y[3]);
+        }
+        *out = (sum[0] * x[0] + sum[1] * x[1]) + (sum[2] * x[2] + sum[3] * x[3]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::sample::{Filter, Outside, Sampler};
+
+    #[test]
+    fn agrees_with_the_plain_sampler() {
+        let window = Rect::new(-7, 3, 90, 12);
+        let data: Vec<f32> = (0..window.area()).map(|k| (k * k % 101) as f32).collect();
+        let view = View::new(&data, window);
+        let sampler = Sampler::new(view, Filter::CatmullRom, [Outside::Clamp; 2]);
+        let rect = Rect::new(-3, 6, 80, 4);
+        let mut out = vec![0.0; rect.area()];
+        let u = |x: i32| (x.rem_euclid(5)) as f32 * 0.25;
+        resample(&[view], rect, &mut [&mut out], |x, y, places| {
+            for (k, x) in (0..BLOCK).zip(x..) {
+                (places.i[k], places.j[k], places.u[k], places.v[k]) = (x, y, u(x), u(x + y));
+            }
+        });
+        for (k, v) in (0..).zip(&out) {
+            let (x, y) = (k % 80 - 3, k / 80 + 6);
+            let want = sampler.at(x as f32 + 0.5 + u(x), y as f32 + 0.5 + u(x + y));
+            assert!((v - want).abs() < 1e-3, "{x} {y}: {v} {want}");
+            if u(x) == 0.0 && u(x + y) == 0.0 {
+                assert_eq!(*v, view.at(x, y));
+            }
+        }
+    }
+
+    #[test]
+    fn places_stay_within() {
+        let window = Rect::new(0, 0, 4, 4);
+        let data: Vec<f32> = (0..16u8).map(f32::from).collect();
+        let mut out = vec![0.0; 2];
+        resample(&[View::new(&data, window)], Rect::new(0, 0, 2, 1), &mut [&mut out], |_, _, places| {
+            (places.i, places.j) = ([-1_000_000_000; BLOCK], [1_000_000_000; BLOCK]);
+        });
+        assert_eq!(out, [5.0, 5.0]);
+    }
+}

@@ -1,0 +1,14 @@
+//! Numbers of other sizes.
+
+/// A parameter as the kernels take it, in single precision.
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "parameters are within ranges that f32 holds")]
+pub fn narrow(value: f64) -> f32 {
+    value as f32
+}
+
+/// An index as it is kept in lists, in 32 bits.
+#[inline]
+pub(crate) fn index_u32(i: usize) -> u32 {
+    u32::try_from(i).expect("fewer than 2^32 things")
+}

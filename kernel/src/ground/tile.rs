@@ -1,0 +1,60 @@
+//! Tiles of the engine as the kernels see them.
+use super::number::index_u32;
+use super::window::{Frame, Rect, View};
+use shibo_engine::value::{Field, Grid, Tile, Type, Window};
+
+/// The pixels of a window.
+#[inline]
+pub fn rect(window: Window) -> Rect {
+    Rect::new(window.x, window.y, window.width as usize, window.height as usize)
+}
+
+/// The window of a rectangle of pixels.
+///
+/// # Panics
+/// If it has 2³² columns or rows.
+#[inline]
+pub fn window(rect: Rect) -> Window {
+    Window { x: rect.x0, y: rect.y0, width: index_u32(rect.w), height: index_u32(rect.h) }
+}
+
+/// Where a tile lies.
+#[inline]
+pub fn frame(tile: &Tile) -> Frame {
+    Frame { rect: rect(tile.window), origin: tile.grid.origin.to_array(), step: tile.grid.step.to_array() }
+}
+
+/// A channel of a tile.
+#[inline]
+pub fn view(tile: &Tile, channel: usize) -> View<'_> {
+    View::new(tile.plane(channel), rect(tile.window))
+}
+
+/// All channels of a tile with three or more.
+///
+/// # Panics
+/// If there are fewer than three.
+pub fn planes3(tile: &mut Tile) -> [&mut [f32]; 3] {
+    let mut planes = tile.planes_mut().into_iter();
+    std::array::from_fn(|_| planes.next().expect("a tile of a colour has three channels"))
+}
+
+/// The size of a pixel in mm.
+pub fn step(grid: &Grid) -> [f64; 2] {
+    grid.step.to_array()
+}
+
+/// A channel of a tile; all channels of a tile that has only one are that one.
+#[inline]
+pub fn channel(tile: &Tile, channel: usize) -> &[f32] {
+    tile.plane(channel.min(tile.channels() - 1))
+}
+
+/// The type of what is computed from these fields channel by channel: the widest of theirs.
+pub fn widest<'a>(fields: impl IntoIterator<Item = &'a Field>) -> Type {
+    fields.into_iter().fold(Type::Gray, |widest, field| match (widest, field.ty()) {
+        (Type::Normal, _) | (_, Type::Normal) => Type::Normal,
+        (Type::Rgb, _) | (_, Type::Rgb) => Type::Rgb,
+        _ => Type::Gray,
+    })
+}

@@ -1,0 +1,12 @@
+//! Leather as the source draws it (JP4905282B2): points, the links between them, what links read from pictures, segments
+//! across them and bands. The springs are in [`crate::springs`], the drawing of lines in [`crate::strokes`].
+
+pub mod area;
+pub mod bands;
+pub mod delaunay;
+pub mod lines;
+pub mod links;
+pub mod points;
+pub mod poisson;
+pub mod scatter;
+pub mod segments;

@@ -1,0 +1,202 @@
+//! Points at random that keep their distance: Poisson discs.
+//!
+//! Stands for the source's "any algorithm with an almost uniform distribution" (JP4905282B2 §3, A9, A68). In rounds,
+//! darts are thrown at some of the free cells of a grid whose cells hold one point at most. A dart lands unless a point is
+//! too near, or another dart of the same round with a higher number; both are questions to the state before, so each round
+//! runs in parallel and the result depends on the hash alone. Few darts in the first rounds keep the grid out of the
+//! pattern: throwing cell by cell in a fixed order was tried and left a lattice in the spectrum, 240 times the mean.
+//! About 40 darts per square pitch give `.97 / aspect · A / pitch²` points.
+
+use crate::ground::hash::Hash;
+use crate::ground::stop::{NEVER, Until};
+use glam::{IVec2, Vec2};
+use rayon::prelude::*;
+
+/// Disc radius over pitch: the mean distance of neighbours is then about the pitch.
+const RADIUS: f32 = 0.8;
+/// In each round, the share of free cells that a dart is thrown at.
+const ROUNDS: [f32; 24] = [
+    0.05, 0.05, 0.1, 0.1, 0.1, 0.15, 0.2, 0.2, 0.3, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
+    1.0, 1.0,
+];
+
+/// A set of Poisson discs.
+#[derive(Clone, Copy)]
+pub struct PoissonSpec<'a> {
+    /// Size of the canvas in mm, > 0.
+    pub size: Vec2,
+    /// Wanted mean distance of neighbours in mm, > 0.
+    pub pitch: f32,
+    /// By how much the discs are longer than wide, ≥ 1.
+    pub aspect: f32,
+    /// Direction of their long axis in radians, from +x towards +y.
+    pub angle: f32,
+    /// Distances are measured across the canvas' edges.
+    pub periodic: bool,
+    /// Factor of the radius by place, clamped to 1..=`most`: sparser where it is large.
+    pub factor: Option<&'a (dyn Fn(Vec2) -> f32 + Sync)>,
+    /// Largest factor, 1 to 8; cost grows with its square.
+    pub most: f32,
+}
+
+/// The cells and what is in them.
+struct Board<'a> {
+    spec: PoissonSpec<'a>,
+    /// Cells per side.
+    cells: IVec2,
+    cell: Vec2,
+    /// Direction of the discs' long axis.
+    axis: Vec2,
+    /// Cells that may hold a point too near, nearest first.
+    reach: Vec<IVec2>,
+    /// The same as differences of indices, and how far they go: what counts away from the canvas' edges.
+    steps: Vec<isize>,
+    span: IVec2,
+    /// Per cell the point and its factor; the factor is 0 in free cells.
+    held: Vec<(Vec2, f32)>,
+}
+
+/// A dart: where, its factor, and its number, which is above 0.
+type Dart = (Vec2, f32, u32);
+
+/// Points on the canvas, `0 ≤ p < size`, by cells from the top. O(darts); about two microseconds a point.
+pub fn poisson(spec: &PoissonSpec<'_>, hash: Hash) -> Vec<Vec2> {
+    poisson_until(spec, hash, NEVER)
+}
+
+/// The same, or fewer points if it was stopped.
+pub fn poisson_until(spec: &PoissonSpec<'_>, hash: Hash, until: Until<'_>) -> Vec<Vec2> {
+    let mut board = Board::new(spec);
+    let columns = board.cells.as_usizevec2().x;
+    let mut darts: Vec<Dart> = vec![(Vec2::ZERO, 0.0, 0); board.held.len()];
+    for (round, share) in (0..).zip(ROUNDS) {
+        let hash = hash.with(round);
+        let throw = |(row, y): (&mut [Dart], i32)| {
+            if !until() {
+                board.throw_row(y, share, hash, row);
+            }
+        };
+        darts.par_chunks_mut(columns).zip(0..board.cells.y).for_each(throw);
+        if until() {
+            break;
+        }
+        let lands = |(y, row): (i32, &mut [(Vec2, f32)])| {
+            for (held, x) in row.iter_mut().zip(0..) {
+                let at = IVec2::new(x, y);
+                let dart = darts[board.index(at)];
+                if dart.2 > 0 && board.is_highest(at, dart, &darts) {
+                    *held = (dart.0, dart.1);
+                }
+            }
+        };
+        let mut next = board.held.clone();
+        (0..board.cells.y).into_par_iter().zip(next.par_chunks_mut(columns)).for_each(lands);
+        board.held = next;
+    }
+    board.held.iter().filter(|h| h.1 > 0.0).map(|h| h.0).collect()
+}
+
+/// About how many points [`poisson`] gives for a factor of 1.
+pub fn poisson_estimate(spec: &PoissonSpec<'_>) -> f64 {
+    0.97 * f64::from(spec.size.x) * f64::from(spec.size.y)
+        / (f64::from(spec.aspect) * f64::from(spec.pitch) * f64::from(spec.pitch))
+}
+
+impl<'a> Board<'a> {
+    fn new(spec: &PoissonSpec<'a>) -> Self {
+        let spec = PoissonSpec { most: if spec.factor.is_some() { spec.most.clamp(1.0, 8.0) } else { 1.0 }, ..*spec };
+        let radius = RADIUS * spec.pitch;
+        let side = radius * std::f32::consts::FRAC_1_SQRT_2;
+        let (long, short) = (radius * spec.aspect * spec.most, radius * spec.most);
+        // The box around the largest disc.
+        let axis = Vec2::new(crate::ground::math::cos(spec.angle), crate::ground::math::sin(spec.angle));
+        let half = ((axis * long).powf(2.0) + (axis.perp() * short).powf(2.0)).map(f32::sqrt);
+        let fit = |length: f32| whole((length / side).ceil()).max(1);
+        let cells = IVec2::new(fit(spec.size.x), fit(spec.size.y));
+        let cell = spec.size / cells.as_vec2();
+        let span = (half / cell).ceil().as_ivec2();
+        let (reach, steps) = (Vec::new(), Vec::new());
+        let mut board = Self { spec, cells, cell, axis, reach, steps, span, held: Vec::new() };
+        for y in -span.y..=span.y {
+            for x in -span.x..=span.x {
+                let gap = (IVec2::new(x, y).abs() - 1).max(IVec2::ZERO).as_vec2() * cell;
+                if gap.length() < long {
+                    board.reach.push(IVec2::new(x, y));
+                }
+            }
+        }
+        board.reach.sort_by_key(|r| (r.length_squared(), r.y, r.x));
+        board.steps = board.reach.iter().map(|r| (r.y * cells.x + r.x) as isize).collect();
+        board.held = vec![(Vec2::ZERO, 0.0); cells.as_usizevec2().element_product()];
+        board
+    }
+
+    /// Throws darts at a share of the free cells of row `y`, and keeps those that no point is too near to.
+    fn throw_row(&self, y: i32, share: f32, hash: Hash, row: &mut [Dart]) {
+        for (dart, x) in row.iter_mut().zip(0..) {
+            let at = IVec2::new(x, y);
+            let cell = self.index(at);
+            dart.2 = 0;
+            let n = 4 * cell as u64;
+            if self.held[cell].1 > 0.0 || hash.unit_f32(n + 2) >= share {
+                continue;
+            }
+            let rnd = Vec2::new(hash.unit_f32(n), hash.unit_f32(n + 1));
+            // Rounding must not carry a point into the next cell's place beyond the canvas.
+            let point = ((at.as_vec2() + rnd) * self.cell).min(self.spec.size * (1.0 - f32::EPSILON));
+            let factor = self.spec.factor.map_or(1.0, |f| f(point).clamp(1.0, self.spec.most));
+            let free = self.all_near(at, |other, turn| {
+                let (other, its) = self.held[other];
+                its == 0.0 || self.is_apart(point, other + turn, factor.max(its))
+            });
+            if free {
+                let number = u32::try_from(hash.u64(n + 3) >> 33).unwrap_or(0) + 1;
+                *dart = (point, factor, number);
+            }
+        }
+    }
+
+    /// Whether no other dart of the round that is too near has a higher number; of equals the later cell's counts.
+    fn is_highest(&self, at: IVec2, (point, factor, number): Dart, darts: &[Dart]) -> bool {
+        let cell = self.index(at);
+        self.all_near(at, |other, turn| {
+            let (place, its, rival) = darts[other];
+            (rival, other) <= (number, cell) || self.is_apart(point, place + turn, factor.max(its))
+        })
+    }
+
+    /// Whether `holds` for all cells that may hold something too near to a point in cell `at`; it gets the cell, and by how
+    /// much what is in it is shifted across the canvas' edges.
+    fn all_near(&self, at: IVec2, holds: impl Fn(usize, Vec2) -> bool) -> bool {
+        let (low, high) = (at - self.span, at + self.span);
+        if low.min_element() >= 0 && high.x < self.cells.x && high.y < self.cells.y {
+            let here = self.index(at);
+            return self.steps.iter().all(|step| holds(here.wrapping_add_signed(*step), Vec2::ZERO));
+        }
+        self.reach.iter().all(|reach| {
+            let cell = at + *reach;
+            let turn = cell.div_euclid(self.cells);
+            if !self.spec.periodic && turn != IVec2::ZERO {
+                return true;
+            }
+            holds(self.index(cell - turn * self.cells), turn.as_vec2() * self.spec.size)
+        })
+    }
+
+    /// Whether two points are at least a disc's radius apart, times `factor`.
+    fn is_apart(&self, a: Vec2, b: Vec2, factor: f32) -> bool {
+        let (u, v) = ((b - a).dot(self.axis) / self.spec.aspect, (b - a).perp_dot(self.axis));
+        let limit = RADIUS * self.spec.pitch * factor;
+        u * u + v * v >= limit * limit
+    }
+
+    fn index(&self, cell: IVec2) -> usize {
+        let cell = cell.as_usizevec2();
+        cell.y * self.cells.as_usizevec2().x + cell.x
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a rounded number; casts saturate")]
+fn whole(value: f32) -> i32 {
+    value as i32
+}

@@ -1,0 +1,20 @@
+//! The numeric kernels of Shibo: functions on slices and `glam` types; no node, no graph, no files.
+//!
+//! Rules for all of them: results never depend on the number of threads or on how a picture is cut into tiles;
+//! random numbers are hashed from a seed and an index; reductions have a fixed order; transcendental functions come
+//! from [`ground::math`], never from the system. Pictures are planar `f32`, rows from y = 0.
+//!
+//! Each folder is a room and uses only rooms that are named before it:
+//! [`ground`], [`noise`], [`filter`], [`pointwise`], [`surface`], [`strokes`], [`leather`], [`springs`], [`wood`],
+//! [`synthesis`]. Of the engine they know `shibo_engine::value` alone.
+
+pub mod filter;
+pub mod ground;
+pub mod leather;
+pub mod noise;
+pub mod pointwise;
+pub mod springs;
+pub mod strokes;
+pub mod surface;
+pub mod synthesis;
+pub mod wood;

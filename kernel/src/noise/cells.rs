@@ -1,0 +1,362 @@
+//! The cells on which noise is drawn: a lattice of any size, stretch and angle that repeats exactly with the canvas.
+//!
+//! Wanted are cells of `size` mm, `aspect` times longer along `angle`. On a canvas that tiles, the canvas' sides must be
+//! whole lattice vectors: side x is A = (a, b) cells and side y is B = (c, d) cells, with integers next to the wanted
+//! values (the best of all roundings that keep the cells' shape). So a feature's size, aspect and angle are met up to
+//! half a cell per canvas side; with ten or more cells on a side nobody sees it. Where the canvas does not tile, a side
+//! at least 1024 cells and two canvases long takes its place, and the rounding vanishes.
+//!
+//! A cell (u, v) is named by the integers `e = d·u - c·v` and `f = a·v - b·u` modulo the determinant D = ad - bc:
+//! e/D and f/D are the cell's place on the canvas as fractions of the sides, and two cells have the same name exactly
+//! when they are the same cell of the torus. The random key is linear in e and f, so inside the canvas (no wrap) it is
+//! linear in u and v and costs two products.
+
+use crate::ground::hash::Hash;
+use crate::ground::math;
+use crate::ground::window::Frame;
+use shibo_engine::value::Tiling;
+
+/// Pixels evaluated at once: runs of this length begin at absolute columns that are multiples of it, so positions
+/// within a run are the same numbers in every window.
+pub const LANES: usize = 64;
+
+/// The numbers 0, 1, 2 …: cheaper to load than to convert.
+pub(crate) const RAMP: [f32; LANES] = {
+    let mut ramp = [0.0; LANES];
+    let mut k = 0;
+    while k < LANES {
+        ramp[k] = k as f32;
+        k += 1;
+    }
+    ramp
+};
+
+/// The canvas that noise repeats on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Canvas {
+    /// Width and height, mm.
+    pub size: [f64; 2],
+    /// Whether it tiles in x and in y.
+    pub tiles: [bool; 2],
+}
+
+/// Size and direction of the features wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellShape {
+    /// Extent across the long axis, mm, > 0.
+    pub size: f64,
+    /// Extent along the long axis divided by `size`, > 0.
+    pub aspect: f64,
+    /// Direction of the long axis, radians from +x towards +y.
+    pub angle: f64,
+}
+
+/// The canvas of a graph: `size_mm` wide and high, tiling in x and y or not.
+pub fn canvas(size_mm: glam::DVec2, tiling: Tiling) -> Canvas {
+    Canvas { size: size_mm.to_array(), tiles: [tiling.x, tiling.y] }
+}
+
+impl CellShape {
+    /// Round cells of `size` mm.
+    pub const fn round(size: f64) -> Self {
+        Self { size, aspect: 1.0, angle: 0.0 }
+    }
+
+    /// Rows (u, v) of the wanted map from mm to cells.
+    pub(crate) fn wanted(&self) -> [[f64; 2]; 2] {
+        let (sin, cos) = (libm::sin(self.angle), libm::cos(self.angle));
+        let (along, across) = (1.0 / (self.size * self.aspect), 1.0 / self.size);
+        [[cos * along, sin * along], [-sin * across, cos * across]]
+    }
+}
+
+/// A periodic lattice, ready to draw from.
+#[derive(Clone, Debug)]
+pub struct Lattice {
+    /// Sides of the torus, mm.
+    sides: [f64; 2],
+    /// Cells per side: [[a, c], [b, d]].
+    cells: [[i64; 2]; 2],
+    /// Number of cells on the torus.
+    count: i64,
+    /// Map from mm to cells, and the offset in cells.
+    to_cell: [[f64; 2]; 2],
+    shift: [f64; 2],
+    /// Multipliers of e and f, and the constant.
+    keys: [u32; 3],
+}
+
+/// More cells than this cannot be named in 32 bits with room for the wraps.
+const MOST_CELLS: f64 = 1e9;
+
+impl Lattice {
+    /// The lattice nearest to `shape` that repeats with `canvas`; `None` if it has more than 10^9 cells or if a number
+    /// is not positive and finite.
+    pub fn new(canvas: &Canvas, shape: &CellShape, hash: Hash) -> Option<Self> {
+        let wanted = shape.wanted();
+        let longest = shape.size * shape.aspect.max(1.0);
+        let side = |k: usize| {
+            if canvas.tiles[k] { canvas.size[k] } else { (2.0 * canvas.size[k]).max(1024.0 * longest) }
+        };
+        let sides = [side(0), side(1)];
+        let real =
+            [[wanted[0][0] * sides[0], wanted[0][1] * sides[1]], [wanted[1][0] * sides[0], wanted[1][1] * sides[1]]];
+        let det = real[0][0] * real[1][1] - real[0][1] * real[1][0];
+        if !(det.is_finite() && det < MOST_CELLS && real.iter().flatten().all(|x| x.abs() < 1e9)) {
+            return None;
+        }
+        let cells = nearest_cells(&real);
+        let count = cells[0][0] * cells[1][1] - cells[0][1] * cells[1][0];
+        let to_cell = cells.map(|row| [row[0] as f64 / sides[0], row[1] as f64 / sides[1]]);
+        let shift = [hash.unit(0), hash.unit(1)];
+        #[expect(clippy::cast_possible_truncation, reason = "32 random bits are wanted")]
+        let keys = [hash.u64(2) as u32 | 1, hash.u64(3) as u32 | 1, hash.u64(4) as u32];
+        Some(Self { sides, cells, count, to_cell, shift, keys })
+    }
+
+    /// Number of cells on the torus.
+    pub const fn count(&self) -> i64 {
+        self.count
+    }
+
+    /// Map from mm to cells, without the offset.
+    pub const fn to_cell(&self) -> [[f64; 2]; 2] {
+        self.to_cell
+    }
+
+    /// Pixels per cell in the direction where the cells are densest.
+    pub fn pixels_per_cell(&self, step: [f64; 2]) -> f64 {
+        let rate = |row: [f64; 2]| libm::hypot(row[0] * step[0], row[1] * step[1]);
+        1.0 / rate(self.to_cell[0]).max(rate(self.to_cell[1]))
+    }
+
+    /// The run of [`LANES`] pixels that begins at column `x` (a multiple of [`LANES`]) of row `y`, for reading cells up
+    /// to `reach` (lowest, highest) beside each pixel's own.
+    #[inline(always)]
+    pub(crate) fn run(&self, frame: &Frame, x: i32, y: i32, reach: [i64; 2]) -> Run {
+        let p = frame.center(x, y);
+        let p = [0, 1].map(|k| p[k] - self.sides[k] * (p[k] / self.sides[k]).floor());
+        let at = |k: usize| self.to_cell[k][0] * p[0] + self.to_cell[k][1] * p[1] + self.shift[k];
+        let place = [at(0), at(1)];
+        let cell = place.map(f64::floor);
+        #[expect(clippy::cast_possible_truncation, reason = "cells per side are below 2^31, fractions need 24 bits")]
+        let (frac, rate, cell) = (
+            [(place[0] - cell[0]) as f32, (place[1] - cell[1]) as f32],
+            [0, 1].map(|k| (self.to_cell[k][0] * frame.step[0]) as f32),
+            [cell[0] as i64, cell[1] as i64],
+        );
+        let [[a, c], [b, d]] = self.cells;
+        let range = [0, 1].map(|k| {
+            let end = frac[k] + rate[k] * (LANES - 1) as f32;
+            #[expect(clippy::cast_possible_truncation, reason = "a run spans far fewer than 2^63 cells")]
+            let (low, high) = (frac[k].min(end).floor() as i64, frac[k].max(end).floor() as i64);
+            [low - 1 + reach[0], high + 1 + reach[1]]
+        });
+        let (e, e_span) = Name::new(d, -c, cell, range, self.count);
+        let (f, f_span) = Name::new(-b, a, cell, range, self.count);
+        let wrap = if e_span.max(f_span) <= self.count {
+            Wrap::None
+        } else if e_span.max(f_span) <= 4 * self.count {
+            Wrap::Few
+        } else {
+            Wrap::Many
+        };
+        let [p, q, constant] = self.keys;
+        let key = [
+            p.wrapping_mul(e.by_u).wrapping_add(q.wrapping_mul(f.by_u)),
+            p.wrapping_mul(e.by_v).wrapping_add(q.wrapping_mul(f.by_v)),
+        ];
+        let base = p.wrapping_mul(e.base).wrapping_add(q.wrapping_mul(f.base)).wrapping_add(constant);
+        #[expect(clippy::cast_possible_truncation, reason = "at most 10^9 cells, a little more after the rounding")]
+        #[expect(clippy::cast_sign_loss, reason = "the count is positive")]
+        let count = self.count as u32;
+        Run { frac, rate, e, f, count, keys: self.keys, key, base, wrap }
+    }
+}
+
+/// How far the names of a run's cells leave the range 0..D.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wrap {
+    /// Not at all.
+    None,
+    /// Below 4 D.
+    Few,
+    /// Further: a canvas of a few pixels.
+    Many,
+}
+
+/// One of the two linear forms that name a cell.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Name {
+    base: u32,
+    by_u: u32,
+    by_v: u32,
+}
+
+impl Name {
+    /// The form `by_u·u + by_v·v` for cells `cell + range`, raised by a multiple of `count` so that none is negative;
+    /// also one more than the largest value.
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "arithmetic modulo 2^32 is meant")]
+    fn new(by_u: i64, by_v: i64, cell: [i64; 2], range: [[i64; 2]; 2], count: i64) -> (Self, i64) {
+        let base = by_u * cell[0] + by_v * cell[1];
+        let low = base + (by_u * range[0][0]).min(by_u * range[0][1]) + (by_v * range[1][0]).min(by_v * range[1][1]);
+        let high = base + (by_u * range[0][0]).max(by_u * range[0][1]) + (by_v * range[1][0]).max(by_v * range[1][1]);
+        let raise = if low >= 0 && high < count { 0 } else { -low.div_euclid(count) * count };
+        (Self { base: (base + raise) as u32, by_u: by_u as u32, by_v: by_v as u32 }, high + raise + 1)
+    }
+
+    #[inline(always)]
+    fn at(&self, u: i32, v: i32) -> u32 {
+        self.base
+            .wrapping_add(u.cast_unsigned().wrapping_mul(self.by_u))
+            .wrapping_add(v.cast_unsigned().wrapping_mul(self.by_v))
+    }
+}
+
+/// [`LANES`] pixels of a row in lattice coordinates: pixel k lies at `frac + k·rate` cells from the run's own cell.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    pub(crate) frac: [f32; 2],
+    pub(crate) rate: [f32; 2],
+    e: Name,
+    f: Name,
+    count: u32,
+    keys: [u32; 3],
+    key: [u32; 2],
+    base: u32,
+    pub(crate) wrap: Wrap,
+}
+
+impl Run {
+    /// Position in its cell of the pixel at `ramp` in the run, and the cell.
+    #[inline(always)]
+    pub(crate) fn place(&self, ramp: f32) -> (f32, f32, i32, i32) {
+        let (u, v) = (self.frac[0] + ramp * self.rate[0], self.frac[1] + ramp * self.rate[1]);
+        let ((fu, iu), (fv, iv)) = (math::floor_int(u), math::floor_int(v));
+        (u - fu, v - fv, iu, iv)
+    }
+
+    /// The random word of cell (u, v), counted from the run's own cell. `WRAP` must be the run's [`Wrap`] as 0, 1, 2.
+    #[inline(always)]
+    pub(crate) fn word<const WRAP: u8>(&self, u: i32, v: i32) -> u32 {
+        let key = if WRAP == 0 {
+            self.base
+                .wrapping_add(u.cast_unsigned().wrapping_mul(self.key[0]))
+                .wrapping_add(v.cast_unsigned().wrapping_mul(self.key[1]))
+        } else {
+            let (e, f) = (self.e.at(u, v), self.f.at(u, v));
+            let (e, f) = if WRAP == 1 {
+                let twice = 2 * self.count;
+                let once = |x: u32, by: u32| x.min(x.wrapping_sub(by));
+                (once(once(e, twice), self.count), once(once(f, twice), self.count))
+            } else {
+                (e % self.count, f % self.count)
+            };
+            e.wrapping_mul(self.keys[0]).wrapping_add(f.wrapping_mul(self.keys[1])).wrapping_add(self.keys[2])
+        };
+        scramble(key)
+    }
+}
+
+/// Every bit of `x` reaches the upper bits of the result; the two multipliers are those of `lowbias32` (C. Wellons).
+#[inline(always)]
+pub(crate) fn scramble(x: u32) -> u32 {
+    let x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
+    (x ^ (x >> 15)).wrapping_mul(0x846c_a68b)
+}
+
+/// The upper 23 bits of a word as a float in 0..1.
+#[inline(always)]
+pub(crate) fn upper_unit(word: u32) -> f32 {
+    f32::from_bits((word >> 9) | 0x3f80_0000) - 1.0
+}
+
+/// Bits 22.. of a word as a float in 0..1: with [`upper_unit`] of the same word as good as independent, for the
+/// leading nine bits of both are.
+#[inline(always)]
+pub(crate) fn lower_unit(word: u32) -> f32 {
+    f32::from_bits((word & 0x007f_ffff) | 0x3f80_0000) - 1.0
+}
+
+/// Integers near `real` with a positive determinant whose cells have the shape nearest to the wanted one.
+fn nearest_cells(real: &[[f64; 2]; 2]) -> [[i64; 2]; 2] {
+    let mut best = ([[1, 0], [0, 1]], f64::INFINITY);
+    let rounded = real.map(|row| row.map(f64::round));
+    for change in 0..625u32 {
+        let delta = |k: u32| f64::from((change / 5u32.pow(k)) % 5) - 2.0;
+        let n = [
+            [rounded[0][0] + delta(0), rounded[0][1] + delta(1)],
+            [rounded[1][0] + delta(2), rounded[1][1] + delta(3)],
+        ];
+        if n[0][0] * n[1][1] - n[0][1] * n[1][0] < 0.5 {
+            continue;
+        }
+        let cost = distortion(&n, real) + distortion(real, &n);
+        if cost < best.1 * (1.0 - 1e-9) {
+            #[expect(clippy::cast_possible_truncation, reason = "integers below 10^9")]
+            let cells = n.map(|row| row.map(|x| x as i64));
+            best = (cells, cost);
+        }
+    }
+    best.0
+}
+
+/// Squared size of m·n⁻¹ - 1.
+fn distortion(m: &[[f64; 2]; 2], n: &[[f64; 2]; 2]) -> f64 {
+    let det = n[0][0] * n[1][1] - n[0][1] * n[1][0];
+    let inverse = [[n[1][1] / det, -n[0][1] / det], [-n[1][0] / det, n[0][0] / det]];
+    let product = |i: usize, j: usize| m[i][0] * inverse[0][j] + m[i][1] * inverse[1][j];
+    (product(0, 0) - 1.0).powi(2) + product(0, 1).powi(2) + product(1, 0).powi(2) + (product(1, 1) - 1.0).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::window::Rect;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn names_repeat_with_the_canvas(size in 0.5f64..80.0, aspect in 0.3f64..4.0, angle in -3.2f64..3.2, seed: u64) {
+            let canvas = Canvas { size: [60.0, 45.0], tiles: [true, true] };
+            let lattice = Lattice::new(&canvas, &CellShape { size, aspect, angle }, Hash::new(seed)).unwrap();
+            let [[a, c], [b, d]] = lattice.cells;
+            prop_assert!(lattice.count() > 0);
+            let frame = Frame::new(Rect::new(0, 0, 64, 64), [60.0 / 256.0, 45.0 / 256.0]);
+            let small = |n: i64| i32::try_from(n).unwrap();
+            for (x, y) in [(0, 0), (64, 10), (192, 255)] {
+                let run = lattice.run(&frame, x, y, [0, 1]);
+                for (u, v) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    let word = run.word::<2>(u, v);
+                    if run.wrap == Wrap::None {
+                        prop_assert_eq!(word, run.word::<0>(u, v));
+                    }
+                    if run.wrap != Wrap::Many {
+                        prop_assert_eq!(word, run.word::<1>(u, v));
+                    }
+                }
+                let e = |u: i64, v: i64| (d * u - c * v).rem_euclid(lattice.count);
+                prop_assert_eq!(e(3, 5), e(3 + a, 5 + b));
+                prop_assert_eq!(e(3, 5), e(3 + c, 5 + d));
+                prop_assert!(small(a).abs() < 1000);
+            }
+        }
+    }
+
+    #[test]
+    fn shapes_are_met() {
+        let canvas = Canvas { size: [60.0, 60.0], tiles: [true, true] };
+        for (shape, tolerance) in [
+            (CellShape { size: 2.0, aspect: 2.2, angle: 0.4 }, 0.06),
+            (CellShape { size: 5.0, aspect: 2.5, angle: 0.44 }, 0.15),
+            (CellShape::round(0.12), 0.002),
+        ] {
+            let lattice = Lattice::new(&canvas, &shape, Hash::new(1)).unwrap();
+            let wanted = shape.wanted();
+            assert!(distortion(&lattice.to_cell, &wanted).sqrt() < tolerance, "{:?}", lattice.cells);
+        }
+        assert!(Lattice::new(&canvas, &CellShape::round(1e-4), Hash::new(1)).is_none());
+        assert!(Lattice::new(&canvas, &CellShape::round(f64::NAN), Hash::new(1)).is_none());
+    }
+}

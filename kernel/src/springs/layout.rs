@@ -1,0 +1,415 @@
+//! How a patch of [`super::list`] is laid out: its rings, its parts and groups, their springs, and which slots its
+//! points read.
+
+use super::net::Mass;
+use super::patch::{GROUP, LANE, LOCAL, PART, Part, Patch, Run, Slots};
+use super::web::Web;
+use crate::ground::real::Real;
+use std::ops::Range;
+
+/// No point, and the slot of no spring.
+const NONE: u16 = u16::MAX;
+/// Points of a part of a ring, at most: rings are thin.
+const RING_PART: usize = 64;
+
+/// As a local index.
+fn short(i: usize) -> u16 {
+    u16::try_from(i).expect("counted before")
+}
+
+/// As an index that the layout keeps.
+fn long(i: usize) -> u32 {
+    u32::try_from(i).expect("fewer than springs")
+}
+
+/// The axis along which points lie further apart.
+pub(super) fn longer_axis<T: Real>(points: impl Iterator<Item = [T; 2]> + Clone) -> usize {
+    let extent = |axis: usize| {
+        let along = points.clone().map(|p| p[axis].wide());
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    usize::from(extent(1) > extent(0))
+}
+
+/// Which local index each point has while a patch is laid out.
+pub(super) struct Locals(Vec<u16>);
+
+impl Locals {
+    /// For so many points.
+    pub(super) fn new(points: usize) -> Self {
+        Self(vec![NONE; points])
+    }
+
+    fn of(&self, p: u32) -> usize {
+        usize::from(self.0[p as usize])
+    }
+}
+
+/// A patch in the making.
+struct Layout<'w, 'n, 'a, T> {
+    web: &'w Web<'n, 'a, T>,
+    locals: &'w mut Locals,
+    reach: usize,
+    /// Points by local index.
+    points: Vec<u32>,
+    /// Which of them are there to make up whole groups.
+    made_up: Vec<bool>,
+    /// How many points there are up to each ring.
+    rings: Vec<usize>,
+    parts: Vec<Part>,
+    owning: Vec<Run>,
+    arriving: Vec<Run>,
+    /// Per slot the index into the links.
+    ids: Vec<u32>,
+    offsets: Vec<[T; 2]>,
+}
+
+impl<T: Real> Layout<'_, '_, '_, T> {
+    /// Adds points as a ring, made up to whole groups. False if there are too many.
+    fn ring(&mut self, points: impl Iterator<Item = u32>) -> bool {
+        let from = self.points.len();
+        self.points.extend(points);
+        self.made_up.resize(self.points.len(), false);
+        if let Some(&last) = self.points[from..].last() {
+            self.points.resize(self.points.len().next_multiple_of(GROUP), last);
+            self.made_up.resize(self.points.len(), true);
+        }
+        if self.points.len() >= LOCAL {
+            return false;
+        }
+        for p in (from..self.points.len()).filter(|&p| !self.made_up[p]) {
+            self.locals.0[self.points[p] as usize] = short(p);
+        }
+        self.rings.push(self.points.len());
+        true
+    }
+
+    /// The local indices of a ring.
+    fn of_ring(&self, ring: usize) -> Range<usize> {
+        (if ring == 0 { 0 } else { self.rings[ring - 1] })..self.rings[ring]
+    }
+
+    /// Finds the rings: points at most one link from the ring before. False if that is too much.
+    fn spread(&mut self, own: Range<usize>, along: &impl Fn(u32) -> f64) -> bool {
+        if !self.ring(own.map(long)) {
+            return false;
+        }
+        for ring in 0..self.reach {
+            let mut next = Vec::new();
+            for p in self.of_ring(ring).filter(|&p| !self.made_up[p]) {
+                let p = self.points[p];
+                next.extend(self.web.owned.of(p).iter().map(|&id| self.web.ends[id as usize][1]));
+                next.extend(self.web.incoming.of(p).iter().map(|&id| self.web.ends[id as usize][0]));
+            }
+            next.retain(|&p| self.locals.0[p as usize] == NONE);
+            next.sort_unstable();
+            next.dedup();
+            next.sort_by(|&a, &b| along(a).total_cmp(&along(b)));
+            let alike = |&p: &u32| {
+                let owned = self.web.owned.of(p);
+                (self.wraps(owned), usize::MAX - owned.len(), usize::MAX - self.web.incoming.of(p).len())
+            };
+            next.chunks_mut(RING_PART).for_each(|part| part.sort_by_cached_key(alike));
+            if !self.ring(next.into_iter()) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Whether any of some springs has an offset.
+    fn wraps(&self, springs: &[u32]) -> bool {
+        springs.iter().any(|&id| self.web.wraps(id))
+    }
+
+    /// Lays out the springs of all points, part after part across the patch.
+    fn springs(&mut self, along: &impl Fn(u32) -> f64) {
+        let mut parts = Vec::new();
+        for ring in 0..self.rings.len() {
+            let all = self.of_ring(ring);
+            let most = if ring == 0 { PART } else { RING_PART };
+            for first in all.clone().step_by(most) {
+                let points = first..(first + most).min(all.end);
+                let places = self.points[points.clone()].iter().map(|&p| along(p));
+                parts.push((places.fold(f64::INFINITY, f64::min), ring, points));
+            }
+        }
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+        for (_, ring, points) in parts {
+            let (slot, offset) = (self.ids.len(), long(self.offsets.len()));
+            let runs = [long(self.owning.len()), long(self.arriving.len())];
+            for group in points.clone().step_by(GROUP) {
+                self.group(group, group == points.start, ring == self.reach);
+            }
+            self.parts.push(Part {
+                ring: short(ring),
+                first: short(points.start),
+                points: short(points.len()),
+                slot: long(slot),
+                pulls: 0,
+                offset,
+                incoming: 0,
+                owning: [runs[0], long(self.owning.len())],
+                arriving: [runs[1], long(self.arriving.len())],
+                ready: [0; 2],
+            });
+        }
+    }
+
+    /// Adds the group of the eight points from `first` on, which `begins` a part or not, of the `last` ring or not.
+    fn group(&mut self, first: usize, begins: bool, last: bool) {
+        let web = self.web;
+        let inner = self.rings[self.reach - 1];
+        let lists: [Vec<u32>; GROUP] = std::array::from_fn(|i| {
+            let owned = if self.made_up[first + i] { &[] } else { web.owned.of(self.points[first + i]) };
+            // Of the last ring only springs that lead inwards count.
+            owned.iter().copied().filter(|&id| !last || self.locals.of(web.ends[id as usize][1]) < inner).collect()
+        });
+        let incoming = (first..first + GROUP).filter(|&p| !last && !self.made_up[p]);
+        let incoming = incoming.map(|p| web.incoming.of(self.points[p]).len()).max().unwrap_or(0);
+        let own = lists.iter().map(Vec::len).max().unwrap_or(0);
+        let wraps = lists.iter().any(|list| self.wraps(list));
+        let ids = (0..own).flat_map(|j| lists.each_ref().map(|list| list.get(j).copied().unwrap_or(u32::MAX)));
+        let from = self.ids.len();
+        self.ids.extend(ids);
+        if wraps {
+            let size = web.net.size.map(T::wide);
+            let offset = |&id: &u32| {
+                let wraps = web.net.wraps.get(id as usize).copied().unwrap_or_default();
+                [0, 1].map(|axis| T::of(f64::from(wraps[axis]) * size[axis]))
+            };
+            self.offsets.extend(self.ids[from..].iter().map(offset));
+        }
+        join(&mut self.owning, begins, Run { groups: 1, each: long(own), wraps });
+        join(&mut self.arriving, begins, Run { groups: 1, each: long(incoming), wraps: false });
+    }
+
+    /// The groups of a part: first point, first slot, how many springs each point owns and how many end there.
+    fn groups(&self, part: &Part) -> impl Iterator<Item = [usize; 4]> {
+        let each = |runs: &'_ [Run]| -> Vec<usize> {
+            let each = |run: &Run| std::iter::repeat_n(run.each as usize, usize::from(run.groups));
+            runs.iter().flat_map(each).collect()
+        };
+        let owning = each(&self.owning[part.owning[0] as usize..part.owning[1] as usize]);
+        let arriving = each(&self.arriving[part.arriving[0] as usize..part.arriving[1] as usize]);
+        let (mut point, mut slot) = (usize::from(part.first), part.slot as usize);
+        owning.into_iter().zip(arriving).map(move |(own, incoming)| {
+            let group = [point, slot, own, incoming];
+            (point, slot) = (point + GROUP, slot + own * GROUP);
+            group
+        })
+    }
+
+    /// For each part, which springs end at the points of its groups: its points' first ones, then their second ones and so
+    /// on, as slots with the parts that pull them; nothing where there are fewer.
+    fn arriving(&mut self, far: &[u16]) -> Vec<Option<(u32, u16)>> {
+        let mut first = vec![usize::MAX; self.points.len()];
+        let mut all = 0;
+        for number in 0..self.parts.len() {
+            self.parts[number].incoming = long(all);
+            for [point, _, _, incoming] in self.groups(&self.parts[number]) {
+                for (i, first) in first[point..point + GROUP].iter_mut().enumerate() {
+                    *first = all + i;
+                }
+                all += incoming * GROUP;
+            }
+        }
+        let mut arriving = vec![None; all];
+        // What ends at the last ring does not matter.
+        let moving = self.rings[self.reach - 1];
+        for (number, part) in (0..).zip(&self.parts) {
+            for slot in part.slot as usize..self.end(usize::from(number)) {
+                let (far, id) = (usize::from(far[slot]), self.ids[slot]);
+                if far < moving
+                    && let Ok(nth) = self.web.incoming.of(self.points[far]).binary_search(&id)
+                {
+                    arriving[first[far] + nth * GROUP] = Some((long(slot), number));
+                }
+            }
+        }
+        arriving
+    }
+
+    /// Where the slots of a part end.
+    fn end(&self, part: usize) -> usize {
+        self.parts.get(part + 1).map_or(self.ids.len(), |next| next.slot as usize)
+    }
+
+    /// Says when each part can move and where its pulls stay until then, and lists which of them each point reads. None if
+    /// there is no room.
+    fn arrive(&mut self, far: &[u16]) -> Option<[Vec<u16>; 2]> {
+        let arriving = self.arriving(far);
+        let count = self.parts.len();
+        let of = |parts: &[Part], number: usize| {
+            let end = parts.get(number + 1).map_or(arriving.len(), |next| next.incoming as usize);
+            parts[number].incoming as usize..end
+        };
+        // The parts that wait for each, and the last one before whose turn ends its pulls are read.
+        let mut waits = vec![Vec::new(); count];
+        let mut until: Vec<usize> = (0..count).collect();
+        for number in (0..count).filter(|&number| usize::from(self.parts[number].ring) < self.reach) {
+            let owners = || arriving[of(&self.parts, number)].iter().flatten().map(|&(_, part)| usize::from(part));
+            let turn = owners().fold(number, usize::max);
+            waits[turn].push(short(number));
+            for owner in owners() {
+                until[owner] = until[owner].max(turn);
+            }
+        }
+        let mut taken: Vec<(Range<usize>, usize)> = Vec::new();
+        for number in 0..count {
+            let size = self.end(number) - self.parts[number].slot as usize;
+            taken.retain(|(_, until)| *until >= number);
+            let free = |&at: &usize| taken.iter().all(|(other, _)| at + size <= other.start || other.end <= at);
+            let ends = taken.iter().map(|(other, _)| other.end);
+            let at = std::iter::once(0).chain(ends).filter(free).min()?;
+            if at + size > usize::from(NONE) {
+                return None;
+            }
+            taken.push((at..at + size, until[number]));
+            self.parts[number].pulls = short(at);
+        }
+        let place = |&(slot, part): &(u32, u16)| {
+            let part = &self.parts[usize::from(part)];
+            short((slot - part.slot) as usize + usize::from(part.pulls))
+        };
+        let incoming = arriving.iter().map(|spring| spring.as_ref().map_or(NONE, place)).collect();
+        let mut ready = Vec::new();
+        for (part, waits) in self.parts.iter_mut().zip(waits) {
+            let from = long(ready.len());
+            ready.extend(waits);
+            part.ready = [from, long(ready.len())];
+        }
+        Some([ready, incoming])
+    }
+
+    /// The far end of each slot: of what is made up the point itself.
+    fn far(&self) -> Vec<u16> {
+        let mut far = vec![0; self.ids.len()];
+        for part in &self.parts {
+            for [point, slot, own, _] in self.groups(part) {
+                for i in 0..own * GROUP {
+                    far[slot + i] = match self.ids[slot + i] {
+                        u32::MAX => short(point + i % GROUP),
+                        id => short(self.locals.of(self.web.ends[id as usize][1])),
+                    };
+                }
+            }
+        }
+        far
+    }
+}
+
+/// Adds a group's run to the one before, if the group does not begin a part.
+fn join(runs: &mut Vec<Run>, begins: bool, run: Run) {
+    match runs.last_mut() {
+        Some(last) if !begins && Run { groups: 1, ..*last } == run => last.groups += 1,
+        _ => runs.push(run),
+    }
+}
+
+impl<T: Real> Patch<T> {
+    /// The patch of the points `own` and of `reach` rings; fails with a point if that is too much. `places` are those of
+    /// all points, in their order.
+    pub(super) fn new(
+        own: Range<usize>,
+        reach: usize,
+        web: &Web<'_, '_, T>,
+        places: &[[T; 2]],
+        weight: &[T],
+        locals: &mut Locals,
+    ) -> Result<Self, u32> {
+        let mut layout = Layout {
+            web,
+            locals,
+            reach,
+            points: Vec::new(),
+            made_up: Vec::new(),
+            rings: Vec::new(),
+            parts: Vec::new(),
+            owning: Vec::new(),
+            arriving: Vec::new(),
+            ids: Vec::new(),
+            offsets: Vec::new(),
+        };
+        let axis = longer_axis(places[own.clone()].iter().copied());
+        let middle = places[own.start + own.len() / 2][axis].wide();
+        // Of the images of a point in the tiling, the one that is next to the patch.
+        let size = web.net.size[axis].wide();
+        let along = |p: u32| {
+            let place = places[p as usize][axis].wide();
+            if size > 0.0 { place - size * ((place - middle) / size).round() } else { place }
+        };
+        let first = long(own.start);
+        let done = layout.spread(own, &along) && {
+            layout.springs(&along);
+            true
+        };
+        let patch = if done { Self::of(&mut layout, places, weight) } else { None };
+        for &p in &layout.points {
+            layout.locals.0[p as usize] = NONE;
+        }
+        patch.ok_or(first)
+    }
+
+    /// The patch as laid out; none if there is no room for its pulls.
+    fn of(layout: &mut Layout<'_, '_, '_, T>, places: &[[T; 2]], weight: &[T]) -> Option<Self> {
+        let far = layout.far();
+        let [ready, incoming] = layout.arrive(&far)?;
+        let (net, reach) = (layout.web.net, layout.reach);
+        let ids = std::mem::take(&mut layout.ids);
+        // Nothing pulls with no stiffness; a length keeps the sign of the zero from counting.
+        let by_lane = |values: &[T], none: T| {
+            let mut out = vec![none; if values.is_empty() { 0 } else { ids.len() }];
+            for (out, ids) in out.as_chunks_mut::<GROUP>().0.iter_mut().zip(ids.as_chunks::<GROUP>().0) {
+                for (lane, &id) in LANE.into_iter().zip(ids).filter(|(_, id)| **id != u32::MAX) {
+                    out[lane] = values.get(id as usize).copied().unwrap_or(none);
+                }
+            }
+            out
+        };
+        let by_slot = |values: &[T]| match values {
+            [] => Vec::new(),
+            _ => ids.iter().map(|&id| values.get(id as usize).copied().unwrap_or_default()).collect(),
+        };
+        // In place where a patch takes several steps at a time.
+        let own = layout.rings[0];
+        let mut position = vec![[T::default(); 2]; if reach > 1 { LOCAL } else { own }];
+        for (place, &p) in position.iter_mut().zip(&layout.points[..own]) {
+            *place = places[p as usize];
+        }
+        let moving = layout.rings[reach - 1];
+        let mut weights: Vec<T> = layout.points[..moving].iter().map(|&p| weight[p as usize]).collect();
+        let live = matches!(net.mass, Mass::Live(_));
+        let alike = weights.first().copied().filter(|first| !live && weights.iter().all(|w| w == first));
+        if alike.is_some() {
+            weights = Vec::new();
+        }
+        Some(Self {
+            ghosts: layout.points[layout.rings[0]..].to_vec(),
+            published: Vec::new(),
+            position,
+            parts: std::mem::take(&mut layout.parts),
+            ready,
+            owning: std::mem::take(&mut layout.owning),
+            arriving: std::mem::take(&mut layout.arriving),
+            incoming,
+            velocity: vec![[T::default(); 2]; layout.rings[reach - usize::from(net.damping.is_empty())]],
+            weight: weights.into_iter().map(|w| [w; 2]).collect(),
+            alike,
+            slots: Slots {
+                far,
+                stiffness: by_lane(net.stiffness, T::default()),
+                rest: by_lane(net.rest, T::ONE),
+                threshold: by_lane(net.threshold, T::of(f64::INFINITY)),
+                damping: by_slot(net.damping),
+                pushes: match net.pushes {
+                    [] => Vec::new(),
+                    pushes => ids.iter().map(|&id| pushes.get(id as usize) == Some(&true)).collect(),
+                },
+                offsets: std::mem::take(&mut layout.offsets),
+                ids,
+            },
+            rings: std::mem::take(&mut layout.rings),
+        })
+    }
+}

@@ -1,0 +1,60 @@
+//! How the points of a patch move once all has pulled.
+
+use super::net::Motion;
+use super::patch::{GROUP, LOCAL};
+use crate::ground::real::Real;
+
+/// Points of a run that are to move.
+pub(super) struct Moving<'p, T> {
+    /// What pulls at them.
+    pub(super) force: &'p mut [[T; 2]],
+    /// Their weights, or the one that all have.
+    pub(super) weight: Option<&'p [[T; 2]]>,
+    pub(super) alike: T,
+    pub(super) x: &'p mut [[T; 2]],
+    pub(super) v: &'p mut [[T; 2]],
+}
+
+impl<T: Real> Moving<'_, T> {
+    /// The same, for a while.
+    pub(super) fn borrow(&mut self) -> Moving<'_, T> {
+        Moving { force: self.force, weight: self.weight, alike: self.alike, x: self.x, v: self.v }
+    }
+
+    /// Takes the pulls of the springs that end at the points, so many at each, and moves the points.
+    #[inline(always)]
+    pub(super) fn settle(self, incoming: &[u16], each: usize, motion: &Motion<T>, pulls: &[[T; 2]; LOCAL]) {
+        let groups = self.force.as_chunks_mut::<GROUP>().0.iter_mut();
+        let groups = groups.zip(self.x.as_chunks_mut::<GROUP>().0).zip(self.v.as_chunks_mut::<GROUP>().0);
+        for (i, ((force, x), v)) in groups.enumerate() {
+            for slots in incoming[i * each * GROUP..(i + 1) * each * GROUP].chunks_exact(GROUP) {
+                for (force, &slot) in force.iter_mut().zip(slots) {
+                    *force = less(*force, pulls[usize::from(slot)]);
+                }
+            }
+            let weight = self.weight.map_or([[self.alike; 2]; GROUP], |weight| weight.as_chunks::<GROUP>().0[i]);
+            advance(motion, force, &weight, x, v);
+        }
+    }
+}
+
+/// Moves the points of a group by a step.
+#[inline(always)]
+fn advance<T: Real>(
+    motion: &Motion<T>,
+    force: &[[T; 2]; GROUP],
+    weight: &[[T; 2]; GROUP],
+    x: &mut [[T; 2]; GROUP],
+    v: &mut [[T; 2]; GROUP],
+) {
+    let numbers = x.as_flattened_mut().iter_mut().zip(v.as_flattened_mut());
+    for ((x, v), (&force, &weight)) in numbers.zip(force.as_flattened().iter().zip(weight.as_flattened())) {
+        motion.advance(force, weight, x, v);
+    }
+}
+
+/// A difference.
+#[inline(always)]
+pub(super) fn less<T: Real>(a: [T; 2], b: [T; 2]) -> [T; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}

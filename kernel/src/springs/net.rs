@@ -1,0 +1,145 @@
+//! What a run of springs is given and what comes out.
+
+use crate::leather::links::GridShape;
+
+/// How position and velocity advance by one step δ (L-6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Integrator {
+    /// The source's: `x += v δ + a δ²/2; v += a δ`. Gains energy, a factor `√(1 + ω²δ²/2)` a step.
+    #[default]
+    Explicit,
+    /// `v += a δ; x += v δ`: keeps the energy while `ω δ < 2`.
+    SemiImplicit,
+}
+
+/// Which springs can break (L-7).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BreakOn {
+    /// Pulled and pushed springs: `|F| > threshold`.
+    #[default]
+    Either,
+    /// Pulled springs only: `F > threshold`.
+    Tension,
+}
+
+/// The masses of the points, each greater than 0.
+#[derive(Clone, Copy, Default)]
+pub enum Mass<'a, T> {
+    /// 1 everywhere (A35).
+    #[default]
+    One,
+    /// One mass per point, fixed at the start (A30).
+    Each(&'a [T]),
+    /// Read at the point's place in every step (A31); places may lie outside the canvas.
+    Live(&'a (dyn Fn([T; 2]) -> T + Sync)),
+}
+
+/// A net of springs. Slices that are optional may be empty.
+#[derive(Clone, Copy, Default)]
+pub struct Net<'a, T> {
+    /// The two ends of each spring, indices of points.
+    pub links: &'a [[u32; 2]],
+    /// Per spring the canvas offset of its second end, in canvases; optional.
+    pub wraps: &'a [[i8; 2]],
+    /// Size of the canvas in mm; used with `wraps`.
+    pub size: [T; 2],
+    /// Stiffness k per spring, ≥ 0.
+    pub stiffness: &'a [T],
+    /// Natural length L per spring in mm; may be negative.
+    pub rest: &'a [T],
+    /// Damper per spring: a force against the speed at which the link grows (A38); optional.
+    pub damping: &'a [T],
+    /// Force beyond which a spring breaks, ≥ 0 (A44, A45); infinity for never; optional.
+    pub threshold: &'a [T],
+    /// True for springs that only push: contacts between bodies (A40), whose rest length is the sum of their radii;
+    /// optional.
+    pub pushes: &'a [bool],
+    /// True for points that stay (A42); optional.
+    pub fixed: &'a [bool],
+    /// Masses.
+    pub mass: Mass<'a, T>,
+    /// Set when points lie by rows of this shape: takes the fast path if all links are among those of
+    /// [`crate::leather::links::grid_links`], in whatever order, and neither `damping` nor `pushes` is given.
+    pub grid: Option<GridShape>,
+}
+
+/// How to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion<T> {
+    /// The step δ, > 0.
+    pub step: T,
+    /// Steps to run, K.
+    pub steps: u32,
+    /// The integrator.
+    pub integrator: Integrator,
+    /// Drag: a force `-drag v` on every point (A39), ≥ 0.
+    pub drag: T,
+    /// Which springs may break.
+    pub break_on: BreakOn,
+    /// Stops when no point is faster than this (A41); 0 runs all steps.
+    pub settle: T,
+}
+
+/// A spring that broke.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Broken {
+    /// The step at whose start it broke, from 0.
+    pub step: u32,
+    /// Index into `links`.
+    pub link: u32,
+}
+
+/// Where the points are after the run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome<T> {
+    /// Positions in mm, not wrapped into the canvas.
+    pub positions: Vec<[T; 2]>,
+    /// Velocities in mm per unit of time.
+    pub velocities: Vec<[T; 2]>,
+    /// Broken springs by step, then link.
+    pub broken: Vec<Broken>,
+    /// Steps that were run.
+    pub steps: u32,
+    /// Largest kinetic energy over the energy that the springs held at the start. Above 1 the integrator has made
+    /// energy; above 1000 the picture hardly means anything.
+    pub energy_growth: f64,
+}
+
+/// Why a run has no outcome.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SpringError {
+    /// Numbers ran away.
+    #[error("the motion diverged in step {step}: reduce the step or the stiffness, or add drag")]
+    Diverged {
+        /// The step, from 0.
+        step: u32,
+    },
+    /// The callback said to stop.
+    #[error("cancelled in step {step}")]
+    Cancelled {
+        /// The step, from 0.
+        step: u32,
+    },
+    /// A slice has the wrong length.
+    #[error("`{what}` has {found} entries; it must have {expected}")]
+    Length {
+        /// The field of [`Net`].
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length it must have.
+        expected: usize,
+    },
+    /// A link names a point that does not exist.
+    #[error("link {link} names a point that does not exist")]
+    Link {
+        /// Index into `links`.
+        link: usize,
+    },
+    /// Too many links meet in one part of the lattice.
+    #[error("too many links meet near point {point}: use a smaller radius")]
+    Crowded {
+        /// A point of that part.
+        point: usize,
+    },
+}

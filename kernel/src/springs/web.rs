@@ -1,0 +1,56 @@
+//! The springs of a net by the points at their ends.
+
+use super::net::Net;
+use super::owners::offset;
+use crate::ground::real::Real;
+
+/// A net as patches see it: points by their place in the sorted order.
+pub(super) struct Web<'n, 'a, T> {
+    pub(super) net: &'n Net<'a, T>,
+    /// Owner and far end of each spring.
+    pub(super) ends: Vec<[u32; 2]>,
+    /// Springs by owner, those without offset before the others, and by far end; else by number.
+    pub(super) owned: Groups,
+    pub(super) incoming: Groups,
+}
+
+/// Springs in groups, one per point.
+pub(super) struct Groups {
+    starts: Vec<u32>,
+    springs: Vec<u32>,
+}
+
+impl Groups {
+    /// Groups springs by one of their ends, some of them behind the others.
+    pub(super) fn new(points: usize, ends: &[[u32; 2]], end: usize, last: impl Fn(u32) -> bool) -> Self {
+        let mut starts = vec![0; points + 1];
+        for ends in ends {
+            starts[ends[end] as usize + 1] += 1;
+        }
+        for i in 0..points {
+            starts[i + 1] += starts[i];
+        }
+        let (mut next, mut springs) = (starts.clone(), vec![0; ends.len()]);
+        for late in [false, true] {
+            for (id, ends) in (0..).zip(ends).filter(|&(id, _)| last(id) == late) {
+                let place = &mut next[ends[end] as usize];
+                springs[*place as usize] = id;
+                *place += 1;
+            }
+        }
+        Self { starts, springs }
+    }
+
+    /// The springs of a point.
+    pub(super) fn of(&self, point: u32) -> &[u32] {
+        let point = point as usize;
+        &self.springs[self.starts[point] as usize..self.starts[point + 1] as usize]
+    }
+}
+
+impl<T: Real> Web<'_, '_, T> {
+    /// Whether a spring has an offset.
+    pub(super) fn wraps(&self, spring: u32) -> bool {
+        offset(self.net, spring)
+    }
+}

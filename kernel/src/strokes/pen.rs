@@ -1,0 +1,322 @@
+//! Strokes as seen from a window: which pixels they touch, and what those have in them.
+//!
+//! A pixel's value is a function of its place from the stroke's middle and does not depend on what else is computed with
+//! it. Written with explicit vectors: whether such loops vectorise by themselves depends on what they are inlined into.
+
+use super::job::Groove;
+use super::job::Job;
+use super::style::{Draw, Profile, StrokeStyle, Window, cut};
+use crate::ground::math;
+use crate::ground::number::narrow;
+use glam::{DVec2, IVec2, Vec2};
+use pulp::Simd;
+
+/// The most pixels per block on any machine; rows are padded by as many so that a block may begin in any column.
+pub(super) const LANES: usize = 16;
+/// The numbers of the lanes.
+const LANE: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+/// Pixels are computed so far beyond the edge of a stroke, in pixels and as a share of its size: more than places are
+/// rounded by, so that those left out would be 0.
+const HAIR: [f32; 2] = [0.02, 1e-6];
+/// A slope of so many columns per row is none.
+const FAR: f32 = 1e9;
+/// 1.5·2^23: added to a number below 2^22, it leaves the nearest integer in the low bits.
+const SNAP: f32 = 12_582_912.0;
+
+/// A stroke as seen from a window.
+pub(super) struct Pen {
+    pub(super) id: u32,
+    /// Pixel of the middle, from the window's corner.
+    column: i32,
+    pub(super) row: i32,
+    /// Rows that it touches, from that of the middle.
+    pub(super) rows: [i32; 2],
+    /// Where a row is between its ends, and between its sides: begins by row, and in that of the middle; for how long.
+    /// In columns of the window.
+    edges: [[f32; 3]; 2],
+    /// Columns that it touches in a row, at the most.
+    pub(super) wide: i32,
+    /// Way along and across from the middle by column, by row, and at the centre of the middle's pixel: along in mm,
+    /// across in the units of the cross-section.
+    along: [f32; 3],
+    across: [f32; 3],
+    half_length: f32,
+    inverse_length: f32,
+    /// Units of the cross-section per mm.
+    unit: f32,
+    depth: f32,
+    taper: f32,
+    tip: f32,
+    /// Depth at a square end, by mm inside and at the end.
+    gain: f32,
+    offset: f32,
+    /// Coverage by half widths inside the edge.
+    sharp: f32,
+}
+
+/// What all pens of a window have in common.
+pub(super) struct View<'w> {
+    window: &'w Window,
+    style: StrokeStyle,
+    draw: Draw,
+    /// Units of the cross-section per half width.
+    unit: f32,
+    /// Per copy of the canvas how far it is moved: in mm, and then in whole pixels.
+    copies: Vec<(DVec2, DVec2)>,
+    per: DVec2,
+}
+
+impl<'w> View<'w> {
+    pub(super) fn new(window: &'w Window, job: &Job<'_>, unit: f32) -> Self {
+        let pitch = window.step.as_dvec2();
+        let copy = |&copy: &IVec2| {
+            let shift = job.period.as_dvec2() * copy.as_dvec2() - window.origin;
+            // A copy of the canvas is a whole number of pixels away if possible: then copies have the same bits.
+            let pixels = shift / pitch;
+            let whole = (pixels - pixels.round()).abs().max_element() < 1e-3;
+            if whole { (DVec2::ZERO, pixels.round()) } else { (shift, DVec2::ZERO) }
+        };
+        let copies = job.copies.iter().map(copy).collect();
+        Self { window, style: job.style, draw: job.draw, unit, copies, per: pitch.recip() }
+    }
+
+    /// The widths of a pixel as seen along and across.
+    #[inline(always)]
+    fn pixel(&self, along: Vec2) -> [f32; 2] {
+        let step = self.window.step;
+        if step.x == step.y { [step.x; 2] } else { [(along * step).length(), (along.perp() * step).length()] }
+    }
+
+    /// Nothing if the stroke leaves no trace. Inlined where there are vector instructions: without them rounding is
+    /// a call of a function.
+    #[inline(always)]
+    pub(super) fn pen(&self, groove: &Groove, copy: u32) -> Option<Pen> {
+        let (style, step) = (&self.style, self.window.step);
+        let (shift, pixels) = self.copies[copy as usize];
+        let middle = groove.middle + shift;
+        let corner = (middle * self.per).floor();
+        let [tx, ty] = groove.along.to_array();
+        let pixel = self.pixel(groove.along);
+        let least = 0.5 * style.min_width * pixel[1];
+        let fade = if style.fade && groove.half_width < least { groove.half_width / least } else { 1.0 };
+        let half_width = groove.half_width.max(least);
+        let depth = fade * if self.draw == Draw::Mask { 1.0 } else { groove.depth };
+        let half_length = groove.half_length;
+        let reach = cut(style.profile) * half_width;
+        let end = if style.round_caps { reach } else { 0.0 };
+        // Half a pixel more where edges are soft.
+        let soft = if style.antialias { 0.5 } else { 0.0 };
+        let edge = if matches!(style.profile, Profile::Flat | Profile::Brush) { soft } else { 0.0 };
+        let hair = HAIR[0] * pixel[0].max(pixel[1]) + HAIR[1] * (half_length + reach);
+        let reach = [half_length + end + soft * pixel[0].max(pixel[1]) + hair, reach + edge * pixel[1] + hair];
+        let at = corner + pixels - DVec2::new(f64::from(self.window.x), f64::from(self.window.y));
+        let size = Vec2::new(tx.abs() * reach[0] + ty.abs() * reach[1], tx.abs() * reach[1] + ty.abs() * reach[0]);
+        let span = size / step + 1.0;
+        let (low, high) = (at - span.as_dvec2(), at + span.as_dvec2());
+        let inside =
+            low.x < self.window.width as f64 && low.y < self.window.height as f64 && high.cmpge(DVec2::ZERO).all();
+        if !inside || depth <= 0.0 || (half_length <= 0.0 && !style.round_caps) {
+            return None;
+        }
+        // From the middle to the centre of its pixel.
+        let rest = (corner * step.as_dvec2() - middle).as_vec2() + 0.5 * step;
+        let unit = self.unit / half_width;
+        let across = [-ty * unit, tx * unit];
+        let (gain, offset) = if style.antialias { (pixel[0].recip(), 0.5) } else { (1e30, 1.0) };
+        let brush = style.profile == Profile::Brush;
+        let (edges, wide) = edges([tx, ty], reach, (narrow(at.x), rest), step);
+        Some(Pen {
+            id: groove.id,
+            column: whole(at.x),
+            row: whole(at.y),
+            rows: [
+                whole(f64::from((-size.y - rest.y) / step.y).ceil()),
+                whole(f64::from((size.y - rest.y) / step.y).floor()),
+            ],
+            edges,
+            wide,
+            along: [tx * step.x, ty * step.y, tx * rest.x + ty * rest.y],
+            across: [across[0] * step.x, across[1] * step.y, across[0] * rest.x + across[1] * rest.y],
+            half_length,
+            inverse_length: if half_length > 0.0 { half_length.recip() } else { 0.0 },
+            unit,
+            depth,
+            taper: if brush { 1.0 } else { style.taper.clamp(0.0, 1.0) },
+            tip: style.tip.clamp(0.0, 1.0),
+            gain: gain * depth,
+            offset: offset * depth,
+            sharp: if style.antialias { half_width / pixel[1] } else { 1e30 },
+        })
+    }
+}
+
+/// Where rows are within a stroke, see [`Pen::edges`], and over how many columns at the most. `rest` leads from the
+/// middle to the centre of its pixel, which lies in `column`.
+#[inline(always)]
+fn edges([tx, ty]: [f32; 2], reach: [f32; 2], (column, rest): (f32, Vec2), step: Vec2) -> ([[f32; 3]; 2], i32) {
+    let per = step.x.recip();
+    let edge = |t: f32, s: f32, reach: f32| {
+        // A row at distance y is within reach for s y / t - reach / |t| ≤ x ≤ s y / t + reach / |t|.
+        let (slope, half) = (s / t, reach / t.abs());
+        let by_row = slope * step.y * per;
+        let first = (slope * rest.y - half - rest.x) * per + column;
+        if by_row.abs() < FAR { [by_row, first, 2.0 * half * per] } else { [0.0, -FAR, 2.0 * FAR] }
+    };
+    let (ends, sides) = (edge(tx, -ty, reach[0]), edge(ty, tx, reach[1]));
+    ([ends, sides], whole(f64::from(ends[2].min(sides[2]))).saturating_add(1))
+}
+
+/// A cross-section.
+pub(super) trait Shape {
+    /// Its value from the square of the distance in its units, and the square of how much narrower the stroke is.
+    fn value<S: Simd>(&self, simd: S, s: S::f32s, narrow: Option<S::f32s>) -> S::f32s;
+}
+
+/// Flat with a soft edge: coverage is `gain (1 - t) + offset`, t in half widths.
+pub(super) struct Edge {
+    gain: f32,
+    offset: f32,
+}
+/// `1 - t`, t in half widths.
+pub(super) struct Linear;
+/// `(1 - t²)²`, t in half widths.
+pub(super) struct Smooth;
+/// `exp(-16 t²)` for `t² ≤ end ≤ 1`.
+pub(super) struct Bell {
+    pub(super) end: f32,
+}
+
+impl Edge {
+    pub(super) fn new(pen: &Pen, style: &StrokeStyle) -> Self {
+        Self { gain: pen.sharp, offset: if style.antialias { 0.5 } else { 1.0 } }
+    }
+}
+
+impl Shape for Edge {
+    #[inline(always)]
+    fn value<S: Simd>(&self, simd: S, s: S::f32s, narrow: Option<S::f32s>) -> S::f32s {
+        let inside = simd.sub_f32s(simd.splat_f32s(1.0), simd.sqrt_f32s(s));
+        let inside = narrow.map_or(inside, |narrow| simd.mul_f32s(inside, simd.sqrt_f32s(narrow)));
+        ramp(simd, inside, [self.gain, self.offset, 1.0])
+    }
+}
+
+impl Shape for Linear {
+    #[inline(always)]
+    fn value<S: Simd>(&self, simd: S, s: S::f32s, _: Option<S::f32s>) -> S::f32s {
+        simd.max_f32s(simd.sub_f32s(simd.splat_f32s(1.0), simd.sqrt_f32s(s)), simd.splat_f32s(0.0))
+    }
+}
+
+impl Shape for Smooth {
+    #[inline(always)]
+    fn value<S: Simd>(&self, simd: S, s: S::f32s, _: Option<S::f32s>) -> S::f32s {
+        let t = simd.max_f32s(simd.sub_f32s(simd.splat_f32s(1.0), s), simd.splat_f32s(0.0));
+        simd.mul_f32s(t, t)
+    }
+}
+
+impl Shape for Bell {
+    #[inline(always)]
+    fn value<S: Simd>(&self, simd: S, s: S::f32s, _: Option<S::f32s>) -> S::f32s {
+        let inside = simd.less_than_or_equal_f32s(s, simd.splat_f32s(self.end));
+        simd.select_f32s(inside, math::bell_simd(simd, s), simd.splat_f32s(0.0))
+    }
+}
+
+/// `gain x + offset`, limited to 0 and `most`.
+#[inline(always)]
+fn ramp<S: Simd>(simd: S, x: S::f32s, [gain, offset, most]: [f32; 3]) -> S::f32s {
+    let value = simd.add_f32s(simd.mul_f32s(x, simd.splat_f32s(gain)), simd.splat_f32s(offset));
+    simd.min_f32s(simd.max_f32s(value, simd.splat_f32s(0.0)), simd.splat_f32s(most))
+}
+
+impl Pen {
+    /// Depths of a block of pixels from `column` on, counted from the middle, in a row where way along and across
+    /// begin with `row`. `TAPER`: taper or tip is not 0. `ROUND`: ends are round.
+    #[inline(always)]
+    pub(super) fn values<S: Simd, const TAPER: bool, const ROUND: bool>(
+        &self,
+        simd: S,
+        column: f32,
+        row: [f32; 2],
+        shape: &impl Shape,
+    ) -> S::f32s {
+        let splat = |v: f32| simd.splat_f32s(v);
+        let place = simd.add_f32s(S::as_simd_f32s(&LANE).0[0], splat(column));
+        let u = simd.abs_f32s(simd.add_f32s(simd.mul_f32s(place, splat(self.along[0])), splat(row[0])));
+        let v = simd.add_f32s(simd.mul_f32s(place, splat(self.across[0])), splat(row[1]));
+        let inside = simd.sub_f32s(splat(self.half_length), u);
+        let mut across = simd.mul_f32s(v, v);
+        let mut depth = splat(self.depth);
+        if ROUND {
+            let over = simd.mul_f32s(simd.min_f32s(inside, splat(0.0)), splat(self.unit));
+            across = simd.add_f32s(across, simd.mul_f32s(over, over));
+        } else {
+            depth = ramp(simd, inside, [self.gain, self.offset, self.depth]);
+        }
+        if TAPER {
+            let e = simd.min_f32s(simd.mul_f32s(u, splat(self.inverse_length)), splat(1.0));
+            let e = simd.mul_f32s(e, e);
+            let narrow = simd.sub_f32s(splat(1.0), simd.mul_f32s(e, splat(self.taper)));
+            let narrow = simd.max_f32s(narrow, splat(1e-30));
+            let tip = simd.sub_f32s(splat(1.0), simd.mul_f32s(simd.mul_f32s(e, e), splat(self.tip)));
+            let value = shape.value(simd, simd.div_f32s(across, narrow), Some(narrow));
+            simd.mul_f32s(simd.mul_f32s(value, depth), tip)
+        } else {
+            simd.mul_f32s(shape.value(simd, across, None), depth)
+        }
+    }
+}
+
+/// Where some rows are within a stroke.
+pub(super) struct Spans<S: Simd> {
+    /// First column, and how many blocks.
+    pub(super) from: S::u32s,
+    pub(super) count: S::u32s,
+    /// First column from the middle of the stroke.
+    pub(super) column: S::f32s,
+    /// Way along and across of the rows, see [`Pen::values`].
+    pub(super) along: S::f32s,
+    pub(super) across: S::f32s,
+}
+
+impl Pen {
+    /// The rows from `row` on, within a window so wide, `skip` columns into the stroke.
+    #[inline(always)]
+    pub(super) fn spans<S: Simd>(&self, simd: S, row: f32, width: f32, skip: f32) -> Spans<S> {
+        let splat = |v: f32| simd.splat_f32s(v);
+        let line = |y: S::f32s, [by_row, first]: [f32; 2]| simd.add_f32s(simd.mul_f32s(y, splat(by_row)), splat(first));
+        let y = simd.add_f32s(S::as_simd_f32s(&LANE).0[0], splat(row));
+        let [ends, sides] = self.edges;
+        let (end, side) = (line(y, [ends[0], ends[1]]), line(y, [sides[0], sides[1]]));
+        let from = simd.max_f32s(end, side);
+        let to = simd.min_f32s(simd.add_f32s(end, splat(ends[2])), simd.add_f32s(side, splat(sides[2])));
+        // Half more is the next whole number, half less the last.
+        let snapped = |v: S::f32s, limit: [f32; 2]| {
+            let limited = simd.min_f32s(simd.max_f32s(v, splat(limit[0])), splat(limit[1]));
+            simd.add_f32s(limited, splat(SNAP))
+        };
+        let from = snapped(simd.add_f32s(from, splat(0.5 + skip)), [skip, width]);
+        let to = snapped(simd.sub_f32s(to, splat(0.5)), [-1.0, width - 1.0]);
+        let lanes = S::F32_LANES as f32;
+        let blocks = simd.mul_f32s(simd.sub_f32s(to, from), splat(lanes.recip()));
+        // (n + 1) / lanes rounded up, and 0 for n < 0.
+        let blocks = snapped(simd.add_f32s(blocks, splat(0.5 + 0.5 / lanes)), [0.0, width]);
+        let whole = |v: S::f32s| simd.sub_u32s(simd.transmute_u32s_f32s(v), simd.splat_u32s(SNAP.to_bits()));
+        Spans {
+            from: whole(from),
+            count: whole(blocks),
+            column: simd.sub_f32s(simd.sub_f32s(from, splat(SNAP)), splat(self.column as f32)),
+            along: line(y, [self.along[1], self.along[2]]),
+            across: line(y, [self.across[1], self.across[2]]),
+        }
+    }
+}
+
+/// A whole number as such, kept within what pixels can be.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "clamped before")]
+fn whole(value: f64) -> i32 {
+    value.clamp(-1e9, 1e9) as i32
+}

@@ -1,0 +1,122 @@
+//! What a stroke is, and what all strokes of a set have in common.
+
+use glam::{DVec2, Vec2};
+
+/// A straight stroke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stroke {
+    /// Its two ends in mm.
+    pub ends: [Vec2; 2],
+    /// Half its width W in mm, ≥ 0.
+    pub half_width: f32,
+    /// Its depth, ≥ 0.
+    pub depth: f32,
+}
+
+/// The cross-section, as a function of the distance t from the middle line in half widths.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Profile {
+    /// 1 inside, with a soft edge a pixel wide (A49).
+    Flat,
+    /// `1 - t` (A52).
+    Linear,
+    /// `(1 - t²)²`: level in the middle and at the edge (A52).
+    Smooth,
+    /// Gaussian (A53), across only (L-10).
+    Gaussian {
+        /// σ over W; the source's is 1/6, 1/4 reads better.
+        sigma: f32,
+        /// Distance over W beyond which it is 0; the source's is ½, 0.8 goes with σ = W/4.
+        cutoff: f32,
+    },
+    /// Flat, in the shape of an ellipse with the stroke as its long axis (A54).
+    Brush,
+}
+
+impl Default for Profile {
+    fn default() -> Self {
+        Self::Gaussian { sigma: 0.25, cutoff: 0.8 }
+    }
+}
+
+/// How strokes that overlap are combined (L-9).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Combine {
+    /// The deepest.
+    #[default]
+    Max,
+    /// The sum.
+    Add,
+    /// `a + b - a b / D`, D the greatest depth of the set.
+    Screen,
+}
+
+/// What all strokes of a set have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrokeStyle {
+    /// Cross-section.
+    pub profile: Profile,
+    /// Half widths are multiplied by `√(1 - taper e²)`, e from -1 to 1 along the stroke; 0..1.
+    pub taper: f32,
+    /// Depths are multiplied by `1 - tip e⁴`; 0..1.
+    pub tip: f32,
+    /// Ends are rounded by the cross-section; otherwise they are cut square (the source's).
+    pub round_caps: bool,
+    /// Thinner strokes are drawn this wide, in output pixels, and fade instead; 0 draws them as they are.
+    pub min_width: f32,
+    /// Whether strokes below the least width fade; otherwise they keep their depth (A50).
+    pub fade: bool,
+    /// Edges of `Flat` and `Brush` and square ends are a pixel wide; otherwise a pixel is in or out by its centre.
+    pub antialias: bool,
+    /// How strokes are combined.
+    pub combine: Combine,
+}
+
+impl Default for StrokeStyle {
+    fn default() -> Self {
+        Self {
+            profile: Profile::default(),
+            taper: 0.0,
+            tip: 0.0,
+            round_caps: false,
+            min_width: 1.0,
+            fade: true,
+            antialias: true,
+            combine: Combine::Max,
+        }
+    }
+}
+
+/// A part of a picture: pixel (i, j) has its centre at `origin + ((i + ½) step.x, (j + ½) step.y)` mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// First column; may be negative.
+    pub x: i32,
+    /// First row; may be negative.
+    pub y: i32,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Millimetres per pixel, > 0.
+    pub step: Vec2,
+    /// The corner of pixel (0, 0) in mm.
+    pub origin: DVec2,
+}
+
+/// What is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Draw {
+    /// Profile times depth.
+    Depth,
+    /// The profile alone, 0..1: a mask.
+    Mask,
+}
+
+/// Marks pixels without a stroke in the ids of [`StrokeSet::fill_with_ids`].
+pub const NO_STROKE: u32 = u32::MAX;
+
+/// Where a cross-section ends, in half widths.
+pub(super) fn cut(profile: Profile) -> f32 {
+    if let Profile::Gaussian { cutoff, .. } = profile { 2.0 * cutoff } else { 1.0 }
+}

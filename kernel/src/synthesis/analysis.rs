@@ -1,0 +1,241 @@
+//! What is known of an exemplar before synthesis: per level, appearance vectors, vectors of whole neighbourhoods, and for
+//! every pixel another that looks alike.
+//!
+//! Appearance: 5×5 colours at spacing h under a Gaussian of σ 1.41, by their main directions. Neighbourhood: the
+//! appearance of the neighbours at spacing h, again by main directions, without their mean, since only differences count.
+use super::candidates::{self, Sought};
+use super::pca::{DIMS, Projection, principal};
+use super::plane::Plane;
+use super::texels::{Texels, mirrored};
+use crate::ground::hash::Hash;
+use crate::ground::simd;
+use crate::ground::stop::{NEVER, Until};
+use crate::ground::window::index;
+use rayon::prelude::*;
+pub use shibo_engine::value::{ExemplarLevel as Level, Neighborhood as Hood};
+
+/// How to analyse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnalysisSpec {
+    /// Neighbours where `h ≥ switch`.
+    pub coarse: Hood,
+    /// Neighbours below.
+    pub fine: Hood,
+    /// See `coarse`.
+    pub switch: usize,
+    /// Numbers per pixel, at most [`DIMS`].
+    pub dims: usize,
+}
+
+impl Default for AnalysisSpec {
+    fn default() -> Self {
+        Self { coarse: Hood::Square5, fine: Hood::Diagonal4, switch: 4, dims: DIMS }
+    }
+}
+
+/// Spacings of the levels of an exemplar whose shorter side is `side`, from the finest: powers of two up to a quarter.
+pub fn spacings(side: usize) -> Vec<usize> {
+    let most = (side / 4).max(1);
+    std::iter::successors(Some(1usize), |h| Some(h * 2)).take_while(|h| *h <= most && *h <= 256).collect()
+}
+
+/// Analyses levels; `image` gives the picture of one. `usable` tells the pixels that may be shown; empty if all.
+pub fn analyse(
+    levels: &[usize],
+    image: impl Fn(usize) -> Texels<f32> + Sync,
+    usable: &[bool],
+    spec: &AnalysisSpec,
+    hash: Hash,
+) -> Vec<Level> {
+    analyse_until(levels, image, usable, spec, hash, NEVER)
+}
+
+/// The same, or fewer levels that are worth nothing if it was stopped.
+pub fn analyse_until(
+    levels: &[usize],
+    image: impl Fn(usize) -> Texels<f32> + Sync,
+    usable: &[bool],
+    spec: &AnalysisSpec,
+    hash: Hash,
+    until: Until<'_>,
+) -> Vec<Level> {
+    let analysed = |&h: &usize| (!until()).then(|| level(h, &image(h), usable, spec, hash.with(h as u64), until));
+    levels.par_iter().filter_map(analysed).collect()
+}
+
+fn level(h: usize, image: &Texels<f32>, usable: &[bool], spec: &AnalysisSpec, hash: Hash, until: Until<'_>) -> Level {
+    let picked = |most: u64, hash: Hash| -> Vec<usize> {
+        let good: Vec<usize> = (0..image.plane.w * image.plane.h).filter(|&p| usable.is_empty() || usable[p]).collect();
+        if good.len() as u64 <= most {
+            return good;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "below the length of the list")]
+        (0..most).map(|n| good[(hash.u64(n) % good.len() as u64) as usize]).collect()
+    };
+    let disc: Vec<([i32; 2], f32)> = (-2i32..=2)
+        .flat_map(|y| (-2i32..=2).map(move |x| [x, y]))
+        .map(|[x, y]| ([x, y], crate::ground::math::exp(-((x * x + y * y) as f32) / 4.0)))
+        .collect();
+    let disc = Around::new(image.plane, h, &disc);
+    let matrix = disc.principal(&image.data, image.channels, &picked(2048, hash.with(1)), spec.dims);
+    let appearance = disc.project(&image.data, image.channels, &matrix, until);
+    let hood = if h >= spec.switch { spec.coarse } else { spec.fine };
+    let around: Vec<([i32; 2], f32)> = hood.offsets().into_iter().map(|o| (o, 1.0)).collect();
+    let around = Around::new(image.plane, h, &around);
+    let flat = appearance.as_flattened();
+    let matrix = around.principal(flat, DIMS, &picked(1024, hash.with(2)), spec.dims);
+    let neighborhoods = around.project(flat, DIMS, &matrix, until);
+    Level { h, hood, appearance, matrix, neighborhoods, second: Vec::new() }
+}
+
+/// Finds for every pixel of every level another one that looks alike, at least `distance` pixels away.
+pub fn find_seconds(levels: &mut [Level], plane: Plane, usable: &[bool], distance: f64, hash: Hash) {
+    find_alike(levels, plane, usable, distance, 2, hash, NEVER);
+}
+
+/// Finds for every pixel of every level `k - 1` others that look alike, at least `distance` pixels away from it and from
+/// each other; the pixel itself where `k` is 1. Worth nothing if it was stopped.
+pub fn find_alike(
+    levels: &mut [Level],
+    plane: Plane,
+    usable: &[bool],
+    distance: f64,
+    k: usize,
+    hash: Hash,
+    until: Until<'_>,
+) {
+    levels.par_iter_mut().for_each(|level| {
+        let hoods = &level.neighborhoods;
+        let hash = hash.with(level.h as u64);
+        let mut found: Vec<Vec<u32>> = Vec::new();
+        for n in 1..k as u64 {
+            let hash = if n == 1 { hash } else { hash.with(n) };
+            let sought = Sought { plane, usable, found: &found, distance, h: level.h, hash };
+            let others = candidates::similar(hoods, &sought, until);
+            if others.len() < hoods.len() {
+                return;
+            }
+            found.push(others);
+        }
+        level.second = if k < 2 { (0..hoods.len()).map(candidates::narrow).collect() } else { found.concat() };
+    });
+}
+
+/// Pixels where a level's neighbourhood is whole enough to be compared: `margin` finest pixels from sides that do not
+/// join and from what is not usable. If none is left, those usable.
+pub fn valid(plane: Plane, usable: &[bool], margin: usize) -> Vec<bool> {
+    let Plane { w, h, wrap } = plane;
+    let inside = |k: usize, n: usize, wrap: bool| wrap || (k >= margin && k + margin < n);
+    let mut valid: Vec<bool> = (0..w * h).map(|p| inside(p % w, w, wrap[0]) && inside(p / w, h, wrap[1])).collect();
+    if !usable.is_empty() {
+        let r = index(margin);
+        for p in (0..w * h).filter(|&p| !usable[p]) {
+            for y in -r..=r {
+                for x in -r..=r {
+                    let (x, y) = (index(p % w) + x, index(p / w) + y);
+                    valid[Plane::bring(y, h, wrap[1]) * w + Plane::bring(x, w, wrap[0])] = false;
+                }
+            }
+        }
+    }
+    if valid.contains(&true) {
+        return valid;
+    }
+    if usable.is_empty() { vec![true; w * h] } else { usable.to_vec() }
+}
+
+/// Reads around every pixel of a picture, at multiples of a spacing, mirrored at sides that do not join.
+struct Around {
+    plane: Plane,
+    h: usize,
+    /// For each offset, the column and row that are read, both from -2 spacings, and the weight.
+    taps: Vec<(usize, usize, f32)>,
+    /// The columns that are read, from two spacings before the first.
+    columns: Vec<usize>,
+    rows: Vec<usize>,
+}
+
+impl Around {
+    fn new(plane: Plane, h: usize, offsets: &[([i32; 2], f32)]) -> Self {
+        let line = |n: usize, wrap: bool| -> Vec<usize> {
+            (-2 * index(h)..index(n + 2 * h)).map(|k| mirrored(k, n, wrap)).collect()
+        };
+        let tap = |d: i32| crate::ground::window::offset(d + 2);
+        Self {
+            plane,
+            h,
+            taps: offsets.iter().map(|&([x, y], weight)| (tap(x), tap(y), weight)).collect(),
+            columns: line(plane.w, plane.wrap[0]),
+            rows: line(plane.h, plane.wrap[1]),
+        }
+    }
+
+    fn principal(&self, data: &[f32], channels: usize, pixels: &[usize], dims: usize) -> Projection {
+        let mut samples = Vec::with_capacity(pixels.len() * self.taps.len() * channels);
+        let w = self.plane.w;
+        for &p in pixels {
+            for &(i, j, weight) in &self.taps {
+                let from = (self.rows[p / w + j * self.h] * w + self.columns[p % w + i * self.h]) * channels;
+                samples.extend(data[from..from + channels].iter().map(|v| v * weight));
+            }
+        }
+        principal(&samples, self.taps.len() * channels, dims)
+    }
+
+    fn project(&self, data: &[f32], channels: usize, matrix: &Projection, until: Until<'_>) -> Vec<[f32; DIMS]> {
+        let Plane { w, h, .. } = self.plane;
+        // The weights go into the matrix.
+        let weighted = |(k, row): (usize, &[f32; DIMS])| row.map(|v| v * self.taps[k / channels].2);
+        let matrix: Projection = matrix.iter().enumerate().map(weighted).collect();
+        // Where in the planes of a row each row of the matrix finds its values.
+        let length = self.columns.len();
+        let starts: Vec<usize> = self
+            .taps
+            .iter()
+            .flat_map(|&(i, j, _)| (0..channels).map(move |c| (j * channels + c) * length + i * self.h))
+            .collect();
+        let mut out = vec![[0.0; DIMS]; w * h];
+        let rows = out.par_chunks_mut(w).enumerate().filter(|_| !until());
+        rows.for_each_init(
+            || (vec![0.0f32; 5 * channels * length], vec![0.0f32; DIMS * w]),
+            |(planes, sums), (y, out)| {
+                for j in (0..5).filter(|j| self.taps.iter().any(|tap| tap.1 == *j)) {
+                    let row = &data[self.rows[y + j * self.h] * w * channels..][..w * channels];
+                    for (c, plane) in planes.chunks_exact_mut(length).skip(j * channels).take(channels).enumerate() {
+                        plane.iter_mut().zip(&self.columns).for_each(|(v, from)| *v = row[from * channels + c]);
+                    }
+                }
+                simd::dispatch(
+                    #[inline(always)]
+                    || project_row(planes, &starts, &matrix, sums),
+                );
+                for (x, out) in out.iter_mut().enumerate() {
+                    out.iter_mut().enumerate().for_each(|(d, out)| *out = sums[d * w + x]);
+                }
+            },
+        );
+        out
+    }
+}
+
+/// Sums a row of pixels, plane by plane, so that neighbours are summed side by side.
+#[inline(always)]
+fn project_row(planes: &[f32], starts: &[usize], matrix: &Projection, sums: &mut [f32]) {
+    let w = sums.len() / DIMS;
+    sums.fill(0.0);
+    let (fours, rest) = starts.as_chunks::<4>();
+    let (matrices, last) = matrix.as_chunks::<4>();
+    for (four, m) in fours.iter().zip(matrices) {
+        let [p, q, r, s] = four.map(|start| &planes[start..start + w]);
+        for (d, sums) in sums.chunks_exact_mut(w).enumerate() {
+            for ((((sum, p), q), r), s) in sums.iter_mut().zip(p).zip(q).zip(r).zip(s) {
+                *sum = (((*sum + p * m[0][d]) + q * m[1][d]) + r * m[2][d]) + s * m[3][d];
+            }
+        }
+    }
+    for (start, m) in rest.iter().zip(last) {
+        for (d, sums) in sums.chunks_exact_mut(w).enumerate() {
+            sums.iter_mut().zip(&planes[*start..]).for_each(|(sum, v)| *sum += v * m[d]);
+        }
+    }
+}

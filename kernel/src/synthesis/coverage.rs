@@ -1,0 +1,181 @@
+//! Even use of the exemplar: what is shown much already costs more.
+//!
+//! Used positions are counted in bins of 4×4 exemplar pixels, smoothed by about what a pixel of the level covers, and
+//! compared with their mean `c` (at least one showing); the cost of a position is multiplied by
+//! `1 + λ·clamp(c - 1, -¼, 4)`. Counted over the whole output, or over tiles of it that lie where they do whatever the
+//! window, which keeps every dependency local.
+use super::plane::Plane;
+use super::region::Region;
+use super::texels::mirrored;
+use crate::ground::simd;
+use crate::ground::window::{index, offset};
+use rayon::prelude::*;
+
+/// Width and height of a bin in exemplar pixels.
+pub const BIN: usize = 4;
+
+/// How use is counted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EvenUse {
+    /// How much is asked for, λ.
+    pub amount: f32,
+    /// Side of a local tile in finest output pixels; all of the output if none.
+    pub tile: Option<usize>,
+    /// A few more pieces end where tiles meet: whether sides that join run through the middle of tiles for that. Settings
+    /// need not say, a run knows.
+    pub halved: bool,
+}
+
+/// Factors for every bin of every tile of a level.
+pub struct Factors {
+    /// The tile that each column lies in, and that each row lies in.
+    columns: Vec<usize>,
+    rows: Vec<usize>,
+    across: usize,
+    bins: usize,
+    factors: Vec<f32>,
+}
+
+/// The bin of an exemplar pixel.
+pub fn bin(plane: Plane, x: usize, y: usize) -> usize {
+    (y / BIN) * plane.w.div_ceil(BIN) + x / BIN
+}
+
+impl Factors {
+    /// Counts what a level shows: `bin_of` gives the bin of each pixel of `region`.
+    pub fn count(
+        even: &EvenUse,
+        exemplar: Plane,
+        usable_bins: usize,
+        region: &Region,
+        bin_of: impl Fn(usize) -> usize + Sync,
+    ) -> Self {
+        let side = even.tile.map_or(usize::MAX, |tile| (tile / region.h).max(1));
+        let axis = |start: i32, n: usize, wrap: bool| -> Vec<usize> {
+            if side == usize::MAX {
+                return vec![0; n];
+            }
+            if wrap {
+                // As many tiles as fit, all alike.
+                let tiles = (n / side).max(1);
+                let before = if even.halved { n / (2 * tiles) } else { 0 };
+                return (0..n).map(|k| (k + before) * tiles / n % tiles).collect();
+            }
+            let tile = |k: usize| (start + index(k)).div_euclid(index(side));
+            (0..n).map(|k| offset(tile(k) - tile(0))).collect()
+        };
+        let Plane { w, h, wrap } = region.plane;
+        let (columns, rows) = (axis(region.start[0], w, wrap[0]), axis(region.start[1], h, wrap[1]));
+        let [across, down] = [&columns, &rows].map(|tiles| tiles.iter().max().map_or(1, |last| last + 1));
+        let (bw, bh) = (exemplar.w.div_ceil(BIN), exemplar.h.div_ceil(BIN));
+        let bins = bw * bh;
+        let bell = Bell::new(region.h);
+        // What is shown once is not shown too much, however small the tile.
+        let once = (BIN * BIN) as f32 / (region.h * region.h) as f32;
+        let mut factors = vec![0.0; across * down * bins];
+        factors.par_chunks_mut(bins * across).enumerate().for_each(|(tile_row, factors)| {
+            for y in (0..h).filter(|&y| rows[y] == tile_row) {
+                for (x, tile) in columns.iter().enumerate() {
+                    factors[tile * bins + bin_of(y * w + x)] += 1.0;
+                }
+            }
+            for counts in factors.chunks_exact_mut(bins) {
+                let total: f32 = counts.iter().sum();
+                let mean = (total / usable_bins.max(1) as f32).max(once);
+                bell.smooth(counts, bw, bh, exemplar.wrap);
+                for count in counts {
+                    *count = 1.0 + even.amount * (*count / mean.max(1e-6) - 1.0).clamp(-0.25, 4.0);
+                }
+            }
+        });
+        Self { columns, rows, across, bins, factors }
+    }
+
+    /// The factors of the tile of pixel (x, y), by bin.
+    #[inline(always)]
+    pub fn of(&self, x: usize, y: usize) -> &[f32] {
+        let tile = self.rows[y] * self.across + self.columns[x];
+        &self.factors[tile * self.bins..(tile + 1) * self.bins]
+    }
+}
+
+/// A Gaussian on bins.
+struct Bell {
+    radius: i32,
+    weights: Vec<f32>,
+}
+
+impl Bell {
+    /// Of σ 1.2 bins, or 0.3 of what a pixel of the level of spacing `h` covers.
+    fn new(h: usize) -> Self {
+        let sigma = (0.3 * (h as f32 / BIN as f32)).max(1.2);
+        #[expect(clippy::cast_possible_truncation, reason = "a few bins")]
+        let radius = (2.5 * sigma).ceil() as i32;
+        let weight = |d: i32| crate::ground::math::exp(-(d * d) as f32 / (2.0 * sigma * sigma));
+        let sum: f32 = (-radius..=radius).map(weight).sum();
+        Self { radius, weights: (-radius..=radius).map(|d| weight(d) / sum).collect() }
+    }
+
+    fn smooth(&self, counts: &mut [f32], w: usize, h: usize, wrap: [bool; 2]) {
+        let line = |n: usize, wrap: bool| -> Vec<usize> {
+            (-self.radius..index(n) + self.radius).map(|k| mirrored(k, n, wrap)).collect()
+        };
+        let (across, down) = (line(w, wrap[0]), line(h, wrap[1]));
+        let mut rows = vec![0.0f32; w * h];
+        let mut padded = vec![0.0f32; across.len()];
+        simd::dispatch(
+            #[inline(always)]
+            || {
+                for (out, row) in rows.chunks_exact_mut(w).zip(counts.chunks_exact(w)) {
+                    padded.iter_mut().zip(&across).for_each(|(v, from)| *v = row[*from]);
+                    for (k, weight) in self.weights.iter().enumerate() {
+                        out.iter_mut().zip(&padded[k..]).for_each(|(out, v)| *out += weight * v);
+                    }
+                }
+                for (y, out) in counts.chunks_exact_mut(w).enumerate() {
+                    out.fill(0.0);
+                    for (from, weight) in down[y..].iter().zip(&self.weights) {
+                        out.iter_mut().zip(&rows[from * w..(from + 1) * w]).for_each(|(out, v)| *out += weight * v);
+                    }
+                }
+            },
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane(n: usize) -> Plane {
+        Plane { w: n, h: n, wrap: [true; 2] }
+    }
+
+    #[test]
+    fn what_is_shown_once_costs_no_more() {
+        let exemplar = plane(128);
+        let region = Region { h: 1, start: [0, 0], plane: plane(32), short: [0; 2] };
+        let even = EvenUse { amount: 1.0, tile: None, halved: false };
+        let count = |bin_of: &(dyn Fn(usize) -> usize + Sync)| Factors::count(&even, exemplar, 1024, &region, bin_of);
+        let copied = count(&|p| bin(exemplar, 40 + p % 32, 40 + p / 32));
+        let of = |factors: &Factors, x: usize, y: usize| factors.of(0, 0)[bin(exemplar, x, y)];
+        for k in 0..8 {
+            assert!(of(&copied, 40 + 4 * k, 40 + 4 * (7 - k)) <= 1.0 + 1e-5);
+        }
+        let twice = count(&|p| bin(exemplar, 40 + p % 16, 40 + p / 32));
+        assert!(of(&twice, 48, 48) > 1.5);
+        assert!((of(&twice, 100, 100) - 0.75).abs() < 1e-5);
+    }
+
+    #[test]
+    fn smoothing_keeps_the_sum_at_every_level() {
+        for h in [2, 16, 32, 128] {
+            for wrap in [[true; 2], [false; 2], [true, false]] {
+                let mut counts: Vec<f32> = (0..15 * 9u8).map(|k| f32::from(k % 7)).collect();
+                let sum: f32 = counts.iter().sum();
+                Bell::new(h).smooth(&mut counts, 15, 9, wrap);
+                assert!((counts.iter().sum::<f32>() / sum - 1.0).abs() < 1e-4, "{h} {wrap:?}");
+            }
+        }
+    }
+}

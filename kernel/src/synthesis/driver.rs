@@ -1,0 +1,274 @@
+//! From an analysed exemplar to coordinates: start, and per level upsample, jitter and correct.
+use super::analysis::{self, Level};
+use super::aniso::{Jacobians, Position};
+use super::coverage::EvenUse;
+use super::iso::PARTING;
+use super::jacobian::{IDENTITY, Jacobian};
+use super::lattice::Basis;
+use super::lattice_start::{Fitted, fit};
+use super::opening::{begun, opening};
+use super::plane::{Lookup, Plane};
+use super::region::{Needs, Output, Region, plan};
+use super::table::Table;
+use super::texels::{Texels, mirrored};
+use crate::ground::hash::Hash;
+use crate::ground::window::{index, offset};
+use rayon::prelude::*;
+
+/// An exemplar, analysed.
+pub struct Analysed<'a> {
+    /// Its size and where it joins.
+    pub plane: Plane,
+    /// Levels from the finest.
+    pub levels: &'a [Level],
+    /// Pixels that may be shown; empty for all.
+    pub usable: &'a [bool],
+    /// A guide value for every pixel; empty for none.
+    pub guide: &'a [f32],
+}
+
+/// Where the coordinates of the first level come from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// Anywhere.
+    Random,
+    /// Anywhere in the same phase.
+    Lattice(Basis),
+    /// [`Inputs::start`].
+    Given,
+}
+
+/// How to synthesise.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Cost factor of what merely looks alike, κ.
+    pub kappa: f32,
+    /// Even use of the exemplar, at levels of at least 2.
+    pub even: Option<EvenUse>,
+    /// Correction passes per level.
+    pub passes: u32,
+    /// Whether three predictions are averaged where `J` is not 1.
+    pub averaged: bool,
+    /// Displacement of pixels after upsampling, in pixels of the level, at levels of more than 2.
+    pub jitter: f32,
+    /// Weight of the guide.
+    pub guide_weight: f32,
+    /// Distance from borders within which nothing may be shown, in level spacings.
+    pub margin: f64,
+    /// Spacing of the first level.
+    pub coarsest: usize,
+    /// Where the first coordinates come from.
+    pub start: Start,
+    /// Whether nothing is tied to a place but by a Jacobian: then a result whose sides all join may begin at any of its
+    /// pixels.
+    pub adrift: bool,
+    /// Random numbers.
+    pub hash: Hash,
+}
+
+/// Pixels that are given, and what they show at their centres.
+pub type Fixed = (Vec<bool>, Vec<Position>);
+
+/// What the caller knows of each level; nothing by default.
+pub trait Inputs: Sync {
+    /// Why it stopped.
+    type Stop;
+    /// The Jacobians; `None` where `J = 1` everywhere.
+    fn jacobians(&self, _region: &Region) -> Result<Option<Jacobians>, Self::Stop> {
+        Ok(None)
+    }
+    /// Wanted guide values by pixel; empty for none.
+    fn guide(&self, _region: &Region) -> Result<Vec<f32>, Self::Stop> {
+        Ok(Vec::new())
+    }
+    /// Pixels that are given; `None` for none.
+    fn fixed(&self, _region: &Region) -> Result<Option<Fixed>, Self::Stop> {
+        Ok(None)
+    }
+    /// What the jitter is multiplied by, by pixel; empty for 1.
+    fn jitter(&self, _region: &Region) -> Result<Vec<f32>, Self::Stop> {
+        Ok(Vec::new())
+    }
+    /// Positions to start from, by pixel, at their centres: asked for by [`Start::Given`] only.
+    fn start(&self, _region: &Region) -> Result<Vec<Position>, Self::Stop> {
+        Ok(Vec::new())
+    }
+    /// Called between passes.
+    fn step(&self, _done: usize, _total: usize) -> Result<(), Self::Stop> {
+        Ok(())
+    }
+}
+
+/// What came out.
+pub struct Synthesis {
+    /// Positions of the output's pixels, by rows.
+    pub coords: Vec<Position>,
+    /// The share of pixels that continue the exemplar to the right and below.
+    pub coherence: f32,
+    /// The share of the exemplar that is shown, counting evenly.
+    pub coverage: f32,
+}
+
+/// A synthesis under way.
+pub(super) struct Run<'a, I: Inputs> {
+    pub(super) exemplar: &'a Analysed<'a>,
+    pub(super) settings: &'a Settings,
+    pub(super) inputs: &'a I,
+    pub(super) isometric: bool,
+    /// Whether the result may begin at any of its pixels.
+    pub(super) adrift: bool,
+    pub(super) fitted: Option<Fitted>,
+    /// The Jacobian everywhere, instead of what the inputs say.
+    pub(super) bent: Option<Jacobian>,
+}
+
+/// Synthesises the pixels of `output`.
+///
+/// # Errors
+/// What the inputs stopped with.
+pub fn run<I: Inputs>(
+    exemplar: &Analysed<'_>,
+    output: &Output,
+    settings: &Settings,
+    inputs: &I,
+) -> Result<Synthesis, I::Stop> {
+    let levels: Vec<&Level> = exemplar.levels.iter().filter(|l| l.h <= settings.coarsest).collect();
+    let tile = settings.even.and_then(|even| even.tile);
+    let passes = i32::try_from(settings.passes).unwrap_or(64);
+    let needs: Vec<Needs> = levels
+        .iter()
+        .rev()
+        .map(|level| {
+            // At the finest level runs are broken up at last.
+            let reach = passes * 4 * level.hood.reach() + if level.h == 1 { PARTING } else { 0 };
+            Needs { h: level.h, reach, tile: tile.filter(|_| level.h >= 2) }
+        })
+        .collect();
+    let regions = plan(output, &needs);
+    let first = inputs.jacobians(&regions[0])?;
+    let j = match &first {
+        None => IDENTITY,
+        Some(Jacobians::Constant(j)) => *j,
+        Some(Jacobians::Each(list)) => list[list.len() / 2],
+    };
+    let fitted = match settings.start {
+        Start::Lattice(basis) if !matches!(first, Some(Jacobians::Each(_))) => {
+            let j = j.map(f64::from);
+            let size = output.size.map(|n| n as f64);
+            Some(fit(basis, [[j[0], j[1]], [j[2], j[3]]], size, output.wrap))
+        }
+        _ => None,
+    };
+    // Whole pixels cannot be bent.
+    let bent = fitted.filter(|_| first.is_some()).and_then(|fitted| fitted.bent(&j));
+    let j = bent.unwrap_or(j);
+    let adrift = settings.adrift && output.wrap == [true; 2] && !matches!(first, Some(Jacobians::Each(_)));
+    let run = Run { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted, bent };
+    let coords = if run.isometric {
+        run.isometric(&levels, &regions)?
+    } else {
+        let tables: Vec<Table> = levels.par_iter().map(|level| run.table(level)).collect();
+        run.anisometric(&tables, &regions)?
+    };
+    let region = &regions[regions.len() - 1];
+    let coords = cut(&coords, region, output);
+    let coords = match levels.first() {
+        Some(finest) if run.adrift => {
+            let looks = (exemplar.plane, &finest.appearance[..]);
+            let place = opening(&coords, output.size, &j, looks, run.fitted.as_ref());
+            begun(coords, output.size, place)
+        }
+        _ => coords,
+    };
+    let (coherence, coverage) = report(&coords, output, exemplar.plane);
+    Ok(Synthesis { coords, coherence, coverage })
+}
+
+impl<I: Inputs> Run<'_, I> {
+    pub(super) fn table(&self, level: &Level) -> Table {
+        let plane = self.exemplar.plane;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of pixels")]
+        let margin = (level.h as f64 * self.settings.margin).min(plane.w.min(plane.h) as f64 / 6.0) as usize;
+        let valid = analysis::valid(plane, self.exemplar.usable, margin);
+        let guide = if self.exemplar.guide.is_empty() {
+            Vec::new()
+        } else {
+            let blurred = Texels::new(plane, 1, self.exemplar.guide.to_vec()).blurred(level.h);
+            // An isometric position is the corner of what a pixel stands for.
+            let shift = if self.isometric { index(level.h / 2) } else { 0 };
+            let at = |k: usize, n: usize, wrap: bool| mirrored(index(k) + shift, n, wrap);
+            (0..plane.w * plane.h)
+                .map(|p| {
+                    let (x, y) = (at(p % plane.w, plane.w, plane.wrap[0]), at(p / plane.w, plane.h, plane.wrap[1]));
+                    blurred.data[y * plane.w + x]
+                })
+                .collect()
+        };
+        Table::new(level, plane, &valid, &guide)
+    }
+
+    /// The guide decides at coarse levels, the texture at fine ones.
+    pub(super) fn weight(&self, table: &Table) -> f32 {
+        self.settings.guide_weight * table.spread * (table.h as f32 / 8.0).min(1.0)
+    }
+
+    /// How use is evened out at a level, if it is.
+    pub(super) fn even(&self, region: &Region) -> Option<EvenUse> {
+        let even = self.settings.even.filter(|_| region.h >= 2)?;
+        // Where the place of the sides is chosen afterwards, it need not be provided for.
+        Some(EvenUse { halved: !self.adrift, ..even })
+    }
+
+    /// Whether use is counted once per level and not before every pass: where a window must be the same part of a larger
+    /// output, what a pixel depends on has to stay near.
+    pub(super) fn counts_once(&self, regions: &[Region]) -> bool {
+        let whole = regions.iter().all(|region| region.plane.wrap == [true; 2]);
+        self.settings.even.is_some_and(|even| even.tile.is_some()) && !whole
+    }
+
+    pub(super) fn passes(
+        &self,
+        (level, levels): (usize, usize),
+        once: bool,
+        mut pass: impl FnMut(bool),
+    ) -> Result<(), I::Stop> {
+        let passes = self.settings.passes as usize;
+        for k in 0..passes {
+            self.inputs.step(level * passes + k, levels * passes)?;
+            pass(k == 0 || !once);
+        }
+        Ok(())
+    }
+}
+
+/// The output's part of a region.
+fn cut(coords: &[Position], region: &Region, output: &Output) -> Vec<Position> {
+    let skip = [0, 1].map(|d| offset(output.start[d] - region.start[d]));
+    let rows = coords.chunks_exact(region.plane.w).skip(skip[1]).take(output.size[1]);
+    rows.flat_map(|row| &row[skip[0]..skip[0] + output.size[0]]).copied().collect()
+}
+
+/// The shares of pixels that continue, and of exemplar pixels in use.
+fn report(coords: &[Position], output: &Output, plane: Plane) -> (f32, f32) {
+    let [w, h] = output.size;
+    let goes_on =
+        |a: Position, b: Position, step: [f32; 2]| (b[0] - a[0] - step[0]).abs() + (b[1] - a[1] - step[1]).abs() < 0.5;
+    let mut coherent = 0usize;
+    let mut counts = vec![0u32; plane.w * plane.h];
+    for (p, &at) in coords.iter().enumerate() {
+        let (x, y) = (p % w, p / w);
+        if x + 1 < w && y + 1 < h {
+            coherent += usize::from(goes_on(at, coords[p + 1], [1.0, 0.0]) && goes_on(at, coords[p + w], [0.0, 1.0]));
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "a position in an exemplar")]
+        let cell = at.map(|v| v.floor() as i32);
+        counts[plane.index(cell[0], cell[1])] += 1;
+    }
+    let n = coords.len() as f64;
+    let entropy: f64 =
+        counts.iter().filter(|c| **c > 0).map(|c| f64::from(*c) / n).map(|share| -share * libm::log(share)).sum();
+    let used = libm::exp(entropy) / (plane.w * plane.h).min(coords.len()) as f64;
+    #[expect(clippy::cast_possible_truncation, reason = "shares")]
+    let used = used as f32;
+    (coherent as f32 / ((w - 1).max(1) * (h - 1).max(1)) as f32, used)
+}

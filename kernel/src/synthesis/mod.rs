@@ -1,0 +1,35 @@
+//! Exemplar synthesis in the plane: exemplar coordinates for every pixel, found level by level.
+//!
+//! Coordinates are in pixels of the finest exemplar level, pixel `i` having its centre at `i + ½`. Level spacing is `h`
+//! finest pixels, `h = 1` being the finest level. A Jacobian `J = ∂S/∂p` leads from output to exemplar.
+//!
+//! [`exact`] holds the stages as the source has them, on real coordinates; [`iso`] and [`aniso`] are the fast correctors
+//! on analysed exemplars ([`analysis`]), driven by [`driver`]. Whatever reads a neighbour's coordinates goes through
+//! [`Lookup`].
+
+pub mod analysis;
+pub mod aniso;
+pub mod candidates;
+pub mod coverage;
+pub mod driver;
+mod driver_aniso;
+mod driver_iso;
+pub mod exact;
+pub mod feature;
+pub mod iso;
+pub mod jacobian;
+pub mod lattice;
+pub mod lattice_start;
+pub mod levels;
+pub mod magnify;
+pub mod opening;
+pub mod pca;
+mod placing;
+mod plane;
+pub mod region;
+pub mod sampling;
+pub mod seams;
+mod table;
+pub mod texels;
+
+pub use plane::{Lookup, Plane};

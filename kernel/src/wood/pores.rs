@@ -1,0 +1,236 @@
+//! Pores: vessels cut open, locked to the phase of the year (WOOD-LOOK §4.4).
+//!
+//! A jittered grid in X and Y of fibre space; along Z each column is divided into segments at offsets of its own, with at
+//! most one spindle each. Its density and radius follow the year in which the pore's own middle grew, so that no pore is
+//! cut by a ring border. Seen from afar, the mean coverage of the year stands for them.
+use super::life::Life;
+use super::years::Calendar;
+use crate::ground::hash::Hash;
+use crate::ground::math;
+use crate::ground::simd::dispatch;
+use crate::noise::noise3::Noise3;
+
+/// What pores are like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoreStyle {
+    /// The distance of columns in mm.
+    pub cell: f32,
+    /// The length of a segment in mm.
+    pub length: f32,
+    /// The radius in early and in late wood, in mm.
+    pub radius: [f32; 2],
+    /// The share of segments with a pore in early and in late wood.
+    pub density: [f32; 2],
+    /// The part of the year that is early wood.
+    pub early: f32,
+    /// Elongation and thickening in mm a year, and the height of the ground in mm.
+    pub elongation: f32,
+    /// See above.
+    pub thickening: f32,
+    /// See above.
+    pub ground: f32,
+}
+
+/// Pores, ready to be evaluated.
+#[derive(Clone, Debug)]
+pub struct Pores {
+    style: PoreStyle,
+    columns: Noise3,
+    segments: Noise3,
+    calendar: Option<Calendar>,
+    mean: Life,
+}
+
+/// How far from the middle of its cell a pore may stand, in cells.
+const JITTER: f32 = 0.8;
+
+/// Points computed together.
+const RUN: usize = 64;
+
+/// Ten bits of a word as a number 0..1.
+#[inline(always)]
+fn unit(word: u32, shift: u32) -> f32 {
+    ((word >> shift) & 0x3ff) as f32 * (1.0 / 1023.0)
+}
+
+/// How much of a phase of the year is early wood. Pores begin with the year and thin out into the late wood.
+fn earliness(phase: f32, early: f32) -> f32 {
+    let out = math::smooth((early + 0.12 - phase) / 0.24);
+    // The last days of a year belong to the next one's vessels.
+    math::max(out, math::smooth((phase - 0.985) / 0.01))
+}
+
+impl Pores {
+    /// From their parameters and the calendar of the years.
+    pub fn new(style: PoreStyle, calendar: Option<Calendar>, hash: Hash) -> Self {
+        let entries = 64u8;
+        let cover = |i: u8| {
+            let e = earliness((f32::from(i) + 0.5) / f32::from(entries), style.early);
+            let (r, density) =
+                (math::lerp(style.radius[1], style.radius[0], e), math::lerp(style.density[1], style.density[0], e));
+            // The mean of a spindle over a segment: 2/3 of its section, 0.64 of its length.
+            let value = density * std::f32::consts::PI * r * r * 0.444 / (style.cell * style.cell);
+            [value, 0.0, 0.0, 0.0]
+        };
+        let mean = Life::of_table(&(0..entries).map(cover).collect::<Vec<_>>(), usize::from(entries));
+        Self { style, columns: Noise3::new(hash, 0), segments: Noise3::new(hash, 1), calendar, mean }
+    }
+
+    /// The year's phase at a point of fibre space.
+    fn phase(&self, a: f32, z: f32) -> f32 {
+        let s = &self.style;
+        let time = f64::from((z - s.ground) / s.elongation + a / s.thickening);
+        let time = self.calendar.as_ref().map_or(time, |c| c.at(time));
+        #[expect(clippy::cast_possible_truncation, reason = "a fraction")]
+        let phase = (time - time.floor()) as f32;
+        phase
+    }
+
+    /// How much of a pixel of `pixel` mm around a point of fibre space is pore, 0..1.
+    #[inline]
+    pub fn at(&self, [x, y, z]: [f32; 3], pixel: f32) -> f32 {
+        let mut out = [0.0];
+        self.fill([&[x], &[y], &[z]], pixel, &mut out);
+        out[0]
+    }
+
+    /// How much of pixels of `pixel` mm around points of fibre space is pore, 0..1.
+    pub fn fill(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
+        out.fill(0.0);
+        dispatch(
+            #[inline(always)]
+            || {
+                for from in (0..out.len()).step_by(RUN) {
+                    let n = (out.len() - from).min(RUN);
+                    let [x, y, z] = [x, y, z].map(|v| &v[from..][..n]);
+                    for corner in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                        self.columns(corner, [x, y, z], pixel, &mut out[from..][..n]);
+                    }
+                }
+            },
+        );
+    }
+
+    /// Adds the columns of one of the four nearest cells: first, for all points at once, how far the column is, then the
+    /// few that are met.
+    #[inline(always)]
+    fn columns(&self, (dx, dy): (i32, i32), [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
+        let s = &self.style;
+        let n = out.len().min(RUN);
+        let inverse = 1.0 / s.cell;
+        let reach = math::max(s.radius[0], s.radius[1]) + 0.5 * pixel;
+        let soft = math::max(pixel, 0.012);
+        let (mut cells, mut starts) = ([(0, 0); RUN], [0.0_f32; RUN]);
+        let (mut px, mut py, mut aways) = ([0.0_f32; RUN], [0.0_f32; RUN], [0.0_f32; RUN]);
+        for i in 0..n {
+            let ((_, cx), (_, cy)) = (math::floor_int(x[i] * inverse - 0.5), math::floor_int(y[i] * inverse - 0.5));
+            let (cx, cy) = (cx.wrapping_add(dx), cy.wrapping_add(dy));
+            let word = self.columns.word(cx, cy, 0);
+            px[i] = (cx as f32 + 0.5 + JITTER * (unit(word, 0) - 0.5)) * s.cell;
+            py[i] = (cy as f32 + 0.5 + JITTER * (unit(word, 10) - 0.5)) * s.cell;
+            let (ox, oy) = (x[i] - px[i], y[i] - py[i]);
+            (cells[i], starts[i], aways[i]) = ((cx, cy), unit(word, 20) * 7.3, ox * ox + oy * oy);
+        }
+        let mut known = None;
+        let mut vessel = None;
+        for i in 0..n {
+            // Not the other way round: what is not a number meets no pore.
+            if aways[i] <= reach * reach {
+                let along = z[i] / s.length + starts[i];
+                let (floor, segment) = math::floor_int(along);
+                // Neighbours along the grain meet the same vessel.
+                if known != Some((cells[i], segment)) {
+                    known = Some((cells[i], segment));
+                    vessel = self.vessel(cells[i], segment, [px[i], py[i]], (floor + 0.5 - starts[i]) * s.length);
+                }
+                let Some((radius, span)) = vessel else { continue };
+                let u = (along - floor - 0.5) * 2.0 / span;
+                if u * u < 1.0 {
+                    let r = radius * (1.0 - u * u).sqrt();
+                    let inside = math::saturate((r - aways[i].sqrt()) / soft + 0.5) * math::min(1.0, 2.0 * r / soft);
+                    out[i] = math::max(out[i], inside);
+                }
+            }
+        }
+    }
+
+    /// The radius of the vessel in a segment of a column that stands at `place`, and the part of the segment that it
+    /// takes; `None` if there is none. `middle` is the height of the segment's middle.
+    fn vessel(&self, (cx, cy): (i32, i32), segment: i32, [px, py]: [f32; 2], middle: f32) -> Option<(f32, f32)> {
+        let s = &self.style;
+        let word = self.segments.word(cx, cy, segment);
+        let chance = unit(word, 0);
+        if chance >= math::max(s.density[0], s.density[1]) {
+            return None;
+        }
+        let e = earliness(self.phase((px * px + py * py).sqrt(), middle), s.early);
+        if chance >= math::lerp(s.density[1], s.density[0], e) {
+            return None;
+        }
+        let size = math::min(0.8 + 0.4 * unit(word, 20), 1.0);
+        Some((math::lerp(s.radius[1], s.radius[0], e) * size, 0.30 + 0.68 * unit(word, 10)))
+    }
+
+    /// The same, its [`mean`](Self::mean) by even time instead of the calendar's, if that can be.
+    pub fn by_even_time(&mut self, calendar: &Calendar) -> bool {
+        let mean = self.mean.by_even_time(calendar);
+        mean.map(|mean| self.mean = mean).is_some()
+    }
+
+    /// Mean coverage over a span of years.
+    pub fn mean(&self, time: f32, a: f32, b: f32) -> f32 {
+        self.mean.mean(f64::from(time), f64::from(a), f64::from(b))[0]
+    }
+
+    /// How much of what is shown should be single pores, at pixels of `pixel` mm; the mean stands for the rest.
+    pub fn single(&self, pixel: f32) -> f32 {
+        1.0 - math::smooth((pixel / self.style.cell - 1.5) / 2.5)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn oak() -> PoreStyle {
+        PoreStyle {
+            cell: 0.36,
+            length: 11.0,
+            radius: [0.145, 0.035],
+            density: [0.85, 0.2],
+            early: 0.26,
+            elongation: 260.0,
+            thickening: 2.3,
+            ground: 0.0,
+        }
+    }
+
+    #[test]
+    fn the_mean_is_that_of_the_pores() {
+        let pores = Pores::new(oak(), None, Hash::new(1));
+        let (mut sum, mut mean, n) = (0.0_f64, 0.0_f64, 60_000);
+        let hash = Hash::new(2);
+        for i in 0..n {
+            let (x, y) = (30.0 + 8.0 * hash.unit_f32(3 * i), 4.0 * hash.unit_f32(3 * i + 1));
+            let z = 500.0 * hash.unit_f32(3 * i + 2);
+            sum += f64::from(pores.at([x, y, z], 0.0));
+            mean += f64::from(pores.mean(z / 260.0 + x.hypot(y) / 2.3, 0.0, 0.0));
+        }
+        assert!((sum / mean - 1.0).abs() < 0.2, "{} {}", sum / n as f64, mean / n as f64);
+    }
+
+    #[test]
+    fn early_wood_has_the_large_pores() {
+        let pores = Pores::new(oak(), None, Hash::new(1));
+        let share = |from: f32, to: f32| {
+            let hash = Hash::new(7);
+            let inside = |i: u64| {
+                let year = 10.0 + (hash.unit_f32(2 * i) * 12.0).floor();
+                let a = 2.3 * (year + from + (to - from) * hash.unit_f32(2 * i + 1));
+                pores.at([a * (0.003 * i as f32).cos(), a * (0.003 * i as f32).sin(), 0.0], 0.0)
+            };
+            (0..4000).map(inside).sum::<f32>() / 4000.0
+        };
+        assert!(share(0.05, 0.2) > 8.0 * share(0.5, 0.9), "{} {}", share(0.05, 0.2), share(0.5, 0.9));
+    }
+}

@@ -1,0 +1,144 @@
+//! Rays: sheets of cells from the pith outwards, thin across, tall along the grain (WOOD-LOOK §4.5).
+//!
+//! Radii fall into bands, two interleaved sets of them; a band is divided into sectors, a sector into pieces of height,
+//! each with one sheet or none. What is seen of a sheet depends on the cut: flecks, lines, or spindles.
+use crate::ground::hash::Hash;
+use crate::ground::math;
+use crate::ground::simd::dispatch;
+use crate::noise::noise3::Noise3;
+
+/// What rays are like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayStyle {
+    /// The distance of rays round the stem in mm.
+    pub pitch: f32,
+    /// The height of a sheet in mm.
+    pub height: f32,
+    /// The thickness of a sheet in mm.
+    pub width: f32,
+    /// The share of places with a sheet.
+    pub density: f32,
+    /// The length of a sheet outwards in mm.
+    pub length: f32,
+    /// How far sheets bend, in distances of rays.
+    pub wobble: f32,
+}
+
+/// Points computed together.
+const RUN: usize = 64;
+
+/// What is known of points before sheets are looked for: radius, angle in turns, and bend in sectors.
+struct Run {
+    a: [f32; RUN],
+    turn: [f32; RUN],
+    bend: [f32; RUN],
+}
+
+/// Rays, ready to be evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct Rays {
+    style: RayStyle,
+    bend: [Noise3; 3],
+    rim: Noise3,
+    place: Noise3,
+}
+
+impl Rays {
+    /// From their parameters.
+    pub fn new(style: RayStyle, hash: Hash) -> Self {
+        let noise = |i| Noise3::new(hash, i);
+        Self { style, bend: [noise(0), noise(1), noise(2)], rim: noise(3), place: noise(4) }
+    }
+
+    /// How much of pixels of `pixel` mm around points of fibre space is ray, 0..1.
+    pub fn fill(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
+        dispatch(
+            #[inline(always)]
+            || {
+                let mut run = Run { a: [0.0; RUN], turn: [0.0; RUN], bend: [0.0; RUN] };
+                for from in (0..out.len()).step_by(RUN) {
+                    let n = (out.len() - from).min(RUN);
+                    let [x, y, z] = [x, y, z].map(|v| &v[from..][..n]);
+                    self.bend(x, y, z, &mut run);
+                    let out = &mut out[from..][..n];
+                    out.fill(0.0);
+                    for set in [0.0, 0.5] {
+                        self.sheets(set, &run, z, pixel, out);
+                    }
+                }
+            },
+        );
+    }
+
+    /// The radius, the angle in turns, and how far rays are bent there, in sectors.
+    #[inline(always)]
+    fn bend(&self, x: &[f32], y: &[f32], z: &[f32], run: &mut Run) {
+        let Run { a, turn, bend } = run;
+        let mut far = [0.0; RUN];
+        for ((((x, y), a), turn), far) in x.iter().zip(y).zip(a.iter_mut()).zip(turn.iter_mut()).zip(far.iter_mut()) {
+            *a = (x * x + y * y).sqrt();
+            *turn = math::atan2(*y, *x) * (0.5 * std::f32::consts::FRAC_1_PI);
+            *far = *turn * 40.0;
+        }
+        let wobble = self.style.wobble;
+        let [n0, n1, n2] = self.bend;
+        let at = [&a[..], &far[..], z];
+        n0.each(at, [1.0 / 26.0, 0.15, 1.0 / 60.0], 0.0, bend, |_, v| wobble * v);
+        n1.each(at, [1.0 / 6.0, 0.6, 1.0 / 15.0], 0.0, bend, |sum, v| sum + 0.16 * wobble * v);
+        n2.each(at, [1.0 / 1.5, 1.0, 1.0 / 4.0], 0.0, bend, |sum, v| sum + 0.04 * wobble * v);
+    }
+
+    /// Adds the sheets of one of the two sets: first, for all points at once, how far the next sheet is aside, then the few
+    /// that are met.
+    #[inline(always)]
+    fn sheets(&self, set: f32, run: &Run, z: &[f32], pixel: f32, out: &mut [f32]) {
+        let s = &self.style;
+        let n = z.len().min(RUN);
+        let (per_length, per_pitch) = (1.0 / s.length, 1.0 / s.pitch);
+        let tall = 1.6 * s.height;
+        let per_tall = 1.0 / tall;
+        let soft = math::max(pixel, 0.02);
+        let reach = 0.7 * s.width + 0.5 * soft;
+        let odd = i32::from(set > 0.25);
+        let (mut words, mut asides, mut outs, mut ups) = ([0_u32; RUN], [0.0; RUN], [0.0; RUN], [0.0; RUN]);
+        for i in 0..n {
+            let (a, turn) = (run.a[i], run.turn[i]);
+            let (floor, band) = math::floor_int(a * per_length + set);
+            let middle = (floor + 0.5 - set) * s.length;
+            let around = std::f32::consts::TAU * math::max(middle, 2.0) * per_pitch;
+            let sectors = math::max(math::floor_int(around + 0.5).0, 6.0);
+            let t = (turn + 0.5) * sectors + run.bend[i];
+            let below = math::floor_int(t).0;
+            // The last sector is the neighbour of the first.
+            let sector = math::floor_int(below - math::floor_int(below / sectors).0 * sectors).1;
+            let key = band.wrapping_mul(2).wrapping_add(odd);
+            let along = z[i] * per_tall + byte(self.place.word(key, sector, -1), 0);
+            let (low, piece) = math::floor_int(along);
+            let word = self.place.word(key, sector, piece);
+            let aside = (t - below - 0.5 - 0.5 * (byte(word, 16) - 0.5))
+                * (std::f32::consts::TAU * math::max(a, 0.5) / sectors);
+            words[i] = word;
+            outs[i] = (a - middle) * (2.0 * per_length);
+            ups[i] = along - low - 0.5;
+            asides[i] = if byte(word, 0) < s.density { aside.abs() } else { f32::INFINITY };
+        }
+        for i in 0..n {
+            // Not the other way round: what is not a number meets no ray.
+            if asides[i] <= reach {
+                let size = 0.55 + 0.45 * byte(words[i], 8);
+                let (dz, da) = (ups[i] * 2.0 / size, outs[i]);
+                let rim = self.rim.at(run.a[i] / 5.0, run.turn[i] * 12.0, z[i] / 7.0);
+                let rim = 1.0 - dz * dz - 0.9 * da * da + 0.5 * rim;
+                let width = s.width * (0.6 + 0.8 * byte(words[i], 24)) * math::saturate(rim * 1.5);
+                let inside = math::saturate((0.5 * width - asides[i]) / soft + 0.5) * math::min(1.0, width / soft);
+                out[i] = math::max(out[i], inside * math::smooth(rim * 4.0));
+            }
+        }
+    }
+}
+
+/// Eight bits of a word as a number 0..1.
+#[inline(always)]
+fn byte(word: u32, shift: u32) -> f32 {
+    ((word >> shift) & 0xff) as f32 * (1.0 / 255.0)
+}

@@ -2,7 +2,7 @@
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Context, Node, Outputs};
 use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
-use shibo_engine::value::{Canvas, Evaluator, Field, FieldSource, Grid, Reader, Stop, Tile, Tiling, Value, Window};
+use shibo_engine::value::{Canvas, Evaluator, Field, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Value, Window};
 use std::sync::Arc;
 
 /// The canvas of unit tests: 32 × 32 mm, 64 × 64 pixels, tiling in both directions.
@@ -31,36 +31,32 @@ pub(crate) fn write_tiff(path: &std::path::Path, width: u32, channels: &[&str], 
 /// An engine that computes whatever it is asked for, every time anew.
 pub(crate) struct Plain;
 
-/// What [`Plain`] lends to a field's code.
-struct PlainReader {
-    prepared: Option<Arc<Tile>>,
-    /// The grid of the tile being filled, and what the field says that it reads there.
-    span: (Grid, Option<Window>),
-}
-
 fn fill(field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
-    let source: &dyn FieldSource = &**field.source();
-    let prepared = source.prepare(grid, &Plain)?.map(Arc::new);
+    let source = field.source();
+    let prepared = source.prepare(grid, &PlainPictures(source.whole(grid)))?;
+    let read = |read: &Read<'_>| fill(read.field, &read.grid, read.window).map(Arc::new);
+    let mut tiles = source.inputs(grid, window).iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let later = source.later(grid, window);
+    if !later.is_empty() {
+        let narrow = source.narrow(&Given::new(&tiles, prepared.as_ref(), &|| false), grid, window);
+        for (bound, window) in later.iter().zip(narrow) {
+            assert!(bound.window.contains(&window), "a field reads {window:?}, beyond {:?}", bound.window);
+            tiles.push(read(&Read { window, ..*bound })?);
+        }
+    }
     let mut tile = Tile::new(*grid, window, field.channels());
-    let span = (*grid, source.span(grid, window));
-    source.fill(&PlainReader { prepared, span }, &mut tile)?;
+    source.fill(&Given::new(&tiles, prepared.as_ref(), &|| false), &mut tile)?;
     Ok(tile)
 }
 
-impl Reader for PlainReader {
-    fn read(&self, field: &Field, grid: &Grid, window: Window) -> Result<Arc<Tile>, Stop> {
-        if let (on, Some(span)) = &self.span
-            && on.id() == grid.id()
-        {
-            let within = span.x <= window.x && span.y <= window.y;
-            let within = within && window.right() <= span.right() && window.bottom() <= span.bottom();
-            assert!(within, "a field reads {window:?}, beyond {span:?}");
-        }
-        fill(field, grid, window).map(Arc::new)
-    }
+/// What [`Plain`] lends to a field's code that reads whole pictures.
+pub(crate) struct PlainPictures<'f>(pub(crate) Vec<Read<'f>>);
 
-    fn prepared(&self) -> Option<&Arc<Tile>> {
-        self.prepared.as_ref()
+impl Pictures for PlainPictures<'_> {
+    fn read(&self, number: usize, window: Window) -> Result<Tile, Stop> {
+        let whole = &self.0[number];
+        assert!(whole.window.contains(&window), "a field reads {window:?}, beyond {:?}", whole.window);
+        fill(whole.field, &whole.grid, window)
     }
 
     fn check(&self) -> Result<(), Stop> {

@@ -2,7 +2,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Node, Output, Outputs};
-use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
+use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 static CALLS: AtomicU32 = AtomicU32::new(0);
@@ -63,17 +63,17 @@ fn gray(fill: impl Fn(&mut Tile) + Send + Sync + 'static) -> Field {
 
 struct Plain<F>(F);
 
-impl<F: Fn(&mut Tile) + Send + Sync> shibo_engine::value::FieldSource for Plain<F> {
-    fn fill(&self, _reader: &dyn shibo_engine::value::Reader, out: &mut Tile) -> Result<(), Stop> {
+impl<F: Fn(&mut Tile) + Send + Sync> FieldSource for Plain<F> {
+    fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
+        Vec::new()
+    }
+
+    fn fill(&self, _given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         (self.0)(out);
         Ok(())
     }
 
-    fn reads(&self, _grid: &shibo_engine::value::Grid) -> Vec<(&Field, shibo_engine::value::Grid)> {
-        Vec::new()
-    }
-
-    fn cost(&self) -> shibo_engine::value::Cost {
-        shibo_engine::value::Cost::Pointwise
+    fn cost(&self) -> Cost {
+        Cost::Pointwise
     }
 }

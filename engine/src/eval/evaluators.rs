@@ -1,10 +1,10 @@
 //! The engine as code sees it that computes whole pictures, with a clock that leaves out the time of what it reads.
 use super::Event;
 use super::run::Run;
-use crate::diagnostics::Problem;
+use crate::diagnostics::{Code, Problem};
 use crate::graph::GraphNode;
 use crate::node::{Context, Outputs};
-use crate::value::{Evaluator, Field, Grid, Key, Stop, Tile, Value, Window};
+use crate::value::{Cuts, Evaluator, Field, Grid, Key, Pictures, Read, Stop, Tile, Value, Window};
 use cpu_time::ProcessTime;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -65,6 +65,10 @@ impl Evaluator for NodeEvaluator<'_, '_> {
         self.run.memory
     }
 
+    fn cuts(&self) -> Option<&Cuts> {
+        Some(&self.run.cuts)
+    }
+
     fn warn(&self, problem: Problem) {
         let warning = self.run.at_node(self.node, problem).as_warning();
         self.run.observer.event(Event::Warning(warning));
@@ -88,14 +92,19 @@ impl Run<'_> {
     }
 }
 
-/// The engine as an operation on a whole picture sees it.
+/// The pictures that an operation on whole pictures reads, and how long that took.
 pub(super) struct Whole<'r, 'g> {
     pub(super) run: &'r Run<'g>,
+    pub(super) reads: Vec<Read<'r>>,
     pub(super) nested: AtomicU64,
 }
 
-impl Evaluator for Whole<'_, '_> {
-    fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
+impl Pictures for Whole<'_, '_> {
+    fn read(&self, number: usize, window: Window) -> Result<Tile, Stop> {
+        let Some(Read { field, grid, .. }) = self.reads.get(number).filter(|r| r.window.contains(&window)) else {
+            let message = format!("picture {number} is read beyond what was stated");
+            return Err(Problem::new(Code::BadValue, message).help("this is a defect of the node").into());
+        };
         let start = ProcessTime::now();
         let tile = self.run.raster(field, grid, window);
         self.nested.fetch_add(nanos(start.elapsed()), Ordering::Relaxed);
@@ -105,12 +114,4 @@ impl Evaluator for Whole<'_, '_> {
     fn check(&self) -> Result<(), Stop> {
         self.run.cancel.check()
     }
-
-    fn progress(&self, _done: u64, _total: u64) {}
-
-    fn memory(&self) -> u64 {
-        self.run.memory
-    }
-
-    fn warn(&self, _problem: Problem) {}
 }

@@ -1,12 +1,9 @@
 //! The cache in memory: tiles and objects by key, bounded in bytes.
-use crate::value::{GridId, Key, Tile, Value};
+use crate::value::{GridId, Key, TILE, Tile, Value};
 use quick_cache::Weighter;
-use quick_cache::sync::{Cache, DefaultLifecycle};
+use quick_cache::sync::{Cache, DefaultLifecycle, PlaceholderGuard};
 use quick_cache::{DefaultHashBuilder, OptionsBuilder};
 use std::sync::Arc;
-
-/// The width and height of a tile in pixels.
-pub const TILE: u32 = 256;
 
 /// The identity of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -22,6 +19,12 @@ pub struct TileKey {
 impl TileKey {
     /// In place of a tile's place: what a field prepared of the whole picture.
     pub const WHOLE: (i32, i32) = (i32::MIN, i32::MIN);
+
+    /// As a key.
+    pub(super) fn name(&self) -> Key {
+        let (x, y) = (self.at.0.to_le_bytes(), self.at.1.to_le_bytes());
+        Key::of("tile", &[self.field.as_bytes(), &self.grid.bytes(), &x, &y])
+    }
 }
 
 /// Weighs entries by the memory they take.
@@ -41,6 +44,9 @@ impl Weighter<Key, Value> for Bytes {
 }
 
 pub(super) type Tiles = Cache<TileKey, Arc<Tile>, Bytes>;
+/// The promise to make a tile; others that want it wait.
+pub(super) type Guard<'c> =
+    PlaceholderGuard<'c, TileKey, Arc<Tile>, Bytes, DefaultHashBuilder, DefaultLifecycle<TileKey, Arc<Tile>>>;
 pub(super) type Objects = Cache<Key, Value, Bytes>;
 
 /// Results by key, within a budget of bytes. Objects, dear to make, have a share of their own that no tile can take.

@@ -10,7 +10,9 @@ mod evaluators;
 mod keys;
 mod memory;
 mod passing;
+mod prepare;
 mod run;
+mod schedule;
 mod stats;
 mod tiles;
 
@@ -18,7 +20,7 @@ pub use cancel::CancelToken;
 pub use codec::{decode, encode};
 pub use disk::{CacheError, DiskCache, DiskUse};
 pub use keys::{Keys, breaks_tiling};
-pub use memory::{MemoryCache, TILE, TileKey};
+pub use memory::{MemoryCache, TileKey};
 pub use passing::Passing;
 pub use run::{Caches, Run};
 pub use stats::{NodeState, NodeStats};

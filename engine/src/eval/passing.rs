@@ -1,100 +1,113 @@
 //! Letting go of tiles while a picture is computed from top to bottom: those that no row to come can read.
 //!
-//! Every field says which part of its inputs it reads for a window of its own ([`FieldSource::span`]). From the rows that
+//! Every field says which windows of others it reads for a window of its own ([`FieldSource::inputs`]). From the rows that
 //! are still to be computed follows what may be read of every field on the way, and all other tiles are needed no more.
-//! Where a field does not say, its inputs are kept.
 //!
-//! [`FieldSource::span`]: crate::value::FieldSource::span
+//! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
 use super::memory::TileKey;
-use super::run::{Run, address};
-use super::tiles::{Extent, Piece, extents, pieces};
-use crate::value::{Field, Grid, GridId, Window};
-use std::collections::{BTreeSet, HashMap};
+use super::prepare::reads;
+use super::run::Run;
+use crate::value::{Blocks, Field, FieldId, Grid, GridId, Piece, Window};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// What may be read of a field is not followed beyond so many pixels.
 const FARTHEST: u32 = 1 << 18;
 
+type At = (FieldId, GridId);
+
 /// The fields that a render reads, readers before what they read, and which of their tiles it may still want.
 pub struct Passing<'f> {
     parts: Vec<Part<'f>>,
+    places: HashMap<At, usize>,
 }
 
 struct Part<'f> {
     field: &'f Field,
     grid: Grid,
-    extents: (Extent, Extent),
     /// Whether it is one of the pictures.
     shown: bool,
-    /// The places in the list of those that read it; no places if one of them may read anything.
-    readers: Option<Vec<usize>>,
     /// The numbers of the columns and rows of tiles that are wanted.
     columns: BTreeSet<i32>,
     rows: BTreeSet<i32>,
 }
 
+/// What may be read of a field.
+#[derive(Clone, Copy)]
+enum Wanted {
+    Nothing,
+    Window(Window),
+    Everything,
+}
+
+impl Wanted {
+    fn add(&mut self, window: Window) {
+        *self = match *self {
+            Self::Nothing => Self::Window(window),
+            Self::Window(before) => Self::Window(before.union(&window)),
+            Self::Everything => Self::Everything,
+        };
+    }
+}
+
 impl<'f> Passing<'f> {
     /// For pictures of `fields` in `window`; to be told to [`Run::pass`] row by row.
     pub fn new(fields: &[&'f Field], grid: &Grid, window: Window) -> Self {
-        let mut order = Vec::new();
-        let mut known = HashMap::new();
-        for field in fields {
-            visit(field, grid, &mut known, &mut order);
-        }
-        let place = |field: &Field, grid: &Grid| Some(order.len() - 1 - known.get(&(address(field), grid.id()))?);
-        let mut parts: Vec<Part<'f>> = order
-            .iter()
-            .rev()
-            .map(|&(field, grid)| Part {
-                field,
-                grid,
-                extents: extents(field, &grid),
-                shown: false,
-                readers: Some(Vec::new()),
-                columns: BTreeSet::new(),
-                rows: BTreeSet::new(),
-            })
-            .collect();
-        for at in fields.iter().filter_map(|field| place(field, grid)) {
-            parts[at].shown = true;
-        }
-        for reader in 0..parts.len() {
-            let (field, grid) = (parts[reader].field, parts[reader].grid);
-            let says = field.source().span(&grid, window).is_some();
-            for (input, on) in field.source().reads(&grid) {
-                let Some(at) = place(input, &on) else { continue };
-                let same = on.id() == grid.id();
-                parts[at].readers = parts[at].readers.take().filter(|_| says && same).map(|mut readers| {
-                    readers.push(reader);
-                    readers
-                });
-            }
-        }
-        let mut passing = Self { parts };
+        let order = readers_first(fields, grid);
+        let shown: HashSet<FieldId> = fields.iter().map(|field| field.id()).collect();
+        let part = |(field, on): (&'f Field, Grid)| {
+            let shown = on.id() == grid.id() && shown.contains(&field.id());
+            Part { field, grid: on, shown, columns: BTreeSet::new(), rows: BTreeSet::new() }
+        };
+        let parts: Vec<Part<'f>> = order.into_iter().map(part).collect();
+        let places = parts.iter().enumerate().map(|(place, part)| (at(part.field, &part.grid), place)).collect();
+        let mut passing = Self { parts, places };
         let wanted = passing.wanted(window);
-        for (part, wanted) in passing.parts.iter_mut().zip(wanted) {
-            if let Some(wanted) = wanted {
-                (part.columns, part.rows) = (numbers(&wanted.columns), numbers(&wanted.rows));
+        for (part, blocks) in passing.parts.iter_mut().zip(wanted) {
+            if let Some(blocks) = blocks {
+                (part.columns, part.rows) = (numbers(&blocks.columns), numbers(&blocks.rows));
             }
         }
         passing
     }
 
-    /// What may be read of each field while the rows `rest` of the pictures are computed; nothing where it is not known.
-    fn wanted(&self, rest: Window) -> Vec<Option<Tiles>> {
-        let mut wanted: Vec<Option<Tiles>> = Vec::with_capacity(self.parts.len());
-        for part in &self.parts {
-            let windows = part.readers.as_ref().and_then(|readers| {
-                let of_reader = |&reader: &usize| {
-                    let Part { field, grid, .. } = &self.parts[reader];
-                    field.source().span(grid, wanted.get(reader)?.as_ref()?.window)
-                };
-                readers.iter().map(of_reader).collect::<Option<Vec<_>>>()
+    /// The blocks that may be read of each field while the rows `rest` of the pictures are computed; nothing where it is
+    /// not known.
+    fn wanted(&self, rest: Window) -> Vec<Option<Blocks>> {
+        let mut wanted = vec![Wanted::Nothing; self.parts.len()];
+        let mut blocks = Vec::with_capacity(self.parts.len());
+        for (place, part) in self.parts.iter().enumerate() {
+            if part.shown {
+                wanted[place].add(rest);
+            }
+            let near = |window: &Window| window.width <= FARTHEST && window.height <= FARTHEST;
+            let of_part = match wanted[place] {
+                Wanted::Window(window) if near(&window) => Some(part.field.domain().blocks(&part.grid, window)),
+                _ => None,
+            };
+            match of_part.as_ref().and_then(Blocks::window) {
+                Some(window) => {
+                    let source = part.field.source();
+                    for read in source.inputs(&part.grid, window).iter().chain(&source.later(&part.grid, window)) {
+                        if let Some(input) = self.places.get(&at(read.field, &read.grid)) {
+                            wanted[*input].add(read.window);
+                        }
+                    }
+                }
+                None if matches!(wanted[place], Wanted::Nothing) => {}
+                None => {
+                    for read in reads(part.field, &part.grid) {
+                        if let Some(input) = self.places.get(&at(read.field, &read.grid)) {
+                            wanted[*input] = Wanted::Everything;
+                        }
+                    }
+                }
+            }
+            blocks.push(match wanted[place] {
+                Wanted::Nothing => Some(Blocks::default()),
+                _ => of_part,
             });
-            let window =
-                windows.and_then(|windows| windows.into_iter().chain(part.shown.then_some(rest)).reduce(union));
-            wanted.push(window.and_then(|window| Tiles::around(window, part.extents)));
         }
-        wanted
+        blocks
     }
 
     /// The tiles that are not wanted any more once only the rows `rest` of the pictures are to be computed; each is told
@@ -102,9 +115,9 @@ impl<'f> Passing<'f> {
     fn passed(&mut self, rest: Window) -> Vec<(&'f Field, GridId, (i32, i32))> {
         let wanted = self.wanted(rest);
         let mut passed = Vec::new();
-        for (part, wanted) in self.parts.iter_mut().zip(wanted) {
-            let Some(wanted) = wanted else { continue };
-            let still = numbers(&wanted.rows);
+        for (part, blocks) in self.parts.iter_mut().zip(wanted) {
+            let Some(blocks) = blocks else { continue };
+            let still = numbers(&blocks.rows);
             for row in part.rows.difference(&still) {
                 passed.extend(part.columns.iter().map(|column| (part.field, part.grid.id(), (*column, *row))));
             }
@@ -114,54 +127,29 @@ impl<'f> Passing<'f> {
     }
 }
 
-/// Puts what a field reads into `order`, then the field.
-fn visit<'f>(
-    field: &'f Field,
-    grid: &Grid,
-    known: &mut HashMap<(usize, GridId), usize>,
-    order: &mut Vec<(&'f Field, Grid)>,
-) {
-    if known.contains_key(&(address(field), grid.id())) {
-        return;
+fn at(field: &Field, grid: &Grid) -> At {
+    (field.id(), grid.id())
+}
+
+/// All fields that are read for tiles, each before those that it reads.
+fn readers_first<'f>(fields: &[&'f Field], grid: &Grid) -> Vec<(&'f Field, Grid)> {
+    let mut order = Vec::new();
+    let mut seen = HashSet::new();
+    let mut open: Vec<(&Field, Grid, bool)> = fields.iter().map(|field| (*field, *grid, false)).collect();
+    while let Some((field, grid, inputs_are_done)) = open.pop() {
+        if inputs_are_done {
+            order.push((field, grid));
+        } else if seen.insert(at(field, &grid)) {
+            open.push((field, grid, true));
+            open.extend(reads(field, &grid).map(|read| (read.field, read.grid, false)));
+        }
     }
-    for (input, grid) in field.source().reads(grid) {
-        visit(input, &grid, known, order);
-    }
-    known.insert((address(field), grid.id()), order.len());
-    order.push((field, *grid));
+    order.reverse();
+    order
 }
 
 fn numbers(pieces: &[Piece]) -> BTreeSet<i32> {
     pieces.iter().map(|piece| piece.index).collect()
-}
-
-fn union(a: Window, b: Window) -> Window {
-    let (x, y) = (a.x.min(b.x), a.y.min(b.y));
-    let (right, bottom) = (a.right().max(b.right()), a.bottom().max(b.bottom()));
-    Window { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
-}
-
-/// The tiles of a field that a window touches.
-struct Tiles {
-    columns: Vec<Piece>,
-    rows: Vec<Piece>,
-    /// What they cover.
-    window: Window,
-}
-
-impl Tiles {
-    fn around(window: Window, (across, down): (Extent, Extent)) -> Option<Self> {
-        if window.width > FARTHEST || window.height > FARTHEST {
-            return None;
-        }
-        let columns = pieces(window.x, window.right(), across);
-        let rows = pieces(window.y, window.bottom(), down);
-        let from = |pieces: &[Piece]| Some(pieces.first()?.from());
-        let to = |pieces: &[Piece]| Some(pieces.last()?.to());
-        let (x, y) = (from(&columns)?, from(&rows)?);
-        let window = Window { x, y, width: to(&columns)?.abs_diff(x), height: to(&rows)?.abs_diff(y) };
-        Some(Self { columns, rows, window })
-    }
 }
 
 impl Run<'_> {

@@ -1,17 +1,17 @@
 //! One evaluation of a graph.
-use super::evaluators::{Clock, NodeEvaluator, Whole};
+use super::evaluators::{Clock, NodeEvaluator};
+use super::prepare::Known;
 use super::stats::{Ledger, Work};
-use super::tiles::covering;
-use super::{CancelToken, DiskCache, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, TileKey, codec, keys};
+use super::{CancelToken, DiskCache, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, codec, keys};
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::graph::{Graph, GraphNode, Input};
 use crate::node::{Context, Outputs};
-use crate::value::{Field, FieldSource, Grid, GridId, Key, Material, PictureFields, Stop, Tile, Value, Window};
+use crate::value::{Blocks, Cuts, Field, Grid, Key, Material, PictureFields, Piece, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Duration;
 
 /// An object that takes less to make is not written to disk.
@@ -25,8 +25,6 @@ pub struct Caches {
     pub disk: Option<DiskCache>,
 }
 
-type Prepared = HashMap<(usize, GridId), (Arc<dyn FieldSource>, Option<Arc<Tile>>)>;
-
 /// One evaluation of a graph. To be used inside the thread pool that shall do the work.
 pub struct Run<'g> {
     pub(super) graph: &'g Graph,
@@ -34,15 +32,15 @@ pub struct Run<'g> {
     pub(super) caches: &'g Caches,
     pub(super) cancel: &'g CancelToken,
     pub(super) ledger: Ledger,
-    pub(super) shared: HashSet<Key>,
     pub(super) observer: &'g dyn Observer,
     pub(super) memory: u64,
-    values: Mutex<HashMap<Key, Value>>,
-    prepared: Mutex<Prepared>,
+    pub(super) values: Mutex<HashMap<Key, Value>>,
+    pub(super) known: RwLock<Known>,
+    pub(super) cuts: Cuts,
     failures: Mutex<Vec<(Key, Problem)>>,
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -62,11 +60,11 @@ impl<'g> Run<'g> {
             caches,
             cancel,
             ledger: Ledger::default(),
-            shared: shared(graph, keys),
             observer,
             memory,
             values: Mutex::default(),
-            prepared: Mutex::default(),
+            known: RwLock::default(),
+            cuts: Cuts::default(),
             failures: Mutex::default(),
         }
     }
@@ -76,50 +74,8 @@ impl<'g> Run<'g> {
         self.keys
     }
 
-    /// The values of these outputs of nodes, in the same order. Objects are made; fields are not evaluated yet.
-    ///
-    /// # Errors
-    /// What went wrong, at its place; nothing if the run was cancelled.
-    pub fn values(&self, wanted: &[(NodeIndex, usize)]) -> Result<Vec<Value>, Vec<Diagnostic>> {
-        let mut missing = self.missing(wanted);
-        while !missing.is_empty() {
-            let (ready, rest): (Vec<_>, Vec<_>) = missing.into_iter().partition(|&node| self.is_ready(node));
-            let alone = ready.len() == 1;
-            let results: Vec<Result<(), (NodeIndex, Stop)>> =
-                ready.par_iter().map(|&node| self.make(node, alone).map_err(|stop| (node, stop))).collect();
-            let errors: Vec<_> = results.into_iter().filter_map(Result::err).collect();
-            if !errors.is_empty() {
-                return Err(errors.into_iter().filter_map(|(node, stop)| self.locate(node, stop)).collect());
-            }
-            missing = rest;
-        }
-        let values = lock(&self.values);
-        Ok(wanted.iter().filter_map(|&(node, output)| values.get(&self.keys.output(node, output)).cloned()).collect())
-    }
-
-    /// The nodes that must be computed to have `wanted`, after taking what the caches hold.
-    fn missing(&self, wanted: &[(NodeIndex, usize)]) -> Vec<NodeIndex> {
-        let mut stack = wanted.to_vec();
-        let mut missing = Vec::new();
-        let mut seen = HashSet::new();
-        while let Some((node, output)) = stack.pop() {
-            if !seen.insert((node, output)) || self.fetch(self.keys.output(node, output)) {
-                continue;
-            }
-            if !missing.contains(&node) {
-                missing.push(node);
-            }
-            for input in &self.graph.nodes[node].inputs {
-                if let Input::Wire { node, output } = input {
-                    stack.push((*node, *output));
-                }
-            }
-        }
-        missing
-    }
-
     /// Takes a value out of the caches.
-    fn fetch(&self, key: Key) -> bool {
+    pub(super) fn fetch(&self, key: Key) -> bool {
         if lock(&self.values).contains_key(&key) {
             return true;
         }
@@ -141,14 +97,13 @@ impl<'g> Run<'g> {
         true
     }
 
-    fn is_ready(&self, node: NodeIndex) -> bool {
-        let values = lock(&self.values);
-        let inputs = &self.graph.nodes[node].inputs;
-        inputs.iter().all(|input| matches!(input, Input::Constant(_)) || values.contains_key(&self.keys.input(input)))
+    /// Whether a value was taken out of the caches or made.
+    pub(super) fn is_at_hand(&self, key: Key) -> bool {
+        lock(&self.values).contains_key(&key)
     }
 
     /// Runs a node whose inputs are there. `alone`: nothing else runs, so that the process' clock is the node's.
-    fn make(&self, index: NodeIndex, alone: bool) -> Result<(), Stop> {
+    pub(super) fn make(&self, index: NodeIndex, alone: bool) -> Result<(), Stop> {
         self.cancel.check()?;
         let node = &self.graph.nodes[index];
         let inputs: Vec<Value> = node.inputs.iter().map(|input| self.input(input)).collect();
@@ -203,64 +158,10 @@ impl<'g> Run<'g> {
             Input::Constant(field) => Value::Field(field.clone()),
             Input::Wire { .. } => match lock(&self.values).get(&self.keys.input(input)) {
                 Some(value) => value.clone(),
-                // `is_ready` was true, so this is not reached; a constant keeps it from being a panic.
+                // The schedule runs a node after those that it reads; a constant keeps this from being a panic.
                 None => Value::Field(Field::constant(crate::value::Type::Gray, &[0.0])),
             },
         }
-    }
-
-    /// Computes what fields need of whole pictures before their tiles can be filled.
-    ///
-    /// # Errors
-    /// As the field's code says.
-    pub fn prepare(&self, field: &Field, grid: &Grid) -> Result<(), Stop> {
-        let at = (address(field), grid.id());
-        if lock(&self.prepared).contains_key(&at) {
-            return Ok(());
-        }
-        for (input, grid) in field.source().reads(grid) {
-            self.prepare(input, &grid)?;
-        }
-        let key = field.key().map(|field| TileKey { field, grid: grid.id(), at: TileKey::WHOLE });
-        let known = key.as_ref().and_then(|key| self.caches.memory.tiles.get(key));
-        let whole = match known {
-            Some(tile) => Some(tile),
-            None => self.prepare_new(field, grid)?,
-        };
-        if let (Some(key), Some(tile)) = (key, &whole) {
-            self.caches.memory.tiles.insert(key, tile.clone());
-        }
-        lock(&self.prepared).insert(at, (field.source().clone(), whole));
-        Ok(())
-    }
-
-    fn prepare_new(&self, field: &Field, grid: &Grid) -> Result<Option<Arc<Tile>>, Stop> {
-        let bytes = field.source().prepare_bytes(grid);
-        if bytes > self.memory {
-            let message = format!(
-                "an operation on the whole picture needs {} MiB; {} MiB are allowed",
-                bytes >> 20,
-                self.memory >> 20
-            );
-            return Err(Problem::new(Code::TooLarge, message).help("lower the resolution, or raise --memory").into());
-        }
-        let evaluator = Whole { run: self, nested: AtomicU64::new(0) };
-        let start = Clock::start(true);
-        let owner = field.owner().or(field.key());
-        let result = field.source().prepare(grid, &evaluator).inspect_err(|stop| {
-            if let (Stop::Failed(problem), Some(owner)) = (stop, owner) {
-                self.failed(owner, problem);
-            }
-        })?;
-        if let (Some(owner), true) = (owner, result.is_some()) {
-            let time = start.elapsed().saturating_sub(Duration::from_nanos(evaluator.nested.load(Ordering::Relaxed)));
-            self.ledger.add(owner, Work { time, computed: 1, ..Work::default() });
-        }
-        Ok(result.map(Arc::new))
-    }
-
-    pub(super) fn prepared(&self, field: &Field, grid: &Grid) -> Option<Arc<Tile>> {
-        lock(&self.prepared).get(&(address(field), grid.id())).and_then(|(_, tile)| tile.clone())
     }
 
     /// The values of `field` in `window`, computed on all threads.
@@ -271,13 +172,9 @@ impl<'g> Run<'g> {
         self.prepare(field, grid)?;
         let mut out = Tile::new(*grid, window, field.channels());
         let owner = field.owner().or(field.key()).unwrap_or_else(|| Key::of("raster", &[]));
-        let parts: Result<Vec<_>, Stop> = covering(window)
-            .par_iter()
-            .map(|part| {
-                let part = intersection(*part, window);
-                Ok(self.read(field, grid, part, owner)?.0)
-            })
-            .collect();
+        let blocks: Vec<Window> = Blocks::endless(window).iter().map(|(x, y)| Piece::window(x, y)).collect();
+        let parts: Result<Vec<_>, Stop> =
+            blocks.par_iter().map(|block| self.read(field, grid, block.intersection(&window), owner)).collect();
         parts?.iter().for_each(|part| out.copy_from(part, 0, 0));
         Ok(out)
     }
@@ -309,7 +206,7 @@ impl<'g> Run<'g> {
         Diagnostic::from_problem(problem, span)
     }
 
-    fn locate(&self, node: NodeIndex, stop: Stop) -> Option<Diagnostic> {
+    pub(super) fn locate(&self, node: NodeIndex, stop: Stop) -> Option<Diagnostic> {
         match stop {
             Stop::Cancelled => None,
             Stop::Failed(problem) => {
@@ -368,28 +265,4 @@ fn keyed(value: &Value, key: Key) -> Value {
         Value::Solid(solid) => Value::Solid(solid.clone().keyed(key)),
         value => value.clone(),
     }
-}
-
-/// The results that more than one port or output reads.
-fn shared(graph: &Graph, keys: &Keys) -> HashSet<Key> {
-    let mut readers: HashMap<Key, u32> = HashMap::new();
-    for node in graph.nodes.node_weights() {
-        let wires = node.inputs.iter().filter(|input| matches!(input, Input::Wire { .. }));
-        wires.for_each(|input| *readers.entry(keys.input(input)).or_default() += 1);
-    }
-    for output in &graph.outputs {
-        *readers.entry(keys.output(output.node, output.output)).or_default() += 1;
-    }
-    readers.into_iter().filter(|(_, n)| *n > 1).map(|(key, _)| key).collect()
-}
-
-/// A field's code as a number, the same for all copies of the field. The code is kept alive with it.
-pub(super) fn address(field: &Field) -> usize {
-    Arc::as_ptr(field.source()).cast::<()>().addr()
-}
-
-fn intersection(a: Window, b: Window) -> Window {
-    let (x, y) = (a.x.max(b.x), a.y.max(b.y));
-    let (right, bottom) = (a.right().min(b.right()), a.bottom().min(b.bottom()));
-    Window { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
 }

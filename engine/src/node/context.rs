@@ -1,7 +1,7 @@
 //! What a node sees while it is evaluated.
 use super::{In, PortType};
 use crate::diagnostics::{Code, Problem};
-use crate::value::{Canvas, Evaluator, Field, Key, Solid, Stop, Tiling, Type, Value};
+use crate::value::{Canvas, Cut, Evaluator, Field, Key, Solid, Stop, Tiling, Type, Value};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
 
@@ -67,6 +67,11 @@ impl Context<'_> {
             Some(key) => solid.keyed(Key::of("shared part", &[key.as_bytes(), name.as_bytes()])).owned_by(key),
             None => solid,
         }
+    }
+
+    /// The field that `cut` shows of `solid`; nodes that cut alike share it.
+    pub fn cut(&self, solid: &Solid, cut: &Cut) -> Field {
+        self.evaluator.cuts().map_or_else(|| solid.cut(cut), |cuts| cuts.cut(solid, cut))
     }
 
     /// The path of the file that the parameter `field` names.

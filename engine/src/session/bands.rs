@@ -6,9 +6,9 @@
 use super::render::{Job, Render};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Event, Passing, TILE};
+use crate::eval::{Event, Passing};
 use crate::picture::{AtomicFile, Writer};
-use crate::value::{Field, Grid, Tile, Window};
+use crate::value::{Field, Grid, TILE, Tile, Window};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 

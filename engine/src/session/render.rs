@@ -2,13 +2,13 @@
 use super::plan::{Part, Planned, Planner, wanted};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{CancelToken, DiskCache, Event, NodeStats, Observer, Run, TILE};
+use crate::eval::{CancelToken, DiskCache, Event, NodeStats, Observer, Run};
 use crate::graph::Graph;
 use crate::picture::{
     Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, Writer, Written, remove_stale_temporaries,
     write_svg,
 };
-use crate::value::{Channel, Field, Grid, Key, Segments, Type, Value, Window};
+use crate::value::{Channel, Field, Grid, Key, Segments, TILE, Type, Value, Window};
 use glam::DVec2;
 use petgraph::graph::NodeIndex;
 use std::path::PathBuf;

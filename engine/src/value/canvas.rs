@@ -132,6 +132,17 @@ pub struct GridId {
     period: [u32; 2],
 }
 
+impl GridId {
+    /// As bytes, the same on every machine.
+    pub fn bytes(&self) -> [u8; 40] {
+        let mut bytes = [0; 40];
+        let words = self.words.iter().flat_map(|word| word.to_le_bytes());
+        let period = self.period.iter().flat_map(|word| word.to_le_bytes());
+        bytes.iter_mut().zip(words.chain(period)).for_each(|(to, from)| *to = from);
+        bytes
+    }
+}
+
 /// A rectangle of pixels of a [`Grid`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Window {
@@ -170,6 +181,40 @@ impl Window {
             width: self.width + 2 * dx.unsigned_abs(),
             height: self.height + 2 * dy.unsigned_abs(),
         }
+    }
+
+    /// Its two halves across the longer side.
+    #[must_use]
+    pub const fn halves(&self) -> [Self; 2] {
+        let (w, h) = (self.width / 2, self.height / 2);
+        if self.width > self.height {
+            let right = Self { x: self.x + w.cast_signed(), width: self.width - w, ..*self };
+            [Self { width: w, ..*self }, right]
+        } else {
+            let below = Self { y: self.y + h.cast_signed(), height: self.height - h, ..*self };
+            [Self { height: h, ..*self }, below]
+        }
+    }
+
+    /// The smallest window that holds this one and `other`.
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        let (x, y) = (self.x.min(other.x), self.y.min(other.y));
+        let (right, bottom) = (self.right().max(other.right()), self.bottom().max(other.bottom()));
+        Self { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
+    }
+
+    /// What this window and `other`, which meet, have in common.
+    #[must_use]
+    pub fn intersection(&self, other: &Self) -> Self {
+        let (x, y) = (self.x.max(other.x), self.y.max(other.y));
+        let (right, bottom) = (self.right().min(other.right()), self.bottom().min(other.bottom()));
+        Self { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
+    }
+
+    /// Whether all of `other` lies within.
+    pub const fn contains(&self, other: &Self) -> bool {
+        self.x <= other.x && self.y <= other.y && other.right() <= self.right() && other.bottom() <= self.bottom()
     }
 
     /// One past the last column.

@@ -1,5 +1,5 @@
 //! Cuts: surfaces through solids, each pixel of the canvas a point in space.
-use super::{Field, Grid, Key, Solid, Tiling};
+use super::{Field, FieldId, Grid, Key, Solid, Tiling};
 use std::fmt;
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ type Spacing = Arc<dyn Fn(&Grid) -> f64 + Send + Sync>;
 #[derive(Clone)]
 pub struct Cut {
     place: Field,
-    key: Key,
+    key: Option<Key>,
     level: bool,
     flat: Option<[[f32; 3]; 2]>,
     spacing: Spacing,
@@ -25,7 +25,7 @@ impl Cut {
     /// A cut with the x, y and z of each point of the canvas in the three channels of `place`. Equal keys mean equal
     /// cuts. `spacing` bounds the distance in mm of the points of neighbouring pixels of a grid.
     pub fn new(key: Key, place: Field, spacing: impl Fn(&Grid) -> f64 + Send + Sync + 'static) -> Self {
-        Self { place, key, level: false, flat: None, spacing: Arc::new(spacing) }
+        Self { place, key: Some(key), level: false, flat: None, spacing: Arc::new(spacing) }
     }
 
     /// The same with the promise that z is the same for all points of a row of pixels, if `level`.
@@ -43,17 +43,11 @@ impl Cut {
         self
     }
 
-    /// The cut through the points that the `SolidVector` `place` gives for those of this cut.
+    /// The cut through the points that the `SolidVector` `by` gives for those of this cut, `place` being its cut.
     #[must_use]
-    pub(super) fn moved(&self, place: &Solid, keeps_z: bool) -> Self {
-        let by = place.key().map_or([0; 16], |key| *key.as_bytes());
-        Self {
-            place: place.cut(self),
-            key: Key::of("moved cut", &[self.key.as_bytes(), &by]),
-            level: self.level && keeps_z,
-            flat: None,
-            spacing: self.spacing.clone(),
-        }
+    pub(super) fn moved(&self, by: &Solid, place: Field, keeps_z: bool) -> Self {
+        let key = self.key.zip(by.key()).map(|(own, by)| Key::of("moved cut", &[own.as_bytes(), by.as_bytes()]));
+        Self { place, key, level: self.level && keeps_z, flat: None, spacing: self.spacing.clone() }
     }
 
     /// The points, in the three channels of a field.
@@ -61,9 +55,14 @@ impl Cut {
         &self.place
     }
 
-    /// Its identity.
-    pub fn key(&self) -> Key {
+    /// Its key; `None` where points are moved by a solid without one.
+    pub fn key(&self) -> Option<Key> {
         self.key
+    }
+
+    /// What tells it from other cuts.
+    pub(super) fn id(&self) -> FieldId {
+        self.key.map_or_else(|| self.place.id(), FieldId::Key)
     }
 
     /// Where it repeats with the canvas.

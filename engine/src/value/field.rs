@@ -3,7 +3,8 @@
 //! A field is defined on the whole plane. Where it tiles it is periodic with the canvas; elsewhere it goes on beyond the
 //! canvas' edge in whatever way its node says. Asking for any window at any grid gives the same bits as cutting that
 //! window out of a larger one.
-use super::{Grid, Key, Tile, Tiling, Type, Window};
+use super::link::Link;
+use super::{Cuts, Domain, Grid, Key, Tile, Tiling, Type, Window};
 use crate::diagnostics::Problem;
 use std::fmt;
 use std::sync::Arc;
@@ -34,6 +35,15 @@ impl fmt::Display for Stop {
 
 impl std::error::Error for Stop {}
 
+/// What tells one field from another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FieldId {
+    /// Its key.
+    Key(Key),
+    /// Where its code lies in memory.
+    Code(usize),
+}
+
 /// How the engine should treat a field's tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
@@ -43,15 +53,74 @@ pub enum Cost {
     Local,
 }
 
-/// What a field's code may ask of the engine while it fills a tile.
-pub trait Reader {
-    /// The values of `field` in `window` of `grid`.
-    fn read(&self, field: &Field, grid: &Grid, window: Window) -> Result<Arc<Tile>, Stop>;
+/// A window of a field that another field reads.
+#[derive(Clone, Copy, Debug)]
+pub struct Read<'f> {
+    /// The field that is read.
+    pub field: &'f Field,
+    /// On which grid.
+    pub grid: Grid,
+    /// Which pixels of that grid.
+    pub window: Window,
+}
 
-    /// The result of [`FieldSource::prepare`] for the field and grid being filled.
-    fn prepared(&self) -> Option<&Arc<Tile>>;
+impl<'f> Read<'f> {
+    /// `window` of `field` on `grid`.
+    pub const fn new(field: &'f Field, grid: &Grid, window: Window) -> Self {
+        Self { field, grid: *grid, window }
+    }
+}
+
+/// What a field's code is given to fill a tile from: the tiles that it asked for, and nothing else.
+pub struct Given<'a> {
+    tiles: &'a [Arc<Tile>],
+    prepared: Option<&'a Tile>,
+    stopped: &'a dyn Fn() -> bool,
+}
+
+impl<'a> Given<'a> {
+    /// The tiles of [`FieldSource::inputs`], then those of [`FieldSource::later`]; the result of
+    /// [`FieldSource::prepare`]; and whether somebody asked to stop.
+    pub fn new(tiles: &'a [Arc<Tile>], prepared: Option<&'a Tile>, stopped: &'a dyn Fn() -> bool) -> Self {
+        Self { tiles, prepared, stopped }
+    }
+
+    /// The tile of the read with this number, which the field must have stated.
+    pub fn tile(&self, number: usize) -> &'a Tile {
+        &self.tiles[number]
+    }
+
+    /// All tiles, in the order in which they were asked for.
+    pub fn tiles(&self) -> impl ExactSizeIterator<Item = &'a Tile> {
+        self.tiles.iter().map(|tile| &**tile)
+    }
+
+    /// What the field prepared of whole pictures on this grid.
+    pub const fn prepared(&self) -> Option<&'a Tile> {
+        self.prepared
+    }
 
     /// Fails if somebody asked to stop; call it about every millisecond.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn check(&self) -> Result<(), Stop> {
+        if (self.stopped)() { Err(Stop::Cancelled) } else { Ok(()) }
+    }
+}
+
+/// What [`FieldSource::prepare`] may read: windows of the pictures that [`FieldSource::whole`] states.
+pub trait Pictures: Sync {
+    /// `window` of the picture with this number, computed on all threads.
+    ///
+    /// # Errors
+    /// As the code of the fields says.
+    fn read(&self, number: usize, window: Window) -> Result<Tile, Stop>;
+
+    /// Fails if somebody asked to stop; call it about every millisecond.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
     fn check(&self) -> Result<(), Stop>;
 }
 
@@ -74,31 +143,56 @@ pub trait Evaluator: Sync {
         None
     }
 
+    /// Where cuts through solids are remembered, so that nodes that cut alike share the work.
+    fn cuts(&self) -> Option<&Cuts> {
+        None
+    }
+
     /// Something that the user should know although the node goes on.
     fn warn(&self, problem: Problem);
 }
 
 /// The code behind a field.
+///
+/// It states what it reads, and the engine hands it that and nothing else; so reading ahead, letting go of memory and
+/// computing a tile on another machine all follow from one statement. For a grid, the fields and grids that are stated
+/// are the same for every window, and a part of a window needs no more than the whole.
 pub trait FieldSource: Send + Sync {
-    /// Computes every value of `out`, for its window and grid. Runs on one thread.
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop>;
+    /// What [`fill`](Self::fill) reads for `window` of `grid`.
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>>;
 
-    /// The fields it will read, and on which grids, when it is asked for `grid`.
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)>;
-
-    /// The part of its inputs that [`fill`](Self::fill) reads for `window` of `grid`, or a larger one; `None` if it may
-    /// read anything, as code does that does not say. Of inputs on other grids nothing is said.
-    fn span(&self, _grid: &Grid, _window: Window) -> Option<Window> {
-        None
+    /// What it reads besides, where the window depends on the values of the [`inputs`](Self::inputs): a bound of it.
+    fn later(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
+        Vec::new()
     }
+
+    /// The windows that it does read of [`later`](Self::later), one for each and within it, now that the tiles of the
+    /// inputs are given. The bounds themselves, if the code does not say.
+    fn narrow(&self, _given: &Given<'_>, grid: &Grid, window: Window) -> Vec<Window> {
+        self.later(grid, window).iter().map(|read| read.window).collect()
+    }
+
+    /// Computes every value of `out`, for its window and grid. Runs on one thread.
+    ///
+    /// # Errors
+    /// Values that cannot be computed, or that somebody asked to stop.
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop>;
 
     /// How to treat its tiles.
     fn cost(&self) -> Cost {
         Cost::Local
     }
 
-    /// Computes what [`fill`](Self::fill) needs of the whole picture, once per grid and before any tile.
-    fn prepare(&self, _grid: &Grid, _evaluator: &dyn Evaluator) -> Result<Option<Tile>, Stop> {
+    /// The pictures that [`prepare`](Self::prepare) reads for `grid`, whole or by windows in any order.
+    fn whole(&self, _grid: &Grid) -> Vec<Read<'_>> {
+        Vec::new()
+    }
+
+    /// Computes what [`fill`](Self::fill) needs of whole pictures, once per grid and before any tile.
+    ///
+    /// # Errors
+    /// Values that cannot be computed, or that somebody asked to stop.
+    fn prepare(&self, _grid: &Grid, _pictures: &dyn Pictures) -> Result<Option<Tile>, Stop> {
         Ok(None)
     }
 
@@ -117,20 +211,20 @@ pub trait FieldSource: Send + Sync {
 #[derive(Clone)]
 pub struct Field {
     ty: Type,
-    tiling: Tiling,
+    domain: Domain,
     native: Option<Grid>,
     pixels: Option<glam::UVec2>,
     constant: Option<[f32; 4]>,
     key: Option<Key>,
     owner: Option<Key>,
-    source: Arc<dyn FieldSource>,
+    source: Link<dyn FieldSource>,
 }
 
 impl fmt::Debug for Field {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Field")
             .field("ty", &self.ty)
-            .field("tiling", &self.tiling)
+            .field("tiling", &self.tiling())
             .field("key", &self.key)
             .finish_non_exhaustive()
     }
@@ -141,13 +235,13 @@ impl Field {
     pub fn new(ty: Type, tiling: Tiling, source: impl FieldSource + 'static) -> Self {
         Self {
             ty,
-            tiling,
+            domain: Domain::canvas(tiling),
             native: None,
             pixels: None,
             constant: None,
             key: None,
             owner: None,
-            source: Arc::new(source),
+            source: Link::new(Arc::new(source)),
         }
     }
 
@@ -168,14 +262,14 @@ impl Field {
     where
         F: Fn(&mut Tile, [&Tile; N]) -> Result<(), Stop> + Send + Sync + 'static,
     {
-        let tiling = inputs.iter().fold(Tiling::BOTH, |tiling, input| tiling.and(input.tiling));
+        let tiling = inputs.iter().fold(Tiling::BOTH, |tiling, input| tiling.and(input.tiling()));
         Self::new(ty, tiling, Map { inputs, halo, fill })
     }
 
-    /// A field computed from nothing but positions by `fill(out)`.
+    /// A field computed from nothing but positions by `fill(out, given)`; `given` only tells when to stop.
     pub fn generate<F>(ty: Type, tiling: Tiling, fill: F) -> Self
     where
-        F: Fn(&mut Tile, &dyn Reader) -> Result<(), Stop> + Send + Sync + 'static,
+        F: Fn(&mut Tile, &Given<'_>) -> Result<(), Stop> + Send + Sync + 'static,
     {
         Self::new(ty, tiling, Generate(fill))
     }
@@ -183,7 +277,7 @@ impl Field {
     /// The same with another promise of where it tiles.
     #[must_use]
     pub fn tiled(mut self, tiling: Tiling) -> Self {
-        self.tiling = tiling;
+        self.domain = Domain::canvas(tiling);
         self
     }
 
@@ -208,7 +302,12 @@ impl Field {
 
     /// Where it repeats.
     pub fn tiling(&self) -> Tiling {
-        self.tiling
+        self.domain.tiling()
+    }
+
+    /// Where it lies.
+    pub fn domain(&self) -> Domain {
+        self.domain
     }
 
     /// The number of channels.
@@ -256,8 +355,14 @@ impl Field {
     }
 
     /// The code behind it.
-    pub fn source(&self) -> &Arc<dyn FieldSource> {
-        &self.source
+    pub fn source(&self) -> &dyn FieldSource {
+        self.source.get()
+    }
+
+    /// What tells this field from others: its key, or its code where it has none. Equal identities of living fields mean
+    /// equal values.
+    pub fn id(&self) -> FieldId {
+        self.key.map_or_else(|| FieldId::Code(self.source.address()), FieldId::Key)
     }
 
     /// The same values as `Rgb`: grey for a `Gray` field.
@@ -311,17 +416,13 @@ impl Halo {
 struct Constant([f32; 4]);
 
 impl FieldSource for Constant {
-    fn fill(&self, _reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        out.planes_mut().into_iter().zip(self.0).for_each(|(plane, value)| plane.fill(value));
-        Ok(())
-    }
-
-    fn reads(&self, _grid: &Grid) -> Vec<(&Field, Grid)> {
+    fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
         Vec::new()
     }
 
-    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
-        Some(window)
+    fn fill(&self, _given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        out.planes_mut().into_iter().zip(self.0).for_each(|(plane, value)| plane.fill(value));
+        Ok(())
     }
 
     fn cost(&self) -> Cost {
@@ -331,17 +432,13 @@ impl FieldSource for Constant {
 
 struct Generate<F>(F);
 
-impl<F: Fn(&mut Tile, &dyn Reader) -> Result<(), Stop> + Send + Sync> FieldSource for Generate<F> {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        (self.0)(out, reader)
-    }
-
-    fn reads(&self, _grid: &Grid) -> Vec<(&Field, Grid)> {
+impl<F: Fn(&mut Tile, &Given<'_>) -> Result<(), Stop> + Send + Sync> FieldSource for Generate<F> {
+    fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
         Vec::new()
     }
 
-    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
-        Some(window)
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        (self.0)(out, given)
     }
 }
 
@@ -351,32 +448,18 @@ struct Map<const N: usize, F> {
     fill: F,
 }
 
-impl<const N: usize, F> Map<N, F> {
-    fn window(&self, grid: &Grid, window: Window) -> Window {
-        let (dx, dy) = self.halo.pixels(grid);
-        window.grow(dx, dy)
-    }
-}
-
 impl<const N: usize, F> FieldSource for Map<N, F>
 where
     F: Fn(&mut Tile, [&Tile; N]) -> Result<(), Stop> + Send + Sync,
 {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        let window = self.window(&out.grid, out.window);
-        let mut tiles = Vec::with_capacity(N);
-        for input in &self.inputs {
-            tiles.push(reader.read(input, &out.grid, window)?);
-        }
-        (self.fill)(out, std::array::from_fn(|i| &*tiles[i]))
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        let (dx, dy) = self.halo.pixels(grid);
+        let window = window.grow(dx, dy);
+        self.inputs.iter().map(|input| Read::new(input, grid, window)).collect()
     }
 
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
-        self.inputs.iter().map(|input| (input, *grid)).collect()
-    }
-
-    fn span(&self, grid: &Grid, window: Window) -> Option<Window> {
-        Some(self.window(grid, window))
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        (self.fill)(out, std::array::from_fn(|i| given.tile(i)))
     }
 
     fn cost(&self) -> Cost {

@@ -1,12 +1,16 @@
 //! What wires carry: objects, computed whole, and fields, evaluated lazily by tiles. Data and accessors, no algorithm.
 mod area;
+mod buffer;
 mod canvas;
 mod color;
 mod cut;
+mod cuts;
+mod domain;
 mod exemplar;
 mod field;
 mod key;
 mod lattice;
+mod link;
 mod material;
 mod points;
 mod segments;
@@ -19,8 +23,10 @@ pub use area::Area;
 pub use canvas::{Canvas, Grid, GridId, TileMode, Tiling, Window};
 pub use color::{linear_to_srgb, srgb_to_linear};
 pub use cut::Cut;
+pub use cuts::Cuts;
+pub use domain::{Blocks, Domain, Piece, TILE};
 pub use exemplar::{CoordMap, Exemplar, ExemplarFrame, ExemplarLattice, ExemplarLevel, Neighborhood};
-pub use field::{Cost, Evaluator, Field, FieldSource, Halo, Reader, Stop};
+pub use field::{Cost, Evaluator, Field, FieldId, FieldSource, Given, Halo, Pictures, Read, Stop};
 pub use key::Key;
 pub use lattice::{GridLinks, Lattice, LiveMass, SpringNet};
 pub use material::{Channel, Material};

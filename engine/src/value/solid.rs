@@ -4,8 +4,10 @@
 //! solids at the same point; [`Solid::moved`] takes a solid at other points. Cutting a solid ([`Solid::cut`]) gives a
 //! field: every solid on the way becomes a field with a key of its own, so that tiles of what several solids or outputs
 //! read, the growth time of a tree above all, are computed once and kept by the engine's cache.
-use super::{Cost, Curve, Cut, Field, FieldSource, Grid, Key, Reader, Stop, Tile, Type, Window};
+use super::link::Link;
+use super::{Cost, Curve, Cut, Cuts, Field, FieldId, Key, Type};
 use glam::DVec3;
+use std::collections::HashMap;
 use std::fmt;
 use std::sync::Arc;
 
@@ -99,14 +101,14 @@ pub trait SolidSource: Send + Sync {
     }
 }
 
-#[derive(Clone)]
-enum Body {
+/// How a solid's values come about.
+pub(super) enum Body {
     /// Computed from inputs at the same point.
-    Computed { source: Arc<dyn SolidSource>, inputs: Arc<[Solid]> },
+    Computed { source: Arc<dyn SolidSource>, inputs: Vec<Solid> },
     /// Another solid at the points that `place` gives.
-    Moved { inner: Arc<Solid>, place: Arc<Solid>, keeps_z: bool },
+    Moved { inner: Solid, place: Solid, keeps_z: bool },
     /// Some channels of another solid.
-    Channels { of: Arc<Solid>, channels: Arc<[usize]> },
+    Channels { of: Solid, channels: Arc<[usize]> },
 }
 
 /// A function of a point in space: `Solid` (a number), `SolidColor` or `SolidVector`.
@@ -117,7 +119,7 @@ pub struct Solid {
     key: Option<Key>,
     owner: Option<Key>,
     follows: Option<Arc<(Solid, Curve)>>,
-    body: Body,
+    body: Link<Body>,
 }
 
 impl fmt::Debug for Solid {
@@ -127,10 +129,13 @@ impl fmt::Debug for Solid {
 }
 
 impl Solid {
+    fn of(ty: Type, channels: usize, body: Body) -> Self {
+        Self { ty, channels, key: None, owner: None, follows: None, body: Link::new(Arc::new(body)) }
+    }
+
     /// A solid of type `ty` (one of the solid types) computed by `source` from the values of `inputs` at the same point.
     pub fn new(ty: Type, inputs: Vec<Solid>, source: impl SolidSource + 'static) -> Self {
-        let body = Body::Computed { source: Arc::new(source), inputs: inputs.into() };
-        Self { ty, channels: ty.channels(), key: None, owner: None, follows: None, body }
+        Self::of(ty, ty.channels(), Body::Computed { source: Arc::new(source), inputs })
     }
 
     /// A solid of several numbers (at most 4) of which [`channel`](Self::channel) makes solids of one, computed together.
@@ -142,8 +147,7 @@ impl Solid {
     /// no z.
     #[must_use]
     pub fn moved(&self, place: Solid, keeps_z: bool) -> Self {
-        let body = Body::Moved { inner: Arc::new(self.clone()), place: Arc::new(place), keeps_z };
-        Self { ty: self.ty, channels: self.channels, key: None, owner: None, follows: None, body }
+        Self::of(self.ty, self.channels, Body::Moved { inner: self.clone(), place, keeps_z })
     }
 
     /// One of its channels, as a solid of type `Solid`.
@@ -156,15 +160,7 @@ impl Solid {
     #[must_use]
     pub fn pick(&self, ty: Type, channels: &[usize]) -> Self {
         let channels: Arc<[usize]> = channels.iter().map(|c| (*c).min(self.channels - 1)).collect();
-        let count = channels.len();
-        Self {
-            ty,
-            channels: count,
-            key: None,
-            owner: None,
-            follows: None,
-            body: Body::Channels { of: Arc::new(self.clone()), channels },
-        }
+        Self::of(ty, channels.len(), Body::Channels { of: self.clone(), channels })
     }
 
     /// The same, known to be the piecewise linear function through the points (x, y, ·) of `curve` of the number `of`; so
@@ -209,156 +205,131 @@ impl Solid {
         self
     }
 
+    /// What tells this solid from others: its key, or its code where it has none.
+    pub(super) fn id(&self) -> FieldId {
+        self.key.map_or_else(|| FieldId::Code(self.body.address()), FieldId::Key)
+    }
+
+    /// The result as whose work the work on its cuts counts, if that is another.
+    pub(super) const fn owner(&self) -> Option<Key> {
+        self.owner
+    }
+
+    pub(super) fn body(&self) -> &Body {
+        self.body.get()
+    }
+
     /// The memory it holds, in bytes.
     pub fn bytes(&self) -> usize {
-        match &self.body {
+        match self.body() {
             Body::Computed { source, .. } => source.bytes() + size_of::<Self>(),
             Body::Moved { .. } | Body::Channels { .. } => size_of::<Self>(),
         }
     }
 
-    /// The type of its cuts.
-    const fn field_type(&self) -> Type {
-        match self.channels {
-            1 => Type::Gray,
-            2 => Type::Vec2,
-            3 => Type::Rgb,
-            _ => Type::Jacobian,
-        }
-    }
-
-    /// The field that a cut through it shows.
+    /// The field that a cut through it shows. What several solids on the way read is one field; to share it with other
+    /// cuts too, keep the [`Cuts`].
     pub fn cut(&self, cut: &Cut) -> Field {
-        let field = match &self.body {
-            Body::Moved { inner, place, keeps_z } => return inner.cut(&cut.moved(place, *keeps_z)),
-            Body::Computed { source, inputs } => {
-                let inputs = inputs.iter().map(|input| input.cut(cut)).collect();
-                Field::new(
-                    self.field_type(),
-                    cut.tiling(),
-                    Lowered { source: source.clone(), inputs, cut: cut.clone() },
-                )
-            }
-            Body::Channels { of, channels } => {
-                let channels = channels.clone();
-                let pick = move |out: &mut Tile, [from]: [&Tile; 1]| {
-                    for (plane, channel) in out.planes_mut().into_iter().zip(&*channels) {
-                        plane.copy_from_slice(from.plane(*channel));
-                    }
-                    Ok(())
-                };
-                Field::map(self.field_type(), [of.cut(cut)], super::Halo::NONE, pick)
-            }
-        };
-        match self.key {
-            Some(key) => {
-                field.keyed(Key::of("cut", &[key.as_bytes(), cut.key().as_bytes()])).owned_by(self.owner.unwrap_or(key))
-            }
-            None => field,
-        }
+        Cuts::default().cut(self, cut)
     }
 
-    /// Its values at single points, one channel after another; in double precision wherever there is a way.
+    /// Its values at single points, one channel after another; in double precision wherever there is a way. A solid that
+    /// several others read is evaluated once.
     pub fn at(&self, points: &[DVec3]) -> Vec<f64> {
-        match &self.body {
+        At::new(points).values(self)
+    }
+}
+
+/// Solids at single points, each evaluated once at each set of points.
+struct At {
+    /// The points themselves, then those to which solids are moved.
+    points: Vec<Arc<[DVec3]>>,
+    /// By the set of points and what moves it: the number of the set that it is moved to.
+    moved: HashMap<(usize, FieldId), usize>,
+    known: HashMap<(usize, FieldId), Arc<[f64]>>,
+}
+
+impl At {
+    fn new(points: &[DVec3]) -> Self {
+        Self { points: vec![points.into()], moved: HashMap::new(), known: HashMap::new() }
+    }
+
+    /// The values of `solid` at the points, by a work-list: solids may read each other in long chains.
+    fn values(mut self, solid: &Solid) -> Vec<f64> {
+        let mut open = vec![(0, solid)];
+        while let Some(&(set, top)) = open.last() {
+            if self.known.contains_key(&(set, top.id())) {
+                open.pop();
+                continue;
+            }
+            let before = open.len();
+            let missing = |at: &Self, (set, solid): (usize, &Solid)| !at.known.contains_key(&(set, solid.id()));
+            match top.body() {
+                Body::Computed { inputs, .. } => {
+                    open.extend(inputs.iter().map(|input| (set, input)).filter(|want| missing(&self, *want)));
+                }
+                Body::Channels { of, .. } => open.extend(Some((set, of)).filter(|want| missing(&self, *want))),
+                Body::Moved { inner, place, .. } => match self.move_to(set, place) {
+                    Some(to) => open.extend(Some((to, inner)).filter(|want| missing(&self, *want))),
+                    None => open.push((set, place)),
+                },
+            }
+            if open.len() == before {
+                let values = self.compute(set, top);
+                self.known.insert((set, top.id()), values);
+            }
+        }
+        self.known.get(&(0, solid.id())).map_or_else(Vec::new, |values| values.to_vec())
+    }
+
+    /// The set of points that `place` leads to from `set`, if its values there are known.
+    fn move_to(&mut self, set: usize, place: &Solid) -> Option<usize> {
+        if let Some(to) = self.moved.get(&(set, place.id())) {
+            return Some(*to);
+        }
+        let moved = self.known.get(&(set, place.id()))?;
+        let n = self.points[set].len();
+        self.points.push((0..n).map(|i| DVec3::new(moved[i], moved[n + i], moved[2 * n + i])).collect());
+        self.moved.insert((set, place.id()), self.points.len() - 1);
+        Some(self.points.len() - 1)
+    }
+
+    /// The values of a solid whose inputs are known.
+    fn compute(&mut self, set: usize, solid: &Solid) -> Arc<[f64]> {
+        let points = self.points[set].clone();
+        match solid.body() {
             Body::Moved { inner, place, .. } => {
-                let moved = place.at(points);
-                let n = points.len();
-                let points: Vec<_> = (0..n).map(|i| DVec3::new(moved[i], moved[n + i], moved[2 * n + i])).collect();
-                inner.at(&points)
+                let to = self.move_to(set, place).unwrap_or(set);
+                self.known.get(&(to, inner.id())).cloned().unwrap_or_default()
             }
             Body::Channels { of, channels } => {
-                let (all, n) = (of.at(points), points.len());
+                let (all, n) = (self.known.get(&(set, of.id())).cloned().unwrap_or_default(), points.len());
                 channels.iter().flat_map(|c| all[c * n..(c + 1) * n].iter().copied()).collect()
             }
             Body::Computed { source, inputs } => {
-                let inputs: Vec<Vec<f64>> = inputs.iter().map(|input| input.at(points)).collect();
-                source.exact(points, &inputs).unwrap_or_else(|| self.at_single(&**source, points, &inputs))
+                let known = |input: &Solid| self.known.get(&(set, input.id())).map_or_else(Vec::new, |v| v.to_vec());
+                let inputs: Vec<Vec<f64>> = inputs.iter().map(known).collect();
+                let exact = source.exact(&points, &inputs);
+                exact.unwrap_or_else(|| at_single(&**source, solid.channels, &points, &inputs)).into()
             }
         }
     }
+}
 
-    fn at_single(&self, source: &dyn SolidSource, points: &[DVec3], inputs: &[Vec<f64>]) -> Vec<f64> {
-        let n = points.len();
-        let narrow = |values: &Vec<f64>| values.iter().map(|&v| single(v)).collect();
-        let inputs: Vec<Vec<f32>> = inputs.iter().map(narrow).collect();
-        let inputs: Vec<Planes<'_>> = inputs.iter().map(|values| Planes::new(values, n)).collect();
-        let place: [Vec<f32>; 3] = std::array::from_fn(|axis| points.iter().map(|p| single(p[axis])).collect());
-        let place = [&place[0][..], &place[1][..], &place[2][..]];
-        let patch = Patch { place, columns: n, rows: 1, level: false, flat: None, pixel: 0.0 };
-        let mut out = vec![0.0; n * self.channels];
-        source.fill(&patch, &inputs, &mut out.chunks_mut(n.max(1)).collect::<Vec<_>>());
-        out.into_iter().map(f64::from).collect()
-    }
+fn at_single(source: &dyn SolidSource, channels: usize, points: &[DVec3], inputs: &[Vec<f64>]) -> Vec<f64> {
+    let n = points.len();
+    let narrow = |values: &Vec<f64>| values.iter().map(|&v| single(v)).collect();
+    let inputs: Vec<Vec<f32>> = inputs.iter().map(narrow).collect();
+    let inputs: Vec<Planes<'_>> = inputs.iter().map(|values| Planes::new(values, n)).collect();
+    let place: [Vec<f32>; 3] = std::array::from_fn(|axis| points.iter().map(|p| single(p[axis])).collect());
+    let place = [&place[0][..], &place[1][..], &place[2][..]];
+    let patch = Patch { place, columns: n, rows: 1, level: false, flat: None, pixel: 0.0 };
+    let mut out = vec![0.0; n * channels];
+    source.fill(&patch, &inputs, &mut out.chunks_mut(n.max(1)).collect::<Vec<_>>());
+    out.into_iter().map(f64::from).collect()
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "rounding to f32 is meant")]
 const fn single(value: f64) -> f32 {
     value as f32
-}
-
-/// A solid on a cut.
-struct Lowered {
-    source: Arc<dyn SolidSource>,
-    inputs: Vec<Field>,
-    cut: Cut,
-}
-
-/// The smallest window of whole quads around `window`.
-fn quads(window: Window) -> Window {
-    let (x, y) = (window.x & !1, window.y & !1);
-    let even = |from: i32, to: i32| (to.abs_diff(from) + 1) & !1;
-    Window { x, y, width: even(x, window.right()), height: even(y, window.bottom()) }
-}
-
-impl Lowered {
-    fn compute(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        let (grid, window) = (out.grid, out.window);
-        let place = match self.source.wants().place {
-            true => Some(reader.read(self.cut.place(), &grid, window)?),
-            false => None,
-        };
-        let mut tiles = Vec::with_capacity(self.inputs.len());
-        for input in &self.inputs {
-            tiles.push(reader.read(input, &grid, window)?);
-        }
-        let inputs: Vec<Planes<'_>> = tiles.iter().map(|tile| Planes::new(tile.data(), window.len())).collect();
-        let patch = Patch {
-            place: place.as_ref().map_or([&[]; 3], |tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
-            columns: out.width(),
-            rows: out.height(),
-            level: self.cut.level(),
-            flat: self.cut.flat(),
-            pixel: self.cut.pixel(&grid),
-        };
-        reader.check()?;
-        self.source.fill(&patch, &inputs, &mut out.planes_mut());
-        Ok(())
-    }
-}
-
-impl FieldSource for Lowered {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        let whole = quads(out.window);
-        if !self.source.wants().quads || whole == out.window || self.cut.pixel(&out.grid) == 0.0 {
-            return self.compute(reader, out);
-        }
-        let mut larger = Tile::new(out.grid, whole, out.channels());
-        self.compute(reader, &mut larger)?;
-        out.copy_from(&larger, 0, 0);
-        Ok(())
-    }
-
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
-        let place = self.source.wants().place.then_some(self.cut.place());
-        place.into_iter().chain(&self.inputs).map(|field| (field, *grid)).collect()
-    }
-
-    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
-        Some(if self.source.wants().quads { quads(window) } else { window })
-    }
-
-    fn cost(&self) -> Cost {
-        self.source.cost()
-    }
 }

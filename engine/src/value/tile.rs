@@ -1,4 +1,5 @@
 //! A rectangle of a field, computed.
+use super::buffer::Buffer;
 use super::{Grid, Window};
 
 /// The values of a field in a window: planar `f32`, rows from the top.
@@ -9,13 +10,13 @@ pub struct Tile {
     /// Which pixels.
     pub window: Window,
     channels: usize,
-    data: Vec<f32>,
+    data: Buffer,
 }
 
 impl Tile {
     /// A tile of zeros.
     pub fn new(grid: Grid, window: Window, channels: usize) -> Self {
-        Self { grid, window, channels, data: vec![0.0; window.len() * channels] }
+        Self { grid, window, channels, data: Buffer::zeros(window.len() * channels) }
     }
 
     /// The number of channels.
@@ -93,7 +94,7 @@ impl Tile {
     }
 
     /// The memory it takes.
-    pub const fn bytes(&self) -> usize {
+    pub fn bytes(&self) -> usize {
         self.data.len() * size_of::<f32>() + size_of::<Self>()
     }
 }

@@ -8,9 +8,9 @@
 use super::distance::{self, DistanceSpec};
 use super::{blur, pyramid};
 use crate::ground::tile::{self, window};
-use crate::ground::window::View;
+use crate::ground::window::{Rect, View};
 use glam::{DVec2, UVec2};
-use shibo_engine::value::{Canvas, Field, FieldSource, Grid, Key, Reader, Stop, Tile, Tiling, Type, Window};
+use shibo_engine::value::{Canvas, Field, FieldSource, Given, Grid, Key, Read, Stop, Tile, Tiling, Type, Window};
 
 /// `input` blurred by a Gaussian of `sigma` mm, on a canvas of `size` mm.
 pub fn blurred(input: &Field, sigma: f64, size: DVec2) -> Field {
@@ -60,17 +60,17 @@ struct Half {
 }
 
 impl FieldSource for Half {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        let rect = tile::rect(out.window);
-        let fine = reader.read(&self.finer, &finer(&out.grid, self.size), window(pyramid::halve_reads(rect)))?;
-        for (channel, plane) in out.planes_mut().into_iter().enumerate() {
-            pyramid::halve(&tile::view(&fine, channel), rect, plane);
-        }
-        Ok(())
+    fn inputs(&self, grid: &Grid, at: Window) -> Vec<Read<'_>> {
+        let read = pyramid::halve_reads(tile::rect(at));
+        vec![Read::new(&self.finer, &finer(grid, self.size), window(read))]
     }
 
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
-        vec![(&self.finer, finer(grid, self.size))]
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let rect = tile::rect(out.window);
+        for (channel, plane) in out.planes_mut().into_iter().enumerate() {
+            pyramid::halve(&tile::view(given.tile(0), channel), rect, plane);
+        }
+        Ok(())
     }
 }
 
@@ -88,6 +88,13 @@ struct Plan {
     grid: Grid,
     /// Width there, in its pixels.
     sigma: [f64; 2],
+}
+
+impl Plan {
+    /// The pixels of its level that are blurred to make `rect`.
+    fn coarse(&self, rect: Rect) -> Rect {
+        if self.level == 0 { rect } else { pyramid::magnify_reads(rect, self.level) }
+    }
 }
 
 impl Blurred {
@@ -114,32 +121,26 @@ impl Blurred {
 }
 
 impl FieldSource for Blurred {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+    fn inputs(&self, grid: &Grid, at: Window) -> Vec<Read<'_>> {
+        let plan = self.plan(grid);
+        let read = plan.coarse(tile::rect(at)).grow(plan.sigma.map(blur::halo));
+        vec![Read::new(self.source(&plan), &plan.grid, window(read))]
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let plan = self.plan(&out.grid);
         let rect = tile::rect(out.window);
-        let coarse = if plan.level == 0 { rect } else { pyramid::magnify_reads(rect, plan.level) };
-        let read = coarse.grow(plan.sigma.map(blur::halo));
-        let input = reader.read(self.source(&plan), &plan.grid, window(read))?;
+        let (coarse, input) = (plan.coarse(rect), given.tile(0));
         let mut blurred = vec![0.0; if plan.level == 0 { 0 } else { coarse.area() }];
         for (channel, plane) in out.planes_mut().into_iter().enumerate() {
             if plan.level == 0 {
-                blur::blur(&tile::view(&input, channel), rect, plan.sigma, plane);
+                blur::blur(&tile::view(input, channel), rect, plan.sigma, plane);
                 continue;
             }
-            blur::blur(&tile::view(&input, channel), coarse, plan.sigma, &mut blurred);
+            blur::blur(&tile::view(input, channel), coarse, plan.sigma, &mut blurred);
             pyramid::magnify(&View::new(&blurred, coarse), plan.level, rect, plane);
         }
         Ok(())
-    }
-
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
-        let plan = self.plan(grid);
-        vec![(self.source(&plan), plan.grid)]
-    }
-
-    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
-        let plan = self.plan(grid);
-        (plan.level == 0).then(|| window(tile::rect(at).grow(plan.sigma.map(blur::halo))))
     }
 }
 
@@ -171,22 +172,17 @@ fn spec(grid: &Grid, threshold: f32, radius: f64) -> DistanceSpec {
 }
 
 impl FieldSource for Squares {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+    fn inputs(&self, grid: &Grid, at: Window) -> Vec<Read<'_>> {
+        let [hx, hy] = spec(grid, self.threshold, self.radius).halo();
+        let read = tile::rect(at).grow(if self.down { [0, hy] } else { [hx, 0] });
+        vec![Read::new(&self.input, grid, window(read))]
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let spec = spec(&out.grid, self.threshold, self.radius);
-        let (rect, [hx, hy]) = (tile::rect(out.window), spec.halo());
-        let read = rect.grow(if self.down { [0, hy] } else { [hx, 0] });
-        let input = reader.read(&self.input, &out.grid, window(read))?;
         let pass = if self.down { distance::column_squares } else { distance::row_squares };
-        pass(&tile::view(&input, 0), rect, &spec, out.plane_mut(0));
+        pass(&tile::view(given.tile(0), 0), tile::rect(out.window), &spec, out.plane_mut(0));
         Ok(())
-    }
-
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
-        vec![(&self.input, *grid)]
-    }
-
-    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
-        Some(window(tile::rect(at).grow(spec(grid, self.threshold, self.radius).halo())))
     }
 }
 
@@ -199,31 +195,29 @@ struct Distances {
 }
 
 impl FieldSource for Distances {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        let (grid, rect) = (out.grid, tile::rect(out.window));
-        let spec = spec(&grid, self.threshold, self.radius);
-        let [hx, hy] = spec.halo();
-        if hx.max(hy) <= ONE_PASS {
-            let input = reader.read(&self.input, &grid, window(rect.grow([hx, hy])))?;
-            distance::distance(&tile::view(&input, 0), rect, &spec, out.plane_mut(0));
-            return Ok(());
-        }
-        let rows = reader.read(&self.rows, &grid, window(rect.grow([0, hy])))?;
-        let columns = reader.read(&self.columns, &grid, window(rect.grow([hx, 0])))?;
-        distance::combine(&tile::view(&rows, 0), &tile::view(&columns, 0), rect, &spec, out.plane_mut(0));
-        Ok(())
-    }
-
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
+    fn inputs(&self, grid: &Grid, at: Window) -> Vec<Read<'_>> {
+        let rect = tile::rect(at);
         let [hx, hy] = spec(grid, self.threshold, self.radius).halo();
         if hx.max(hy) <= ONE_PASS {
-            return vec![(&self.input, *grid)];
+            return vec![Read::new(&self.input, grid, window(rect.grow([hx, hy])))];
         }
-        vec![(&self.rows, *grid), (&self.columns, *grid)]
+        vec![
+            Read::new(&self.rows, grid, window(rect.grow([0, hy]))),
+            Read::new(&self.columns, grid, window(rect.grow([hx, 0]))),
+        ]
     }
 
-    fn span(&self, grid: &Grid, at: Window) -> Option<Window> {
-        Some(window(tile::rect(at).grow(spec(grid, self.threshold, self.radius).halo())))
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let rect = tile::rect(out.window);
+        let spec = spec(&out.grid, self.threshold, self.radius);
+        let [hx, hy] = spec.halo();
+        let view = |number: usize| tile::view(given.tile(number), 0);
+        if hx.max(hy) <= ONE_PASS {
+            distance::distance(&view(0), rect, &spec, out.plane_mut(0));
+        } else {
+            distance::combine(&view(0), &view(1), rect, &spec, out.plane_mut(0));
+        }
+        Ok(())
     }
 }
 

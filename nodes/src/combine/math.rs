@@ -210,7 +210,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, part, rgb};
     use crate::testing::{canvas, port};
-    use shibo_engine::value::Value;
+    use shibo_engine::value::{Value, Window};
 
     fn math(operation: Operation, inputs: &[Field]) -> Field {
         let mut node = Math { a: port(0), operation, ..Math::default() };
@@ -255,7 +255,9 @@ mod tests {
     #[test]
     fn idle_operands_are_not_read_but_count_for_the_type() {
         let abs = math(Operation::Abs, &[gray(), rgb()]);
-        assert_eq!((abs.ty(), abs.source().reads(&canvas().grid(canvas().resolution)).len()), (Type::Rgb, 1));
+        let pixel = Window { x: 0, y: 0, width: 1, height: 1 };
+        let reads = abs.source().inputs(&canvas().grid(canvas().resolution), pixel).len();
+        assert_eq!((abs.ty(), reads), (Type::Rgb, 1));
     }
 
     #[test]

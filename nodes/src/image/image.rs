@@ -205,7 +205,7 @@ impl Node for Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{Plain, canvas, check_field, crop, raster, write_tiff};
+    use crate::testing::{Plain, PlainPictures, canvas, check_field, crop, raster, write_tiff};
     use shibo_engine::node::Context;
     use shibo_engine::value::Window;
     use std::path::{Path, PathBuf};
@@ -335,7 +335,7 @@ mod tests {
         assert_eq!((missing.code, missing.field.as_deref()), (Code::FileNotFound, Some("path")));
         let (path, _) = file(folder.path(), "nan.tif", 3, Some(f32::NAN));
         let rgb = output(&outputs(&Image::default(), &path).unwrap(), "rgb");
-        let prepared = rgb.source().prepare(&native().grid(native().resolution), &Plain);
+        let prepared = rgb.source().prepare(&native().grid(native().resolution), &PlainPictures(Vec::new()));
         let Err(Stop::Failed(problem)) = prepared else { panic!("no error") };
         assert_eq!(problem.code, Code::BadFile);
         let place = "1 samples are not finite; all must be. The first is `NaN` in channel `G` at pixel (1, 1)";

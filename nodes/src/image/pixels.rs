@@ -4,7 +4,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::picture::{ColorSpace, Header, Picture, ReadLimits, default_for, read, read_layer, to_linear};
-use shibo_engine::value::{Evaluator, Field, FieldSource, Grid, Reader, Stop, Tile};
+use shibo_engine::value::{FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Window};
 use shibo_kernel::filter::placed::{self, Place};
 use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::ground::tile;
@@ -157,7 +157,11 @@ pub(super) struct Source {
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 impl FieldSource for Source {
-    fn fill(&self, _reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+    fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
+        Vec::new()
+    }
+
+    fn fill(&self, _given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let pixels = self.pixels.get()?;
         let Placement { position, pitch, filter, outside } = self.placement;
         let (origin, step) = ((out.grid.origin - position) / pitch, out.grid.step / pitch);
@@ -184,11 +188,7 @@ impl FieldSource for Source {
         Ok(())
     }
 
-    fn reads(&self, _grid: &Grid) -> Vec<(&Field, Grid)> {
-        Vec::new()
-    }
-
-    fn prepare(&self, _grid: &Grid, _evaluator: &dyn Evaluator) -> Result<Option<Tile>, Stop> {
+    fn prepare(&self, _grid: &Grid, _pictures: &dyn Pictures) -> Result<Option<Tile>, Stop> {
         self.pixels.get().map(|_| None)
     }
 

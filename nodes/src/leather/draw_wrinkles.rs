@@ -9,7 +9,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Canvas, Cost, Field, FieldSource, Grid, Reader, Segments, Stop, Tile, Tiling, Type, Window};
+use shibo_engine::value::{
+    Canvas, Cost, Field, FieldSource, Given, Grid, Read, Segments, Stop, Tile, Tiling, Type, Window,
+};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
@@ -291,28 +293,31 @@ struct Grooves {
 }
 
 impl FieldSource for Grooves {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        let (window, stop) = (drawing::window(out), || reader.check().is_err());
-        let (set, grid, at) = (self.set.get(), out.grid, out.window);
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        self.depth_field.iter().map(|field| Read::new(field, grid, window)).collect()
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let (window, stop) = (drawing::window(out), || given.check().is_err());
+        let set = self.set.get();
         match self.what {
             What::Mask => set.fill_until(&stop, &window, Draw::Mask, out.plane_mut(0)),
             What::Height => set.fill_until(&stop, &window, Draw::Depth, out.plane_mut(0)),
             What::Ids => {
-                let mut ids = vec![NO_STROKE; at.len()];
+                let mut ids = vec![NO_STROKE; out.window.len()];
                 set.fill_with_ids(&stop, &window, out.plane_mut(0), &mut ids);
                 // Whole numbers that f32 holds; a set of more strokes than that starts over.
                 let number = |id: u32| if id == NO_STROKE { 0.0 } else { (id % 0x00FF_FFFF + 1) as f32 };
                 out.plane_mut(0).iter_mut().zip(ids).for_each(|(o, id)| *o = number(id));
             }
         }
-        reader.check()?;
+        given.check()?;
         if self.what != What::Height {
             return Ok(());
         }
-        match &self.depth_field {
+        match given.tiles().next() {
             None => out.plane_mut(0).iter_mut().for_each(|h| *h = -*h),
-            Some(field) => {
-                let factor = reader.read(field, &grid, at)?;
+            Some(factor) => {
                 let floor = self.floor;
                 for (h, f) in out.plane_mut(0).iter_mut().zip(factor.plane(0)) {
                     *h *= -(floor + (1.0 - floor) * f.clamp(0.0, 1.0));
@@ -320,14 +325,6 @@ impl FieldSource for Grooves {
             }
         }
         Ok(())
-    }
-
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
-        self.depth_field.iter().map(|field| (field, *grid)).collect()
-    }
-
-    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
-        Some(window)
     }
 
     fn cost(&self) -> Cost {

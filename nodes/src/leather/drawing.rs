@@ -24,10 +24,10 @@ pub(super) fn window(tile: &Tile) -> Window {
 
 /// The depths of a set of strokes.
 pub(super) fn field(set: StrokeSet, tiling: Tiling) -> Field {
-    Field::generate(Type::Gray, tiling, move |out, reader| {
+    Field::generate(Type::Gray, tiling, move |out, given| {
         let window = window(out);
-        set.fill_until(&|| reader.check().is_err(), &window, Draw::Depth, out.plane_mut(0));
-        reader.check()
+        set.fill_until(&|| given.check().is_err(), &window, Draw::Depth, out.plane_mut(0));
+        given.check()
     })
 }
 

@@ -1,6 +1,6 @@
 //! What a motion did to its links, as fields: for colour and roughness.
 use glam::{DVec2, UVec2, Vec2};
-use shibo_engine::value::{Field, FieldSource, Grid, Lattice, Reader, Stop, Tile, Tiling, Type};
+use shibo_engine::value::{Field, FieldSource, Given, Grid, Lattice, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::filter::placed::{self, Place};
 use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::ground::tile;
@@ -80,7 +80,11 @@ impl Strain {
 }
 
 impl FieldSource for Strain {
-    fn fill(&self, _reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+    fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
+        Vec::new()
+    }
+
+    fn fill(&self, _given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         // Made outside of the lock, since making waits for other threads, and one of them may come here.
         let map = match self.map.get() {
             Some(map) => map,
@@ -100,10 +104,6 @@ impl FieldSource for Strain {
         };
         placed::fill(map, &place, out.plane_mut(0));
         Ok(())
-    }
-
-    fn reads(&self, _grid: &Grid) -> Vec<(&Field, Grid)> {
-        Vec::new()
     }
 
     fn bytes(&self) -> usize {

@@ -1,6 +1,6 @@
 //! A field as it looks through an affine map: what [`Transform`](super::Transform) makes.
 use glam::{DMat2, DVec2};
-use shibo_engine::value::{Field, FieldSource, Grid, Reader, Stop, Tile, Type, Window};
+use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Type, Window};
 use shibo_kernel::filter::resample::{self, Places};
 use shibo_kernel::ground::tile;
 
@@ -69,18 +69,10 @@ impl Moved {
         (same && start.abs().max_element() < 1e8).then_some((grid, start))
     }
 
-    fn copy(&self, reader: &dyn Reader, grid: &Grid, (dx, dy): (i32, i32), out: &mut Tile) -> Result<(), Stop> {
-        let window = Window { x: out.window.x - dx, y: out.window.y - dy, ..out.window };
-        let input = reader.read(&self.input, grid, window)?;
-        out.data_mut().copy_from_slice(input.data());
-        Ok(())
-    }
-
-    #[expect(clippy::cast_possible_truncation, reason = "pixels, and f32 for what lies between them")]
-    fn read(&self, reader: &dyn Reader, grid: &Grid, (start, map): (DVec2, DMat2), out: &mut Tile) -> Result<(), Stop> {
-        let (window, rect) = (out.window, tile::rect(out.window));
-        let start_of_row = |y: i32| start + map.y_axis * f64::from(y);
-        let at = |x: i32, y: i32| map.x_axis * f64::from(x) + start_of_row(y);
+    /// The pixels that lie under `window`, with what resampling needs around them.
+    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+    fn under(window: Window, (start, map): (DVec2, DMat2)) -> Window {
+        let at = |x: i32, y: i32| map.x_axis * f64::from(x) + (start + map.y_axis * f64::from(y));
         let (right, bottom) = (window.right() - 1, window.bottom() - 1);
         let corners = [at(window.x, window.y), at(right, window.y), at(window.x, bottom), at(right, bottom)];
         let low = corners.into_iter().fold(DVec2::MAX, DVec2::min).floor();
@@ -89,8 +81,13 @@ impl Moved {
         let whole =
             Window { x: low.x as i32, y: low.y as i32, width: size(high.x - low.x), height: size(high.y - low.y) };
         let halo = resample::HALO as i32;
-        let input = reader.read(&self.input, grid, whole.grow(halo, halo))?;
-        let views: Vec<_> = (0..out.channels()).map(|channel| tile::view(&input, channel)).collect();
+        whole.grow(halo, halo)
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "pixels, and f32 for what lies between them")]
+    fn resample(input: &Tile, (start, map): (DVec2, DMat2), out: &mut Tile) {
+        let rect = tile::rect(out.window);
+        let views: Vec<_> = (0..out.channels()).map(|channel| tile::view(input, channel)).collect();
         let mut planes = out.planes_mut();
         resample::resample(
             &views,
@@ -98,7 +95,7 @@ impl Moved {
             &mut planes,
             #[inline(always)]
             |x, y, places: &mut Places| {
-                let row = start_of_row(y);
+                let row = start + map.y_axis * f64::from(y);
                 for (k, x) in (x..).take(resample::BLOCK).enumerate() {
                     let (px, py) = (map.x_axis.x * f64::from(x) + row.x, map.x_axis.y * f64::from(x) + row.y);
                     let (i, j) = (px.floor(), py.floor());
@@ -107,7 +104,6 @@ impl Moved {
                 }
             },
         );
-        Ok(())
     }
 }
 
@@ -117,21 +113,23 @@ fn is_whole(map: DMat2) -> bool {
 }
 
 impl FieldSource for Moved {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        let (grid, window) = match self.plan(grid) {
+            Plan::Copy { grid, shift: (dx, dy) } => (grid, Window { x: window.x - dx, y: window.y - dy, ..window }),
+            Plan::Read { grid, start, map } => (grid, Self::under(window, (start, map))),
+        };
+        vec![Read::new(&self.input, &grid, window)]
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         match self.plan(&out.grid) {
-            Plan::Copy { grid, shift } => self.copy(reader, &grid, shift, out)?,
-            Plan::Read { grid, start, map } => self.read(reader, &grid, (start, map), out)?,
+            Plan::Copy { .. } => out.data_mut().copy_from_slice(given.tile(0).data()),
+            Plan::Read { start, map, .. } => Self::resample(given.tile(0), (start, map), out),
         }
         if self.input.ty() == Type::Normal && self.turn != (0.0, 1.0) {
             turn_normals(out, self.turn);
         }
         Ok(())
-    }
-
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
-        match self.plan(grid) {
-            Plan::Copy { grid, .. } | Plan::Read { grid, .. } => vec![(&self.input, grid)],
-        }
     }
 }
 

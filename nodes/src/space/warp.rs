@@ -3,14 +3,15 @@
 //! A point p of the result shows the input at p + d(p), read by Catmull-Rom. Without other displacements d is noise: two
 //! independent sums of gradient noise, each scaled from 0..1 to ±amount, so its root mean square is 0.31·amount. A tile
 //! reads its input as far as its own displacements go. Cost: O(pixels).
-use super::warped::{Displacement, Warped};
+use super::warped::Warped;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
-use shibo_engine::value::{Canvas, Field, Stop, Tiling, Type};
+use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::tile;
 use shibo_kernel::noise::cells::{self, CellShape};
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 
@@ -85,18 +86,48 @@ impl Node for Warp {
             return Ok(Outputs::one(input));
         }
         let limit = 0.5 * cx.size_mm().max_element();
-        let (by, own) = match (by, x, y) {
-            (Some(by), ..) => (Displacement::Vector(by), Tiling::BOTH),
-            (None, None, None) => (Displacement::Noise(Box::new([self.noise(cx, 0), self.noise(cx, 1)])), cx.tiling()),
+        let limit = if by.is_some() { limit } else { self.amount };
+        let by = match (by, x, y) {
+            (Some(by), ..) => by,
+            (None, None, None) => self.by_noise(cx),
             (None, x, y) => {
                 let none = || Field::constant(Type::Gray, &[0.5]);
-                (Displacement::Gray([x.unwrap_or_else(none), y.unwrap_or_else(none)]), Tiling::BOTH)
+                self.by_fields([x.unwrap_or_else(none), y.unwrap_or_else(none)])
             }
         };
-        let tiling = by.fields().iter().fold(input.tiling().and(own), |tiling, field| tiling.and(field.tiling()));
-        let limit = if matches!(by, Displacement::Vector(_)) { limit } else { self.amount };
-        let warped = Warped { input: input.clone(), by, amount: self.amount, limit };
-        Ok(Outputs::one(Field::new(input.ty(), tiling, warped)))
+        let tiling = input.tiling().and(by.tiling());
+        Ok(Outputs::one(Field::new(input.ty(), tiling, Warped { input, by, limit })))
+    }
+}
+
+impl Warp {
+    /// Fills displacements in mm with what stands for 0..1.
+    fn scale(&self) -> impl Fn(&mut Tile) + Send + Sync + use<> {
+        #[expect(clippy::cast_possible_truncation, reason = "displacements need no more than f32")]
+        let amount = self.amount as f32;
+        move |out| out.data_mut().iter_mut().for_each(|v| *v = (*v * 2.0 - 1.0) * amount)
+    }
+
+    /// Displacements by noise of the node's own.
+    fn by_noise(&self, cx: &Context<'_>) -> Field {
+        let (noise, scale) = ([self.noise(cx, 0), self.noise(cx, 1)], self.scale());
+        Field::generate(Type::Vec2, cx.tiling(), move |out, _| {
+            let frame = tile::frame(out);
+            noise.iter().zip(out.planes_mut()).for_each(|(noise, plane)| noise.fill(&frame, plane));
+            scale(out);
+            Ok(())
+        })
+    }
+
+    /// Displacements by two pictures.
+    fn by_fields(&self, fields: [Field; 2]) -> Field {
+        let scale = self.scale();
+        Field::map(Type::Vec2, fields, Halo::NONE, move |out: &mut Tile, [x, y]: [&Tile; 2]| {
+            out.plane_mut(0).copy_from_slice(x.plane(0));
+            out.plane_mut(1).copy_from_slice(y.plane(0));
+            scale(out);
+            Ok(())
+        })
     }
 }
 

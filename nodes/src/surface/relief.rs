@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Color, Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
 use shibo_engine::value::{
-    Canvas, Channel, Field, FieldSource, Grid, Material, Reader, Stop, Tile, Tiling, Type, Window,
+    Canvas, Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window,
 };
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::relief::{self, Finish, ReliefSpec, Surface};
@@ -112,18 +112,21 @@ struct Lit {
 }
 
 impl FieldSource for Lit {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        let height = window.grow(relief::HALO, relief::HALO);
+        let windows = std::iter::once(height).chain(std::iter::repeat(window));
+        self.inputs.iter().zip(windows).map(|(input, window)| Read::new(input, grid, window)).collect()
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let (grid, window) = (out.grid, out.window);
-        let [height, color, roughness, ao, finish @ ..] = &self.inputs[..] else { return Ok(()) };
-        let height = reader.read(height, &grid, window.grow(relief::HALO, relief::HALO))?;
-        let color = reader.read(color, &grid, window)?;
-        let (roughness, ao) = (reader.read(roughness, &grid, window)?, reader.read(ao, &grid, window)?);
-        let finish = finish.iter().map(|field| reader.read(field, &grid, window)).collect::<Result<Vec<_>, _>>()?;
+        let tiles: Vec<&Tile> = given.tiles().collect();
+        let [height, color, roughness, ao, finish @ ..] = &tiles[..] else { return Ok(()) };
         let surface = Surface {
             color: [color.plane(0), color.plane(1), color.plane(2)],
             roughness: roughness.plane(0),
             occlusion: ao.plane(0),
-            finish: match &finish[..] {
+            finish: match finish {
                 [metallic, sheen, coat] => {
                     Some(Finish { metallic: metallic.plane(0), sheen: sheen.plane(0), coat: coat.plane(0) })
                 }
@@ -137,16 +140,8 @@ impl FieldSource for Lit {
             elevation: self.node.elevation.to_radians(),
             exposure: self.node.exposure,
         };
-        relief::relief(&tile::view(&height, 0), tile::rect(window), &surface, &spec, tile::planes3(out));
+        relief::relief(&tile::view(height, 0), tile::rect(window), &surface, &spec, tile::planes3(out));
         Ok(())
-    }
-
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
-        self.inputs.iter().map(|input| (input, *grid)).collect()
-    }
-
-    fn span(&self, _grid: &Grid, window: Window) -> Option<Window> {
-        Some(window.grow(relief::HALO, relief::HALO))
     }
 }
 

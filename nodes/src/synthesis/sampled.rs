@@ -4,7 +4,7 @@ use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{
-    CoordMap, Evaluator, ExemplarFrame, Field, FieldSource, Grid, Reader, Stop, Tile, Tiling, Type, Window,
+    CoordMap, ExemplarFrame, Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window,
 };
 use shibo_kernel::synthesis::Plane;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
@@ -91,22 +91,16 @@ impl Sampled {
 }
 
 impl FieldSource for Sampled {
-    fn fill(&self, reader: &dyn Reader, out: &mut Tile) -> Result<(), Stop> {
-        let source = match self.source.get() {
-            Some(source) => source,
-            None => {
-                let tile = reader.read(&self.input, &self.grid, Window::full(self.size))?;
-                let source = self.read(&tile);
-                self.source.get_or_init(|| source)
-            }
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        self.jacobian.iter().map(|field| Read::new(field, grid, window)).collect()
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let Some(source) = self.source.get() else {
+            return Err(Problem::new(Code::BadValue, "the exemplar's picture was not prepared").into());
         };
-        let jacobians: Option<Vec<Jacobian>> = match &self.jacobian {
-            Some(field) => {
-                let tile = reader.read(field, &out.grid, out.window)?;
-                Some((0..tile.window.len()).map(|p| std::array::from_fn(|c| tile.plane(c)[p])).collect())
-            }
-            None => None,
-        };
+        let each = |tile: &Tile| (0..tile.window.len()).map(|p| std::array::from_fn(|c| tile.plane(c)[p])).collect();
+        let jacobians: Option<Vec<Jacobian>> = given.tiles().next().map(each);
         let (map, pitch) = (&self.coords, self.coords.pitch);
         let area = Area {
             map: &map.coords,
@@ -134,14 +128,13 @@ impl FieldSource for Sampled {
         Ok(())
     }
 
-    fn reads(&self, grid: &Grid) -> Vec<(&Field, Grid)> {
-        let jacobian = self.jacobian.as_ref().map(|field| (field, *grid));
-        std::iter::once((&self.input, self.grid)).chain(jacobian).collect()
+    fn whole(&self, _grid: &Grid) -> Vec<Read<'_>> {
+        vec![Read::new(&self.input, &self.grid, Window::full(self.size))]
     }
 
-    fn prepare(&self, _grid: &Grid, evaluator: &dyn Evaluator) -> Result<Option<Tile>, Stop> {
+    fn prepare(&self, _grid: &Grid, pictures: &dyn Pictures) -> Result<Option<Tile>, Stop> {
         if self.source.get().is_none() {
-            let tile = evaluator.raster(&self.input, &self.grid, Window::full(self.size))?;
+            let tile = pictures.read(0, Window::full(self.size))?;
             let source = self.read(&tile);
             self.source.get_or_init(|| source);
         }

@@ -98,7 +98,7 @@ mod tests {
         assert_eq!(same.no_op(), Some("input"));
         let input = gray();
         let output = field(&same, &[input.clone().into()], "result");
-        assert!(std::sync::Arc::ptr_eq(output.source(), input.source()));
+        assert_eq!(output.id(), input.id());
         assert_eq!(remap((0.2, 0.7), (0.2, 0.7), true).no_op(), None);
     }
 

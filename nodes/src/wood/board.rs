@@ -86,7 +86,8 @@ impl Node for Board {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (solid, size) = (cx.get(&self.solid)?, cx.size_mm());
-        let [face, back, side, other_side, end, other_end] = self.planes().map(|plane| solid.cut(&plane.cut(size)));
+        let [face, back, side, other_side, end, other_end] =
+            self.planes().map(|plane| cx.cut(&solid, &plane.cut(size)));
         Ok(Outputs::one(face)
             .with("back", back)
             .with("side", side)

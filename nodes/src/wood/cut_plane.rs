@@ -188,7 +188,7 @@ impl Node for CutPlane {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let size = cx.size_mm();
-        Ok(Outputs::one(cx.get(&self.solid)?.cut(&self.plane(size).cut(size))))
+        Ok(Outputs::one(cx.cut(&cx.get(&self.solid)?, &self.plane(size).cut(size))))
     }
 }
 

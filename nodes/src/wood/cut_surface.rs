@@ -230,6 +230,6 @@ impl Node for CutSurface {
         let spacing = move |grid: &shibo_engine::value::Grid| (stretch * grid.step).max_element();
         // Every solid on the cut reads the points: they are worth keeping.
         let place = place.keyed(Key::of("surface points", &[key.as_bytes()]));
-        Ok(Outputs::one(cx.get(&self.solid)?.cut(&Cut::new(key, place, spacing))))
+        Ok(Outputs::one(cx.cut(&cx.get(&self.solid)?, &Cut::new(key, place, spacing))))
     }
 }

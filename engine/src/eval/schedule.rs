@@ -1,0 +1,144 @@
+//! Which nodes run when: a list of those whose inputs are there, worked through by as many threads as there are.
+//!
+//! A node is put on the list when the last of the nodes that it reads is done, so a long node holds back only what needs
+//! it. There is no recursion over the graph.
+use super::run::{Run, lock};
+use crate::diagnostics::Diagnostic;
+use crate::graph::Input;
+use crate::value::{Stop, Value};
+use petgraph::graph::NodeIndex;
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::sync::Mutex;
+
+impl Run<'_> {
+    /// The values of these outputs of nodes, in the same order. Objects are made; fields are not evaluated yet.
+    ///
+    /// # Errors
+    /// What went wrong in each node that could be tried, at its place; nothing if the run was cancelled.
+    pub fn values(&self, wanted: &[(NodeIndex, usize)]) -> Result<Vec<Value>, Vec<Diagnostic>> {
+        let missing = self.missing(wanted);
+        let failed = if missing.is_empty() { Vec::new() } else { Schedule::new(self, missing).run() };
+        if !failed.is_empty() {
+            return Err(failed.into_iter().filter_map(|(node, stop)| self.locate(node, stop)).collect());
+        }
+        let values = lock(&self.values);
+        Ok(wanted.iter().filter_map(|&(node, output)| values.get(&self.keys.output(node, output)).cloned()).collect())
+    }
+
+    /// The nodes that must be computed to have `wanted`, after taking what the caches hold.
+    fn missing(&self, wanted: &[(NodeIndex, usize)]) -> Vec<NodeIndex> {
+        let mut open = wanted.to_vec();
+        let mut missing = Vec::new();
+        let (mut seen, mut listed) = (HashSet::new(), HashSet::new());
+        while let Some((node, output)) = open.pop() {
+            if !seen.insert((node, output)) || self.fetch(self.keys.output(node, output)) {
+                continue;
+            }
+            if listed.insert(node) {
+                missing.push(node);
+                open.extend(self.graph.nodes[node].inputs.iter().filter_map(wire));
+            }
+        }
+        missing
+    }
+}
+
+fn wire(input: &Input) -> Option<(NodeIndex, usize)> {
+    match input {
+        Input::Wire { node, output } => Some((*node, *output)),
+        Input::Constant(_) => None,
+    }
+}
+
+/// Nodes that are to be computed.
+struct Schedule<'r, 'g> {
+    run: &'r Run<'g>,
+    nodes: Vec<NodeIndex>,
+    /// Of each, the places of the nodes that read it.
+    readers: Vec<Vec<usize>>,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    /// Of each node, how many of those that it reads are not done yet.
+    waits_for: Vec<usize>,
+    ready: VecDeque<usize>,
+    /// Threads that take nodes off the list.
+    workers: usize,
+    /// Nodes that are being computed.
+    running: usize,
+    failed: Vec<(NodeIndex, Stop)>,
+    cancelled: bool,
+}
+
+impl<'r, 'g> Schedule<'r, 'g> {
+    fn new(run: &'r Run<'g>, nodes: Vec<NodeIndex>) -> Self {
+        let places: HashMap<NodeIndex, usize> = nodes.iter().enumerate().map(|(place, node)| (*node, place)).collect();
+        let mut readers = vec![Vec::new(); nodes.len()];
+        let mut waits_for = vec![0; nodes.len()];
+        for (reader, node) in nodes.iter().enumerate() {
+            let read = run.graph.nodes[*node].inputs.iter().filter_map(wire);
+            // An output that the caches gave is not waited for, though another of the same node may be.
+            let read = read.filter(|(node, output)| !run.is_at_hand(run.keys.output(*node, *output)));
+            let before: HashSet<usize> = read.filter_map(|(node, _)| places.get(&node).copied()).collect();
+            waits_for[reader] = before.len();
+            #[expect(clippy::iter_over_hash_type, reason = "each of another list, so their order does not matter")]
+            for place in before {
+                readers[place].push(reader);
+            }
+        }
+        let ready = (0..nodes.len()).filter(|place| waits_for[*place] == 0).collect();
+        Self { run, nodes, readers, state: Mutex::new(State { waits_for, ready, ..State::default() }) }
+    }
+
+    /// Computes all that can be computed; gives what failed.
+    fn run(self) -> Vec<(NodeIndex, Stop)> {
+        lock(&self.state).workers = 1;
+        rayon::scope(|scope| self.work(scope));
+        let state = self.state.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if state.cancelled {
+            return state.failed.into_iter().filter(|(_, stop)| *stop == Stop::Cancelled).take(1).collect();
+        }
+        state.failed
+    }
+
+    /// Takes nodes off the list until it is empty, and starts other workers when there is more than one to do.
+    fn work<'s>(&'s self, scope: &rayon::Scope<'s>) {
+        while let Some((place, alone, more)) = self.take() {
+            (0..more).for_each(|_| scope.spawn(|scope| self.work(scope)));
+            let result = self.run.make(self.nodes[place], alone);
+            let mut state = lock(&self.state);
+            state.running -= 1;
+            match result {
+                Ok(()) => {
+                    for reader in &self.readers[place] {
+                        state.waits_for[*reader] -= 1;
+                        if state.waits_for[*reader] == 0 {
+                            state.ready.push_back(*reader);
+                        }
+                    }
+                }
+                Err(stop) => {
+                    state.cancelled |= stop == Stop::Cancelled;
+                    state.failed.push((self.nodes[place], stop));
+                }
+            }
+        }
+    }
+
+    /// The next node; whether nothing else runs while it does; and how many other workers there is work for.
+    fn take(&self) -> Option<(usize, bool, usize)> {
+        let mut state = lock(&self.state);
+        let next = if state.cancelled { None } else { state.ready.pop_front() };
+        let Some(place) = next else {
+            state.workers -= 1;
+            return None;
+        };
+        state.running += 1;
+        let alone = state.running == 1 && state.ready.is_empty();
+        let more = state.ready.len().min(rayon::current_num_threads().saturating_sub(state.workers));
+        state.workers += more;
+        Some((place, alone, more))
+    }
+}

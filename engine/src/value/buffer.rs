@@ -1,0 +1,126 @@
+//! The memory of tiles, handed from one to the next.
+//!
+//! Tiles come and go by the thousand, and are large enough that the allocator would give their memory back to the system
+//! and fetch it again, page by page, which costs about as much as a cheap node. So a few of them are held back. This is
+//! part of how memory is allocated and holds no results, so it belongs to the process and not to a session.
+use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Smaller buffers are left to the allocator, which does well with them.
+const LEAST: usize = 1 << 13;
+/// The most numbers held back in all: 32 MiB.
+const MOST: usize = 1 << 23;
+
+/// Buffers that nobody uses, by their capacity.
+struct Spare {
+    by_capacity: BTreeMap<usize, Vec<Vec<f32>>>,
+    held: usize,
+}
+
+static SPARE: Mutex<Spare> = Mutex::new(Spare { by_capacity: BTreeMap::new(), held: 0 });
+
+fn spare() -> MutexGuard<'static, Spare> {
+    SPARE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Spare {
+    /// The smallest that holds `length` numbers, if it is not much too large.
+    fn take(&mut self, length: usize) -> Option<Vec<f32>> {
+        let (capacity, list) = self.by_capacity.range_mut(length..=length + length / 2).next()?;
+        let (capacity, buffer) = (*capacity, list.pop());
+        if list.is_empty() {
+            self.by_capacity.remove(&capacity);
+        }
+        self.held -= capacity;
+        buffer
+    }
+
+    fn put(&mut self, buffer: Vec<f32>) {
+        let capacity = buffer.capacity();
+        self.held += capacity;
+        self.by_capacity.entry(capacity).or_default().push(buffer);
+    }
+}
+
+/// Numbers whose memory is used again by another buffer when this one is dropped.
+#[derive(Debug, PartialEq)]
+pub(super) struct Buffer(Vec<f32>);
+
+impl Buffer {
+    /// `length` zeros.
+    pub(super) fn zeros(length: usize) -> Self {
+        let used = if length < LEAST { None } else { spare().take(length) };
+        Self(match used {
+            Some(mut buffer) => {
+                buffer.clear();
+                buffer.resize(length, 0.0);
+                buffer
+            }
+            None => vec![0.0; length],
+        })
+    }
+}
+
+impl Clone for Buffer {
+    fn clone(&self) -> Self {
+        let mut copy = Self::zeros(self.len());
+        copy.copy_from_slice(self);
+        copy
+    }
+}
+
+impl Deref for Buffer {
+    type Target = [f32];
+
+    fn deref(&self) -> &[f32] {
+        &self.0
+    }
+}
+
+impl DerefMut for Buffer {
+    fn deref_mut(&mut self) -> &mut [f32] {
+        &mut self.0
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        let capacity = self.0.capacity();
+        if capacity < LEAST {
+            return;
+        }
+        let mut spare = spare();
+        if spare.held + capacity <= MOST {
+            spare.put(std::mem::take(&mut self.0));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_used_again_and_is_zero() {
+        // A size that no other test uses.
+        let length = LEAST + 4321;
+        let mut first = Buffer::zeros(length);
+        first.fill(7.0);
+        let place = first.as_ptr();
+        drop(first);
+        let second = Buffer::zeros(length - 100);
+        assert_eq!(second.as_ptr(), place);
+        assert!(second.len() == length - 100 && second.iter().all(|v| *v == 0.0));
+    }
+
+    #[test]
+    fn no_more_is_held_back_than_the_bound() {
+        let many: Vec<Buffer> = (0..40).map(|_| Buffer::zeros(MOST / 16)).collect();
+        drop(many);
+        assert!(spare().held <= MOST);
+        drop(Buffer::zeros(2 * MOST));
+        assert!(spare().held <= MOST);
+        assert!(Buffer::zeros(LEAST - 1).iter().all(|v| *v == 0.0));
+    }
+}

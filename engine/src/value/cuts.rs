@@ -1,0 +1,178 @@
+//! The fields that cuts through solids show.
+//!
+//! Every solid on the way to the one that is cut becomes a field with a key of its own, so that tiles of what several
+//! solids or outputs read, the growth time of a tree above all, are computed once and kept by the engine's cache.
+use super::solid::{Body, Patch, Planes, Solid, SolidSource};
+use super::{Cost, Cut, Field, FieldId, FieldSource, Given, Grid, Halo, Key, Read, Stop, Tile, Type, Window};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+type Id = (FieldId, FieldId);
+
+/// Cuts through solids, each made once: by the solid and by the cut.
+#[derive(Default)]
+pub struct Cuts(Mutex<Known>);
+
+#[derive(Default)]
+struct Known {
+    /// The fields, and the solids and cuts that they belong to, which keep what the identities stand for alive.
+    fields: HashMap<Id, (Field, Solid, Cut)>,
+    /// By what moves the points, and from which cut.
+    moved: HashMap<Id, Cut>,
+}
+
+impl Cuts {
+    /// The field that `cut` shows of `solid`.
+    pub fn cut(&self, solid: &Solid, cut: &Cut) -> Field {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).cut(solid, cut)
+    }
+}
+
+impl Known {
+    fn get(&self, solid: &Solid, cut: &Cut) -> Option<&Field> {
+        self.fields.get(&(solid.id(), cut.id())).map(|known| &known.0)
+    }
+
+    /// By a work-list: solids may read each other in long chains.
+    fn cut(&mut self, solid: &Solid, cut: &Cut) -> Field {
+        let mut open = vec![(solid.clone(), cut.clone())];
+        loop {
+            let Some((top, at)) = open.last().cloned() else { break };
+            if self.get(&top, &at).is_some() {
+                open.pop();
+                continue;
+            }
+            match self.make(&top, &at) {
+                Ok(field) => {
+                    self.fields.insert((top.id(), at.id()), (field, top, at));
+                }
+                Err(missing) => open.extend(missing),
+            }
+        }
+        match self.get(solid, cut) {
+            Some(field) => field.clone(),
+            // The loop ends when it is known, so this is not reached; a constant keeps it from being a panic.
+            None => Field::constant(Type::Gray, &[0.0]),
+        }
+    }
+
+    /// The cut through one solid, or those that must be made first.
+    fn make(&mut self, solid: &Solid, cut: &Cut) -> Result<Field, Vec<(Solid, Cut)>> {
+        let field = match solid.body() {
+            Body::Moved { inner, place, keeps_z } => {
+                let moved = self.moved(cut, place, *keeps_z)?;
+                return self.get(inner, &moved).cloned().ok_or_else(|| vec![(inner.clone(), moved)]);
+            }
+            Body::Computed { source, inputs } => {
+                let fields: Vec<Field> = inputs.iter().filter_map(|input| self.get(input, cut).cloned()).collect();
+                if fields.len() < inputs.len() {
+                    let missing = inputs.iter().filter(|input| self.get(input, cut).is_none());
+                    return Err(missing.map(|input| (input.clone(), cut.clone())).collect());
+                }
+                let shown = Shown { source: source.clone(), inputs: fields, cut: cut.clone() };
+                Field::new(field_type(solid), cut.tiling(), shown)
+            }
+            Body::Channels { of, channels } => {
+                let all = self.get(of, cut).cloned().ok_or_else(|| vec![(of.clone(), cut.clone())])?;
+                let channels = channels.clone();
+                let pick = move |out: &mut Tile, [from]: [&Tile; 1]| {
+                    for (plane, channel) in out.planes_mut().into_iter().zip(&*channels) {
+                        plane.copy_from_slice(from.plane(*channel));
+                    }
+                    Ok(())
+                };
+                Field::map(field_type(solid), [all], Halo::NONE, pick)
+            }
+        };
+        Ok(match solid.key().zip(cut.key()) {
+            Some((key, cut)) => {
+                field.keyed(Key::of("cut", &[key.as_bytes(), cut.as_bytes()])).owned_by(solid.owner().unwrap_or(key))
+            }
+            None => field,
+        })
+    }
+
+    /// The cut through the points to which `place` moves those of `cut`.
+    fn moved(&mut self, cut: &Cut, place: &Solid, keeps_z: bool) -> Result<Cut, Vec<(Solid, Cut)>> {
+        let id = (place.id(), cut.id());
+        if let Some(moved) = self.moved.get(&id) {
+            return Ok(moved.clone());
+        }
+        let shown = self.get(place, cut).cloned().ok_or_else(|| vec![(place.clone(), cut.clone())])?;
+        let moved = cut.moved(place, shown, keeps_z);
+        self.moved.insert(id, moved.clone());
+        Ok(moved)
+    }
+}
+
+/// The type of cuts through a solid.
+const fn field_type(solid: &Solid) -> Type {
+    match solid.channels() {
+        1 => Type::Gray,
+        2 => Type::Vec2,
+        3 => Type::Rgb,
+        _ => Type::Jacobian,
+    }
+}
+
+/// A solid on a cut.
+struct Shown {
+    source: Arc<dyn SolidSource>,
+    inputs: Vec<Field>,
+    cut: Cut,
+}
+
+/// The smallest window of whole quads around `window`.
+fn quads(window: Window) -> Window {
+    let (x, y) = (window.x & !1, window.y & !1);
+    let even = |from: i32, to: i32| (to.abs_diff(from) + 1) & !1;
+    Window { x, y, width: even(x, window.right()), height: even(y, window.bottom()) }
+}
+
+impl Shown {
+    /// The window that is computed: of whole quads, where the code wants them.
+    fn window(&self, grid: &Grid, window: Window) -> Window {
+        if self.source.wants().quads && self.cut.pixel(grid) != 0.0 { quads(window) } else { window }
+    }
+
+    fn compute(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let (grid, window) = (out.grid, out.window);
+        let mut tiles = given.tiles();
+        let place = if self.source.wants().place { tiles.next() } else { None };
+        let inputs: Vec<Planes<'_>> = tiles.map(|tile| Planes::new(tile.data(), window.len())).collect();
+        let patch = Patch {
+            place: place.map_or([&[]; 3], |tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
+            columns: out.width(),
+            rows: out.height(),
+            level: self.cut.level(),
+            flat: self.cut.flat(),
+            pixel: self.cut.pixel(&grid),
+        };
+        given.check()?;
+        self.source.fill(&patch, &inputs, &mut out.planes_mut());
+        Ok(())
+    }
+}
+
+impl FieldSource for Shown {
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        let window = self.window(grid, window);
+        let place = self.source.wants().place.then_some(self.cut.place());
+        place.into_iter().chain(&self.inputs).map(|field| Read::new(field, grid, window)).collect()
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let whole = self.window(&out.grid, out.window);
+        if whole == out.window {
+            return self.compute(given, out);
+        }
+        let mut larger = Tile::new(out.grid, whole, out.channels());
+        self.compute(given, &mut larger)?;
+        out.copy_from(&larger, 0, 0);
+        Ok(())
+    }
+
+    fn cost(&self) -> Cost {
+        self.source.cost()
+    }
+}

@@ -1,0 +1,208 @@
+//! Where a field lies: what its pixels repeat with or end at, and the blocks that it is computed in.
+use super::{Grid, Tiling, Window};
+
+/// The width and height of a block in pixels: fields are computed and kept in tiles of one block each.
+pub const TILE: u32 = 256;
+
+/// The domain of a field: the canvas, repeated where the field tiles and going on beyond its edges where it does not.
+///
+/// All that the engine knows of edges, repeats and blocks it asks here, so that a field on something else than the
+/// canvas needs no second way of evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Domain {
+    tiling: Tiling,
+}
+
+impl Domain {
+    /// The canvas, on which a field repeats as `tiling` says.
+    pub const fn canvas(tiling: Tiling) -> Self {
+        Self { tiling }
+    }
+
+    /// In which directions its fields repeat.
+    pub const fn tiling(&self) -> Tiling {
+        self.tiling
+    }
+
+    /// The columns and rows of blocks that cover `window` of `grid`.
+    pub fn blocks(&self, grid: &Grid, window: Window) -> Blocks {
+        let extent = |repeats: bool, pixels: Option<u32>| match pixels.map(u32::cast_signed) {
+            Some(size) if repeats => Extent::Repeats(size),
+            Some(size) => Extent::Ends(size),
+            None => Extent::Endless,
+        };
+        let across = extent(self.tiling.x, grid.period.map(|p| p.x));
+        let down = extent(self.tiling.y, grid.period.map(|p| p.y));
+        Blocks { columns: pieces(window.x, window.right(), across), rows: pieces(window.y, window.bottom(), down) }
+    }
+}
+
+/// Blocks of a domain: all that lie in one of the columns and one of the rows.
+#[derive(Clone, Debug, Default)]
+pub struct Blocks {
+    /// From left to right.
+    pub columns: Vec<Piece>,
+    /// From top to bottom.
+    pub rows: Vec<Piece>,
+}
+
+impl Blocks {
+    /// The blocks that cover `window` where nothing repeats or ends.
+    pub fn endless(window: Window) -> Self {
+        Self {
+            columns: pieces(window.x, window.right(), Extent::Endless),
+            rows: pieces(window.y, window.bottom(), Extent::Endless),
+        }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.columns.len() * self.rows.len()
+    }
+
+    /// The column and the row of the block with this number, row by row.
+    pub fn get(&self, number: usize) -> Option<(Piece, Piece)> {
+        let across = self.columns.len().max(1);
+        Some((*self.columns.get(number % across)?, *self.rows.get(number / across)?))
+    }
+
+    /// The column and the row of each block, row by row.
+    pub fn iter(&self) -> impl Iterator<Item = (Piece, Piece)> {
+        self.rows.iter().flat_map(|row| self.columns.iter().map(|column| (*column, *row)))
+    }
+
+    /// The pixels that they cover; `None` if there is no block.
+    pub fn window(&self) -> Option<Window> {
+        let (x, y) = (self.columns.first()?.from(), self.rows.first()?.from());
+        let (right, bottom) = (self.columns.last()?.to(), self.rows.last()?.to());
+        Some(Window { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) })
+    }
+}
+
+/// A column or a row of blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// Its number.
+    pub index: i32,
+    /// Its first pixel.
+    pub start: i32,
+    /// Its number of pixels.
+    pub length: u32,
+    /// By how many pixels it is to be shifted to where it is wanted.
+    pub shift: i32,
+}
+
+impl Piece {
+    /// The pixels of the block in a column and a row.
+    pub const fn window(column: Self, row: Self) -> Window {
+        Window { x: column.start, y: row.start, width: column.length, height: row.length }
+    }
+
+    /// Its first pixel where it is wanted.
+    pub const fn from(&self) -> i32 {
+        self.start + self.shift
+    }
+
+    /// One past its last pixel there.
+    pub const fn to(&self) -> i32 {
+        self.from() + self.length.cast_signed()
+    }
+}
+
+/// How far the domain reaches in one direction, in pixels.
+#[derive(Clone, Copy, Debug)]
+enum Extent {
+    /// It has no edge.
+    Endless,
+    /// It repeats after so many.
+    Repeats(i32),
+    /// It has so many; beyond them little is wanted, so blocks are small next to its edges.
+    Ends(i32),
+}
+
+/// The block at `away` pixels beyond an edge: its number from there, its first pixel and one past its last. The first two
+/// have 16 pixels, the next ones twice as many each.
+fn beyond(away: i32) -> (i32, i32, i32) {
+    let tile = TILE.cast_signed();
+    if away < 16 {
+        (0, 0, 16)
+    } else if away < tile {
+        let power = away.ilog2();
+        (power.cast_signed() - 3, 1 << power, 2 << power)
+    } else {
+        let number = away / tile;
+        (number + tile.ilog2().cast_signed() - 4, number * tile, (number + 1) * tile)
+    }
+}
+
+/// The blocks that cover the pixels `from..to` in one direction, in order.
+fn pieces(from: i32, to: i32, extent: Extent) -> Vec<Piece> {
+    let tile = TILE.cast_signed();
+    let mut list = Vec::new();
+    let mut at = from;
+    while at < to {
+        let wrapped = if let Extent::Repeats(size) = extent { at.rem_euclid(size) } else { at };
+        let (index, start, end) = match extent {
+            Extent::Ends(_) if at < 0 => {
+                let (number, near, far) = beyond(-1 - at);
+                (-1 - number, -far, -near)
+            }
+            Extent::Ends(size) if at >= size => {
+                let (number, near, far) = beyond(at - size);
+                ((size - 1).div_euclid(tile) + 1 + number, size + near, size + far)
+            }
+            _ => {
+                let index = wrapped.div_euclid(tile);
+                let end = (index + 1) * tile;
+                let last = if let Extent::Repeats(size) | Extent::Ends(size) = extent { size } else { end };
+                (index, index * tile, end.min(last))
+            }
+        };
+        let shift = at - wrapped;
+        list.push(Piece { index, start, length: end.abs_diff(start), shift });
+        at = end + shift;
+    }
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_cover_everything_once() {
+        let extents = [100, 256, 300, 700].into_iter().flat_map(|size| [Extent::Repeats(size), Extent::Ends(size)]);
+        for extent in extents.chain([Extent::Endless]) {
+            for (from, to) in [(0, 256), (-30, 310), (-700, 900), (5, 6), (-1, 701)] {
+                let list = pieces(from, to, extent);
+                let mut at = from;
+                let mut seen = std::collections::BTreeMap::new();
+                for piece in list {
+                    assert!(piece.start + piece.shift <= at, "{extent:?} {from}..{to}");
+                    at = piece.start + piece.length.cast_signed() + piece.shift;
+                    let end = piece.start + piece.length.cast_signed();
+                    match extent {
+                        Extent::Repeats(size) => assert!(piece.start >= 0 && end <= size),
+                        // No block is part of the canvas and of what is beyond.
+                        Extent::Ends(size) => {
+                            assert!(end <= 0 || (piece.start >= 0 && end <= size) || piece.start >= size)
+                        }
+                        Extent::Endless => {}
+                    }
+                    let same = *seen.entry(piece.index).or_insert((piece.start, end));
+                    assert_eq!(same, (piece.start, end), "a number for each block: {extent:?} {from}..{to}");
+                }
+                assert!(at >= to);
+            }
+        }
+    }
+
+    #[test]
+    fn little_is_computed_beyond_an_edge() {
+        let list = pieces(-1, 513, Extent::Ends(512));
+        let parts: Vec<_> = list.iter().map(|p| (p.index, p.start, p.length)).collect();
+        assert_eq!(parts, [(-1, -16, 16), (0, 0, 256), (1, 256, 256), (2, 512, 16)]);
+        let lengths: Vec<_> = pieces(0, 600, Extent::Ends(1)).iter().map(|p| p.length).collect();
+        assert_eq!(lengths, [1, 16, 16, 32, 64, 128, 256, 256]);
+    }
+}

@@ -1,21 +1,45 @@
 //! DEFLATE and the transforms that prepare samples for it.
 
 use super::spec::Compression;
-use flate2::write::ZlibEncoder;
-use std::io::Write;
+use flate2::{Compress, FlushCompress, Status};
+use std::sync::{Mutex, PoisonError};
 
-/// A zlib stream.
-pub(super) fn zlib(bytes: &[u8], level: u32) -> Vec<u8> {
-    let mut encoder = ZlibEncoder::new(Vec::with_capacity(bytes.len() / 2), flate2::Compression::new(level));
-    encoder.write_all(bytes).expect("a vector takes all bytes");
-    encoder.finish().expect("a vector takes all bytes")
+/// Makes zlib streams, several at a time. A compressor holds a third of a megabyte, so each serves for one block after
+/// another.
+pub(super) struct Zlib {
+    level: flate2::Compression,
+    idle: Mutex<Vec<Compress>>,
 }
 
-/// The zlib level that suits.
-pub(super) fn level(compression: Compression) -> u32 {
-    match compression {
-        Compression::Fast => 1,
-        Compression::Best => 7,
+impl Zlib {
+    pub(super) fn new(compression: Compression) -> Self {
+        let level = match compression {
+            Compression::Fast => 1,
+            Compression::Best => 7,
+        };
+        Self { level: flate2::Compression::new(level), idle: Mutex::default() }
+    }
+
+    /// The zlib stream of `bytes`.
+    pub(super) fn stream(&self, bytes: &[u8]) -> Vec<u8> {
+        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut compressor = idle().pop().unwrap_or_else(|| Compress::new(self.level, true));
+        let mut stream = Vec::with_capacity(bytes.len() / 2 + 64);
+        let mut rest = bytes;
+        loop {
+            let flush = if rest.is_empty() { FlushCompress::Finish } else { FlushCompress::None };
+            let before = compressor.total_in();
+            let status = compressor.compress_vec(rest, &mut stream, flush);
+            let taken = usize::try_from(compressor.total_in() - before).unwrap_or(rest.len());
+            rest = &rest[taken.min(rest.len())..];
+            match status.expect("a compressor in order takes all bytes") {
+                Status::StreamEnd => break,
+                Status::Ok | Status::BufError => stream.reserve(bytes.len() / 4 + 64),
+            }
+        }
+        compressor.reset();
+        idle().push(compressor);
+        stream
     }
 }
 

@@ -4,7 +4,7 @@
 //! writers want all blocks from within one call, and write custom attributes in an order that differs from run to run.
 
 use super::encode::{RowEncoder, Rows, Tally};
-use super::lossless::{exr_predict, level, zlib};
+use super::lossless::{Zlib, exr_predict};
 use super::spec::{Compression, Depth, PictureSpec};
 use exr::compression::Compression as Method;
 use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleType, Text};
@@ -17,7 +17,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 pub(super) struct ExrSink<W> {
     output: W,
     header: Header,
-    level: u32,
+    zlib: Zlib,
     row_bytes: usize,
     /// Bytes of rows that do not make a block yet.
     pending: Vec<u8>,
@@ -45,8 +45,8 @@ impl<W: Write + Seek> ExrSink<W> {
         start.resize(start.len() + header.chunk_count * 8, 0);
         output.write_all(&start)?;
         let row_bytes = spec.width as usize * header.channels.bytes_per_pixel;
-        let (level, position) = (level(spec.compression), start.len() as u64);
-        Ok(Self { output, header, level, row_bytes, pending: Vec::new(), table, position, places: Vec::new() })
+        let (zlib, position) = (Zlib::new(spec.compression), start.len() as u64);
+        Ok(Self { output, header, zlib, row_bytes, pending: Vec::new(), table, position, places: Vec::new() })
     }
 
     pub(super) fn rows_per_block(&self) -> usize {
@@ -65,11 +65,11 @@ impl<W: Write + Seek> ExrSink<W> {
     fn write_blocks(&mut self, bytes: usize) -> io::Result<()> {
         let rows = self.rows_per_block();
         let blocks = self.pending[..bytes].par_chunks(rows * self.row_bytes).enumerate();
-        let (header, level, first) = (&self.header, self.level, self.places.len());
+        let (header, zlib, first) = (&self.header, &self.zlib, self.places.len());
         let compressed: exr::error::Result<Vec<(usize, Vec<u8>)>> = blocks
             .map(|(index, block)| {
                 let y = (first + index) * rows;
-                Ok((y, compress(block, y, header, level)?))
+                Ok((y, compress(block, y, header, zlib)?))
             })
             .collect();
         let compressed = compressed.map_err(io::Error::other)?;
@@ -134,27 +134,27 @@ fn attributes(metadata: &[(String, String)]) -> Vec<(String, String)> {
     attributes
 }
 
-fn compress(block: &[u8], y: usize, header: &Header, level: u32) -> exr::error::Result<Vec<u8>> {
+fn compress(block: &[u8], y: usize, header: &Header, zlib: &Zlib) -> exr::error::Result<Vec<u8>> {
     if header.compression == Method::PIZ {
         let rows = block.len() / (header.layer_size.width() * header.channels.bytes_per_pixel);
         let place = IntegerBounds::new((0, i32::try_from(y)?), (header.layer_size.width(), rows));
         return header.compression.compress_image_section_to_le(header, to_native(block.to_vec(), header), place);
     }
     let bytes = exr_predict(block);
-    if dense(&bytes, level) {
+    if dense(&bytes, zlib) {
         return Ok(block.to_vec());
     }
-    let packed = zlib(&bytes, level);
+    let packed = zlib.stream(&bytes);
     // What does not become smaller is stored as it is; readers tell it by its length.
     Ok(if packed.len() < block.len() { packed } else { block.to_vec() })
 }
 
 /// Whether bytes are not worth compressing, by a sixteenth of each of their halves: the noise of fine surfaces in 32 bits
 /// shrinks by a hundredth and takes the longest.
-fn dense(bytes: &[u8], level: u32) -> bool {
+fn dense(bytes: &[u8], zlib: &Zlib) -> bool {
     let (part, half) = (bytes.len() / 32, bytes.len() / 2);
     part >= 1 << 11
-        && [0, half].iter().map(|from| zlib(&bytes[*from..][..part], level).len()).sum::<usize>() > part * 2 / 100 * 97
+        && [0, half].iter().map(|from| zlib.stream(&bytes[*from..][..part]).len()).sum::<usize>() > part * 2 / 100 * 97
 }
 
 /// The crate takes samples in the order of bytes of this machine.

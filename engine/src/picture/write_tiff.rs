@@ -4,7 +4,7 @@
 //! predictor 3 and BigTIFF).
 
 use super::encode::{RowEncoder, Rows, Tally};
-use super::lossless::{level, tiff_predict_f32, tiff_predict_u8, tiff_predict_u16, zlib};
+use super::lossless::{Zlib, tiff_predict_f32, tiff_predict_u8, tiff_predict_u16};
 use super::spec::{Depth, PictureSpec};
 use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -18,6 +18,7 @@ const STRIP_BYTES: usize = 1 << 19;
 pub(super) struct TiffSink<W> {
     output: W,
     spec: PictureSpec,
+    zlib: Zlib,
     /// Whether places take 64 bits.
     big: bool,
     rows_per_strip: usize,
@@ -37,8 +38,9 @@ impl<W: Write + Seek> TiffSink<W> {
         let big = row_bytes as u64 * u64::from(spec.height) > u64::from(u32::MAX) / 16 * 15;
         let header: &[u8] = if big { b"II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0" } else { b"II\x2a\0\0\0\0\0" };
         output.write_all(header)?;
-        let (spec, position) = (spec.clone(), header.len() as u64);
-        Ok(Self { output, spec, big, rows_per_strip, row_bytes, pending: Vec::new(), position, strips: Vec::new() })
+        let (zlib, position) = (Zlib::new(spec.compression), header.len() as u64);
+        let (spec, pending, strips) = (spec.clone(), Vec::new(), Vec::new());
+        Ok(Self { output, spec, zlib, big, rows_per_strip, row_bytes, pending, position, strips })
     }
 
     pub(super) fn rows_per_block(&self) -> usize {
@@ -57,7 +59,7 @@ impl<W: Write + Seek> TiffSink<W> {
     fn write_strips(&mut self, bytes: usize) -> io::Result<()> {
         let strips = self.pending[..bytes].par_chunks_mut(self.rows_per_strip * self.row_bytes);
         let (spec, row_bytes) = (&self.spec, self.row_bytes);
-        let compressed: Vec<Vec<u8>> = strips.map(|strip| compress(strip, row_bytes, spec)).collect();
+        let compressed: Vec<Vec<u8>> = strips.map(|strip| compress(strip, row_bytes, spec, &self.zlib)).collect();
         self.pending.drain(..bytes);
         for strip in compressed {
             self.output.write_all(&strip)?;
@@ -129,7 +131,7 @@ impl<W: Write + Seek> TiffSink<W> {
     }
 }
 
-fn compress(strip: &mut [u8], row_bytes: usize, spec: &PictureSpec) -> Vec<u8> {
+fn compress(strip: &mut [u8], row_bytes: usize, spec: &PictureSpec, zlib: &Zlib) -> Vec<u8> {
     let channels = spec.channels.len();
     for row in strip.chunks_exact_mut(row_bytes) {
         match spec.depth {
@@ -138,5 +140,5 @@ fn compress(strip: &mut [u8], row_bytes: usize, spec: &PictureSpec) -> Vec<u8> {
             Depth::F32 => tiff_predict_f32(row, channels),
         }
     }
-    zlib(strip, level(spec.compression))
+    zlib.stream(strip)
 }

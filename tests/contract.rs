@@ -9,7 +9,8 @@ use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
 use shibo_engine::node::{KindInfo, ParamInfo, Role};
 use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::{Failure, Session, Settings};
-use shibo_engine::value::{Field, Type, Value, Window};
+use shibo_engine::value::{Field, Read, Type, Value, Window};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// A picture for nodes that read one.
@@ -234,6 +235,49 @@ fn points_agree_with_pictures() {
     assert_eq!(on_all(agrees_at_points), Vec::<String>::new());
 }
 
+/// What the engine relies on: the fields and grids that a field states are the same for all windows, and a part of a
+/// window needs no more than the whole. That nothing else is read needs no test: a field is given nothing else.
+fn states_what_it_reads(registry: &dyn Fn() -> Registry, info: &KindInfo) -> Result<(), String> {
+    let size = UVec2::new(300, 280);
+    let graph = graph(&registry(), info, size, None)?;
+    let (session, grid, node) = (session(registry(), 1), graph.canvas.grid(size), it(&graph));
+    let whole = Window { x: -40, y: -7, width: 400, height: 300 };
+    let parts = [(-40, -7, 1, 1), (-3, 5, 37, 11), (100, 292, 260, 1), (0, 0, 256, 256)];
+    let parts = parts.map(|(x, y, width, height)| Window { x, y, width, height });
+    for output in 0..graph.nodes[node].outputs.len() {
+        let value = session.value(&graph, (node, output), &CancelToken::default(), &Silent);
+        let mut open: Vec<_> = fields(&value.map_err(|f| format!("{f:?}"))?).into_iter().map(|f| (f, grid)).collect();
+        let mut seen = BTreeSet::new();
+        while let Some((field, grid)) = open.pop() {
+            if !seen.insert(format!("{:?} {:?}", field.id(), grid.id())) {
+                continue;
+            }
+            let stated = |window| {
+                let source = field.source();
+                source.inputs(&grid, window).into_iter().chain(source.later(&grid, window)).collect::<Vec<_>>()
+            };
+            let most = stated(whole);
+            for part in parts {
+                let reads = stated(part);
+                let same = |(a, b): (&Read<'_>, &Read<'_>)| a.field.id() == b.field.id() && a.grid.id() == b.grid.id();
+                if reads.len() != most.len() || !reads.iter().zip(&most).all(same) {
+                    return Err(format!("output {output} reads other fields for {part:?}"));
+                }
+                if let Some((read, _)) = reads.iter().zip(&most).find(|(a, b)| !b.window.contains(&a.window)) {
+                    return Err(format!("output {output} reads {:?} for {part:?}, more than for all", read.window));
+                }
+            }
+            open.extend(most.iter().map(|read| (read.field.clone(), read.grid)));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn fields_state_what_they_read() {
+    assert_eq!(on_all(|_, info| states_what_it_reads(&shibo_nodes::registry, info)), Vec::<String>::new());
+}
+
 /// RON for a value of a parameter other than its default.
 fn another(param: &ParamInfo) -> Option<String> {
     let number = |default: f64| {
@@ -331,7 +375,13 @@ fn verify_finds_nothing_in_a_graph_of_all_kinds() {
 
 /// All nodes, and those made to break the rules.
 fn with_bad_nodes() -> Registry {
-    let bad = vec![Kind::of::<bad::Impure>(), Kind::of::<bad::Unwindowed>(), Kind::of::<bad::Infinite>()];
+    let bad = vec![
+        Kind::of::<bad::Impure>(),
+        Kind::of::<bad::Unwindowed>(),
+        Kind::of::<bad::Infinite>(),
+        Kind::of::<bad::Greedy>(),
+        Kind::of::<bad::Contrary>(),
+    ];
     let mut families = shibo_nodes::families();
     families.push(Family { name: "Bad", doc: "Nodes that break the rules.", kinds: bad });
     Registry::new(families)
@@ -344,6 +394,10 @@ fn bad_nodes_are_found() {
     assert!(is_documented(&registry, info("Impure")).is_err());
     assert!(is_deterministic(&with_bad_nodes, info("Impure")).is_err());
     assert!(is_deterministic(&with_bad_nodes, info("Unwindowed")).is_err());
+    assert!(states_what_it_reads(&with_bad_nodes, info("Contrary")).is_err());
+    let greedy = graph(&registry, info("Greedy"), UVec2::splat(8), None).unwrap();
+    let refused = bytes(&session(with_bad_nodes(), 1), &greedy, 8).unwrap_err();
+    assert!(refused.contains("reads more than it states"), "{refused}");
     let infinite = graph(&registry, info("Infinite"), UVec2::splat(8), None).unwrap();
     assert!(bytes(&session(with_bad_nodes(), 1), &infinite, 8).is_err());
     let impure = graph(&registry, info("Impure"), UVec2::splat(64), None).unwrap();

@@ -55,6 +55,73 @@ impl Node for Infinite {
     }
 }
 
+/// Reads more of its input than it states.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub(crate) struct Greedy {
+    pub(crate) value: f64,
+}
+
+impl Node for Greedy {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "Reads beyond its window.")];
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = gray(|out| out.data_mut().fill(0.5));
+        Ok(Outputs::one(Field::new(Type::Gray, Tiling::NONE, Beyond(input))))
+    }
+}
+
+struct Beyond(Field);
+
+impl FieldSource for Beyond {
+    fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
+        Vec::new()
+    }
+
+    fn later(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        vec![Read::new(&self.0, grid, window)]
+    }
+
+    fn narrow(&self, _given: &Given<'_>, _grid: &Grid, window: Window) -> Vec<Window> {
+        vec![window.grow(1, 1)]
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        out.copy_from(given.tile(0), 0, 0);
+        Ok(())
+    }
+}
+
+/// Needs more for a part of a window than for the whole.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub(crate) struct Contrary {
+    pub(crate) value: f64,
+}
+
+impl Node for Contrary {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "Reads more for less.")];
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = gray(|out| out.data_mut().fill(0.5));
+        Ok(Outputs::one(Field::new(Type::Gray, Tiling::NONE, Around(input))))
+    }
+}
+
+struct Around(Field);
+
+impl FieldSource for Around {
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        let halo = 100_i32.saturating_sub_unsigned(window.width);
+        vec![Read::new(&self.0, grid, window.grow(halo.max(0), 0))]
+    }
+
+    fn fill(&self, _given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        out.data_mut().fill(0.5);
+        Ok(())
+    }
+}
+
 /// A field whose windows are computed as they are asked for.
 fn gray(fill: impl Fn(&mut Tile) + Send + Sync + 'static) -> Field {
     let source = Plain(fill);

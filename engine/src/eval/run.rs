@@ -170,13 +170,16 @@ impl<'g> Run<'g> {
     /// As the field's code says.
     pub fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
         self.prepare(field, grid)?;
-        let mut out = Tile::new(*grid, window, field.channels());
         let owner = field.owner().or(field.key()).unwrap_or_else(|| Key::of("raster", &[]));
         let blocks: Vec<Window> = Blocks::endless(window).iter().map(|(x, y)| Piece::window(x, y)).collect();
-        let parts: Result<Vec<_>, Stop> =
-            blocks.par_iter().map(|block| self.read(field, grid, block.intersection(&window), owner)).collect();
-        parts?.iter().for_each(|part| out.copy_from(part, 0, 0));
-        Ok(out)
+        // Each part is let go of as soon as it is copied.
+        let out = Mutex::new(Tile::new(*grid, window, field.channels()));
+        blocks.par_iter().try_for_each(|block| {
+            let part = self.read(field, grid, block.intersection(&window), owner)?;
+            lock(&out).copy_from(&part, 0, 0);
+            Ok::<(), Stop>(())
+        })?;
+        Ok(out.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
     pub(super) fn failed(&self, owner: Key, problem: &Problem) {

@@ -7,6 +7,7 @@ use super::memory::{Guard, TileKey};
 use super::run::Run;
 use super::stats::Work;
 use super::{DiskCache, MemoryCache};
+use crate::diagnostics::{Code, Problem};
 use crate::value::{Blocks, Cost, Field, Given, Grid, Key, Piece, Read, Stop, TILE, Tile, Window};
 use cpu_time::ThreadTime;
 use quick_cache::sync::GuardResult;
@@ -25,8 +26,17 @@ const MOST_PIXELS: usize = 1 << 22;
 struct Want<'f> {
     read: Read<'f>,
     owner: Key,
-    /// Whether it is to be computed just so, without the caches.
-    bare: bool,
+    how: How,
+}
+
+#[derive(Clone, Copy)]
+enum How {
+    /// As is best for the field.
+    Best,
+    /// As a whole tile, which is kept.
+    Tile(Piece, Piece),
+    /// Just so, without the caches.
+    Bare,
 }
 
 /// What is under way: a tile that is being made, or a window that is put together from tiles.
@@ -84,7 +94,7 @@ impl Run<'_> {
     /// The values of `field` in `window`.
     pub(super) fn read(&self, field: &Field, grid: &Grid, window: Window, owner: Key) -> Result<Arc<Tile>, Stop> {
         let mut stack: Vec<Frame<'_, '_>> = Vec::new();
-        let mut wanted = Some(Want { read: Read::new(field, grid, window), owner, bare: false });
+        let mut wanted = Some(Want { read: Read::new(field, grid, window), owner, how: How::Best });
         let mut made = None;
         loop {
             if let Some(want) = wanted.take() {
@@ -112,8 +122,14 @@ impl Run<'_> {
 
     /// The tile that is wanted, if it is at hand, or what must be done for it.
     fn begin<'f, 's>(&'s self, want: Want<'f>) -> Result<Result<Arc<Tile>, Frame<'f, 's>>, Stop> {
-        let Want { read: Read { field, grid, window }, owner, bare } = want;
-        let Some(key) = field.key().filter(|_| !bare) else { return self.fill(want.read, owner, None, false).map(Err) };
+        let Want { read: Read { field, grid, window }, owner, how } = want;
+        let (key, how) = match (field.key(), how) {
+            (None, _) | (_, How::Bare) => return self.fill(want.read, owner, None, false).map(Err),
+            (Some(key), how) => (key, how),
+        };
+        if let How::Tile(x, y) = how {
+            return self.tile(field, key, &grid, (x, y));
+        }
         let kept = field.source().cost() == Cost::Local || self.is_shared(key, &grid);
         if field.as_constant().is_some() || (!kept && Blocks::endless(window).count() == 1) {
             return self.fill(want.read, field.owner().unwrap_or(key), None, true).map(Err);
@@ -201,7 +217,7 @@ impl<'f> Join<'f> {
         match self.blocks.get(self.next) {
             Some((x, y)) => {
                 let read = Read::new(self.field, &self.grid, Piece::window(x, y));
-                Step::Want(Want { read, owner: self.key, bare: false })
+                Step::Want(Want { read, owner: self.key, how: How::Tile(x, y) })
             }
             None => {
                 let out = self.out.take().unwrap_or_else(|| Tile::new(self.grid, self.window, self.field.channels()));
@@ -265,6 +281,14 @@ impl<'f> Fill<'f, '_> {
             let later = field.source().later(&grid, window);
             if !later.is_empty() {
                 let narrow = self.with_given(run, |given| field.source().narrow(given, &grid, window));
+                let within =
+                    later.len() == narrow.len() && later.iter().zip(&narrow).all(|(l, n)| l.window.contains(n));
+                if !within {
+                    let problem = Problem::new(Code::BadValue, "a field reads more than it states");
+                    let problem = problem.help("this is a defect of the node");
+                    run.failed(self.owner, &problem);
+                    return Err(problem.into());
+                }
                 let most = narrow.iter().map(Window::len).sum::<usize>();
                 if most > MOST_PIXELS && window.len() > 1 {
                     run.cancel.check()?;
@@ -279,10 +303,10 @@ impl<'f> Fill<'f, '_> {
         }
         if let Some(halves) = &self.halves {
             let part = halves.windows.get(halves.done).map(|window| Read::new(field, &grid, *window));
-            return Ok(part.map(|read| Want { read, owner: self.owner, bare: true }));
+            return Ok(part.map(|read| Want { read, owner: self.owner, how: How::Bare }));
         }
         let read = self.wanted.get(self.tiles.len());
-        Ok(read.map(|read| Want { read: *read, owner: self.owner, bare: false }))
+        Ok(read.map(|read| Want { read: *read, owner: self.owner, how: How::Best }))
     }
 }
 

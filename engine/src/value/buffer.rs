@@ -1,4 +1,4 @@
-//! The memory of tiles, handed from one to the next.
+//! The memory of tiles and of what kernels keep for the while of a tile, handed from one to the next.
 //!
 //! Tiles come and go by the thousand, and are large enough that the allocator would give their memory back to the system
 //! and fetch it again, page by page, which costs about as much as a cheap node. So a few of them are held back. This is
@@ -45,11 +45,11 @@ impl Spare {
 
 /// Numbers whose memory is used again by another buffer when this one is dropped.
 #[derive(Debug, PartialEq)]
-pub(super) struct Buffer(Vec<f32>);
+pub struct Buffer(Vec<f32>);
 
 impl Buffer {
     /// `length` zeros.
-    pub(super) fn zeros(length: usize) -> Self {
+    pub fn zeros(length: usize) -> Self {
         let used = if length < LEAST { None } else { spare().take(length) };
         Self(match used {
             Some(mut buffer) => {

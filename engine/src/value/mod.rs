@@ -20,6 +20,7 @@ mod ty;
 mod wood;
 
 pub use area::Area;
+pub use buffer::Buffer;
 pub use canvas::{Canvas, Grid, GridId, TileMode, Tiling, Window};
 pub use color::{linear_to_srgb, srgb_to_linear};
 pub use cut::Cut;

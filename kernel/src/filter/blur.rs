@@ -10,6 +10,7 @@
 
 use crate::ground::simd;
 use crate::ground::window::{Rect, View, index, offset};
+use shibo_engine::value::Buffer;
 
 /// One axis of the filter.
 struct Axis {
@@ -87,13 +88,13 @@ pub fn blur(input: &View<'_>, rect: Rect, sigma: [f64; 2], out: &mut [f32]) {
 
 /// Rows without gaps.
 struct Plane {
-    data: Vec<f32>,
+    data: Buffer,
     w: usize,
 }
 
 impl Plane {
     fn new(w: usize, h: usize) -> Self {
-        Self { data: vec![0.0; w * h], w }
+        Self { data: Buffer::zeros(w * h), w }
     }
 
     #[inline(always)]

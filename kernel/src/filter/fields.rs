@@ -10,7 +10,9 @@ use super::{blur, pyramid};
 use crate::ground::tile::{self, window};
 use crate::ground::window::{Rect, View};
 use glam::{DVec2, UVec2};
-use shibo_engine::value::{Canvas, Field, FieldSource, Given, Grid, Key, Read, Stop, Tile, Tiling, Type, Window};
+use shibo_engine::value::{
+    Buffer, Canvas, Field, FieldSource, Given, Grid, Key, Read, Stop, Tile, Tiling, Type, Window,
+};
 
 /// `input` blurred by a Gaussian of `sigma` mm, on a canvas of `size` mm.
 pub fn blurred(input: &Field, sigma: f64, size: DVec2) -> Field {
@@ -131,7 +133,7 @@ impl FieldSource for Blurred {
         let plan = self.plan(&out.grid);
         let rect = tile::rect(out.window);
         let (coarse, input) = (plan.coarse(rect), given.tile(0));
-        let mut blurred = vec![0.0; if plan.level == 0 { 0 } else { coarse.area() }];
+        let mut blurred = Buffer::zeros(if plan.level == 0 { 0 } else { coarse.area() });
         for (channel, plane) in out.planes_mut().into_iter().enumerate() {
             if plan.level == 0 {
                 blur::blur(&tile::view(input, channel), rect, plan.sigma, plane);

@@ -7,6 +7,7 @@ use super::job::Job;
 use super::pen::{Bell, Edge, LANES, Linear, Pen, Shape, Smooth, View};
 use super::style::{NO_STROKE, Profile, Window};
 use pulp::Simd;
+use shibo_engine::value::Buffer;
 use std::ops::RangeInclusive;
 
 /// How pixels are combined with what is there.
@@ -42,7 +43,7 @@ pub(super) struct Canvas {
     window: Window,
     rule: Rule,
     stride: usize,
-    values: Vec<f32>,
+    values: Buffer,
     ids: Vec<u32>,
 }
 
@@ -51,7 +52,7 @@ impl Canvas {
         let stride = window.width + LANES;
         let count = stride * window.height;
         let ids = if rule == Rule::Ids { vec![NO_STROKE; count] } else { Vec::new() };
-        Self { window: *window, rule, stride, values: vec![0.0; count], ids }
+        Self { window: *window, rule, stride, values: Buffer::zeros(count), ids }
     }
 
     /// Draws strokes in their order.

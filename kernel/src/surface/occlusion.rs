@@ -9,6 +9,7 @@ use crate::filter::blur;
 use crate::ground::math::max;
 use crate::ground::simd;
 use crate::ground::window::{Rect, View};
+use shibo_engine::value::Buffer;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +49,7 @@ impl OcclusionSpec {
 /// # Panics
 /// If `input` does not cover `rect` grown by the halo, or `out` is smaller than `rect`.
 pub fn occlusion(input: &View<'_>, rect: Rect, spec: &OcclusionSpec, out: &mut [f32]) {
-    let mut means = SCALES.map(|_| vec![0.0; rect.area()]);
+    let mut means = SCALES.map(|_| Buffer::zeros(rect.area()));
     for (mean, scale) in means.iter_mut().zip(SCALES) {
         blur::blur(input, rect, spec.sigma(scale), mean);
     }

@@ -6,12 +6,13 @@ use common::bad;
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Keys, Silent, encode};
 use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
-use shibo_engine::node::{KindInfo, ParamInfo, Role};
+use shibo_engine::node::{KindInfo, OutputType, ParamInfo, Role};
 use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::{Failure, Session, Settings};
-use shibo_engine::value::{Field, Read, Type, Value, Window};
-use std::collections::BTreeSet;
+use shibo_engine::value::{Accepts, Read, Type, Window};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// A picture for nodes that read one.
 const PICTURE: &str = "tests/data/ramp.png";
@@ -46,31 +47,57 @@ const STAND_INS: &str = r##"
     "turned": JacobianFromAngleScale(angle: 20, scale: "stretch"),
     "stretch": Remap(input: "gray", to: (0.8, 1.3)),
     "exemplar": Exemplar(input: "rgb", size: (32, 32)),
-    "start": StartCoords(size: (8, 8), levels: 2),
     "coords": JitterCoords(coords: "start", amount: 4),
+    "start": StartCoords(size: (8, 8), levels: 2),
 "##;
 
-fn stand_in(ty: Type) -> &'static str {
-    match ty {
-        Type::Gray | Type::Field => "\"gray\"",
-        Type::Rgb => "\"rgb\"",
-        Type::Normal => "\"normal\"",
-        Type::Ids => "\"cells.ids\"",
-        Type::Points => "\"points\"",
-        Type::Lattice => "\"lattice\"",
-        Type::SpringNet => "\"springs\"",
-        Type::Segments => "\"segments\"",
-        Type::Material => "\"material\"",
-        Type::Jacobian => "\"turned\"",
-        Type::Exemplar => "\"exemplar\"",
-        Type::CoordMap => "\"coords\"",
-        Type::Curve => "\"curve\"",
-        Type::Skeleton => "\"skeleton\"",
-        Type::ColorPattern => "\"pattern\"",
-        Type::Solid | Type::AnySolid => "\"solid\"",
-        Type::SolidColor => "\"solid_color\"",
-        Type::SolidVector => "\"fiber\"",
-        other => panic!("no stand-in for a port of type {other}"),
+/// The outputs of [`STAND_INS`] by type: the first of each.
+fn stand_ins() -> &'static BTreeMap<Type, String> {
+    static FOUND: OnceLock<BTreeMap<Type, String>> = OnceLock::new();
+    FOUND.get_or_init(|| {
+        let graph = load(&shibo_nodes::registry(), STAND_INS, UVec2::splat(64)).unwrap();
+        let mut found = BTreeMap::new();
+        for node in graph.nodes.node_weights() {
+            for (output, ty) in node.node.outputs().iter().zip(&node.outputs) {
+                found.entry(*ty).or_insert_with(|| format!("\"{}.{}\"", node.name, output.name));
+            }
+        }
+        found
+    })
+}
+
+/// What a port is connected to, and the nodes that this takes beside [`STAND_INS`].
+fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, String), String> {
+    let ty = match port {
+        Accepts::One(ty) => ty,
+        Accepts::Field => Type::Gray,
+        Accepts::AnySolid => Type::Solid,
+    };
+    match stand_ins().get(&ty) {
+        Some(known) => Ok((known.clone(), String::new())),
+        None => made(registry, ty),
+    }
+}
+
+/// The first kind whose main output is of this type, as a node with its ports connected.
+fn made(registry: &Registry, ty: Type) -> Result<(String, String), String> {
+    let mut infos = registry.kinds().filter_map(|kind| registry.info(kind));
+    let makes = |info: &&KindInfo| {
+        info.outputs[0].ty == OutputType::Fixed(ty) && info.ports().all(|(_, port)| port.ty != Accepts::One(ty))
+    };
+    let info = infos.find(makes).ok_or_else(|| format!("no kind makes {ty} of something else"))?;
+    let (args, nodes) = arguments(registry, info, None)?;
+    Ok((format!("\"made_{ty}\""), format!("{nodes} \"made_{ty}\": {}({args}),", info.kind)))
+}
+
+#[test]
+fn every_type_can_be_made() {
+    let registry = shibo_nodes::registry();
+    for ty in Type::ALL.iter().filter(|ty| **ty != Type::Picture) {
+        let (name, nodes) = made(&registry, *ty).unwrap();
+        let graph = load(&registry, &format!("{STAND_INS} {nodes}"), UVec2::splat(8)).unwrap();
+        let node = graph.nodes.node_weights().find(|node| format!("\"{}\"", node.name) == name).unwrap();
+        assert_eq!(node.outputs[0], *ty);
     }
 }
 
@@ -85,23 +112,38 @@ fn needed(kind: &str) -> Option<(&'static str, String)> {
     }
 }
 
-/// A graph whose node `it` is a `kind` with its ports connected and one parameter changed.
-fn graph(registry: &Registry, info: &KindInfo, size: UVec2, change: Option<(&str, &str)>) -> Result<Graph, String> {
-    let mut args = Vec::new();
+/// The arguments of a kind with its ports connected and one parameter changed, and the nodes that this takes beside
+/// [`STAND_INS`].
+fn arguments(registry: &Registry, info: &KindInfo, change: Option<(&str, &str)>) -> Result<(String, String), String> {
+    let (mut args, mut nodes) = (Vec::new(), String::new());
     for (field, port) in info.ports().filter(|(_, port)| port.required) {
-        let text = stand_in(port.ty);
+        let (text, more) = stand_in(registry, port.ty)?;
         args.push(if port.list { format!("{}: [{text}]", field.name) } else { format!("{}: {text}", field.name) });
+        if !nodes.contains(&more) {
+            nodes.push_str(&more);
+        }
     }
     if let Some((field, text)) = needed(&info.kind).filter(|(field, _)| change.is_none_or(|c| c.0 != *field)) {
         args.push(format!("{field}: {text}"));
     }
     args.extend(change.map(|(field, text)| format!("{field}: {text}")));
-    let node = format!("\"it\": {}({}),", info.kind, args.join(", "));
-    let text = format!("(canvas: (size_mm: 16, resolution: 64, seed: 3), nodes: {{ {STAND_INS} {node} }})");
+    Ok((args.join(", "), nodes))
+}
+
+/// A graph of these nodes.
+fn load(registry: &Registry, nodes: &str, size: UVec2) -> Result<Graph, String> {
+    let text = format!("(canvas: (size_mm: 16, resolution: 64, seed: 3), nodes: {{ {nodes} }})");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("contract.ron");
     let loaded = load_text(&path, &text, registry, &options(size));
     let errors: Vec<&str> = loaded.diagnostics.iter().filter(|d| !d.warning).map(|d| d.message.as_str()).collect();
-    loaded.graph.ok_or_else(|| format!("{node} {}", errors.join("; ")))
+    loaded.graph.ok_or_else(|| errors.join("; "))
+}
+
+/// A graph whose node `it` is a `kind` with its ports connected and one parameter changed.
+fn graph(registry: &Registry, info: &KindInfo, size: UVec2, change: Option<(&str, &str)>) -> Result<Graph, String> {
+    let (args, nodes) = arguments(registry, info, change)?;
+    let node = format!("\"it\": {}({args}),", info.kind);
+    load(registry, &format!("{STAND_INS} {nodes} {node}"), size).map_err(|errors| format!("{node} {errors}"))
 }
 
 fn session(registry: Registry, threads: usize) -> Session {
@@ -110,16 +152,6 @@ fn session(registry: Registry, threads: usize) -> Session {
 
 fn it(graph: &Graph) -> petgraph::graph::NodeIndex {
     graph.nodes.node_indices().find(|i| graph.nodes[*i].name == "it").unwrap()
-}
-
-/// The fields that a value consists of.
-fn fields(value: &Value) -> Vec<Field> {
-    match value {
-        Value::Field(field) => vec![field.clone()],
-        Value::Picture(picture) => vec![picture.gray.clone(), picture.rgb.clone()],
-        Value::Material(material) => material.channels().iter().map(|(_, field)| field.clone()).collect(),
-        _ => Vec::new(),
-    }
 }
 
 /// Everything that a node makes, as bytes; fields put together from windows of at most `side` pixels.
@@ -131,7 +163,7 @@ fn bytes(session: &Session, graph: &Graph, side: u32) -> Result<Vec<u8>, String>
     for output in 0..graph.nodes[node].outputs.len() {
         let value = session.value(graph, (node, output), &CancelToken::default(), &Silent).map_err(fail)?;
         all.extend(encode(&value).unwrap_or_default());
-        for field in fields(&value) {
+        for field in value.fields() {
             let mut whole = shibo_engine::value::Tile::new(grid, Window::full(size), field.channels());
             let mut windows = Vec::new();
             for y in (0..size.y).step_by(side as usize) {
@@ -210,7 +242,7 @@ fn agrees_at_points(registry: &Registry, info: &KindInfo) -> Result<(), String> 
     for output in 0..graph.nodes[node].outputs.len() {
         let value = session.value(&graph, (node, output), &token, &Silent).map_err(|f| format!("{f:?}"))?;
         // Names of regions have no values in between.
-        for field in fields(&value).into_iter().filter(|field| field.ty() != Type::Ids) {
+        for field in value.fields().into_iter().filter(|field| field.ty() != Type::Ids) {
             let points = [(5, 7), (40, 61), (95, 0), (17, 88)];
             let mut wanted = vec![(grid, Window::full(size))];
             let one = Window { x: 0, y: 0, width: 1, height: 1 };

@@ -9,7 +9,7 @@ use picture::{Picture, SIDE};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Channel, Field, Value, Window};
+use shibo_engine::value::{Channel, Field, Sketch, Value, Window};
 use std::path::{Path, PathBuf};
 
 /// The mean difference allowed between pictures, of 255.
@@ -83,20 +83,21 @@ fn show(session: &Session, graph: &Graph) -> Result<Picture, String> {
         let (mut tiles, _) = session.rasters(graph, field, &wanted, &cancel, &Silent).map_err(|e| format!("{e:?}"))?;
         Ok::<_, String>(Picture::of_tile(field.ty(), &tiles.remove(0)))
     };
+    if let Some(shown) = value.field() {
+        return field(&shown);
+    }
     match &value {
-        Value::Field(f) => field(f),
-        Value::Picture(picture) => field(&picture.rgb),
         Value::Material(material) => {
             let shown = material.get(Channel::BaseColor).or_else(|| material.channels().first().map(|(_, f)| f));
             field(shown.ok_or("the material has no channels")?)
         }
-        Value::Points(points) => Ok(Picture::of_points(points)),
         Value::Lattice(lattice) => Ok(Picture::of_lattice(lattice)),
         Value::SpringNet(springs) => Ok(Picture::of_lattice(&springs.lattice)),
-        Value::Segments(segments) => Ok(Picture::of_segments(segments)),
-        Value::Exemplar(exemplar) => Ok(Picture::of_exemplar(exemplar)),
-        Value::CoordMap(map) => Ok(Picture::of_coords(map)),
-        other => Err(format!("a {} cannot be shown", other.ty())),
+        other => match other.sketch() {
+            Some(Sketch::Canvas(shapes)) => Ok(Picture::of_shapes(&shapes)),
+            Some(Sketch::Pixels(pixels)) => Ok(Picture::of_pixels(&pixels)),
+            Some(Sketch::Space(_)) | None => Err(format!("a {} cannot be shown", other.ty())),
+        },
     }
 }
 

@@ -90,6 +90,22 @@ fn the_engine_knows_no_node() {
 }
 
 #[test]
+fn types_of_objects_are_named_in_one_table() {
+    let table = code(&root("engine/src/value/mod.rs"));
+    let lines = table.lines().map(str::split_whitespace).filter_map(|mut words| Some((words.next()?, words.next()?)));
+    let objects: Vec<&str> = lines.filter(|(_, color)| color.starts_with("\"#")).map(|(name, _)| name).collect();
+    assert!(objects.len() > 5, "{objects:?}");
+    let inside = root("engine/src/value");
+    for file in sources(&root("engine/src")).into_iter().chain(sources(&root("src"))) {
+        let code = code(&file);
+        for word in words_after(&code, "Type::").into_iter().chain(words_after(&code, "Value::")) {
+            let named = objects.contains(&word.as_str()) && !file.starts_with(&inside);
+            assert!(!named, "{} knows the type {word}: let its `Object` say what it must know", file.display());
+        }
+    }
+}
+
+#[test]
 fn arrows_in_the_engine_point_down() {
     let order = ["session", "eval", "graph", "registry", "node", "value"];
     // What stands beside `value` may be used by all and uses only `value`.

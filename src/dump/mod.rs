@@ -16,7 +16,7 @@ use glam::UVec2;
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Session};
-use shibo_engine::value::{Field, Tile, Value, Window};
+use shibo_engine::value::{Field, Number, Tile, Value, Window};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -89,29 +89,24 @@ pub(crate) fn run(args: &DumpArgs, terminal: &Terminal) -> Result<(), Quit> {
 
 impl Source<'_> {
     fn data(&self, value: &Value) -> Result<Data, Failure> {
-        Ok(match value {
-            Value::Field(field) => Data::Field(self.field(field)?),
-            Value::Picture(picture) => Data::Field(FieldData { ty: "Picture", ..self.field(&picture.rgb)? }),
+        if let Some(data) = value.data() {
+            return Ok(Data::Object(data));
+        }
+        if let Some(field) = value.field() {
+            return Ok(Data::Field(FieldData { ty: value.ty().name(), ..self.field(&field)? }));
+        }
+        match value {
             Value::Material(material) => {
                 let one =
                     |(channel, field): &(shibo_engine::value::Channel, Field)| Ok((channel.name(), self.field(field)?));
-                Data::material(material.channels().iter().map(one).collect::<Result<_, Failure>>()?)
+                Ok(Data::material(material.channels().iter().map(one).collect::<Result<_, Failure>>()?))
             }
-            Value::Points(points) => data::points(points),
-            Value::Lattice(lattice) => data::lattice(lattice),
-            Value::SpringNet(springs) => data::springs(springs),
-            Value::Segments(segments) => data::segments(segments),
-            Value::Exemplar(exemplar) => data::exemplar(exemplar),
-            Value::CoordMap(map) => data::coords(map),
-            Value::Curve(curve) => data::curve(curve),
-            Value::Skeleton(skeleton) => data::skeleton(skeleton),
-            Value::ColorPattern(pattern) => data::pattern(pattern),
             Value::Solid(solid) => {
                 let message = format!("a {} has values at points only; give some with `--at FILE.csv`", solid.ty());
-                return Err(Failure::Usage(message));
+                Err(Failure::Usage(message))
             }
-            other => return Err(Failure::Usage(format!("a {} cannot be printed", other.ty()))),
-        })
+            other => Err(Failure::Usage(format!("a {} cannot be printed", other.ty()))),
+        }
     }
 
     fn field(&self, field: &Field) -> Result<FieldData, Failure> {
@@ -128,25 +123,23 @@ impl Source<'_> {
 
     /// The values of a field at points; each stands for a pixel around it.
     fn at(&self, value: &Value, points: &[glam::DVec3]) -> Result<Data, Failure> {
-        let (field, ty) = match value {
-            Value::Field(field) => (field, field.ty()),
-            Value::Picture(picture) => (&picture.rgb, value.ty()),
-            Value::Solid(solid) => return Ok(data::solid(solid, &solid.at(points))),
-            other => {
-                return Err(Failure::Usage(format!("`--at` takes a field or a solid, and this is a {}", other.ty())));
-            }
+        if let Value::Solid(solid) = value {
+            return Ok(Data::solid(solid, &solid.at(points)));
+        }
+        let Some(field) = value.field() else {
+            return Err(Failure::Usage(format!("`--at` takes a field or a solid, and this is a {}", value.ty())));
         };
         let grid = self.graph.canvas.grid(self.graph.canvas.resolution);
         let window = Window::full(UVec2::ONE);
         let wanted: Vec<_> = points.iter().map(|point| (grid.centered_at(point.truncate()), window)).collect();
-        let (tiles, _) = self.session.rasters(self.graph, field, &wanted, self.cancel, self.progress)?;
+        let (tiles, _) = self.session.rasters(self.graph, &field, &wanted, self.cancel, self.progress)?;
         let values = tiles.iter().flat_map(interleaved).collect();
-        Ok(Data::Field(FieldData { ty: ty.name(), size: None, channels: field.channels(), values }))
+        Ok(Data::Field(FieldData { ty: value.ty().name(), size: None, channels: field.channels(), values }))
     }
 }
 
 /// The values of a tile, channels innermost.
-fn interleaved(tile: &Tile) -> impl Iterator<Item = data::Number> {
+fn interleaved(tile: &Tile) -> impl Iterator<Item = Number> {
     let pixels = tile.window.len();
-    (0..pixels).flat_map(move |i| (0..tile.channels()).map(move |c| data::Number(tile.plane(c)[i])))
+    (0..pixels).flat_map(move |i| (0..tile.channels()).map(move |c| Number(tile.plane(c)[i])))
 }

@@ -1,5 +1,5 @@
 //! A graph for Graphviz.
-use super::{Drawing, color};
+use super::Drawing;
 use std::fmt::Write;
 
 /// The graph in DOT.
@@ -16,9 +16,8 @@ pub(super) fn dot(drawing: &Drawing) -> String {
     for wire in &drawing.wires {
         let tail = wire.output.map_or(String::new(), |name| format!(", taillabel={}", quoted(name)));
         let head = if wire.port.is_empty() { String::new() } else { format!(", headlabel={}", quoted(&wire.port)) };
-        let (from, to) = (wire.from, wire.to);
-        let _ =
-            writeln!(out, "  n{from} -> n{to} [color=\"{}\", tooltip=\"{}\"{tail}{head}];", color(wire.ty), wire.ty);
+        let (from, to, ty, color) = (wire.from, wire.to, wire.ty, wire.ty.color());
+        let _ = writeln!(out, "  n{from} -> n{to} [color=\"{color}\", tooltip=\"{ty}\"{tail}{head}];");
     }
     out.push_str("}\n");
     out

@@ -105,24 +105,3 @@ impl Drawing {
         Self { title, items, wires }
     }
 }
-
-/// The colour of what a wire carries.
-pub(crate) const fn color(ty: Type) -> &'static str {
-    match ty {
-        Type::Gray => "#7a8290",
-        Type::Rgb | Type::Picture => "#d08a1d",
-        Type::Normal => "#7f6be0",
-        Type::Vec2 | Type::Jacobian => "#3f8fd2",
-        Type::Ids => "#b0589c",
-        Type::Points => "#3f9c5a",
-        Type::Lattice => "#2f8f86",
-        Type::SpringNet => "#c2503e",
-        Type::Segments => "#8a6d3b",
-        Type::Exemplar | Type::CoordMap => "#7a4fa3",
-        Type::Curve | Type::Skeleton => "#6b4a2b",
-        Type::ColorPattern => "#d0a21d",
-        Type::Solid | Type::SolidColor | Type::SolidVector => "#9a6a3f",
-        Type::Material => "#c03a6b",
-        _ => "#555555",
-    }
-}

@@ -1,6 +1,6 @@
 //! A graph as a picture.
 use super::layout::{Layout, Place, layout};
-use super::{Drawing, Item, Wire, color};
+use super::{Drawing, Item, Wire};
 use std::fmt::Write;
 
 const MARGIN: f64 = 24.0;
@@ -118,7 +118,7 @@ fn wire(out: &mut String, drawing: &Drawing, wire: &Wire, path: &str) {
     let _ = writeln!(
         out,
         "<path d=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\" stroke-opacity=\"0.85\"><title>{title}</title></path>",
-        color(wire.ty)
+        wire.ty.color()
     );
 }
 

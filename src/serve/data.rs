@@ -61,11 +61,11 @@ fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, long
             let stored = scene.picture(look, &stage.store, target, (&field, manner), scene.size(longest))?;
             about["shown"] = json!(scene.shown(target, manner.unit, stored));
         }
-        Some(Sight::Flat(flat)) => {
-            let stored = scene.flat(&stage.store, target, &flat, super::WHOLE);
-            about["shown"] = json!(scene.shown_flat(target, stored));
+        Some(Sight::Pixels(pixels)) => {
+            let stored = scene.pixels(&stage.store, target, &pixels, super::WHOLE);
+            about["shown"] = json!(scene.shown_pixels(target, stored));
         }
-        Some(Sight::Object(value)) => about["object"] = value.ty().to_string().into(),
+        Some(Sight::Object(ty, _)) => about["object"] = ty.name().into(),
         None => {}
     }
     Ok(about)
@@ -131,7 +131,7 @@ pub(super) async fn thumb(State(app): State<App>, query: Query2<Node>) -> Result
             Some(Sight::Field(field, manner)) => {
                 scene.picture(look, &stage.store, &target, (&field, manner), scene.size(THUMB)).map(Some)
             }
-            Some(Sight::Flat(flat)) => Ok(Some(scene.flat(&stage.store, &target, &flat, THUMB))),
+            Some(Sight::Pixels(pixels)) => Ok(Some(scene.pixels(&stage.store, &target, &pixels, THUMB))),
             _ => Ok(None),
         })
         .await?;
@@ -184,8 +184,8 @@ pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<
     let (scene, target) = app.about(&about)?;
     let data = app
         .look(&scene, move |look, _, scene| {
-            let value = look.value(target.node, target.output)?;
-            Ok(value.and_then(|value| object::object(&value, &scene.graph.canvas)))
+            let Some(Sight::Object(ty, Some(sketch))) = scene.sight(look, &target)? else { return Ok(None) };
+            Ok(object::object(ty, &sketch, &scene.graph.canvas))
         })
         .await?;
     data.map(|data| Json(data).into_response()).ok_or(No::Unknown)

@@ -1,6 +1,6 @@
 //! A graph as it is shown: what can be looked at in it, and the pictures of it.
 use super::paint::{Painter, range};
-use super::sights::{self, Flat};
+use super::sights;
 use super::store::{Store, Stored};
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
@@ -9,7 +9,7 @@ use shibo_engine::diagnostics::{Code, Diagnostic};
 use shibo_engine::eval::{CancelToken, Keys, NodeStats};
 use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Channel, Field, Grid, Key, Type, Value, Window};
+use shibo_engine::value::{Channel, Field, Grid, Key, Pixels, Sketch, Type, Value, Window};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -59,9 +59,9 @@ pub(crate) enum Sight {
     /// A picture of it.
     Field(Field, Manner),
     /// A picture with pixels of its own, that lies nowhere on the canvas.
-    Flat(Box<Flat>),
-    /// Data without a picture of its own.
-    Object(Value),
+    Pixels(Pixels),
+    /// An object of this type, and the shapes that are to be seen of it, if any are.
+    Object(Type, Option<Sketch>),
 }
 
 /// A picture of a target, as pages are told of it.
@@ -214,7 +214,10 @@ impl Scene {
                 let ty = if solid.ty() == Type::SolidVector { Type::Vec2 } else { field.ty() };
                 Some(Sight::Field(field, Manner { unit: "", ty, holes: true }))
             }
-            value => Some(sights::flat(&value).map_or(Sight::Object(value), |flat| Sight::Flat(Box::new(flat)))),
+            value => Some(match value.sketch() {
+                Some(Sketch::Pixels(pixels)) => Sight::Pixels(pixels),
+                sketch => Sight::Object(value.ty(), sketch),
+            }),
         })
     }
 
@@ -265,15 +268,15 @@ impl Scene {
     }
 
     /// A picture that lies nowhere on the canvas, at most `longest` pixels wide and high.
-    pub(crate) fn flat(&self, store: &Store, target: &Target, flat: &Flat, longest: u32) -> Arc<Stored> {
+    pub(crate) fn pixels(&self, store: &Store, target: &Target, pixels: &Pixels, longest: u32) -> Arc<Stored> {
         let key = self.keys.output(target.node, target.output);
         let id = Key::of("flat preview", &[key.as_bytes(), &longest.to_le_bytes()]).to_string();
         store.get(&id).unwrap_or_else(|| {
-            let tile = flat.tile(longest);
-            let range = range(flat.ty, &tile);
-            let png = Painter::new(flat.ty, range).png(&tile, &|| false).unwrap_or_default().into();
+            let (ty, tile) = (pixels.ty(), sights::tile(pixels, longest));
+            let range = range(ty, &tile);
+            let png = Painter::new(ty, range).png(&tile, &|| false).unwrap_or_default().into();
             let size = [tile.window.width, tile.window.height];
-            let stored = Arc::new(Stored { id, png, size, range, ty: flat.ty });
+            let stored = Arc::new(Stored { id, png, size, range, ty });
             store.put(stored.clone());
             stored
         })
@@ -315,7 +318,7 @@ impl Scene {
     }
 
     /// How pages are told of a picture that lies nowhere on the canvas.
-    pub(crate) fn shown_flat(&self, target: &Target, stored: Arc<Stored>) -> Shown {
+    pub(crate) fn shown_pixels(&self, target: &Target, stored: Arc<Stored>) -> Shown {
         Shown { own: true, is_final: true, ..self.shown(target, "", stored) }
     }
 }

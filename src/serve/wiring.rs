@@ -1,5 +1,4 @@
 //! The graph as pages draw it: boxes in columns, and wires.
-use crate::graph::color;
 use crate::graph::layout::layout;
 use serde_json::{Value as Json, json};
 use shibo_engine::diagnostics::{SourceMap, Span};
@@ -32,7 +31,7 @@ pub(super) fn wiring(graph: &Graph) -> Json {
             "column": place.column,
             "row": place.row,
             "ports": ports.map(|(o, ty)| json!({ "name": o.name, "type": ty.to_string() })).collect::<Vec<_>>(),
-            "color": node.outputs.first().map(|ty| color(*ty)),
+            "color": node.outputs.first().map(|ty| ty.color()),
             "output": outputs.contains(&index.index()),
             "line": graph.sources.position(node.span.file, node.span.start).line,
         })
@@ -42,7 +41,7 @@ pub(super) fn wiring(graph: &Graph) -> Json {
         let from_node = &graph.nodes[petgraph::graph::NodeIndex::new(*from)];
         let ty = from_node.outputs.get(*output);
         let port = graph.nodes[petgraph::graph::NodeIndex::new(*to)].slots.get(*slot);
-        json!({ "from": from, "to": to, "port": port, "color": ty.map(|ty| color(*ty)), "bends": bends })
+        json!({ "from": from, "to": to, "port": port, "color": ty.map(|ty| ty.color()), "bends": bends })
     });
     json!({
         "nodes": nodes.collect::<Vec<_>>(),

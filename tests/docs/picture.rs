@@ -1,6 +1,6 @@
 //! Small pictures of what nodes make, and how alike two of them are.
 use glam::Vec2;
-use shibo_engine::value::{CoordMap, Exemplar, Lattice, Points, Segments, Tile, Type, linear_to_srgb};
+use shibo_engine::value::{Lattice, Pixels, Shapes, Tile, Type, linear_to_srgb};
 use std::path::Path;
 
 /// Width and height in pixels.
@@ -66,9 +66,12 @@ impl Picture {
         Self { width: tile.window.width, height: tile.window.height, samples }
     }
 
-    /// Points as dots.
-    pub(crate) fn of_points(points: &Points) -> Self {
-        draw(|canvas| points.positions.iter().for_each(|p| canvas.line([*p, *p], 0.45, INK)))
+    /// Points as dots, lines as lines.
+    pub(crate) fn of_shapes(shapes: &Shapes<Vec2>) -> Self {
+        draw(|canvas| {
+            shapes.lines.iter().for_each(|ends| canvas.line(*ends, 0.16, INK));
+            shapes.points.iter().for_each(|p| canvas.line([*p, *p], 0.45, INK));
+        })
     }
 
     /// Links as lines, broken ones left out, and points as dots.
@@ -83,38 +86,22 @@ impl Picture {
         })
     }
 
-    /// Segments as lines.
-    pub(crate) fn of_segments(segments: &Segments) -> Self {
-        draw(|canvas| segments.ends.iter().for_each(|ends| canvas.line(*ends, 0.16, INK)))
-    }
-
-    /// An exemplar, its pixels as squares.
-    pub(crate) fn of_exemplar(exemplar: &Exemplar) -> Self {
-        let (n, size) = (exemplar.len(), exemplar.frame.size);
-        let (lo, hi) = exemplar.shown.iter().fold((f32::MAX, f32::MIN), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
-        Self::of_pixels(size, |p| {
-            if exemplar.is_color() {
-                [0, 1, 2].map(|c| linear_to_srgb(exemplar.shown[c * n + p]))
-            } else {
-                [(exemplar.shown[p] - lo) / (hi - lo).max(f32::MIN_POSITIVE); 3]
-            }
-        })
-    }
-
-    /// Coordinates as colours: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow, the exemplar being 1 wide.
-    pub(crate) fn of_coords(map: &CoordMap) -> Self {
-        let size = map.exemplar.map_or(map.size, |frame| frame.size).as_vec2();
-        Self::of_pixels(map.size, |p| {
-            let [u, v] = map.coords[p];
-            [(u / size.x).rem_euclid(1.0), (v / size.y).rem_euclid(1.0), 0.0]
-        })
-    }
-
-    /// A picture of `size` pixels scaled to the sheet; its middle, if it is larger.
-    fn of_pixels(size: glam::UVec2, color: impl Fn(usize) -> [f32; 3]) -> Self {
-        let at = |k: u32, n: u32| if n > SIDE { k + (n - SIDE) / 2 } else { k * n / SIDE };
-        let pixels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| at(y, size.y) * size.x + at(x, size.x)));
-        Self { width: SIDE, height: SIDE, samples: pixels.flat_map(|p| color(p as usize).map(byte)).collect() }
+    /// A picture with pixels of its own, scaled to the sheet; its middle, if it is larger.
+    pub(crate) fn of_pixels(pixels: &Pixels) -> Self {
+        let planes: Vec<&[f32]> = pixels.planes().collect();
+        let all = planes.iter().copied().flatten();
+        let (lo, hi) = all.fold((f32::MAX, f32::MIN), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+        let value = |v: f32| match pixels.ty() {
+            Type::Rgb => linear_to_srgb(v),
+            Type::Normal => v,
+            _ => (v - lo) / (hi - lo).max(f32::MIN_POSITIVE),
+        };
+        let side = SIDE as usize;
+        let at = |k: usize, n: usize| if n > side { k + (n - side) / 2 } else { k * n / side };
+        let [width, height] = pixels.size();
+        let places = (0..side).flat_map(|y| (0..side).map(move |x| at(y, height) * width + at(x, width)));
+        let samples = places.flat_map(|p| [0, 1, 2].map(|c: usize| byte(value(planes[c.min(planes.len() - 1)][p]))));
+        Self { width: SIDE, height: SIDE, samples: samples.collect() }
     }
 
     /// Whether nothing can be seen.

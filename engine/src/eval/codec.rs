@@ -1,46 +1,50 @@
 //! Objects as bytes, for the disk cache.
-use crate::value::Value;
+use crate::value::{Type, Value, objects};
 use std::sync::Arc;
 
-/// The bytes of an object; `None` for values that are not data (fields and what holds them).
-pub fn encode(value: &Value) -> Option<Vec<u8>> {
-    match value {
-        Value::Points(points) => tagged(b'P', points),
-        Value::Lattice(lattice) => tagged(b'L', lattice),
-        Value::SpringNet(springs) => tagged(b'N', springs),
-        Value::Segments(segments) => tagged(b'G', segments),
-        Value::Exemplar(exemplar) => tagged(b'E', exemplar),
-        Value::CoordMap(map) => tagged(b'M', map),
-        Value::Curve(curve) => tagged(b'C', curve),
-        Value::Skeleton(skeleton) => tagged(b'K', skeleton),
-        Value::ColorPattern(pattern) => tagged(b'Y', pattern),
-        Value::Field(_) | Value::Picture(_) | Value::Material(_) | Value::Solid(_) => None,
-    }
-}
-
 /// Changes with the fields of any object.
-const FORM: u8 = 2;
+const FORM: u8 = 3;
 
-fn tagged<T: serde::Serialize>(tag: u8, object: &T) -> Option<Vec<u8>> {
-    postcard::to_extend(object, vec![FORM, tag]).ok()
+macro_rules! codec {
+    ($($name:ident $color:literal $doc:literal,)*) => {
+        /// The bytes of an object; `None` for values that are not data (fields and what holds them).
+        pub fn encode(value: &Value) -> Option<Vec<u8>> {
+            match value {
+                $(Value::$name(object) => named(Type::$name, object),)*
+                Value::Field(_) | Value::Picture(_) | Value::Material(_) | Value::Solid(_) => None,
+            }
+        }
+
+        /// The object of [`encode`]; `None` for bytes that are not its.
+        pub fn decode(bytes: &[u8]) -> Option<Value> {
+            let (name, body) = postcard::take_from_bytes::<&str>(bytes.strip_prefix(&[FORM])?).ok()?;
+            match Type::from_name(name)? {
+                $(Type::$name => Some(Value::$name(Arc::new(postcard::from_bytes(body).ok()?))),)*
+                _ => None,
+            }
+        }
+    };
 }
 
-/// The object of [`encode`]; `None` for bytes that are not its.
-pub fn decode(bytes: &[u8]) -> Option<Value> {
-    fn object<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Option<Arc<T>> {
-        postcard::from_bytes(bytes).ok().map(Arc::new)
+objects! { codec! {} }
+
+fn named<T: serde::Serialize>(ty: Type, object: &Arc<T>) -> Option<Vec<u8>> {
+    postcard::to_extend(&(ty.name(), object), vec![FORM]).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::value::{ColorPattern, Curve};
+
+    #[test]
+    fn objects_come_back_as_what_they_were() {
+        let curve = Value::from(Curve { points: vec![glam::DVec3::new(0.1, f64::INFINITY, -0.0)] });
+        let bytes = encode(&curve).unwrap();
+        let Some(Value::Curve(back)) = decode(&bytes) else { panic!("another type") };
+        assert_eq!(back.points, [glam::DVec3::new(0.1, f64::INFINITY, -0.0)]);
+        assert!(decode(&bytes[..bytes.len() - 1]).is_none() && decode(b"").is_none() && decode(&[FORM, 200]).is_none());
+        let pattern = Value::from(ColorPattern { table: Vec::new(), entries: 1, widths: Vec::new() });
+        assert!(matches!(decode(&encode(&pattern).unwrap()), Some(Value::ColorPattern(_))));
     }
-    let (tag, body) = bytes.strip_prefix(&[FORM])?.split_first()?;
-    Some(match tag {
-        b'P' => Value::Points(object(body)?),
-        b'L' => Value::Lattice(object(body)?),
-        b'N' => Value::SpringNet(object(body)?),
-        b'G' => Value::Segments(object(body)?),
-        b'E' => Value::Exemplar(object(body)?),
-        b'M' => Value::CoordMap(object(body)?),
-        b'C' => Value::Curve(object(body)?),
-        b'K' => Value::Skeleton(object(body)?),
-        b'Y' => Value::ColorPattern(object(body)?),
-        _ => return None,
-    })
 }

@@ -1,7 +1,7 @@
 //! The node that stands for an input of a sub-graph where what is given may be of another type than what is declared.
 use crate::node::{Arg, DynNode};
 use crate::node::{Context, Fact, Gray, In, Node, Output, Outputs, PortType, Rgb, build};
-use crate::value::{Field, Stop, Type};
+use crate::value::{Accepts, Field, Stop, Type};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -33,7 +33,7 @@ impl<T: PortType> JsonSchema for Convert<T> {
 }
 
 impl<T: PortType<Got = Field>> Node for Convert<T> {
-    const OUTPUTS: &'static [Output] = &[Output::new("value", T::TYPE, "What is given to the input.")];
+    const OUTPUTS: &'static [Output] = &[Output::new("value", given::<T>(), "What is given to the input.")];
     const FACTS: &'static [Fact] = &[];
 
     fn no_op(&self) -> Option<&'static str> {
@@ -45,13 +45,21 @@ impl<T: PortType<Got = Field>> Node for Convert<T> {
     }
 }
 
+/// What it hands on.
+const fn given<T: PortType>() -> Type {
+    match T::ACCEPTS.only() {
+        Some(ty) => ty,
+        None => Type::Gray,
+    }
+}
+
 /// The node that makes `ty` of its input; `same` if that is what it gets.
-pub(super) fn node(ty: Type, same: bool) -> Option<Arc<dyn DynNode>> {
+pub(super) fn node(ty: Accepts, same: bool) -> Option<Arc<dyn DynNode>> {
     let same = if same { "true" } else { "false" };
     let args = [("input", Arg::Slot(0)), ("same", Arg::Ron(same))];
     match ty {
-        Type::Gray => build::<Convert<Gray>>(&args).ok(),
-        Type::Rgb => build::<Convert<Rgb>>(&args).ok(),
+        Accepts::One(Type::Gray) => build::<Convert<Gray>>(&args).ok(),
+        Accepts::One(Type::Rgb) => build::<Convert<Rgb>>(&args).ok(),
         _ => None,
     }
 }

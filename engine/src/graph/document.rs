@@ -5,7 +5,7 @@ use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use crate::diagnostics::{Code, suggest};
 use crate::picture::{Depth, Format};
-use crate::value::Type;
+use crate::value::Accepts;
 
 const FIELDS: &[&str] = &["version", "canvas", "imports", "params", "presets", "inputs", "nodes", "outputs"];
 
@@ -36,7 +36,7 @@ pub(super) struct InputDecl {
     pub(super) name: String,
     pub(super) kind: Part,
     /// `None` after an error.
-    pub(super) ty: Option<Type>,
+    pub(super) ty: Option<Accepts>,
     pub(super) default: Option<Part>,
 }
 
@@ -164,8 +164,8 @@ fn input(entry: &Entry, report: &mut Report) -> InputDecl {
         report.push(mismatch(&entry.value, &what, "a type with a default, `Gray(default: 0.5)`"));
         return decl;
     };
-    let Some(ty) = Type::from_name(word.str()) else {
-        let names = Type::ALL.map(Type::name);
+    let Some(ty) = Accepts::from_name(word.str()) else {
+        let names: Vec<_> = Accepts::all().map(Accepts::name).collect();
         let message = format!("there is no type `{}`", shorten(word.str()));
         report.push(word.error(Code::UnknownVariant, message).help(suggest(word.str(), "type", &names)));
         return decl;

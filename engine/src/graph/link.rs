@@ -5,7 +5,7 @@ use super::{convert, ports};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::graph::{GraphNode, Input};
 use crate::node::OutputType;
-use crate::value::Type;
+use crate::value::{Accepts, Type};
 use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
@@ -117,7 +117,7 @@ impl Unit<'_> {
     fn find_types(&mut self, flat: usize) {
         let node = &self.flats[flat];
         let Some(info) = node.info else {
-            self.flats[flat].outputs = vec![Some(node.slots[0].wants)];
+            self.flats[flat].outputs = vec![node.slots[0].wants.only()];
             return;
         };
         let outputs = info.outputs.iter().map(|output| match output.ty {
@@ -171,7 +171,7 @@ impl Unit<'_> {
 
     fn build_pass(&mut self, flat: usize) {
         let slot = &self.flats[flat].slots[0];
-        let same = self.type_of(&slot.target) == Some(slot.wants);
+        let same = self.type_of(&slot.target).map(Accepts::One) == Some(slot.wants);
         self.flats[flat].node = convert::node(slot.wants, same);
     }
 

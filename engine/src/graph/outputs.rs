@@ -25,7 +25,7 @@ impl Unit<'_> {
             let Shape::Text(reference) = from.shape() else { continue };
             let meaning = self.resolve(0, from, &reference);
             let Some(ty) = self.type_of(&meaning.target) else { continue };
-            if rendered && !(ty.is_field() || matches!(ty, Type::Picture | Type::Material | Type::Segments)) {
+            if rendered && ty.renders().is_none() {
                 let message =
                     format!("an output must be a picture, a material or segments; `{}` is {ty}", shorten(&reference));
                 let help = "connect a node that draws it; its data can be had with `dump`";

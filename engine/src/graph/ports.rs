@@ -5,7 +5,7 @@ use super::scope::{Bound, Entity, Slot, Target, Unit};
 use super::subst::substitute;
 use crate::diagnostics::{Code, Diagnostic, suggest};
 use crate::node::{OutputType, PortInfo, parse_color};
-use crate::value::{Field, Type};
+use crate::value::{Accepts, Field, Type};
 use std::collections::BTreeSet;
 
 /// What is written at a port.
@@ -16,13 +16,13 @@ pub(super) enum Literal {
     Reference(String),
 }
 
-/// Reads what is written at `port`, which takes `ty`; `is_text` if it is the value of a parameter that is a text.
-pub(super) fn literal(part: &Part, ty: Type, port: &str, is_text: bool) -> Result<Literal, Box<Diagnostic>> {
+/// Reads what is written at `port`, which takes `accepts`; `is_text` if it is the value of a parameter that is a text.
+pub(super) fn literal(part: &Part, accepts: Accepts, port: &str, is_text: bool) -> Result<Literal, Box<Diagnostic>> {
     let wrong = |found: &str| {
-        let message = format!("{port} takes {ty}; found {found} `{}`", shorten(part.str()));
-        Box::new(part.error(Code::TypeMismatch, message).help(how_to_write(ty)))
+        let message = format!("{port} takes {accepts}; found {found} `{}`", shorten(part.str()));
+        Box::new(part.error(Code::TypeMismatch, message).help(how_to_write(accepts)))
     };
-    let colour = matches!(ty, Type::Rgb | Type::Field);
+    let colour = matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Field);
     let values = match part.shape() {
         Shape::Text(_) if is_text => return Err(wrong("a parameter that is a text")),
         Shape::Text(text) if text.starts_with('#') => match parse_color(&text) {
@@ -41,11 +41,11 @@ pub(super) fn literal(part: &Part, ty: Type, port: &str, is_text: bool) -> Resul
         }
         shape => return Err(wrong(shape.describe())),
     };
-    let constant = match (ty, values.len()) {
-        (Type::Gray | Type::Field, 1) => Type::Gray,
-        (Type::Rgb, 1 | 3) | (Type::Field, 3) => Type::Rgb,
-        (Type::Vec2, 2) => Type::Vec2,
-        (Type::Jacobian, 4) => Type::Jacobian,
+    let constant = match (accepts, values.len()) {
+        (Accepts::One(Type::Gray) | Accepts::Field, 1) => Type::Gray,
+        (Accepts::One(Type::Rgb), 1 | 3) | (Accepts::Field, 3) => Type::Rgb,
+        (Accepts::One(Type::Vec2), 2) => Type::Vec2,
+        (Accepts::One(Type::Jacobian), 4) => Type::Jacobian,
         (_, 1) => return Err(wrong("a number")),
         _ => return Err(wrong("values in brackets")),
     };
@@ -68,11 +68,13 @@ fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-fn how_to_write(ty: Type) -> &'static str {
-    match ty {
-        Type::Gray => "write a number, or the name of a node, \"node\" or \"node.port\"",
-        Type::Rgb | Type::Field => "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node",
-        Type::Vec2 => "write a pair of numbers, or the name of a node",
+fn how_to_write(accepts: Accepts) -> &'static str {
+    match accepts {
+        Accepts::One(Type::Gray) => "write a number, or the name of a node, \"node\" or \"node.port\"",
+        Accepts::One(Type::Rgb) | Accepts::Field => {
+            "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node"
+        }
+        Accepts::One(Type::Vec2) => "write a pair of numbers, or the name of a node",
         _ => "write the name of a node, \"node\" or \"node.port\"",
     }
 }
@@ -80,7 +82,7 @@ fn how_to_write(ty: Type) -> &'static str {
 /// What a reference means.
 pub(super) struct Meaning {
     pub(super) target: Target,
-    pub(super) declared: Option<Type>,
+    pub(super) declared: Option<Accepts>,
 }
 
 impl Meaning {
@@ -232,7 +234,7 @@ impl Unit<'_> {
 
     /// Reports a wire that does not fit its port.
     pub(super) fn check_type(&self, slot: &Slot) -> Option<Diagnostic> {
-        let ty = slot.declared.or_else(|| self.type_of(&slot.target))?;
+        let ty = slot.declared.or_else(|| self.type_of(&slot.target).map(Accepts::One))?;
         if matches!(slot.target, Target::Broken) || ty.fits(slot.wants) {
             return None;
         }
@@ -247,7 +249,7 @@ impl Unit<'_> {
     }
 
     /// Another output of the same node that would fit, or a kind that makes what is wanted of what is there.
-    fn remedy(&self, slot: &Slot, ty: Type) -> Option<String> {
+    fn remedy(&self, slot: &Slot, ty: Accepts) -> Option<String> {
         if let Target::Out { flat, output } = &slot.target
             && let Some(info) = self.flats[*flat].info
             && slot.declared.is_none()
@@ -257,12 +259,16 @@ impl Unit<'_> {
             if let Some(i) = (0..info.outputs.len()).find(|&i| fits(i)) {
                 let text = slot.part.str().trim_matches('"');
                 let node = text.split('.').next().unwrap_or(text);
-                return Some(format!("`{node}.{}` is {}", info.outputs[i].name, types[i].unwrap_or(slot.wants)));
+                let fitting = types[i].map_or(slot.wants, Accepts::One);
+                return Some(format!("`{node}.{}` is {fitting}", info.outputs[i].name));
             }
         }
         let converts = |kind: &&str| {
             let Some(info) = self.registry.info(kind) else { return false };
-            let makes = info.outputs.first().is_some_and(|o| o.ty == OutputType::Fixed(slot.wants));
+            let makes = info
+                .outputs
+                .first()
+                .is_some_and(|o| matches!(o.ty, OutputType::Fixed(ty) if slot.wants == Accepts::One(ty)));
             let mut required = info.ports().filter(|(_, port)| port.required);
             makes && required.next().is_some_and(|(_, port)| ty.fits(port.ty)) && required.next().is_none()
         };

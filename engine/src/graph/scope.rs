@@ -10,7 +10,7 @@ use super::subst::substitute;
 use crate::diagnostics::{Code, Span, suggest};
 use crate::node::{DynNode, KindInfo};
 use crate::registry::Registry;
-use crate::value::{Canvas, Field, Type};
+use crate::value::{Accepts, Canvas, Field, Type};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -68,17 +68,17 @@ pub(super) struct Slot {
     /// The port.
     pub(super) port: String,
     /// What the port takes.
-    pub(super) wants: Type,
+    pub(super) wants: Accepts,
     /// What is written.
     pub(super) part: Part,
     /// What it means.
     pub(super) target: Target,
     /// The type that the value counts as, if it is an input of a graph by itself.
-    pub(super) declared: Option<Type>,
+    pub(super) declared: Option<Accepts>,
 }
 
 impl Slot {
-    fn unresolved(port: String, wants: Type, part: Part) -> Self {
+    fn unresolved(port: String, wants: Accepts, part: Part) -> Self {
         Self { port, wants, part, target: Target::Broken, declared: None }
     }
 }
@@ -268,7 +268,7 @@ impl<'a> Unit<'a> {
         given
     }
 
-    fn bind(&mut self, scope: usize, child: usize, entry: &Entry, ty: Type) -> Bound {
+    fn bind(&mut self, scope: usize, child: usize, entry: &Entry, ty: Accepts) -> Bound {
         let Some(value) = substitute(&entry.value, &self.scopes[scope].params, self.report) else {
             return Bound::Broken;
         };
@@ -282,7 +282,7 @@ impl<'a> Unit<'a> {
             }
         };
         let slot = Slot::unresolved(port, ty, value.part.clone());
-        if matches!(ty, Type::Gray | Type::Rgb) {
+        if matches!(ty, Accepts::One(Type::Gray | Type::Rgb)) {
             let path = format!("{}{}", self.scopes[child].prefix, entry.name);
             let mut flat = Flat::new(scope, path, entry.key.clone(), "Input".to_owned(), None, &[]);
             flat.slots.push(slot);

@@ -1,7 +1,7 @@
 //! What a node sees while it is evaluated.
 use super::{In, PortType};
 use crate::diagnostics::{Code, Problem};
-use crate::value::{Canvas, Cut, Evaluator, Field, Key, Solid, Stop, Tiling, Type, Value};
+use crate::value::{Accepts, Canvas, Cut, Evaluator, Field, Key, Solid, Stop, Tiling, Type, Value};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
 
@@ -23,13 +23,13 @@ impl Context<'_> {
     /// The value at a port.
     pub fn get<T: PortType>(&self, port: &In<T>) -> Result<T::Got, Stop> {
         let value = match (port.slot(), port.default_value()) {
-            (Some(slot), _) => self.inputs.get(slot as usize).and_then(|value| value.convert(T::TYPE)),
-            (None, Some(value)) => Some(Value::Field(constant(T::TYPE, value))),
+            (Some(slot), _) => self.inputs.get(slot as usize).and_then(|value| value.convert(T::ACCEPTS)),
+            (None, Some(value)) => Some(Value::Field(constant(T::ACCEPTS, value))),
             (None, None) => None,
         };
         value
             .and_then(T::take)
-            .ok_or_else(|| Problem::new(Code::MissingInput, format!("a port for {} has no value", T::TYPE)).into())
+            .ok_or_else(|| Problem::new(Code::MissingInput, format!("a port for {} has no value", T::ACCEPTS)).into())
     }
 
     /// The value at a port that need not be connected.
@@ -85,12 +85,10 @@ impl Context<'_> {
     }
 }
 
-/// The field that a number stands for in a port of type `ty`.
-fn constant(ty: Type, value: f32) -> Field {
-    match ty {
-        Type::Field => Field::constant(Type::Gray, &[value]),
-        ty => Field::constant(ty, &vec![value; ty.channels().max(1)]),
-    }
+/// The field that a number stands for in a port.
+fn constant(port: Accepts, value: f32) -> Field {
+    let ty = port.only().unwrap_or(Type::Gray);
+    Field::constant(ty, &vec![value; ty.channels().max(1)])
 }
 
 /// What a node made, by output name.
@@ -116,34 +114,5 @@ impl Outputs {
     /// The value of the output `name`; `main` tells whether that is the main output's name.
     pub fn take(&self, name: &str, main: bool) -> Option<&Value> {
         self.0.iter().find(|(n, _)| *n == name || (main && *n == MAIN)).map(|(_, value)| value)
-    }
-}
-
-macro_rules! into_value {
-    ($($object:ident,)*) => {$(
-        impl From<crate::value::$object> for Value {
-            fn from(object: crate::value::$object) -> Self {
-                Self::$object(std::sync::Arc::new(object))
-            }
-        }
-        impl From<std::sync::Arc<crate::value::$object>> for Value {
-            fn from(object: std::sync::Arc<crate::value::$object>) -> Self {
-                Self::$object(object)
-            }
-        }
-    )*};
-}
-
-into_value! { Points, Lattice, SpringNet, Segments, Curve, Skeleton, ColorPattern, Material, Exemplar, CoordMap, }
-
-impl From<crate::value::Solid> for Value {
-    fn from(solid: crate::value::Solid) -> Self {
-        Self::Solid(solid)
-    }
-}
-
-impl From<Field> for Value {
-    fn from(field: Field) -> Self {
-        Self::Field(field)
     }
 }

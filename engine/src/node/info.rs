@@ -1,6 +1,6 @@
 //! What can be known of a kind without making one: read from the schema of its struct.
 use super::{Node, Output};
-use crate::value::Type;
+use crate::value::Accepts;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value as Json};
 
@@ -43,7 +43,7 @@ pub enum Role {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PortInfo {
     /// What it accepts.
-    pub ty: Type,
+    pub ty: Accepts,
     /// Whether it must be connected.
     pub required: bool,
     /// Whether it takes a list of wires.
@@ -135,7 +135,7 @@ fn alternatives(object: &Map<String, Json>) -> Vec<&Map<String, Json>> {
 }
 
 fn port(object: &Map<String, Json>) -> Option<PortInfo> {
-    let of = |object: &Map<String, Json>| Type::from_name(object.get("port")?.as_str()?);
+    let of = |object: &Map<String, Json>| Accepts::from_name(object.get("port")?.as_str()?);
     let default = object.get("default").and_then(Json::as_f64);
     if let Some(ty) = of(object) {
         let optional = object.get("type").is_some_and(Json::is_array);

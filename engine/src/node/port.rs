@@ -1,8 +1,5 @@
 //! Ports: the fields of a node struct that wires go into.
-use crate::value::{
-    ColorPattern, CoordMap, Curve, Exemplar, Field, Lattice, Material, Points, Segments, Skeleton, Solid, SpringNet,
-    Type, Value,
-};
+use crate::value::{Accepts, Carried, Field, Solid, Type, Value};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
@@ -11,22 +8,22 @@ use std::sync::Arc;
 
 /// What a port accepts, and what its node gets.
 pub trait PortType: 'static {
-    /// The type of the port.
-    const TYPE: Type;
+    /// What may be connected to it.
+    const ACCEPTS: Accepts;
     /// What the node gets.
     type Got;
-    /// Takes it out of a value that was converted to [`TYPE`](Self::TYPE).
+    /// Takes it out of a value that was converted to what it [accepts](Self::ACCEPTS).
     fn take(value: Value) -> Option<Self::Got>;
 }
 
 macro_rules! field_ports {
-    ($($(#[$doc:meta])* $name:ident = $ty:ident,)*) => {$(
+    ($($(#[$doc:meta])* $name:ident = $accepts:expr,)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name;
 
         impl PortType for $name {
-            const TYPE: Type = Type::$ty;
+            const ACCEPTS: Accepts = $accepts;
             type Got = Field;
             fn take(value: Value) -> Option<Field> {
                 match value { Value::Field(field) => Some(field), _ => None }
@@ -37,43 +34,38 @@ macro_rules! field_ports {
 
 field_ports! {
     /// A port for one number everywhere; takes a number too.
-    Gray = Gray,
+    Gray = Accepts::One(Type::Gray),
     /// A port for a colour everywhere; takes a number or a colour too.
-    Rgb = Rgb,
+    Rgb = Accepts::One(Type::Rgb),
     /// A port for a tangent-space normal.
-    NormalField = Normal,
+    NormalField = Accepts::One(Type::Normal),
     /// A port for a vector everywhere.
-    Vec2Field = Vec2,
+    Vec2Field = Accepts::One(Type::Vec2),
     /// A port for a 2×2 matrix everywhere.
-    JacobianField = Jacobian,
+    JacobianField = Accepts::One(Type::Jacobian),
     /// A port for region numbers.
-    IdsField = Ids,
+    IdsField = Accepts::One(Type::Ids),
     /// A port for `Gray` or `Rgb`, whichever comes.
-    AnyField = Field,
+    AnyField = Accepts::Field,
 }
 
-macro_rules! object_ports {
-    ($($name:ident,)*) => {$(
-        impl PortType for $name {
-            const TYPE: Type = Type::$name;
-            type Got = Arc<$name>;
-            fn take(value: Value) -> Option<Arc<$name>> {
-                match value { Value::$name(object) => Some(object), _ => None }
-            }
-        }
-    )*};
+/// A port for objects of one type, or for materials.
+impl<T: Carried> PortType for T {
+    const ACCEPTS: Accepts = Accepts::One(T::TYPE);
+    type Got = Arc<T>;
+    fn take(value: Value) -> Option<Arc<T>> {
+        T::unwrap(value)
+    }
 }
-
-object_ports! { Points, Lattice, SpringNet, Segments, Curve, Skeleton, ColorPattern, Material, Exemplar, CoordMap, }
 
 macro_rules! solid_ports {
-    ($($(#[$doc:meta])* $name:ident = $ty:ident,)*) => {$(
+    ($($(#[$doc:meta])* $name:ident = $accepts:expr,)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name;
 
         impl PortType for $name {
-            const TYPE: Type = Type::$ty;
+            const ACCEPTS: Accepts = $accepts;
             type Got = Solid;
             fn take(value: Value) -> Option<Solid> {
                 match value { Value::Solid(solid) => Some(solid), _ => None }
@@ -84,13 +76,13 @@ macro_rules! solid_ports {
 
 solid_ports! {
     /// A port for one number at every point in space.
-    SolidNumber = Solid,
+    SolidNumber = Accepts::One(Type::Solid),
     /// A port for a colour at every point in space.
-    SolidColor = SolidColor,
+    SolidColor = Accepts::One(Type::SolidColor),
     /// A port for a vector at every point in space.
-    SolidVector = SolidVector,
+    SolidVector = Accepts::One(Type::SolidVector),
     /// A port for any solid.
-    AnySolid = AnySolid,
+    AnySolid = Accepts::AnySolid,
 }
 
 /// A port. In a node struct: `In<T>` must be connected unless its default is a [`constant`](Self::constant),
@@ -152,11 +144,11 @@ impl<T: PortType> JsonSchema for In<T> {
     }
 
     fn schema_name() -> Cow<'static, str> {
-        Cow::Owned(format!("In_{}", T::TYPE))
+        Cow::Owned(format!("In_{}", T::ACCEPTS))
     }
 
     fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
         // The type lets `Option` leave its mark: it adds "null".
-        json_schema!({ "type": "integer", "port": T::TYPE.name() })
+        json_schema!({ "type": "integer", "port": T::ACCEPTS.name() })
     }
 }

@@ -4,7 +4,7 @@ use crate::diagnostics::{did_you_mean, suggest};
 use crate::eval::Keys;
 use crate::graph::{Graph, GraphOutput};
 use crate::picture::{Depth, Format};
-use crate::value::{Channel, Key, Type, Window};
+use crate::value::{Channel, Key, Renders, Type, Window};
 use std::path::PathBuf;
 
 /// What of an output goes into a picture.
@@ -16,7 +16,7 @@ pub(super) enum Part {
     Channel(Channel),
     /// All channels of a material.
     All,
-    /// Segments, as lines.
+    /// What is drawn as lines.
     Lines,
 }
 
@@ -84,7 +84,6 @@ impl Planner<'_> {
             Part::Field | Part::All | Part::Lines => (output.name.clone(), output.ty, None),
         };
         let (format, depth) = self.encoding(output, ty, channel, &stem)?;
-        let ty = if ty == Type::Picture { Type::Rgb } else { ty };
         let range = output.range.unwrap_or((0.0, 1.0));
         let mut planned = Planned {
             output,
@@ -97,7 +96,7 @@ impl Planner<'_> {
             key,
         };
         planned.metadata = self.metadata(&planned);
-        planned.key = self.file_key(&planned, ty);
+        planned.key = self.file_key(&planned, pixels(ty));
         Ok(planned)
     }
 
@@ -110,7 +109,7 @@ impl Planner<'_> {
         stem: &str,
     ) -> Result<(Format, Depth), Failure> {
         let stated = self.request.format.or(output.format);
-        if ty == Type::Segments {
+        if ty.renders() == Some(Renders::Lines) {
             return match stated {
                 None | Some(Format::Svg) => Ok((Format::Svg, Depth::F32)),
                 Some(other) => Err(Failure::Usage(format!(
@@ -123,7 +122,8 @@ impl Planner<'_> {
                 format!("`{stem}` is a {ty}; SVG holds segments only. Name an output of segments with --output");
             return Err(Failure::Usage(message));
         }
-        let exr_only = matches!(ty, Type::Vec2 | Type::Jacobian | Type::Material);
+        let pixels = pixels(ty);
+        let exr_only = matches!(pixels, Type::Vec2 | Type::Jacobian | Type::Material);
         // Heights in mm and angles in degrees do not lie within 0..1.
         let floats = exr_only || matches!(channel, Some(Channel::Height | Channel::AnisotropyAngle));
         let stated = self.request.format.or(if self.request.depth.is_none() { output.format } else { None });
@@ -134,7 +134,7 @@ impl Planner<'_> {
             None if floats => Format::Exr,
             None => Format::Png,
         });
-        let fine = matches!(ty, Type::Gray | Type::Normal | Type::Ids);
+        let fine = matches!(pixels, Type::Gray | Type::Normal | Type::Ids);
         let mask = channel.is_some_and(|c| c.ty() == Type::Gray && c != Channel::Height);
         let depth = depth.unwrap_or(match format {
             Format::Exr => Depth::F32,
@@ -181,5 +181,13 @@ impl Planner<'_> {
         );
         let metadata = format!("{:?}", planned.metadata);
         Key::of("file", &[planned.key.as_bytes(), text.as_bytes(), metadata.as_bytes()])
+    }
+}
+
+/// The type of the field whose picture is rendered of a value of type `ty`.
+fn pixels(ty: Type) -> Type {
+    match ty.renders() {
+        Some(Renders::Field(field)) => field,
+        _ => ty,
     }
 }

@@ -8,7 +8,7 @@ use crate::picture::{
     Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, Writer, Written, remove_stale_temporaries,
     write_svg,
 };
-use crate::value::{Channel, Field, Grid, Key, Segments, TILE, Type, Value, Window};
+use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Type, Value, Window};
 use glam::DVec2;
 use petgraph::graph::NodeIndex;
 use std::path::PathBuf;
@@ -127,8 +127,10 @@ impl<'r> Render<'r, '_> {
         combined: bool,
     ) -> Result<Vec<(Part, Key)>, Failure> {
         let key = self.planner.keys.output(node, output);
-        if ty != Type::Material {
-            return Ok(vec![(if ty == Type::Segments { Part::Lines } else { Part::Field }, key)]);
+        match ty.renders() {
+            Some(Renders::Channels) => {}
+            Some(Renders::Lines) => return Ok(vec![(Part::Lines, key)]),
+            Some(Renders::Field(_)) | None => return Ok(vec![(Part::Field, key)]),
         }
         if channel.is_none() && (combined || self.planner.request.combined) {
             return Ok(vec![(Part::All, key)]);
@@ -299,12 +301,9 @@ fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
         (Value::Material(material), _) => {
             material.channels().iter().map(|(channel, field)| (channel.name().to_owned(), field.clone())).collect()
         }
-        (Value::Picture(picture), _) => vec![(String::new(), picture.rgb.clone())],
-        (Value::Field(field), _) => vec![(String::new(), field.clone())],
-        _ => Vec::new(),
+        _ => value.field().map(|field| (String::new(), field)).into_iter().collect(),
     };
-    let lines = if let Value::Segments(segments) = value { Some(segments.clone()) } else { None };
-    Job { planned, fields, lines }
+    Job { planned, fields, lines: value.lines() }
 }
 
 /// The names of a field's channels in a file; those of a material are `channel.R`.

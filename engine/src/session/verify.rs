@@ -3,7 +3,7 @@ use super::{Failure, Session};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Caches, CancelToken, Keys, MemoryCache, Observer, Run, encode};
 use crate::graph::Graph;
-use crate::value::{Field, Grid, Stop, Value, Window};
+use crate::value::{Grid, Stop, Value, Window};
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
 use std::collections::BTreeSet;
@@ -65,7 +65,7 @@ fn differs(graph: &Graph, a: &Run<'_>, b: &Run<'_>, index: NodeIndex) -> Result<
 fn bytes(run: &Run<'_>, graph: &Graph, grid: &Grid, values: Vec<Value>) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     for value in values {
-        for field in fields(&value) {
+        for field in value.fields() {
             let window = Window::full(grid.period.unwrap_or(UVec2::ONE));
             let tile = run.raster(&field, grid, window).map_err(|stop: Stop| super::located(run, graph, stop))?;
             bytes.extend(tile.data().iter().flat_map(|v| v.to_bits().to_le_bytes()));
@@ -73,13 +73,4 @@ fn bytes(run: &Run<'_>, graph: &Graph, grid: &Grid, values: Vec<Value>) -> Resul
         bytes.extend(encode(&value).unwrap_or_default());
     }
     Ok(bytes)
-}
-
-fn fields(value: &Value) -> Vec<Field> {
-    match value {
-        Value::Field(field) => vec![field.clone()],
-        Value::Picture(picture) => vec![picture.gray.clone(), picture.rgb.clone()],
-        Value::Material(material) => material.channels().iter().map(|(_, field)| field.clone()).collect(),
-        _ => Vec::new(),
-    }
 }

@@ -1,6 +1,6 @@
-//! Exemplars, and the coordinates that synthesis finds in them.
-use super::Tiling;
-use glam::{DVec2, IVec2, UVec2};
+//! Exemplars.
+use super::{Number, Object, Pixels, Sketch, Tiling, Type};
+use glam::{DVec2, UVec2};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -116,43 +116,52 @@ impl Exemplar {
     pub fn is_color(&self) -> bool {
         self.shown.len() > self.len()
     }
+}
 
-    /// The memory it takes.
-    pub fn bytes(&self) -> usize {
+/// What is shown of an exemplar, and what is known of it.
+#[derive(Serialize)]
+struct ExemplarData {
+    size: [u32; 2],
+    channels: usize,
+    values: Vec<Number>,
+    periodic: [bool; 2],
+    /// Spacings of the levels that are analysed.
+    levels: Vec<usize>,
+    /// The vectors by which it repeats, in pixels, once they are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lattice: Option<[[f64; 2]; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    strength: Option<f64>,
+}
+
+impl Object for Exemplar {
+    fn bytes(&self) -> usize {
         let levels = self.levels.iter().map(|l| 32 * (2 * l.appearance.len() + l.matrix.len()) + 4 * l.second.len());
         size_of::<Self>()
             + 4 * (self.shown.len() + self.features.len() + self.guide.len())
             + self.usable.len()
             + levels.sum::<usize>()
     }
-}
 
-/// For each pixel of an output, a position in an exemplar.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CoordMap {
-    /// Columns and rows.
-    pub size: UVec2,
-    /// The number of the first column and row; pixel (0, 0) has its corner at the canvas' corner.
-    pub start: IVec2,
-    /// The size of a pixel in mm.
-    pub pitch: DVec2,
-    /// The directions in which it joins itself.
-    pub periodic: Tiling,
-    /// How many pixels of the finest level a pixel stands for, in x and in y.
-    pub spacing: u32,
-    /// Positions by rows, in exemplar pixels: the centre of pixel `i` is at `i + ½`.
-    pub coords: Arc<Vec<[f32; 2]>>,
-    /// The exemplar, if it is known.
-    pub exemplar: Option<ExemplarFrame>,
-    /// The share of pixels that go on in the exemplar to the right and below; 0 if it was not counted.
-    pub coherence: f32,
-    /// The share of the exemplar that is shown, counting even use; 0 if it was not counted.
-    pub coverage: f32,
-}
+    fn data(&self) -> impl Serialize {
+        let (n, channels) = (self.len(), if self.is_color() { 3 } else { 1 });
+        let values = (0..n).flat_map(|p| (0..channels).map(move |c| Number(self.shown[c * n + p]))).collect();
+        let vectors = self.lattice.and_then(|lattice| lattice.vectors);
+        ExemplarData {
+            size: self.frame.size.to_array(),
+            channels,
+            values,
+            periodic: [self.frame.periodic.x, self.frame.periodic.y],
+            levels: self.levels.iter().map(|level| level.h).collect(),
+            lattice: vectors.map(|v| v.map(|v| v.to_array())),
+            strength: self.lattice.map(|lattice| lattice.strength),
+        }
+    }
 
-impl CoordMap {
-    /// The memory it takes.
-    pub fn bytes(&self) -> usize {
-        size_of::<Self>() + 8 * self.coords.len()
+    /// What it shows.
+    fn sketch(&self) -> Option<Sketch> {
+        let size = self.frame.size;
+        let ty = if self.is_color() { Type::Rgb } else { Type::Gray };
+        Pixels::new(ty, [size.x as usize, size.y as usize], self.shown.to_vec()).map(Sketch::Pixels)
     }
 }

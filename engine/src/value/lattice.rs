@@ -1,6 +1,6 @@
-//! Points with links, and springs on them.
-use super::Points;
-use glam::{UVec2, Vec2};
+//! Points with links.
+use super::{Number, Object, Points, Shapes, Sketch, data};
+use glam::Vec2;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -53,9 +53,39 @@ impl Lattice {
         }
         alive
     }
+}
 
-    /// The memory it takes, its points included.
-    pub fn bytes(&self) -> usize {
+/// What is printed of a lattice.
+#[derive(Serialize)]
+pub(super) struct LatticeData<'l> {
+    points: Vec<[Number; 2]>,
+    links: &'l [[u32; 2]],
+    alive: Vec<bool>,
+    /// By how many canvases the second end of each link is shifted, on canvases that tile.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    offsets: &'l [[i8; 2]],
+    /// After a simulation only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    velocities: Option<Vec<[Number; 2]>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    broken: Option<&'l [(u32, u32)]>,
+}
+
+impl<'l> LatticeData<'l> {
+    pub(super) fn of(lattice: &'l Lattice) -> Self {
+        Self {
+            points: data::pairs(&lattice.points.positions),
+            links: &lattice.links,
+            alive: lattice.alive(),
+            offsets: &lattice.offsets,
+            velocities: lattice.velocities.as_deref().map(data::pairs),
+            broken: lattice.velocities.is_some().then_some(&lattice.broken[..]),
+        }
+    }
+}
+
+impl Object for Lattice {
+    fn bytes(&self) -> usize {
         size_of::<Self>()
             + self.points.bytes()
             + self.links.len() * 8
@@ -63,45 +93,79 @@ impl Lattice {
             + self.velocities.as_ref().map_or(0, |v| v.len() * 8)
             + self.broken.len() * 8
     }
+
+    fn data(&self) -> impl Serialize {
+        LatticeData::of(self)
+    }
+
+    /// Its links.
+    fn sketch(&self) -> Option<Sketch> {
+        let (alive, positions) = (self.alive(), &self.points.positions);
+        let links = Shapes::<Vec2>::thinned(self.links.len());
+        let line = |link: usize| {
+            let a = positions[self.links[link][0] as usize];
+            [a, a + self.span(positions, link)]
+        };
+        Some(Sketch::Canvas(Shapes {
+            lines: links.clone().map(line).collect(),
+            broken: links.map(|link| !alive[link]).collect(),
+            counts: vec![(self.links.len(), "links")],
+            ..Shapes::default()
+        }))
+    }
 }
 
-/// A lattice whose links are springs.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct SpringNet {
-    /// The points and links.
-    pub lattice: Arc<Lattice>,
-    /// Stiffness of each link's spring.
-    pub stiffness: Vec<f32>,
-    /// Length at rest of each link's spring in mm; may be negative.
-    pub rest_length: Vec<f32>,
-    /// Mass of each point; empty if all are 1.
-    pub mass: Vec<f32>,
-    /// Damping of each spring: a force against the speed at which it grows, times that speed; empty if there is none.
-    pub damping: Vec<f32>,
-    /// Present when masses follow the points' places during the motion; `mass` then holds those at the start.
-    pub live_mass: Option<Arc<LiveMass>>,
-}
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::value::Value;
+    use glam::DVec2;
+    use serde_json::{Value as Json, json};
 
-/// Masses that are read anew at the points' places in every step.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LiveMass {
-    /// Columns and rows of samples over the canvas.
-    pub size: UVec2,
-    /// The scalar by rows.
-    pub values: Vec<f32>,
-    /// Masses where the scalar is 0 and where it is 1.
-    pub mass: [f32; 2],
-    /// Whether the scalars of all samples within `near` are summed up rather than averaged.
-    pub sum: bool,
-    /// Radius in mm around a point whose samples count; the sample at the point alone, if it is `None`.
-    pub near: Option<f32>,
-}
+    pub(in crate::value) fn json(value: impl Into<Value>) -> Json {
+        serde_json::to_value(value.into().data()).unwrap()
+    }
 
-impl SpringNet {
-    /// The memory it takes, its lattice included.
-    pub fn bytes(&self) -> usize {
-        let live = self.live_mass.as_ref().map_or(0, |live| live.values.len());
-        let numbers = self.stiffness.len() + self.rest_length.len() + self.mass.len() + self.damping.len() + live;
-        size_of::<Self>() + self.lattice.bytes() + 4 * numbers
+    /// Two points and a link.
+    pub(in crate::value) fn link() -> Lattice {
+        let points = Points {
+            positions: vec![Vec2::ZERO, Vec2::new(0.5, f32::INFINITY)],
+            size_mm: DVec2::ONE,
+            pitch: 1.0,
+            ..Points::default()
+        };
+        Lattice { points: Arc::new(points), links: Arc::new(vec![[0, 1]]), ..Lattice::default() }
+    }
+
+    #[test]
+    fn what_a_simulation_leaves_is_printed_after_one() {
+        let mut lattice = link();
+        let plain =
+            json!({ "type": "Lattice", "points": [[0.0, 0.0], [0.5, "inf"]], "links": [[0, 1]], "alive": [true] });
+        assert_eq!(json(lattice.clone()), plain);
+        lattice.velocities = Some(vec![Vec2::ONE; 2]);
+        lattice.broken = vec![(0, 7)];
+        let simulated = json(lattice);
+        assert_eq!(simulated["velocities"], json!([[1.0, 1.0], [1.0, 1.0]]));
+        assert_eq!((&simulated["broken"], &simulated["alive"]), (&json!([[0, 7]]), &json!([false])));
+    }
+
+    #[test]
+    fn links_are_drawn_across_the_edge() {
+        let points = Points {
+            positions: vec![Vec2::new(0.9, 0.5), Vec2::new(0.1, 0.5)],
+            size_mm: DVec2::ONE,
+            ..Points::default()
+        };
+        let lattice = Lattice {
+            points: Arc::new(points),
+            links: Arc::new(vec![[0, 1], [1, 0]]),
+            offsets: Arc::new(vec![[1, 0], [0, 0]]),
+            broken: vec![(1, 3)],
+            ..Lattice::default()
+        };
+        let Some(Sketch::Canvas(shapes)) = lattice.sketch() else { panic!("no lines") };
+        assert_eq!(shapes.lines[0], [Vec2::new(0.9, 0.5), Vec2::new(1.1, 0.5)]);
+        assert_eq!((shapes.broken, shapes.counts), (vec![false, true], vec![(2, "links")]));
     }
 }

@@ -1,10 +1,17 @@
 //! What wires carry: objects, computed whole, and fields, evaluated lazily by tiles. Data and accessors, no algorithm.
+//!
+//! To add a type of objects, write a file with the struct and its [`Object`], and add a line to the table `objects` below.
+mod accepts;
 mod area;
 mod buffer;
 mod canvas;
 mod color;
+mod color_pattern;
+mod coord_map;
+mod curve;
 mod cut;
 mod cuts;
+mod data;
 mod domain;
 mod exemplar;
 mod field;
@@ -12,33 +19,66 @@ mod key;
 mod lattice;
 mod link;
 mod material;
+mod object;
 mod points;
+mod scalar_map;
 mod segments;
+mod skeleton;
+mod sketch;
 mod solid;
+mod spring_net;
 mod tile;
 mod ty;
-mod wood;
 
+pub use accepts::Accepts;
 pub use area::Area;
 pub use buffer::Buffer;
 pub use canvas::{Canvas, Grid, GridId, TileMode, Tiling, Window};
 pub use color::{linear_to_srgb, srgb_to_linear};
+pub use color_pattern::ColorPattern;
+pub use coord_map::CoordMap;
+pub use curve::Curve;
 pub use cut::Cut;
 pub use cuts::Cuts;
+pub use data::{Number, ObjectData};
 pub use domain::{Blocks, Domain, Piece, TILE};
-pub use exemplar::{CoordMap, Exemplar, ExemplarFrame, ExemplarLattice, ExemplarLevel, Neighborhood};
+pub use exemplar::{Exemplar, ExemplarFrame, ExemplarLattice, ExemplarLevel, Neighborhood};
 pub use field::{Cost, Evaluator, Field, FieldId, FieldSource, Given, Halo, Pictures, Read, Stop};
 pub use key::Key;
-pub use lattice::{GridLinks, Lattice, LiveMass, SpringNet};
+pub use lattice::{GridLinks, Lattice};
 pub use material::{Channel, Material};
+pub use object::{Carried, Object, Renders};
 pub use points::{GridOrder, Points};
+pub use scalar_map::ScalarMap;
 pub use segments::{Segments, clip_line};
+pub use skeleton::{Branch, Skeleton};
+pub use sketch::{Pixels, Shapes, Sketch};
 pub use solid::{Patch, Planes, Solid, SolidSource, Wants};
+pub use spring_net::SpringNet;
 pub use tile::Tile;
 pub use ty::Type;
-pub use wood::{Branch, ColorPattern, Curve, Skeleton};
 
 use std::sync::Arc;
+
+/// The table of all types of objects: their names, their colours on drawings of graphs, what they are. It hands its lines,
+/// after those of the caller, to the macro `$make`, which makes of them what it needs.
+macro_rules! objects {
+    ($make:ident! { $($before:tt)* }) => {
+        $make! {
+            $($before)*
+            Points       "#3f9c5a" "Positions.",
+            Lattice      "#2f8f86" "Points and links between them.",
+            SpringNet    "#c2503e" "A lattice whose links are springs.",
+            Segments     "#8a6d3b" "Line segments.",
+            Curve        "#6b4a2b" "Points of a line in space.",
+            Skeleton     "#6b4a2b" "The line along which a trunk grew, and its branches.",
+            ColorPattern "#d0a21d" "The colours of wood through the year.",
+            Exemplar     "#7a4fa3" "A picture to synthesise from.",
+            CoordMap     "#7a4fa3" "For each pixel of an output, a position in an exemplar.",
+        }
+    };
+}
+pub(crate) use objects;
 
 /// A picture file on the canvas, as the two fields it can serve as.
 #[derive(Clone, Debug)]
@@ -49,87 +89,100 @@ pub struct PictureFields {
     pub rgb: Field,
 }
 
-/// What a wire carries.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub enum Value {
-    /// Any of the field types.
-    Field(Field),
-    /// A picture file.
-    Picture(Arc<PictureFields>),
-    /// Positions.
-    Points(Arc<Points>),
-    /// Points and links.
-    Lattice(Arc<Lattice>),
-    /// Springs.
-    SpringNet(Arc<SpringNet>),
-    /// Line segments.
-    Segments(Arc<Segments>),
-    /// Points of a line in space.
-    Curve(Arc<Curve>),
-    /// The line along which a trunk grew, and its branches.
-    Skeleton(Arc<Skeleton>),
-    /// The colours of wood through the year.
-    ColorPattern(Arc<ColorPattern>),
-    /// Any of the solid types.
-    Solid(Solid),
-    /// Channels of a surface.
-    Material(Arc<Material>),
-    /// A picture to synthesise from.
-    Exemplar(Arc<Exemplar>),
-    /// Positions in an exemplar.
-    CoordMap(Arc<CoordMap>),
+macro_rules! values {
+    ($($name:ident $color:literal $doc:literal,)*) => {
+        /// What a wire carries.
+        #[derive(Clone, Debug)]
+        #[non_exhaustive]
+        pub enum Value {
+            /// Any of the field types.
+            Field(Field),
+            /// A picture file.
+            Picture(Arc<PictureFields>),
+            /// Any of the solid types.
+            Solid(Solid),
+            /// Channels of a surface.
+            Material(Arc<Material>),
+            $(#[doc = $doc] $name(Arc<$name>),)*
+        }
+
+        impl Value {
+            /// The type it has.
+            pub fn ty(&self) -> Type {
+                match self {
+                    Self::Field(field) => field.ty(),
+                    Self::Picture(_) => Type::Picture,
+                    Self::Solid(solid) => solid.ty(),
+                    Self::Material(_) => Type::Material,
+                    $(Self::$name(_) => Type::$name,)*
+                }
+            }
+
+            /// The memory it takes; what several values share counts in each of them.
+            pub fn bytes(&self) -> usize {
+                match self {
+                    Self::Field(field) => field.source().bytes() + size_of::<Field>(),
+                    Self::Picture(picture) => picture.rgb.source().bytes() + size_of::<PictureFields>(),
+                    Self::Solid(solid) => solid.bytes(),
+                    Self::Material(material) => material.channels().len() * size_of::<Field>(),
+                    $(Self::$name(object) => object.bytes(),)*
+                }
+            }
+
+            /// The field that is shown and rendered of it, if that is one.
+            pub fn field(&self) -> Option<Field> {
+                match self {
+                    Self::Field(field) => Some(field.clone()),
+                    Self::Picture(picture) => Some(picture.rgb.clone()),
+                    Self::Solid(_) | Self::Material(_) => None,
+                    $(Self::$name(object) => object.field(),)*
+                }
+            }
+
+            /// The lines that are rendered of it, if it is rendered to lines.
+            pub fn lines(&self) -> Option<Arc<Segments>> {
+                match self {
+                    $(Self::$name(object) => object.lines(),)*
+                    _ => None,
+                }
+            }
+
+            /// What is to be seen of an object; nothing of other values.
+            pub fn sketch(&self) -> Option<Sketch> {
+                match self {
+                    $(Self::$name(object) => object.sketch(),)*
+                    _ => None,
+                }
+            }
+        }
+
+        $(impl Carried for $name {
+            const TYPE: Type = Type::$name;
+
+            fn wrap(object: Arc<Self>) -> Value {
+                Value::$name(object)
+            }
+
+            fn unwrap(value: Value) -> Option<Arc<Self>> {
+                match value {
+                    Value::$name(object) => Some(object),
+                    _ => None,
+                }
+            }
+        })*
+    };
 }
 
+objects! { values! {} }
+
 impl Value {
-    /// The type it has.
-    pub fn ty(&self) -> Type {
+    /// The fields that it consists of; none for objects and solids.
+    pub fn fields(&self) -> Vec<Field> {
         match self {
-            Self::Field(field) => field.ty(),
-            Self::Picture(_) => Type::Picture,
-            Self::Points(_) => Type::Points,
-            Self::Lattice(_) => Type::Lattice,
-            Self::SpringNet(_) => Type::SpringNet,
-            Self::Segments(_) => Type::Segments,
-            Self::Curve(_) => Type::Curve,
-            Self::Skeleton(_) => Type::Skeleton,
-            Self::ColorPattern(_) => Type::ColorPattern,
-            Self::Solid(solid) => solid.ty(),
-            Self::Material(_) => Type::Material,
-            Self::Exemplar(_) => Type::Exemplar,
-            Self::CoordMap(_) => Type::CoordMap,
+            Self::Field(field) => vec![field.clone()],
+            Self::Picture(picture) => vec![picture.gray.clone(), picture.rgb.clone()],
+            Self::Material(material) => material.channels().iter().map(|(_, field)| field.clone()).collect(),
+            _ => Vec::new(),
         }
-    }
-
-    /// The memory it takes; what several values share counts in each of them.
-    pub fn bytes(&self) -> usize {
-        match self {
-            Self::Field(field) => field.source().bytes() + size_of::<Field>(),
-            Self::Picture(picture) => picture.rgb.source().bytes() + size_of::<PictureFields>(),
-            Self::Points(points) => points.bytes(),
-            Self::Lattice(lattice) => lattice.bytes(),
-            Self::SpringNet(springs) => springs.bytes(),
-            Self::Segments(segments) => segments.bytes(),
-            Self::Exemplar(exemplar) => exemplar.bytes(),
-            Self::CoordMap(map) => map.bytes(),
-            Self::Curve(curve) => curve.bytes(),
-            Self::Skeleton(skeleton) => skeleton.bytes(),
-            Self::ColorPattern(pattern) => pattern.bytes(),
-            Self::Solid(solid) => solid.bytes(),
-            Self::Material(material) => material.channels().len() * size_of::<Field>(),
-        }
-    }
-
-    /// The value as it goes into a port of type `port`, by the table of [`Type::fits`].
-    pub fn convert(&self, port: Type) -> Option<Self> {
-        if !self.ty().fits(port) {
-            return None;
-        }
-        Some(match (self, port) {
-            (Self::Field(field), Type::Rgb | Type::Normal) => Self::Field(field.to_rgb()),
-            (Self::Picture(picture), Type::Gray) => Self::Field(picture.gray.clone()),
-            (Self::Picture(picture), Type::Rgb | Type::Normal | Type::Field) => Self::Field(picture.rgb.clone()),
-            (value, _) => value.clone(),
-        })
     }
 }

@@ -1,5 +1,5 @@
 //! Sets of positions.
-use super::{Area, Tiling};
+use super::{Area, Number, Object, Shapes, Sketch, Tiling, data};
 use glam::{DVec2, Vec2};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -61,12 +61,27 @@ impl Points {
     pub fn alone(&self) -> Self {
         Self { regular: None, grid: None, hexagons: None, sites: None, ..self.clone() }
     }
+}
 
-    /// The memory they take.
-    pub fn bytes(&self) -> usize {
+#[derive(Serialize)]
+struct PointsData {
+    points: Vec<[Number; 2]>,
+}
+
+impl Object for Points {
+    fn bytes(&self) -> usize {
         let regular = self.regular.as_ref().map_or(0, Vec::len);
         let sites = self.sites.as_ref().map_or(0, Vec::len);
         let area = self.area.as_ref().map_or(0, |area| area.bytes());
         size_of::<Self>() + size_of::<Vec2>() * (self.positions.len() + regular) + 4 * sites + area
+    }
+
+    fn data(&self) -> impl Serialize {
+        PointsData { points: data::pairs(&self.positions) }
+    }
+
+    fn sketch(&self) -> Option<Sketch> {
+        let points = Shapes::<Vec2>::thinned(self.len()).map(|n| self.positions[n]).collect();
+        Some(Sketch::Canvas(Shapes { points, counts: vec![(self.len(), "points")], ..Shapes::default() }))
     }
 }

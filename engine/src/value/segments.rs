@@ -1,7 +1,8 @@
 //! Sets of line segments.
-use super::Tiling;
+use super::{Number, Object, Renders, Shapes, Sketch, Tiling, data};
 use glam::{DVec2, Vec2};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Line segments on a canvas.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,10 +61,33 @@ impl Segments {
         }
         pieces
     }
+}
 
-    /// The memory they take.
-    pub fn bytes(&self) -> usize {
+#[derive(Serialize)]
+struct SegmentsData {
+    segments: Vec<[Number; 4]>,
+    width: Vec<Number>,
+}
+
+impl Object for Segments {
+    const RENDERS: Option<Renders> = Some(Renders::Lines);
+
+    fn bytes(&self) -> usize {
         size_of::<Self>() + self.ends.len() * 16 + 4 * (self.length_ratio.len() + self.stretch.len() + self.width.len())
+    }
+
+    fn data(&self) -> impl Serialize {
+        let ends = |[a, b]: &[Vec2; 2]| [a.x, a.y, b.x, b.y].map(Number);
+        SegmentsData { segments: self.ends.iter().map(ends).collect(), width: data::numbers(&self.width) }
+    }
+
+    fn sketch(&self) -> Option<Sketch> {
+        let lines = Shapes::<Vec2>::thinned(self.len()).map(|n| self.ends[n]).collect();
+        Some(Sketch::Canvas(Shapes { lines, counts: vec![(self.len(), "segments")], ..Shapes::default() }))
+    }
+
+    fn lines(self: &Arc<Self>) -> Option<Arc<Segments>> {
+        Some(self.clone())
     }
 }
 

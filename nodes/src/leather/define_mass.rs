@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, LiveMass, SpringNet, Stop, Tiling, Type};
+use shibo_engine::value::{Canvas, ScalarMap, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::Raster;
@@ -124,41 +124,41 @@ impl Node for DefineMass {
         let factor = |n: u64| 1.0 + self.spread * (2.0 * hash.unit(n) - 1.0);
         let Some(field) = cx.get_opt(&self.field)? else {
             let mass = (0..points.len() as u64).map(|n| narrow(self.mass.at0 * factor(n))).collect();
-            return Ok(Outputs::one(SpringNet { mass, live_mass: None, ..SpringNet::clone(&springs) }));
+            return Ok(Outputs::one(SpringNet { mass, mass_map: None, ..SpringNet::clone(&springs) }));
         };
         let read = reading::read(cx, (points.pitch, points.periodic), (&field, "field"), self.sample_resolution)?;
         let ends = if self.invert { [self.mass.at1, self.mass.at0] } else { [self.mass.at0, self.mass.at1] };
-        let live = LiveMass {
+        let map = ScalarMap {
             size: read.size,
             values: read.values.clone(),
-            mass: ends.map(narrow),
+            range: ends.map(narrow),
             sum: self.reduce == Reduction::Sum,
-            near: match self.sample {
+            radius: match self.sample {
                 SamplePoint::Point => None,
                 SamplePoint::Near(radius) => Some(narrow(radius)),
             },
         };
-        let mut mass = read.masses(cx, &live, &points.positions, self.refresh == Refresh::EveryStep)?;
+        let mut mass = read.masses(cx, &map, &points.positions, self.refresh == Refresh::EveryStep)?;
         mass.iter_mut().zip(0..).for_each(|(m, n)| *m *= narrow(factor(n)));
         self.positive(&mass)?;
-        let live_mass = (self.refresh == Refresh::EveryStep).then(|| Arc::new(live));
-        if let (Some(live), true) = (&live_mass, self.reduce == Reduction::Mean) {
+        let mass_map = (self.refresh == Refresh::EveryStep).then(|| Arc::new(map));
+        if let (Some(map), true) = (&mass_map, self.reduce == Reduction::Mean) {
             // Points may come to lie anywhere.
-            let of = |v: f32| live.mass[0] + (live.mass[1] - live.mass[0]) * v;
-            self.positive(&live.values.iter().map(|&v| of(v)).collect::<Vec<_>>())?;
+            let of = |v: f32| map.range[0] + (map.range[1] - map.range[0]) * v;
+            self.positive(&map.values.iter().map(|&v| of(v)).collect::<Vec<_>>())?;
         }
-        Ok(Outputs::one(SpringNet { mass, live_mass, ..SpringNet::clone(&springs) }))
+        Ok(Outputs::one(SpringNet { mass, mass_map, ..SpringNet::clone(&springs) }))
     }
 }
 
 /// The mass of a point at a place.
-pub(super) fn mass_at(live: &LiveMass, raster: &Raster<'_>, place: Vec2) -> f32 {
-    let reduce = if live.sum { Reduction::Sum } else { Reduction::Mean };
-    let scalar = match live.near {
+pub(super) fn mass_at(map: &ScalarMap, raster: &Raster<'_>, place: Vec2) -> f32 {
+    let reduce = if map.sum { Reduction::Sum } else { Reduction::Mean };
+    let scalar = match map.radius {
         None => raster.at(place),
         Some(radius) => raster.along([place; 2], shibo_kernel::leather::lines::Along::Near(radius), reduce.kernel()),
     };
-    live.mass[0] + (live.mass[1] - live.mass[0]) * scalar
+    map.range[0] + (map.range[1] - map.range[0]) * scalar
 }
 
 impl DefineMass {

@@ -4,7 +4,7 @@ use super::strain::{Strain, What};
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Outputs};
-use shibo_engine::value::{GridLinks, Lattice, LiveMass, Points, SpringNet, Stop, Tiling};
+use shibo_engine::value::{GridLinks, Lattice, Points, ScalarMap, SpringNet, Stop, Tiling};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::Raster;
 use shibo_kernel::leather::links::{GridShape, radius_estimate, radius_links_until};
@@ -43,19 +43,19 @@ pub(super) fn net(springs: &SpringNet) -> Net<'_, f32> {
 
 /// The mass of a point at any place, bringing places back onto a canvas that repeats.
 pub(super) fn live_mass<'a>(
-    live: &'a LiveMass,
+    map: &'a ScalarMap,
     points: &Points,
     weightless: &'a AtomicBool,
 ) -> impl Fn([f32; 2]) -> f32 + Sync + use<'a> {
     let raster = Raster {
-        values: &live.values,
-        width: live.size.x as usize,
-        height: live.size.y as usize,
+        values: &map.values,
+        width: map.size.x as usize,
+        height: map.size.y as usize,
         size: points.size_mm.as_vec2(),
         periodic: points.periodic == Tiling::BOTH,
     };
     move |place| {
-        let mass = mass_at(live, &raster, Vec2::from_array(place));
+        let mass = mass_at(map, &raster, Vec2::from_array(place));
         if mass > 0.0 {
             return mass;
         }

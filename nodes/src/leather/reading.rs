@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
-use shibo_engine::value::{Field, Lattice, LiveMass, Stop, Tiling, Window};
+use shibo_engine::value::{Field, Lattice, ScalarMap, Stop, Tiling, Window};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Along, Raster, Reduce};
 use shibo_kernel::leather::links::Links;
@@ -163,11 +163,11 @@ impl Reading {
     pub(super) fn masses(
         &self,
         cx: &Context<'_>,
-        live: &LiveMass,
+        map: &ScalarMap,
         points: &[Vec2],
         steps: bool,
     ) -> Result<Vec<f32>, Stop> {
-        let at_once = match live.near {
+        let at_once = match map.radius {
             // What is read in every step must not take a step's time.
             Some(radius) if steps => self.near(radius.into(), 0.0, points.len(), MOST_PIXELS / 100.0)?,
             Some(radius) => self.near(radius.into(), 0.0, points.len(), MOST_PIXELS)?,
@@ -176,7 +176,7 @@ impl Reading {
         let (raster, mut masses) = (self.raster(), Vec::with_capacity(points.len()));
         for part in points.chunks(at_once) {
             cx.check()?;
-            masses.extend(part.iter().map(|place| mass_at(live, &raster, *place)));
+            masses.extend(part.iter().map(|place| mass_at(map, &raster, *place)));
         }
         Ok(masses)
     }

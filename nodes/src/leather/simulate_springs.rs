@@ -191,7 +191,7 @@ impl Node for SimulateSprings {
             damping.iter_mut().for_each(|d| *d += narrow(self.damping));
         }
         let weightless = AtomicBool::new(false);
-        let live = springs.live_mass.as_deref().map(|live| live_mass(live, &lattice.points, &weightless));
+        let live = springs.mass_map.as_deref().map(|map| live_mass(map, &lattice.points, &weightless));
         let contacts = Contacts::of(cx, &springs, self.body, self.body_stiffness)?;
         if let Some(contacts) = &contacts {
             // Contacts neither break nor dampen.

@@ -115,7 +115,7 @@ mod tests {
     fn has_a_port_for_every_channel() {
         let info = KindInfo::of::<Material>("Material");
         let ports: Vec<_> = info.ports().map(|(field, port)| (field.name.clone(), port.ty)).collect();
-        let channels: Vec<_> = Channel::ALL.iter().map(|c| (c.name().to_owned(), c.ty())).collect();
+        let channels: Vec<_> = Channel::ALL.iter().map(|c| (c.name().to_owned(), c.ty().into())).collect();
         assert_eq!(ports, channels);
     }
 }

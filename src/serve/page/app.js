@@ -237,7 +237,7 @@ function replace(parent, children) {
 function legend(object) {
   let text = '';
   if (object?.note) text = object.note;
-  else if (object) text = `${object.count.toLocaleString()} ${object.type === 'Points' ? 'points' : object.type === 'Segments' ? 'segments' : 'links'}`;
+  else if (object) text = `${object.count.toLocaleString()} ${object.unit}`;
   else if (shown?.own) text = `${shown.size.join(' × ')} px of its own`;
   else if (shown?.range && (shown.range[0] !== 0 || shown.range[1] !== 1)) {
     const [lo, hi] = shown.range.map((v) => +v.toPrecision(3));

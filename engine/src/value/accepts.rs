@@ -1,0 +1,107 @@
+//! What ports accept, and the conversions on the way into them.
+use super::{Type, Value};
+use std::fmt;
+
+/// What a port accepts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Accepts {
+    /// Values of one type, and those that can be converted to it.
+    One(Type),
+    /// A field of numbers or colours, whichever comes: `Gray`, `Rgb` or `Normal`.
+    Field,
+    /// Any solid.
+    AnySolid,
+}
+
+impl From<Type> for Accepts {
+    fn from(ty: Type) -> Self {
+        Self::One(ty)
+    }
+}
+
+impl Accepts {
+    /// All that a port may accept.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Type::ALL.iter().copied().map(Self::One).chain([Self::Field, Self::AnySolid])
+    }
+
+    /// The name as users read it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::One(ty) => ty.name(),
+            Self::Field => "Field",
+            Self::AnySolid => "AnySolid",
+        }
+    }
+
+    /// What has that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::all().find(|accepts| accepts.name() == name)
+    }
+
+    /// The type of the values that come out of the port, if it is always the same.
+    pub const fn only(self) -> Option<Type> {
+        match self {
+            Self::One(ty) => Some(ty),
+            Self::Field | Self::AnySolid => None,
+        }
+    }
+
+    /// Whether everything that it accepts may go on into the port `other`. What several types may come out of goes only into
+    /// its like.
+    pub fn fits(self, other: Self) -> bool {
+        match self {
+            Self::One(ty) => ty.fits(other),
+            Self::Field | Self::AnySolid => self == other,
+        }
+    }
+}
+
+impl fmt::Display for Accepts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Type {
+    /// The table of conversions: whether a wire of this type may go into `port`. [`Value::convert`] does what it says.
+    ///
+    /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
+    /// `Picture` → `Rgb` its colour; `Normal` and `Rgb` go into each other as they are, and so does `Picture` → `Normal`;
+    /// a `Field` port takes `Gray`, `Rgb`, `Normal` and, as `Rgb`, `Picture`; an `AnySolid` port takes every solid.
+    /// Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields.
+    pub const fn fits(self, port: Accepts) -> bool {
+        match port {
+            Accepts::Field => matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture),
+            Accepts::AnySolid => self.is_solid(),
+            Accepts::One(ty) => {
+                self as usize == ty as usize
+                    || matches!(
+                        (self, ty),
+                        (Self::Gray, Self::Rgb)
+                            | (Self::Rgb, Self::Normal)
+                            | (Self::Normal, Self::Rgb)
+                            | (Self::Picture, Self::Gray | Self::Rgb | Self::Normal)
+                    )
+            }
+        }
+    }
+}
+
+impl Value {
+    /// The value as it goes into a port, by the table of [`Type::fits`].
+    pub fn convert(&self, port: impl Into<Accepts>) -> Option<Self> {
+        let port = port.into();
+        if !self.ty().fits(port) {
+            return None;
+        }
+        Some(match (self, port) {
+            (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal)) => Self::Field(field.to_rgb()),
+            (Self::Picture(picture), Accepts::One(Type::Gray)) => Self::Field(picture.gray.clone()),
+            (Self::Picture(picture), Accepts::One(Type::Rgb | Type::Normal) | Accepts::Field) => {
+                Self::Field(picture.rgb.clone())
+            }
+            (value, _) => value.clone(),
+        })
+    }
+}

@@ -1,0 +1,102 @@
+//! The coordinates that synthesis finds in exemplars.
+use super::{ExemplarFrame, Number, Object, Pixels, Sketch, Tiling, Type};
+use glam::{DVec2, IVec2, UVec2};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// For each pixel of an output, a position in an exemplar.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CoordMap {
+    /// Columns and rows.
+    pub size: UVec2,
+    /// The number of the first column and row; pixel (0, 0) has its corner at the canvas' corner.
+    pub start: IVec2,
+    /// The size of a pixel in mm.
+    pub pitch: DVec2,
+    /// The directions in which it joins itself.
+    pub periodic: Tiling,
+    /// How many pixels of the finest level a pixel stands for, in x and in y.
+    pub spacing: u32,
+    /// Positions by rows, in exemplar pixels: the centre of pixel `i` is at `i + ½`.
+    pub coords: Arc<Vec<[f32; 2]>>,
+    /// The exemplar, if it is known.
+    pub exemplar: Option<ExemplarFrame>,
+    /// The share of pixels that go on in the exemplar to the right and below; 0 if it was not counted.
+    pub coherence: f32,
+    /// The share of the exemplar that is shown, counting even use; 0 if it was not counted.
+    pub coverage: f32,
+}
+
+/// Positions in an exemplar, by rows.
+#[derive(Serialize)]
+struct CoordMapData {
+    size: [u32; 2],
+    start: [i32; 2],
+    /// Finest pixels per pixel.
+    spacing: u32,
+    /// Shares, after a whole synthesis.
+    coherence: Number,
+    coverage: Number,
+    coords: Vec<[Number; 2]>,
+}
+
+impl Object for CoordMap {
+    fn bytes(&self) -> usize {
+        size_of::<Self>() + 8 * self.coords.len()
+    }
+
+    fn data(&self) -> impl Serialize {
+        CoordMapData {
+            size: self.size.to_array(),
+            start: self.start.to_array(),
+            spacing: self.spacing,
+            coherence: Number(self.coherence),
+            coverage: Number(self.coverage),
+            coords: self.coords.iter().map(|c| c.map(Number)).collect(),
+        }
+    }
+
+    /// Where in the exemplar each pixel comes from: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow. Pieces that
+    /// lie there as they do here run from colour to colour smoothly; where pieces meet, colours jump.
+    fn sketch(&self) -> Option<Sketch> {
+        let finite = || self.coords.iter().filter(|c| c[0].is_finite() && c[1].is_finite());
+        let frame = self.exemplar.map(|frame| frame.size.as_vec2().to_array());
+        let most = |axis: usize| finite().map(|c| c[axis].abs()).fold(1.0, f32::max);
+        let size = frame.unwrap_or_else(|| [most(0), most(1)]);
+        let plane = |axis: usize| self.coords.iter().map(move |c| (c[axis] / size[axis].max(1.0)).rem_euclid(1.0));
+        let blue = std::iter::repeat_n(0.0, self.coords.len());
+        let planes = plane(0).chain(plane(1)).chain(blue).collect();
+        Pixels::new(Type::Normal, [self.size.x as usize, self.size.y as usize], planes).map(Sketch::Pixels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_run_from_black_to_red_green_and_yellow() {
+        let frame =
+            ExemplarFrame { size: UVec2::new(8, 4), origin: DVec2::ZERO, pitch: DVec2::ONE, periodic: Tiling::NONE };
+        let coords = vec![[0.0, 0.0], [7.992, 0.0], [0.0, 3.996], [7.992, 3.996], [4.0, 1.0], [12.0, 5.0]];
+        let map = CoordMap {
+            size: UVec2::new(6, 1),
+            start: IVec2::ZERO,
+            pitch: DVec2::ONE,
+            periodic: Tiling::NONE,
+            spacing: 1,
+            coords: Arc::new(coords),
+            exemplar: Some(frame),
+            coherence: 0.0,
+            coverage: 0.0,
+        };
+        let Some(Sketch::Pixels(pixels)) = map.sketch() else { panic!("no picture") };
+        assert_eq!((pixels.ty(), pixels.size()), (Type::Normal, [6, 1]));
+        let wanted = [[0.0, 0.999, 0.0, 0.999, 0.5, 0.5], [0.0, 0.0, 0.999, 0.999, 0.25, 0.25], [0.0; 6]];
+        for (plane, wanted) in pixels.planes().zip(wanted) {
+            for (value, wanted) in plane.iter().zip(wanted) {
+                assert!((value - wanted).abs() < 1e-5, "{plane:?}");
+            }
+        }
+    }
+}

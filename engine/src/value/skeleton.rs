@@ -1,0 +1,99 @@
+//! What trees grow along.
+use super::{Number, Object, Shapes, Sketch, data};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// A branch: a straight axis that starts on the trunk's skeleton.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Branch {
+    /// Where it starts, in mm.
+    pub start: DVec3,
+    /// The direction in which it grows, of length 1.
+    pub direction: DVec3,
+    /// How fast it thickens, in mm a year.
+    pub thickening: f64,
+    /// Its length in mm; may be infinite.
+    pub length: f64,
+    /// The year of the tree after which it grew no more; infinite for a living one.
+    pub dead_from: f64,
+    /// How many years it lived, where that is known instead; infinite for a living one.
+    pub lifetime: f64,
+}
+
+/// The line along which a trunk grew, as cubic Bézier segments, and its branches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Skeleton {
+    /// The control points of each segment in mm; a segment ends where the next one starts.
+    pub trunk: Vec<[DVec3; 4]>,
+    /// Whether the control points of every segment are evenly spaced in z.
+    pub even: bool,
+    /// The branches.
+    pub branches: Vec<Branch>,
+}
+
+#[derive(Serialize)]
+struct SkeletonData {
+    trunk: Vec<[[Number<f64>; 3]; 4]>,
+    branches: Vec<BranchData>,
+}
+
+#[derive(Serialize)]
+struct BranchData {
+    start: [Number<f64>; 3],
+    direction: [Number<f64>; 3],
+    thickening_speed: Number<f64>,
+    length: Number<f64>,
+    dead_from: Number<f64>,
+    lifetime: Number<f64>,
+}
+
+/// A branch is drawn so long at the most, in mm.
+const LONGEST: f64 = 3000.0;
+/// Lines to a cubic of a trunk.
+const PIECES: usize = 12;
+
+impl Object for Skeleton {
+    fn bytes(&self) -> usize {
+        size_of::<Self>() + self.trunk.len() * size_of::<[DVec3; 4]>() + self.branches.len() * size_of::<Branch>()
+    }
+
+    fn data(&self) -> impl Serialize {
+        let branch = |branch: &Branch| BranchData {
+            start: data::triple(&branch.start),
+            direction: data::triple(&branch.direction),
+            thickening_speed: Number(branch.thickening),
+            length: Number(branch.length),
+            dead_from: Number(branch.dead_from),
+            lifetime: Number(branch.lifetime),
+        };
+        SkeletonData {
+            trunk: self.trunk.iter().map(|controls| controls.each_ref().map(data::triple)).collect(),
+            branches: self.branches.iter().map(branch).collect(),
+        }
+    }
+
+    /// The trunk with the ends of its segments, and the branches.
+    fn sketch(&self) -> Option<Sketch> {
+        let mut lines = Vec::new();
+        for cubic in &self.trunk {
+            let points: Vec<DVec3> = (0..=PIECES).map(|i| at(cubic, i as f64 / PIECES as f64)).collect();
+            lines.extend(points.windows(2).map(|pair| [pair[0], pair[1]]));
+        }
+        let tall = Shapes { lines: lines.clone(), ..Shapes::default() }
+            .extent()
+            .map_or(1.0, |(low, high)| (high - low).max_element());
+        let reach = LONGEST.min(0.3 * tall);
+        lines.extend(self.branches.iter().map(|b| [b.start, b.start + b.direction * b.length.min(reach)]));
+        Some(Sketch::Space(Shapes {
+            points: self.trunk.iter().map(|cubic| cubic[0]).collect(),
+            lines,
+            counts: vec![(self.trunk.len(), "pieces"), (self.branches.len(), "branches")],
+            ..Shapes::default()
+        }))
+    }
+}
+
+fn at([a, b, c, d]: &[DVec3; 4], t: f64) -> DVec3 {
+    let s = 1.0 - t;
+    *a * (s * s * s) + *b * (3.0 * s * s * t) + *c * (3.0 * s * t * t) + *d * (t * t * t)
+}

@@ -4,15 +4,16 @@ use glam::Vec2;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// How the links of a regular lattice were chosen.
+/// A lattice whose points are those of a grid by rows, and whose links are among those to the next point of the row and to
+/// the one below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum GridLinks {
-    /// To the 4 nearest neighbours.
-    Four,
-    /// To the 8 nearest neighbours.
-    Eight,
-    /// Along the edges of hexagons.
-    HexEdges,
+pub struct GridLinks {
+    /// Points in a row.
+    pub columns: u32,
+    /// Rows.
+    pub rows: u32,
+    /// Whether there are links to the two points beside the one below, too.
+    pub diagonals: bool,
 }
 
 /// Points and links between them. A link outlives the motion of its ends and the breaking of its spring.
@@ -24,7 +25,9 @@ pub struct Lattice {
     pub links: Arc<Vec<[u32; 2]>>,
     /// By how many canvases the second end of each link is shifted; empty if none is.
     pub offsets: Arc<Vec<[i8; 2]>>,
-    /// Present when the links are those of a regular layout, or of the part of it that is left.
+    /// Whether the links are those of a regular layout, or of the part of it that is left.
+    pub regular: bool,
+    /// Present when the lattice is the whole of a grid.
     pub grid: Option<GridLinks>,
     /// After a simulation: the velocity of each point in mm per unit of time.
     pub velocities: Option<Vec<Vec2>>,

@@ -48,7 +48,7 @@ pub use key::Key;
 pub use lattice::{GridLinks, Lattice};
 pub use material::{Channel, Material};
 pub use object::{Carried, Object, Renders};
-pub use points::{GridOrder, Points};
+pub use points::{Edges, GridOrder, Points};
 pub use scalar_map::ScalarMap;
 pub use segments::{Segments, clip_line};
 pub use skeleton::{Branch, Skeleton};

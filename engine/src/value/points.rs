@@ -17,6 +17,17 @@ pub struct GridOrder {
     pub stagger: f32,
 }
 
+/// The edges of a tiling whose corners are points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Edges {
+    /// Pairs of points, by the indices that they have in the whole tiling.
+    pub links: Arc<Vec<[u32; 2]>>,
+    /// By how many canvases the second end of each edge is shifted; empty if none is.
+    pub offsets: Arc<Vec<[i8; 2]>>,
+    /// Columns and rows, if the points, by rows, are so many and the edges lead to the next one and to the one below.
+    pub grid: Option<[u32; 2]>,
+}
+
 /// Positions in mm on a canvas.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Points {
@@ -32,8 +43,8 @@ pub struct Points {
     pub pitch: f32,
     /// Present when the points are in grid order.
     pub grid: Option<GridOrder>,
-    /// Present when the points are the corners of a tiling by regular hexagons: the wanted length of an edge in mm.
-    pub hexagons: Option<f32>,
+    /// Present when the points are the corners of a tiling.
+    pub edges: Option<Edges>,
     /// Present when only a part of a grid or of a tiling is left: the index that each point had in the whole.
     pub sites: Option<Vec<u32>>,
     /// The part of the canvas that the points keep to, if it is not the whole.
@@ -59,7 +70,7 @@ impl Points {
     /// The same positions as a set of their own, which remembers no layout.
     #[must_use]
     pub fn alone(&self) -> Self {
-        Self { regular: None, grid: None, hexagons: None, sites: None, ..self.clone() }
+        Self { regular: None, grid: None, edges: None, sites: None, ..self.clone() }
     }
 }
 
@@ -73,7 +84,8 @@ impl Object for Points {
         let regular = self.regular.as_ref().map_or(0, Vec::len);
         let sites = self.sites.as_ref().map_or(0, Vec::len);
         let area = self.area.as_ref().map_or(0, |area| area.bytes());
-        size_of::<Self>() + size_of::<Vec2>() * (self.positions.len() + regular) + 4 * sites + area
+        let edges = self.edges.as_ref().map_or(0, |edges| 8 * edges.links.len() + 2 * edges.offsets.len());
+        size_of::<Self>() + size_of::<Vec2>() * (self.positions.len() + regular) + 4 * sites + area + edges
     }
 
     fn data(&self) -> impl Serialize {

@@ -274,6 +274,14 @@ fn hexagons_have_three_neighbours() {
     let mut degree = vec![0; lattice.points.len()];
     lattice.links.iter().flatten().for_each(|&p| degree[p as usize] += 1);
     assert!(degree.iter().all(|d| *d == 3));
+    // The whole of a tiling that repeats is a grid with a part of its links; a part of it is not.
+    let points_of = |lattice: &Lattice| lattice.grid.map(|grid| (grid.columns * grid.rows) as usize);
+    assert_eq!((lattice.regular, points_of(&lattice)), (true, Some(lattice.points.len())));
+    let area = WorkArea { points: port(0), area: port(1), ..WorkArea::default() };
+    let part = make(&area, &[points.clone(), halves()], "");
+    let Value::Lattice(part) = make(&node, &[part], "") else { panic!() };
+    assert_eq!((part.regular, part.grid), (true, None));
+    assert!(part.links.len() > part.points.len() && part.points.len() < lattice.points.len());
     let wrong = ConnectNeighbors { points: port(0), neighbors: Neighbors::Four };
     assert_eq!(refused(&wrong, &[points]), (Code::BadValue, "neighbors".into()));
     let Value::Segments(segments) =

@@ -11,7 +11,6 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::stop::Until;
 use shibo_kernel::leather::delaunay::delaunay_until;
 use shibo_kernel::leather::links::{GridShape, Links, grid_links_until, radius_estimate, radius_links_until, wrap};
-use shibo_kernel::leather::points::hexagons_until;
 use std::sync::Arc;
 
 /// A rule that says which points are neighbours.
@@ -62,7 +61,7 @@ impl Node for ConnectNeighbors {
         let periodic = points.periodic == Tiling::BOTH;
         let size = points.size_mm.as_vec2();
         let until = || cx.check().is_err();
-        let (points, links, grid) = match self.neighbors {
+        let (points, links, layout) = match self.neighbors {
             Neighbors::Delaunay => {
                 let (points, links) = triangulate(points, size, periodic, &until);
                 (points, links, None)
@@ -75,6 +74,7 @@ impl Node for ConnectNeighbors {
                 let (whole, grid) = self.of_layout(&points, &until)?;
                 cx.check()?;
                 let links = kept(whole, &points);
+                let grid = grid.filter(|_| points.sites.is_none());
                 (points, links, Some(grid))
             }
         };
@@ -84,24 +84,27 @@ impl Node for ConnectNeighbors {
             points,
             links: Arc::new(links.pairs),
             offsets: Arc::new(links.wraps),
-            grid,
+            regular: layout.is_some(),
+            grid: layout.flatten(),
             ..Lattice::default()
         }))
     }
 }
 
 impl ConnectNeighbors {
-    /// The links of the whole grid or tiling.
-    fn of_layout(&self, points: &Points, until: Until<'_>) -> Result<(Links, GridLinks), Problem> {
+    /// The links of the whole grid or tiling, and the grid.
+    fn of_layout(&self, points: &Points, until: Until<'_>) -> Result<(Links, Option<GridLinks>), Problem> {
         let periodic = points.periodic == Tiling::BOTH;
         let eight = self.neighbors == Neighbors::Eight;
-        match (self.neighbors, &points.grid, points.hexagons) {
-            (Neighbors::HexEdges, _, Some(edge)) => {
-                Ok((hexagons_until(points.size_mm.as_vec2(), edge, periodic, until).1, GridLinks::HexEdges))
+        match (self.neighbors, &points.grid, &points.edges) {
+            (Neighbors::HexEdges, _, Some(edges)) => {
+                let links = Links { pairs: edges.links.to_vec(), wraps: edges.offsets.to_vec() };
+                Ok((links, edges.grid.map(|[columns, rows]| GridLinks { columns, rows, diagonals: false })))
             }
             (Neighbors::Four | Neighbors::Eight, Some(order), _) => {
                 let shape = GridShape { nx: order.columns as usize, ny: order.rows as usize, eight, periodic };
-                Ok((grid_links_until(shape, until), if eight { GridLinks::Eight } else { GridLinks::Four }))
+                let grid = GridLinks { columns: order.columns, rows: order.rows, diagonals: eight };
+                Ok((grid_links_until(shape, until), Some(grid)))
             }
             _ => {
                 let (needs, node) = match self.neighbors {

@@ -174,7 +174,7 @@ impl DefineMass {
     fn advise(&self, cx: &Context<'_>, springs: &SpringNet) {
         let (points, first) = (&springs.lattice.points, springs.stiffness.first());
         let alike = springs.stiffness.iter().all(|k| Some(k) == first);
-        if alike && points.regular.is_none() && springs.lattice.grid.is_some() {
+        if alike && points.regular.is_none() && springs.lattice.regular {
             let message = "all springs of this regular lattice are alike and hold each other in balance: nothing moves";
             let help = "give `DefineSprings` a `spread`, or the points some jitter";
             cx.evaluator.warn(Problem::new(Code::Advice, message).at("springs").help(help));

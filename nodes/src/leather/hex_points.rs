@@ -8,10 +8,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
+use shibo_engine::value::{Canvas, Edges, Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::leather::points::hexagons_until;
+use shibo_kernel::leather::links::GridShape;
+use shibo_kernel::leather::points::{hexagon_grid, hexagons_until};
+use std::sync::Arc;
 
 /// Points at the corners of a tiling by regular hexagons, two sides of which run across the canvas.
 ///
@@ -79,7 +81,8 @@ impl Node for HexPoints {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a few million")]
         afford(cx, self.count(cx.canvas) as usize, "edge")?;
         let until = || cx.check().is_err();
-        let (regular, _) = hexagons_until(cx.size_mm().as_vec2(), edge, periodic == Tiling::BOTH, &until);
+        let (size, repeats) = (cx.size_mm().as_vec2(), periodic == Tiling::BOTH);
+        let (regular, edges) = hexagons_until(size, edge, repeats, &until);
         cx.check()?;
         let hash = Hash::new(cx.seed(self.seed));
         let reach = self.edge * self.jitter;
@@ -95,10 +98,19 @@ impl Node for HexPoints {
             size_mm: cx.size_mm(),
             periodic,
             pitch: edge,
-            hexagons: Some(edge),
+            edges: Some(Edges {
+                links: Arc::new(edges.pairs),
+                offsets: Arc::new(edges.wraps),
+                grid: hexagon_grid(size, edge, repeats).and_then(count),
+            }),
             ..Points::default()
         }))
     }
+}
+
+/// Columns and rows.
+fn count(shape: GridShape) -> Option<[u32; 2]> {
+    Some([u32::try_from(shape.nx).ok()?, u32::try_from(shape.ny).ok()?])
 }
 
 #[cfg(test)]

@@ -4,11 +4,10 @@ use super::strain::{Strain, What};
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Outputs};
-use shibo_engine::value::{GridLinks, Lattice, Points, ScalarMap, SpringNet, Stop, Tiling};
+use shibo_engine::value::{Lattice, Points, ScalarMap, SpringNet, Stop, Tiling};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::Raster;
 use shibo_kernel::leather::links::{GridShape, radius_estimate, radius_links_until};
-use shibo_kernel::leather::points::hexagon_grid;
 use shibo_kernel::springs::{Mass, Net, Outcome};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,17 +16,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) fn net(springs: &SpringNet) -> Net<'_, f32> {
     let lattice = &springs.lattice;
     let points = &lattice.points;
-    let whole = points.sites.is_none();
-    let periodic = points.periodic == Tiling::BOTH;
-    let shape = lattice.grid.filter(|_| whole).and_then(|links| match (links, &points.grid, points.hexagons) {
-        (GridLinks::HexEdges, _, Some(edge)) => hexagon_grid(points.size_mm.as_vec2(), edge, periodic),
-        (GridLinks::HexEdges, _, None) | (_, None, _) => None,
-        (_, Some(order), _) => Some(GridShape {
-            nx: order.columns as usize,
-            ny: order.rows as usize,
-            eight: links == GridLinks::Eight,
-            periodic,
-        }),
+    let shape = lattice.grid.map(|grid| GridShape {
+        nx: grid.columns as usize,
+        ny: grid.rows as usize,
+        eight: grid.diagonals,
+        periodic: points.periodic == Tiling::BOTH,
     });
     Net {
         links: &lattice.links,

@@ -69,7 +69,7 @@ impl Node for PlaceWrinkles {
         let points = &lattice.points;
         let size = points.size_mm.as_vec2();
         let links = Links { pairs: lattice.links.to_vec(), wraps: lattice.offsets.to_vec() };
-        let default = if lattice.grid.is_some() { 1.0 } else { CELL_LENGTH };
+        let default = if lattice.regular { 1.0 } else { CELL_LENGTH };
         let spec = SegmentSpec {
             size,
             length_scale: narrow(self.length_scale.unwrap_or(default)),

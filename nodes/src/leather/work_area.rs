@@ -71,7 +71,7 @@ impl Node for WorkArea {
         let select = |list: &[glam::Vec2]| kept.iter().map(|&i| list[i as usize]).collect::<Vec<_>>();
         let sites =
             points.sites.as_ref().map_or_else(|| kept.clone(), |old| kept.iter().map(|&i| old[i as usize]).collect());
-        let layout = points.grid.is_some() || points.hexagons.is_some();
+        let layout = points.grid.is_some() || points.edges.is_some();
         let positions = select(&points.positions);
         let regular = points.regular.as_deref().map(select);
         let area = Some(Arc::new(area));

@@ -5,8 +5,9 @@
 //! field: every solid on the way becomes a field with a key of its own, so that tiles of what several solids or outputs
 //! read, the growth time of a tree above all, are computed once and kept by the engine's cache.
 use super::link::Link;
-use super::{Cost, Curve, Cut, Cuts, Field, FieldId, Key, Type};
+use super::{Cost, Cut, Cuts, Field, FieldId, Key, Type};
 use glam::DVec3;
+use std::any::Any;
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::Arc;
@@ -118,7 +119,7 @@ pub struct Solid {
     channels: usize,
     key: Option<Key>,
     owner: Option<Key>,
-    follows: Option<Arc<(Solid, Curve)>>,
+    note: Option<Arc<dyn Any + Send + Sync>>,
     body: Link<Body>,
 }
 
@@ -130,7 +131,7 @@ impl fmt::Debug for Solid {
 
 impl Solid {
     fn of(ty: Type, channels: usize, body: Body) -> Self {
-        Self { ty, channels, key: None, owner: None, follows: None, body: Link::new(Arc::new(body)) }
+        Self { ty, channels, key: None, owner: None, note: None, body: Link::new(Arc::new(body)) }
     }
 
     /// A solid of type `ty` (one of the solid types) computed by `source` from the values of `inputs` at the same point.
@@ -163,17 +164,17 @@ impl Solid {
         Self::of(ty, channels.len(), Body::Channels { of: self.clone(), channels })
     }
 
-    /// The same, known to be the piecewise linear function through the points (x, y, ·) of `curve` of the number `of`; so
-    /// that who looks it up can do so by `of`, which has no kinks.
+    /// The same with a note for the nodes that read it: what they may know of it besides its values. Only code that names
+    /// the type of the note can read it.
     #[must_use]
-    pub fn following(mut self, of: Solid, curve: Curve) -> Self {
-        self.follows = Some(Arc::new((of, curve)));
+    pub fn noted(mut self, note: impl Any + Send + Sync) -> Self {
+        self.note = Some(Arc::new(note));
         self
     }
 
-    /// The solid and the curve that it is known to [follow](Self::following).
-    pub fn follows(&self) -> Option<&(Solid, Curve)> {
-        self.follows.as_deref()
+    /// The [note](Self::noted) on it, if it is of this type.
+    pub fn note<T: Any>(&self) -> Option<&T> {
+        self.note.as_deref()?.downcast_ref()
     }
 
     /// Which kind of solid.

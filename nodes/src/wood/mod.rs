@@ -4,6 +4,7 @@ mod board;
 mod branch_time;
 mod branches;
 mod bud_eyes;
+mod by_calendar;
 mod color_pattern;
 mod color_solid;
 mod cut_plane;

@@ -3,6 +3,7 @@
 //! Source: Momoi & Takatera 2014, §4.3 (rows B22, B30; W-10). Beyond the source: the exact mean of the pattern over a pixel's
 //! span of years, so that thin rings never alias; years that differ; late wood as a solid; sapwood, knots and bark
 //! (WOOD-LOOK §4.6). Cost: about 40 ns a point.
+use super::by_calendar::ByCalendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
@@ -16,7 +17,6 @@ use shibo_kernel::noise::noise3::{Noise3, visible};
 use shibo_kernel::wood::life::{Life, Variation, late_share};
 use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::solids::{Code, spans};
-use shibo_kernel::wood::years::Calendar;
 use std::sync::Arc;
 
 /// How rings thinner than a pixel are looked up.
@@ -283,8 +283,7 @@ impl Node for RingColor {
         // By the calendar, time has kinks inside pixels; the even time that it follows has none.
         let mut time = calendar_time.clone();
         let mut sap_from = self.age - self.sap_years;
-        if let (Lookup::Mean(life), Some((even, curve))) = (&lookup, calendar_time.follows())
-            && let Some(calendar) = Calendar::through(&curve.points)
+        if let (Lookup::Mean(life), Some((even, calendar))) = (&lookup, ByCalendar::of(&calendar_time))
             && let Some(life) = life.by_even_time(&calendar)
         {
             (lookup, time, sap_from) = (Lookup::Mean(life), even.clone(), calendar.even(sap_from));

@@ -2,6 +2,7 @@
 //!
 //! Source: asked for by Momoi & Takatera 2014, §5.1 and §5.3 (rows B31, B32); how is WOOD-LOOK §4.1. Cost: about 5 ns a
 //! point and wave.
+use super::by_calendar::ByCalendar;
 use super::trees::even;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -203,8 +204,8 @@ impl Node for VaryGrowth {
             );
         });
         let code = code.with_exact(move |_, inputs| inputs[0].iter().map(|t| exact.at(*t)).collect());
-        let followed = Curve { points: points.clone() };
-        let time = Solid::new(Type::Solid, vec![time.clone()], code.kept()).following(time, followed);
+        let note = ByCalendar { even: time.clone(), years: Curve { points: points.clone() } };
+        let time = Solid::new(Type::Solid, vec![time], code.kept()).noted(note);
         Ok(Outputs::one(time).with("calendar", Curve { points }))
     }
 }

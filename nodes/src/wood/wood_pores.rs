@@ -1,6 +1,7 @@
 //! [`WoodPores`]: the vessels of hardwoods.
 //!
 //! Beyond the source; WOOD-LOOK §4.4. Cost: about 25 ns a point.
+use super::by_calendar::ByCalendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{
@@ -128,7 +129,7 @@ impl Node for WoodPores {
         let (color, fiber, time) = (cx.get(&self.color)?, cx.get(&self.fiber)?, cx.get(&self.time)?);
         let calendar = cx.get_opt(&self.calendar)?;
         let mut pores = self.pores(calendar.as_deref(), Hash::new(cx.seed(self.seed)));
-        let even = time.follows().and_then(|(even, curve)| Some((even.clone(), Calendar::through(&curve.points)?)));
+        let even = ByCalendar::of(&time).map(|(even, calendar)| (even.clone(), calendar));
         let time = even.filter(|(_, calendar)| pores.by_even_time(calendar)).map_or(time, |(even, _)| even);
         let code = Code::of_inputs(move |patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));

@@ -278,7 +278,7 @@ fn states_what_it_reads(registry: &dyn Fn() -> Registry, info: &KindInfo) -> Res
     let parts = parts.map(|(x, y, width, height)| Window { x, y, width, height });
     for output in 0..graph.nodes[node].outputs.len() {
         let value = session.value(&graph, (node, output), &CancelToken::default(), &Silent);
-        let mut open: Vec<_> = fields(&value.map_err(|f| format!("{f:?}"))?).into_iter().map(|f| (f, grid)).collect();
+        let mut open: Vec<_> = value.map_err(|f| format!("{f:?}"))?.fields().into_iter().map(|f| (f, grid)).collect();
         let mut seen = BTreeSet::new();
         while let Some((field, grid)) = open.pop() {
             if !seen.insert(format!("{:?} {:?}", field.id(), grid.id())) {

@@ -82,6 +82,29 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     (quadrant(turns, s, c), quadrant(turns.wrapping_add(1), s, c))
 }
 
+/// Sine of `x` degrees, exact at multiples of 90; error ≤ 1e-7 for |x| < 1e6. 0 if `x` is not finite.
+#[inline(always)]
+pub fn sin_degrees(x: f32) -> f32 {
+    quarter_turns_degrees(x, 0)
+}
+
+/// Cosine of `x` degrees, exact at multiples of 90; error ≤ 1e-7 for |x| < 1e6. 1 if `x` is not finite.
+#[inline(always)]
+pub fn cos_degrees(x: f32) -> f32 {
+    quarter_turns_degrees(x, 1)
+}
+
+/// The sine of x + 90·turns degrees.
+#[inline(always)]
+fn quarter_turns_degrees(x: f32, turns: u64) -> f32 {
+    let x = if x.abs() < 1e12 { f64::from(x) } else { 0.0 };
+    let snapped = x * (1.0 / 90.0) + SNAP64;
+    #[expect(clippy::cast_possible_truncation, reason = "the rounding to f32 is meant")]
+    let r = (x - (snapped - SNAP64) * 90.0).to_radians() as f32;
+    let (s, c) = polynomials(r);
+    quadrant(snapped.to_bits().wrapping_add(turns), s, c)
+}
+
 /// sin(x + turns·π/2).
 #[inline(always)]
 fn quarter_turns(x: f32, turns: u64) -> f32 {
@@ -89,18 +112,24 @@ fn quarter_turns(x: f32, turns: u64) -> f32 {
     quadrant(more.wrapping_add(turns), s, c)
 }
 
-/// The quarter turns nearest to x in the low bits, and the sine and cosine of the rest r. Reduction in f64, then the Cephes
-/// polynomials on |r| ≤ π/4.
+/// The quarter turns nearest to x in the low bits, and the sine and cosine of the rest r. Reduction in f64.
 #[inline(always)]
 fn reduced(x: f32) -> (u64, f32, f32) {
     let x = if x.abs() < 1e12 { f64::from(x) } else { 0.0 };
     let snapped = x * std::f64::consts::FRAC_2_PI + SNAP64;
     #[expect(clippy::cast_possible_truncation, reason = "the rounding to f32 is meant")]
     let r = (x - (snapped - SNAP64) * std::f64::consts::FRAC_PI_2) as f32;
+    let (s, c) = polynomials(r);
+    (snapped.to_bits(), s, c)
+}
+
+/// Sine and cosine for |r| ≤ π/4, by the polynomials of Cephes.
+#[inline(always)]
+fn polynomials(r: f32) -> (f32, f32) {
     let z = r * r;
     let s = r + r * z * (-1.666_665_5e-1 + z * (8.332_161e-3 - z * 1.951_529_6e-4));
     let c = 1.0 - 0.5 * z + z * z * (4.166_664_6e-2 + z * (-1.388_731_6e-3 + z * 2.443_315_7e-5));
-    (snapped.to_bits(), s, c)
+    (s, c)
 }
 
 #[inline(always)]
@@ -112,6 +141,18 @@ fn quadrant(turns: u64, s: f32, c: f32) -> f32 {
 /// Angle of the vector (x, y) in -π..π; error ≤ 4e-7. 0 for the null vector.
 #[inline(always)]
 pub fn atan2(y: f32, x: f32) -> f32 {
+    angle(y, x, 1.0, [FRAC_PI_4, FRAC_PI_2, PI])
+}
+
+/// The same in degrees, -180..180, exact at multiples of 45; error ≤ 3e-5.
+#[inline(always)]
+pub fn atan2_degrees(y: f32, x: f32) -> f32 {
+    angle(y, x, 180.0 / PI, [45.0, 90.0, 180.0])
+}
+
+/// The angle of a vector in a unit of which there are so many in a radian, an eighth, a quarter and half of a turn.
+#[inline(always)]
+fn angle(y: f32, x: f32, radian: f32, [eighth, quarter, half]: [f32; 3]) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
     let (low, high) = (min(ax, ay), max(ax, ay));
     let t = if high > 0.0 { low / high } else { 0.0 };
@@ -119,9 +160,9 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     let t = if wide { (t - 1.0) / (t + 1.0) } else { t };
     let z = t * t;
     let series = t + t * z * (-3.333_295e-1 + z * (1.997_771_1e-1 + z * (-1.387_768_6e-1 + z * 8.053_745e-2)));
-    let angle = series + if wide { FRAC_PI_4 } else { 0.0 };
-    let angle = if ay > ax { FRAC_PI_2 - angle } else { angle };
-    let angle = if x < 0.0 { PI - angle } else { angle };
+    let angle = series * radian + if wide { eighth } else { 0.0 };
+    let angle = if ay > ax { quarter - angle } else { angle };
+    let angle = if x < 0.0 { half - angle } else { angle };
     if y < 0.0 { -angle } else { angle }
 }
 

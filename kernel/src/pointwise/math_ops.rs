@@ -51,11 +51,13 @@ pub enum Operation {
     Fract,
     /// a rounded down to a multiple of b; a where b is 0
     Snap,
-    /// Sine of a radians
+    /// Sine of a degrees
     Sin,
-    /// Cosine of a radians
+    /// Cosine of a degrees
     Cos,
-    /// Angle of the vector (b, a), radians
+    /// Tangent of a degrees; 0 where it is infinite
+    Tan,
+    /// Angle of the vector (b, a), degrees
     Atan2,
     /// √(a² + b²)
     Hypot,
@@ -88,7 +90,8 @@ impl Operation {
             | O::Round
             | O::Fract
             | O::Sin
-            | O::Cos => 1,
+            | O::Cos
+            | O::Tan => 1,
             O::MultiplyAdd | O::SmoothMin | O::SmoothMax | O::Smoothstep | O::Clamp | O::Mix => 3,
             _ => 2,
         }
@@ -178,9 +181,10 @@ fn run(operation: Operation, a: &Block, b: &Block, c: &Block, out: &mut Block) {
         O::Round => apply(a, b, c, out, |a, _, _| (a + 0.5).floor()),
         O::Fract => apply(a, b, c, out, |a, _, _| a - a.floor()),
         O::Snap => apply(a, b, c, out, |a, b, _| if b == 0.0 { a } else { b * (a / b).floor() }),
-        O::Sin => apply(a, b, c, out, |a, _, _| math::sin(a)),
-        O::Cos => apply(a, b, c, out, |a, _, _| math::cos(a)),
-        O::Atan2 => apply(a, b, c, out, |a, b, _| math::atan2(a, b)),
+        O::Sin => apply(a, b, c, out, |a, _, _| math::sin_degrees(a)),
+        O::Cos => apply(a, b, c, out, |a, _, _| math::cos_degrees(a)),
+        O::Tan => apply(a, b, c, out, |a, _, _| math::sin_degrees(a) / math::cos_degrees(a)),
+        O::Atan2 => apply(a, b, c, out, |a, b, _| math::atan2_degrees(a, b)),
         O::Hypot => apply(a, b, c, out, |a, b, _| (a * a + b * b).sqrt()),
         O::Smoothstep => apply(a, b, c, out, |a, b, c| {
             let t = saturate((a - b) / (c - b));
@@ -211,7 +215,7 @@ fn smooth_min(a: f32, b: f32, c: f32) -> f32 {
 mod tests {
     use super::*;
 
-    const ALL: [Operation; 32] = {
+    const ALL: [Operation; 33] = {
         use Operation as O;
         [
             O::Add,
@@ -238,6 +242,7 @@ mod tests {
             O::Snap,
             O::Sin,
             O::Cos,
+            O::Tan,
             O::Atan2,
             O::Hypot,
             O::Smoothstep,
@@ -295,5 +300,31 @@ mod tests {
         assert_eq!(one(Operation::Divide, 1.0, 0.0, 0.0), 0.0);
         assert_eq!(one(Operation::Smoothstep, 0.5, 0.0, 1.0), 0.5);
         assert_eq!(one(Operation::Round, 2.5, 0.0, 0.0), 3.0);
+    }
+
+    #[test]
+    fn angles_are_degrees() {
+        let one = |operation, a: f32, b: f32| {
+            let mut out = [0.0];
+            math(operation, [a, b, 0.0].map(Operand::Value), &mut out);
+            out[0]
+        };
+        let quarters = |operation| [-90.0, 0.0, 90.0, 180.0, 270.0, 3600.0].map(|a| one(operation, a, 0.0));
+        assert_eq!(quarters(Operation::Sin), [-1.0, 0.0, 1.0, 0.0, -1.0, 0.0]);
+        assert_eq!(quarters(Operation::Cos), [0.0, 1.0, 0.0, -1.0, 0.0, 1.0]);
+        assert_eq!(quarters(Operation::Tan), [0.0; 6], "an infinite result is 0");
+        for degrees in -720..720_i16 {
+            let (a, radians) = (f32::from(degrees), f64::from(degrees).to_radians());
+            let near = |found: f32, expected: f64| (f64::from(found) - expected).abs() <= 2e-7 * (1.0 + expected.abs());
+            assert!(near(one(Operation::Sin, a, 0.0), radians.sin()), "sin {a}");
+            assert!(near(one(Operation::Cos, a, 0.0), radians.cos()), "cos {a}");
+            assert!(degrees % 90 == 0 || near(one(Operation::Tan, a, 0.0), radians.tan()), "tan {a}");
+        }
+        for (y, x, degrees) in
+            [(0.0, 1.0, 0.0), (2.0, 2.0, 45.0), (1.0, 0.0, 90.0), (0.0, -1.0, 180.0), (-3.0, 3.0, -45.0)]
+        {
+            assert_eq!(one(Operation::Atan2, y, x), degrees, "{y} {x}");
+        }
+        assert!((one(Operation::Atan2, 1.0, 2.0) - 26.565_05).abs() < 3e-5);
     }
 }

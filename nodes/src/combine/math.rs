@@ -60,11 +60,13 @@ choice! {
         Fract,
         /// a rounded down to a multiple of b; a where b is 0
         Snap,
-        /// The sine of a radians
+        /// The sine of a degrees
         Sin,
-        /// The cosine of a radians
+        /// The cosine of a degrees
         Cos,
-        /// The angle of the vector (b, a) in radians
+        /// The tangent of a degrees; 0 where it is infinite
+        Tan,
+        /// The angle of the vector (b, a) in degrees, from -180 to 180
         Atan2,
         /// √(a² + b²)
         Hypot,
@@ -89,7 +91,8 @@ choice! {
 /// "cells": Worley(size: 9),
 /// "gap": Math(operation: Subtract, a: "cells.f2", b: "cells.f1"),
 /// "waves": Math(operation: MultiplyAdd, a: "cells.f1", b: 7, c: "gap"),
-/// "sine": Math(operation: Sin, a: "waves"),
+/// "angle": Math(operation: Multiply, a: "waves", b: 57.29578),
+/// "sine": Math(operation: Sin, a: "angle"),
 /// "example": Math(operation: Smoothstep, a: "sine", b: -0.6, c: 0.6),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -155,6 +158,7 @@ fn channels(constant: &[f32]) -> [f32; 4] {
 }
 
 impl Node for Math {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] =
         &[Output::like("result", &["a", "b", "c"], "The result; a colour if an operand is.")];
     const FACTS: &'static [Fact] = &[];

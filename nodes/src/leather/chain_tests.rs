@@ -192,6 +192,29 @@ fn the_edge_holds_on_to_any_set() {
 }
 
 #[test]
+fn a_boundary_may_follow_the_canvas() {
+    let end = |tile: Tiling, boundary: Boundary| {
+        let canvas = Canvas { tile, ..canvas() };
+        let make = |outputs: Result<shibo_engine::node::Outputs, shibo_engine::value::Stop>| {
+            outputs.unwrap().take("", true).cloned().unwrap()
+        };
+        let points = make(outputs(&PoissonPoints { pitch: 2.0, ..PoissonPoints::default() }, &[], &canvas));
+        let links = ConnectNeighbors { points: port(0), ..ConnectNeighbors::default() };
+        let lattice = make(outputs(&links, &[points], &canvas));
+        let node = DefineSprings { lattice: port(0), ..DefineSprings::default() };
+        let net = make(outputs(&node, &[lattice], &canvas));
+        match make(outputs(&SimulateSprings { boundary, ..simulation() }, &[net], &canvas)) {
+            Value::Lattice(lattice) => lattice.points.positions.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let (joined, held) = (end(Tiling::BOTH, Boundary::Periodic), end(Tiling::NONE, Boundary::Fixed(0.0)));
+    assert_eq!(end(Tiling::BOTH, Boundary::Canvas), joined);
+    assert_eq!(end(Tiling::NONE, Boundary::Canvas), held);
+    assert_ne!(end(Tiling::NONE, Boundary::Free), held);
+}
+
+#[test]
 fn springs_break_where_the_field_is_weak() {
     let (value, _) = springs(&DefineSprings { stiffness: Linear::new(5.0, 5.0), ..DefineSprings::default() }, None);
     let node = SimulateSprings { break_field: Some(port(1)), break_force: Some(Range::new(0.0, 1e6)), ..simulation() };

@@ -39,6 +39,19 @@ pub enum Boundary {
     Free,
     /// All points move, and the canvas' edges join: needs points of a canvas that tiles.
     Periodic,
+    /// Follows the canvas: `Periodic` where its points repeat with it, else `Fixed(0)`.
+    Canvas,
+}
+
+impl Boundary {
+    /// What it comes to for points that repeat with the canvas, or do not.
+    fn of_points(self, periodic: bool) -> Self {
+        match self {
+            Self::Canvas if periodic => Self::Periodic,
+            Self::Canvas => Self::Fixed(0.0),
+            stated => stated,
+        }
+    }
 }
 
 /// Which springs can break.
@@ -175,7 +188,9 @@ impl Node for SimulateSprings {
         if self.boundary == Boundary::Periodic && !periodic {
             let message = "boundary is `Periodic`, but the points do not repeat with the canvas";
             let problem = Problem::new(Code::BadValue, message).at("boundary");
-            return Err(problem.help("say `tile: Both` in the canvas, or use `Fixed(0)`").into());
+            return Err(problem
+                .help("use `Canvas`, which follows the canvas, or say `tile: Both` in the canvas")
+                .into());
         }
         let start: Vec<[f32; 2]> = lattice.points.positions.iter().map(Vec2::to_array).collect();
         let fixed = self.fixed(&lattice.points, periodic);
@@ -254,7 +269,7 @@ impl SimulateSprings {
     }
 
     fn fixed(&self, points: &Points, periodic: bool) -> Vec<bool> {
-        match self.boundary {
+        match self.boundary.of_points(periodic) {
             // Where the set repeats there is no edge to hold on to, unless a margin asks for one.
             Boundary::Fixed(margin) if !periodic || margin > 0.0 || points.area.is_some() => {
                 let margin = narrow(margin);

@@ -127,6 +127,19 @@ fn arrows_in_the_engine_point_down() {
 }
 
 #[test]
+fn the_server_does_not_know_who_watches() {
+    for file in sources(&root("src/serve")) {
+        assert!(
+            !words_after(&code(&file), "crate::").contains(&"watch".to_owned()),
+            "{} uses crate::watch",
+            file.display()
+        );
+    }
+    let declarations = code(&root("src/watch/mod.rs"));
+    assert!(!declarations.contains("fn "), "the logic of `watch` has files of its own");
+}
+
+#[test]
 fn families_do_not_know_each_other() {
     let nodes = root("nodes/src");
     let families: Vec<String> = fs::read_dir(&nodes)

@@ -4,7 +4,6 @@ use super::guard::{Guard, guard};
 use super::scene::{Scene, Target, View};
 use super::stage::{News, Stage, Values};
 use super::{data, map};
-use crate::watch::Signal;
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::rejection::{BytesRejection, QueryRejection};
@@ -18,8 +17,7 @@ use serde::Deserialize;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
 use std::convert::Infallible;
-use std::sync::mpsc::Sender;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
@@ -36,21 +34,24 @@ const WAITING: usize = 512;
 /// A sign of life on a stream without news.
 const ALIVE: Duration = Duration::from_secs(10);
 
+/// Takes the values that pages ask for; whether somebody heard it.
+type Wishes = Arc<dyn Fn(Values) -> bool + Send + Sync>;
+
 /// What the handlers share.
 #[derive(Clone)]
 pub(super) struct App {
     pub(super) stage: Arc<Stage>,
-    signals: Arc<Mutex<Sender<Signal>>>,
+    wishes: Wishes,
     listeners: Arc<Semaphore>,
     looks: Arc<Semaphore>,
     waiting: Arc<Semaphore>,
 }
 
 /// The server's table of contents.
-pub(super) fn router(stage: Arc<Stage>, signals: Sender<Signal>, who: Guard) -> Router {
+pub(super) fn router(stage: Arc<Stage>, wishes: Wishes, who: Guard) -> Router {
     let app = App {
         stage,
-        signals: Arc::new(Mutex::new(signals)),
+        wishes,
         listeners: Arc::new(Semaphore::new(LISTENERS)),
         looks: Arc::new(Semaphore::new(LOOKS)),
         waiting: Arc::new(Semaphore::new(WAITING)),
@@ -245,9 +246,7 @@ async fn values(
         return Err(StatusCode::UNSUPPORTED_MEDIA_TYPE.into_response());
     }
     let values: Values = serde_json::from_slice(&body).map_err(|e| No::Bad(e.to_string()).into_response())?;
-    let signals = app.signals.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    signals.send(Signal::Values(values)).map_err(|_| No::Busy.into_response())?;
-    Ok(StatusCode::ACCEPTED)
+    if (app.wishes)(values) { Ok(StatusCode::ACCEPTED) } else { Err(No::Busy.into_response()) }
 }
 
 /// The query of a question about a target.

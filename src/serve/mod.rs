@@ -20,14 +20,12 @@ pub(crate) use scene::{COARSE, Scene, Shown, Sight, Target, WHOLE};
 pub(crate) use stage::{Stage, Values};
 
 use crate::quit::Quit;
-use crate::watch::Signal;
 use guard::Guard;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::io::ErrorKind;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::sync::mpsc::Sender;
 use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
@@ -54,8 +52,12 @@ impl Server {
     }
 }
 
-/// Serves `stage` on a port; wishes of pages go to `signals`.
-pub(crate) fn start(port: u16, stage: Arc<Stage>, signals: Sender<Signal>) -> Result<Server, Quit> {
+/// Serves `stage` on a port. `wishes` takes the values that pages ask for, and says whether somebody heard it.
+pub(crate) fn start(
+    port: u16,
+    stage: Arc<Stage>,
+    wishes: impl Fn(Values) -> bool + Send + Sync + 'static,
+) -> Result<Server, Quit> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .max_blocking_threads(16)
@@ -75,7 +77,7 @@ pub(crate) fn start(port: u16, stage: Arc<Stage>, signals: Sender<Signal>) -> Re
     let port = listener.local_addr().map_err(|e| Quit::failed(format!("cannot listen: {e}")))?.port();
     let token = token()?;
     let url = format!("http://127.0.0.1:{port}/{token}/");
-    let app = handlers::router(stage, signals, Guard::new(port, &token));
+    let app = handlers::router(stage, Arc::new(wishes), Guard::new(port, &token));
     runtime.spawn(accept(listener, app));
     Ok(Server { url, runtime })
 }

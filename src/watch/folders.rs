@@ -1,6 +1,6 @@
 //! Hints that files may have changed. Folders are watched and not files, since an atomic save replaces the file; targets of
 //! symbolic links live in folders of their own. A hint may be missing or wrong: contents decide (see [`super::files`]).
-use super::Signal;
+use super::follow::Signal;
 use notify::event::{AccessKind, AccessMode, EventKind, ModifyKind};
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
 use std::collections::BTreeMap;

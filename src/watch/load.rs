@@ -1,7 +1,7 @@
 //! Loading a graph file that somebody may be writing at this moment.
 use super::files::{State, hex, sha256};
 use crate::serve::Values;
-use shibo_engine::diagnostics::{Code, Diagnostic};
+use shibo_engine::diagnostics::{Code, Diagnostic, Origin};
 use shibo_engine::graph::{self, Limits, LoadOptions, Loaded};
 use shibo_engine::registry::Registry;
 use std::fs::{self, Metadata};
@@ -78,16 +78,14 @@ fn read(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
 fn refuse(loaded: &Loaded, options: &mut LoadOptions) -> Vec<String> {
     let mut refused = Vec::new();
     for error in loaded.diagnostics.iter().filter(|d| !d.warning) {
-        let given = loaded.sources.text(error.span.file);
-        if loaded.sources.path(error.span.file) != Path::new("<command line>") {
-            continue;
-        }
-        if given.starts_with("--preset ") {
-            refused.extend(options.preset.take());
-        }
-        let Some((name, _)) = given.strip_prefix("--set ").and_then(|rest| rest.split_once('=')) else { continue };
-        if let Some(at) = options.set.iter().position(|(n, _)| n == name) {
-            refused.push(options.set.remove(at).0);
+        match loaded.sources.origin(error.span.file) {
+            Origin::Preset => refused.extend(options.preset.take()),
+            Origin::Param { name } => {
+                if let Some(at) = options.set.iter().position(|(n, _)| n == name) {
+                    refused.push(options.set.remove(at).0);
+                }
+            }
+            Origin::File | Origin::Resolution => {}
         }
     }
     refused
@@ -110,13 +108,7 @@ impl Reading {
 
     /// Whether a file is missing, or ends where more should follow.
     pub(super) fn is_unfinished(&self) -> bool {
-        let ends_early = |error: &Diagnostic| {
-            let text = self.loaded.sources.text(error.span.file);
-            error.code == Code::FileNotFound
-                || text.trim().is_empty()
-                || (matches!(error.code, Code::Syntax) && error.span.start >= text.trim_end().len())
-                || (error.code == Code::Syntax && error.message.contains("string"))
-        };
+        let ends_early = |error: &Diagnostic| error.unfinished || error.code == Code::FileNotFound;
         let errors = self.loaded.diagnostics.iter().filter(|d| !d.warning);
         !matches!(self.state, State::Content(_)) || errors.into_iter().any(ends_early)
     }

@@ -1,0 +1,79 @@
+//! The command line of `shibo watch`, and how its parties are started.
+use super::evaluate::{Desk, evaluate};
+use super::follow::{Signal, Watch};
+use super::tell::Teller;
+use crate::args::{EngineArgs, ValueArgs};
+use crate::interrupt;
+use crate::open;
+use crate::quit::Quit;
+use crate::serve::{self, Stage};
+use crate::terminal::Terminal;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo watch calf.ron                   open a page that follows every save
+  shibo watch calf.ron --no-open --port 7007
+  shibo watch /net/share/calf.ron --poll
+
+Over SSH, use the same port on both sides: ssh -L 7007:127.0.0.1:7007 host, then shibo watch calf.ron --port 7007.";
+
+/// Show a graph in a browser, and follow every save of it.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct WatchArgs {
+    /// The graph file.
+    pub(super) graph: PathBuf,
+    /// The port of the page; 0 is any that is free.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    port: u16,
+    /// Do not open a browser.
+    #[arg(long)]
+    no_open: bool,
+    /// Look at the files regularly instead of asking the system for changes; for network folders.
+    #[arg(long)]
+    pub(super) poll: bool,
+    /// Print what happens on stdout, for programs.
+    #[arg(long, value_name = "FORMAT")]
+    log: Option<LogArg>,
+    #[command(flatten)]
+    pub(super) values: ValueArgs,
+    #[command(flatten)]
+    engine: EngineArgs,
+}
+
+/// How to print what happens.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum LogArg {
+    Json,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let (sender, signals) = channel();
+    let session = open::session(shibo_nodes::registry(), &args.engine, terminal)?;
+    let name = args.graph.file_name().map_or_else(|| "graph".to_owned(), |n| n.to_string_lossy().into_owned());
+    let stage = Arc::new(Stage::new(session, name));
+    let wishes = sender.clone();
+    let server = serve::start(args.port, stage.clone(), move |values| wishes.send(Signal::Values(values)).is_ok())?;
+    let teller = Teller { terminal, log: args.log.is_some() };
+    interrupt::on_signals({
+        let sender = sender.clone();
+        move || drop(sender.send(Signal::Stop))
+    });
+    teller.listening(&server.url);
+    if !args.no_open {
+        serve::open_browser(&server.url);
+    }
+    let desk = Desk::default();
+    std::thread::scope(|scope| {
+        scope.spawn(|| evaluate(&desk, &stage, &teller));
+        Watch::new(args, &stage, &desk, &teller, sender).run(&signals);
+        desk.close();
+    });
+    server.stop();
+    Ok(())
+}

@@ -1,0 +1,227 @@
+//! The loop that follows the files: every save is read, and every graph without errors is put on the desk.
+use super::command::WatchArgs;
+use super::evaluate::{Desk, Job};
+use super::files::Files;
+use super::folders::Folders;
+use super::load::{self, Reading};
+use super::settle::Settle;
+use super::tell::Teller;
+use crate::report;
+use crate::serve::{Stage, Values};
+use crate::terminal::Terminal;
+use shibo_engine::graph::{Graph, Loaded};
+use std::path::Path;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
+use std::time::{Duration, Instant};
+
+/// The files are looked at so often even if there is no hint that they changed.
+const IDLE: Duration = Duration::from_millis(250);
+/// The same where there are no hints.
+const POLL: Duration = Duration::from_millis(100);
+
+/// What the loop is told.
+pub(super) enum Signal {
+    /// Something happened in a folder; `closed`: it ended a save.
+    Touched {
+        /// Whether it ended a save.
+        closed: bool,
+    },
+    /// A page wants other values of parameters.
+    Values(Values),
+    /// It is over.
+    Stop,
+}
+
+/// Errors that are kept back for a moment, since the file may be half written.
+struct Held {
+    loaded: Loaded,
+    generation: u64,
+    sha256: Option<String>,
+    /// Whether the save has been told of.
+    told: bool,
+    due: Instant,
+}
+
+/// The loop and what it knows.
+pub(super) struct Watch<'a> {
+    path: &'a Path,
+    stage: &'a Stage,
+    desk: &'a Desk,
+    teller: &'a Teller<'a>,
+    values: Values,
+    files: Files,
+    folders: Option<Folders>,
+    settle: Settle,
+    held: Option<Held>,
+    generation: u64,
+    stopped: bool,
+    /// The advice that was last shown.
+    warned: Vec<String>,
+}
+
+impl<'a> Watch<'a> {
+    /// A loop that has not begun.
+    pub(super) fn new(
+        args: &'a WatchArgs,
+        stage: &'a Stage,
+        desk: &'a Desk,
+        teller: &'a Teller<'a>,
+        signals: Sender<Signal>,
+    ) -> Self {
+        let folders = if args.poll { None } else { watcher(signals, teller.terminal) };
+        Self {
+            path: &args.graph,
+            stage,
+            desk,
+            teller,
+            values: Values { preset: args.values.preset.clone(), set: args.values.set.clone() },
+            files: Files::default(),
+            folders,
+            settle: Settle::default(),
+            held: None,
+            generation: 0,
+            stopped: false,
+            warned: Vec::new(),
+        }
+    }
+
+    /// Follows the files until it is told to stop.
+    pub(super) fn run(&mut self, signals: &Receiver<Signal>) {
+        self.stage.set_values(&self.values);
+        let name = self.path.display().to_string();
+        self.load(&name, true);
+        let mut looked = Instant::now();
+        while !self.stopped {
+            let idle = looked + if self.folders.is_some() { IDLE } else { POLL };
+            let dues = [self.settle.due(), self.held.as_ref().map(|held| held.due), Some(idle)];
+            let due = dues.into_iter().flatten().min().unwrap_or(idle);
+            match signals.recv_timeout(due.saturating_duration_since(Instant::now())) {
+                Ok(Signal::Touched { closed }) => self.settle.touch(Instant::now(), closed),
+                Ok(Signal::Values(values)) => self.set(values, signals),
+                Ok(Signal::Stop) | Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            let now = Instant::now();
+            if self.settle.due().is_some_and(|due| due <= now) || idle <= now {
+                let closed = self.settle.clear();
+                self.look(closed);
+                looked = Instant::now();
+            }
+            if self.held.as_ref().is_some_and(|held| held.due <= now) {
+                self.tell_held();
+            }
+        }
+    }
+
+    /// Looks at the files.
+    fn look(&mut self, closed: bool) {
+        let changed = self.files.changed();
+        if !changed.is_empty() {
+            let names = changed.iter().map(|path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy());
+            let names = names.collect::<Vec<_>>().join(", ");
+            self.load(&format!("{names} saved"), closed);
+        }
+        self.follow();
+    }
+
+    /// A page wants other values: the newest wish counts.
+    fn set(&mut self, mut values: Values, signals: &Receiver<Signal>) {
+        while let Ok(signal) = signals.try_recv() {
+            match signal {
+                Signal::Values(newer) => values = newer,
+                Signal::Touched { closed } => self.settle.touch(Instant::now(), closed),
+                Signal::Stop => self.stopped = true,
+            }
+        }
+        let set = |values: &Values| values.set.iter().map(|(n, v)| format!("{n} = {v}")).collect::<Vec<_>>();
+        let before = set(&self.values);
+        let mut changes: Vec<String> = set(&values).into_iter().filter(|s| !before.contains(s)).collect();
+        if values.preset != self.values.preset {
+            changes.push(values.preset.as_ref().map_or("no preset".to_owned(), |p| format!("preset {p}")));
+        }
+        if values == self.values {
+            return;
+        }
+        self.values = values;
+        let cause = if changes.is_empty() { "values reset".to_owned() } else { changes.join(", ") };
+        self.load(&cause, true);
+    }
+
+    /// Reads the graph and has it evaluated, or keeps its errors for a moment.
+    fn load(&mut self, cause: &str, closed: bool) {
+        let since = Instant::now();
+        self.generation += 1;
+        let reading = load::load(self.path, self.stage.session.registry(), &self.values);
+        let hold = reading.hold(closed);
+        let unfinished = !hold.is_zero() && reading.is_unfinished();
+        let Reading { sha256, state, before, loaded, refused } = reading;
+        if !unfinished {
+            self.teller.saved(sha256.as_deref());
+        }
+        self.files.note(self.path, before, state);
+        self.files.keep(&loaded.files);
+        let mut values = self.values.clone();
+        values.set.retain(|(name, _)| !refused.contains(name));
+        if values.preset.as_ref().is_some_and(|p| refused.contains(p)) {
+            values.preset = None;
+        }
+        self.values = values;
+        self.stage.set_values(&self.values);
+        self.held = None;
+        let generation = self.generation;
+        match (loaded.graph, sha256) {
+            (Some(mut graph), Some(sha256)) => {
+                graph.warnings.extend(graph.advice());
+                self.warn(&graph);
+                self.desk.put(Job { generation, sha256, graph, cause: cause.to_owned(), since }, self.stage);
+            }
+            (graph, sha256) => {
+                let loaded = Loaded { graph, ..loaded };
+                self.held = Some(Held { loaded, generation, sha256, told: !unfinished, due: since + hold });
+            }
+        }
+        self.follow();
+    }
+
+    /// Shows the advice of a graph, but not the same again at every save.
+    fn warn(&mut self, graph: &Graph) {
+        let warnings: Vec<String> = graph.warnings.iter().map(|w| w.message.clone()).collect();
+        if warnings != self.warned {
+            report::show(self.teller.terminal, &graph.warnings, &graph.sources);
+            self.warned = warnings;
+        }
+    }
+
+    /// The file has been as it is for long enough: its errors are told.
+    fn tell_held(&mut self) {
+        let Some(held) = self.held.take() else { return };
+        if !held.told {
+            self.teller.saved(held.sha256.as_deref());
+        }
+        let errors: Vec<_> = held.loaded.diagnostics.iter().filter(|d| !d.warning).cloned().collect();
+        self.stage.fail(held.generation, &errors, &held.loaded.sources);
+        self.teller.errors(held.sha256.as_deref(), &errors, &held.loaded.sources);
+    }
+
+    /// Watches the folders that matter now.
+    fn follow(&mut self) {
+        if let Some(folders) = &mut self.folders
+            && let Err(error) = folders.keep(self.files.paths())
+            && matches!(error.kind, notify::ErrorKind::MaxFilesWatch)
+        {
+            self.teller.terminal.warning("the system has no watches left; the files are looked at regularly instead");
+            self.folders = None;
+        }
+    }
+}
+
+/// Hints from the system, if it gives any.
+fn watcher(signals: Sender<Signal>, terminal: &Terminal) -> Option<Folders> {
+    match Folders::new(signals) {
+        Ok(folders) => Some(folders),
+        Err(error) => {
+            terminal.warning(&format!("{error}; the files are looked at regularly instead"));
+            None
+        }
+    }
+}

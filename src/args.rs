@@ -1,7 +1,7 @@
 //! The command line.
 use crate::{cache, check, completions, dump, graph, new, nodes, render, watch};
 use clap::{Args, Parser, Subcommand};
-use glam::UVec2;
+use shibo_engine::value::Resolution;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -84,14 +84,14 @@ fn assignment(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Reads `WxH`, or `N` for both.
-pub(crate) fn size(text: &str) -> Result<UVec2, String> {
+/// Reads `WxH`, or `N` for the longer side.
+pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
     let side = |text: &str| text.trim().parse::<u32>().ok().filter(|&n| n > 0);
-    let pair = match text.split_once(['x', 'X', '×']) {
-        Some((w, h)) => side(w).zip(side(h)),
-        None => side(text).map(|n| (n, n)),
+    let read = match text.split_once(['x', 'X', '×']) {
+        Some((w, h)) => side(w).zip(side(h)).map(|size| Resolution::Exact(size.into())),
+        None => side(text).map(Resolution::Longer),
     };
-    pair.map(UVec2::from).ok_or_else(|| "write WIDTHxHEIGHT, or one number for both, in pixels".to_owned())
+    read.ok_or_else(|| "write WIDTHxHEIGHT, or one number for the longer side, in pixels".to_owned())
 }
 
 /// Reads `X,Y,W,H`.
@@ -105,6 +105,7 @@ pub(crate) fn region(text: &str) -> Result<[u32; 4], String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::UVec2;
 
     #[test]
     fn the_command_line_is_consistent() {
@@ -114,9 +115,9 @@ mod tests {
 
     #[test]
     fn values_are_read() {
-        assert_eq!(size("640x480"), Ok(UVec2::new(640, 480)));
-        assert_eq!(size("512"), Ok(UVec2::new(512, 512)));
-        assert!(["", "0", "1x", "-1x3", "1x2x3", "1e3"].iter().all(|text| size(text).is_err()));
+        assert_eq!(resolution("640x480"), Ok(Resolution::Exact(UVec2::new(640, 480))));
+        assert_eq!(resolution("512"), Ok(Resolution::Longer(512)));
+        assert!(["", "0", "1x", "-1x3", "1x2x3", "1e3"].iter().all(|text| resolution(text).is_err()));
         assert_eq!(region("0, 1,2,3"), Ok([0, 1, 2, 3]));
         assert!(["", "1,2,3", "1,2,3,4,5", "1,2,3,-4"].iter().all(|text| region(text).is_err()));
         assert_eq!(assignment("a=b=c"), Ok(("a".into(), "b=c".into())));

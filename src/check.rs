@@ -75,7 +75,7 @@ fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Qu
     let loaded = open::load(path, &shibo_nodes::registry(), &args.values, None);
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
-        diagnostics.extend(open::advice(graph));
+        diagnostics.extend(graph.advice());
         if args.verify {
             diagnostics.extend(verify(graph, args, terminal)?);
         }

@@ -4,15 +4,15 @@ use crate::environment;
 use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
-use glam::UVec2;
-use shibo_engine::diagnostics::{Diagnostic, SourceMap};
+use shibo_engine::diagnostics::SourceMap;
 use shibo_engine::graph::{self, Graph, Limits, LoadOptions, Loaded};
 use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Session, Settings};
+use shibo_engine::value::Resolution;
 use std::path::{Path, PathBuf};
 
 /// Reads and checks a graph file.
-pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolution: Option<UVec2>) -> Loaded {
+pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolution: Option<Resolution>) -> Loaded {
     let options = LoadOptions {
         preset: values.preset.clone(),
         set: values.set.clone(),
@@ -22,12 +22,6 @@ pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolut
         limits: Limits::default(),
     };
     graph::load(path, registry, &options)
-}
-
-/// Advice that needs the whole graph.
-pub(crate) fn advice(graph: &Graph) -> Vec<Diagnostic> {
-    let order = petgraph::algo::toposort(&graph.nodes, None).unwrap_or_default();
-    shibo_engine::eval::breaks_tiling(graph, &order)
 }
 
 /// The graph of a file; its errors are shown, and its warnings too unless `quiet`.

@@ -1,5 +1,5 @@
 //! `shibo render`: the outputs of a graph as picture files.
-use crate::args::{EngineArgs, ValueArgs, region, size};
+use crate::args::{EngineArgs, ValueArgs, region, resolution};
 use crate::interrupt;
 use crate::open;
 use crate::progress::Progress;
@@ -8,11 +8,11 @@ use crate::report;
 use crate::stats::Stats;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
-use glam::UVec2;
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
 use shibo_engine::picture::{Depth, Format};
 use shibo_engine::session::{RenderRequest, Report};
+use shibo_engine::value::Resolution;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -39,9 +39,9 @@ pub(crate) struct RenderArgs {
     /// Render only this output, or this channel of a material (NAME.CHANNEL); may be repeated.
     #[arg(long, value_name = "NAME")]
     output: Vec<String>,
-    /// The size of the pictures in pixels, instead of the graph's.
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    resolution: Option<UVec2>,
+    /// The pixels of the pictures, instead of the graph's: of the longer side, or width and height.
+    #[arg(long, value_name = "N|WxH", value_parser = resolution)]
+    resolution: Option<Resolution>,
     /// Render only a part: pixels of the whole picture, from the top left.
     #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
     region: Option<[u32; 4]>,
@@ -113,7 +113,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal, start: Instant) -> Res
     interrupt::cancel_on_signals(&cancel);
     let registry = shibo_nodes::registry();
     let graph = open::graph(open::load(&args.graph, &registry, &args.values, args.resolution), terminal)?;
-    report::show(terminal, &open::advice(&graph), &graph.sources);
+    report::show(terminal, &graph.advice(), &graph.sources);
     let session = open::session(registry, &args.engine, terminal)?;
     let progress = Progress::new(terminal, args.quiet);
     let result = session.render(&graph, &request(args), &cancel, &progress);

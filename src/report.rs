@@ -4,14 +4,21 @@ use miette::{
     Diagnostic as Report, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents,
     Severity, SourceCode, SourceSpan, SpanContents,
 };
-use shibo_engine::diagnostics::{Diagnostic, SourceMap, Span};
+use shibo_engine::diagnostics::{Diagnostic, FileId, SourceMap, Span};
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// Reports with pictures of the text; further ones take a line each.
 const PICTURES: usize = 40;
 /// Longer lines are not shown, in bytes.
 const LONGEST_LINE: usize = 400;
+
+/// Places so many lines apart are drawn into one picture.
+const NEAR: usize = 3;
+
+/// A place, what is said of it, and whether it is the one that a diagnostic is about.
+type Place = (Span, String, bool);
 
 /// Shows diagnostics, errors and warnings.
 pub(crate) fn show(terminal: &Terminal, diagnostics: &[Diagnostic], sources: &SourceMap) {
@@ -56,7 +63,7 @@ fn one_line(message: &str) -> String {
 }
 
 /// Places without the text around them.
-fn plain(text: &mut Text, places: &[(Span, String, bool)], sources: &SourceMap) {
+fn plain(text: &mut Text, places: &[Place], sources: &SourceMap) {
     for (span, label, _) in places {
         let at = sources.position(span.file, span.start);
         let path = escape(&sources.path(span.file).to_string_lossy());
@@ -68,20 +75,13 @@ fn plain(text: &mut Text, places: &[(Span, String, bool)], sources: &SourceMap) 
     }
 }
 
-/// The places drawn into their texts, a picture for each file; none if a text cannot be shown.
-fn pictures(places: &[(Span, String, bool)], texts: &mut Texts<'_>, width: usize, color: bool) -> Option<Vec<String>> {
-    let mut files: Vec<usize> = Vec::new();
-    for (span, ..) in places {
-        if !files.contains(&span.file.0) {
-            files.push(span.file.0);
-        }
-    }
+/// The places drawn into their texts, those near each other into one picture; none if a text cannot be shown.
+fn pictures(places: &[Place], texts: &mut Texts<'_>, width: usize, color: bool) -> Option<Vec<String>> {
     let theme = if color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let handler = GraphicalReportHandler::new_themed(theme).with_width(width.max(40)).without_syntax_highlighting();
-    files
-        .iter()
-        .map(|&file| {
-            let here: Vec<_> = places.iter().filter(|(span, ..)| span.file.0 == file).collect();
+    groups(places, texts.sources)
+        .into_iter()
+        .map(|here| {
             let source = texts.get(here.first()?.0)?;
             here.iter().all(|(span, ..)| source.is_readable(span)).then_some(())?;
             let picture = Picture { source, labels: here.iter().map(|place| label(source, place)).collect() };
@@ -94,7 +94,27 @@ fn pictures(places: &[(Span, String, bool)], texts: &mut Texts<'_>, width: usize
         .collect()
 }
 
-fn label(source: &Shown, (span, label, primary): &(Span, String, bool)) -> LabeledSpan {
+/// The places that go into one picture each: all lines between two places of a picture are drawn.
+fn groups<'p>(places: &'p [Place], sources: &SourceMap) -> Vec<Vec<&'p Place>> {
+    let mut groups: Vec<(FileId, RangeInclusive<usize>, Vec<&Place>)> = Vec::new();
+    for place in places {
+        let span = place.0;
+        let (first, last) = (sources.position(span.file, span.start).line, sources.position(span.file, span.end).line);
+        let near = |(file, lines, _): &&mut (FileId, RangeInclusive<usize>, Vec<&Place>)| {
+            *file == span.file && first <= lines.end() + NEAR && *lines.start() <= last + NEAR
+        };
+        match groups.iter_mut().find(near) {
+            Some((_, lines, group)) => {
+                *lines = first.min(*lines.start())..=last.max(*lines.end());
+                group.push(place);
+            }
+            None => groups.push((span.file, first..=last, vec![place])),
+        }
+    }
+    groups.into_iter().map(|(.., group)| group).collect()
+}
+
+fn label(source: &Shown, (span, label, primary): &Place) -> LabeledSpan {
     let (start, end) = source.within(span);
     let label = (!label.is_empty()).then(|| escape(label));
     if *primary {
@@ -282,6 +302,22 @@ mod tests {
         let text = rendered(&error, &sources, 80);
         assert!(!text.chars().any(|c| is_unsafe(c) && c != '\n'), "{text:?}");
         assert!(text.contains("a\\u{1b}[2J.ron:1:1"), "{text}");
+    }
+
+    #[test]
+    fn places_far_apart_are_drawn_apart() {
+        let mut sources = SourceMap::default();
+        let file = sources.add("a.ron", (0..1000).map(|i| format!("line{i}\n")).collect::<String>());
+        let at = |line: usize| {
+            let start = sources.text(file).find(&format!("line{line}\n")).unwrap();
+            Span { file, start, end: start + 4 }
+        };
+        let error = Diagnostic::new(Code::DuplicateKey, at(900), "m").related(at(10), "first").related(at(902), "near");
+        let text = rendered(&error, &sources, 80);
+        for place in ["a.ron:901:1", "a.ron:11:1"] {
+            assert!(text.contains(place), "{text}");
+        }
+        assert!(text.contains("first") && text.contains("near") && text.lines().count() <= 18, "{text}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
 use shibo_engine::node::{KindInfo, OutputType, ParamInfo, Role};
 use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::{Failure, Session, Settings};
-use shibo_engine::value::{Accepts, Read, Type, Window};
+use shibo_engine::value::{Accepts, Read, Resolution, Type, Window};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::OnceLock;
@@ -21,7 +21,7 @@ fn options(resolution: UVec2) -> LoadOptions {
     LoadOptions {
         preset: None,
         set: Vec::new(),
-        resolution: Some(resolution),
+        resolution: Some(Resolution::Exact(resolution)),
         working_dir: env!("CARGO_MANIFEST_DIR").into(),
         limits: Limits::default(),
     }

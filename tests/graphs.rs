@@ -9,7 +9,7 @@ use picture::Picture;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::graph::{Graph, LoadOptions, load};
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Field, Tile, Tiling, Type, Value, Window};
+use shibo_engine::value::{Field, Resolution, Tile, Tiling, Type, Value, Window};
 use std::path::{Path, PathBuf};
 
 /// Golden pictures are of this size.
@@ -36,7 +36,8 @@ fn session() -> Session {
 
 /// A graph at `side`² pixels, or at its own resolution.
 fn graph(session: &Session, path: &Path, side: Option<u32>) -> Graph {
-    let options = LoadOptions { resolution: side.map(UVec2::splat), ..LoadOptions::default() };
+    let options =
+        LoadOptions { resolution: side.map(|side| Resolution::Exact(UVec2::splat(side))), ..LoadOptions::default() };
     let loaded = load(path, session.registry(), &options);
     let messages: Vec<&str> = loaded.diagnostics.iter().map(|d| d.message.as_str()).collect();
     assert_eq!(messages, Vec::<&str>::new(), "{}", path.display());

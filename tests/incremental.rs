@@ -1,11 +1,11 @@
 //! An edit recomputes only what is downstream of it: the nodes that ran are compared with the graph.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
-use glam::UVec2;
 use petgraph::visit::Dfs;
 use shibo_engine::eval::{CancelToken, NodeState, NodeStats, Silent};
 use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::session::{RenderRequest, Session, Settings};
+use shibo_engine::value::Resolution;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ fn path() -> PathBuf {
 }
 
 fn graph(text: &str) -> Graph {
-    let options = LoadOptions { resolution: Some(UVec2::splat(RESOLUTION)), ..LoadOptions::default() };
+    let options = LoadOptions { resolution: Some(Resolution::Longer(RESOLUTION)), ..LoadOptions::default() };
     let loaded = load_text(&path(), text, &shibo_nodes::registry(), &options);
     loaded.graph.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics))
 }
@@ -124,7 +124,7 @@ fn the_resolution_runs_no_simulation_again() {
     let out = tempfile::tempdir().unwrap();
     let session = session(None);
     render(&session, &graph(&original), out.path());
-    let options = LoadOptions { resolution: Some(UVec2::splat(2 * RESOLUTION)), ..LoadOptions::default() };
+    let options = LoadOptions { resolution: Some(Resolution::Longer(2 * RESOLUTION)), ..LoadOptions::default() };
     let larger = load_text(&path(), &original, &shibo_nodes::registry(), &options).graph.unwrap();
     let ran = computed(&render(&session, &larger, out.path()));
     for node in ["points", "links", "springs", "moved", "relinked", "wrinkles"] {

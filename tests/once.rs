@@ -6,12 +6,14 @@ use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::graph::{LoadOptions, load};
 use shibo_engine::session::{RenderRequest, Session, Settings};
+use shibo_engine::value::Resolution;
 use std::path::Path;
 
 /// What a render of a shipped graph computed, held at its end in bytes, and wrote.
 fn render(name: &str, resolution: u32, once: bool) -> (u64, u64, Vec<Vec<u8>>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs").join(name);
-    let options = LoadOptions { resolution: Some(UVec2::splat(resolution)), ..LoadOptions::default() };
+    let options =
+        LoadOptions { resolution: Some(Resolution::Exact(UVec2::splat(resolution))), ..LoadOptions::default() };
     let graph = load(&path, &shibo_nodes::registry(), &options).graph.unwrap();
     let settings = Settings { threads: 1, ..Settings::default() };
     let session = Session::new(shibo_nodes::registry(), &settings).unwrap();

@@ -2,9 +2,13 @@
 //!
 //! Code that does not know the text returns a [`Problem`]; the graph, which does, turns it into a [`Diagnostic`] by
 //! adding a [`Span`]. A [`SourceMap`] keeps the texts and turns spans into lines and columns.
+mod source;
+mod suggest;
+
+pub use source::{FileId, Origin, Position, Source, SourceMap, Span};
+pub use suggest::{did_you_mean, suggest};
+
 use std::fmt;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 macro_rules! codes {
     ($($(#[$doc:meta])* $name:ident = $text:literal,)*) => {
@@ -120,21 +124,6 @@ impl fmt::Display for Problem {
 
 impl std::error::Error for Problem {}
 
-/// The index of a text in a [`SourceMap`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct FileId(pub usize);
-
-/// A piece of a text: byte offsets `start..end`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Span {
-    /// The text.
-    pub file: FileId,
-    /// The first byte.
-    pub start: usize,
-    /// One past the last byte.
-    pub end: usize,
-}
-
 /// A second place that belongs to a diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Related {
@@ -159,24 +148,20 @@ pub struct Diagnostic {
     pub related: Vec<Related>,
     /// A warning does not fail a run.
     pub warning: bool,
+    /// Whether the text ends where more should follow, as it does while a file is being written.
+    pub unfinished: bool,
 }
 
 impl Diagnostic {
     /// An error at `span`.
     pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
-        Self { code, span, message: message.into(), help: None, related: Vec::new(), warning: false }
+        let (help, related) = (None, Vec::new());
+        Self { code, span, message: message.into(), help, related, warning: false, unfinished: false }
     }
 
     /// The located form of a problem.
     pub fn from_problem(problem: Problem, span: Span) -> Self {
-        Self {
-            code: problem.code,
-            span,
-            message: problem.message,
-            help: problem.help,
-            related: Vec::new(),
-            warning: false,
-        }
+        Self { help: problem.help, ..Self::new(problem.code, span, problem.message) }
     }
 
     /// The same with advice.
@@ -198,70 +183,6 @@ impl Diagnostic {
     pub fn as_warning(mut self) -> Self {
         self.warning = true;
         self
-    }
-}
-
-/// A text and where it came from.
-#[derive(Clone, Debug)]
-pub struct Source {
-    /// The path as the user would write it.
-    pub path: PathBuf,
-    /// The text.
-    pub text: Arc<str>,
-    /// Where its lines begin.
-    lines: Arc<[usize]>,
-}
-
-/// A place as people count: lines and columns from 1, columns in characters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Position {
-    /// Line, from 1.
-    pub line: usize,
-    /// Column in characters, from 1.
-    pub column: usize,
-}
-
-/// The texts that spans point into.
-#[derive(Clone, Debug, Default)]
-pub struct SourceMap {
-    sources: Vec<Source>,
-}
-
-impl SourceMap {
-    /// Adds a text.
-    pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<Arc<str>>) -> FileId {
-        let text = text.into();
-        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect();
-        self.sources.push(Source { path: path.into(), text, lines });
-        FileId(self.sources.len() - 1)
-    }
-
-    /// The text of `file`.
-    pub fn text(&self, file: FileId) -> Arc<str> {
-        self.sources[file.0].text.clone()
-    }
-
-    /// The path of `file`.
-    pub fn path(&self, file: FileId) -> &Path {
-        &self.sources[file.0].path
-    }
-
-    /// All texts, in the order in which they were added.
-    pub fn sources(&self) -> &[Source] {
-        &self.sources
-    }
-
-    /// Where byte `offset` of `file` is; offsets past the end, or inside a character, are clamped.
-    pub fn position(&self, file: FileId, offset: usize) -> Position {
-        let Source { text, lines, .. } = &self.sources[file.0];
-        let mut offset = offset.min(text.len());
-        while !text.is_char_boundary(offset) {
-            offset -= 1;
-        }
-        // The first line begins at 0, so there always is one at or before the offset.
-        let line = lines.partition_point(|&start| start <= offset);
-        let start = lines.get(line.saturating_sub(1)).copied().unwrap_or(0);
-        Position { line, column: text[start..offset].chars().count() + 1 }
     }
 }
 
@@ -295,44 +216,9 @@ pub fn to_json(diagnostics: &[Diagnostic], sources: &SourceMap) -> serde_json::V
     serde_json::json!({ "errors": of(false), "warnings": of(true) })
 }
 
-/// The candidate nearest to `word`, if any is near enough to be meant.
-pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let lower = word.to_lowercase();
-    candidates
-        .into_iter()
-        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
-        .filter(|&(distance, c)| distance <= 1 + c.len().min(word.len()) / 4)
-        .min_by_key(|&(distance, c)| (distance, c))
-        .map(|(_, c)| c)
-}
-
-/// A line of help for an unknown word: the nearest candidate, or else all of them.
-pub fn suggest(word: &str, what: &str, candidates: &[&str]) -> String {
-    if let Some(near) = did_you_mean(word, candidates.iter().copied()) {
-        return format!("did you mean `{near}`?");
-    }
-    match candidates.len() {
-        0 => format!("there is no {what} here"),
-        n if n <= 16 => {
-            format!("{what}s: {}", candidates.iter().map(|c| format!("`{c}`")).collect::<Vec<_>>().join(", "))
-        }
-        n => format!("there are {n} {what}s; none is near `{word}`"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn positions_count_characters() {
-        let mut map = SourceMap::default();
-        let file = map.add("a.ron", "シボ: 1,\nx");
-        assert_eq!(map.position(file, 6), Position { line: 1, column: 3 });
-        assert_eq!(map.position(file, "シボ: 1,\n".len()), Position { line: 2, column: 1 });
-        assert_eq!(map.position(file, 999), Position { line: 2, column: 2 });
-        assert_eq!(map.position(file, 1), Position { line: 1, column: 1 });
-    }
 
     #[test]
     fn json_has_the_contract_form() {
@@ -356,13 +242,6 @@ mod tests {
             }],
         });
         assert_eq!(json, expected);
-    }
-
-    #[test]
-    fn near_words_are_suggested() {
-        assert_eq!(did_you_mean("Perlim", ["Perlin", "Worley"]), Some("Perlin"));
-        assert_eq!(did_you_mean("stifness", ["stiffness", "lattice"]), Some("stiffness"));
-        assert_eq!(did_you_mean("zebra", ["Perlin", "Worley"]), None);
     }
 
     #[test]

@@ -3,7 +3,7 @@ mod at;
 mod data;
 mod find;
 
-use crate::args::{EngineArgs, ValueArgs, size};
+use crate::args::{EngineArgs, ValueArgs, resolution};
 use crate::interrupt;
 use crate::open;
 use crate::progress::Progress;
@@ -16,7 +16,7 @@ use glam::UVec2;
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Session};
-use shibo_engine::value::{Field, Number, Tile, Value, Window};
+use shibo_engine::value::{Field, Number, Resolution, Tile, Value, Window};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -39,9 +39,9 @@ pub(crate) struct DumpArgs {
     /// How to print.
     #[arg(long, default_value = "json")]
     format: FormatArg,
-    /// The size in pixels at which fields are taken, instead of the graph's.
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    resolution: Option<UVec2>,
+    /// The pixels at which fields are taken, instead of the graph's: of the longer side, or width and height.
+    #[arg(long, value_name = "N|WxH", value_parser = resolution)]
+    resolution: Option<Resolution>,
     /// Take a field or a solid at the points of a file, one `x,y` (for a solid `x,y,z`) in mm a line.
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,

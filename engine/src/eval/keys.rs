@@ -2,10 +2,9 @@
 use crate::diagnostics::{Code, Diagnostic};
 use crate::graph::{Graph, GraphNode, Input};
 use crate::node::Fact;
-use crate::value::{Canvas, Key, Tiling};
+use crate::value::{Canvas, Key};
 use petgraph::graph::NodeIndex;
 use petgraph::visit::Topo;
-use std::collections::HashMap;
 use std::fs::File;
 use std::path::Path;
 
@@ -119,41 +118,4 @@ fn hash_file(path: &Path) -> std::io::Result<[u8; 32]> {
     let mut hasher = blake3::Hasher::new();
     hasher.update_reader(File::open(path)?)?;
     Ok(*hasher.finalize().as_bytes())
-}
-
-/// Warnings for the outputs that do not repeat although the canvas asks for it, each naming the node that is to blame.
-pub fn breaks_tiling(graph: &Graph, order: &[NodeIndex]) -> Vec<Diagnostic> {
-    let wanted = graph.canvas.tile;
-    let mut of: HashMap<NodeIndex, (Tiling, Option<NodeIndex>)> = HashMap::new();
-    for &index in order {
-        let node = &graph.nodes[index];
-        let mut tiling = Tiling::BOTH;
-        let mut culprit = None;
-        for input in &node.inputs {
-            if let Input::Wire { node: from, .. } = input {
-                let (t, blame) = of[from];
-                tiling = tiling.and(t);
-                culprit = culprit.or(blame);
-            }
-        }
-        let own = node.node.tiling(&graph.canvas);
-        if !own.covers(wanted) && tiling.covers(wanted) {
-            culprit = Some(index);
-        }
-        of.insert(index, (tiling.and(own), culprit));
-    }
-    let mut warnings = Vec::new();
-    for output in &graph.outputs {
-        let (tiling, culprit) = of[&output.node];
-        if let (false, Some(culprit)) = (tiling.covers(wanted), culprit) {
-            let node = &graph.nodes[culprit];
-            let message = format!("output `{}` does not tile: node `{}` breaks it", output.name, node.name);
-            let help = "make that node periodic, or say `tile: None` in the canvas";
-            let warning = Diagnostic::new(Code::Advice, output.span, message).help(help);
-            warnings.push(
-                warning.related(node.span, format!("`{}` does not repeat with the canvas", node.kind)).as_warning(),
-            );
-        }
-    }
-    warnings
 }

@@ -19,7 +19,7 @@ mod tiles;
 pub use cancel::CancelToken;
 pub use codec::{decode, encode};
 pub use disk::{CacheError, DiskCache, DiskUse};
-pub use keys::{Keys, breaks_tiling};
+pub use keys::Keys;
 pub use memory::{MemoryCache, TileKey};
 pub use passing::Passing;
 pub use run::{Caches, Run};

@@ -9,6 +9,9 @@ use super::syntax;
 use crate::diagnostics::{Code, Diagnostic, suggest};
 use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, Role};
 
+/// Numbers of this size and more are whole, and too large for a count however they are written.
+const WHOLE: f64 = 1.84e19;
+
 impl Unit<'_> {
     /// Reads the fields of a node: its wires, and its parameters with those of the graph put in.
     pub(super) fn read_fields(&mut self, flat: usize) {
@@ -18,10 +21,9 @@ impl Unit<'_> {
             match info.field(&arg.name) {
                 None if arg.name == "note" => check_note(&arg.value, self.report),
                 None => {
-                    let names: Vec<_> = info.fields.iter().map(|f| f.name.as_str()).collect();
-                    let message = format!("`{}` has no field `{}`", info.kind, arg.name);
-                    self.report
-                        .push(arg.key.error(Code::UnknownField, message).help(suggest(&arg.name, "field", &names)));
+                    let names = info.fields.iter().map(|f| f.name.as_str());
+                    let message = format!("`{}` has no field `{}`", info.kind, shorten(&arg.name));
+                    self.report.unknown(arg.key.error(Code::UnknownField, message), &arg.name, "field", names);
                 }
                 Some(_) => {}
             }
@@ -67,10 +69,10 @@ impl Unit<'_> {
             let Some(value) = (kind == Kind::Number).then(|| number(word.str())).flatten() else { continue };
             let allowed = info.infinite && value.is_infinite() && word.str().contains("inf");
             if !value.is_finite() && !allowed {
-                self.report.push(not_finite(&word, name));
+                self.report.push_value(&word, not_finite(&word, name));
                 good = false;
             } else if let Some(error) = out_of_range(name, info, &word, value) {
-                self.report.push(error);
+                self.report.push_value(&word, error);
                 good = false;
             }
         }
@@ -81,7 +83,7 @@ impl Unit<'_> {
         {
             let message = format!("{name} is `{}`; the smaller number must come first", shorten(part.str()));
             let help = format!("write `({}, {})`", b.str(), a.str());
-            self.report.push(part.error(Code::OutOfRange, message).help(help));
+            self.report.push_value(part, part.error(Code::OutOfRange, message).help(help));
             good = false;
         }
         good
@@ -93,7 +95,7 @@ impl Unit<'_> {
         let Some(info) = node.info else { return };
         let mut slot_args: Vec<(&str, Arg<'_>)> = Vec::new();
         for (field, port) in info.ports() {
-            let slots = (0_u32..).zip(&node.slots).filter(|(_, slot)| slot.port == field.name).map(|(i, _)| i);
+            let slots = (0_u32..).zip(&node.slots).filter(|(_, slot)| slot.port.is(&field.name)).map(|(i, _)| i);
             let slots: Vec<u32> = slots.collect();
             match (port.list, slots.first()) {
                 (true, Some(_)) => slot_args.push((&field.name, Arg::Slots(slots))),
@@ -111,17 +113,17 @@ impl Unit<'_> {
                 Some(Err(error)) => {
                     let wrong = error.arg.and_then(|arg| arg.checked_sub(slot_args.len()));
                     let Some((name, part, _)) = wrong.and_then(|i| params.get(i)) else {
-                        errors.push(node.kind.error(Code::BadValue, error.message));
+                        errors.push((node.kind.clone(), node.kind.error(Code::BadValue, error.message)));
                         break None;
                     };
-                    errors.push(explain(info, name, part, &error));
+                    errors.push((part.clone(), explain(info, name, part, &error)));
                     params.remove(wrong.unwrap_or_default());
                 }
                 None => break None,
             }
         };
         let good = errors.is_empty();
-        errors.into_iter().for_each(|error| self.report.push(error));
+        errors.into_iter().for_each(|(part, error)| self.report.push_value(&part, error));
         self.flats[flat].good &= good;
         if let (Some(built), true) = (built, self.flats[flat].good) {
             self.check_node(flat, &*built);
@@ -271,6 +273,16 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
         Some("List") => "a list, `[ ]`",
         _ => "of another type",
     };
+    if let (Shape::Number(value), Some("Integer" | "Number")) = (&shape, ty)
+        && (place.is_given() || value.abs() >= WHOLE)
+    {
+        let what = if value.abs() >= WHOLE {
+            "that number is out of range".to_owned()
+        } else {
+            format!("it must be {wanted}")
+        };
+        return place.error(Code::OutOfRange, format!("{name} is `{}`; {what}", shorten(place.str())));
+    }
     let message = format!("{name} must be {wanted}; found {} `{}`", shape.describe(), shorten(place.str()));
     let error = place.error(Code::TypeMismatch, message);
     // The parser's own words help only where a value has parts.

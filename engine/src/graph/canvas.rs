@@ -4,30 +4,57 @@ use super::part::{Part, Shape};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::subst::substitute;
-use crate::diagnostics::{Code, suggest};
-use crate::value::{Canvas, TileMode};
+use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::value::{Canvas, Resolution, TileMode};
 use glam::{DVec2, UVec2};
 
 /// What holds where a graph says nothing.
 pub(super) const DEFAULT: Canvas =
     Canvas { size_mm: DVec2::splat(100.0), resolution: UVec2::splat(1024), tile: TileMode::Both.tiling(), seed: 0 };
 
-/// Reads a canvas; what is in error keeps its default.
-pub(super) fn read(part: Option<&Part>, params: &Params, report: &mut Report) -> Canvas {
+/// The resolution that is asked for, and where.
+pub(super) struct Asked {
+    pub(super) resolution: Resolution,
+    pub(super) span: Option<Span>,
+}
+
+/// Reads a canvas and the resolution that it asks for; what is in error keeps its default.
+pub(super) fn read(part: Option<&Part>, params: &Params, report: &mut Report) -> (Canvas, Asked) {
+    let mut asked = Asked { resolution: Resolution::Longer(DEFAULT.resolution.x), span: None };
     let mut canvas = DEFAULT;
-    let Some(part) = part else { return canvas };
+    let Some(part) = part else { return (canvas, asked) };
     let known = ["size_mm", "resolution", "tile", "seed"];
-    let Some(fields) = read::fields(part, "`canvas`", &known, report) else { return canvas };
+    let Some(fields) = read::fields(part, "`canvas`", &known, report) else { return (canvas, asked) };
     for field in fields {
         let Some(value) = substitute(&field.value, params, report).map(|s| s.part) else { continue };
         match field.name.as_str() {
             "size_mm" => canvas.size_mm = size(&value, report).unwrap_or(canvas.size_mm),
-            "resolution" => canvas.resolution = resolution(&value, report).unwrap_or(canvas.resolution),
+            "resolution" => {
+                asked.span = Some(value.span());
+                asked.resolution = resolution(&value, report).unwrap_or(asked.resolution);
+            }
             "tile" => canvas.tile = tile(&value, report).unwrap_or_default().tiling(),
             _ => canvas.seed = seed(&value, report).unwrap_or(canvas.seed),
         }
     }
-    canvas
+    canvas.resolution = asked.resolution.of(canvas.size_mm);
+    (canvas, asked)
+}
+
+/// Gives a canvas the resolution that is asked for, with a warning if that squashes the picture.
+pub(super) fn resize(canvas: &mut Canvas, asked: &Asked, typed: bool, report: &mut Report) {
+    canvas.resolution = asked.resolution.of(canvas.size_mm);
+    let Some(span) = asked.span.filter(|_| !asked.resolution.fits(canvas.size_mm)) else { return };
+    let (pixels, mm) = (canvas.resolution, canvas.size_mm);
+    let longer = pixels.max_element();
+    let fitting = Resolution::Longer(longer).of(mm);
+    let message = format!(
+        "the picture is squashed: {} × {} pixels do not have the shape of the canvas, {} × {} mm",
+        pixels.x, pixels.y, mm.x, mm.y
+    );
+    let pair = if typed { format!("{}x{}", fitting.x, fitting.y) } else { format!("({}, {})", fitting.x, fitting.y) };
+    let help = format!("write `{longer}` for the longer side alone, or `{pair}`");
+    report.push(Diagnostic::new(Code::Advice, span, message).help(help).as_warning());
 }
 
 /// A number for both directions, or one for each.
@@ -63,7 +90,7 @@ fn size(part: &Part, report: &mut Report) -> Option<DVec2> {
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole and in range")]
-fn resolution(part: &Part, report: &mut Report) -> Option<UVec2> {
+fn resolution(part: &Part, report: &mut Report) -> Option<Resolution> {
     let sides = two(part, "resolution", report)?;
     let mut good = true;
     for (item, value) in &sides {
@@ -80,7 +107,9 @@ fn resolution(part: &Part, report: &mut Report) -> Option<UVec2> {
         }
         good = false;
     }
-    good.then(|| UVec2::new(sides[0].1 as u32, sides[1].1 as u32))
+    let size = UVec2::new(sides[0].1 as u32, sides[1].1 as u32);
+    let is_pair = matches!(part.shape(), Shape::Tuple(_));
+    good.then(|| if is_pair { Resolution::Exact(size) } else { Resolution::Longer(size.x) })
 }
 
 /// What is said of a resolution beyond all measure.
@@ -96,7 +125,7 @@ fn tile(part: &Part, report: &mut Report) -> Option<TileMode> {
             let found = modes.iter().find(|(name, _)| *name == word).map(|(_, mode)| *mode);
             if found.is_none() {
                 let message = format!("there is no tiling `{}`", shorten(&word));
-                report.push(part.error(Code::UnknownVariant, message).help(suggest(&word, "tiling", &names)));
+                report.unknown(part.error(Code::UnknownVariant, message), &word, "tiling", names);
             }
             found
         }

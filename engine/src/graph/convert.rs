@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::sync::Arc;
 
+/// The port of the node.
+pub(super) const PORT: &str = "input";
+
 /// Hands on its input as the type `T`.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "", default)]
@@ -37,7 +40,7 @@ impl<T: PortType<Got = Field>> Node for Convert<T> {
     const FACTS: &'static [Fact] = &[];
 
     fn no_op(&self) -> Option<&'static str> {
-        self.same.then_some("input")
+        self.same.then_some(PORT)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -56,7 +59,7 @@ const fn given<T: PortType>() -> Type {
 /// The node that makes `ty` of its input; `same` if that is what it gets.
 pub(super) fn node(ty: Accepts, same: bool) -> Option<Arc<dyn DynNode>> {
     let same = if same { "true" } else { "false" };
-    let args = [("input", Arg::Slot(0)), ("same", Arg::Ron(same))];
+    let args = [(PORT, Arg::Slot(0)), ("same", Arg::Ron(same))];
     match ty {
         Accepts::One(Type::Gray) => build::<Convert<Gray>>(&args).ok(),
         Accepts::One(Type::Rgb) => build::<Convert<Rgb>>(&args).ok(),

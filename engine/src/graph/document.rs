@@ -3,9 +3,10 @@ use super::params::{self, ParamDecl};
 use super::part::{Entry, Part, Shape};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
-use crate::diagnostics::{Code, suggest};
+use crate::diagnostics::Code;
 use crate::picture::{Depth, Format};
 use crate::value::Accepts;
+use std::collections::BTreeMap;
 
 const FIELDS: &[&str] = &["version", "canvas", "imports", "params", "presets", "inputs", "nodes", "outputs"];
 
@@ -28,6 +29,24 @@ pub(super) struct Document {
     pub(super) outputs: Vec<OutputDecl>,
     /// Where `nodes` is written.
     pub(super) nodes_part: Option<Part>,
+    import_names: Names,
+    param_names: Names,
+    input_names: Names,
+    output_names: Names,
+}
+
+/// Where each name stands in a list.
+#[derive(Debug, Default)]
+struct Names(BTreeMap<String, usize>);
+
+impl Names {
+    fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
+        let mut first = BTreeMap::new();
+        for (index, name) in names.enumerate() {
+            first.entry(name.to_owned()).or_insert(index);
+        }
+        Self(first)
+    }
 }
 
 /// An input of a sub-graph.
@@ -97,6 +116,10 @@ impl Document {
         document.inputs = section("inputs", report).iter().map(|entry| input(entry, report)).collect();
         document.read_nodes(section("nodes", report), report);
         document.outputs = section("outputs", report).iter().map(|entry| output(entry, report)).collect();
+        document.import_names = Names::of(document.imports.iter().map(|entry| entry.name.as_str()));
+        document.param_names = Names::of(document.params.iter().map(|(entry, _)| entry.name.as_str()));
+        document.input_names = Names::of(document.inputs.iter().map(|input| input.name.as_str()));
+        document.output_names = Names::of(document.outputs.iter().map(|output| output.name.as_str()));
         if document.nodes_part.is_none() {
             let message = "the graph has no `nodes`";
             let start = crate::diagnostics::Span { end: whole.span().start + 1, ..whole.span() };
@@ -106,8 +129,29 @@ impl Document {
         document
     }
 
+    /// Which import has that name.
+    pub(super) fn import(&self, name: &str) -> Option<usize> {
+        self.import_names.0.get(name).copied()
+    }
+
+    /// Which input has that name.
+    pub(super) fn input(&self, name: &str) -> Option<usize> {
+        self.input_names.0.get(name).copied()
+    }
+
+    /// The output of that name.
+    pub(super) fn output(&self, name: &str) -> Option<&OutputDecl> {
+        self.output_names.0.get(name).and_then(|index| self.outputs.get(*index))
+    }
+
+    /// Whether there is a parameter of that name, and its declaration unless that is in error.
+    pub(super) fn param(&self, name: &str) -> Option<Option<&ParamDecl>> {
+        let index = self.param_names.0.get(name)?;
+        self.params.get(*index).map(|(_, decl)| decl.as_ref())
+    }
+
     fn read_nodes(&mut self, entries: Vec<Entry>, report: &mut Report) {
-        let mut first = std::collections::BTreeMap::new();
+        let mut first = BTreeMap::new();
         for input in &self.inputs {
             first.insert(input.name.clone(), input.kind.span());
         }
@@ -115,7 +159,7 @@ impl Document {
             read::check_name(&entry.key, &entry.name, "a node", report);
             let named = !first.contains_key(&entry.name);
             if let Some(span) = first.get(&entry.name) {
-                let message = format!("node `{}` is given twice", entry.name);
+                let message = format!("node `{}` is given twice", shorten(&entry.name));
                 report.push(entry.key.error(Code::DuplicateKey, message).related(*span, "it is given here first"));
             } else {
                 first.insert(entry.name.clone(), entry.key.span());
@@ -167,7 +211,7 @@ fn input(entry: &Entry, report: &mut Report) -> InputDecl {
     let Some(ty) = Accepts::from_name(word.str()) else {
         let names: Vec<_> = Accepts::all().map(Accepts::name).collect();
         let message = format!("there is no type `{}`", shorten(word.str()));
-        report.push(word.error(Code::UnknownVariant, message).help(suggest(word.str(), "type", &names)));
+        report.unknown(word.error(Code::UnknownVariant, message), word.str(), "type", names);
         return decl;
     };
     let fields = match &body {
@@ -244,9 +288,9 @@ fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], report: &mut 
     };
     let found = choices.iter().find(|(name, _)| *name == word).map(|(_, value)| *value);
     if found.is_none() {
-        let names: Vec<_> = choices.iter().map(|(word, _)| *word).collect();
+        let names = choices.iter().map(|(word, _)| *word);
         let message = format!("there is no {what} `{}`", shorten(&word));
-        report.push(part.error(Code::UnknownVariant, message).help(suggest(&word, what, &names)));
+        report.unknown(part.error(Code::UnknownVariant, message), &word, what, names);
     }
     found
 }

@@ -11,6 +11,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// Numbers of so many characters certainly fit into RON's largest types.
+const SHORT: usize = 16;
+
 /// A graph file that was read.
 pub(super) struct Doc {
     /// Its path.
@@ -194,28 +197,22 @@ pub(super) fn check_syntax(text: &str, file: FileId, nesting: usize) -> Option<D
         let message = "the file begins with a byte order mark";
         return Some(Diagnostic::new(Code::Syntax, span, message).help("save it as UTF-8 without BOM"));
     }
-    let mut scratch = text.to_owned();
-    // A number too large for RON is no syntax error: it is reported at its place as what it is.
-    for _ in 0..64 {
-        let error = match super::syntax::parse(&scratch, nesting) {
-            Ok(()) => return None,
-            Err(error) => error,
-        };
-        let at = super::syntax::offset(&scratch, error.span.end);
-        if !matches!(error.code, ron::Error::IntegerOutOfBounds) || !blank_number(&mut scratch, at) {
-            return Some(super::syntax::explain(text, file, &error));
+    let error = match super::syntax::parse(text, nesting) {
+        Ok(()) => return None,
+        // A number too large for RON is no syntax error: it is reported at its place as what it is.
+        Err(error) if matches!(error.code, ron::Error::IntegerOutOfBounds) => {
+            super::syntax::parse(&without_long_numbers(text), nesting).err()?
         }
-    }
-    let span = Span { file, start: 0, end: 0 };
-    Some(Diagnostic::new(Code::Syntax, span, "the file has too many numbers that are too large"))
+        Err(error) => error,
+    };
+    Some(super::syntax::explain(text, file, &error))
 }
 
-/// Puts a 0 in the place of the number at or before byte `at`.
-fn blank_number(text: &mut String, at: usize) -> bool {
-    let tokens = lex::tokenize(text);
-    let index = tokens.partition_point(|t| t.start < at.max(1));
-    let near = tokens[index.saturating_sub(1)..].iter().take(2).find(|t| t.kind == Kind::Number && t.end - t.start > 9);
-    let Some(token) = near else { return false };
-    text.replace_range(token.start..token.end, &format!("{:<1$}", 0, token.end - token.start));
-    true
+/// The same text with 0 in the place of numbers that RON may not be able to hold.
+fn without_long_numbers(text: &str) -> String {
+    let mut out = text.to_owned();
+    for token in lex::tokenize(text).iter().filter(|t| t.kind == Kind::Number && t.end - t.start > SHORT) {
+        out.replace_range(token.start..token.end, &format!("{:<1$}", 0, token.end - token.start));
+    }
+    out
 }

@@ -1,13 +1,16 @@
 //! From scopes to a graph: wires, cycles, types and nodes.
 use super::ports::Literal;
-use super::scope::{Flat, Target, Unit};
+use super::scope::{Flat, Port, Target, Unit};
 use super::{convert, ports};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::graph::{GraphNode, Input};
 use crate::node::OutputType;
 use crate::value::{Accepts, Type};
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
+
+/// The most nodes of a cycle that are named and shown.
+const SHOWN: usize = 8;
 
 impl Unit<'_> {
     /// Checks all that was declared, and builds the nodes.
@@ -38,8 +41,8 @@ impl Unit<'_> {
     /// Finds what is given to an input of a sub-graph that converts it.
     fn resolve_pass(&mut self, flat: usize) {
         let node = &self.flats[flat];
-        let (scope, part, wants) = (node.scope, node.slots[0].part.clone(), node.slots[0].wants);
-        if let Ok(Literal::Reference(name)) = ports::literal(&part, wants, "", false) {
+        let (scope, part, slot) = (node.scope, node.slots[0].part.clone(), &node.slots[0]);
+        if let Ok(Literal::Reference(name)) = ports::literal(&part, slot.wants, &slot.port, false) {
             let meaning = self.resolve(scope, &part, &name);
             self.flats[flat].slots[0].target = meaning.target;
             self.flats[flat].slots[0].declared = meaning.declared;
@@ -50,7 +53,7 @@ impl Unit<'_> {
         let mut checks = std::mem::take(&mut self.checks);
         for (scope, slot) in &mut checks {
             self.enter(*scope);
-            if let Ok(Literal::Reference(name)) = ports::literal(&slot.part, slot.wants, "", false) {
+            if let Ok(Literal::Reference(name)) = ports::literal(&slot.part, slot.wants, &slot.port, false) {
                 let meaning = self.resolve(*scope, &slot.part, &name);
                 slot.target = meaning.target;
                 slot.declared = meaning.declared;
@@ -72,7 +75,8 @@ impl Unit<'_> {
                 }
             }
         }
-        let components = tarjan_scc(&graph);
+        // Not Tarjan's algorithm, which is recursive in this library: a chain may have a hundred thousand nodes.
+        let components = kosaraju_scc(&graph);
         let mut component_of = vec![0; self.flats.len()];
         for (number, component) in components.iter().enumerate() {
             component.iter().for_each(|node| component_of[node.index()] = number);
@@ -101,11 +105,11 @@ impl Unit<'_> {
         names.dedup();
         let message = match &names[..] {
             [name] => format!("{name} needs itself"),
-            _ if names.len() <= 8 => format!("these nodes need each other: {}", names.join(", ")),
-            _ => format!("{} nodes need each other: {}, …", names.len(), names[..8].join(", ")),
+            _ if names.len() <= SHOWN => format!("these nodes need each other: {}", names.join(", ")),
+            _ => format!("{} nodes need each other: {}, …", names.len(), names[..SHOWN].join(", ")),
         };
         let mut error = Diagnostic::new(Code::Cycle, *first, message).help("remove one of these references");
-        for (span, _) in &wires[1..] {
+        for (span, _) in wires[1..].iter().take(SHOWN) {
             error = error.related(*span, "the cycle goes on here");
         }
         self.report.push(error);
@@ -123,7 +127,7 @@ impl Unit<'_> {
         let outputs = info.outputs.iter().map(|output| match output.ty {
             OutputType::Fixed(ty) => Some(ty),
             OutputType::SolidLike(ports) => {
-                let read = node.slots.iter().filter(|slot| ports.contains(&slot.port.as_str()));
+                let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
                 let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();
                 let wide = types.iter().flatten().find(|ty| matches!(ty, Type::SolidColor | Type::SolidVector));
                 match (wide, types.contains(&None) || (!node.good && types.is_empty())) {
@@ -133,7 +137,7 @@ impl Unit<'_> {
                 }
             }
             OutputType::Like(ports) => {
-                let read = node.slots.iter().filter(|slot| ports.contains(&slot.port.as_str()));
+                let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
                 let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();
                 let wide = types
                     .iter()
@@ -211,7 +215,10 @@ fn graph_node(flat: Flat<'_>) -> Option<GraphNode> {
             Target::Constant(field) => Input::Constant(field),
             Target::Broken => return None,
         });
-        slots.push(if flat.info.is_some() { slot.port } else { "input".to_owned() });
+        slots.push(match slot.port {
+            Port::Node(port) => port,
+            Port::Input(_) => convert::PORT.to_owned(),
+        });
     }
     Some(GraphNode {
         name: flat.name,

@@ -1,4 +1,5 @@
 //! Loading a graph: all the steps, in order.
+use super::canvas::{self, Asked};
 use super::files::{Doc, Files};
 use super::params::{ParamDecl, Params};
 use super::part::{Part, Piece, Shape, Src};
@@ -6,11 +7,14 @@ use super::read::{self, shorten};
 use super::report::Report;
 use super::scope::{Unit, defaults, presets};
 use super::subst::ron_string;
-use super::{Graph, GraphParam, LoadOptions, Loaded, canvas, syntax};
-use crate::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span, suggest};
+use super::{Graph, GraphParam, LoadOptions, Loaded, syntax};
+use crate::diagnostics::{Code, Diagnostic, FileId, Origin, SourceMap, Span};
 use crate::registry::Registry;
-use crate::value::Canvas;
+use crate::value::{Canvas, Resolution};
+use glam::UVec2;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Loads the graph file at `path`, with everything that it imports.
 pub fn load(path: &Path, registry: &Registry, options: &LoadOptions) -> Loaded {
@@ -46,12 +50,15 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         return None;
     }
     let doc = &files.docs[main];
-    let mut params = defaults(doc, &mut files.report);
-    params.extend(presets(doc, options.preset.as_deref(), &mut files.report));
+    let mut params = Params::new(Arc::new(defaults(doc, &mut files.report)));
+    for (name, value) in presets(doc, options.preset.as_deref(), &mut files.report) {
+        params.give(name, value);
+    }
     check_preset(doc, options, &mut files.sources, &mut files.report);
     set(doc, options, &mut params, &mut files.sources, &mut files.report);
-    let mut canvas = canvas::read(doc.document.canvas.as_ref(), &params, &mut files.report);
-    resize(&mut canvas, options, &mut files.sources, &mut files.report);
+    let (mut canvas, asked) = canvas::read(doc.document.canvas.as_ref(), &params, &mut files.report);
+    let typed = resolution(options, &mut files.sources, &mut files.report);
+    canvas::resize(&mut canvas, typed.as_ref().unwrap_or(&asked), typed.is_some(), &mut files.report);
     let mut linked = None;
     let mut instances = 0;
     if sizes[main].is_some() {
@@ -99,6 +106,7 @@ fn unit<'a>(
         flats: Vec::new(),
         checks: Vec::new(),
         first_instance,
+        defaults: BTreeMap::new(),
     }
 }
 
@@ -115,9 +123,9 @@ fn link_imports(
             continue;
         }
         files.report.enter(instances, None);
-        let params = defaults(doc, &mut files.report);
+        let params = Params::new(Arc::new(defaults(doc, &mut files.report)));
         presets(doc, None, &mut files.report);
-        let canvas = canvas::read(doc.document.canvas.as_ref(), &params, &mut files.report);
+        let (canvas, _) = canvas::read(doc.document.canvas.as_ref(), &params, &mut files.report);
         let mut unit = unit(files, registry, sizes, canvas, instances);
         unit.declare(index, String::new(), params, None);
         unit.fill(0, &[]);
@@ -132,13 +140,13 @@ fn sizes(docs: &[Doc], limit: usize, report: &mut Report) -> Vec<Option<usize>> 
     let mut sizes = Vec::with_capacity(docs.len());
     // An import stands before what imports it.
     for doc in docs {
-        let size = size(doc, &sizes, limit, report);
+        let size = size(doc, docs, &sizes, limit, report);
         sizes.push(size);
     }
     sizes
 }
 
-fn size(doc: &Doc, sizes: &[Option<usize>], limit: usize, report: &mut Report) -> Option<usize> {
+fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: &mut Report) -> Option<usize> {
     let mut total = 0_usize;
     for node in &doc.document.nodes {
         let graph = match &node.kind {
@@ -146,14 +154,16 @@ fn size(doc: &Doc, sizes: &[Option<usize>], limit: usize, report: &mut Report) -
             _ => None,
         };
         let index = graph.and_then(|graph| match graph.shape() {
-            Shape::Text(name) => doc.document.imports.iter().position(|import| import.name == name),
+            Shape::Text(name) => doc.document.import(&name),
             _ => None,
         });
-        let used = index.and_then(|index| *doc.imports.get(index)?).and_then(|doc| sizes.get(doc));
-        let nodes = match used {
+        let used = index.and_then(|index| *doc.imports.get(index)?);
+        let inputs = used.and_then(|used| docs.get(used)).map_or(0, |used| used.document.inputs.len());
+        let nodes = match used.and_then(|used| sizes.get(used)) {
             // What uses too large a graph is too large, too, and need not be told again.
             Some(None) => return None,
-            Some(Some(nodes)) => (*nodes).max(1),
+            // Each of its inputs may need a conversion, which is a node.
+            Some(Some(nodes)) => (*nodes + inputs).max(1),
             None => 1,
         };
         total = total.saturating_add(nodes);
@@ -167,37 +177,30 @@ fn size(doc: &Doc, sizes: &[Option<usize>], limit: usize, report: &mut Report) -
     Some(total)
 }
 
-/// A text from the command line as a source of its own.
-fn pseudo(sources: &mut SourceMap, before: &str, value: &str) -> Span {
-    let file = sources.add("<command line>", format!("{before}{value}"));
-    Span { file, start: before.len(), end: before.len() + value.len() }
-}
-
 fn check_preset(doc: &Doc, options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) {
     let Some(wanted) = &options.preset else { return };
-    let names: Vec<_> = doc.document.presets.iter().map(|(entry, _)| entry.name.as_str()).collect();
-    if !names.contains(&wanted.as_str()) {
-        let span = pseudo(sources, "--preset ", wanted);
+    let mut names = doc.document.presets.iter().map(|(entry, _)| entry.name.as_str());
+    if !names.clone().any(|name| name == wanted) {
+        let span = sources.add_argument(Origin::Preset, "--preset ", wanted);
         let message = format!("there is no preset `{}`", shorten(wanted));
-        report.push(Diagnostic::new(Code::UnknownVariant, span, message).help(suggest(wanted, "preset", &names)));
+        report.unknown(Diagnostic::new(Code::UnknownVariant, span, message), wanted, "preset", &mut names);
     }
 }
 
 fn set(doc: &Doc, options: &LoadOptions, params: &mut Params, sources: &mut SourceMap, report: &mut Report) {
     for (name, value) in &options.set {
-        let decl = doc.document.params.iter().find(|(entry, _)| entry.name == *name);
-        let Some((_, decl)) = decl else {
-            let span = pseudo(sources, "--set ", &format!("{name}={value}"));
-            let names: Vec<_> = doc.document.params.iter().map(|(entry, _)| entry.name.as_str()).collect();
+        let origin = Origin::Param { name: name.clone() };
+        let Some(decl) = doc.document.param(name) else {
+            let span = sources.add_argument(origin, "--set ", &format!("{name}={value}"));
+            let names = doc.document.params.iter().map(|(entry, _)| entry.name.as_str());
             let message = format!("there is no parameter `{}`", shorten(name));
             let span = Span { end: span.start + name.len(), ..span };
-            report.push(Diagnostic::new(Code::UnknownParam, span, message).help(suggest(name, "parameter", &names)));
+            report.unknown(Diagnostic::new(Code::UnknownParam, span, message), name, "parameter", names);
             continue;
         };
-        let span = pseudo(sources, &format!("--set {name}="), value);
-        let decl = decl.as_ref();
+        let span = sources.add_argument(origin, &format!("--set {name}="), value);
         let read = decl.and_then(|decl| decl.value(&argument(decl, value, span), true, &options.working_dir, report));
-        params.insert(name.clone(), read);
+        params.give(name.clone(), read);
     }
 }
 
@@ -206,35 +209,39 @@ fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
     let ron = syntax::parse(value, syntax::MAX_NESTING).is_ok();
     let bare = decl.ty.takes_bare_text() && !(ron && value.trim_start().starts_with(['"', '(', 'r']));
     let text = if bare || !ron { ron_string(value) } else { value.to_owned() };
-    let piece = Piece { end: text.len(), span, copied: text == value, related: None };
+    let piece = Piece { end: text.len(), span, copied: text == value, related: Vec::new(), given: true };
     let whole = |text: String| Src::made(span.file, text, vec![piece.clone()]).whole();
     // A text without any token, such as a comment, is nothing that could be meant.
     whole(text).or_else(|| whole(ron_string(value))).unwrap_or_else(|| decl.default.clone())
 }
 
-fn resize(canvas: &mut Canvas, options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) {
-    let Some(size) = options.resolution else { return };
-    let text = format!("{}x{}", size.x, size.y);
+/// The resolution of the command line, if it is one.
+fn resolution(options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) -> Option<Asked> {
+    let resolution = options.resolution?;
+    let (text, size) = match resolution {
+        Resolution::Longer(longer) => (longer.to_string(), UVec2::splat(longer)),
+        Resolution::Exact(size) => (format!("{}x{}", size.x, size.y), size),
+    };
+    let span = sources.add_argument(Origin::Resolution, "--resolution ", &text);
     if size.max_element() > Canvas::MAX_RESOLUTION {
-        let span = pseudo(sources, "--resolution ", &text);
         report.push(Diagnostic::new(Code::TooLarge, span, canvas::too_large(&text)));
     } else if size.min_element() == 0 {
-        let span = pseudo(sources, "--resolution ", &text);
         let message = format!("resolution is `{text}`; it must be at least 1 pixel");
         report.push(Diagnostic::new(Code::OutOfRange, span, message));
     } else {
-        canvas.resolution = size;
+        return Some(Asked { resolution, span: Some(span) });
     }
+    None
 }
 
 fn graph_params(doc: &Doc, params: &Params) -> Vec<GraphParam> {
     let decls = doc.document.params.iter().filter_map(|(_, decl)| decl.as_ref());
     let param = |decl: &ParamDecl| {
-        let value = params.get(&decl.name).cloned().flatten()?;
+        let value = params.get(&decl.name).flatten()?;
         Some(GraphParam {
             name: decl.name.clone(),
             ty: decl.ty.name(),
-            value: value.text,
+            value: value.text.clone(),
             default: decl.default.str().to_owned(),
             range: decl.range,
             unit: decl.unit.clone(),

@@ -31,12 +31,13 @@ mod report;
 mod scope;
 mod subst;
 mod syntax;
+mod tiling;
 
 pub use linked::{Graph, GraphNode, GraphOutput, GraphParam, Input};
 pub use load::{load, load_text};
 
 use crate::diagnostics::{Diagnostic, SourceMap};
-use glam::UVec2;
+use crate::value::Resolution;
 use std::path::PathBuf;
 
 /// What the caller changes of a graph.
@@ -47,7 +48,7 @@ pub struct LoadOptions {
     /// Values of parameters: RON, or bare text for `Text`, `Path` and `Color`. They replace those of the preset.
     pub set: Vec<(String, String)>,
     /// The resolution in the place of the canvas' own.
-    pub resolution: Option<UVec2>,
+    pub resolution: Option<Resolution>,
     /// What paths in [`set`](Self::set) are relative to.
     pub working_dir: PathBuf,
     /// How much is too much.

@@ -104,7 +104,7 @@ impl Unit<'_> {
         if !Channel::ALL.iter().any(has_port) {
             return Channel::ALL.to_vec();
         }
-        let connected = |channel: &Channel| node.slots.iter().any(|slot| slot.port == channel.name());
+        let connected = |channel: &Channel| node.slots.iter().any(|slot| slot.port.is(channel.name()));
         let default = |channel: &Channel| {
             let port = node.info.and_then(|info| info.ports().find(|(field, _)| field.name == channel.name()));
             port.is_some_and(|(_, port)| port.default.is_some())

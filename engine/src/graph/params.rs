@@ -4,10 +4,11 @@ use super::part::{Entry, Part, Shape};
 use super::read::{self, mismatch, not_finite, shorten};
 use super::report::Report;
 use super::subst::ron_string;
-use crate::diagnostics::{Code, Span, suggest};
+use crate::diagnostics::{Code, Span};
 use crate::node::parse_color;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The type of a parameter of a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,8 +83,37 @@ pub(super) struct ParamValue {
     pub(super) base: Option<PathBuf>,
 }
 
-/// The values in force by name; `None` for a parameter in error.
-pub(super) type Params = BTreeMap<String, Option<ParamValue>>;
+/// Values by name; `None` for a parameter in error.
+pub(super) type Values = BTreeMap<String, Option<ParamValue>>;
+
+/// The values in force. All uses of a graph share its defaults.
+#[derive(Clone, Default)]
+pub(super) struct Params {
+    defaults: Arc<Values>,
+    given: Values,
+}
+
+impl Params {
+    /// The defaults alone, of all parameters that there are.
+    pub(super) fn new(defaults: Arc<Values>) -> Self {
+        Self { defaults, given: Values::new() }
+    }
+
+    /// Gives a parameter another value.
+    pub(super) fn give(&mut self, name: String, value: Option<ParamValue>) {
+        self.given.insert(name, value);
+    }
+
+    /// The value of a parameter, if there is one of that name, unless it is in error.
+    pub(super) fn get(&self, name: &str) -> Option<Option<&ParamValue>> {
+        self.given.get(name).or_else(|| self.defaults.get(name)).map(Option::as_ref)
+    }
+
+    /// All names.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.defaults.keys().map(String::as_str)
+    }
+}
 
 /// A parameter, or its name alone if its declaration is in error.
 pub(super) fn declare(entry: &Entry, report: &mut Report) -> Option<ParamDecl> {
@@ -93,9 +123,8 @@ pub(super) fn declare(entry: &Entry, report: &mut Report) -> Option<ParamDecl> {
         return None;
     };
     let Some(ty) = ParamType::from_name(word.str()) else {
-        let message = format!("there is no type of parameters `{}`", word.str());
-        let help = suggest(word.str(), "type", &ParamType::NAMES);
-        report.push(word.error(Code::UnknownVariant, message).help(help));
+        let message = format!("there is no type of parameters `{}`", shorten(word.str()));
+        report.unknown(word.error(Code::UnknownVariant, message), word.str(), "type", ParamType::NAMES);
         return None;
     };
     let known: &[&str] = match ty {
@@ -216,8 +245,8 @@ impl ParamDecl {
             return Some(());
         }
         let message = format!("parameter `{}` has no option `{}`", self.name, shorten(word));
-        let options: Vec<_> = self.options.iter().map(String::as_str).collect();
-        report.push(part.error(Code::UnknownVariant, message).help(suggest(word, "option", &options)));
+        let options = self.options.iter().map(String::as_str);
+        report.unknown(part.error(Code::UnknownVariant, message), word, "option", options);
         None
     }
 }

@@ -23,8 +23,10 @@ pub(super) struct Piece {
     pub(super) span: Span,
     /// Whether it was copied byte by byte.
     pub(super) copied: bool,
-    /// Another place that matters, if the value came from elsewhere.
-    pub(super) related: Option<(Span, &'static str)>,
+    /// Other places that matter, if the value came from elsewhere.
+    pub(super) related: Vec<(Span, &'static str)>,
+    /// Whether it stands for a value that was given from outside of the graph file that puts it in.
+    pub(super) given: bool,
 }
 
 impl Src {
@@ -178,11 +180,20 @@ impl Part {
     /// An error about it.
     pub(super) fn error(&self, code: Code, message: impl Into<String>) -> Diagnostic {
         let diagnostic = Diagnostic::new(code, self.span(), message);
-        let piece = self.tokens().first().and_then(|t| self.src.piece(t.start));
-        match piece.and_then(|(piece, _)| piece.related) {
-            Some((span, message)) if span != diagnostic.span => diagnostic.related(span, message),
-            _ => diagnostic,
-        }
+        let related = self.piece().map(|piece| piece.related.iter()).into_iter().flatten();
+        let others = related.filter(|(span, _)| *span != diagnostic.span).copied().collect::<Vec<_>>();
+        others.into_iter().fold(diagnostic, |diagnostic, (span, message)| diagnostic.related(span, message))
+    }
+
+    /// Whether its value was given from outside of the graph file that it stands in.
+    pub(super) fn is_given(&self) -> bool {
+        self.piece().is_some_and(|piece| piece.given)
+    }
+
+    /// What its first token comes from, if the text was made.
+    fn piece(&self) -> Option<&Piece> {
+        let first = self.tokens().first()?;
+        self.src.piece(first.start).map(|(piece, _)| piece)
     }
 
     /// The leading word, if there is one, and what follows it, if anything does.

@@ -1,9 +1,9 @@
 //! What is written at a port: a reference or a literal, and what a reference means.
 use super::part::{Part, Shape};
 use super::read::{self, shorten};
-use super::scope::{Bound, Entity, Slot, Target, Unit};
+use super::scope::{Bound, Entity, Port, Slot, Target, Unit};
 use super::subst::substitute;
-use crate::diagnostics::{Code, Diagnostic, suggest};
+use crate::diagnostics::{Code, Diagnostic};
 use crate::node::{OutputType, PortInfo, parse_color};
 use crate::value::{Accepts, Field, Type};
 use std::collections::BTreeSet;
@@ -17,7 +17,7 @@ pub(super) enum Literal {
 }
 
 /// Reads what is written at `port`, which takes `accepts`; `is_text` if it is the value of a parameter that is a text.
-pub(super) fn literal(part: &Part, accepts: Accepts, port: &str, is_text: bool) -> Result<Literal, Box<Diagnostic>> {
+pub(super) fn literal(part: &Part, accepts: Accepts, port: &Port, is_text: bool) -> Result<Literal, Box<Diagnostic>> {
     let wrong = |found: &str| {
         let message = format!("{port} takes {accepts}; found {found} `{}`", shorten(part.str()));
         Box::new(part.error(Code::TypeMismatch, message).help(how_to_write(accepts)))
@@ -53,7 +53,7 @@ pub(super) fn literal(part: &Part, accepts: Accepts, port: &str, is_text: bool) 
     for (slot, (item, value)) in numbers.iter_mut().zip(&values) {
         *slot = narrow(*value);
         if !slot.is_finite() {
-            return Err(Box::new(read::not_finite(item, port)));
+            return Err(Box::new(read::not_finite(item, &port.to_string())));
         }
     }
     let numbers = if values.len() == 1 { [numbers[0]; 4] } else { numbers };
@@ -85,67 +85,76 @@ pub(super) struct Meaning {
     pub(super) declared: Option<Accepts>,
 }
 
-impl Meaning {
-    const BROKEN: Self = Self { target: Target::Broken, declared: None };
-}
-
 impl Unit<'_> {
     /// Finds what `name`, written at `part` in `scope`, means. Errors of the name itself are reported; others were or will
     /// be where they are.
     pub(super) fn resolve(&mut self, scope: usize, part: &Part, name: &str) -> Meaning {
-        let mut at = (scope, part.clone(), name.to_owned());
+        let mut passed = Vec::new();
+        let target = self.follow((scope, part.clone(), name.to_owned()), &mut passed);
+        // Many references may lead through the same inputs: the way is walked once.
+        for (scope, input) in passed {
+            self.scopes[scope].resolved[input] = Some(target.clone());
+        }
+        let declared = match self.scopes[scope].names.get(name) {
+            Some(Entity::Input(index)) => self.docs[self.scopes[scope].doc].document.inputs[*index].ty,
+            _ => None,
+        };
+        Meaning { declared: declared.filter(|_| !matches!(target, Target::Broken)), target }
+    }
+
+    /// Goes from name to name until there is a node or a literal, and adds the inputs on the way to `passed`.
+    fn follow(&mut self, mut at: (usize, Part, String), passed: &mut Vec<(usize, usize)>) -> Target {
         let mut seen = BTreeSet::new();
-        let mut declared = None;
         loop {
             let (scope, part, name) = &at;
             let first = seen.is_empty();
             let (node, port) = name.split_once('.').map_or((name.as_str(), None), |(node, port)| (node, Some(port)));
             let entity = self.scopes[*scope].names.get(node).copied();
             if !seen.insert((*scope, name.clone())) {
-                let message = format!("`{name}` leads back to itself");
+                let message = format!("`{}` leads back to itself", shorten(name));
                 self.report.push(part.error(Code::Cycle, message));
-                return Meaning::BROKEN;
+                return Target::Broken;
             }
             let found = match entity {
                 None => Err(self.unknown_node(*scope, part, node)),
-                Some(Entity::Broken) => return Meaning::BROKEN,
-                Some(Entity::Node(flat)) => self.output_of(flat, part, node, port).map(|output| {
-                    let target = Target::Out { flat, output };
-                    Next::Found(target)
-                }),
+                Some(Entity::Broken) => return Target::Broken,
+                Some(Entity::Node(flat)) => {
+                    self.output_of(flat, part, node, port).map(|output| Next::Found(Target::Out { flat, output }))
+                }
                 Some(Entity::Use(child)) => self.output_of_use(child, part, node, port),
                 Some(Entity::Input(index)) => {
-                    if first {
-                        declared = self.docs[self.scopes[*scope].doc].document.inputs[index].ty;
+                    let found = self.input_of(*scope, index, part, node, port);
+                    if found.is_ok() {
+                        passed.push((*scope, index));
                     }
-                    self.input_of(*scope, index, part, node, port)
+                    found
                 }
             };
             match found {
-                Ok(Next::Found(target)) => return Meaning { target, declared },
+                Ok(Next::Found(target)) => return target,
                 Ok(Next::Go(next)) => at = next,
                 Err(error) => {
                     if first {
                         self.report.push(*error);
                     }
-                    return Meaning::BROKEN;
+                    return Target::Broken;
                 }
             }
         }
     }
 
     fn unknown_node(&self, scope: usize, part: &Part, node: &str) -> Box<Diagnostic> {
-        let names: Vec<_> = self.scopes[scope].names.keys().map(String::as_str).collect();
-        let message = format!("there is no node `{}`", shorten(node));
-        Box::new(part.error(Code::UnknownNode, message).help(suggest(node, "node", &names)))
+        let names = self.scopes[scope].names.keys().map(String::as_str);
+        let error = part.error(Code::UnknownNode, format!("there is no node `{}`", shorten(node)));
+        Box::new(self.report.with_suggestion(error, node, "node", names))
     }
 
     fn output_of(&self, flat: usize, part: &Part, node: &str, port: Option<&str>) -> Result<usize, Box<Diagnostic>> {
         let outputs = self.flats[flat].info.map_or(&[][..], |info| info.outputs);
         let Some(port) = port else { return Ok(0) };
         outputs.iter().position(|output| output.name == port).ok_or_else(|| {
-            let names: Vec<_> = outputs.iter().map(|output| output.name).collect();
-            unknown_port(part, node, port, &names)
+            let names = outputs.iter().map(|output| output.name);
+            self.unknown_port(part, node, port, names)
         })
     }
 
@@ -156,17 +165,30 @@ impl Unit<'_> {
         node: &str,
         port: Option<&str>,
     ) -> Result<Next, Box<Diagnostic>> {
-        let outputs = &self.docs[self.scopes[child].doc].document.outputs;
+        let document = &self.docs[self.scopes[child].doc].document;
         let found = match port {
-            Some(port) => outputs.iter().find(|output| output.name == port),
-            None => outputs.first(),
+            Some(port) => document.output(port),
+            None => document.outputs.first(),
         };
-        let names: Vec<_> = outputs.iter().map(|output| output.name.as_str()).collect();
-        let output = found.ok_or_else(|| unknown_port(part, node, port.unwrap_or("…"), &names))?;
+        let output = found.ok_or_else(|| {
+            let names = document.outputs.iter().map(|output| output.name.as_str());
+            self.unknown_port(part, node, port.unwrap_or("…"), names)
+        })?;
         Ok(match output.from.as_ref().map(|from| (from, from.shape())) {
             Some((from, Shape::Text(name))) => Next::Go((child, from.clone(), name)),
             _ => Next::Found(Target::Broken),
         })
+    }
+
+    fn unknown_port<'n>(
+        &self,
+        part: &Part,
+        node: &str,
+        port: &str,
+        names: impl IntoIterator<Item = &'n str>,
+    ) -> Box<Diagnostic> {
+        let message = format!("`{}` has no output `{}`", shorten(node), shorten(port));
+        Box::new(self.report.with_suggestion(part.error(Code::UnknownPort, message), port, "output", names))
     }
 
     fn input_of(
@@ -180,6 +202,9 @@ impl Unit<'_> {
         if let Some(port) = port {
             let message = format!("`{node}` is an input of the graph; it has no output `{}`", shorten(port));
             return Err(Box::new(part.error(Code::UnknownPort, message).help(format!("write \"{node}\""))));
+        }
+        if let Some(known) = &self.scopes[scope].resolved[index] {
+            return Ok(Next::Found(known.clone()));
         }
         Ok(match &self.scopes[scope].inputs[index] {
             Bound::Constant(field) => Next::Found(Target::Constant(field.clone())),
@@ -203,12 +228,13 @@ impl Unit<'_> {
             }
             (false, _) => vec![value.part],
         };
+        let takes = Port::Node(name.to_owned());
         let mut slots = Vec::with_capacity(items.len());
         let mut good = true;
         for part in items {
             let slot =
-                |target, declared| Slot { port: name.to_owned(), wants: port.ty, part: part.clone(), target, declared };
-            match literal(&part, port.ty, &format!("`{name}`"), value.is_text) {
+                |target, declared| Slot { port: takes.clone(), wants: port.ty, part: part.clone(), target, declared };
+            match literal(&part, port.ty, &takes, value.is_text) {
                 Ok(Literal::Constant(field)) => slots.push(slot(Target::Constant(field), None)),
                 Ok(Literal::Reference(reference)) => {
                     let meaning = self.resolve(scope, &part, &reference);
@@ -239,8 +265,7 @@ impl Unit<'_> {
             return None;
         }
         let written = shorten(slot.part.str());
-        let port = if slot.port.contains('`') { slot.port.clone() } else { format!("`{}`", slot.port) };
-        let message = format!("{port} takes {}; {written} is {ty}", slot.wants);
+        let message = format!("{} takes {}; {written} is {ty}", slot.port, slot.wants);
         let error = slot.part.error(Code::TypeMismatch, message);
         Some(match self.remedy(slot, ty) {
             Some(help) => error.help(help),
@@ -280,9 +305,4 @@ impl Unit<'_> {
 enum Next {
     Found(Target),
     Go((usize, Part, String)),
-}
-
-fn unknown_port(part: &Part, node: &str, port: &str, names: &[&str]) -> Box<Diagnostic> {
-    let message = format!("`{node}` has no output `{}`", shorten(port));
-    Box::new(part.error(Code::UnknownPort, message).help(suggest(port, "output", names)))
 }

@@ -2,7 +2,7 @@
 use super::lex;
 use super::part::{Entry, Part, Shape};
 use super::report::Report;
-use crate::diagnostics::{Code, Diagnostic, suggest};
+use crate::diagnostics::{Code, Diagnostic};
 
 /// What was found where something else should be.
 pub(super) fn mismatch(part: &Part, what: &str, wanted: &str) -> Diagnostic {
@@ -28,7 +28,7 @@ pub(super) fn unique(entries: Vec<Entry>, what: &str, report: &mut Report) -> Ve
     let mut kept = Vec::with_capacity(entries.len());
     for entry in entries {
         if let Some(span) = first.get(&entry.name) {
-            let message = format!("{what} `{}` is given twice", entry.name);
+            let message = format!("{what} `{}` is given twice", shorten(&entry.name));
             report.push(entry.key.error(Code::DuplicateKey, message).related(*span, "it is given here first"));
         } else {
             first.insert(entry.name.clone(), entry.key.span());
@@ -67,8 +67,8 @@ pub(super) fn fields(part: &Part, owner: &str, known: &[&str], report: &mut Repo
         if known.contains(&entry.name.as_str()) {
             kept.push(entry);
         } else {
-            let message = format!("{owner} has no field `{}`", entry.name);
-            report.push(entry.key.error(Code::UnknownField, message).help(suggest(&entry.name, "field", known)));
+            let message = format!("{owner} has no field `{}`", shorten(&entry.name));
+            report.unknown(entry.key.error(Code::UnknownField, message), &entry.name, "field", known.iter().copied());
         }
     }
     Some(kept)

@@ -1,18 +1,49 @@
 //! Where diagnostics are gathered.
-use crate::diagnostics::{Code, Diagnostic, Span};
+use super::part::Part;
+use crate::diagnostics::{Code, Diagnostic, FileId, Span, suggest};
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+/// The most diagnostics of one file. Nobody reads so many, and each takes its time.
+const MOST: usize = 1000;
+/// How many candidates are compared with unknown words in a run; the words after that get no suggestion.
+const COMPARED: usize = 500_000;
 
 /// The diagnostics of a run. What a sub-graph that is used several times says several times is kept once.
 #[derive(Default)]
 pub(super) struct Report {
     diagnostics: Vec<Diagnostic>,
-    said: BTreeSet<(Code, Span, String)>,
+    said: BTreeSet<(Code, Span, u64)>,
     /// Which instance of a graph was the first to say something of a place.
     first: BTreeMap<(Code, Span), usize>,
+    /// The values given from outside that something was said of.
+    values: BTreeSet<(Code, Span)>,
+    files: BTreeMap<FileId, Count>,
     instance: usize,
     /// Where the current sub-graph is used.
     used: Option<Span>,
     errors: usize,
+    compared: Cell<usize>,
+}
+
+/// How much was said of a file.
+#[derive(Clone, Copy, Default)]
+struct Count {
+    errors: usize,
+    warnings: usize,
+    /// What is left out: the first of it, and whether there are errors among it.
+    left_out: usize,
+    first: Option<Span>,
+    has_errors: bool,
+}
+
+impl Count {
+    fn leave_out(&mut self, diagnostic: &Diagnostic) {
+        self.left_out += 1;
+        self.first = Some(self.first.map_or(diagnostic.span, |first| first.min(diagnostic.span)));
+        self.has_errors |= !diagnostic.warning;
+    }
 }
 
 impl Report {
@@ -28,13 +59,72 @@ impl Report {
         self.errors += usize::from(!diagnostic.warning);
         let place = (diagnostic.code, diagnostic.span);
         let first = *self.first.entry(place).or_insert(self.instance);
-        if first != self.instance || !self.said.insert((place.0, place.1, diagnostic.message.clone())) {
+        if first != self.instance || !self.said.insert((place.0, place.1, hash(&diagnostic.message))) {
             return;
         }
+        let count = self.files.entry(diagnostic.span.file).or_default();
+        let of_its_sort = if diagnostic.warning { &mut count.warnings } else { &mut count.errors };
+        if *of_its_sort >= MOST {
+            count.leave_out(&diagnostic);
+            return;
+        }
+        *of_its_sort += 1;
         if let Some(used) = self.used.filter(|used| used.file != diagnostic.span.file) {
             diagnostic = diagnostic.related(used, "the graph is used here");
         }
         self.diagnostics.push(diagnostic);
+    }
+
+    /// Adds an error about the value at `part`. One that was given from outside may be wrong in many places, and is told
+    /// of once.
+    pub(super) fn push_value(&mut self, part: &Part, error: Diagnostic) {
+        if part.is_given() && !self.values.insert((error.code, error.span)) {
+            self.errors += 1;
+            return;
+        }
+        self.push(error);
+    }
+
+    /// Adds an error about `word`, which is none of `names`, with what may have been meant.
+    pub(super) fn unknown<'n>(
+        &mut self,
+        error: Diagnostic,
+        word: &str,
+        what: &str,
+        names: impl IntoIterator<Item = &'n str>,
+    ) {
+        let error = self.with_suggestion(error, word, what, names);
+        self.push(error);
+    }
+
+    /// The same without adding it.
+    pub(super) fn with_suggestion<'n>(
+        &self,
+        error: Diagnostic,
+        word: &str,
+        what: &str,
+        names: impl IntoIterator<Item = &'n str>,
+    ) -> Diagnostic {
+        match self.suggest(word, what, names) {
+            Some(help) => error.help(help),
+            None => error,
+        }
+    }
+
+    /// What may have been meant by a word that is none of `names`. After a great many of them nothing is suggested any
+    /// more, since comparing every word with every name takes longer than all the rest.
+    pub(super) fn suggest<'n>(
+        &self,
+        word: &str,
+        what: &str,
+        names: impl IntoIterator<Item = &'n str>,
+    ) -> Option<String> {
+        if self.compared.get() >= COMPARED {
+            return None;
+        }
+        let names: Vec<_> = names.into_iter().collect();
+        self.compared.set(self.compared.get() + names.len());
+        Some(suggest(word, what, &names))
     }
 
     /// How many errors there were so far, repeated ones included.
@@ -42,9 +132,44 @@ impl Report {
         self.errors
     }
 
-    /// All diagnostics in the order of the text.
+    /// All diagnostics in the order of the text. Where there are too many of a file, the last one says how many more.
     pub(super) fn finish(mut self) -> Vec<Diagnostic> {
         self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start, d.span.end, d.code));
-        self.diagnostics
+        let mut kept = Vec::with_capacity(self.diagnostics.len());
+        for of_file in self.diagnostics.chunk_by(|a, b| a.span.file == b.span.file) {
+            let count = of_file.first().and_then(|d| self.files.get(&d.span.file)).copied();
+            keep(of_file, count.unwrap_or_default(), &mut kept);
+        }
+        kept
     }
+}
+
+/// Keeps the diagnostics of a file, errors before warnings if there are too many.
+fn keep(of_file: &[Diagnostic], mut count: Count, kept: &mut Vec<Diagnostic>) {
+    if count.left_out == 0 && of_file.len() <= MOST {
+        kept.extend_from_slice(of_file);
+        return;
+    }
+    let mut room = (MOST - 1).saturating_sub(count.errors);
+    let mut errors = MOST - 1;
+    for diagnostic in of_file {
+        let place = if diagnostic.warning { &mut room } else { &mut errors };
+        if *place > 0 {
+            *place -= 1;
+            kept.push(diagnostic.clone());
+        } else {
+            count.leave_out(diagnostic);
+        }
+    }
+    let Some(first) = count.first else { return };
+    let message = format!("{} more of this file are not reported; the first of them is here", count.left_out);
+    let mut rest = Diagnostic::new(Code::TooLarge, first, message).help("mend the others first");
+    rest.warning = !count.has_errors;
+    kept.push(rest);
+}
+
+fn hash(message: &str) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    message.hash(&mut hasher);
+    hasher.finish()
 }

@@ -1,17 +1,18 @@
 //! Scopes: a graph file, and every use of a sub-graph, with what the names in it mean.
 use super::document::NodeDecl;
 use super::files::Doc;
-use super::params::{ParamDecl, Params};
+use super::params::{ParamDecl, Params, Values};
 use super::part::{Entry, Part, Shape};
 use super::ports::{self, Literal};
 use super::read::{self, mismatch};
 use super::report::Report;
 use super::subst::substitute;
-use crate::diagnostics::{Code, Span, suggest};
+use crate::diagnostics::{Code, Span};
 use crate::node::{DynNode, KindInfo};
 use crate::registry::Registry;
 use crate::value::{Accepts, Canvas, Field, Type};
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -48,6 +49,8 @@ pub(super) struct Scope {
     pub(super) params: Params,
     pub(super) names: BTreeMap<String, Entity>,
     pub(super) inputs: Vec<Bound>,
+    /// What each input leads to, once somebody has asked.
+    pub(super) resolved: Vec<Option<Target>>,
     /// Where it is used.
     pub(super) used: Option<Span>,
 }
@@ -63,10 +66,35 @@ pub(super) enum Target {
     Broken,
 }
 
+/// What takes a value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Port {
+    /// The port of a node.
+    Node(String),
+    /// An input of a graph.
+    Input(String),
+}
+
+impl Port {
+    /// Whether it is the port of a node that has that name.
+    pub(super) fn is(&self, name: &str) -> bool {
+        matches!(self, Self::Node(port) if port == name)
+    }
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Node(port) => write!(f, "`{port}`"),
+            Self::Input(input) => write!(f, "input `{input}`"),
+        }
+    }
+}
+
 /// A wire, or a literal in its place.
 pub(super) struct Slot {
-    /// The port.
-    pub(super) port: String,
+    /// What takes it.
+    pub(super) port: Port,
     /// What the port takes.
     pub(super) wants: Accepts,
     /// What is written.
@@ -78,7 +106,7 @@ pub(super) struct Slot {
 }
 
 impl Slot {
-    fn unresolved(port: String, wants: Accepts, part: Part) -> Self {
+    fn unresolved(port: Port, wants: Accepts, part: Part) -> Self {
         Self { port, wants, part, target: Target::Broken, declared: None }
     }
 }
@@ -119,6 +147,8 @@ pub(super) struct Unit<'a> {
     pub(super) checks: Vec<(usize, Slot)>,
     /// The number of the first scope among those of all units.
     pub(super) first_instance: usize,
+    /// The defaults of the documents in use.
+    pub(super) defaults: BTreeMap<usize, Arc<Values>>,
 }
 
 impl<'a> Unit<'a> {
@@ -130,8 +160,9 @@ impl<'a> Unit<'a> {
     /// Adds a scope with all its nodes and sub-graphs. `given` are the inputs that are given a value.
     pub(super) fn declare(&mut self, doc: usize, prefix: String, params: Params, used: Option<Span>) -> usize {
         let scope = self.scopes.len();
-        let inputs = vec![Bound::Broken; self.docs[doc].document.inputs.len()];
-        self.scopes.push(Scope { doc, prefix, params, names: BTreeMap::new(), inputs, used });
+        let count = self.docs[doc].document.inputs.len();
+        let (inputs, resolved) = (vec![Bound::Broken; count], vec![None; count]);
+        self.scopes.push(Scope { doc, prefix, params, names: BTreeMap::new(), inputs, resolved, used });
         scope
     }
 
@@ -160,7 +191,7 @@ impl<'a> Unit<'a> {
         let input = &docs[self.scopes[scope].doc].document.inputs[index];
         let (Some(ty), Some(default)) = (input.ty, &input.default) else { return Bound::Broken };
         let Some(value) = substitute(default, &self.scopes[scope].params, self.report) else { return Bound::Broken };
-        let port = format!("input `{}`", input.name);
+        let port = Port::Input(input.name.clone());
         match ports::literal(&value.part, ty, &port, value.is_text) {
             Ok(Literal::Constant(field)) => Bound::Constant(field),
             Ok(Literal::Reference(name)) => {
@@ -180,9 +211,9 @@ impl<'a> Unit<'a> {
             return self.declare_use(scope, decl, kind, args).map_or(Entity::Broken, Entity::Use);
         }
         let Some(info) = self.registry.info(kind.str()) else {
-            let kinds: Vec<_> = self.registry.kinds().chain(["Use"]).collect();
+            let kinds = self.registry.kinds().chain(["Use"]);
             let message = format!("there is no node kind `{}`", read::shorten(kind.str()));
-            self.report.push(kind.error(Code::UnknownKind, message).help(suggest(kind.str(), "kind", &kinds)));
+            self.report.unknown(kind.error(Code::UnknownKind, message), kind.str(), "kind", kinds);
             return Entity::Broken;
         };
         let name = format!("{}{}", self.scopes[scope].prefix, decl.name);
@@ -198,9 +229,9 @@ impl<'a> Unit<'a> {
     fn declare_use(&mut self, scope: usize, decl: &NodeDecl, kind: &Part, args: &[Entry]) -> Option<usize> {
         let known = ["graph", "with", "note"];
         for arg in args.iter().filter(|arg| !known.contains(&arg.name.as_str())) {
-            let message = format!("`Use` has no field `{}`", arg.name);
-            let help = suggest(&arg.name, "field", &known[..2]);
-            self.report.push(arg.key.error(Code::UnknownField, message).help(help));
+            let message = format!("`Use` has no field `{}`", read::shorten(&arg.name));
+            let error = arg.key.error(Code::UnknownField, message);
+            self.report.unknown(error, &arg.name, "field", known[..2].iter().copied());
         }
         let Some(graph) = read::get(args, "graph") else {
             let help = "write `graph: \"name\"`, a name from `imports`";
@@ -210,10 +241,10 @@ impl<'a> Unit<'a> {
         let import = read::text(graph, "graph", self.report)?;
         let docs = self.docs;
         let outer = &docs[self.scopes[scope].doc];
-        let Some(index) = outer.document.imports.iter().position(|entry| entry.name == import) else {
-            let names: Vec<_> = outer.document.imports.iter().map(|entry| entry.name.as_str()).collect();
+        let Some(index) = outer.document.import(&import) else {
+            let names = outer.document.imports.iter().map(|entry| entry.name.as_str());
             let message = format!("there is no import `{}`", read::shorten(&import));
-            self.report.push(graph.error(Code::UnknownVariant, message).help(suggest(&import, "import", &names)));
+            self.report.unknown(graph.error(Code::UnknownVariant, message), &import, "import", names);
             return None;
         };
         let doc = outer.imports[index].filter(|doc| docs[*doc].readable && self.sizes[*doc].is_some())?;
@@ -234,15 +265,16 @@ impl<'a> Unit<'a> {
         let docs = self.docs;
         let (child, folder) = (&docs[doc], docs[self.scopes[scope].doc].folder());
         // Its defaults are checked when it is looked at by itself.
-        let mut params = defaults(child, &mut Report::default());
+        let defaults = self.defaults.entry(doc).or_insert_with(|| Arc::new(defaults(child, &mut Report::default())));
+        let mut params = Params::new(defaults.clone());
         for entry in with {
-            let Some(decl) = find(child, &entry.name) else { continue };
+            let Some(decl) = child.document.param(&entry.name).flatten() else { continue };
             let outer = &self.scopes[scope].params;
             let value = substitute(&entry.value, outer, self.report).and_then(|value| {
                 let base = value.base.unwrap_or_else(|| folder.to_owned());
                 decl.value(&value.part, true, &base, self.report)
             });
-            params.insert(entry.name.clone(), value);
+            params.give(entry.name.clone(), value);
         }
         params
     }
@@ -253,16 +285,16 @@ impl<'a> Unit<'a> {
         let document = &docs[self.scopes[child].doc].document;
         let mut given = vec![None; document.inputs.len()];
         for entry in with {
-            if let Some(index) = document.inputs.iter().position(|input| input.name == entry.name) {
+            if let Some(index) = document.input(&entry.name) {
                 let ty = document.inputs[index].ty;
                 given[index] = Some(ty.map_or(Bound::Broken, |ty| self.bind(scope, child, entry, ty)));
-            } else if !document.params.iter().any(|(param, _)| param.name == entry.name) {
+            } else if document.param(&entry.name).is_none() {
                 let inputs = document.inputs.iter().map(|input| input.name.as_str());
-                let names: Vec<_> =
-                    inputs.chain(document.params.iter().map(|(param, _)| param.name.as_str())).collect();
-                let message = format!("`{import}` has no input or parameter `{}`", entry.name);
-                let help = suggest(&entry.name, "input or parameter", &names);
-                self.report.push(entry.key.error(Code::UnknownField, message).help(help));
+                let names = inputs.chain(document.params.iter().map(|(param, _)| param.name.as_str()));
+                let (import, name) = (read::shorten(import), read::shorten(&entry.name));
+                let error =
+                    entry.key.error(Code::UnknownField, format!("`{import}` has no input or parameter `{name}`"));
+                self.report.unknown(error, &entry.name, "input or parameter", names);
             }
         }
         given
@@ -272,7 +304,7 @@ impl<'a> Unit<'a> {
         let Some(value) = substitute(&entry.value, &self.scopes[scope].params, self.report) else {
             return Bound::Broken;
         };
-        let port = format!("input `{}`", entry.name);
+        let port = Port::Input(entry.name.clone());
         let name = match ports::literal(&value.part, ty, &port, value.is_text) {
             Ok(Literal::Constant(field)) => return Bound::Constant(field),
             Ok(Literal::Reference(name)) => name,
@@ -325,32 +357,25 @@ impl<'a> Flat<'a> {
     }
 }
 
-/// The declaration of a parameter.
-fn find<'a>(doc: &'a Doc, name: &str) -> Option<&'a ParamDecl> {
-    doc.document.params.iter().find(|(entry, _)| entry.name == name).and_then(|(_, decl)| decl.as_ref())
-}
-
 /// The parameters of a document with their defaults.
-pub(super) fn defaults(doc: &Doc, report: &mut Report) -> Params {
+pub(super) fn defaults(doc: &Doc, report: &mut Report) -> Values {
     let params = doc.document.params.iter();
     let value = |decl: &ParamDecl, report: &mut Report| decl.value(&decl.default, false, doc.folder(), report);
     params.map(|(entry, decl)| (entry.name.clone(), decl.as_ref().and_then(|decl| value(decl, report)))).collect()
 }
 
 /// Checks the presets of a document, and gives the values of the one named `wanted`.
-pub(super) fn presets(doc: &Doc, wanted: Option<&str>, report: &mut Report) -> Params {
-    let mut params = Params::new();
+pub(super) fn presets(doc: &Doc, wanted: Option<&str>, report: &mut Report) -> Values {
+    let mut params = Values::new();
     for (preset, values) in &doc.document.presets {
         for entry in values {
-            let Some(decl) = find(doc, &entry.name) else {
-                if !doc.document.params.iter().any(|(param, _)| param.name == entry.name) {
-                    let names: Vec<_> = doc.document.params.iter().map(|(param, _)| param.name.as_str()).collect();
-                    let message = format!("there is no parameter `{}`", read::shorten(&entry.name));
-                    let help = suggest(&entry.name, "parameter", &names);
-                    report.push(entry.key.error(Code::UnknownParam, message).help(help));
-                }
+            let Some(decl) = doc.document.param(&entry.name) else {
+                let names = doc.document.params.iter().map(|(param, _)| param.name.as_str());
+                let message = format!("there is no parameter `{}`", read::shorten(&entry.name));
+                report.unknown(entry.key.error(Code::UnknownParam, message), &entry.name, "parameter", names);
                 continue;
             };
+            let Some(decl) = decl else { continue };
             let value = decl.value(&entry.value, false, doc.folder(), report);
             if wanted == Some(preset.name.as_str()) {
                 params.insert(entry.name.clone(), value);

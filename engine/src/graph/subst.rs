@@ -3,9 +3,16 @@ use super::expr::{self, Lookup};
 use super::lex::Kind;
 use super::params::{ParamValue, Params};
 use super::part::{Part, Piece, Shape, Src};
+use super::read::shorten;
 use super::report::Report;
-use crate::diagnostics::{Code, Diagnostic, suggest};
+use crate::diagnostics::{Code, Diagnostic, Span};
+use std::ops::Range;
 use std::path::PathBuf;
+
+/// What fits into the largest whole numbers of parameters.
+const INTEGERS: Range<f64> = -9.2e18..1.84e19;
+/// The most values that a problem of an expression points at.
+const OTHERS: usize = 4;
 
 /// A value in which parameters are replaced.
 pub(super) struct Substituted {
@@ -51,26 +58,25 @@ struct Made {
 impl Made {
     fn add(&mut self, text: &str, piece: Piece) {
         self.text.push_str(text);
-        self.pieces.push(Piece { end: self.text.len(), ..piece });
+        self.pieces.push(Piece { end: self.text.len(), ..piece.clone() });
         self.text.push(' ');
         self.pieces.push(Piece { end: self.text.len(), copied: false, ..piece });
     }
 
     fn copy(&mut self, word: &Part) {
-        self.add(word.str(), Piece { end: 0, span: word.span(), copied: true, related: None });
+        self.add(word.str(), Piece { copied: true, ..own(word) });
     }
 
     /// Puts in the value of a string `"$name"` or `"= expression"`; whether it is a text.
     fn replace(&mut self, word: &Part, params: &Params, report: &mut Report) -> bool {
         let Shape::Text(text) = word.shape() else { return false };
-        let own = Piece { end: 0, span: word.span(), copied: false, related: None };
         if text.starts_with("$$") || text.starts_with("==") {
-            self.add(&ron_string(&text[1..]), own);
+            self.add(&ron_string(&text[1..]), own(word));
             return true;
         }
         if let Some(expression) = text.strip_prefix('=') {
-            match compute(word, expression, params) {
-                Ok(value) => self.add(&number_text(value), own),
+            match compute(word, expression, params, report) {
+                Ok((value, piece)) => self.add(&number_text(value), piece),
                 Err(errors) => {
                     errors.into_iter().for_each(|e| report.push(e));
                     self.ok = false;
@@ -80,8 +86,7 @@ impl Made {
         }
         let name = text[1..].trim();
         let Some(param) = params.get(name) else {
-            let (message, help) = unknown(name, params);
-            report.push(word.error(Code::UnknownParam, message).help(help));
+            report.unknown(word.error(Code::UnknownParam, unknown(name)), name, "parameter", params.names());
             self.ok = false;
             return false;
         };
@@ -95,36 +100,51 @@ impl Made {
     }
 }
 
+/// What stands in the text itself.
+fn own(word: &Part) -> Piece {
+    Piece { end: 0, span: word.span(), copied: false, related: Vec::new(), given: false }
+}
+
 /// Problems of a value that was given from outside are problems there, others where it is put in.
 fn piece(word: &Part, value: &ParamValue) -> Piece {
-    let (span, related) = if value.outside {
-        (value.span, (word.span(), "its value is used here"))
-    } else {
-        (word.span(), (value.span, "its value is written here"))
-    };
-    Piece { end: 0, span, copied: false, related: Some(related) }
+    if value.outside {
+        return given(word, &[value.span]);
+    }
+    Piece { related: vec![(value.span, "its value is written here")], ..own(word) }
 }
 
-fn unknown(name: &str, params: &Params) -> (String, String) {
-    let names: Vec<_> = params.keys().map(String::as_str).collect();
-    (format!("there is no parameter `{name}`"), suggest(name, "parameter", &names))
+/// A value that comes from values given from outside: at the first of them.
+fn given(word: &Part, spans: &[Span]) -> Piece {
+    let Some((first, others)) = spans.split_first() else { return own(word) };
+    let mut related = vec![(word.span(), "its value is used here")];
+    related.extend(others.iter().map(|span| (*span, "together with this one")));
+    Piece { span: *first, related, given: true, ..own(word) }
 }
 
-fn compute(word: &Part, expression: &str, params: &Params) -> Result<f64, Vec<Diagnostic>> {
+fn unknown(name: &str) -> String {
+    format!("there is no parameter `{}`", shorten(name))
+}
+
+/// The value of an expression, and what it comes from.
+fn compute(word: &Part, expression: &str, params: &Params, report: &Report) -> Result<(f64, Piece), Vec<Diagnostic>> {
+    let mut spans = Vec::new();
     let lookup = |name: &str| match params.get(name) {
-        None => {
-            let (message, help) = unknown(name, params);
-            Lookup::Wrong(Code::UnknownParam, message, Some(help))
-        }
+        None => Lookup::Wrong(Code::UnknownParam, unknown(name), report.suggest(name, "parameter", params.names())),
         Some(None) => Lookup::Broken,
         Some(Some(value)) => match value.number {
-            Some(number) => Lookup::Number(number),
+            Some(number) => {
+                if value.outside && !spans.contains(&value.span) && spans.len() < OTHERS {
+                    spans.push(value.span);
+                }
+                Lookup::Number(number)
+            }
             None => Lookup::Wrong(Code::BadExpression, format!("`${name}` is not a number"), None),
         },
     };
     // Bytes of a plain literal are those of its text, after the quote and the equals sign.
     let plain = word.str().len() == expression.len() + 3;
-    expr::evaluate(expression, lookup).map_err(|errors| {
+    let value = expr::evaluate(expression, lookup);
+    value.map(|value| (value, given(word, &spans))).map_err(|errors| {
         let place = |e: expr::ExprError| {
             let mut error = word.error(e.code, e.message);
             error.help = e.help;
@@ -139,7 +159,7 @@ fn compute(word: &Part, expression: &str, params: &Params) -> Result<f64, Vec<Di
 
 /// A number as RON; whole numbers without a point, so that they also serve as counts.
 pub(super) fn number_text(value: f64) -> String {
-    if value.fract() == 0.0 && value.abs() < 9.0e15 { format!("{value:.0}") } else { format!("{value:?}") }
+    if value.fract() == 0.0 && INTEGERS.contains(&value) { format!("{value:.0}") } else { format!("{value:?}") }
 }
 
 /// A text as a RON string.

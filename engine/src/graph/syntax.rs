@@ -39,11 +39,18 @@ pub(super) fn explain(text: &str, file: FileId, error: &ron::error::SpannedError
     };
     let mut chars = said.chars();
     let lower: String = chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect();
-    let diagnostic = Diagnostic::new(Code::Syntax, span, lower);
+    let mut diagnostic = Diagnostic::new(Code::Syntax, span, lower);
+    diagnostic.unfinished = is_unfinished(text, start, &error.code);
     match hint(&error.code) {
         Some(help) => diagnostic.help(help),
         None => diagnostic,
     }
+}
+
+/// Whether more should follow where the text ends. Of what is left open, the beginning is said to be at fault.
+fn is_unfinished(text: &str, at: usize, error: &ron::Error) -> bool {
+    let open = matches!(error, ron::Error::Eof | ron::Error::ExpectedStringEnd | ron::Error::UnclosedBlockComment);
+    open || at >= text.trim_end().len()
 }
 
 fn hint(error: &ron::Error) -> Option<&'static str> {

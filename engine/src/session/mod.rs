@@ -121,8 +121,7 @@ impl Session {
 
     /// Advice that needs the whole graph: outputs that do not tile although they should.
     pub fn advice(&self, graph: &Graph) -> Vec<Diagnostic> {
-        let order = petgraph::algo::toposort(&graph.nodes, None).unwrap_or_default();
-        crate::eval::breaks_tiling(graph, &order)
+        graph.advice()
     }
 
     /// Runs `work` with a run of `graph` on the session's threads.

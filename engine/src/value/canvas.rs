@@ -55,6 +55,37 @@ impl TileMode {
     }
 }
 
+/// How many pixels a picture of the canvas is to have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resolution {
+    /// So many along its longer side; the other one follows from the shape of the canvas.
+    Longer(u32),
+    /// Width and height, whatever the shape of the canvas.
+    Exact(UVec2),
+}
+
+impl Resolution {
+    /// The width and height of a picture of a canvas of that size.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of pixels")]
+    pub fn of(self, size_mm: DVec2) -> UVec2 {
+        match self {
+            Self::Exact(size) => size,
+            Self::Longer(longer) => {
+                let sides = size_mm / size_mm.max_element() * f64::from(longer);
+                let side = |side: f64| side.round().clamp(1.0, f64::from(longer.max(1))) as u32;
+                UVec2::new(side(sides.x), side(sides.y))
+            }
+        }
+    }
+
+    /// Whether pixels are as wide as high on a canvas of that size, but for rounding.
+    pub fn fits(self, size_mm: DVec2) -> bool {
+        let size = self.of(size_mm).as_dvec2();
+        let apart = size - DVec2::new(size.y * size_mm.x / size_mm.y, size.x * size_mm.y / size_mm.x);
+        apart.abs().min_element() < 1.0
+    }
+}
+
 /// What a graph says about its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Canvas {
@@ -225,5 +256,29 @@ impl Window {
     /// One past the last row.
     pub const fn bottom(&self) -> i32 {
         self.y + self.height.cast_signed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_number_keeps_the_shape_of_the_canvas() {
+        let of = |longer: u32, x: f64, y: f64| Resolution::Longer(longer).of(DVec2::new(x, y)).to_array();
+        assert_eq!(of(1024, 100.0, 100.0), [1024, 1024]);
+        assert_eq!(of(1024, 60.0, 30.0), [1024, 512]);
+        assert_eq!(of(1000, 30.0, 90.0), [333, 1000]);
+        assert_eq!(of(100, 1e6, 1.0), [100, 1]);
+        assert_eq!(Resolution::Exact(UVec2::new(7, 9)).of(DVec2::ONE).to_array(), [7, 9]);
+    }
+
+    #[test]
+    fn only_what_is_squashed_does_not_fit() {
+        let fits = |w: u32, h: u32, x: f64, y: f64| Resolution::Exact(UVec2::new(w, h)).fits(DVec2::new(x, y));
+        assert!(fits(64, 64, 5.0, 5.0) && fits(2048, 1024, 200.0, 100.0));
+        assert!(fits(1000, 333, 90.0, 30.0) && fits(1000, 334, 90.0, 30.0) && fits(100, 1, 1e6, 1.0));
+        assert!(!fits(1024, 1024, 60.0, 30.0) && !fits(512, 1024, 200.0, 100.0) && !fits(8, 4, 5.0, 5.0));
+        assert!(Resolution::Longer(77).fits(DVec2::new(3.0, 1000.0)));
     }
 }

@@ -33,7 +33,7 @@ mod ty;
 pub use accepts::Accepts;
 pub use area::Area;
 pub use buffer::Buffer;
-pub use canvas::{Canvas, Grid, GridId, TileMode, Tiling, Window};
+pub use canvas::{Canvas, Grid, GridId, Resolution, TileMode, Tiling, Window};
 pub use color::{linear_to_srgb, srgb_to_linear};
 pub use color_pattern::ColorPattern;
 pub use coord_map::CoordMap;

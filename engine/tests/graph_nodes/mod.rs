@@ -6,7 +6,7 @@ use shibo_engine::node::{
     AnyField, Color, Context, FilePath, Gray, In, Linear, Node, Output, Outputs, Range, Rgb, Vec2Field, Xy,
 };
 use shibo_engine::registry::{Family, Kind, Registry};
-use shibo_engine::value::{Canvas, Lattice, Points, Stop, Type};
+use shibo_engine::value::{Canvas, Lattice, Points, Stop, Tiling, Type};
 
 macro_rules! node {
     ($name:ident, [$($output:expr),*]) => {
@@ -213,6 +213,26 @@ impl Node for Image {
     }
 }
 
+/// What does not repeat.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Ramp {
+    /// What.
+    pub(crate) input: Option<In<AnyField>>,
+}
+
+impl Node for Ramp {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "A ramp.")];
+
+    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+        Tiling::NONE
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
 /// A material.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -237,6 +257,7 @@ pub(crate) fn registry() -> Registry {
         Kind::of::<Sum>(),
         Kind::of::<Warp>(),
         Kind::of::<Image>(),
+        Kind::of::<Ramp>(),
         Kind::of::<Surface>(),
     ];
     Registry::new([Family { name: "Test", doc: "For tests.", kinds }])

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod support;
 
+use serde_json::{Value as Json, json};
 use support::{Desk, finish};
 
 #[test]
@@ -16,9 +17,13 @@ fn families_and_kinds_are_listed() {
 #[test]
 fn one_kind_has_a_manual() {
     let ran = Desk::new().shibo("nodes DrawWrinkles").expect(0);
-    for word in
-        ["segments  Segments, required", "profile: Gaussian", "One of Flat,", "Height in mm", "width: (0.15, 0.35)"]
-    {
+    for word in [
+        "segments  Segments, required",
+        "profile: Gaussian",
+        "- Flat: ",
+        "height  Gray, mm, the main output",
+        "width: (0.15, 0.35)",
+    ] {
         assert!(ran.stdout.contains(word), "{word}: {}", ran.stdout);
     }
     let ran = Desk::new().shibo("nodes drawwrinkle").expect(2);
@@ -54,6 +59,11 @@ fn programs_read_the_manual() {
             }
         }
     }
+    assert_eq!(find("outputs", "height")["unit"], "mm");
+    assert_eq!(profile["choices"].as_array().unwrap().len(), profile["choice_docs"].as_array().unwrap().len());
+    let k = nodes.iter().find(|n| n["kind"] == "BlendTimes").unwrap()["parameters"].as_array().unwrap();
+    let k = k.iter().find(|p| p["name"] == "k").unwrap();
+    assert_eq!((&k["default"], &k["written"], &k["infinite"]), (&Json::Null, &json!("None"), &json!(true)));
     let one = Desk::new().shibo("nodes Perlin --format json").expect(0).json();
     assert_eq!(one["nodes"].as_array().unwrap().len(), 1);
 }
@@ -67,6 +77,26 @@ fn the_reference_is_markdown() {
     {
         assert!(page.contains(word), "{word}");
     }
+    // Every default is printed as it is written, and every choice is explained.
+    let mut choices = 0;
+    let registry = shibo_nodes::registry();
+    for info in registry.kinds().filter_map(|kind| registry.info(kind)) {
+        let manual = Desk::new().shibo(&format!("nodes {}", info.kind)).expect(0).stdout;
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let manual = words(&manual);
+        for (field, param) in info.params().filter(|(_, param)| !param.required) {
+            let row = format!("| `{}` | {} | `{}` | ", field.name, param.ty, param.written);
+            assert!(page.contains(&row), "{} {row}", info.kind);
+            assert!(manual.contains(&format!("{}: {}", field.name, param.written)), "{} {}", info.kind, field.name);
+            for choice in &param.choices {
+                choices += 1;
+                let in_table = format!("<br>`{}`: {}", choice.name, words(&choice.doc).replace('|', "\\|"));
+                assert!(page.contains(&in_table), "{in_table}");
+                assert!(manual.contains(&format!("- {}: {}", choice.name, words(&choice.doc))), "{}", choice.name);
+            }
+        }
+    }
+    assert!(choices > 200, "{choices}");
     let rows = page.lines().filter(|line| line.starts_with('|'));
     assert!(rows.into_iter().all(|row| row.ends_with('|')));
 }

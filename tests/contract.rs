@@ -112,9 +112,13 @@ fn needed(kind: &str) -> Option<(&'static str, String)> {
     }
 }
 
-/// The arguments of a kind with its ports connected and one parameter changed, and the nodes that this takes beside
+/// The arguments of a kind with its ports connected and one parameter changed, or left out, and the nodes that this takes beside
 /// [`STAND_INS`].
-fn arguments(registry: &Registry, info: &KindInfo, change: Option<(&str, &str)>) -> Result<(String, String), String> {
+fn arguments(
+    registry: &Registry,
+    info: &KindInfo,
+    change: Option<(&str, Option<&str>)>,
+) -> Result<(String, String), String> {
     let (mut args, mut nodes) = (Vec::new(), String::new());
     for (field, port) in info.ports().filter(|(_, port)| port.required) {
         let (text, more) = stand_in(registry, port.ty)?;
@@ -126,7 +130,7 @@ fn arguments(registry: &Registry, info: &KindInfo, change: Option<(&str, &str)>)
     if let Some((field, text)) = needed(&info.kind).filter(|(field, _)| change.is_none_or(|c| c.0 != *field)) {
         args.push(format!("{field}: {text}"));
     }
-    args.extend(change.map(|(field, text)| format!("{field}: {text}")));
+    args.extend(change.and_then(|(field, text)| Some(format!("{field}: {}", text?))));
     Ok((args.join(", "), nodes))
 }
 
@@ -141,7 +145,7 @@ fn load(registry: &Registry, nodes: &str, size: UVec2) -> Result<Graph, String> 
 
 /// A graph whose node `it` is a `kind` with its ports connected and one parameter changed.
 fn graph(registry: &Registry, info: &KindInfo, size: UVec2, change: Option<(&str, &str)>) -> Result<Graph, String> {
-    let (args, nodes) = arguments(registry, info, change)?;
+    let (args, nodes) = arguments(registry, info, change.map(|(field, text)| (field, Some(text))))?;
     let node = format!("\"it\": {}({args}),", info.kind);
     load(registry, &format!("{STAND_INS} {nodes} {node}"), size).map_err(|errors| format!("{node} {errors}"))
 }
@@ -193,7 +197,10 @@ fn on_all(check: impl Fn(&Registry, &KindInfo) -> Result<(), String>) -> Vec<Str
 }
 
 fn is_documented(_: &Registry, info: &KindInfo) -> Result<(), String> {
-    let missing: Vec<&str> = info.fields.iter().filter(|f| f.doc.len() < 8).map(|f| f.name.as_str()).collect();
+    let fields = info.fields.iter().chain(info.params().flat_map(|(_, param)| &param.fields));
+    let mut missing: Vec<&str> = fields.filter(|f| f.doc.len() < 8).map(|f| f.name.as_str()).collect();
+    let choices = info.params().flat_map(|(_, param)| &param.choices);
+    missing.extend(choices.filter(|c| c.doc.is_empty()).map(|c| c.name.as_str()));
     let outputs = info.outputs.iter().filter(|o| o.doc.len() < 8).count();
     if info.doc.len() < 20 || !missing.is_empty() || outputs > 0 || info.outputs.is_empty() {
         return Err(format!("not documented: {missing:?}, {outputs} outputs"));
@@ -204,6 +211,37 @@ fn is_documented(_: &Registry, info: &KindInfo) -> Result<(), String> {
 #[test]
 fn everything_is_documented() {
     assert_eq!(on_all(is_documented), Vec::<String>::new());
+}
+
+/// What stands in the manual as the default of a parameter means the same as leaving it out: the same node, or the same
+/// complaint.
+fn defaults_can_be_written(registry: &Registry, info: &KindInfo) -> Result<(), String> {
+    let made = |field: &str, text: Option<&str>| {
+        let (args, nodes) = arguments(registry, info, Some((field, text)))?;
+        let node = format!("\"it\": {}({args}),", info.kind);
+        let graph = load(registry, &format!("{STAND_INS} {nodes} {node}"), UVec2::splat(16))?;
+        Ok::<_, String>(graph.nodes[it(&graph)].node.canonical())
+    };
+    for (field, param) in info.params() {
+        let (written, left_out) = (made(&field.name, Some(&param.written)), made(&field.name, None));
+        if written != left_out {
+            return Err(format!("`{}: {}` is not the default: {written:?} {left_out:?}", field.name, param.written));
+        }
+        // It fails only where the manual says that it must.
+        let stands_alone = needed(&info.kind).is_none_or(|(needed, _)| needed != field.name);
+        if written.is_err() && stands_alone {
+            return Err(format!("`{}: {}` is refused: {written:?}", field.name, param.written));
+        }
+        if param.required != (written.is_err() && param.ty == "Path") {
+            return Err(format!("whether `{}` must be given is wrong", field.name));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn defaults_of_the_manual_read_back() {
+    assert_eq!(on_all(defaults_can_be_written), Vec::<String>::new());
 }
 
 #[test]
@@ -324,7 +362,10 @@ fn another(param: &ParamInfo) -> Option<String> {
         "Number" => Some(format!("{:?}", number(default.unwrap_or(0.5)))),
         "Integer" => Some(format!("{}", whole(default.unwrap_or(1.0)))),
         "Bool" => Some((!param.default.as_bool()?).to_string()),
-        "Choice" => param.choices.iter().find(|c| param.default.as_str() != Some(c) && !c.contains('(')).cloned(),
+        "Choice" => {
+            let others = param.choices.iter().map(|choice| &choice.name);
+            others.filter(|name| **name != param.written && !name.contains('(')).next().cloned()
+        }
         "Range" => match (list(0), list(1)) {
             (Some(lo), Some(hi)) => Some(format!("({lo:?}, {:?})", number(hi).max(lo))),
             _ => Some("0.5".into()),

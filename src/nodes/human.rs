@@ -1,9 +1,8 @@
 //! The manual for people.
 use super::doc::{Block, blocks, summary};
-use super::json::output_type;
 use super::spelling;
 use crate::terminal::{Style, Text};
-use shibo_engine::node::{FieldInfo, KindInfo, OutputType, Role};
+use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo, Role};
 use shibo_engine::registry::Registry;
 
 /// The list of all kinds, by family.
@@ -36,29 +35,18 @@ pub(super) fn node(page: &mut Text, info: &KindInfo, width: usize) {
         page.end().styled(Style::Bold, "Ports").end();
     }
     for (field, port) in info.ports() {
-        entry(page, field, &spelling::port(port), width);
+        entry(page, field, &spelling::port(port), "", width);
     }
     if info.params().next().is_some() {
         page.end().styled(Style::Bold, "Parameters").end();
     }
     for (field, param) in info.params() {
-        let mut facts = vec![param.ty.clone(), format!("default {}", spelling::default(param))];
-        let range = spelling::range(param);
-        if !range.is_empty() {
-            facts.push(range);
-        }
-        entry(page, field, &facts.join(", "), width);
-        if !param.choices.is_empty() {
-            paragraph(page, &format!("One of {}.", param.choices.join(", ")), "      ", width);
-        }
+        parameter(page, field, param, "", width);
     }
     page.end().styled(Style::Bold, "Outputs").end();
     for (i, output) in info.outputs.iter().enumerate() {
         let main = if i == 0 { ", the main output" } else { "" };
-        let ty = match output.ty {
-            OutputType::Fixed(_) => output_type(output).to_owned(),
-            OutputType::Like(ports) | OutputType::SolidLike(ports) => format!("as {}", ports.join(", ")),
-        };
+        let ty = spelling::output(output, str::to_owned);
         page.push("  ").styled(Style::Accent, output.name).styled(Style::Dim, &format!("  {ty}{main}")).end();
         paragraph(page, output.doc, "      ", width);
     }
@@ -73,7 +61,8 @@ fn signature(page: &mut Text, info: &KindInfo, width: usize) {
             Role::Port(port) if port.list => Some(format!("{}: [\"…\", \"…\"]", field.name)),
             Role::Port(port) if port.required => Some(format!("{}: \"…\"", field.name)),
             Role::Port(_) => None,
-            Role::Param(param) => Some(format!("{}: {}", field.name, spelling::default(param))),
+            Role::Param(param) if param.required => Some(format!("{}: \"…\"", field.name)),
+            Role::Param(param) => Some(format!("{}: {}", field.name, param.written)),
         })
         .collect();
     let one_line = format!("{}({})", info.kind, arguments.join(", "));
@@ -88,9 +77,26 @@ fn signature(page: &mut Text, info: &KindInfo, width: usize) {
     page.push("  )").end();
 }
 
-fn entry(page: &mut Text, field: &FieldInfo, facts: &str, width: usize) {
-    page.push("  ").styled(Style::Accent, &field.name).styled(Style::Dim, &format!("  {facts}")).end();
-    document(page, &field.doc, "      ", width);
+/// A parameter, what there is to choose from, and of a list of structs the fields of each.
+fn parameter(page: &mut Text, field: &FieldInfo, param: &ParamInfo, indent: &str, width: usize) {
+    let mut facts = vec![param.ty.clone(), spelling::default(param)];
+    let range = spelling::range(param);
+    if !range.is_empty() {
+        facts.push(range);
+    }
+    entry(page, field, &facts.join(", "), indent, width);
+    for choice in &param.choices {
+        point(page, &format!("{}: {}", choice.name, choice.doc), &format!("{indent}      "), width);
+    }
+    for (field, param) in param.params() {
+        parameter(page, field, param, &format!("{indent}      "), width);
+    }
+}
+
+fn entry(page: &mut Text, field: &FieldInfo, facts: &str, indent: &str, width: usize) {
+    page.push(indent).push("  ").styled(Style::Accent, &field.name);
+    page.styled(Style::Dim, &format!("  {facts}")).end();
+    document(page, &field.doc, &format!("{indent}      "), width);
 }
 
 fn document(page: &mut Text, doc: &str, indent: &str, width: usize) {
@@ -103,16 +109,19 @@ fn document(page: &mut Text, doc: &str, indent: &str, width: usize) {
         after_item = item;
         match block {
             Block::Paragraph(text) => paragraph(page, text, indent, width),
-            Block::Item(text) => {
-                let (first, rest) = (format!("{indent}- "), format!("{indent}  "));
-                let options = textwrap::Options::new(width.max(40)).initial_indent(&first).subsequent_indent(&rest);
-                page.push(&textwrap::fill(text, options)).end();
-            }
+            Block::Item(text) => point(page, text, indent, width),
             Block::Code(lines) => lines.iter().for_each(|line| {
                 page.push(&format!("{indent}  {line}")).end();
             }),
         }
     }
+}
+
+/// A point of a list.
+fn point(page: &mut Text, text: &str, indent: &str, width: usize) {
+    let (first, rest) = (format!("{indent}- "), format!("{indent}  "));
+    let options = textwrap::Options::new(width.max(40)).initial_indent(&first).subsequent_indent(&rest);
+    page.push(&textwrap::fill(text, options)).end();
 }
 
 fn paragraph(page: &mut Text, text: &str, indent: &str, width: usize) {

@@ -30,28 +30,32 @@ fn port(field: &FieldInfo, port: &PortInfo) -> Json {
 }
 
 fn param(field: &FieldInfo, param: &ParamInfo) -> Json {
-    // JSON has no infinity.
-    let default = if param.default.is_null() && param.infinite { json!("inf") } else { param.default.clone() };
     let range = (param.min.is_some() || param.max.is_some()).then(|| json!([param.min, param.max]));
+    let names: Vec<_> = param.choices.iter().map(|choice| &choice.name).collect();
+    let docs: Vec<_> = param.choices.iter().map(|choice| &choice.doc).collect();
     json!({
         "name": field.name,
         "type": param.ty,
-        "default": default,
+        "default": param.default,
+        "written": param.written,
+        "required": param.required,
         "range": range,
         "above_min": param.above_min,
         "infinite": param.infinite,
         "unit": param.unit,
-        "choices": param.choices,
+        "choices": names,
+        "choice_docs": docs,
+        "fields": param.params().map(|(field, info)| self::param(field, info)).collect::<Vec<_>>(),
         "doc": field.doc,
     })
 }
 
 fn output(output: &Output) -> Json {
-    json!({ "name": output.name, "type": output_type(output), "doc": output.doc })
+    json!({ "name": output.name, "type": output_type(output), "unit": output.unit, "doc": output.doc })
 }
 
 /// The type of an output; one that follows its inputs may be any of the field types that go into them.
-pub(super) fn output_type(output: &Output) -> &'static str {
+fn output_type(output: &Output) -> &'static str {
     match output.ty {
         OutputType::Fixed(ty) => ty.name(),
         OutputType::Like(_) => "Field",

@@ -1,7 +1,6 @@
 //! The reference page, `docs/nodes.md`.
-use super::json::output_type;
 use super::spelling;
-use shibo_engine::node::{KindInfo, OutputType};
+use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo};
 use shibo_engine::registry::Registry;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -14,7 +13,7 @@ const HEAD: &str = "\
 
 Every kind of node, by family. Ports take the name of another node (`\"node\"`, or `\"node.port\"` for one of its further
 outputs); ports of type `Gray` also take a number, those of type `Rgb` a number or a colour. Every parameter has a default
-and can be left out. Lengths are millimetres, angles degrees. The pictures show the node called `example` of the source
+and can be left out, unless it says otherwise. Lengths are millimetres, angles degrees. The pictures show the node called `example` of the source
 below them on a canvas of 40 × 40 mm.
 ";
 
@@ -56,21 +55,27 @@ pub(super) fn node(info: &KindInfo) -> String {
         let _ = writeln!(out, "\n| parameter | type | default | range | |\n|---|---|---|---|---|");
     }
     for (field, param) in info.params() {
-        let choices: Vec<String> = param.choices.iter().map(|choice| format!("`{choice}`")).collect();
-        let ty = if choices.is_empty() { param.ty.clone() } else { choices.join(", ") };
-        let (default, range) = (spelling::default(param), spelling::range(param));
-        let (name, doc) = (&field.name, cell(&field.doc));
-        let _ = writeln!(out, "| `{name}` | {} | `{}` | {} | {doc} |", cell(&ty), cell(&default), cell(&range));
+        parameter(&mut out, &field.name, field, param);
     }
     let _ = writeln!(out, "\n| output | type | |\n|---|---|---|");
     for output in info.outputs {
-        let ty = match output.ty {
-            OutputType::Fixed(_) => output_type(output).to_owned(),
-            OutputType::Like(ports) | OutputType::SolidLike(ports) => format!("as `{}`", ports.join("`, `")),
-        };
+        let ty = spelling::output(output, |port| format!("`{port}`"));
         let _ = writeln!(out, "| `{}` | {ty} | {} |", output.name, cell(output.doc));
     }
     out
+}
+
+/// The row of a parameter, with what there is to choose from; of a list of structs a row for each field, too.
+fn parameter(out: &mut String, name: &str, field: &FieldInfo, param: &ParamInfo) {
+    let default = if param.required { "must be given".to_owned() } else { format!("`{}`", cell(&param.written)) };
+    let mut doc = cell(&field.doc);
+    for choice in &param.choices {
+        let _ = write!(doc, "<br>`{}`: {}", choice.name, cell(&choice.doc));
+    }
+    let _ = writeln!(out, "| `{name}` | {} | {default} | {} | {doc} |", param.ty, cell(&spelling::range(param)));
+    for (field, param) in param.params() {
+        parameter(out, &format!("{name}.{}", field.name), field, param);
+    }
 }
 
 /// Text that stays within the cell of a table.

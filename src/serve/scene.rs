@@ -18,7 +18,7 @@ pub(crate) const WHOLE: u32 = 2048;
 /// The longest side of the first, coarse picture.
 pub(crate) const COARSE: u32 = 512;
 
-/// A mutex whose content is sound at any time.
+/// Locks a mutex whose content is valid at any time, even after a panic.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -109,7 +109,7 @@ pub(crate) struct Scene {
     views: Mutex<(u64, BTreeMap<u64, CancelToken>)>,
 }
 
-/// A look that somebody waits for: it is over when nobody does any more, or when there is something newer to look at.
+/// A look into a scene that a page waits for. It ends when the page no longer waits, or when there is a newer scene.
 pub(crate) struct View {
     scene: Arc<Scene>,
     id: u64,
@@ -128,7 +128,7 @@ impl View {
         Self { scene: scene.clone(), id, token }
     }
 
-    /// What tells the work to end.
+    /// The token that cancels the work.
     pub(crate) fn token(&self) -> CancelToken {
         self.token.clone()
     }
@@ -202,23 +202,26 @@ impl Scene {
                 })
             }
             Value::Field(field) => {
-                let node = &self.graph.nodes[target.node];
-                let doc = node.node.outputs().get(target.output).map_or("", |output| output.doc);
-                let in_mm = field.ty() == Type::Vec2 || doc.contains(" mm");
-                let manner = Manner { unit: if in_mm { "mm" } else { "" }, ..Manner::of(&field) };
+                let manner = Manner { unit: self.unit(target), ..Manner::of(&field) };
                 Some(Sight::Field(field, manner))
             }
             Value::Picture(picture) => Some(Sight::Field(picture.rgb.clone(), Manner::of(&picture.rgb))),
             Value::Solid(solid) => {
                 let field = sights::cut(look, &self.graph, (target.node, target.output), &solid)?;
                 let ty = if solid.ty() == Type::SolidVector { Type::Vec2 } else { field.ty() };
-                Some(Sight::Field(field, Manner { unit: "", ty, holes: true }))
+                Some(Sight::Field(field, Manner { unit: self.unit(target), ty, holes: true }))
             }
             value => Some(match value.sketch() {
                 Some(Sketch::Pixels(pixels)) => Sight::Pixels(pixels),
                 sketch => Sight::Object(value.ty(), sketch),
             }),
         })
+    }
+
+    /// The unit that the values of a target have by its node; empty without.
+    fn unit(&self, target: &Target) -> &'static str {
+        let node = &self.graph.nodes[target.node].node;
+        node.outputs().get(target.output).and_then(|output| node.unit(output)).unwrap_or_default()
     }
 
     /// The size of a picture whose longest side is at most `longest`.

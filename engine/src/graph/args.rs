@@ -248,7 +248,7 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     let shape = place.shape();
     if let Some(param) = param.filter(|param| !param.choices.is_empty()) {
         // A word that is no choice of an enum whose choices have values is not always said to be one by serde.
-        let choices: Vec<_> = param.choices.iter().map(String::as_str).collect();
+        let choices: Vec<_> = param.choices.iter().map(|choice| choice.name.as_str()).collect();
         if let Some((head, _)) = place.head() {
             let names: Vec<_> = choices.iter().map(|c| c.trim_end_matches("(…)")).collect();
             if !names.contains(&head.str()) {

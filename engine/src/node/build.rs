@@ -5,6 +5,7 @@ use crate::value::{Canvas, Stop, Tiling};
 use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, Visitor};
 use std::fmt;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The value of one field of a node struct.
@@ -61,6 +62,10 @@ pub trait DynNode: Send + Sync {
     fn tiling(&self, canvas: &Canvas) -> Tiling;
     /// See [`Node::files`].
     fn files(&self) -> Vec<(&'static str, &FilePath)>;
+    /// See [`Node::makes_gray`].
+    fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool;
+    /// See [`Node::unit`].
+    fn unit(&self, output: &Output) -> Option<&'static str>;
     /// See [`Node::no_op`].
     fn no_op(&self) -> Option<&'static str>;
     /// See [`Node::evaluate`].
@@ -98,6 +103,14 @@ impl<T: Node> DynNode for T {
 
     fn files(&self) -> Vec<(&'static str, &FilePath)> {
         Node::files(self)
+    }
+
+    fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool {
+        Node::makes_gray(self, files)
+    }
+
+    fn unit(&self, output: &Output) -> Option<&'static str> {
+        Node::unit(self, output)
     }
 
     fn no_op(&self) -> Option<&'static str> {

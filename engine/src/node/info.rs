@@ -1,4 +1,5 @@
 //! What can be known of a kind without making one: read from the schema of its struct.
+use super::spelling::{Form, forms, is_optional, spell};
 use super::{Node, Output};
 use crate::value::Accepts;
 use schemars::generate::SchemaSettings;
@@ -57,8 +58,12 @@ pub struct PortInfo {
 pub struct ParamInfo {
     /// `Number`, `Integer`, `Bool`, `Text`, `Choice`, `List` or the name of a parameter type.
     pub ty: String,
-    /// The default, as JSON.
+    /// The default, as JSON; what JSON cannot say is `"inf"`.
     pub default: Json,
+    /// The default as it is written in a graph file.
+    pub written: String,
+    /// Whether it must be given: its default is no value that a node could work with.
+    pub required: bool,
     /// The smallest number allowed.
     pub min: Option<f64>,
     /// The largest number allowed.
@@ -69,8 +74,19 @@ pub struct ParamInfo {
     pub infinite: bool,
     /// The unit, for people.
     pub unit: Option<String>,
-    /// The words to choose from; those with a value in brackets.
-    pub choices: Vec<String>,
+    /// What there is to choose from.
+    pub choices: Vec<Choice>,
+    /// Of a list of structs, the fields of each.
+    pub fields: Vec<FieldInfo>,
+}
+
+/// One of the words that a parameter may be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// The word; with `(…)` if it takes a value.
+    pub name: String,
+    /// The manual.
+    pub doc: String,
 }
 
 impl KindInfo {
@@ -80,12 +96,11 @@ impl KindInfo {
         let schema = settings.into_generator().into_root_schema_for::<T>();
         let empty = Map::new();
         let root = schema.as_value().as_object().unwrap_or(&empty);
-        let properties = root.get("properties").and_then(Json::as_object).unwrap_or(&empty);
         Self {
             kind: T::schema_name().into_owned(),
             family,
             doc: text(root, "description"),
-            fields: properties.iter().map(|(name, schema)| field(name, schema)).collect(),
+            fields: fields(root),
             outputs: T::OUTPUTS,
         }
     }
@@ -105,11 +120,22 @@ impl KindInfo {
 
     /// The parameters.
     pub fn params(&self) -> impl Iterator<Item = (&FieldInfo, &ParamInfo)> {
-        self.fields.iter().filter_map(|f| match &f.role {
-            Role::Param(param) => Some((f, param)),
-            Role::Port(_) => None,
-        })
+        params(&self.fields)
     }
+}
+
+impl ParamInfo {
+    /// The fields of each struct, of a list of structs.
+    pub fn params(&self) -> impl Iterator<Item = (&FieldInfo, &Self)> {
+        params(&self.fields)
+    }
+}
+
+fn params(fields: &[FieldInfo]) -> impl Iterator<Item = (&FieldInfo, &ParamInfo)> {
+    fields.iter().filter_map(|f| match &f.role {
+        Role::Param(param) => Some((f, param)),
+        Role::Port(_) => None,
+    })
 }
 
 fn text(object: &Map<String, Json>, key: &str) -> String {
@@ -124,14 +150,6 @@ fn field(name: &str, schema: &Json) -> FieldInfo {
         None => Role::Param(param(object)),
     };
     FieldInfo { name: name.to_owned(), doc: text(object, "description"), role }
-}
-
-/// The alternatives of a schema that is one of several, or the schema alone.
-fn alternatives(object: &Map<String, Json>) -> Vec<&Map<String, Json>> {
-    match object.get("anyOf").or_else(|| object.get("oneOf")).and_then(Json::as_array) {
-        Some(list) => list.iter().filter_map(Json::as_object).collect(),
-        None => vec![object],
-    }
 }
 
 fn port(object: &Map<String, Json>) -> Option<PortInfo> {
@@ -149,22 +167,34 @@ fn port(object: &Map<String, Json>) -> Option<PortInfo> {
 }
 
 fn param(object: &Map<String, Json>) -> ParamInfo {
-    let options = alternatives(object);
-    let inner =
-        options.iter().find(|o| o.get("type").and_then(Json::as_str) != Some("null")).copied().unwrap_or(object);
+    let forms = forms(object);
+    let inner = forms.first().map_or(object, |form| form.schema);
     let number = |key: &str| object.get(key).or_else(|| inner.get(key)).and_then(Json::as_f64);
     let above = number("exclusiveMinimum");
-    let choices = choices(&options);
+    let choices = choices(&forms);
+    let ty = if choices.is_empty() { type_name(inner) } else { "Choice".to_owned() };
+    let default = object.get("default").unwrap_or(&Json::Null);
+    let written = spell(&Json::Object(object.clone()), default);
     ParamInfo {
-        ty: if choices.is_empty() { type_name(inner) } else { "Choice".to_owned() },
-        default: object.get("default").cloned().unwrap_or(Json::Null),
+        default: if written == "inf" { "inf".into() } else { default.clone() },
+        // A path is a text, and the empty text names no file.
+        required: ty == "Path" && !is_optional(object),
+        written,
+        ty,
         min: above.or_else(|| number("minimum")),
         max: number("maximum"),
         above_min: above.is_some(),
         infinite: object.get("infinite").and_then(Json::as_bool).unwrap_or(false),
         unit: object.get("unit").and_then(Json::as_str).map(str::to_owned),
         choices,
+        fields: inner.get("items").and_then(Json::as_object).map_or_else(Vec::new, fields),
     }
+}
+
+/// The fields of a struct.
+fn fields(object: &Map<String, Json>) -> Vec<FieldInfo> {
+    let properties = object.get("properties").and_then(Json::as_object);
+    properties.into_iter().flatten().map(|(name, schema)| field(name, schema)).collect()
 }
 
 fn type_name(object: &Map<String, Json>) -> String {
@@ -187,23 +217,20 @@ fn type_name(object: &Map<String, Json>) -> String {
     .to_owned()
 }
 
-/// The words of an enum: plain variants, and variants with a value in brackets.
-fn choices(options: &[&Map<String, Json>]) -> Vec<String> {
-    let mut words = Vec::new();
-    for option in options {
-        if let Some(word) = option.get("const").and_then(Json::as_str) {
-            words.push(word.to_owned());
-        }
-        if let Some(list) = option.get("enum").and_then(Json::as_array) {
-            words.extend(list.iter().filter_map(Json::as_str).map(str::to_owned));
-        }
-        if let Some(list) = option.get("oneOf").and_then(Json::as_array) {
-            let inner: Vec<_> = list.iter().filter_map(Json::as_object).collect();
-            words.extend(choices(&inner));
-        }
-        if let Some(properties) = option.get("properties").and_then(Json::as_object) {
-            words.extend(properties.keys().map(|name| format!("{name}(…)")));
+/// The variants of an enum: plain ones, and those with a value in brackets.
+fn choices(forms: &[Form<'_>]) -> Vec<Choice> {
+    let mut found = Vec::new();
+    for form in forms {
+        let doc = text(form.schema, "description");
+        if let Some(word) = form.schema.get("const").and_then(Json::as_str) {
+            found.push(Choice { name: word.to_owned(), doc });
+        } else if let Some(words) = form.schema.get("enum").and_then(Json::as_array) {
+            // Variants without docs are listed together.
+            let undocumented = |word: &str| Choice { name: word.to_owned(), doc: String::new() };
+            found.extend(words.iter().filter_map(Json::as_str).map(undocumented));
+        } else if let Some((name, _)) = form.variant_with_value() {
+            found.push(Choice { name: format!("{name}(…)"), doc });
         }
     }
-    words
+    found
 }

@@ -37,22 +37,25 @@ mod context;
 mod info;
 mod params;
 mod port;
+mod spelling;
 
 pub use build::{Arg, BuildError, Built, DynNode, build};
 pub(crate) use build::{Functions, ron_options};
 pub use context::{Context, Outputs};
-pub use info::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
+pub use info::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};
 pub use port::{
     AnyField, AnySolid, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb, SolidColor, SolidNumber,
     SolidVector, Vec2Field,
 };
+pub use spelling::spell_number;
 
 use crate::diagnostics::Problem;
 use crate::value::{Canvas, Stop, Tiling, Type};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::path::PathBuf;
 
 /// A fact of the canvas that a node's result may depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +87,8 @@ pub struct Output {
     pub name: &'static str,
     /// What it carries.
     pub ty: OutputType,
+    /// The unit of its values.
+    pub unit: Option<&'static str>,
     /// What it is, one line.
     pub doc: &'static str,
 }
@@ -91,17 +96,23 @@ pub struct Output {
 impl Output {
     /// An output of a fixed type.
     pub const fn new(name: &'static str, ty: Type, doc: &'static str) -> Self {
-        Self { name, ty: OutputType::Fixed(ty), doc }
+        Self { name, ty: OutputType::Fixed(ty), unit: None, doc }
     }
 
     /// An output whose type follows those of the ports named.
     pub const fn like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
-        Self { name, ty: OutputType::Like(ports), doc }
+        Self { name, ty: OutputType::Like(ports), unit: None, doc }
     }
 
     /// An output that is a solid of the type of those at the ports named.
     pub const fn solid_like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
-        Self { name, ty: OutputType::SolidLike(ports), doc }
+        Self { name, ty: OutputType::SolidLike(ports), unit: None, doc }
+    }
+
+    /// The same with a unit.
+    #[must_use]
+    pub const fn in_unit(self, unit: &'static str) -> Self {
+        Self { unit: Some(unit), ..self }
     }
 }
 
@@ -134,6 +145,17 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     /// The files it reads, with the parameter that names each.
     fn files(&self) -> Vec<(&'static str, &FilePath)> {
         Vec::new()
+    }
+
+    /// Of a node that makes a `Picture`: whether it has one channel, so that ports for any field take it as `Gray`. Reads no
+    /// more of its files than their headers; a file that cannot be read is reported by others.
+    fn makes_gray(&self, _files: &[(&'static str, PathBuf)]) -> bool {
+        false
+    }
+
+    /// The unit of an output's values, where parameters can change what is declared.
+    fn unit(&self, output: &Output) -> Option<&'static str> {
+        output.unit
     }
 
     /// The port whose value the main output hands on unchanged with these parameters, if there is one.

@@ -1,4 +1,4 @@
-//! [`DistanceField`]: how far it is to a shape.
+//! [`DistanceField`]: the distance to a shape.
 //!
 //! Exact Euclidean distance to the line where the input crosses the threshold, found between pixels by linear
 //! interpolation (T. Saito, J. Toriwaki, 1994; see [`kernel::distance`](shibo_kernel::filter::distance)). Cost:
@@ -75,11 +75,15 @@ impl DistanceField {
 
 impl Node for DistanceField {
     const OUTPUTS: &'static [Output] =
-        &[Output::new("distance", Type::Gray, "Distance to the shape's edge: mm, or 0..1 when normalised.")];
+        &[Output::new("distance", Type::Gray, "Distance to the shape's edge; 0..1 with `normalize`.").in_unit("mm")];
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {
         at_most_half("radius", self.radius, canvas)
+    }
+
+    fn unit(&self, output: &Output) -> Option<&'static str> {
+        output.unit.filter(|_| !self.normalize)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -2,7 +2,7 @@
 //!
 //! Source: S. Worley, "A cellular texture basis function" (1996); the border distance after I. Quilez, "Voronoi
 //! borders". Differs in that cells lie on a lattice that repeats with the canvas, with one point in each; see
-//! [`kernel::worley`](shibo_kernel::noise::worley). Each output is computed for itself. Cost: O(pixels), about 13 ns each;
+//! [`kernel::worley`](shibo_kernel::noise::worley). Each output is computed separately. Cost: O(pixels), about 13 ns each;
 //! `border` four times that.
 use crate::choice::choice;
 use schemars::JsonSchema;
@@ -23,9 +23,9 @@ choice! {
         /// As usual: round cells.
         #[default]
         Euclidean,
-        /// Along x plus along y: diamonds.
+        /// The distance along x plus that along y: diamonds.
         Manhattan,
-        /// The larger of the two: squares.
+        /// The larger of the distances along x and along y: squares.
         Chebyshev,
     }
 }
@@ -47,7 +47,7 @@ pub struct Worley {
     /// Size of a cell, across its long direction. With more than 10^9 cells on the canvas all outputs are 0.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How irregular the cells are; 0 is a lattice.
+    /// How irregular the cells are; 0 is a regular lattice.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
     /// How `f1` and `f2` are measured; `border` is always the true distance.
@@ -72,9 +72,9 @@ impl Default for Worley {
 
 impl Node for Worley {
     const OUTPUTS: &'static [Output] = &[
-        Output::new("f1", Type::Gray, "Distance to the nearest point, mm."),
-        Output::new("f2", Type::Gray, "Distance to the second nearest point, mm."),
-        Output::new("border", Type::Gray, "Distance to the border of the cell, mm."),
+        Output::new("f1", Type::Gray, "Distance to the nearest point.").in_unit("mm"),
+        Output::new("f2", Type::Gray, "Distance to the second nearest point.").in_unit("mm"),
+        Output::new("border", Type::Gray, "Distance to the border of the cell.").in_unit("mm"),
         Output::new("value", Type::Gray, "A random number for each cell, 0..1."),
         Output::new("ids", Type::Ids, "A random whole number below 2^24 that names each cell."),
     ];
@@ -82,6 +82,10 @@ impl Node for Worley {
 
     fn tiling(&self, canvas: &Canvas) -> Tiling {
         canvas.tile
+    }
+
+    fn unit(&self, output: &Output) -> Option<&'static str> {
+        output.unit.filter(|_| !self.normalize)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

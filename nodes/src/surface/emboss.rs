@@ -49,7 +49,8 @@ impl Default for Emboss {
 }
 
 impl Node for Emboss {
-    const OUTPUTS: &'static [Output] = &[Output::new("height", Type::Gray, "Height in mm: 0 where the picture is 0.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("height", Type::Gray, "Height: 0 where the picture is 0.").in_unit("mm")];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let input = cx.get(&self.input)?;

@@ -23,7 +23,10 @@ fn objects_print_their_data() {
     assert!(lattice.get("velocities").is_none() && lattice.get("broken").is_none());
     let springs = desk.shibo("dump a.ron springs").expect(0).json();
     assert_eq!(springs["type"], "SpringNet");
-    assert_eq!(["stiffness", "rest_length", "mass"].map(|key| count(&springs, key)), [links, links, n]);
+    assert_eq!(
+        ["stiffness", "damping", "rest_length", "mass"].map(|key| count(&springs, key)),
+        [links, links, links, n]
+    );
     let moved = desk.shibo("dump a.ron moved").expect(0).json();
     assert_eq!((moved["type"].as_str(), count(&moved, "velocities")), (Some("Lattice"), n));
     assert_eq!(moved["broken"], json!([]));
@@ -91,4 +94,56 @@ fn nodes_inside_sub_graphs() {
     assert_eq!(points["type"], "Points");
     let ran = desk.shibo("dump outer.ron use").expect(2);
     assert!(ran.stderr.contains("use/NODE"), "{}", ran.stderr);
+}
+
+/// Pictures of one channel go as grey into ports for any field, pictures of more as colour; and what a node hands on
+/// unchanged as the one never stands for the other.
+#[test]
+fn pictures_of_one_channel_stay_grey() {
+    let desk = Desk::new();
+    let ramp: Vec<u8> = (0..48).map(|n| n * 5).collect();
+    let gray = image::GrayImage::from_raw(8, 6, ramp.clone()).unwrap();
+    gray.save(desk.path("gray.png")).unwrap();
+    image::GrayAlphaImage::from_fn(8, 6, |x, y| image::LumaA([gray.get_pixel(x, y)[0], 200]))
+        .save(desk.path("la.png"))
+        .unwrap();
+    image::RgbImage::from_raw(4, 4, ramp).unwrap().save(desk.path("rgb.png")).unwrap();
+    for (file, ty, channels) in [("gray.png", "Gray", 1), ("la.png", "Gray", 1), ("rgb.png", "Rgb", 3)] {
+        desk.write(
+            "a.ron",
+            format!(
+                "(canvas: (size_mm: 8, resolution: 16), nodes: {{ \"p\": Image(path: \"{file}\"), \
+                 \"same\": Warp(input: \"p\", amount: 0), \"soft\": Blur(input: \"same\", radius: 1), \
+                 \"mixed\": Blend(base: \"p\", top: \"soft\"), \"height\": Emboss(input: \"p\"), \
+                 \"tinted\": Blend(base: \"p\", top: \"#ff0000\"), \"rough\": Material(roughness: \"{}\", height: \"height\") }}, \
+                 outputs: {{ \"soft\": \"soft\", \"p\": \"p\", \"same\": \"same\", \"height\": \"height\" }})",
+                if ty == "Gray" { "soft" } else { "p" }
+            ),
+        );
+        let ran = desk.shibo("render a.ron").expect(0);
+        assert_eq!(ran.stderr, "", "{file}");
+        let [same, soft, mixed, tinted] =
+            ["same", "soft", "mixed", "tinted"].map(|node| desk.shibo(&format!("dump a.ron {node}")).expect(0).json());
+        for dump in [&same, &soft, &mixed] {
+            assert_eq!((&dump["type"], &dump["channels"]), (&json!(ty), &json!(channels)), "{file}");
+        }
+        assert_eq!(tinted["type"], "Rgb");
+        // What was handed on is what a node makes that changes nothing either.
+        let picture = desk.shibo(&format!("dump a.ron p.{}", ty.to_lowercase())).expect(0).json();
+        assert_eq!(same["values"], picture["values"], "{file}");
+    }
+    // The type is that of the layer that is used, and unknown where there is no file.
+    desk.write("a.ron", "(nodes: { \"p\": Image(path: \"rgb.png\", layer: \"G\"), \"s\": Blur(input: \"p\"), \"n\": HeightToNormal(input: \"s\") })");
+    desk.shibo("check a.ron").expect(0);
+    desk.write(
+        "a.ron",
+        "(nodes: { \"p\": Image(path: \"rgb.png\"), \"s\": Blur(input: \"p\"), \"n\": HeightToNormal(input: \"s\") })",
+    );
+    assert!(desk.shibo("check a.ron").expect(1).stderr.contains("takes Gray"));
+    desk.write(
+        "a.ron",
+        "(nodes: { \"p\": Image(path: \"no.png\"), \"s\": Blur(input: \"p\"), \"n\": HeightToNormal(input: \"s\") })",
+    );
+    let errors = desk.shibo("check a.ron --format json").expect(1).json();
+    assert_eq!(errors["errors"].as_array().unwrap().len(), 1, "{errors}");
 }

@@ -33,16 +33,16 @@ impl Keys {
                 errors.extend(e);
                 Vec::new()
             });
-            let outputs = keys.node(&graph.canvas, node, &files);
+            let outputs = keys.node(graph, node, &files);
             keys.outputs[index.index()] = outputs;
             keys.order.push(index);
         }
         if errors.is_empty() { Ok(keys) } else { Err(errors) }
     }
 
-    fn node(&self, canvas: &Canvas, node: &GraphNode, files: &[[u8; 32]]) -> Vec<Key> {
+    fn node(&self, graph: &Graph, node: &GraphNode, files: &[[u8; 32]]) -> Vec<Key> {
         let inputs: Vec<Key> = node.inputs.iter().map(|input| self.input(input)).collect();
-        let facts = facts(canvas, node.node.facts());
+        let facts = facts(&graph.canvas, node.node.facts());
         let (params, version) = (node.node.canonical(), node.node.version().to_le_bytes());
         let mut parts: Vec<&[u8]> = vec![node.kind.as_bytes(), &version, &params, &facts];
         for (key, port) in inputs.iter().zip(&node.slots) {
@@ -53,7 +53,7 @@ impl Keys {
         let key = Key::of(DOMAIN, &parts);
         let output = |name: &str| Key::of("output", &[key.as_bytes(), name.as_bytes()]);
         let mut outputs: Vec<Key> = node.node.outputs().iter().map(|o| output(o.name)).collect();
-        if let (Some(slot), Some(main)) = (no_op_slot(node), outputs.first_mut()) {
+        if let (Some(slot), Some(main)) = (no_op_slot(graph, node), outputs.first_mut()) {
             *main = inputs[slot];
         }
         outputs
@@ -78,10 +78,16 @@ impl Keys {
     }
 }
 
-/// The slot whose value a node hands on as its main output, if it does.
-pub(super) fn no_op_slot(node: &GraphNode) -> Option<usize> {
+/// The slot whose value a node hands on as its main output, if it does. A picture that comes out as a field is another
+/// value than the picture, and has a key of its own.
+pub(super) fn no_op_slot(graph: &Graph, node: &GraphNode) -> Option<usize> {
     let port = node.node.no_op()?;
-    node.slots.iter().position(|name| name == port)
+    let slot = node.slots.iter().position(|name| name == port)?;
+    let ty = match node.inputs.get(slot)? {
+        Input::Wire { node, output } => *graph.nodes[*node].outputs.get(*output)?,
+        Input::Constant(field) => field.ty(),
+    };
+    (node.outputs.first() == Some(&ty)).then_some(slot)
 }
 
 fn facts(canvas: &Canvas, wanted: &[Fact]) -> Vec<u8> {

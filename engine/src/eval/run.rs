@@ -116,7 +116,7 @@ impl<'g> Run<'g> {
             files: &node.files,
             evaluator: &evaluator,
         };
-        let handed_on = keys::no_op_slot(node).and_then(|slot| inputs.get(slot)?.convert(node.outputs[0]));
+        let handed_on = keys::no_op_slot(self.graph, node).and_then(|slot| inputs.get(slot)?.convert(node.outputs[0]));
         let start = Clock::start(alone);
         // What a node hands on has the key of its input: it must be that, whatever the node would make of it.
         let outputs = match handed_on {
@@ -230,7 +230,7 @@ impl<'g> Run<'g> {
     fn node_stats(&self, index: NodeIndex) -> NodeStats {
         let node = &self.graph.nodes[index];
         // What a node merely hands on is the work of another.
-        let own = usize::from(keys::no_op_slot(node).is_some())..node.node.outputs().len();
+        let own = usize::from(keys::no_op_slot(self.graph, node).is_some())..node.node.outputs().len();
         let mut work = Work::default();
         own.for_each(|output| work.add(self.ledger.get(self.keys.output(index, output))));
         let state = match work {
@@ -261,6 +261,7 @@ fn keyed(value: &Value, key: Key) -> Value {
         Value::Picture(picture) => Value::Picture(Arc::new(PictureFields {
             gray: part(&picture.gray, "gray"),
             rgb: picture.rgb.clone().keyed(key),
+            is_gray: picture.is_gray,
         })),
         Value::Material(material) => Value::Material(Arc::new(Material::new(
             material.channels().iter().map(|(channel, field)| (*channel, part(field, channel.name()))),

@@ -23,6 +23,14 @@ impl Unit<'_> {
                 self.resolve_pass(flat);
             }
         }
+        // What a picture file holds decides the types of what reads it.
+        for flat in (0..self.flats.len()).filter(|flat| self.is_picture(*flat)).collect::<Vec<_>>() {
+            self.enter(self.flats[flat].scope);
+            self.build(flat);
+            let built = &self.flats[flat];
+            let gray = built.node.as_ref().filter(|_| built.good).map(|node| node.makes_gray(&built.files));
+            self.flats[flat].gray = gray;
+        }
         self.resolve_checks();
         let order = self.order();
         for &flat in &order {
@@ -32,9 +40,26 @@ impl Unit<'_> {
         for flat in 0..self.flats.len() {
             self.enter(self.flats[flat].scope);
             match self.flats[flat].info {
+                Some(_) if self.is_picture(flat) => {}
                 Some(_) => self.build(flat),
                 None => self.build_pass(flat),
             }
+        }
+    }
+
+    /// Whether a node makes a picture.
+    fn is_picture(&self, flat: usize) -> bool {
+        let outputs = self.flats[flat].info.map_or(&[][..], |info| info.outputs);
+        outputs.iter().any(|output| output.ty == OutputType::Fixed(Type::Picture))
+    }
+
+    /// The type of what goes into a port for any field; `None` if it is unknown because of an error.
+    fn field_type(&self, target: &Target) -> Option<Type> {
+        match (self.type_of(target)?, target) {
+            (Type::Picture, Target::Out { flat, .. }) => {
+                self.flats[*flat].gray.map(|gray| if gray { Type::Gray } else { Type::Rgb })
+            }
+            (ty, _) => Some(ty),
         }
     }
 
@@ -138,10 +163,8 @@ impl Unit<'_> {
             }
             OutputType::Like(ports) => {
                 let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
-                let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();
-                let wide = types
-                    .iter()
-                    .any(|ty| matches!(ty, Some(Type::Rgb | Type::Picture | Type::SolidColor | Type::SolidVector)));
+                let types: Vec<_> = read.map(|slot| self.field_type(&slot.target)).collect();
+                let wide = types.iter().any(|ty| matches!(ty, Some(Type::Rgb | Type::SolidColor | Type::SolidVector)));
                 // What is given to a port but in error could be of either type.
                 let unknown = types.contains(&None) || (!node.good && types.is_empty());
                 match (types.contains(&Some(Type::Normal)), wide, unknown) {

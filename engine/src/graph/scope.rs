@@ -130,6 +130,8 @@ pub(super) struct Flat<'a> {
     pub(super) outputs: Vec<Option<Type>>,
     /// Its files with the parameter that names each.
     pub(super) files: Vec<(&'static str, PathBuf)>,
+    /// Of a node that makes a picture: whether it has one channel; `None` if that is unknown because of an error.
+    pub(super) gray: Option<bool>,
 }
 
 /// One graph with all its sub-graphs while it is linked.
@@ -347,6 +349,7 @@ impl<'a> Flat<'a> {
             node: None,
             outputs: Vec::new(),
             files: Vec::new(),
+            gray: None,
         }
     }
 

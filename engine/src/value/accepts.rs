@@ -68,7 +68,8 @@ impl Type {
     ///
     /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
     /// `Picture` → `Rgb` its colour; `Normal` and `Rgb` go into each other as they are, and so does `Picture` → `Normal`;
-    /// a `Field` port takes `Gray`, `Rgb`, `Normal` and, as `Rgb`, `Picture`; an `AnySolid` port takes every solid.
+    /// a `Field` port takes `Gray`, `Rgb`, `Normal` and `Picture`, as `Gray` if the picture has one channel and as `Rgb` if
+    /// it has more; an `AnySolid` port takes every solid.
     /// Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields.
     pub const fn fits(self, port: Accepts) -> bool {
         match port {
@@ -98,6 +99,7 @@ impl Value {
         Some(match (self, port) {
             (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal)) => Self::Field(field.to_rgb()),
             (Self::Picture(picture), Accepts::One(Type::Gray)) => Self::Field(picture.gray.clone()),
+            (Self::Picture(picture), Accepts::Field) if picture.is_gray => Self::Field(picture.gray.clone()),
             (Self::Picture(picture), Accepts::One(Type::Rgb | Type::Normal) | Accepts::Field) => {
                 Self::Field(picture.rgb.clone())
             }

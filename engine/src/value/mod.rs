@@ -87,6 +87,8 @@ pub struct PictureFields {
     pub gray: Field,
     /// Its colour, scene-linear.
     pub rgb: Field,
+    /// Whether it has one channel: a port for any field then takes it as grey.
+    pub is_gray: bool,
 }
 
 macro_rules! values {

@@ -27,6 +27,7 @@ struct SpringNetData<'l> {
     #[serde(flatten)]
     lattice: LatticeData<'l>,
     stiffness: Vec<Number>,
+    damping: Vec<Number>,
     rest_length: Vec<Number>,
     mass: Vec<Number>,
 }
@@ -40,9 +41,14 @@ impl Object for SpringNet {
 
     fn data(&self) -> impl Serialize {
         let one = |_| Number(1.0);
+        let none = |_| Number(0.0);
         SpringNetData {
             lattice: LatticeData::of(&self.lattice),
             stiffness: data::numbers(&self.stiffness),
+            damping: match self.damping.is_empty() {
+                true => self.lattice.links.iter().map(none).collect(),
+                false => data::numbers(&self.damping),
+            },
             rest_length: data::numbers(&self.rest_length),
             mass: match self.mass.is_empty() {
                 true => self.lattice.points.positions.iter().map(one).collect(),
@@ -64,7 +70,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn masses_are_printed_even_if_all_are_1() {
+    fn masses_and_dampers_are_printed_even_if_all_are_alike() {
         let springs = SpringNet {
             lattice: Arc::new(link()),
             stiffness: vec![2.0],
@@ -74,5 +80,6 @@ mod tests {
         let springs = json(springs);
         assert_eq!((&springs["type"], &springs["mass"]), (&json!("SpringNet"), &json!([1.0, 1.0])));
         assert_eq!((&springs["links"], &springs["rest_length"]), (&json!([[0, 1]]), &json!([-0.5])));
+        assert_eq!(springs["damping"], json!([0.0]));
     }
 }

@@ -1,6 +1,6 @@
 //! [`Image`]: a picture from a file.
 //!
-//! PNG, JPEG, TIFF and OpenEXR. Only the header is read until somebody wants a pixel. Where a pixel of the result covers
+//! PNG, JPEG, TIFF and OpenEXR. Only the header is read until a pixel is needed. Where a pixel of the result covers
 //! more than one of the picture, area averages are shown, so small pictures do not alias. Cost: decoding once, then
 //! O(pixels).
 use super::pixels::{Crop, Pick, Pixels, Placement, Source};
@@ -12,6 +12,7 @@ use shibo_engine::node::{Context, Fact, FilePath, Node, Output, Outputs, Xy};
 use shibo_engine::picture;
 use shibo_engine::value::{Canvas, Field, Grid, PictureFields, Stop, Tiling, Type, Value};
 use shibo_kernel::filter::sample::{Filter, Outside};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What the numbers in a picture mean.
@@ -43,16 +44,17 @@ choice! {
 /// What lies outside the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Wrap {
-    /// The picture again.
+    /// The picture is repeated.
     #[default]
     Repeat,
-    /// Its border goes on.
+    /// The pixels at its border are repeated.
     Clamp,
 }
 
-/// A picture from a file, placed with its corner at the canvas' corner. Serves as grey and as colour.
+/// A picture from a file, placed with its corner at the canvas' corner. It can be used as grey and as colour. Nodes that
+/// take either use a picture with one channel as grey, and any other as colour.
 ///
-/// A read at the centre of one of its pixels gives the pixel exactly, with every filter but `BSpline`.
+/// At the centre of one of its pixels the value is exactly that pixel, with every filter but `BSpline`.
 ///
 /// ```ron
 /// "picture": Image(path: "ramp.png", size_mm: (20, 15)),
@@ -110,7 +112,16 @@ pub(super) fn problem(error: &picture::FileError) -> Problem {
     Problem::new(code, error.to_string()).at(at)
 }
 
+/// Whether a picture has one channel besides its opacity.
+fn is_gray(header: &picture::Header) -> bool {
+    header.channels == 1 + u8::from(header.has_alpha)
+}
+
 impl Image {
+    fn header(&self, path: &Path) -> Result<picture::Header, picture::FileError> {
+        self.layer.as_deref().map_or_else(|| picture::header(path), |layer| picture::header_layer(path, layer))
+    }
+
     fn placement(&self, canvas: glam::DVec2, pixels: [u32; 2]) -> Placement {
         let size = self.size_mm.map_or(canvas, |size| glam::DVec2::new(size.x, size.y));
         let outside = match self.wrap {
@@ -165,12 +176,14 @@ impl Node for Image {
         vec![("path", &self.path)]
     }
 
+    fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool {
+        files.iter().any(|(_, path)| self.header(path).is_ok_and(|header| is_gray(&header)))
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let missing = || Problem::new(Code::MissingInput, "`path` is not given; it must name a picture");
         let path = cx.file("path").ok_or_else(missing)?;
-        let layer = self.layer.as_deref();
-        let header = layer.map_or_else(|| picture::header(path), |layer| picture::header_layer(path, layer));
-        let header = header.map_err(|error| problem(&error))?;
+        let (layer, header) = (self.layer.as_deref(), self.header(path).map_err(|error| problem(&error))?);
         let space = self.color_space.map(|space| match space {
             ColorSpace::Srgb => picture::ColorSpace::Srgb,
             ColorSpace::Linear => picture::ColorSpace::Linear,
@@ -191,7 +204,7 @@ impl Node for Image {
         };
         let alpha = if header.has_alpha { field(Type::Gray, Pick::Alpha) } else { Field::constant(Type::Gray, &[1.0]) };
         let (rgb, gray) = (field(Type::Rgb, Pick::Color), field(Type::Gray, Pick::Gray));
-        let picture = PictureFields { gray: gray.clone(), rgb: rgb.clone() };
+        let picture = PictureFields { gray: gray.clone(), rgb: rgb.clone(), is_gray: is_gray(&header) };
         Ok(Outputs::one(Value::Picture(Arc::new(picture)))
             .with("rgb", rgb)
             .with("gray", gray)
@@ -208,7 +221,6 @@ mod tests {
     use crate::testing::{Plain, PlainPictures, canvas, check_field, crop, raster, write_tiff};
     use shibo_engine::node::Context;
     use shibo_engine::value::Window;
-    use std::path::{Path, PathBuf};
 
     /// A picture of 16 × 8 pixels of noise with `channels` channels.
     fn file(folder: &Path, name: &str, channels: usize, wrong: Option<f32>) -> (PathBuf, Vec<f32>) {

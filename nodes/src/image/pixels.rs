@@ -1,4 +1,4 @@
-//! The pixels of a picture file, decoded when the first of them is wanted, and the fields that show them.
+//! The pixels of a picture file, decoded when the first of them is needed, and the fields that show them.
 use super::image::problem;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -125,11 +125,11 @@ impl Pixels {
 /// Which channels a field shows.
 #[derive(Clone, Copy)]
 pub(super) enum Pick {
-    /// Three of them; the first thrice if there are fewer.
+    /// Three of them; the first one three times if there are fewer.
     Color,
     /// The only one, or the luminance.
     Gray,
-    /// One of them; the first if there are not so many.
+    /// The channel of that number; the first if there is none.
     Channel(usize),
     /// Opacity.
     Alpha,

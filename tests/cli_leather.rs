@@ -151,6 +151,24 @@ fn what_can_go_on_is_warned_of() {
 }
 
 #[test]
+fn grooves_without_a_width_are_warned_of() {
+    let desk = Desk::new();
+    let write = |drawing: &str| {
+        let chain = CHAIN
+            .replace("DrawWrinkles(segments: \"wrinkles\"", &format!("DrawWrinkles(segments: \"wrinkles\", {drawing}"));
+        assert_ne!(chain, CHAIN);
+        desk.write("a.ron", graph(&format!("    \"points\": PoissonPoints(pitch: 2),\n{chain}"), "height"));
+        desk.shibo("check a.ron").expect(0).stderr
+    };
+    let said = write("width: 0");
+    assert!(said.contains("width is `0`: nothing is drawn") && said.contains("fade: false"), "{said}");
+    assert!(write("width: 0, min_width: 0, fade: false").contains("nothing is drawn"));
+    for right in ["width: 0, fade: false", "width: (0, 0.3)"] {
+        assert_eq!(write(right), "", "{right}");
+    }
+}
+
+#[test]
 fn bands_far_apart_are_advised_against() {
     let desk = Desk::new();
     desk.write("a.ron", graph("    \"height\": BandPattern(angle: (10, 40)),", "height"));

@@ -1,7 +1,7 @@
 //! [`BandPattern`]: bright bands on a dark ground, as a field that wrinkles follow.
 //!
-//! Source: JP4905282B2 §8, claims 9 to 11, figs 22 to 24 (rows A59–A66; decision L-13). Beyond the source: bands that
-//! repeat with the canvas, and nuclei everywhere on it. Cost: O(bands + pixels), by tiles.
+//! Source: JP4905282B2 §8, claims 9 to 11, figs 22 to 24 (rows A59–A66). Beyond the source: bands that repeat with
+//! the canvas, and nuclei everywhere on it; the two ways of the source are options. Cost: O(bands + pixels), by tiles.
 use super::drawing;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,10 +18,10 @@ use shibo_kernel::strokes::{self, StrokeSet, StrokeStyle};
 pub enum Gradation {
     /// 1 inside, 0 outside.
     Hard,
-    /// Smoothly, level in the middle and at the edge.
+    /// A smooth curve, level in the middle and at the edge.
     #[default]
     Smooth,
-    /// As a bell whose standard deviation is a sixth of the width.
+    /// A bell curve whose standard deviation is a sixth of the width.
     Gaussian,
 }
 
@@ -110,7 +110,7 @@ impl Node for BandPattern {
             let problem = Problem::new(Code::TooLarge, message).at("pitch");
             return vec![problem.help("use a larger pitch, or a smaller canvas")];
         }
-        // Bands of all nuclei that reach the canvas, unless it repeats.
+        // Where the canvas does not repeat, nuclei around it count as far as their bands reach.
         let reach =
             if self.form == Form::Cover && !self.periodic(canvas) { self.width.hi.hypot(self.length.hi) } else { 0.0 };
         let wanted = (canvas.size_mm + reach).element_product() / (self.pitch * self.pitch);
@@ -171,7 +171,7 @@ impl Node for BandPattern {
 }
 
 impl BandPattern {
-    /// The source's own forms know nothing of repetition.
+    /// Whether the bands repeat with the canvas; those of the source's own forms never do.
     fn periodic(&self, canvas: &Canvas) -> bool {
         canvas.tile == Tiling::BOTH && self.form == Form::Cover
     }

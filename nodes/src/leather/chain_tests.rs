@@ -1,7 +1,7 @@
 //! Stages of the method together, as graphs connect them.
 use super::define_mass::{Refresh, SamplePoint};
 use super::draw_wrinkles::VaryBy;
-use super::reading::Reduction;
+use super::reading::{Reduction, Sample};
 use super::simulate_springs::{Boundary, Integrator};
 use super::*;
 use crate::testing::{canvas, outputs, port, raster};
@@ -189,6 +189,52 @@ fn the_edge_holds_on_to_any_set() {
         let expected = before.regular().iter().filter(|p| on_edge(p)).count();
         assert!(held >= expected && held < expected + 3 && expected > 30, "{held} {expected}");
     }
+}
+
+/// A wider margin never holds fewer points, and the narrowest holds those that no margin at all does.
+#[test]
+fn the_edge_holds_more_points_the_wider_its_margin() {
+    let take = |outputs: shibo_engine::node::Outputs| outputs.take("", true).cloned().unwrap();
+    let held = |points: &Value, canvas: &Canvas, margin: f64| {
+        let links = ConnectNeighbors { points: port(0), ..ConnectNeighbors::default() };
+        let lattice = take(outputs(&links, std::slice::from_ref(points), canvas).unwrap());
+        let node = DefineSprings { lattice: port(0), ..DefineSprings::default() };
+        let net = take(outputs(&node, &[lattice], canvas).unwrap());
+        let node = SimulateSprings { boundary: Boundary::Fixed(margin), steps: 20, ..simulation() };
+        let (Value::Lattice(after), Value::Points(before)) = (take(outputs(&node, &[net], canvas).unwrap()), points)
+        else {
+            panic!()
+        };
+        (0..before.len()).filter(|n| after.points.positions[*n] == before.positions[*n]).count()
+    };
+    let (once, everywhere) = (Canvas { tile: Tiling::NONE, ..canvas() }, canvas());
+    let grid = GridPoints { jitter: 1.0, keep_border: false, ..GridPoints::default() };
+    let staggered = GridPoints { stagger: 0.5, ..grid.clone() };
+    let poisson = PoissonPoints { pitch: 2.0, ..PoissonPoints::default() };
+    let counts = |points: Value, canvas: &Canvas| [0.0, 0.001, 1.0, 6.0].map(|margin| held(&points, canvas, margin));
+    for points in [outputs(&grid, &[], &once), outputs(&staggered, &[], &once), outputs(&poisson, &[], &once)] {
+        let [none, narrow, wide, wider] = counts(take(points.unwrap()), &once);
+        assert!(none > 30 && narrow == none && wide >= narrow && wider > wide, "{none} {narrow} {wide} {wider}");
+    }
+    // What repeats has no edge: only a margin holds points.
+    let [none, narrow, wide, wider] = counts(take(outputs(&poisson, &[], &everywhere).unwrap()), &everywhere);
+    assert!(none < 2 && narrow < 2 && wide > 20 && wider > wide, "{none} {narrow} {wide} {wider}");
+}
+
+#[test]
+fn limits_can_be_read_in_every_way() {
+    let (value, _) = springs(&DefineSprings { stiffness: Linear::new(5.0, 5.0), ..DefineSprings::default() }, None);
+    let node = SimulateSprings { break_field: Some(port(1)), break_force: Some(Range::new(0.0, 1e6)), ..simulation() };
+    let broken = |node: &SimulateSprings| moved(node, &[value.clone(), halves()]).broken.len();
+    let smooth = broken(&node);
+    // Springs are weak where the mean of the field around them is 0: farther from the bright half, the wider it is read.
+    let near = broken(&SimulateSprings { sample: Sample::Near(4.0), ..node.clone() });
+    assert!(near > 0 && near + 20 < smooth, "{near} {smooth}");
+    let coarse = broken(&SimulateSprings { sample: Sample::Line, sample_resolution: Some((1, 1)), ..node.clone() });
+    assert_eq!(coarse, 0, "the one sample lies in the bright half");
+    // Sums of many pixels are beyond 1, and limits end there.
+    let sum = broken(&SimulateSprings { reduce: Reduction::Sum, sample: Sample::Near(4.0), ..node });
+    assert!(sum <= near, "{sum} {near}");
 }
 
 #[test]

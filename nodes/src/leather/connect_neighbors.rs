@@ -1,7 +1,7 @@
 //! [`ConnectNeighbors`]: which points are neighbours.
 //!
-//! Source: JP4905282B2 §3, claim 8 (rows A11–A16). Delaunay links are beyond the source; they are the first
-//! lever of LEATHER-LOOK. Cost: O(links), Delaunay O(n log n).
+//! Source: JP4905282B2 §3, claim 8 (rows A11–A16). Delaunay links are beyond the source; they do
+//! most to make leather look natural. Cost: O(links), Delaunay O(n log n).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -20,11 +20,11 @@ pub enum Neighbors {
     Four,
     /// The 8 nearest of a grid.
     Eight,
-    /// Those at the other end of an edge of the hexagons of `HexPoints`: 3.
+    /// The 3 that are joined to a point by edges of the hexagons of `HexPoints`.
     HexEdges,
-    /// All at most so many mm away, for any points.
+    /// All that are at most so many mm away; for any points.
     Radius(f64),
-    /// Those whose cells touch; about 6, for any points.
+    /// Those whose Voronoi cells touch, about 6; for any points.
     #[default]
     Delaunay,
 }
@@ -149,7 +149,7 @@ impl ConnectNeighbors {
         Ok(radius_links_until(&points.positions, reach, size, periodic, &until))
     }
 
-    /// Warns of points that have no part in the lattice.
+    /// Warns of points without any link.
     fn advise(&self, cx: &Context<'_>, points: &Points, links: &Links) {
         let mut linked = vec![false; points.len()];
         links.pairs.iter().flatten().for_each(|&p| linked[p as usize] = true);
@@ -165,7 +165,7 @@ impl ConnectNeighbors {
     }
 }
 
-/// The links whose two ends are left, by the new numbers of the points.
+/// The links both of whose ends were kept, with the new numbers of the points.
 fn kept(whole: Links, points: &Points) -> Links {
     let Some(sites) = &points.sites else { return whole };
     let most = whole.pairs.iter().flatten().copied().chain(sites.iter().copied()).max().unwrap_or(0);
@@ -182,7 +182,7 @@ fn kept(whole: Links, points: &Points) -> Links {
     left
 }
 
-/// Links by triangulation. Points of a periodic set that have left the canvas come back first.
+/// Links by triangulation. Points of a periodic set that have left the canvas are first brought back by whole canvases.
 fn triangulate(points: Arc<Points>, size: glam::Vec2, periodic: bool, until: Until<'_>) -> (Arc<Points>, Links) {
     let inside = |p: &glam::Vec2| p.cmpge(glam::Vec2::ZERO).all() && p.cmplt(size).all();
     let points = if periodic && !points.positions.iter().all(inside) {

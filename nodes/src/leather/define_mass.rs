@@ -1,6 +1,6 @@
 //! [`DefineMass`]: masses of the points.
 //!
-//! Source: JP4905282B2 §6(1), claims 4 and 5 (rows A28–A33; decision L-12). Cost: O(points · pixels near a point).
+//! Source: JP4905282B2 §6(1), claims 4 and 5 (rows A28–A33). Cost: O(points · pixels near a point).
 use super::reading::{self, Reduction};
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -26,17 +26,17 @@ pub enum SamplePoint {
 /// When masses are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Refresh {
-    /// Before the motion: a point keeps its mass.
+    /// Once, before the motion: a point keeps its mass.
     #[default]
     Once,
-    /// In every step, at the place where the point then is.
+    /// In every step, at the place where the point is then.
     EveryStep,
 }
 
 /// Gives the points of springs their masses, from a field: heavy points move little, light ones are pulled about.
 ///
-/// It is another way to make a pattern from a field than stiffness, or one more beside it. On a regular grid whose springs
-/// are all alike nothing moves whatever the masses: give `DefineSprings` a `spread`.
+/// This is another way than stiffness to make a pattern from a field; both can be used together. On a regular grid whose
+/// springs are all alike nothing moves, whatever the masses are: give `DefineSprings` a `spread`.
 ///
 /// ```ron
 /// "points": GridPoints(pitch: 2.5, stagger: 0.5, jitter: 0.6),
@@ -55,7 +55,7 @@ pub enum Refresh {
 pub struct DefineMass {
     /// The springs.
     pub springs: In<SpringNet>,
-    /// What the masses depend on, 0..1. Without it all are alike, as for 0.
+    /// What the masses depend on, 0..1. Without it all are alike, as where the field is 0.
     pub field: Option<In<Gray>>,
     /// Mass where the field is 0 and where it is 1. One number: the same everywhere.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
@@ -67,8 +67,8 @@ pub struct DefineMass {
     pub reduce: Reduction,
     /// When masses are read.
     pub refresh: Refresh,
-    /// How far chance makes each point heavier or lighter, as a share of its mass. Not with `refresh: EveryStep`, whose
-    /// masses belong to places.
+    /// By how much each point is heavier or lighter by chance, as a share of its mass. Not with `refresh: EveryStep`, where
+    /// masses belong to places and not to points.
     #[schemars(range(min = 0, max = 0.95))]
     pub spread: f64,
     /// Whether 0 and 1 of the field change places.
@@ -143,7 +143,7 @@ impl Node for DefineMass {
         self.positive(&mass)?;
         let mass_map = (self.refresh == Refresh::EveryStep).then(|| Arc::new(map));
         if let (Some(map), true) = (&mass_map, self.reduce == Reduction::Mean) {
-            // Points may come to lie anywhere.
+            // Points may move anywhere.
             let of = |v: f32| map.range[0] + (map.range[1] - map.range[0]) * v;
             self.positive(&map.values.iter().map(|&v| of(v)).collect::<Vec<_>>())?;
         }
@@ -170,7 +170,7 @@ impl DefineMass {
             .help("keep the field within 0..1, or use `reduce: Mean`"))
     }
 
-    /// A regular grid of equal springs is in balance.
+    /// Whether nothing will move, since the springs of a regular grid that are all alike are in balance.
     fn advise(&self, cx: &Context<'_>, springs: &SpringNet) {
         let (points, first) = (&springs.lattice.points, springs.stiffness.first());
         let alike = springs.stiffness.iter().all(|k| Some(k) == first);

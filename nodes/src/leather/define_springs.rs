@@ -1,6 +1,6 @@
 //! [`DefineSprings`]: springs on the links of a lattice.
 //!
-//! Source: JP4905282B2 §4, claims 2 and 3 (rows A17–A27; decisions L-3, L-4, L-5, L-11). Cost: O(links · pixels on a link).
+//! Source: JP4905282B2 §4, claims 2 and 3 (rows A17–A27). Cost: O(links · pixels on a link).
 use super::reading::{self, Reduction, Sample};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,11 +13,11 @@ use shibo_kernel::ground::number::narrow;
 /// What a spring's length at rest is, before `rest_length` is added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Rest {
-    /// The source's: every spring starts stretched by the pitch. 0 for links along the rows and columns of a grid,
-    /// (√2-1) · pitch for its diagonals; elsewhere the first length less the mean of all.
+    /// As in the source: every spring starts stretched by the pitch. That is 0 for links along the rows and columns of a
+    /// grid and (√2-1) · pitch for its diagonals; elsewhere the length at the start minus the mean of all.
     #[default]
     Source,
-    /// The first length less the pitch times this factor.
+    /// The length at the start minus the pitch times this factor.
     InitialMinus(f64),
     /// 0: the force at the start is stiffness times length, different for every link.
     Zero,
@@ -44,7 +44,7 @@ pub enum Rest {
 pub struct DefineSprings {
     /// The points and links.
     pub lattice: In<Lattice>,
-    /// What the springs depend on, 0..1. Without it all are alike, as for 0.
+    /// What the springs depend on, 0..1. Without it all are alike, as where the field is 0.
     pub field: Option<In<Gray>>,
     /// Stiffness where the field is 0 and where it is 1. One number: the same everywhere.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
@@ -55,12 +55,12 @@ pub struct DefineSprings {
     /// What is added to the length at rest where the field is 0 and where it is 1, in pitches; may be negative.
     #[schemars(extend("minimum" = -100.0, "maximum" = 100.0, "unit" = "pitch"))]
     pub rest_length: Linear,
-    /// Damping where the field is 0 and where it is 1: a force against the speed at which a spring grows, times that
-    /// speed.
+    /// Damping where the field is 0 and where it is 1: this factor times the speed at which a spring grows is a force
+    /// against it.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
     pub damping: Linear,
-    /// How far chance makes each spring stiffer or softer, as a share of its stiffness: at 0.5 from half to one and a half
-    /// times.
+    /// By how much each spring is stiffer or softer by chance, as a share of its stiffness: 0.5 gives from half to one and a
+    /// half times.
     #[schemars(range(min = 0, max = 1))]
     pub spread: f64,
     /// Which places of the field belong to a link.
@@ -98,7 +98,7 @@ impl Default for DefineSprings {
 }
 
 impl Node for DefineSprings {
-    const OUTPUTS: &'static [Output] = &[Output::new("springs", Type::SpringNet, "The springs, all at rest speed 0.")];
+    const OUTPUTS: &'static [Output] = &[Output::new("springs", Type::SpringNet, "The springs.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
     fn tiling(&self, _canvas: &Canvas) -> Tiling {
@@ -170,7 +170,7 @@ impl DefineSprings {
     }
 }
 
-/// The lengths of the links before any jitter (L-3).
+/// The lengths of the links before any jitter.
 fn initial_lengths(lattice: &Lattice) -> Vec<f32> {
     let regular = lattice.points.regular();
     (0..lattice.links.len()).map(|link| lattice.span(regular, link).length()).collect()

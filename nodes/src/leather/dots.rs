@@ -1,7 +1,7 @@
-//! [`Dots`]: a stamp on each point.
+//! [`Dots`]: a dot on each point.
 //!
-//! Beyond the source: pores, quills, studs, and fields for springs to follow (LEATHER-LOOK §4). Dots keep to millimetres;
-//! those smaller than a pixel keep its size and fade. Cost: O(points + pixels under dots), by tiles.
+//! Beyond the source: pores, quills, studs, and fields for springs to follow. Dots have their size in millimetres; those
+//! smaller than a pixel are drawn as large as one, and fade. Cost: O(points + pixels under dots), by tiles.
 use super::drawing;
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -38,7 +38,7 @@ pub enum DotOverlap {
     Add,
 }
 
-/// Stamps a dot on each point: pores, quills, studs.
+/// Draws a dot on each point: pores, quills, studs.
 ///
 /// ```ron
 /// "points": PoissonPoints(pitch: 4),
@@ -50,7 +50,7 @@ pub enum DotOverlap {
 pub struct Dots {
     /// The points.
     pub points: In<Points>,
-    /// Leaves out dots where this is below a half, and makes them fainter up to 1.
+    /// Where this is below ½ there are no dots; from there to 1 they go from faint to full.
     pub mask: Option<In<Gray>>,
     /// Smallest and largest diameter, by chance.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
@@ -81,7 +81,7 @@ impl Default for Dots {
 }
 
 impl Node for Dots {
-    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The dots, on 0.")];
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The dots; 0 between them.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
     fn tiling(&self, _canvas: &Canvas) -> Tiling {

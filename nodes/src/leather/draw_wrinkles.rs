@@ -1,8 +1,8 @@
-//! [`DrawWrinkles`]: segments fleshed out to grooves.
+//! [`DrawWrinkles`]: grooves along segments.
 //!
-//! Source: JP4905282B2 §7, claims 17 to 19 (rows A49–A56; decisions L-9, L-10). Beyond the source: width and depth that
-//! follow the link, tapering, depth fields. Strokes keep to millimetres, so any resolution draws the same grooves; those
-//! thinner than `min_width` pixels keep that width and fade instead. Cost: O(strokes + pixels under strokes), by tiles.
+//! Source: JP4905282B2 §7, claims 17 to 19 (rows A49–A56). Beyond the source: width and depth that follow the link,
+//! tapering, depth fields. Strokes have their size in millimetres, so all resolutions show the same grooves; those thinner
+//! than `min_width` pixels are drawn that wide, and fade. Cost: O(strokes + pixels under strokes), by tiles.
 use super::{drawing, reading};
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -33,10 +33,10 @@ pub enum Profile {
     Brush,
 }
 
-/// What decides which groove of a set is wide and deep.
+/// What decides which grooves of a set are wide and deep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum VaryBy {
-    /// Chance.
+    /// Chance alone.
     #[default]
     Random,
     /// The length of the link: long links make wide and deep grooves.
@@ -55,7 +55,7 @@ pub enum Combine {
     Max,
     /// The sum.
     Add,
-    /// The sum, levelling off at the greatest depth.
+    /// The sum, but never deeper than the greatest depth.
     Screen,
 }
 
@@ -75,7 +75,7 @@ pub struct DrawWrinkles {
     pub segments: In<Segments>,
     /// What `vary_by: Field` reads, 0..1.
     pub vary_field: Option<In<Gray>>,
-    /// Factor on the depth by place, 0..1.
+    /// Factor on the depth, 0..1, which can differ from place to place.
     pub depth_field: Option<In<Gray>>,
     /// Factor on the depth where `depth_field` is 0.
     #[schemars(range(min = 0, max = 1))]
@@ -88,12 +88,12 @@ pub struct DrawWrinkles {
     pub depth: Range,
     /// What decides which grooves are wide and deep.
     pub vary_by: VaryBy,
-    /// How much `vary_by` decides; chance decides the rest.
+    /// How much `vary_by` decides, 0 to 1; chance decides the rest.
     #[schemars(range(min = 0, max = 1))]
     pub mix: f64,
     /// The cross-section.
     pub profile: Profile,
-    /// Standard deviation of the `Gaussian`, as a share of the width; the source's is 1/6, which draws thin.
+    /// Standard deviation of the `Gaussian`, as a share of the width; the source has 1/6, which draws thin lines.
     #[schemars(range(min = 0.02, max = 1))]
     pub sigma: f64,
     /// How much narrower a groove is at its ends.
@@ -102,13 +102,13 @@ pub struct DrawWrinkles {
     /// How much shallower a groove is at its ends; as `taper` if not given.
     #[schemars(range(min = 0, max = 1))]
     pub tip: Option<f64>,
-    /// Whether ends are rounded by the cross-section, or cut square as in the source.
+    /// Whether ends are rounded by the cross-section; if not, they are cut square as in the source.
     pub round: bool,
     /// The least width in pixels of the output; narrower grooves are drawn this wide.
     #[schemars(range(min = 0, max = 100), extend("unit" = "px"))]
     pub min_width: f64,
-    /// Whether grooves below the least width fade, as they would if they were drawn large and then scaled down; otherwise
-    /// they keep their depth, as the source's lines of one pixel.
+    /// Whether grooves below the least width fade, as they would if they were drawn large and then scaled down. If not,
+    /// they keep their depth, as the lines of one pixel in the source do.
     pub fade: bool,
     /// How grooves that overlap are combined.
     pub combine: Combine,
@@ -181,7 +181,7 @@ impl DrawWrinkles {
 
     /// What `vary_by` says of each segment, 0..1; nothing where chance alone decides.
     fn decided(&self, cx: &Context<'_>, segments: &Segments) -> Result<Vec<f64>, Stop> {
-        // LEATHER-LOOK: from 0.55 of the median length, the narrowest, to 1.45, the widest.
+        // From 0.55 of the median length, the narrowest, to 1.45, the widest.
         let spread = |ratio: &f32| ((f64::from(*ratio) - 0.55) / 0.9).clamp(0.0, 1.0);
         Ok(match self.vary_by {
             VaryBy::Random => Vec::new(),
@@ -203,7 +203,7 @@ impl DrawWrinkles {
 impl Node for DrawWrinkles {
     const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
-        Output::new("height", Type::Gray, "Height in mm: 0 on the hills, minus the depth in the grooves."),
+        Output::new("height", Type::Gray, "Height: 0 on the hills, minus the depth in the grooves.").in_unit("mm"),
         Output::new("mask", Type::Gray, "The cross-section alone: 1 in the middle of a groove, 0 on the hills."),
         Output::new("ids", Type::Ids, "Which groove is deepest at a place, from 1; 0 on the hills."),
         Output::new("segments", Type::Segments, "The segments with the widths at which they are drawn."),
@@ -220,6 +220,15 @@ impl Node for DrawWrinkles {
             _ => return Vec::new(),
         };
         vec![Problem::new(Code::BadValue, message).at(at).help("write `vary_by: Field, vary_field: …`")]
+    }
+
+    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+        if self.width.hi > 0.0 || (!self.fade && self.min_width > 0.0) {
+            return Vec::new();
+        }
+        let message = "width is `0`: nothing is drawn but of segments that have widths of their own";
+        let help = "give a width in mm, or write `fade: false` to draw lines of `min_width` pixels";
+        vec![Problem::new(Code::Advice, message).at("width").help(help)]
     }
 
     fn tiling(&self, _canvas: &Canvas) -> Tiling {
@@ -253,7 +262,7 @@ impl Node for DrawWrinkles {
     }
 }
 
-/// Strokes that are sorted into bins when the first tile asks for them: a graph whose tiles are all cached never does.
+/// Strokes, sorted into bins when the first tile is filled: where all tiles are in the cache, that never happens.
 struct Lazy {
     set: OnceLock<StrokeSet>,
     style: StrokeStyle,
@@ -306,7 +315,7 @@ impl FieldSource for Grooves {
             What::Ids => {
                 let mut ids = vec![NO_STROKE; out.window.len()];
                 set.fill_with_ids(&stop, &window, out.plane_mut(0), &mut ids);
-                // Whole numbers that f32 holds; a set of more strokes than that starts over.
+                // Whole numbers that f32 holds; with more strokes than that, numbers are used again.
                 let number = |id: u32| if id == NO_STROKE { 0.0 } else { (id % 0x00FF_FFFF + 1) as f32 };
                 out.plane_mut(0).iter_mut().zip(ids).for_each(|(o, id)| *o = number(id));
             }

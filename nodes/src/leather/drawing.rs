@@ -4,10 +4,10 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::{Field, Tile, Tiling, Type};
 use shibo_kernel::strokes::{self, Draw, Stroke, StrokeSet, StrokeStyle, Window};
 
-/// The most strokes that may lie over each other, on average: a second's work per million pixels.
+/// The most strokes that may lie over each other, on average. So many take about a second per million pixels.
 const MOST_LAYERS: f64 = 4096.0;
 
-/// The most times that a stroke may be longer or wider than a canvas that tiles: so often it passes through itself.
+/// How many times longer or wider than the canvas a stroke may be where the canvas tiles: so often it crosses itself.
 const MOST_TIMES: f64 = 16.0;
 
 /// The part of the plane that a tile shows.
@@ -31,8 +31,8 @@ pub(super) fn field(set: StrokeSet, tiling: Tiling) -> Field {
     })
 }
 
-/// Refuses strokes that nobody could wait for: parameters in wrong units, or with a zero too many. `names` are the
-/// parameters that decide about length and width.
+/// Refuses strokes that would take far too long, as with parameters in a wrong unit or with one zero too many. `names` are
+/// the parameters that decide about length and width.
 pub(super) fn bounded(
     strokes: impl Iterator<Item = Stroke> + Clone,
     style: &StrokeStyle,

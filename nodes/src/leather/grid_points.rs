@@ -1,6 +1,6 @@
 //! [`GridPoints`]: points in rows and columns.
 //!
-//! Source: JP4905282B2 §3, claims 6 and 7 (rows A1–A6, A10; decisions L-1, L-2). Beyond the source: staggered rows and
+//! Source: JP4905282B2 §3, claims 6 and 7 (rows A1–A6, A10). Beyond the source: staggered rows and
 //! grids that repeat with the canvas. Cost: O(points).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ pub(super) const MAX_POINTS: usize = 4_000_000;
 
 /// Points in rows and columns, regular or jittered: the seed points of the wrinkle method.
 ///
-/// The grid takes the pitch nearest to the wanted one that divides the canvas. On a canvas that tiles it repeats; on one
+/// The grid has the pitch that is nearest to the wanted one and divides the canvas. On a canvas that tiles it repeats; on one
 /// that does not, its border points lie on the edge.
 ///
 /// ```ron
@@ -38,9 +38,9 @@ pub struct GridPoints {
     /// How far points stray from their places, as a share of the pitch: at 1 by up to half a pitch in x and in y.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
-    /// Whether border points stay in place. Without effect where the canvas tiles: there is no border.
+    /// Whether points at the border stay in place. Where the canvas tiles there is no border, and this has no effect.
     pub keep_border: bool,
-    /// Another number gives another jitter.
+    /// Another number gives other places.
     pub seed: u64,
 }
 
@@ -116,13 +116,13 @@ impl Node for GridPoints {
     }
 }
 
-/// The refusal of a typo that would fill the memory.
+/// The error for more points than a node makes, as after a typing mistake.
 pub(super) fn too_many(wanted: f64, field: &str) -> Problem {
     let message = format!("{field} would make about {wanted:.0} points; at most {MAX_POINTS} are allowed");
     Problem::new(Code::TooLarge, message).at(field).help("make them fewer, or use a smaller canvas")
 }
 
-/// Bytes that a point takes in the stages after it: with its links, springs and segments, and while they move.
+/// Bytes that a point takes in the stages that follow: with its links, springs and segments, and while they move.
 const BYTES: u64 = 256;
 
 /// Refuses points that would not fit the memory budget.

@@ -15,7 +15,7 @@ use shibo_kernel::leather::links::GridShape;
 use shibo_kernel::leather::points::{hexagon_grid, hexagons_until};
 use std::sync::Arc;
 
-/// Points at the corners of a tiling by regular hexagons, two sides of which run across the canvas.
+/// Points at the corners of a tiling by regular hexagons, two sides of each of which are horizontal.
 ///
 /// On a canvas that tiles, the hexagons are stretched a little so that a whole number of them fits.
 ///
@@ -35,7 +35,7 @@ pub struct HexPoints {
     /// How far points stray from their places, as a share of the edge: at 1 by up to half of it in x and in y.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
-    /// Another number gives another jitter.
+    /// Another number gives other places.
     pub seed: u64,
 }
 
@@ -46,7 +46,7 @@ impl Default for HexPoints {
 }
 
 impl HexPoints {
-    /// About how many corners there are: a hexagon has six, each of three hexagons.
+    /// About how many corners there are: a hexagon has six, and each belongs to three hexagons.
     fn count(&self, canvas: &Canvas) -> f64 {
         canvas.size_mm.element_product() / (self.edge * self.edge * 0.75 * 3f64.sqrt())
     }
@@ -57,7 +57,7 @@ impl Node for HexPoints {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        // A hexagon is two edges wide and √3 of them high.
+        // A hexagon is 2 edges wide and √3 edges high.
         let hexagon = DVec2::new(2.0, 3f64.sqrt()) * self.edge;
         if hexagon.cmpgt(canvas.size_mm).any() {
             let size = canvas.size_mm;

@@ -1,4 +1,4 @@
-//! Leather: the wrinkle method of JP4905282B2, a stage a node.
+//! Leather: the wrinkle method of JP4905282B2, each stage a node.
 mod band_pattern;
 #[cfg(test)]
 mod chain_tests;

@@ -132,7 +132,7 @@ pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
         points: points.clone(),
         links: Arc::new(kept.iter().map(|&l| lattice.links[l]).collect()),
         offsets: Arc::new(select(&lattice.offsets)),
-        // All of them: by their new numbers.
+        // All of them are broken in the new lattice, under their new numbers.
         broken: (0u32..).zip(&broken).map(|(n, &(_, step))| (n, step)).collect(),
         ..Lattice::default()
     };
@@ -142,7 +142,7 @@ pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
         broken,
         ..lattice.clone()
     });
-    // As a set of their own the points have no lattice any more that they were meant for.
+    // As a set of its own the points belong to no lattice any more.
     let alone = points.alone();
     let strain = |what| Strain::field(&moved, what);
     let (stretch, breakage) = (strain(What::Stretch), strain(What::Breakage));

@@ -12,7 +12,7 @@ use shibo_kernel::leather::area;
 use shibo_kernel::leather::links::Links;
 use shibo_kernel::leather::segments::{self, SegmentSpec};
 
-/// Links by what became of their springs.
+/// Which links, by what happened to their springs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Only {
     /// All links.
@@ -38,8 +38,8 @@ pub enum Only {
 pub struct PlaceWrinkles {
     /// The links.
     pub lattice: In<Lattice>,
-    /// Length of a wrinkle over that of its link. By default 1, as in the source, for the links of a grid or of hexagons,
-    /// and 0.62 for others, whose cells it just closes.
+    /// Length of a wrinkle, as a share of the length of its link. By default 1, as in the source, for the links of a grid or of hexagons,
+    /// and 0.62 for others, which just closes their cells.
     #[schemars(range(min = 0, max = 10))]
     pub length_scale: Option<f64>,
     /// Which links get a wrinkle.
@@ -47,8 +47,8 @@ pub struct PlaceWrinkles {
     /// Links longer than this multiple of the median get none; `inf` keeps all.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
     pub max_length: f64,
-    /// Whether wrinkles are cut at the canvas' edge and at the contour of the work area. Where the canvas tiles they go on
-    /// at the opposite edge instead.
+    /// Whether wrinkles are cut at the canvas' edge and at the contour of the work area. Where the canvas
+    /// tiles they continue at the opposite edge instead.
     pub clip: bool,
 }
 
@@ -58,7 +58,7 @@ impl Default for PlaceWrinkles {
     }
 }
 
-/// Closes the cells of about six-sided neighbourhoods: LEATHER-LOOK measured the most even cells at .58 to .66.
+/// Closes the cells around points with about six neighbours; the most even cells were measured at 0.58 to 0.66.
 const CELL_LENGTH: f64 = 0.62;
 
 impl Node for PlaceWrinkles {

@@ -1,6 +1,6 @@
 //! [`PointList`]: points that are given.
 //!
-//! Source: JP4905282B2 §3, "any algorithm" (row A9v): the open input. Cost: O(points).
+//! Source: JP4905282B2 §3, "any algorithm" (row A9): points made elsewhere. Cost: O(points).
 use super::grid_points::MAX_POINTS;
 use crate::csv_points;
 use glam::Vec2;
@@ -27,7 +27,7 @@ pub struct PointList {
     pub points: Vec<(f64, f64)>,
     /// A CSV file of more points.
     pub file: Option<FilePath>,
-    /// The mean distance of neighbours, which later stages refer to; worked out from the number of points if not given.
+    /// The mean distance of neighbours, which later stages refer to; by default it follows from the number of points.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: Option<f64>,
 }

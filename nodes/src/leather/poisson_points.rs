@@ -1,7 +1,6 @@
 //! [`PoissonPoints`]: points at random that keep their distance.
 //!
-//! Stands for "any algorithm giving an almost uniform distribution" (JP4905282B2 §3, rows A9v, A68); LEATHER-LOOK lever 3.
-//! Cost: O(points), about two microseconds each.
+//! Stands for "any algorithm giving an almost uniform distribution" (JP4905282B2 §3, rows A9, A68). Cost: O(points), about two microseconds each.
 use super::grid_points::{MAX_POINTS, afford, too_many};
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -13,7 +12,7 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_until};
 
-/// Points at random that keep their distance: no lattice, no clumps, the best start for leather.
+/// Points at random that keep their distance: neither a grid nor clumps, the best start for leather.
 ///
 /// ```ron
 /// "points": PoissonPoints(pitch: 3),
@@ -25,7 +24,8 @@ use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_unti
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoissonPoints {
-    /// Where it is darker, points are denser: 1 is the pitch, 0 is `spread` times denser. Read at a quarter of the pitch.
+    /// Where it is darker, points are closer: 1 gives the pitch, 0 a pitch `spread` times smaller. Read at four samples per
+    /// pitch.
     pub density: Option<In<Gray>>,
     /// Mean distance of neighbours. No two are nearer than 0.8 of it.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
@@ -36,7 +36,7 @@ pub struct PoissonPoints {
     /// Direction in which they are wider apart, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Where `density` is 1, points are so many times wider apart than where it is 0.
+    /// How many times wider apart points are where `density` is 1 than where it is 0.
     #[schemars(range(min = 1, max = 8))]
     pub spread: f64,
     /// Another number gives other points.

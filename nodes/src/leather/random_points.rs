@@ -1,6 +1,6 @@
 //! [`RandomPoints`]: points anywhere.
 //!
-//! Source: JP4905282B2 §3 (row A8v). Cost: O(points).
+//! Source: JP4905282B2 §3 (row A8). Cost: O(points).
 use super::grid_points::{MAX_POINTS, afford};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,9 +10,9 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::points::random;
 
-/// Points anywhere on the canvas, each by chance alone: they clump and leave gaps.
+/// Points anywhere on the canvas, each at random: they form clumps and leave gaps.
 ///
-/// `PoissonPoints` looks better; this is the source's plain form, and right for specks that should clump.
+/// `PoissonPoints` looks better. This is the plain form of the source, and right for specks that should form clumps.
 ///
 /// ```ron
 /// "points": RandomPoints(count: 220),

@@ -1,4 +1,5 @@
-//! What several nodes do with a scalar field: reading it as a picture that their own parameters fix, never the output's.
+//! What several nodes do with a scalar field: they read it as a picture whose size follows from their own parameters, never
+//! from the resolution of the output.
 use super::define_mass::mass_at;
 use glam::{DVec2, UVec2, Vec2};
 use schemars::JsonSchema;
@@ -44,7 +45,7 @@ impl Reduction {
 /// The most columns or rows at which a field is read by default.
 const MOST_SAMPLES: f64 = 4096.0;
 
-/// How many pixels are read between two looks at whether to stop: a few milliseconds' work.
+/// How many pixels are read before looking again whether to stop: a few milliseconds' work.
 const PIXELS_AT_ONCE: f64 = (1 << 22) as f64;
 
 /// The most pixels that are read near links or points: some seconds' work.
@@ -108,7 +109,7 @@ impl Reading {
     /// The scalar of each link of a lattice.
     ///
     /// # Errors
-    /// When somebody asks to stop.
+    /// When the work is cancelled.
     pub(super) fn along(
         &self,
         cx: &Context<'_>,
@@ -135,7 +136,7 @@ impl Reading {
         Ok(scalars)
     }
 
-    /// How many of `count` links about as long as `length`, or points, are to be read between two looks at whether to
+    /// How many links about as long as `length`, or points, of `count` in all, are read before looking again whether to
     /// stop, if pixels within `radius` mm are read for each.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
 //! [`SimulateSprings`]: springs set in motion.
 //!
-//! Source: JP4905282B2 §5 and §6, claims 13 to 16 (rows A34–A46; decisions L-6, L-7, L-8, L-14). Beyond the source: the
-//! semi-implicit integrator, drag, lattices that repeat with the canvas, and stretch and breakage as fields. A run that
-//! diverges is an error, never a picture. Cost: O(steps · links).
+//! Source: JP4905282B2 §5 and §6, claims 13 to 16 (rows A34–A46). Beyond the source: the semi-implicit
+//! integrator, drag, lattices that repeat with the canvas, and stretch and breakage as fields. A motion that diverges is an
+//! error, never a picture. Cost: O(steps · links).
 use super::net::{Contacts, live_mass, net, outputs, quantile};
 use super::reading::{self, Reduction, Sample};
 use glam::Vec2;
@@ -21,19 +21,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// How position and velocity advance by a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Integrator {
-    /// The source's rule. Gains energy with every step: needs few steps, or drag.
+    /// The rule of the source. It gains energy with every step: it needs few steps, or drag.
     #[default]
     Explicit,
-    /// Velocity first, then position: keeps its energy up to larger steps.
+    /// Velocity first, then position: energy stays about the same, also with larger steps.
     SemiImplicit,
 }
 
 /// What happens at the canvas' edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Boundary {
-    /// Points at most so many mm from the canvas' edge, or from the contour of their work area, stay where they are. With
-    /// 0 those on the edge: the border of a grid, of other sets the points within a pitch of it, and none of a set that
-    /// repeats.
+    /// Points at the canvas' edge, or at the contour of their work area, stay where they are, and so do all points at most
+    /// so many mm from it. At the edge are the border points of a grid; of other sets all points within a pitch. A set that
+    /// repeats with the canvas has no edge: there only the distance counts, and 0 holds no point.
     Fixed(f64),
     /// All points move.
     Free,
@@ -64,11 +64,11 @@ pub enum BreakOn {
     Tension,
 }
 
-/// Lets springs pull their points about, from rest, for a number of steps: the wrinkles' pattern arises here.
+/// Lets springs move their points, from rest, for a number of steps. This makes the pattern of the wrinkles.
 ///
 /// What counts is stiffness · step² / mass (keep it below about 0.1), drag · step / mass, and the number of steps. With
-/// drag at 6 · stiffness · step either integrator is safe and the motion settles. A spring that breaks is gone, but its
-/// link stays and makes a long groove.
+/// a drag of 6 · stiffness · step either integrator is safe and the motion comes to rest. A spring that breaks is gone, but
+/// its link stays and makes a long groove.
 ///
 /// ```ron
 /// "points": PoissonPoints(pitch: 3),
@@ -86,28 +86,37 @@ pub enum BreakOn {
 pub struct SimulateSprings {
     /// The springs.
     pub springs: In<SpringNet>,
-    /// Where springs are weak: the limit of a spring goes from the first number of `break_force` where this is 0 to the
-    /// second where it is 1, instead of by chance.
+    /// How strong springs are, 0..1: the limit of a spring is the first number of `break_force` where this is 0 and the
+    /// second where it is 1. Without it chance decides.
     pub break_field: Option<In<Gray>>,
+    /// Which places of `break_field` belong to a link.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    pub sample: Sample,
+    /// How the values of `break_field` along a link are summed up.
+    pub reduce: Reduction,
+    /// Columns and rows at which `break_field` is read. By default those of the picture, where the field is one, else four
+    /// per pitch.
+    #[schemars(extend("minimum" = 1.0, "maximum" = 8192.0))]
+    pub sample_resolution: Option<(u32, u32)>,
     /// Length of a time step.
     #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0.0))]
     pub step: f64,
     /// Number of steps: how far the pattern develops.
     #[schemars(range(min = 0, max = 100_000))]
     pub steps: u32,
-    /// Stops before, once no point is faster than this; 0 runs all steps.
+    /// Stops earlier, as soon as no point is faster than this; 0 runs all steps.
     #[schemars(range(min = 0), extend("unit" = "mm per unit of time"))]
     pub until: f64,
     /// How position and velocity advance.
     pub integrator: Integrator,
-    /// A force against the speed at which each link grows, times that speed; added to what `DefineSprings` gives each.
+    /// This factor times the speed at which a link grows is a force against it; added to the damping of `DefineSprings`.
     #[schemars(range(min = 0, max = 1e6))]
     pub damping: f64,
-    /// A force against the speed of each point, times that speed.
+    /// This factor times the speed of a point is a force against it.
     #[schemars(range(min = 0, max = 1e6))]
     pub drag: f64,
     /// Makes points bodies of this diameter, which push each other away when they touch; 0 for none. Points that are
-    /// more than three diameters apart at the start are taken never to meet.
+    /// more than three diameters apart at the start are not expected to meet.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub body: f64,
     /// How hard bodies are: their force per mm of overlap.
@@ -121,7 +130,7 @@ pub struct SimulateSprings {
     #[schemars(extend("minimum" = 0.0))]
     pub break_force: Option<Range>,
     /// The share of springs that break at the start, those under the greatest force: 0.05 is one in twenty. The limit
-    /// that this comes to holds for all springs and all steps.
+    /// that follows holds for all springs and all steps.
     #[schemars(range(min = 0, max = 1))]
     pub break_share: Option<f64>,
     /// Which springs can break.
@@ -135,6 +144,9 @@ impl Default for SimulateSprings {
         Self {
             springs: In::default(),
             break_field: None,
+            sample: Sample::Smooth,
+            reduce: Reduction::Mean,
+            sample_resolution: None,
             step: 0.05,
             steps: 40,
             until: 0.0,
@@ -153,11 +165,11 @@ impl Default for SimulateSprings {
 }
 
 impl Node for SimulateSprings {
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] = &[
-        Output::new("lattice", Type::Lattice, "The points where they came to be, with all their links."),
-        Output::new("points", Type::Points, "The points alone, ready to be linked anew."),
+        Output::new("lattice", Type::Lattice, "The points where they are in the end, with all their links."),
+        Output::new("points", Type::Points, "The points alone, ready to be linked again."),
         Output::new("broken", Type::Lattice, "The same points with the links of broken springs only."),
         Output::new(
             "stretch",
@@ -269,30 +281,29 @@ impl SimulateSprings {
     }
 
     fn fixed(&self, points: &Points, periodic: bool) -> Vec<bool> {
-        match self.boundary.of_points(periodic) {
-            // Where the set repeats there is no edge to hold on to, unless a margin asks for one.
-            Boundary::Fixed(margin) if !periodic || margin > 0.0 || points.area.is_some() => {
-                let margin = narrow(margin);
-                let mut fixed = vec![false; points.len()];
-                if !periodic || margin > 0.0 {
-                    let (positions, margin) = match &points.grid {
-                        _ if margin > 0.0 => (&points.positions[..], margin),
-                        // Its border, wherever jitter has put it.
-                        Some(order) if order.stagger == 0.0 => (points.regular(), 0.0),
-                        _ => (&points.positions[..], points.pitch),
-                    };
-                    fixed = border(positions, points.size_mm.as_vec2(), margin);
-                }
-                if let Some(area) = &points.area {
-                    // With no margin those that have lost a neighbour: within a pitch of the contour.
-                    let margin = if margin > 0.0 { margin } else { points.pitch };
-                    let near = near_contour(&points.positions, area, margin);
-                    fixed.iter_mut().zip(near).for_each(|(f, n)| *f |= n);
-                }
-                fixed
-            }
-            _ => Vec::new(),
+        let Boundary::Fixed(margin) = self.boundary.of_points(periodic) else { return Vec::new() };
+        let (margin, size) = (narrow(margin), points.size_mm.as_vec2());
+        let within = |margin: f32| border(&points.positions, size, margin);
+        let mut held = Vec::new();
+        match &points.grid {
+            // A set that repeats has no edge.
+            _ if periodic => {}
+            // The border of the grid, wherever jitter has put its points.
+            Some(order) if order.stagger == 0.0 => held.push(border(points.regular(), size, 0.0)),
+            _ => held.push(within(points.pitch)),
         }
+        if margin > 0.0 {
+            held.push(within(margin));
+        }
+        if let Some(area) = &points.area {
+            // Within a pitch of the contour points have lost neighbours.
+            held.push(near_contour(&points.positions, area, margin.max(points.pitch)));
+        }
+        let either = |mut a: Vec<bool>, b: Vec<bool>| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a |= b);
+            a
+        };
+        held.into_iter().reduce(either).unwrap_or_default()
     }
 
     /// The force beyond which each spring breaks; empty for never.
@@ -315,9 +326,9 @@ impl SimulateSprings {
             }
             Some(field) => {
                 let lattice = &springs.lattice;
-                let read =
-                    reading::read(cx, (lattice.points.pitch, lattice.points.periodic), (&field, "break_field"), None)?;
-                let scalars = read.along(cx, lattice, (Sample::Smooth, Reduction::Mean))?;
+                let (pitch, periodic) = (lattice.points.pitch, lattice.points.periodic);
+                let read = reading::read(cx, (pitch, periodic), (&field, "break_field"), self.sample_resolution)?;
+                let scalars = read.along(cx, lattice, (self.sample, self.reduce))?;
                 scalars.iter().map(|&s| narrow(range.at(f64::from(s).clamp(0.0, 1.0)))).collect()
             }
         };

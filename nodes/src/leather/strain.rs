@@ -1,4 +1,4 @@
-//! What a motion did to its links, as fields: for colour and roughness.
+//! What a motion did to the links, as fields: for colour and roughness.
 use glam::{DVec2, UVec2, Vec2};
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Lattice, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::filter::placed::{self, Place};
@@ -11,13 +11,13 @@ use std::sync::{Arc, OnceLock};
 /// What is shown.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum What {
-    /// Length over first length.
+    /// The length, as a share of the length at the start.
     Stretch,
     /// 1 for broken springs, 0 for others.
     Breakage,
 }
 
-/// Samples per pitch; a value reaches 1.5 pitches, so they show all there is.
+/// Samples per pitch. Each value is spread over 1.5 pitches, so more samples would show no more.
 const DETAIL: f64 = 3.0;
 const REACH: f32 = 1.5;
 const MOST_SAMPLES: f64 = 4096.0;
@@ -85,7 +85,7 @@ impl FieldSource for Strain {
     }
 
     fn fill(&self, _given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        // Made outside of the lock, since making waits for other threads, and one of them may come here.
+        // Made outside of the lock: making it waits for other threads, and one of them may need it too.
         let map = match self.map.get() {
             Some(map) => map,
             None => {

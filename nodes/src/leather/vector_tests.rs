@@ -115,7 +115,8 @@ fn nodes_come_to_the_numbers_of_the_source() {
         if case["m"].is_array() && !net.mass.is_empty() {
             near(&net.mass, &numbers(&case["m"]), name);
         }
-        // Limits spring by spring come from a field or by chance, and masses that jump at pixels from no two roundings alike.
+        // Other limits for each spring come from a field or from chance; and masses that change at the edges of pixels depend on
+        // how numbers are rounded.
         if case["Fth"].is_array() || name == "m every step" {
             continue;
         }

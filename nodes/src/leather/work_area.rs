@@ -1,6 +1,6 @@
 //! [`WorkArea`]: the points within a shape.
 //!
-//! Source: JP4905282B2 §3, "a work area of any shape" (row A4v; with it A42 and A48 for that shape). Cost: O(points), and
+//! Source: JP4905282B2 §3, "a work area of any shape" (row A4; with it A42 and A48 for that shape). Cost: O(points), and
 //! the distances from the contour at four samples per pitch.
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
@@ -12,11 +12,10 @@ use shibo_kernel::filter::fields;
 use shibo_kernel::leather::area;
 use std::sync::Arc;
 
-/// Keeps the points within a shape, which becomes the work area of all stages after it.
+/// Keeps the points within a shape, which becomes the work area of all stages that follow.
 ///
 /// Links join points of the area only, `boundary: Fixed(…)` holds the points near its contour, and wrinkles are cut at
-/// it. Points of a grid keep their neighbours. A shape that is not used up by the canvas' edge is seen at four samples per
-/// pitch.
+/// it. Points of a grid keep their neighbours. The shape is read at four samples per pitch.
 ///
 /// ```ron
 /// "all": PoissonPoints(pitch: 2.5),
@@ -50,7 +49,8 @@ const MOST_SAMPLES: f64 = 1024.0;
 const REACH: f64 = 0.25;
 
 impl Node for WorkArea {
-    const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The points inside, in their old order.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("points", Type::Points, "The points inside, in the same order as before.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn tiling(&self, _canvas: &Canvas) -> Tiling {

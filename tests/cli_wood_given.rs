@@ -229,3 +229,54 @@ fn what_users_get_wrong_is_named() {
         assert!(text.contains("a.ron:"), "{}", ran.stderr);
     }
 }
+
+/// The source's way with the least of all times, also where nobody knows how many branches there are.
+#[test]
+fn whorls_can_be_joined_by_the_minimum() {
+    let desk = Desk::new();
+    let each: String = (0..6).map(|n| format!("\"b{n}\": BranchTime(skeleton: \"tree\", branch: {n}),")).collect();
+    desk.write(
+        "a.ron",
+        format!(
+            "(canvas: (size_mm: 10, tile: None), nodes: {{ \"n\": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 300), (0, 0, 900)]), \
+             \"trunk\": FitSkeleton(curve: \"n\"), \"t\": TrunkTime(skeleton: \"tree\"), {each} \
+             \"tree\": Branches(skeleton: \"trunk\", whorl_spacing: 200, per_whorl: 3), \
+             \"all\": BranchTime(skeleton: \"tree\", k: inf), \"min\": BlendTimes(times: [\"t\", \"all\"], k: inf), \
+             \"all4\": BranchTime(skeleton: \"tree\", k: 4), \"plain\": BranchTime(skeleton: \"tree\") }})"
+        ),
+    );
+    let tree = desk.shibo("dump a.ron tree").expect(0).json();
+    let branches = tree["branches"].as_array().unwrap();
+    assert!(branches.len() >= 6, "{}", branches.len());
+    let mut at = String::new();
+    for branch in &branches[..6] {
+        let place = |d: usize| number(&branch["start"][d]) + 30.0 * number(&branch["direction"][d]) + 2.0;
+        writeln!(at, "{},{},{}", place(0), place(1), place(2)).unwrap();
+    }
+    desk.write("at.csv", at);
+    // Branches above are too far to matter.
+    let times: Vec<Vec<f64>> = (0..6).map(|n| dump(&desk, &format!("b{n}"))).collect();
+    let trunk = dump(&desk, "t");
+    let [all, min, all4, plain] = ["all", "min", "all4", "plain"].map(|name| dump(&desk, name));
+    for p in 0..3 {
+        let least = times.iter().map(|time| time[p]).fold(f64::INFINITY, f64::min);
+        assert!(least.is_finite() && (all[p] - least).abs() < 1e-9, "{} {least}", all[p]);
+        assert!((min[p] - least.min(trunk[p])).abs() < 1e-9);
+        let norm = |k: f64| times.iter().map(|time| time[p].powf(-k)).sum::<f64>().powf(-1.0 / k);
+        assert!((all4[p] - norm(4.0)).abs() < 1e-3 * least, "{} {}", all4[p], norm(4.0));
+        assert!((plain[p] - norm(2.0)).abs() < 0.05 * least && plain[p] < all4[p] && all4[p] < all[p] + 1e-9);
+    }
+}
+
+#[test]
+fn a_skeleton_without_branches_is_said_to_have_none() {
+    let desk = Desk::new();
+    desk.write(
+        "a.ron",
+        "(canvas: (size_mm: 10, tile: None), nodes: { \"n\": TrunkNodes(),\n\"s\": FitSkeleton(curve: \"n\"),\n\
+         \"b\": BranchTime(skeleton: \"s\"),\n\"c\": CutPlane(solid: \"t\"), \"t\": BlendTimes(times: [\"x\", \"b\"]), \
+         \"x\": TrunkTime(skeleton: \"s\") }, outputs: { \"o\": \"c\" })",
+    );
+    let ran = desk.shibo("render a.ron --resolution 32 --no-cache").expect(0);
+    assert!(ran.stderr.contains("a.ron:3:27") && ran.stderr.contains("has no branches"), "{}", ran.stderr);
+}

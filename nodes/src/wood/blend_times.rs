@@ -1,7 +1,7 @@
-//! [`BlendTimes`]: growth times of trunk and branches made one.
+//! [`BlendTimes`]: the growth times of trunk and branches combined.
 //!
-//! Source: Momoi & Takatera 2014, §3.6 (eq 18; rows B18, B19, B20, B35; W-8, W-11). Beyond the source: `origin: Branch`
-//! blends relative to each branch's birth, with branches that end or die, darken and keep their bark (WOOD-LOOK §4.2).
+//! Source: Momoi & Takatera 2014, §3.6 (eq 18; rows B18, B19, B20, B35). Beyond the source: `origin: Branch` blends
+//! relative to each branch's birth, with branches that end or die, darken and keep their bark.
 //! Cost: about 2 ns a point and branch nearby.
 use super::trees::even;
 use schemars::JsonSchema;
@@ -15,17 +15,17 @@ use shibo_kernel::wood::branch::{Power, blend, blend_all};
 use shibo_kernel::wood::knots::{self, Knot, KnotStyle};
 use shibo_kernel::wood::solids::{Code, constant, places};
 
-/// From where the times that are blended count.
+/// From which moment the times that are blended count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Origin {
     /// From the tree's first year, as in the source: T = (Σ T^-k)^(-1/k) of all `times`.
     #[default]
     Tree,
-    /// From the birth of each branch of `skeleton`: rings are disturbed near a knot only, and nowhere torn.
+    /// From the birth of each branch of `skeleton`: rings are disturbed only near a knot, and are torn nowhere.
     Branch,
 }
 
-/// Blends growth times: rings of the trunk run smoothly round and into those of branches.
+/// Blends growth times: the rings of the trunk run smoothly around those of branches, and into them.
 ///
 /// With `origin: Tree`, connect the times of trunk and branches. With `origin: Branch`, connect the trunk's time and the
 /// `skeleton`, whose branches are then computed here: they may die, and the outputs tell where knots and bark are.
@@ -50,10 +50,10 @@ pub struct BlendTimes {
     pub times: Vec<In<SolidNumber>>,
     /// The trunk with its branches, for `origin: Branch`.
     pub skeleton: Option<In<Skeleton>>,
-    /// From where times count.
+    /// From which moment times count.
     pub origin: Origin,
-    /// How tightly rings follow both: 2 is the source's, `inf` the smaller of two times. 2 for `Tree` and 4 for `Branch` if
-    /// not given.
+    /// How closely rings follow both times: 2 is that of the source, `inf` takes the smaller of the times. By default 2 for
+    /// `Tree` and 4 for `Branch`.
     #[schemars(extend("exclusiveMinimum" = 0.5, "infinite" = true))]
     pub k: Option<f64>,
     /// For `Branch`: how fast the tree grows in length, as in `TrunkTime`.
@@ -71,10 +71,10 @@ pub struct BlendTimes {
     /// How thick the bark round a dead stub is.
     #[schemars(range(min = 0, max = 20), extend("unit" = "mm"))]
     pub bark: f64,
-    /// How far knots are from round.
+    /// How much knots differ from circles.
     #[schemars(range(min = 0, max = 0.5))]
     pub lobes: f64,
-    /// Another number gives knots other lobes.
+    /// Another number gives knots other shapes.
     pub seed: u64,
 }
 
@@ -141,7 +141,8 @@ impl BlendTimes {
 
 impl Node for BlendTimes {
     const OUTPUTS: &'static [Output] = &[
-        Output::new("time", Type::Solid, "Years of growth until anything of the tree reached the point."),
+        Output::new("time", Type::Solid, "Years of growth until anything of the tree reached the point.")
+            .in_unit("years"),
         Output::new("knots", Type::Solid, "How much of the point belongs to a branch, 0..1."),
         Output::new("bark", Type::Solid, "Where a dead branch kept its bark, 0..1; for `origin: Branch`."),
     ];

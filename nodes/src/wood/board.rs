@@ -1,7 +1,7 @@
 //! [`Board`]: the six faces of a board.
 //!
 //! Source: Momoi & Takatera 2014, §2.1 and §4.1 (rows B26, B28, B29): boards for buildings, cut from anywhere in the tree.
-//! Cost: that of six cuts, of those that are asked for.
+//! Cost: that of a cut for each output that is used.
 use super::cut_plane::Plane;
 use super::trees::{Triple, vector};
 use glam::{DMat3, DVec3, EulerRot};
@@ -12,9 +12,8 @@ use shibo_engine::value::{Canvas, Stop, Tiling};
 
 /// Cuts a board out of a solid: all six faces, which agree on their edges.
 ///
-/// Its length runs along the trunk (z), its width and its thickness across: a face of a flat-sawn board looks along y. Each
-/// output shows one face over the whole canvas. Looking at the face, the length runs to the right; ends show the width
-/// to the right and the thickness down.
+/// Its length runs along the trunk (z), its width along x and its thickness along y, before it is turned. Each output shows
+/// one face over the whole canvas, with the length to the right. Ends show the width to the right and the thickness down.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -56,7 +55,7 @@ impl Board {
         let (length, width, thickness) =
             (turn * DVec3::Z * self.size.0, turn * DVec3::X * self.size.1, turn * DVec3::Y * self.size.2);
         let middle = vector(self.middle);
-        // A face: towards where it looks, to the right, and down.
+        // A face: the way out of the board, to the right, and down.
         let face = |out: DVec3, u: DVec3, v: DVec3| Plane { origin: middle + 0.5 * (out - u - v), u, v };
         [
             face(thickness, length, -width),

@@ -1,21 +1,22 @@
 //! [`BranchTime`]: when branches reached each point of space.
 //!
-//! Source: Momoi & Takatera 2014, §3.6 (eqs 14–17; rows B12–B14, B16–B18, B20; W-4, W-8). Cost: about 1.5 ns a point and
-//! branch.
+//! Source: Momoi & Takatera 2014, §3.6 (eqs 14–17; rows B12–B14, B16–B20). Cost: about 1.5 ns a point and branch.
 use super::trees::axes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Skeleton, Stop, Type};
-use shibo_kernel::wood::branch::{Axis, branch_time};
+use shibo_kernel::ground::real::Real;
+use shibo_kernel::wood::branch::{Axis, Power, blend_all, branch_time};
 use shibo_kernel::wood::solids::{Code, columns, places};
+use shibo_kernel::wood::trunk::Places;
 
-/// The time at which branches reached each point, by way of the trunk: T2, infinite behind the plane through a branch's
-/// start.
+/// The time at which branches reached each point: T2 of the source, which counts from the tree's first year. It is infinite
+/// behind the plane through a branch's start.
 ///
-/// All branches of the skeleton together, combined by the rule of `BlendTimes` with k = 2, or one of them. Blend it with
-/// the trunk's time. It follows the source; `BlendTimes` with `origin: Branch` has branches that die.
+/// All branches of the skeleton together, or one of them. Blend it with the trunk's time. It follows the source.
+/// For branches that die, use `BlendTimes` with `origin: Branch` instead.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -40), (2, 0, 20), (0, 0, 90)]),
@@ -38,14 +39,32 @@ pub struct BranchTime {
     /// The height from which the trunk grows.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
-    /// The number of the only branch to look at, from 0; all of them if not given.
+    /// The number of the only branch to look at, from 0: first those that are listed in `Branches`, then those of whorls
+    /// from below. All of them if not given.
     #[schemars(range(min = 0, max = 1000))]
     pub branch: Option<u32>,
+    /// How the times of several branches are combined, as in `BlendTimes`: 2 is the source's, `inf` the smallest of them.
+    /// With the same `k` in `BlendTimes` all branches and the trunk are combined as one.
+    #[schemars(extend("exclusiveMinimum" = 0.5, "infinite" = true))]
+    pub k: f64,
 }
 
 impl Default for BranchTime {
     fn default() -> Self {
-        Self { skeleton: In::default(), elongation_speed: 230.0, ground: 0.0, branch: None }
+        Self { skeleton: In::default(), elongation_speed: 230.0, ground: 0.0, branch: None, k: 2.0 }
+    }
+}
+
+/// The times of branches at places, combined by `k`.
+fn combined<R: Real>(branches: &[Axis<R>], k: f64, at: &Places<'_, R>, out: &mut [R]) {
+    if k == 2.0 || branches.len() < 2 {
+        return branch_time(branches, at, out);
+    }
+    let mut one = vec![R::ZERO; out.len()];
+    out.fill(R::INFINITY);
+    for branch in branches {
+        branch_time(std::slice::from_ref(branch), at, &mut one);
+        blend_all(out, &one, Power::of(k));
     }
 }
 
@@ -54,11 +73,17 @@ impl Node for BranchTime {
         "time",
         Type::Solid,
         "Years of growth until a branch reached the point; infinite where none does.",
-    )];
+    )
+    .in_unit("years")];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let skeleton = cx.get(&self.skeleton)?;
+        if skeleton.branches.is_empty() && self.branch.is_none() {
+            let message = "the skeleton has no branches: this time is infinite everywhere";
+            let help = "connect a `Branches`, or leave this node out";
+            cx.evaluator.warn(Problem::new(ErrorCode::Advice, message).at("skeleton").help(help));
+        }
         let mut single: Vec<Axis<f32>> = axes(&skeleton, self.elongation_speed, self.ground);
         let mut double: Vec<Axis<f64>> = axes(&skeleton, self.elongation_speed, self.ground);
         if let Some(n) = self.branch.map(|n| n as usize) {
@@ -68,10 +93,11 @@ impl Node for BranchTime {
             }
             (single, double) = (vec![single[n]], vec![double[n]]);
         }
-        let time = Code::of_place(move |patch, _, out| branch_time(&single, &places(patch), &mut *out[0])).with_exact(
+        let k = self.k;
+        let time = Code::of_place(move |patch, _, out| combined(&single, k, &places(patch), &mut *out[0])).with_exact(
             move |at, _| {
                 let mut out = vec![0.0; at.len()];
-                columns(at, |at| branch_time(&double, at, &mut out));
+                columns(at, |at| combined(&double, k, at, &mut out));
                 out
             },
         );

@@ -1,7 +1,7 @@
 //! [`Branches`]: where branches grow from a trunk.
 //!
-//! Source: Momoi & Takatera 2014, §3.1 and §3.6 (rows B12, B13, B20; W-14). Beyond the source: branches that end or die,
-//! and whorls as measured on a spruce log (WOOD-LOOK §2). Cost: O(branches).
+//! Source: Momoi & Takatera 2014, §3.1 and §3.6 (rows B12, B13, B20). Beyond the source: branches that end or die, and
+//! whorls as measured on a spruce log. Cost: O(branches).
 use super::trees::{Triple, even, vector};
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -16,15 +16,19 @@ use shibo_kernel::wood::fit;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BranchSpec {
-    /// The height on the trunk at which it starts, in mm.
+    /// The height on the trunk at which it starts.
+    #[schemars(extend("unit" = "mm"))]
     pub height: f64,
-    /// The direction in which it grows; its length does not matter.
+    /// The direction in which it grows; its length has no meaning.
     pub direction: Triple,
-    /// How fast it thickens, in mm a year; more than 0.
+    /// How fast it thickens.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub thickening_speed: f64,
-    /// Its length in mm; without one it goes on for ever.
+    /// Its length; by default it never ends.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub length: Option<f64>,
-    /// The year of the tree after which it was dead; without one it lives.
+    /// The year of the tree from which on it was dead; by default it lives.
+    #[schemars(extend("minimum" = 0.0, "unit" = "years"))]
     pub dead_from: Option<f64>,
 }
 
@@ -34,7 +38,7 @@ impl Default for BranchSpec {
     }
 }
 
-/// Adds branches to a trunk: those that are listed, and whorls of them.
+/// Adds branches to a trunk: those that are listed, and whorls (rings of branches at one height) that are generated.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 5),
@@ -51,12 +55,12 @@ impl Default for BranchSpec {
 pub struct Branches {
     /// The trunk.
     pub skeleton: In<Skeleton>,
-    /// Branches, each `(height, direction: (x, y, z), thickening_speed, length, dead_from)`. At most 1000.
+    /// Branches, each `(height: 0, direction: (x, y, z), thickening_speed: 0.4)`. At most 1000, those of whorls included.
     pub branches: Vec<BranchSpec>,
-    /// The mean distance of generated whorls along the trunk; 0 makes none. A spruce has 165.
+    /// The mean distance of generated whorls along the trunk; 0 makes none. In a spruce it is 165 mm.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub whorl_spacing: f64,
-    /// How many branches a whorl has, at least and at the most.
+    /// The smallest and the largest number of branches in a whorl.
     #[schemars(extend("minimum" = 1.0, "maximum" = 32.0))]
     pub per_whorl: Range,
     /// How steeply generated branches rise.
@@ -68,7 +72,7 @@ pub struct Branches {
     /// The share of generated branches that died.
     #[schemars(range(min = 0, max = 1))]
     pub dead_share: f64,
-    /// How many years generated branches lived that died.
+    /// For how many years those generated branches lived that died.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "years"))]
     pub lifetime: Range,
     /// Another number gives other whorls of the same kind.

@@ -1,6 +1,6 @@
-//! [`BudEyes`]: the eyes of burls, round which rings dip inwards.
+//! [`BudEyes`]: the eyes of burls, around which rings bend inwards.
 //!
-//! Beyond the source; WOOD-LOOK §2. Cost: about 15 ns a point.
+//! Beyond the source. Cost: about 15 ns a point.
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,10 +14,10 @@ use shibo_kernel::noise::noise3::Noise3;
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::{Places, Trunk};
 
-/// Dots a trunk with buds that never grew out: rings bend round each as they do round a pin, and a flat cut shows eyes.
+/// Adds buds that never grew into branches: rings bend around each of them, and a flat cut shows eyes.
 ///
-/// Buds run outwards from the pith. Put it before `BlendTimes` and the calendar; `WarpSolid` makes the rings between
-/// them swirl.
+/// Buds run outwards from the pith. Put this node before `BlendTimes` and before `VaryGrowth` with a `series`. `WarpSolid`
+/// makes the rings between buds swirl.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 7),
@@ -32,14 +32,14 @@ use shibo_kernel::wood::trunk::{Places, Trunk};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BudEyes {
-    /// The growth time, before the calendar.
+    /// The growth time, before `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
     /// The trunk, from whose pith buds run outwards; the z axis if not given.
     pub skeleton: Option<In<Skeleton>>,
     /// The distance of buds at `radius`.
     #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
     pub spacing: f64,
-    /// The distance from the pith at which `spacing` holds; farther out buds stand farther apart round the stem.
+    /// The distance from the pith at which buds are `spacing` apart; farther out they are farther apart around the stem.
     #[schemars(range(min = 1, max = 1e4), extend("unit" = "mm"))]
     pub radius: f64,
     /// How many places have a bud.
@@ -78,8 +78,8 @@ fn byte(word: u32, shift: u32) -> f32 {
 }
 
 impl Buds {
-    /// How deep a point with the angle `turn` (in turns) and the height `z` is in a bud: 0 outside, 1 in the middle of the
-    /// largest; and how near its middle, 0..1.
+    /// How deep a point is in a bud: 0 outside, 1 in the middle of the largest; and how near its middle, 0..1. `turn` is its
+    /// angle as a share of a full circle, `z` its height.
     #[inline(always)]
     fn at(&self, turn: f32, z: f32) -> (f32, f32) {
         let (u, v) = ((turn + 0.5) * self.around, z * self.inverse);
@@ -120,7 +120,7 @@ impl Buds {
                             let grown = math::smooth((x * x + y * y).sqrt() * 0.1);
                             let (deep, near) = self.at(turn, at.z[i]);
                             earlier[i] = time[i] - depth * deep * grown;
-                            // Only the very middle is bark and bud.
+                            // Only the middle has the colour of a bud.
                             eyes[i] = math::smooth((near - 0.82) * 5.0) * grown;
                         }
                     },
@@ -132,7 +132,7 @@ impl Buds {
 
 impl Node for BudEyes {
     const OUTPUTS: &'static [Output] = &[
-        Output::new("time", Type::Solid, "The growth time with its dips."),
+        Output::new("time", Type::Solid, "The growth time with its dips.").in_unit("years"),
         Output::new("eyes", Type::Solid, "How much of a point is bud, 0..1, for `RingColor.knots`."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Seed];

@@ -1,6 +1,6 @@
 //! [`ColorPattern`]: the colours of wood through a year.
 //!
-//! Source: Momoi & Takatera 2014, §1, §2.1 and §4.3 (rows B22, B23, B24). Beyond the source: years are found by themselves
+//! Source: Momoi & Takatera 2014, §1, §2.1 and §4.3 (rows B22, B23, B24). Beyond the source: years are found automatically
 //! along a line of a picture; see [`kernel::wood::strip`](shibo_kernel::wood::strip). Cost: O(entries), with a picture
 //! O(pixels of the strip).
 use crate::choice::choice;
@@ -15,9 +15,9 @@ use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::strip::{self, Sampled, Strip, StripError, StripSpec};
 
 choice! {
-    /// Which way a line across rings runs.
+    /// In which direction a line across rings runs.
     Direction = strip::Towards {
-        /// Found out: slow darkening and sudden lightening point to the bark.
+        /// It is found: colours darken slowly and lighten suddenly on the way to the bark.
         #[default]
         Auto,
         /// From the pith to the bark.
@@ -30,7 +30,7 @@ choice! {
 /// Which years of a picture are taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Years {
-    /// The mean of those that are alike.
+    /// One year: the mean of those that are alike.
     #[default]
     One,
     /// All of them, one after another, with their colours as they are.
@@ -39,8 +39,8 @@ pub enum Years {
 
 /// The colours of a year's growth, from the first early wood to the last late wood: by stops, or out of a picture of wood.
 ///
-/// With an `image`, a strip along `line` across the rings is read; years are found by themselves, at best with ten pixels
-/// or more each. Their widths go to `VaryGrowth` with `series: FromPattern`.
+/// With an `image`, a strip along `line` across the rings is read; years are found by themselves, best where each
+/// has ten pixels or more. Their widths go to `VaryGrowth` with `series: FromPattern`.
 ///
 /// ```ron
 /// "rings": ColorPattern(stops: [(0, "#c18659"), (0.6, "#bf8356"), (0.88, "#b47648"), (0.97, "#a66a40"), (1, "#b87d51")]),
@@ -61,18 +61,18 @@ pub struct ColorPattern {
     /// How many pixels beside the line are read too.
     #[schemars(range(min = 0, max = 200), extend("unit" = "px"))]
     pub strip: u32,
-    /// Which way the line runs.
+    /// In which direction the line runs.
     pub direction: Direction,
     /// Whether early wood is the darker part of the year, as in some ring-porous woods.
     pub early_dark: bool,
     /// Which years are taken.
     pub years: Years,
-    /// How wide a year is along the line; 0 to find the years. If it is given nothing is looked for, and even pictures
-    /// without rings, such as veneer, give colours; with `years: All` those along the line as they are.
+    /// How wide a year is along the line; 0 to find the years. If it is given, years are not searched for, and even
+    /// pictures without rings, such as veneer, give colours; with `years: All` those along the line, unchanged.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "mm"))]
     pub period: f64,
-    /// Where in the year wood has which colour, `[(0.0, "#rrggbb"), …]`, ascending from 0 to 1; 1 to 64 stops. From the last
-    /// stop to the first of the next year it runs straight; two stops at one place make a border.
+    /// Where in the year wood has which colour, `[(0.0, "#rrggbb"), …]`, ascending from 0 to 1; 1 to 64 stops. Colours
+    /// run straight from the last stop to the first of the next year; two stops at one place make a border.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub stops: Vec<(f64, Color)>,
     /// Into how many entries a year is divided.

@@ -1,6 +1,6 @@
 //! [`CutPlane`]: a plane through a solid.
 //!
-//! Source: Momoi & Takatera 2014, §4.1, §4.2, §5.1 (rows B26–B28, B30; W-13). Cost: about 1 ns a pixel besides the solid.
+//! Source: Momoi & Takatera 2014, §4.1, §4.2, §5.1 (rows B26–B28, B30). Cost: about 1 ns a pixel besides the solid.
 use super::trees::{Triple, vector};
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
@@ -16,11 +16,11 @@ pub enum Sawing {
     /// By `origin`, `u` and `v`.
     #[default]
     Given,
-    /// Tangential (板目): `distance` from the pith, its length along the trunk to the right. Cathedrals.
+    /// Tangential (板目): at `distance` from the pith, with the length along the trunk to the right. Rings form cathedrals.
     FlatSawn,
-    /// Radial (柾目): away from the pith, from `distance` on, its length along the trunk to the right. Stripes.
+    /// Radial (柾目): from `distance` on away from the pith, with the length along the trunk to the right. Rings form stripes.
     QuarterSawn,
-    /// Across the trunk, its middle at `distance` from the pith. Rings.
+    /// Across the trunk, with the middle at `distance` from the pith. Rings show as circles.
     EndGrain,
 }
 
@@ -53,17 +53,17 @@ pub struct CutPlane {
     /// For the others: the distance from the pith.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub distance: f64,
-    /// For the others: how far along the other horizontal direction the board is moved.
+    /// For the others: how far the board is moved in the other horizontal direction.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub offset: f64,
     /// For the others: the height in the trunk at which the board starts.
     #[schemars(range(min = -1e5, max = 1e6), extend("unit" = "mm"))]
     pub height: f64,
-    /// For the others: how far the board is turned about the vertical through its middle; a few degrees off a quarter cut
-    /// change much.
+    /// For the others: how far the board is turned about the vertical through its middle; a few degrees
+    /// away from a quarter cut change much.
     #[schemars(range(min = -180, max = 180), extend("unit" = "°"))]
     pub yaw: f64,
-    /// For the others: how far its length is tilted out of the trunk's.
+    /// For the others: the angle between the board's length and that of the trunk.
     #[schemars(range(min = -90, max = 90), extend("unit" = "°"))]
     pub pitch: f64,
     /// For the others: whether the length runs down the canvas instead of to the right.

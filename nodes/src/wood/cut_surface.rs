@@ -17,10 +17,10 @@ use std::sync::Arc;
 /// A surface to cut along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum SurfaceShape {
-    /// A cylinder round the z axis: u runs round it, v upwards.
+    /// A cylinder around the z axis: u runs around it, v along it.
     #[default]
     Cylinder,
-    /// A bowl: a cap of a sphere, u round its axis, v from the rim to the middle.
+    /// A bowl, half of a sphere: u runs around its axis, v from the rim to the middle.
     Bowl,
     /// A bicubic Bézier patch with the 16 points of `controls`.
     Bezier,
@@ -54,7 +54,7 @@ pub struct CutSurface {
     /// For a cylinder: its length; the height of the canvas if not given.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub length: Option<f64>,
-    /// How far round it goes.
+    /// For a cylinder or a bowl: how far around the axis it goes.
     #[schemars(range(min = 0.1, max = 360), extend("unit" = "°"))]
     pub arc: f64,
     /// For `Bezier`: 16 control points by rows, u first.
@@ -201,7 +201,7 @@ impl Node for CutSurface {
         let (surface, bytes) = self.surface(cx)?;
         let kind = format!("{:?}", self.shape);
         let key = Key::of("surface", &[kind.as_bytes(), &bytes, &size.x.to_le_bytes(), &size.y.to_le_bytes()]);
-        // The largest distance of neighbours on a coarse net, as mm of space for a mm of canvas.
+        // The largest distance of neighbours on a coarse grid, as mm of space for a mm of canvas.
         let mut stretch = DVec2::ZERO;
         let net = 48;
         for i in 0..net {
@@ -228,7 +228,7 @@ impl Node for CutSurface {
             Ok(())
         });
         let spacing = move |grid: &shibo_engine::value::Grid| (stretch * grid.step).max_element();
-        // Every solid on the cut reads the points: they are worth keeping.
+        // Every solid that is cut reads the points, so they get a key and are kept.
         let place = place.keyed(Key::of("surface points", &[key.as_bytes()]));
         Ok(Outputs::one(cx.cut(&cx.get(&self.solid)?, &Cut::new(key, place, spacing))))
     }

@@ -1,6 +1,6 @@
 //! [`EqualizeHeight`]: control points evenly spaced in height, so that the curve's parameter is linear in z.
 //!
-//! Source: Momoi & Takatera 2014, §3.4 (eqs 5–8; rows B6, B7; W-3). Cost: O(segments).
+//! Source: Momoi & Takatera 2014, §3.4 (eqs 5–8; rows B6, B7). Cost: O(segments).
 use super::trees::problem;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -12,8 +12,8 @@ use shibo_kernel::wood::fit;
 
 /// Moves the inner control points of a skeleton along its tangents until they are evenly spaced in height.
 ///
-/// The curve stays smooth in direction (C1). Growth times do this by themselves; use it to see the result, or to place
-/// branches after it. A shift of more than a third of a segment is reported.
+/// The curve stays smooth in direction (C1). Growth times do this by themselves; use this node to see the result, or to
+/// place branches on it. A shift of more than a third of a segment is warned of.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -20), (6, 2, 10), (-8, 0, 40), (4, 0, 70)]),

@@ -1,6 +1,6 @@
 //! [`FiberShading`]: how fibres catch the light on a cut.
 //!
-//! Beyond the source; WOOD-LOOK §4.3, after S. Marschner et al., "Measuring and modeling the appearance of finished wood"
+//! Beyond the source, after S. Marschner et al., "Measuring and modeling the appearance of finished wood"
 //! (2005). Cost: about 10 ns a point besides the direction.
 use super::frames::{Frame, dot, frames};
 use schemars::JsonSchema;
@@ -12,8 +12,8 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::wood::solids::Code;
 
-/// Fibre direction against the cut: anisotropy and its angle, the tilt of fibres out of the cut, and figure, which is
-/// lighter where fibres tilt one way and darker where they tilt the other.
+/// What follows from the angle between fibres and the cut: anisotropy and its direction, the tilt of fibres out of the cut,
+/// and figure, which makes wood lighter where fibres tilt one way and darker where they tilt the other.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -35,7 +35,7 @@ pub struct FiberShading {
     /// How much lighter wood is where its fibres tilt towards the top of the canvas.
     #[schemars(range(min = -4, max = 4))]
     pub figure: f64,
-    /// How much of the tilt turns the normal.
+    /// How much of the tilt the normal follows.
     #[schemars(range(min = 0, max = 1))]
     pub normal_gain: f64,
 }
@@ -63,14 +63,15 @@ impl Node for FiberShading {
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its figure."),
         Output::new("anisotropy", Type::Solid, "1 where fibres lie in the cut, 0 on end grain."),
-        Output::new("angle", Type::Solid, "The angle of fibres on the canvas in degrees, -90..90, from +x towards +y."),
+        Output::new("angle", Type::Solid, "The angle of fibres on the canvas, -90..90, from +x towards +y.")
+            .in_unit("°"),
         Output::new(
             "x",
             Type::Solid,
             "How far fibres of length 1 run to the right on the canvas, for `JacobianFromVectors`.",
         ),
         Output::new("y", Type::Solid, "How far they run down on it."),
-        Output::new("tilt", Type::Solid, "The angle of fibres out of the cut in degrees, -90..90."),
+        Output::new("tilt", Type::Solid, "The angle of fibres out of the cut, -90..90.").in_unit("°"),
         Output::new("normal", Type::SolidVector, "The normal turned by the tilt, as ½ + ½n, y up."),
     ];
     const FACTS: &'static [Fact] = &[];

@@ -1,6 +1,6 @@
 //! [`FiberSpace`]: coordinates that run with the fibres of a tree.
 //!
-//! Beyond the source; how is WOOD-LOOK §4.3. Cost: about 25 ns a point, with curl 40.
+//! Beyond the source. Cost: about 25 ns a point, with curl 40.
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,8 +15,8 @@ use std::sync::Arc;
 
 /// Coordinates along the fibres, in which streaks, pores and rays are drawn, and the direction of the fibres.
 ///
-/// Connect the time before the calendar (before `VaryGrowth` with a `series`). Fibres wander, spiral, curl and flow round
-/// the branches of the skeleton.
+/// Connect the time before `VaryGrowth` with a `series`. Fibres wander, spiral, curl and flow around the branches of the
+/// skeleton.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -29,7 +29,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FiberSpace {
-    /// The growth time, branches included, before the calendar.
+    /// The growth time, branches included, before `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
     /// The trunk with its branches.
     pub skeleton: In<Skeleton>,
@@ -48,13 +48,13 @@ pub struct FiberSpace {
     /// The angle at which fibres wind round the stem.
     #[schemars(range(min = -30, max = 30), extend("unit" = "°"))]
     pub spiral: f64,
-    /// The angle of interlocked grain, which changes sides from layer to layer; seen in the direction alone.
+    /// The angle of interlocked grain, which changes sides from layer to layer; only `direction` shows it.
     #[schemars(range(min = 0, max = 30), extend("unit" = "°"))]
     pub interlock: f64,
     /// The thickness of two layers of interlocked grain.
     #[schemars(range(min = 0.1, max = 1000), extend("unit" = "mm"))]
     pub interlock_pitch: f64,
-    /// How far curly grain swings sideways; 0 for straight grain.
+    /// How far curly grain moves sideways; 0 for straight grain.
     #[schemars(range(min = 0, max = 10), extend("unit" = "mm"))]
     pub curl: f64,
     /// The length of a wave of curly grain.
@@ -90,7 +90,7 @@ impl Default for FiberSpace {
 impl Node for FiberSpace {
     const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[
-        Output::new("place", Type::SolidVector, "Coordinates X, Y across and Z along the fibres, in mm."),
+        Output::new("place", Type::SolidVector, "Coordinates X, Y across and Z along the fibres.").in_unit("mm"),
         Output::new("direction", Type::SolidVector, "The direction of the fibres in space, of length 1."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Seed];

@@ -1,6 +1,6 @@
 //! [`FiberStreaks`]: fibres seen as fine streaks, slow drifts of tone, and streaks of pigment.
 //!
-//! Beyond the source; WOOD-LOOK §1 (6, 9) and §2. Cost: about 30 ns a point.
+//! Beyond the source. Cost: about 30 ns a point.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
@@ -118,7 +118,7 @@ impl Streaks {
                     add(at, patch.pixel, self.noise[5], (11.0, 420.0, 1.1), pigment, false);
                     pigment.iter_mut().for_each(|p| *p = self.streak * math::smooth((*p - 0.02) * 1.9));
                 }
-                // Darker is stronger than lighter.
+                // Dark streaks are stronger than light ones.
                 for (tone, relief) in tone.iter_mut().zip(relief.iter()) {
                     let all = FINE_GAIN * self.fine * relief + 2.2 * self.coarse * *tone;
                     *tone = if all < 0.0 { 1.35 * all } else { 0.75 * all };
@@ -138,7 +138,7 @@ impl Node for FiberStreaks {
     const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its streaks."),
-        Output::new("height", Type::Solid, "The relief of the fibres in mm."),
+        Output::new("height", Type::Solid, "The relief of the fibres.").in_unit("mm"),
         Output::new("tone", Type::Solid, "By how much fibres make wood lighter or darker, around 1."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Seed];
@@ -161,7 +161,7 @@ impl Node for FiberStreaks {
             let (tone, pigment) = (inputs[1].plane(1), inputs[1].plane(2));
             for (c, plane) in out.iter_mut().enumerate() {
                 for (((out, color), tone), pigment) in plane.iter_mut().zip(inputs[0].plane(c)).zip(tone).zip(pigment) {
-                    // Pigment takes the colour of its stuff and keeps some of the light and dark of the rings.
+                    // Where there is pigment, its colour shows, with some of the light and dark of the rings.
                     *out = math::lerp(*color, dye[c] * 0.55 + 0.45 * *color, *pigment) * *tone;
                 }
             }

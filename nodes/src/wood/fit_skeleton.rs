@@ -1,7 +1,7 @@
 //! [`FitSkeleton`]: a smooth curve through the nodes of a trunk.
 //!
-//! Source: Momoi & Takatera 2014, §3.2 (eq 4; rows B2, B3, B4), with the misprint of C1 corrected (W-1) and extended from
-//! three nodes to any number (W-2). Cost: O(nodes).
+//! Source: Momoi & Takatera 2014, §3.2 (eq 4; rows B2, B3, B4), with the misprint of C1 corrected, and extended
+//! from three nodes to any number. Cost: O(nodes).
 use super::trees::problem;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Curve, Skeleton, Stop, Type};
 use shibo_kernel::wood::fit;
 
-/// How the curve is made of the points given.
+/// How the curve is made of the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Scheme {
     /// Through all points, smooth in direction and curvature (C2): the natural spline.
@@ -37,7 +37,7 @@ pub enum Scheme {
 pub struct FitSkeleton {
     /// The nodes, or control points.
     pub curve: In<Curve>,
-    /// How the curve is made of them.
+    /// How the curve is made of the points.
     pub scheme: Scheme,
 }
 

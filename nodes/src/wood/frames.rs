@@ -1,7 +1,7 @@
-//! How a cut lies in space at the points of a patch.
+//! How a cut lies in space at the points of a block.
 use shibo_engine::value::Patch;
 
-/// Directions of length 1: to the right on the canvas, down on it, and out of it towards who looks.
+/// Directions of length 1: to the right on the canvas, down on it, and out of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) right: [f32; 3],
@@ -24,7 +24,7 @@ fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
 }
 
 impl Frame {
-    /// From the ways to the right and down; `None` if they span nothing.
+    /// From vectors to the right and down; `None` if they span no plane.
     fn new(right: [f32; 3], down: [f32; 3]) -> Option<Self> {
         let right = unit(right)?;
         // y points down on the canvas, so right × down points away.
@@ -33,8 +33,8 @@ impl Frame {
     }
 }
 
-/// Calls `body(from, to, frame)` for points of a patch of whole quads that have the same frame: all points of a plane, the
-/// rows of each quad elsewhere; without a frame for single points, which lie on no surface.
+/// Calls `body(from, to, frame)` for the points of a block of whole quads that have the same frame: for all points of a
+/// plane, and elsewhere for the rows of each quad. Single points lie on no surface and have no frame.
 #[inline(always)]
 pub(super) fn frames(patch: &Patch<'_>, mut body: impl FnMut(usize, usize, Option<&Frame>)) {
     if let Some([right, down]) = patch.flat {

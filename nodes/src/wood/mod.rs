@@ -1,4 +1,4 @@
-//! Wood: growth time in a tree with a curved skeleton (Momoi & Takatera 2014), a stage a node, and cuts through it.
+//! Wood: growth time in a tree with a curved skeleton (Momoi & Takatera 2014), each stage a node, and cuts through it.
 mod blend_times;
 mod board;
 mod branch_time;

@@ -1,4 +1,4 @@
-//! [`PlaceInTree`]: where in a tree a thing lies.
+//! [`PlaceInTree`]: an object cut out of a tree.
 //!
 //! Source: Momoi & Takatera 2014, §4.1, §4.2 (row B26): the target is placed anywhere in the texture's space, and adjusted
 //! finely. Cost: about 1 ns a point.
@@ -10,9 +10,9 @@ use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Type};
 use shibo_kernel::wood::solids::Code;
 
-/// Places a thing in a solid: the result is the solid in the coordinates of the thing.
+/// Places an object in a solid: the result is the solid in the coordinates of the object.
 ///
-/// A point P of the thing is taken at position + R · (P · scale) of the solid, R being turns about x, then y, then z.
+/// At a point P of the object the solid is taken at position + R · (P · scale), where R turns about x, then y, then z.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -28,13 +28,13 @@ use shibo_kernel::wood::solids::Code;
 pub struct PlaceInTree {
     /// The solid, in the coordinates of the tree.
     pub solid: In<AnySolid>,
-    /// Where in the tree the origin of the thing lies.
+    /// Where in the tree the origin of the object lies.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub position: Triple,
-    /// Turns of the thing about x, then y, then z.
+    /// Turns of the object about x, then y, then z.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     pub turn: Triple,
-    /// How much larger the thing is in the tree.
+    /// How many times larger the object is in the tree.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0))]
     pub scale: f64,
 }
@@ -47,7 +47,7 @@ impl Default for PlaceInTree {
 
 impl Node for PlaceInTree {
     const OUTPUTS: &'static [Output] =
-        &[Output::solid_like("solid", &["solid"], "The solid in the coordinates of the thing.")];
+        &[Output::solid_like("solid", &["solid"], "The solid in the coordinates of the object.")];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

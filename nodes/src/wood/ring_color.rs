@@ -1,8 +1,8 @@
 //! [`RingColor`]: growth time to the colours of wood.
 //!
-//! Source: Momoi & Takatera 2014, §4.3 (rows B22, B30; W-10). Beyond the source: the exact mean of the pattern over a pixel's
-//! span of years, so that thin rings never alias; years that differ; late wood as a solid; sapwood, knots and bark
-//! (WOOD-LOOK §4.6). Cost: about 40 ns a point.
+//! Source: Momoi & Takatera 2014, §4.3 (rows B22, B30). Beyond the source: the exact mean of the pattern over a pixel's
+//! span of years, so that thin rings never alias; years that differ; late wood as a solid; sapwood, knots and bark.
+//! Cost: about 40 ns a point.
 use super::by_calendar::ByCalendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::solids::{Code, spans};
 use std::sync::Arc;
 
-/// How rings thinner than a pixel are looked up.
+/// How rings that are thinner than a pixel are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum RingFilter {
     /// The mean of the pattern over the span of years that a pixel covers.
@@ -29,7 +29,7 @@ pub enum RingFilter {
     None,
 }
 
-/// Gives every point the colour that the year had when it grew.
+/// Gives every point the colour of the time of year in which it grew.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -52,23 +52,23 @@ pub struct RingColor {
     pub knots: Option<In<SolidNumber>>,
     /// Where bark grew in, 0..1.
     pub bark: Option<In<SolidNumber>>,
-    /// Coordinates along the fibres, from `FiberSpace`, in which `feather` runs; space itself if not given.
+    /// Coordinates along the fibres, from `FiberSpace`, which `feather` follows; by default those of space.
     pub fiber: Option<In<SolidVector>>,
-    /// How rings thinner than a pixel are looked up.
+    /// How rings that are thinner than a pixel are shown.
     pub filter: RingFilter,
-    /// Without a filter: whether colours run from entry to entry.
+    /// With `filter: None`: whether colours are interpolated between entries.
     pub interpolate: bool,
     /// How much the depth of late wood differs from year to year; 0.3 to 0.7 in nature.
     #[schemars(range(min = 0, max = 2))]
     pub late_variation: f64,
-    /// How much the part of the year that is late wood differs; about 0.25 in nature.
+    /// How much the share of late wood differs from year to year; about 0.25 in nature.
     #[schemars(range(min = 0, max = 1))]
     pub phase_variation: f64,
     /// How far ring borders fray into the fibres.
     #[schemars(range(min = 0, max = 0.5), extend("unit" = "years"))]
     pub feather: f64,
-    /// How wide the border of a year is at least, with the filter `Exact`: at a twentieth, cuts in all directions show it
-    /// alike even where pixels are not much finer.
+    /// With `filter: Exact`: the least width of the border between two years. With a twentieth of a year, cuts in all
+    /// directions show it alike, even where pixels are not much smaller.
     #[schemars(range(min = 0, max = 1), extend("unit" = "years"))]
     pub border: f64,
     /// After how many years `late_variation` repeats.
@@ -89,7 +89,7 @@ pub struct RingColor {
     pub knot_color: Color,
     /// The colour of bark.
     pub bark_color: Color,
-    /// Another number gives years other depths.
+    /// Another number gives other variation from year to year.
     pub seed: u64,
 }
 
@@ -168,7 +168,7 @@ impl Painter {
         let jag = self.jag(time, patch, fiber);
         let moved: &[f32] = jag.as_deref().unwrap_or(time);
         let [across, down] = spans(time, patch);
-        // Feathers too fine to be seen widen the span by twice their deviation.
+        // Where feathers are too fine to be seen, they widen the span by twice their deviation.
         let blur = 2.0 * self.feather * 0.27 * (1.0 - visible(0.5, patch.pixel));
         let [red, green, blue, late] = out else { return };
         dispatch(
@@ -280,7 +280,7 @@ impl Node for RingColor {
         let (calendar_time, table) = (cx.get(&self.time)?, cx.get(&self.pattern)?);
         let hash = Hash::new(cx.seed(self.seed));
         let mut lookup = self.lookup(&table, hash);
-        // By the calendar, time has kinks inside pixels; the even time that it follows has none.
+        // Time that follows a calendar has kinks inside pixels; the even time before it has none.
         let mut time = calendar_time.clone();
         let mut sap_from = self.age - self.sap_years;
         if let (Lookup::Mean(life), Some((even, calendar))) = (&lookup, ByCalendar::of(&calendar_time))

@@ -27,11 +27,11 @@ pub enum SolidOperation {
     Max,
     /// a to the power of b; 0 where a is below 0.
     Power,
-    /// What is left of a after its whole part.
+    /// The part of a after its whole part, 0 to 1.
     Fraction,
     /// The whole part of a.
     Floor,
-    /// The size of a.
+    /// The absolute value of a.
     Absolute,
     /// 0 at a ≤ b, 1 at a ≥ c, with a smooth step between.
     SmoothStep,
@@ -109,7 +109,7 @@ fn single(operation: SolidOperation, a: f32, b: f32, c: f32) -> f32 {
     }
 }
 
-/// In double precision where that is worth something: times are told apart by their fractions.
+/// In double precision, since growth times differ in their fractions.
 fn double(operation: SolidOperation, a: f64, b: f64, c: f64) -> f64 {
     match operation {
         SolidOperation::Add => a + b,

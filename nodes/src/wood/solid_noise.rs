@@ -14,7 +14,7 @@ use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3, visible};
 use shibo_kernel::wood::solids::Code;
 
-/// Noise in space: clouds with detail of several sizes, 0..1, mean ½ and deviation 0.155 as `Fractal`.
+/// Noise in space: clouds with detail of several sizes, 0..1, with mean ½ and standard deviation 0.155, as `Fractal`.
 ///
 /// Detail finer than a pixel fades out.
 ///
@@ -89,7 +89,7 @@ impl Node for SolidNoise {
             out[0].fill(0.5);
             for (noise, [a, b, c], size, weight) in &octaves {
                 let weight = weight * scale * visible(*size, patch.pixel);
-                // Cells beyond the range of the hash are of no use to anybody.
+                // There are no cells beyond the range of the hash.
                 if weight > 0.0 {
                     dispatch(
                         #[inline(always)]

@@ -1,7 +1,7 @@
 //! [`StraightTime`]: the earlier method, for comparison.
 //!
-//! Source: Momoi & Takatera 2014, §2.2 (eqs 1–3; rows B33–B36; W-7). It jumps far from the skeleton and is angular near
-//! it: that is what the curved method cures. Cost: O(nodes) a point.
+//! Source: Momoi & Takatera 2014, §2.2 (eqs 1–3; rows B33–B36). It jumps far from the skeleton and is angular near it;
+//! the curved method was made to avoid both. Cost: O(nodes) a point.
 use super::trees::axes;
 use super::trees::problem;
 use schemars::JsonSchema;
@@ -28,7 +28,7 @@ use shibo_kernel::wood::trunk::Places;
 pub struct StraightTime {
     /// The nodes.
     pub curve: In<Curve>,
-    /// A skeleton whose branches are blended in, k = 2.
+    /// A skeleton whose branches are blended with the trunk, with k = 2.
     pub branches: Option<In<Skeleton>>,
     /// How fast the tree grows along its segments.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
@@ -55,7 +55,7 @@ fn fill<R: Real>(straight: &Straight<R>, branches: &[Axis<R>], at: &Places<'_, R
 
 impl Node for StraightTime {
     const OUTPUTS: &'static [Output] =
-        &[Output::new("time", Type::Solid, "Years of growth by way of the nearest segments.")];
+        &[Output::new("time", Type::Solid, "Years of growth, from the nearest segments.").in_unit("years")];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -42,7 +42,7 @@ pub(super) fn even(skeleton: &Skeleton, port: &str) -> Result<Vec<[DVec3; 4]>, S
     fit::equalize(&skeleton.trunk).map(|(even, _)| even).map_err(|e| problem(e, &nodes).at(port).into())
 }
 
-/// The branches as the equations want them; they grow as fast as the trunk.
+/// The branches in the form of the equations; they grow as fast in length as the trunk.
 pub(super) fn axes<R: shibo_kernel::ground::real::Real>(
     skeleton: &Skeleton,
     elongation: f64,

@@ -1,8 +1,8 @@
 //! [`TrunkNodes`]: the points through which a trunk grew.
 //!
 //! Source: Momoi & Takatera 2014, §2.2 and §3 (rows B1, B5): skeleton data of the earlier method can be used unchanged.
-//! Beyond the source: nodes from a file, and nodes generated with the wander measured on a spruce log (WOOD-LOOK §2: a
-//! walk whose deviation halves with the length looked at). Cost: O(nodes).
+//! Beyond the source: nodes from a file, and nodes generated with the wander measured on a spruce log: its deviation is
+//! half as large over half the length. Cost: O(nodes).
 use super::trees::{Triple, problem, vector};
 use crate::csv_points;
 use glam::DVec3;
@@ -46,7 +46,7 @@ pub struct TrunkNodes {
     /// The direction in which it leans, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub lean_direction: f64,
-    /// How far the pith strays from its straight line: the standard deviation over 4 m.
+    /// How far the pith wanders from its straight line: the standard deviation over 4 m.
     #[schemars(range(min = 0, max = 1000), extend("unit" = "mm"))]
     pub wander: f64,
     /// Another number gives another tree of the same kind.
@@ -68,7 +68,7 @@ impl Default for TrunkNodes {
     }
 }
 
-/// The lean in degrees from which on rings are much thinner than they should be.
+/// The lean in degrees above which rings become much thinner than they should be.
 const STEEP: f64 = 45.5;
 
 /// The largest number of nodes.
@@ -78,7 +78,8 @@ impl TrunkNodes {
     fn generate(&self, hash: Hash) -> Vec<DVec3> {
         let (sin, cos) = self.lean_direction.to_radians().sin_cos();
         let lean = libm::tan(self.lean.to_radians());
-        // Waves of 4 m and shorter, each half as long and half as strong: most of the deviation is in the long ones.
+        // Waves of 4 m and shorter, each half as long and half as strong as the one before: long ones make most of the
+        // deviation.
         let stray = |axis: u64, z: f64| {
             let wave = |k: i32| {
                 let (length, share) = (4000.0 * 0.5_f64.powi(k), 0.87 * 0.5_f64.powi(k));
@@ -140,7 +141,7 @@ impl Node for TrunkNodes {
     }
 }
 
-/// What is said of a trunk that leans by more than is meant.
+/// The warning about a trunk that leans too far.
 fn leaning(points: &[DVec3]) -> Option<Problem> {
     let lean = |pair: &[DVec3]| (pair[1] - pair[0]).angle_between(DVec3::Z).to_degrees();
     let (i, lean) = points.windows(2).map(lean).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;

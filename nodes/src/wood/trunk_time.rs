@@ -1,6 +1,6 @@
 //! [`TrunkTime`]: when a trunk reached each point of space.
 //!
-//! Source: Momoi & Takatera 2014, §3.3 and §3.5 (eqs 8–13; rows B7–B11, B15; W-5, W-6, W-9). Beyond the source: young trees
+//! Source: Momoi & Takatera 2014, §3.3 and §3.5 (eqs 8–13; rows B7–B11, B15). Beyond the source: young trees
 //! may thicken faster. Cost: about 2 ns a point, whatever the number of nodes.
 use super::trees::even;
 use schemars::JsonSchema;
@@ -11,8 +11,8 @@ use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::trunk::{Growth, Trunk};
 use std::sync::Arc;
 
-/// The time at which a growing trunk reached each point: T = z / elongation + d / thickening, d the horizontal distance
-/// from its skeleton.
+/// The time at which a growing trunk reached each point: T = z / elongation + d / thickening, where d is the horizontal
+/// distance from its skeleton.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -20), (6, 2, 10), (-8, 0, 40), (4, 0, 70)]),
@@ -24,7 +24,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrunkTime {
-    /// The trunk; its control points are spaced evenly in height if they are not yet.
+    /// The trunk. Its control points are spaced evenly in height first, as by `EqualizeHeight`.
     pub skeleton: In<Skeleton>,
     /// How fast it grows in height.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
@@ -35,7 +35,7 @@ pub struct TrunkTime {
     /// The height from which it grows.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
-    /// By how much faster it thickens while it is thin; 0 in the source, about 0.6 in nature.
+    /// How much faster it thickens while it is thin: 0 in the source, about 0.6 in nature.
     #[schemars(range(min = 0, max = 100))]
     pub age_boost: f64,
     /// The radius over which `age_boost` fades.
@@ -58,8 +58,8 @@ impl Default for TrunkTime {
 
 impl Node for TrunkTime {
     const OUTPUTS: &'static [Output] = &[
-        Output::new("time", Type::Solid, "Years of growth until the trunk reached the point."),
-        Output::new("distance", Type::Solid, "Horizontal distance from the pith in mm."),
+        Output::new("time", Type::Solid, "Years of growth until the trunk reached the point.").in_unit("years"),
+        Output::new("distance", Type::Solid, "Horizontal distance from the pith.").in_unit("mm"),
     ];
     const FACTS: &'static [Fact] = &[];
 

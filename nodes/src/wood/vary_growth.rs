@@ -1,7 +1,7 @@
 //! [`VaryGrowth`]: growth that is irregular in space and from year to year.
 //!
-//! Source: asked for by Momoi & Takatera 2014, §5.1 and §5.3 (rows B31, B32); how is WOOD-LOOK §4.1. Cost: about 5 ns a
-//! point and wave.
+//! Momoi & Takatera 2014 ask for it in §5.1 and §5.3 (rows B31, B32); how it is done is beyond the source. Cost: about 5 ns
+//! a point and wave.
 use super::by_calendar::ByCalendar;
 use super::trees::even;
 use glam::DVec3;
@@ -22,18 +22,18 @@ use std::sync::Arc;
 /// The widths of years.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Series {
-    /// All the same.
+    /// All years have the same width.
     #[default]
     Even,
-    /// Log-normal with `sigma` and `memory`, as trees grow.
+    /// Random widths with `sigma` and `memory`, log-normal as those of trees.
     Generated,
-    /// These relative widths, from the pith outwards; they repeat.
+    /// These relative widths, from the pith outwards. After the last one they are used again.
     List(Vec<f64>),
-    /// Those that the pattern at `pattern` was sampled from.
+    /// The widths of the years that the picture of `pattern` shows.
     FromPattern,
 }
 
-/// Makes growth irregular: rings that waver round and along the stem, and years of different widths.
+/// Makes growth irregular: rings that are not round, that waver along the stem, and years of different widths.
 ///
 /// The shape (`eccentricity`, `waves`) belongs between the trunk's time and `BlendTimes`, the `series` after it: use the
 /// node twice. Time stays continuous and rises outward, which is checked.
@@ -53,29 +53,29 @@ pub enum Series {
 pub struct VaryGrowth {
     /// The time of even growth.
     pub time: In<SolidNumber>,
-    /// The trunk round which the shape varies; without one, round the z axis.
+    /// The trunk around which the shape varies; by default the z axis.
     pub skeleton: Option<In<Skeleton>>,
     /// The pattern whose widths `series: FromPattern` takes.
     pub pattern: Option<In<ColorPattern>>,
     /// The widths of years.
     pub series: Series,
-    /// For `Generated`: how much widths differ, the deviation of their logarithm.
+    /// For `Generated`: how much widths differ, as the standard deviation of their logarithm.
     #[schemars(range(min = 0, max = 1.5))]
     pub sigma: f64,
-    /// For `Generated`: how much of a year is like the one before.
+    /// For `Generated`: how much a year is like the one before.
     #[schemars(range(min = 0, max = 0.99))]
     pub memory: f64,
     /// For `Generated`: after how many years widths repeat.
     #[schemars(range(min = 8, max = 4096))]
     pub years: u32,
-    /// How far sections are from round, relative to the radius.
+    /// How much cross-sections differ from circles, as a share of the radius.
     #[schemars(range(min = 0, max = 0.5))]
     pub eccentricity: f64,
     /// Waves of rings, each `(amplitude, across, along)` in mm; at most 8. Time must still rise outward: the sum of
     /// amplitude / across must stay below (1 - 1.5 eccentricity) / 3.1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub waves: Vec<(f64, f64, f64)>,
-    /// Whether time may fall outward here and there, as in burls.
+    /// Whether time may decrease outwards in some places, as in burls.
     pub allow_folds: bool,
     /// Another number gives other variation of the same kind.
     pub seed: u64,
@@ -147,7 +147,7 @@ impl VaryGrowth {
 impl Node for VaryGrowth {
     const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
-        Output::new("time", Type::Solid, "The time of irregular growth."),
+        Output::new("time", Type::Solid, "The time of irregular growth.").in_unit("years"),
         Output::new("calendar", Type::Curve, "Where years begin: points (even time, year, 0)."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Seed];

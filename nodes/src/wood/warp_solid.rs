@@ -1,6 +1,6 @@
-//! [`WarpSolid`]: a solid taken at points that clouds push about: burls, figure, anything less straight.
+//! [`WarpSolid`]: a solid whose points are displaced by noise, as for burls and figure.
 //!
-//! Beyond the source; WOOD-LOOK §2 (burl). Cost: about 12 ns a point and octave.
+//! Beyond the source. Cost: about 12 ns a point and octave.
 use super::trees::Triple;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
 use shibo_kernel::wood::solids::Code;
 
-/// Warps a solid by clouds.
+/// Bends a solid by noise.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -26,9 +26,9 @@ use shibo_kernel::wood::solids::Code;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WarpSolid {
-    /// What to warp.
+    /// What to bend.
     pub solid: In<AnySolid>,
-    /// How far points are pushed: the standard deviation in each direction.
+    /// How far points are displaced: the standard deviation in each direction.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub amount: f64,
     /// Size of a cloud of the coarsest octave.
@@ -54,7 +54,7 @@ impl Default for WarpSolid {
 }
 
 impl Node for WarpSolid {
-    const OUTPUTS: &'static [Output] = &[Output::solid_like("solid", &["solid"], "The solid, warped.")];
+    const OUTPUTS: &'static [Output] = &[Output::solid_like("solid", &["solid"], "The solid, bent.")];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 
     fn no_op(&self) -> Option<&'static str> {

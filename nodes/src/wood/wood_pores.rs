@@ -1,6 +1,6 @@
 //! [`WoodPores`]: the vessels of hardwoods.
 //!
-//! Beyond the source; WOOD-LOOK §4.4. Cost: about 25 ns a point.
+//! Beyond the source. Cost: about 25 ns a point.
 use super::by_calendar::ByCalendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,9 +15,9 @@ use shibo_kernel::wood::pores::{PoreStyle, Pores};
 use shibo_kernel::wood::solids::{Code, spans};
 use shibo_kernel::wood::years::Calendar;
 
-/// Cuts open the pores of wood: dark dashes along the grain, dots on end grain, most of them in early wood.
+/// Draws the pores of wood: dark dashes along the grain, dots on end grain, most of them in early wood.
 ///
-/// Seen from so far that pores are finer than pixels, their mean coverage of each part of the year is drawn.
+/// Where pores are smaller than pixels, how much of each part of the year they cover on average is drawn.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -36,7 +36,7 @@ pub struct WoodPores {
     pub color: In<SolidColor>,
     /// The fibres: the place of `FiberSpace`.
     pub fiber: In<SolidVector>,
-    /// The growth time, with the calendar.
+    /// The growth time, after `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
     /// The calendar of `VaryGrowth`, so that pores know the year in which they grew.
     pub calendar: Option<In<Curve>>,
@@ -49,7 +49,7 @@ pub struct WoodPores {
     /// The height from which it grows, as in `TrunkTime`.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
-    /// The distance of columns of pores; at least 1.7 times the largest radius.
+    /// The distance between pores across the grain; at least 1.7 times the largest radius.
     #[schemars(range(min = 0.01, max = 100), extend("unit" = "mm"))]
     pub cell: f64,
     /// The length of the longest pores.
@@ -58,7 +58,7 @@ pub struct WoodPores {
     /// The radius in early and in late wood.
     #[schemars(extend("minimum" = 0.0, "maximum" = 10.0, "unit" = "mm"))]
     pub radius: Linear,
-    /// How many places have a pore in early and in late wood.
+    /// The share of places that have a pore, in early and in late wood.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub density: Linear,
     /// The part of the year that is early wood.
@@ -67,7 +67,7 @@ pub struct WoodPores {
     /// How dark pores are.
     #[schemars(range(min = 0, max = 1))]
     pub darkness: f64,
-    /// What fills the pores; the wood's own colour darkened if not given.
+    /// The colour in pores; by default that of the wood, darkened.
     pub filling: Option<Color>,
     /// How deep pores are.
     #[schemars(range(min = 0, max = 10), extend("unit" = "mm"))]
@@ -121,7 +121,7 @@ impl Node for WoodPores {
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its pores."),
         Output::new("mask", Type::Solid, "How much of a point is pore, 0..1."),
-        Output::new("height", Type::Solid, "Minus the depth in pores, in mm."),
+        Output::new("height", Type::Solid, "Minus the depth in pores.").in_unit("mm"),
     ];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 

@@ -1,6 +1,6 @@
 //! [`WoodRays`]: the rays of hardwoods, which are flecks on a quarter cut, lines on end grain, and spindles on a flat cut.
 //!
-//! Beyond the source; WOOD-LOOK §4.5. Cost: about 40 ns a point.
+//! Beyond the source. Cost: about 40 ns a point.
 use super::frames::frames;
 use super::trees::even;
 use schemars::JsonSchema;
@@ -15,7 +15,8 @@ use shibo_kernel::wood::rays::{RayStyle, Rays};
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
 
-/// Draws rays: sheets from the pith outwards, one object with three looks.
+/// Draws rays: thin sheets from the pith outwards, which look different on each cut: flecks on a quarter cut, lines on end
+/// grain, spindles on a flat cut.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -36,7 +37,7 @@ pub struct WoodRays {
     pub fiber: In<SolidVector>,
     /// The trunk, from whose pith rays start; the z axis if not given.
     pub skeleton: Option<In<Skeleton>>,
-    /// The distance of rays round the stem.
+    /// The distance of rays around the stem.
     #[schemars(range(min = 0.05, max = 100), extend("unit" = "mm"))]
     pub pitch: f64,
     /// How tall rays are along the grain.
@@ -45,13 +46,13 @@ pub struct WoodRays {
     /// How thick they are.
     #[schemars(range(min = 0.005, max = 10), extend("unit" = "mm"))]
     pub width: f64,
-    /// How many places have a ray.
+    /// The share of places that have a ray.
     #[schemars(range(min = 0, max = 1))]
     pub density: f64,
     /// How long they are outwards.
     #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
     pub length: f64,
-    /// How far they bend, in distances of rays; it decides how large flecks are.
+    /// How far they bend, as a share of their distance; this decides how large flecks are.
     #[schemars(range(min = 0, max = 10))]
     pub wobble: f64,
     /// The colour of flecks and of lines on end grain.
@@ -62,8 +63,8 @@ pub struct WoodRays {
     /// The factor on the colour where a flat cut meets rays.
     #[schemars(range(min = 0, max = 2))]
     pub flat: f64,
-    /// How much the colour of rays depends on the cut, as in nature: 0 gives the same colour on all cuts, so that faces
-    /// agree on their shared edges to the last.
+    /// How much the colour of rays depends on the cut, as in nature: with 0 it is the same on all cuts, so that faces
+    /// agree exactly on their shared edges.
     #[schemars(range(min = 0, max = 1))]
     pub by_cut: f64,
     /// Another number gives other rays of the same kind.
@@ -91,7 +92,7 @@ impl Default for WoodRays {
     }
 }
 
-/// How much rays show their own colour on a cut in any direction.
+/// The share of their own colour that rays show on a cut in any direction, where `by_cut` is 0.
 const EVERYWHERE: f32 = 0.6;
 
 impl Node for WoodRays {
@@ -160,7 +161,7 @@ impl Node for WoodRays {
         let all = cx.shared("all", all);
         let (own, gain, by_cut) = (self.ray_color.0, narrow(self.gain), narrow(self.by_cut));
         let factor = (narrow(self.flat) - 1.0) * by_cut;
-        // On average over all cuts, rays shine so much.
+        // How much rays shine on average over all cuts.
         let always = EVERYWHERE * (1.0 - by_cut);
         let paint = Code::of_inputs(move |_, inputs, out| {
             let [mask, shine, flat] = [0, 1, 2].map(|c| inputs[1].plane(c));

@@ -83,7 +83,7 @@ fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Qu
     Ok(Found { diagnostics, sources: loaded.sources })
 }
 
-/// The nodes that are not pure. Only here are threads started and caches opened.
+/// Nodes that give another result the second time. Only this starts threads and opens caches.
 fn verify(graph: &Graph, args: &CheckArgs, terminal: &Terminal) -> Result<Vec<Diagnostic>, Quit> {
     let cancel = CancelToken::default();
     interrupt::cancel_on_signals(&cancel);
@@ -99,7 +99,7 @@ fn verify(graph: &Graph, args: &CheckArgs, terminal: &Terminal) -> Result<Vec<Di
     Ok(found)
 }
 
-/// The contract's form, for all files together; `warnings` stand apart, so that whatever is in `errors` fails.
+/// The JSON of all files together. Warnings have a list of their own: only what is in `errors` fails the command.
 fn json_of(found: &[Found]) -> Json {
     let mut all = json!({ "errors": [], "warnings": [] });
     for one in found {

@@ -6,7 +6,7 @@ fn variable(name: &str) -> Option<OsString> {
     std::env::var_os(name).filter(|value| !value.is_empty())
 }
 
-/// Whether the user lets terminals be coloured.
+/// Whether the user allows colours in terminals.
 pub(crate) fn colors() -> bool {
     variable("NO_COLOR").is_none() && variable("TERM").is_none_or(|term| term != "dumb")
 }

@@ -1,7 +1,7 @@
 //! Ctrl-C and SIGTERM: the run ends cleanly; a second one ends it at once.
 use shibo_engine::eval::CancelToken;
 
-/// Lets signals cancel `token`. Without signals the run can only be killed, which is no reason not to run.
+/// Lets signals cancel `token`. Where that is not possible, the run can only be killed, and goes on all the same.
 ///
 /// SIGHUP is left alone, so that `nohup` works.
 #[cfg(unix)]

@@ -43,7 +43,7 @@ pub(crate) fn run(args: &NewArgs, terminal: &Terminal) -> Result<(), Quit> {
     Ok(())
 }
 
-/// Lists the templates. Whoever gave a name wanted a file, and is told how to get it.
+/// Lists the templates. If a name was given, but no template, it also says how to make that file.
 fn list(args: &NewArgs, terminal: &Terminal) -> Result<(), Quit> {
     let mut page = terminal.page();
     for template in TEMPLATES {
@@ -68,7 +68,7 @@ fn file(name: &Path) -> Option<PathBuf> {
 fn create(path: &Path, template: &Template) -> std::io::Result<()> {
     let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
     file.write_all(template.text.as_bytes()).inspect_err(|_| {
-        // Half a file is worse than none.
+        // A file that could be written only in part is removed.
         let _ = fs::remove_file(path);
     })
 }

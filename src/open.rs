@@ -17,7 +17,7 @@ pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolut
         preset: values.preset.clone(),
         set: values.set.clone(),
         resolution,
-        // Without a working folder, relative paths stay as they are, which means the same.
+        // Without a known working folder, relative paths stay relative, which means the same.
         working_dir: std::env::current_dir().unwrap_or_default(),
         limits: Limits::default(),
     };

@@ -47,7 +47,7 @@ impl<'t> Progress<'t> {
             bar.set_style(style);
         }
         bar.set_prefix(escape(name));
-        // What takes no time need not be seen.
+        // No bar for what is over at once.
         bar.enable_steady_tick(Duration::from_millis(100));
         bar
     }

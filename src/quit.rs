@@ -11,7 +11,7 @@ pub(crate) enum Quit {
     Failed(anyhow::Error),
     /// The command makes no sense.
     Usage(String),
-    /// Whoever read stdout does not want more.
+    /// The program that reads stdout has closed it.
     Closed,
 }
 
@@ -21,7 +21,7 @@ impl Quit {
         Self::Failed(anyhow::Error::msg(message.into()))
     }
 
-    /// Says what has not been said yet, and gives the exit code.
+    /// Prints what was not printed yet, and gives the exit code.
     pub(crate) fn code(&self, terminal: &Terminal) -> ExitCode {
         match self {
             Self::Shown | Self::Closed => ExitCode::FAILURE,

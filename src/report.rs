@@ -87,7 +87,7 @@ fn pictures(places: &[Place], texts: &mut Texts<'_>, width: usize, color: bool) 
             let picture = Picture { source, labels: here.iter().map(|place| label(source, place)).collect() };
             let mut out = String::new();
             handler.render_report(&mut out, &picture).ok()?;
-            // The first lines are the handler's place for a message, which stands above all files.
+            // The first lines hold the message, which is already printed above all files.
             let start = out.find('╭').and_then(|at| out[..at].rfind('\n')).map_or(0, |at| at + 1);
             Some(out.split_off(start))
         })

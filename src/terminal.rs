@@ -167,7 +167,7 @@ impl Terminal {
 
     /// Writes to stderr.
     pub(crate) fn show(&self, text: &Text) {
-        // Nobody is left to be told that stderr is gone.
+        // If stderr is closed, there is no other place to report that.
         self.bars.suspend(|| drop(std::io::stderr().write_all(text.buffer.as_bytes())));
     }
 
@@ -226,7 +226,7 @@ impl Terminal {
         let plain = std::env::args_os().any(|arg| arg.to_string_lossy().contains(is_unsafe));
         let (out, code) = if error.use_stderr() { (false, ExitCode::from(2)) } else { (true, ExitCode::SUCCESS) };
         let mut text = if out { self.page() } else { Text::new(self.color) };
-        // With odd arguments in the message, styles and arguments cannot be told apart.
+        // If arguments in the message hold escape sequences, these and the styles cannot be told apart.
         let rendered = if plain { error.render().to_string() } else { error.render().ansi().to_string() };
         if text.color {
             text.rendered(&rendered)

@@ -2,7 +2,8 @@
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::Canvas;
 
-/// Refuses a length that reaches beyond half the canvas' longer side: a wrap-around would read the same place twice.
+/// Refuses a length that is more than half of the canvas' longer side: on a canvas that tiles, the same place would be
+/// read twice.
 pub(crate) fn at_most_half(name: &'static str, mm: f64, canvas: &Canvas) -> Vec<Problem> {
     let most = 0.5 * canvas.size_mm.max_element();
     if mm <= most {

@@ -1,12 +1,13 @@
-//! Points in CSV files, a point a line.
+//! Points in CSV files, one per line.
 use shibo_engine::diagnostics::{Code, Problem};
 use std::path::Path;
 use std::str::FromStr;
 
-/// Coordinates in files are no larger, as those in graphs.
+/// The largest coordinate that is accepted, in files as in graphs.
 pub(crate) const FARTHEST: f64 = 1e7;
 
-/// The lines of a file, each with N finite numbers as `form` says; at most `most`. `field` names the file.
+/// Reads a file of at most `most` lines, each with N finite numbers as `form` says. `field` is the parameter that names
+/// the file.
 pub(crate) fn read<T: FromStr + Copy + Into<f64>, const N: usize>(
     path: &Path,
     (field, form): (&str, &str),

@@ -1,4 +1,5 @@
-//! Where the boxes of a drawing go: in columns, by the longest way, so that wires run from left to right and cross seldom.
+//! Where the boxes of a drawing go: in columns, by the longest path to them, so that wires run from left to right and rarely
+//! cross.
 
 /// The number of boxes and bends above which long wires are drawn straight.
 const MOST_BENDS: usize = 100_000;
@@ -43,7 +44,8 @@ pub(crate) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize
     }
 }
 
-/// The column of each box: as far right as its readers let it, which keeps wires short; the longest way sets the width.
+/// The column of each box: as far to the right as its readers allow, which keeps wires short. The longest path decides how
+/// many columns there are.
 fn columns(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut readers = vec![Vec::new(); count];
     let mut waiting = vec![0_usize; count];
@@ -67,7 +69,7 @@ fn columns(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool)
     let rightmost = columns.iter().copied().max().unwrap_or(0);
     (0..count).filter(|&i| last(i)).for_each(|i| columns[i] = rightmost);
     for &i in order.iter().rev() {
-        // What nobody reads stays where it is.
+        // A box without readers stays where it is.
         if let Some(first) = readers[i].iter().map(|&to| columns[to]).min() {
             columns[i] = first.saturating_sub(1);
         }
@@ -137,7 +139,7 @@ impl Net {
         (!near.is_empty()).then(|| near.iter().map(|&j| self.rows[j]).sum::<f64>() / near.len() as f64)
     }
 
-    /// Orders each column by the mean place of what its items are connected to, to and fro.
+    /// Orders each column by the mean place of what its items are connected to, from left to right and back again.
     fn order(&mut self) {
         for sweep in 0..SWEEPS {
             let forth = sweep % 2 == 0;

@@ -86,7 +86,7 @@ pub(super) enum No {
     Superseded,
     /// Too much is asked at once.
     Busy,
-    /// It cannot be made; said where errors are.
+    /// It cannot be made; the reason is among the errors that are shown.
     Failed(String),
 }
 
@@ -151,13 +151,13 @@ impl App {
         Ok((scene, target))
     }
 
-    /// A place in the queue of those who want something computed.
+    /// A place in the queue for what is computed for pages.
     async fn queue(&self) -> Result<OwnedSemaphorePermit, No> {
         let _waiting = self.waiting.clone().try_acquire_owned().map_err(|_| No::Busy)?;
         self.looks.clone().acquire_owned().await.map_err(|_| No::Busy)
     }
 
-    /// Has `work` look into a scene, while somebody waits for it and the scene is the one being shown.
+    /// Lets `work` look into a scene, as long as the page waits for it and the scene is the one being shown.
     pub(super) async fn look<T: Send + 'static>(
         &self,
         scene: &Arc<Scene>,
@@ -220,7 +220,7 @@ impl Listener {
         }
         match tokio::time::timeout(ALIVE, self.news.recv()).await {
             Ok(Ok((kind, what))) => Some(event(kind, &what)),
-            // Too much has happened: the page begins anew.
+            // The page has missed too much: it is sent everything again.
             Ok(Err(RecvError::Lagged(_))) => {
                 self.news = self.news.resubscribe();
                 Some(event("state", &self.app.stage.state().to_string()))

@@ -1,7 +1,7 @@
 //! The page of `shibo watch`: a small server on the loopback interface.
 //!
-//! Whoever asks must know the token of the run, and must have come to this very address: the Host header, and Origin if
-//! there is one, are compared exactly. Nothing in a request is ever taken for a path on disk. All is read-only but for the
+//! A request must hold the token of the run, and must have been sent to exactly this address: the Host header, and Origin
+//! if there is one, are compared. Nothing in a request is ever used as a path on disk. Everything is read-only except the
 //! values of parameters.
 mod assets;
 mod data;
@@ -102,7 +102,7 @@ async fn accept(listener: TcpListener, app: axum::Router) {
                 .header_read_timeout(ARRIVAL)
                 .max_buf_size(HEAD)
                 .serve_connection(TokioIo::new(stream), service);
-            // Whoever is at the other end may go at any time.
+            // The browser may close the connection at any time.
             let _ = connection.await;
             drop(place);
         });
@@ -116,7 +116,7 @@ fn token() -> Result<String, Quit> {
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
-/// Asks the system to show a page; without a browser the address on the terminal must do.
+/// Asks the system to show a page. Where there is no browser, the address is on the terminal.
 pub(crate) fn open_browser(url: &str) {
     let (program, args): (&str, &[&str]) = if cfg!(target_os = "macos") {
         ("open", &[])
@@ -133,7 +133,7 @@ pub(crate) fn open_browser(url: &str) {
         .stderr(Stdio::null())
         .spawn();
     if let Ok(mut child) = child {
-        // Somebody must wait for it, or it stays in the system's table.
+        // Without waiting for it, the ended process would stay in the system's table.
         std::thread::spawn(move || child.wait());
     }
 }

@@ -91,7 +91,7 @@ fn region(id: f32) -> [u8; 3] {
     [8, 16, 24].map(|shift| 56 + ((hash >> shift) & 0xff) as u8 / 4 * 3)
 }
 
-/// Bytes that are packed between two questions whether to go on: about a millisecond's work.
+/// Bytes that are packed before checking again whether to stop: about a millisecond's work.
 const STEP: usize = 1 << 18;
 
 /// Bytes of pixels as PNG, quickly; nothing if it was stopped.
@@ -114,7 +114,7 @@ fn encode(bytes: &[u8], width: u32, height: u32, channels: usize, until: &dyn Fn
         }
         stream.finish()
     });
-    // Memory cannot refuse; a picture of no pixels has no file.
+    // Writing into memory does not fail; only a picture without pixels has no file.
     if written.is_err() {
         out.clear();
     }

@@ -12,13 +12,13 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast;
 
-/// News that a page may fall behind by before it is told everything anew.
+/// How many pieces of news a page may miss before it is sent everything again.
 const BACKLOG: usize = 256;
-/// Results that are remembered as made.
+/// How many results are remembered as made.
 const MADE: usize = 200_000;
 /// Errors that pages are told of.
 const ERRORS: usize = 100;
-/// What takes less than this is not talked of while it runs, and then no more often: pages have other things to do.
+/// How long work takes before its progress is reported, and the time between two reports.
 const PROGRESS: Duration = Duration::from_millis(200);
 /// Longer lines of a source are cut, in characters.
 const LINE: usize = 240;
@@ -62,7 +62,7 @@ pub(crate) struct Stage {
     present: Mutex<Present>,
     news: broadcast::Sender<News>,
     focus: Mutex<Option<String>>,
-    /// When progress was last told of, or the work began.
+    /// When progress was last reported, or the work began.
     progressed: Mutex<Option<Instant>>,
     /// What was made in this run, and the seconds it took.
     made: Mutex<HashMap<Key, f64>>,
@@ -94,7 +94,7 @@ impl Stage {
     }
 
     fn tell(&self, kind: &'static str, what: &Json) {
-        // Without a page there is nobody to tell.
+        // Without a page, nobody receives it.
         let _ = self.news.send((kind, what.to_string().into()));
     }
 
@@ -121,7 +121,7 @@ impl Stage {
     pub(crate) fn adopt(&self, scene: &Arc<Scene>) {
         let old = {
             let mut present = lock(&self.present);
-            // What is wrong with a newer one still is.
+            // The errors of a newer graph stay.
             if present.failed <= scene.generation {
                 present.errors.clear();
             }
@@ -199,7 +199,8 @@ impl Stage {
         self.tell("done", &done);
     }
 
-    /// A node that nobody asked for, since the pictures after it were known, is not one that nobody needs.
+    /// Shows a node as taken from memory if it did not run because the pictures that need it were known already, and not as one
+    /// that no output needs.
     fn remember(&self, scene: &Scene, stats: &mut [NodeStats]) {
         let mut made = lock(&self.made);
         if made.len() > MADE {

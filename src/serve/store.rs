@@ -47,7 +47,7 @@ impl Store {
         Some(picture.clone())
     }
 
-    /// Keeps a picture; those not used for longest go.
+    /// Keeps a picture; those that were not used for the longest time are dropped.
     pub(crate) fn put(&self, picture: Arc<Stored>) {
         let mut inner = self.lock();
         inner.clock += 1;

@@ -10,7 +10,7 @@ use shibo_engine::value::{Channel, Type, Value};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The disk cache is brought below its bound so often, if anything is evaluated.
+/// How often the disk cache is brought below its bound while anything is evaluated.
 const TRIM: Duration = Duration::from_secs(20);
 
 /// A graph to be evaluated.
@@ -46,7 +46,7 @@ impl Desk {
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Leaves a job; what runs or waits is over.
+    /// Leaves a job. The one that runs is cancelled, and one that waits is dropped.
     pub(super) fn put(&self, job: Job, stage: &Stage) {
         let mut slot = self.lock();
         if let Some(running) = &slot.running {
@@ -60,7 +60,7 @@ impl Desk {
         }
     }
 
-    /// Nothing more will come.
+    /// No more jobs will come.
     pub(super) fn close(&self) {
         let mut slot = self.lock();
         slot.closed = true;
@@ -97,7 +97,7 @@ pub(super) fn evaluate(desk: &Desk, stage: &Arc<Stage>, teller: &Teller<'_>) {
         if trimmed.elapsed() > TRIM {
             trimmed = Instant::now();
             let stage = stage.clone();
-            // A large folder takes its time, which nobody needs to wait for.
+            // A large folder takes long, and nothing has to wait for this.
             std::thread::spawn(move || stage.session.trim());
         }
     }
@@ -219,7 +219,7 @@ impl Evaluation<'_> {
         Ok(())
     }
 
-    /// A material as a whole is told of with its first channel.
+    /// Reports a material as a whole, with its first channel.
     fn tell(&self, scene: &Scene, output: &str, target: &Target, shown: &Shown) {
         let whole = scene.target(output);
         if target.name != output && self.is_first_channel(scene, whole.as_ref(), target) {

@@ -1,4 +1,4 @@
-//! The files that a graph reads, known by their content: whether any of them is another than it was.
+//! The files that a graph reads, and whether the content of any of them has changed.
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs::{self, File, Metadata};
@@ -9,7 +9,7 @@ use std::time::{Duration, SystemTime};
 /// A file that was changed less than this ago may change again without any sign of it but its content: clocks of file
 /// systems are coarse.
 const RACY: Duration = Duration::from_secs(2);
-/// Larger files are not read again and again for that.
+/// Files larger than this are not read again for that reason.
 const RACY_BYTES: u64 = 4 << 20;
 
 /// What is at a path.
@@ -89,7 +89,7 @@ impl Print {
         Self { signature, read, state }
     }
 
-    /// Whether the file certainly is what it was, without reading it.
+    /// Whether the file has certainly not changed, as far as that can be known without reading it.
     fn holds(&self, path: &Path) -> bool {
         let signature = fs::metadata(path).ok().as_ref().map(Signature::of);
         let readable = matches!(self.state, State::Content(_) | State::Missing);
@@ -127,7 +127,7 @@ pub(super) struct Files {
 }
 
 impl Files {
-    /// Looks at exactly these files from now on; those that are known already are taken to be as they were.
+    /// Looks at exactly these files from now on. What is recorded of files that are known already stays.
     pub(super) fn keep(&mut self, paths: &[PathBuf]) {
         self.prints.retain(|path, _| paths.contains(path));
         for path in paths {
@@ -140,13 +140,13 @@ impl Files {
         self.prints.keys().map(PathBuf::as_path)
     }
 
-    /// Says what a file is known to be, by whoever has just read it.
+    /// Records the content of a file that was just read elsewhere.
     pub(super) fn note(&mut self, path: &Path, before: Option<Metadata>, state: State) {
         let signature = before.as_ref().map(Signature::of);
         self.prints.insert(path.to_owned(), Print { signature, read: SystemTime::now(), state });
     }
 
-    /// The files that are not as they were; they are taken to be as they are now.
+    /// The files that have changed since they were last looked at; their content now is recorded.
     pub(super) fn changed(&mut self) -> Vec<PathBuf> {
         let mut changed = Vec::new();
         for (path, print) in &mut self.prints {

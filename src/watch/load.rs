@@ -9,13 +9,13 @@ use std::io::Read;
 use std::path::Path;
 use std::time::Duration;
 
-/// A file that ends too early, or is missing, is probably being written: how long it is not talked of.
+/// How long a file that ends too early, or is missing, is not reported: it is probably being written.
 const UNFINISHED: Duration = Duration::from_millis(1000);
-/// The same when whoever wrote it has closed it.
+/// The same once the program that wrote it has closed it.
 const UNFINISHED_CLOSED: Duration = Duration::from_millis(500);
-/// Other errors may be those of a file that is half old and half new.
+/// How long other errors are not reported: the file may be half old and half new.
 const DOUBTFUL: Duration = Duration::from_millis(120);
-/// The same when whoever wrote it has closed it.
+/// The same once the program that wrote it has closed it.
 const DOUBTFUL_CLOSED: Duration = Duration::from_millis(30);
 
 /// What became of a graph file.
@@ -56,7 +56,7 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
             Some(text) => graph::load_text(path, text, registry, &options),
             None => graph::load(path, registry, &options),
         };
-        // Values of an earlier text may no longer fit; the text is right.
+        // Values that were set for an earlier text may no longer fit; then the text counts.
         let before = options.set.len() + usize::from(options.preset.is_some());
         refused.extend(refuse(&loaded, &mut options));
         if options.set.len() + usize::from(options.preset.is_some()) == before {
@@ -67,7 +67,7 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
     Reading { sha256, state, before, loaded, refused }
 }
 
-/// No more than what is too much by a byte.
+/// Reads at most one byte more than is allowed.
 fn read(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     fs::File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
@@ -92,8 +92,8 @@ fn refuse(loaded: &Loaded, options: &mut LoadOptions) -> Vec<String> {
 }
 
 impl Reading {
-    /// For how long nothing is to be said about errors, since the file may be half written. `closed`: whoever wrote last
-    /// is done.
+    /// How long errors are not reported, since the file may be half written. `closed`: the program that wrote it has closed
+    /// it.
     pub(super) fn hold(&self, closed: bool) -> Duration {
         if !self.loaded.has_errors() {
             return Duration::ZERO;

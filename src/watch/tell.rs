@@ -9,7 +9,7 @@ use std::time::Duration;
 /// Names of nodes in a line of the terminal.
 const NAMES: usize = 3;
 
-/// Tells of what happens.
+/// Reports what happens.
 pub(super) struct Teller<'t> {
     /// Where people read it.
     pub(super) terminal: &'t Terminal,
@@ -20,7 +20,7 @@ pub(super) struct Teller<'t> {
 impl Teller<'_> {
     fn log(&self, event: &Json) {
         if self.log {
-            // Whoever read it is gone, which is no reason to stop showing pictures.
+            // The program that read stdout is gone; pictures are still shown.
             let _ = self.terminal.json(event);
         }
     }

@@ -77,7 +77,7 @@ pub struct Blend {
     pub top: In<AnyField>,
     /// Where the top layer shows, 0..1; what lies outside counts as 0 or 1. Everywhere if not given.
     pub mask: Option<In<Gray>>,
-    /// How much of it shows, 0..1, as the mask.
+    /// How much of the top layer shows, 0..1; multiplied with the mask.
     pub opacity: In<Gray>,
     /// What becomes of the two where the top layer shows.
     pub mode: BlendMode,
@@ -95,7 +95,7 @@ impl Default for Blend {
     }
 }
 
-/// What is the same everywhere.
+/// What is the same for all pixels.
 #[derive(Clone, Copy)]
 struct Layers {
     mode: kernel::Mode,

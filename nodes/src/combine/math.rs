@@ -1,8 +1,8 @@
 //! [`Math`]: arithmetic on fields.
 //!
 //! Every operation has a finite result for every input; see [`kernel::math_ops`](shibo_kernel::pointwise::math_ops). Operands that
-//! the operation does not look at are not computed, and numbers are not read pixel by pixel. Cost: O(pixels), bound by
-//! memory but for powers, logarithms and angles (1 to 3 ns each).
+//! the operation does not use are not computed, and numbers are not read pixel by pixel. Cost: O(pixels), bound by memory
+//! except for powers, logarithms and angles (1 to 3 ns each).
 use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -85,7 +85,7 @@ choice! {
     }
 }
 
-/// Computes with fields and numbers, channel by channel. Results that are no finite number become 0.
+/// Computes with fields and numbers, channel by channel. Results that are not finite become 0.
 ///
 /// ```ron
 /// "cells": Worley(size: 9),
@@ -152,7 +152,7 @@ impl Arithmetic {
     }
 }
 
-/// The four channels of a constant; grey counts for all.
+/// The four channels of a constant; a grey one is the same in all.
 fn channels(constant: &[f32]) -> [f32; 4] {
     std::array::from_fn(|k| constant.get(k).or(constant.first()).copied().unwrap_or(0.0))
 }

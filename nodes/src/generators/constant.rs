@@ -1,7 +1,7 @@
 //! [`Constant`]: one number or one colour.
 //!
 //! Field ports take numbers and colours as they are, so this node is for a value that several ports share, or that
-//! shall have a name. Cost: none; nodes that know what to do with a constant do not read it pixel by pixel.
+//! should have a name. Cost: none; nodes that know what to do with a constant do not read it pixel by pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Color, Context, Fact, Node, Output, Outputs};
@@ -18,7 +18,7 @@ use shibo_kernel::ground::number::narrow;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Constant {
-    /// The number, in whatever unit the ports have that read it.
+    /// The number; its unit is that of the ports that read it.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub value: f64,
     /// The colour; the grey of `value` if not given.

@@ -23,7 +23,7 @@ choice! {
         Ridged,
         /// Round lumps between sharp dark valleys.
         Billow,
-        /// Thin dark veins: the sum folded at its mean. Its mean is 0.26.
+        /// Thin dark veins: the sum folded at its mean. The result has a mean of 0.26.
         Turbulence,
     }
 }

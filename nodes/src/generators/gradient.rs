@@ -16,7 +16,7 @@ use shibo_kernel::pointwise::gradient::{self as kernel, GradientSpec};
 choice! {
     /// The lines of equal value.
     GradientShape = kernel::Shape {
-        /// Straight, across the direction from `from` to `to`.
+        /// Straight lines, at a right angle to the direction from `from` to `to`.
         #[default]
         Linear,
         /// Circles around `from`.
@@ -33,12 +33,12 @@ choice! {
 choice! {
     /// What happens beyond the end of a ramp.
     Repeat = kernel::Repeat {
-        /// The value of the end stays.
+        /// The value stays 0 before the ramp and 1 after it.
         #[default]
         Once,
-        /// It begins anew at 0.
+        /// The ramp starts again at 0.
         Repeat,
-        /// It runs back to 0, and so on.
+        /// The ramp runs back to 0, then up again, and so on.
         Mirror,
     }
 }
@@ -67,7 +67,7 @@ pub struct Gradient {
     /// Direction from `from` to `to`, from +x towards +y; only where one of them is not given.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// How many runs fit between `from` and `to`, or once around for `Angular`; with `Mirror` there and back are two.
+    /// How many ramps fit between `from` and `to`, or once around for `Angular`. With `Mirror`, up and down count as two.
     #[schemars(range(min = 1, max = 1000))]
     pub times: u32,
     /// What happens beyond the end.
@@ -125,7 +125,7 @@ impl Gradient {
         (spec, tiling)
     }
 
-    /// Whether a linear ramp that makes so many runs across the canvas repeats with it.
+    /// Whether a linear ramp that fits so many times across the canvas repeats with it.
     fn repeats(&self, runs: f64) -> bool {
         let whole = |x: f64| (x - x.round()).abs() < 1e-6;
         match self.repeat {

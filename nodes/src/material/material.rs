@@ -7,8 +7,8 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, NormalField, Output, Outputs, Rgb};
 use shibo_engine::value::{self, Canvas, Channel, Field, Stop, Type};
 
-/// Puts channels together to a material, which is written as a file per channel. Channels that are not connected are
-/// left out: a normal is not made from the height, connect `HeightToNormal`.
+/// Puts channels together to a material, which is written as one file per channel. Channels that are not connected are
+/// left out. A normal is not made from the height by itself: connect `HeightToNormal`.
 ///
 /// ```ron
 /// "cells":   Worley(size: 4),

@@ -20,7 +20,7 @@ pub(super) struct Moved {
     pub(super) size: DVec2,
 }
 
-/// How the input's pixels lie under those of the result.
+/// How the input's pixels lie relative to those of the result.
 enum Plan {
     /// Pixel (x, y) shows the input's pixel (x, y) - shift.
     Copy { grid: Grid, shift: (i32, i32) },
@@ -60,8 +60,8 @@ impl Moved {
         }
     }
 
-    /// The pixels of the picture that is moved, if they are as large as `step`, and where `point` lies among them. Read
-    /// on any others of that size it would be filtered twice: to come onto them, and to be turned.
+    /// The pixels of the picture that is moved, if they are as large as `step`, and where `point` lies among them. On any
+    /// other pixels of that size the picture would be filtered twice: once to come onto them, and once to be turned.
     fn native(&self, step: DVec2, point: DVec2) -> Option<(Grid, DVec2)> {
         let grid = self.input.native()?;
         let start = (point - grid.center(0, 0)) / grid.step;
@@ -107,7 +107,7 @@ impl Moved {
     }
 }
 
-/// Whether pixels lead to whole pixels, as by quarter turns: then they are read as they are.
+/// Whether pixels lead to whole pixels, as with turns by multiples of 90°: then they are read as they are.
 fn is_whole(map: DMat2) -> bool {
     map.abs_diff_eq(DMat2::from_cols(map.x_axis.round(), map.y_axis.round()), 1e-6)
 }

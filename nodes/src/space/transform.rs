@@ -2,9 +2,9 @@
 //!
 //! A point q of the result shows the input at `p = pivot + S⁻¹·R⁻¹·(q - pivot - offset)`. The input is evaluated with
 //! pixels as large as those of the result become there: an enlarged field is evaluated finer and stays sharp, a reduced
-//! one coarser and does not alias. Without rotation its pixels are handed on as they are; with one they are read by
-//! Catmull-Rom, exactly at multiples of 90°; a picture whose pixels are that large is read at its own, which filters it
-//! once. Cost: O(pixels), and that of the input on another grid.
+//! one coarser and does not alias. Without rotation its pixels are handed on as they are; with one they are
+//! interpolated by Catmull-Rom, exactly at multiples of 90°. A picture whose pixels have that size is read at its own
+//! pixels, so that it is filtered only once. Cost: O(pixels), and that of the input on another grid.
 use super::moved::Moved;
 use glam::{DMat2, DVec2};
 use schemars::JsonSchema;
@@ -14,8 +14,8 @@ use shibo_engine::value::{Canvas, Field, Stop, Tiling, Type};
 
 /// Moves, turns and scales a field. Normals are turned with the picture.
 ///
-/// On a tiling canvas the result tiles if the canvas' sides lead to whole repeats of the input: always when it is only
-/// moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
+/// On a canvas that tiles, the result tiles if the canvas then holds a whole number of repeats of the input: always when it
+/// is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
 ///
 /// ```ron
 /// "cells":   Worley(size: 10),
@@ -68,7 +68,8 @@ impl Transform {
         DMat2::from_cols(DVec2::new(cos * x, -sin * y), DVec2::new(sin * x, cos * y))
     }
 
-    /// Where the result repeats if the input repeats where `input` says: where a side of the canvas leads to whole sides.
+    /// The directions in which the result repeats if the input repeats in those of `input`: where a side of the canvas leads to
+    /// a whole number of sides in the input.
     fn repeats(&self, size: DVec2, input: Tiling) -> Tiling {
         let whole = |side: DVec2| {
             let sides = self.inverse() * side / size;

@@ -2,7 +2,7 @@
 //!
 //! A point p of the result shows the input at p + d(p), read by Catmull-Rom. Without other displacements d is noise: two
 //! independent sums of gradient noise, each scaled from 0..1 to ±amount, so its root mean square is 0.31·amount. A tile
-//! reads its input as far as its own displacements go. Cost: O(pixels).
+//! reads its input only as far as its own displacements lead. Cost: O(pixels).
 use super::warped::Warped;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
@@ -15,7 +15,7 @@ use shibo_kernel::ground::tile;
 use shibo_kernel::noise::cells::{self, CellShape};
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 
-/// Bends a field: straight lines become wavy. By noise of its own, or by displacements that are connected.
+/// Bends a field: straight lines become wavy. The displacements are noise, or fields that are connected.
 ///
 /// ```ron
 /// "cells":   Worley(size: 8),
@@ -26,7 +26,7 @@ use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 pub struct Warp {
     /// What to bend.
     pub input: In<AnyField>,
-    /// Displacements in mm, instead of noise; `amount` does not apply.
+    /// Displacements in mm, instead of noise; `amount` has no effect on them.
     pub by: Option<In<Vec2Field>>,
     /// Displacement to the right, instead of noise: 0 is `-amount`, ½ is none, 1 is `amount`.
     pub x: Option<In<Gray>>,

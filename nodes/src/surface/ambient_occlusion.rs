@@ -1,8 +1,8 @@
 //! [`AmbientOcclusion`]: how much of the sky a point sees.
 //!
 //! Compares the height with itself blurred at three scales, 0.35, 1 and 2 times the radius; see
-//! [`kernel::occlusion`](shibo_kernel::surface::occlusion). Smooth and free of directions and noise, unlike a ray march; what it
-//! does not know is the shape of what stands around. Cost: three blurs, O(pixels), nearly independent of the radius.
+//! [`kernel::occlusion`](shibo_kernel::surface::occlusion). The result is smooth, the same in all directions and without noise, unlike
+//! that of tracing rays; but it does not know the shape of the surroundings. Cost: three blurs, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::surface::occlusion;
 
-/// Openness of a height field to the sky: 1 on plains and hills, darker in hollows and grooves.
+/// How open a height field is to the sky: 1 on plains and hills, darker in hollows and grooves.
 ///
 /// ```ron
 /// "cells":   Worley(size: 6),
@@ -41,7 +41,7 @@ impl Default for AmbientOcclusion {
 
 impl Node for AmbientOcclusion {
     const OUTPUTS: &'static [Output] =
-        &[Output::new("ao", Type::Gray, "1 where the surface is open, 0 where it is shut.")];
+        &[Output::new("ao", Type::Gray, "1 where the surface is open, 0 where it is closed.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {

@@ -1,7 +1,7 @@
 //! [`HeightToNormal`]: the normal map of a height.
 //!
-//! n = normalise(-s·∂h/∂x, ∓s·∂h/∂y, 1) with slopes by differences over one pixel on each side; both height and
-//! place are in mm, so the map is the same surface at every resolution. Cost: O(pixels), bound by memory.
+//! n = normalise(-s·∂h/∂x, ∓s·∂h/∂y, 1) with slopes by differences over one pixel on each side. Heights and places are
+//! both in mm, so the map shows the same surface at every resolution. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};

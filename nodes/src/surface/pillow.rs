@@ -10,7 +10,7 @@ use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
 use shibo_kernel::filter::{distance, fields};
 
-/// Swells what lies between grooves to domes, 0 in the grooves and 1 on top.
+/// Raises what lies between grooves to domes, 0 in the grooves and 1 on top.
 ///
 /// ```ron
 /// "cells":   Worley(size: 6),
@@ -22,7 +22,7 @@ use shibo_kernel::filter::{distance, fields};
 pub struct Pillow {
     /// Grooves are where this is above the threshold.
     pub input: In<Gray>,
-    /// Distance from a groove at which a dome is full; at most half the canvas' longer side.
+    /// Distance from a groove at which a dome reaches its full height; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
     /// The value at a groove's edge.
@@ -37,7 +37,8 @@ impl Default for Pillow {
 }
 
 impl Node for Pillow {
-    const OUTPUTS: &'static [Output] = &[Output::new("dome", Type::Gray, "0 in the grooves to 1 on top of the domes.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("dome", Type::Gray, "From 0 in the grooves to 1 on top of the domes.")];
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {

@@ -1,7 +1,7 @@
 //! [`Relief`]: a lit picture of a surface, for looking at.
 //!
 //! Key light, weak fill and a sky; Lambert and GGX (E. Heitz, 2014), 4 % at normal incidence; ambient occlusion darkens
-//! the sky and, by half, the key light; a filmic curve ends it. See [`kernel::relief`](shibo_kernel::surface::relief). Of a
+//! the sky and, by half, the key light; a filmic curve comes last. See [`kernel::relief`](shibo_kernel::surface::relief). Of a
 //! material metal, sheen and coat show too, but not anisotropy. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -29,13 +29,13 @@ use shibo_kernel::surface::relief::{self, Finish, ReliefSpec, Surface};
 pub struct Relief {
     /// A material that supplies the channels below, and metal, sheen and coat if it has them.
     pub material: Option<In<Material>>,
-    /// Height in mm; flat where there is neither this nor a material's.
+    /// Height in mm. Without it that of the material; without both the surface is flat.
     pub height: Option<In<Gray>>,
-    /// Base colour; `color` where there is neither this nor a material's.
+    /// Base colour. Without it that of the material; without both `color`.
     pub base_color: Option<In<Rgb>>,
-    /// Roughness, 0..1; 0.45 where there is none.
+    /// Roughness, 0..1. Without it that of the material; without both 0.45.
     pub roughness: Option<In<Gray>>,
-    /// Ambient occlusion, 1 is open; 1 where there is none.
+    /// Ambient occlusion, 1 is open. Without it that of the material; without both 1.
     pub ao: Option<In<Gray>>,
     /// The colour where no base colour is given.
     pub color: Color,

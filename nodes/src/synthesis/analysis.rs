@@ -19,10 +19,11 @@ pub(super) fn features(exemplar: &Exemplar) -> Texels<f32> {
     Texels::new(plane(exemplar), exemplar.channels, exemplar.features.to_vec())
 }
 
-/// The hash of all that is random in an analysis: the same exemplar is analysed in the same way everywhere.
+/// The hash behind all random numbers of an analysis: always the same, so that an exemplar is analysed in the same way
+/// everywhere.
 pub(super) const ANALYSIS: Hash = Hash::new(0x5348_4942_4F31);
 
-/// The levels, analysed; worth nothing if it was stopped.
+/// The levels, analysed; not to be used if the work was cancelled.
 pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec, until: Until<'_>) -> Vec<ExemplarLevel> {
     let features = features(exemplar);
     let spacings = spacings(features.plane.w.min(features.plane.h));
@@ -30,8 +31,8 @@ pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec, until: Until<'
     analyse_until(&spacings, image, &exemplar.usable, spec, ANALYSIS, until)
 }
 
-/// Adds what looks alike to every level: sets of `k`; `distance` is a share of the shorter side. Worth nothing if it was
-/// stopped.
+/// Adds what looks alike to every level: sets of `k`; `distance` is a share of the shorter side. Not to be used if the work
+/// was cancelled.
 pub(super) fn add_alike(exemplar: &Exemplar, levels: &mut [ExemplarLevel], k: usize, distance: f64, until: Until<'_>) {
     let plane = plane(exemplar);
     let distance = distance * plane.w.min(plane.h) as f64;

@@ -1,4 +1,4 @@
-//! [`AppearanceSpace`]: pixels described by what surrounds them.
+//! [`AppearanceSpace`]: pixels described by their surroundings.
 //!
 //! Beyond the source (JP5149288B2 compares colours): appearance vectors of 5×5 colours under a Gaussian, reduced to 8
 //! numbers by their main directions; neighbourhoods of 24 at coarse levels and 4 at fine ones. Cost: O(pixels · levels).
@@ -14,17 +14,17 @@ use std::sync::Arc;
 choice! {
     /// Which neighbours are compared.
     Neighborhood = value::Neighborhood {
-        /// The four diagonal ones.
+        /// The four neighbours along the diagonals.
         #[default]
         Diagonal4,
-        /// The eight nearest.
+        /// The eight nearest neighbours.
         Square3,
-        /// The 24 nearest.
+        /// The 24 nearest neighbours.
         Square5,
     }
 }
 
-/// Describes every pixel of an exemplar by what surrounds it, which keeps features whole where colours alone would not.
+/// Describes every pixel of an exemplar by its surroundings, which keeps features whole where colours alone would not.
 ///
 /// `Synthesize` does this by itself with these defaults; use it to choose others, or to share the work.
 ///
@@ -44,10 +44,10 @@ pub struct AppearanceSpace {
     pub coarse: Neighborhood,
     /// Neighbours that are compared at fine levels.
     pub fine: Neighborhood,
-    /// Levels whose pixels are at least so many of the finest apart are coarse.
+    /// From which spacing of its pixels on, in pixels of the finest level, a level counts as coarse.
     #[schemars(range(min = 1, max = 512))]
     pub switch: u32,
-    /// Numbers by which a pixel is described.
+    /// How many numbers describe a pixel.
     #[schemars(range(min = 1, max = 8))]
     pub dimensions: u32,
 }

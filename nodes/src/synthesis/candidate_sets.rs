@@ -1,6 +1,6 @@
 //! [`CandidateSets`]: for every pixel of an exemplar others that look alike.
 //!
-//! Beyond the source (k-coherence of the published work): k = 2 as a rule, found by PatchMatch on neighbourhood vectors. Cost:
+//! Beyond the source (k-coherence of the published work): usually k = 2, found by PatchMatch on neighbourhood vectors. Cost:
 //! O(pixels · levels · log pixels).
 use super::analysis::{add_alike, levels_of};
 use schemars::JsonSchema;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// Finds for every pixel of an exemplar others that look alike, so that pieces can be joined in more ways.
 ///
-/// More than two make finer pieces, with more joints, and take longer.
+/// More than two candidates make smaller pieces with more joints, and take longer.
 ///
 /// `Synthesize` does this by itself with these defaults; use it to choose others, or to share the work.
 ///
@@ -28,10 +28,10 @@ use std::sync::Arc;
 pub struct CandidateSets {
     /// The exemplar. Where it is not analysed, `AppearanceSpace` is applied with its defaults.
     pub exemplar: In<Exemplar>,
-    /// Candidates per pixel, itself included: 1 looks for no other.
+    /// Candidates per pixel, the pixel itself included: with 1 no others are looked for.
     #[schemars(range(min = 1, max = 8))]
     pub k: u32,
-    /// Others are at least so far away, from the pixel and from each other, as a share of the exemplar's shorter side.
+    /// The least distance of candidates from the pixel and from each other, as a share of the exemplar's shorter side.
     #[schemars(range(min = 0, max = 0.5))]
     pub distance: f64,
 }

@@ -1,7 +1,7 @@
 //! [`CorrectCoords`]: coordinates made to fit those around them.
 //!
-//! Source: JP5149288B2 II and III, equations (1) and (2), claims 2 to 4, 10, 16 (rows C6 to C11; decisions S-3 to S-5, S-7,
-//! S-10, S-12). Cost: O(pixels · candidates · neighbours).
+//! Source: JP5149288B2 II and III, equations (1) and (2), claims 2 to 4, 10, 16 (rows C6 to C11).
+//! Cost: O(pixels · candidates · neighbours).
 use super::analysis::{features, plane};
 use super::appearance_space::Neighborhood;
 use super::patent::{level, wide};
@@ -30,8 +30,8 @@ choice! {
 
 /// Replaces each coordinate by the best of itself and what its eight neighbours predict, compared with the exemplar.
 ///
-/// Works at whatever level the coordinates are. An exemplar that is analysed is compared by its appearance, and offers what
-/// looks alike as further candidates; else its colours are compared, as in the source.
+/// Works at whatever level the coordinates are. An exemplar that is analysed is compared by its appearance, and pixels that
+/// look alike are further candidates. Otherwise colours are compared, as in the source.
 ///
 /// ```ron
 /// "cells": Worley(size: 5),
@@ -53,21 +53,22 @@ pub struct CorrectCoords {
     pub coords: In<CoordMap>,
     /// The exemplar.
     pub exemplar: In<Exemplar>,
-    /// From output to exemplar; 1 by default.
+    /// From output to exemplar; the unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
     /// Which neighbours are compared.
     pub neighborhood: Neighborhood,
-    /// How often.
+    /// How often all coordinates are corrected.
     #[schemars(range(min = 0, max = 64))]
     pub passes: u32,
-    /// Groups in which pixels are corrected, a square number: 1 all from the old map, 4 interleaved.
+    /// Into how many groups pixels are divided, a square number. Each group is corrected from the results of those before it;
+    /// with 1 all pixels are corrected from the old map.
     #[schemars(range(min = 1, max = 256))]
     pub sub_passes: u32,
-    /// Whether three predictions are averaged per neighbour, or one is taken.
+    /// Whether three predictions are averaged for each neighbour; if not, one is taken.
     pub averaged: bool,
     /// How values between exemplar pixels are read.
     pub fetch: Fetch,
-    /// Cost factor of candidates that merely look alike.
+    /// Factor on the cost of candidates that only look alike and do not continue a neighbour.
     #[schemars(range(min = 1, max = 10))]
     pub copy_size: f64,
 }

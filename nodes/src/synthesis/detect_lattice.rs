@@ -1,6 +1,6 @@
 //! [`DetectLattice`]: the two vectors by which a near-regular exemplar repeats.
 //!
-//! Beyond the source: from the correlation of the exemplar with itself, refined to parts of a pixel. Cost:
+//! Beyond the source: from the correlation of the exemplar with itself, refined to fractions of a pixel. Cost:
 //! O(pixels · log pixels).
 use super::analysis::find_lattice;
 use glam::DVec2;
@@ -13,18 +13,19 @@ use shibo_engine::value::{Canvas, Exemplar, ExemplarLattice, Stop, Type};
 /// Where the vectors come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Lattice {
-    /// From the exemplar, if it is near-regular.
+    /// They are found in the exemplar, if it is near-regular.
     #[default]
     Auto,
-    /// There are none.
+    /// There are no vectors.
     Off,
-    /// These two, in exemplar pixels.
+    /// These two vectors, in exemplar pixels.
     Given(Xy, Xy),
 }
 
-/// Finds the two vectors by which brickwork, cloth or tiles repeat, so that synthesis keeps in step.
+/// Finds the two vectors by which brickwork, cloth or tiles repeat, so that synthesis stays in phase with them.
 ///
-/// `Synthesize` does this by itself; use it to switch it off, to state the vectors, or to look at them with `shibo dump`.
+/// `Synthesize` does this by itself. Use this node to switch it off, to state the vectors, or to look at them with
+/// `shibo dump`.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0),

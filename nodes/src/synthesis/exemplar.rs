@@ -1,6 +1,6 @@
 //! [`Exemplar`]: a picture, or any field, made ready to synthesise from.
 //!
-//! Source: JP5149288B2 II and III (row C1; decisions S-11 stack or pyramid, S-12 borders). Beyond the source: several
+//! Source: JP5149288B2 II and III (row C1). Beyond the source: several
 //! aligned pictures with weights, guide, mask, exemplars from fields. Cost: O(pixels · channels).
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
@@ -16,22 +16,22 @@ use std::sync::Arc;
 /// How coarser levels are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Levels {
-    /// Blurred more and more, on the same pixels.
+    /// More and more blurred, with the same number of pixels.
     #[default]
     Stack,
-    /// Half as large each time.
+    /// With half as many columns and rows each time.
     Pyramid,
 }
 
 /// Whether an exemplar's sides join.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Periodic {
-    /// As the field promises; of a picture, as it looks.
+    /// As the field says of itself; of a picture, as it looks.
     #[default]
     Auto,
     /// Left and right, top and bottom join.
     Yes,
-    /// They do not.
+    /// They do not join.
     No,
 }
 
@@ -41,11 +41,11 @@ pub enum Compare {
     /// As the eye sees them: colour encoded by the sRGB curve, anything else as it is.
     #[default]
     Encoded,
-    /// As they are.
+    /// Scene-linear, as they are.
     Linear,
 }
 
-/// A small picture of anything, to grow more of it.
+/// A small picture of anything, from which more of it can be synthesised.
 ///
 /// A picture file is taken at its own pixels, any other field at `size` pixels over `size_mm` of the canvas: the height of
 /// a leather or a cut of wood is an exemplar too. Aligned pictures in `others` are compared as well, so that a
@@ -74,9 +74,9 @@ pub struct Exemplar {
     /// Weight of `feature`.
     #[schemars(range(min = 0, max = 1e3))]
     pub feature_weight: f64,
-    /// Numbers by which the look can be steered, 0..1: `guide` of the output asks for places of that value.
+    /// Numbers that steer the look, 0..1: where `guide` of `Synthesize` has a value, places with that value are shown.
     pub guide: Option<In<Gray>>,
-    /// What may be shown: where it is below 0.5, nothing is. The opacity of a picture is a good one.
+    /// What may be shown: nothing where it is below 0.5. The opacity of a picture is a good mask.
     pub mask: Option<In<Gray>>,
     /// Columns and rows. By default those of the picture, where the field is one, else 128.
     #[schemars(extend("minimum" = 1.0, "maximum" = 16384.0))]
@@ -93,10 +93,10 @@ pub struct Exemplar {
     pub periodic: Periodic,
     /// In which form colours are compared.
     pub compare: Compare,
-    /// Nothing nearer to the border is shown, in spacings of the level.
+    /// Pixels nearer to the border than this are not shown, in pixels of the level.
     #[schemars(range(min = 0, max = 4))]
     pub margin: f64,
-    /// Takes out shading that is wider than this share of the exemplar before comparing; 0 leaves it.
+    /// Removes shading that is wider than this share of the exemplar before pixels are compared; 0 leaves it.
     #[schemars(range(min = 0, max = 1))]
     pub flatten: f64,
 }
@@ -200,7 +200,7 @@ impl Exemplar {
         Ok(tile)
     }
 
-    /// Says so if a picture lies elsewhere than that of `input`, which hardly is meant.
+    /// Warns of a picture that lies elsewhere than that of `input`, which is hardly meant.
     fn advise(cx: &Context<'_>, input: &Field, other: &Field, port: &str) {
         let place = |field: &Field| {
             let (grid, pixels) = field.native().zip(field.pixels())?;
@@ -234,7 +234,7 @@ impl Exemplar {
         self.feature(field, size, distances, self.feature_weight)
     }
 
-    /// Mean free, with a variance of `weight`² over all channels, encoded if it is colour.
+    /// Values with a mean of 0 and a variance of `weight`² over all channels, encoded if they are colour.
     fn feature(&self, field: &Field, size: [usize; 2], mut data: Vec<f32>, weight: f64) -> Vec<f32> {
         if self.compare == Compare::Encoded && field.ty() == Type::Rgb {
             data.iter_mut().for_each(|v| *v = srgb_encode(v.max(0.0)));

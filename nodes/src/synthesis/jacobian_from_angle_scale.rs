@@ -1,7 +1,7 @@
 //! [`JacobianFromAngleScale`]: how features turn, scale and stretch.
 //!
-//! Source: JP5149288B2 III, figures 6 and 7 (rows C3, C14, C15; decision S-1: users give orientation and size of features,
-//! nodes invert). `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
+//! Source: JP5149288B2 III, figures 6 and 7 (rows C3, C14, C15). Users give orientation and size of features, and the
+//! node inverts them: `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
@@ -26,7 +26,7 @@ pub struct JacobianFromAngleScale {
     pub angle: In<Gray>,
     /// How many times as large they become.
     pub scale: In<Gray>,
-    /// How many times longer along their own x.
+    /// How many times longer they become along their own x axis.
     pub stretch: In<Gray>,
 }
 

@@ -1,6 +1,6 @@
 //! [`JacobianFromVectors`]: features that follow vectors.
 //!
-//! Source: JP5149288B2 III (rows C3, C15): `J = (t b)⁻¹`, t and b being where the exemplar's axes shall lead. Cost:
+//! Source: JP5149288B2 III (rows C3, C15): `J = (t b)⁻¹`, where t and b are the directions that the exemplar's axes take. Cost:
 //! O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 
-/// Bends features as `Warp` with the same displacements would bend a picture, without stretching its pixels.
+/// Bends features as `Warp` with the same displacements would bend a picture, but pixels are not stretched.
 ///
 /// ```ron
 /// "x": Perlin(size: 30),

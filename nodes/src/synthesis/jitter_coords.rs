@@ -1,6 +1,6 @@
 //! [`JitterCoords`]: variety by displacing coordinates at random.
 //!
-//! Beyond the source (S-6): without it, `J = 1` and zeros give back the exemplar, tiled. Cost: O(pixels).
+//! Beyond the source: without it, `J = 1` and coordinates that start as zeros give back the exemplar, tiled. Cost: O(pixels).
 use super::stages;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,12 +28,12 @@ use std::sync::Arc;
 pub struct JitterCoords {
     /// The coordinates.
     pub coords: In<CoordMap>,
-    /// What the amount is multiplied by.
+    /// Factor on the amount.
     pub mask: Option<In<Gray>>,
     /// How far coordinates move at the most, in pixels of the level.
     #[schemars(range(min = 0, max = 64))]
     pub amount: f64,
-    /// Another number moves them elsewhere.
+    /// Another number gives other displacements.
     pub seed: u64,
 }
 

@@ -1,7 +1,7 @@
 //! [`MagnifyCoords`]: a detailed picture at coordinates that were found on a coarse one.
 //!
-//! Source: JP5149288B2 III, equations (5) and (6), claims 8, 15, 20 (rows C27 to C30; decision S-9). The coordinates stay
-//! as they are: any output resolution picks from a picture as fine as one likes. Cost: O(pixels).
+//! Source: JP5149288B2 III, equations (5) and (6), claims 8, 15, 20 (rows C27 to C30). The coordinates stay as they are:
+//! at any output resolution they show a picture of any resolution. Cost: O(pixels).
 use super::sampled::{ExemplarFilter, Sampled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use shibo_engine::value::{Canvas, CoordMap, Stop, Tiling};
 
 /// Shows a finer picture of the exemplar at coordinates that were synthesised from a coarse one.
 ///
-/// With a Jacobian, equation (6) leads from pixel to pixel, else (5), which fits `J = 1`.
+/// Between coordinates, equation (6) of the source is used with a Jacobian, and (5), which fits `J = 1`, without.
 ///
 /// ```ron
 /// "coarse": Worley(size: 10, jitter: 0.8),
@@ -27,12 +27,13 @@ pub struct MagnifyCoords {
     pub input: In<AnyField>,
     /// The Jacobian that the coordinates follow.
     pub jacobian: Option<In<JacobianField>>,
-    /// Pixels at which `input` is read per pixel of the exemplar, in x and in y. A picture file by default at its own.
+    /// How many pixels of `input` are read per pixel of the exemplar, in x and in y. By default those of the picture, where
+    /// it is one.
     #[schemars(range(min = 1, max = 64))]
     pub resolution: Option<u32>,
     /// How values between the picture's pixels are made.
     pub filter: ExemplarFilter,
-    /// Whether values are heights that grow with their features: divided by √|det J|.
+    /// Whether values are heights that grow with their features; they are then divided by √|det J|.
     pub scale_heights: bool,
 }
 

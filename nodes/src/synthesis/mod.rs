@@ -1,4 +1,4 @@
-//! Exemplar synthesis: a small picture of anything grows into any amount of it, bending along a Jacobian field.
+//! Exemplar synthesis: any amount of texture from a small picture, along a field of Jacobians.
 //!
 //! Source: JP5149288B2 (anisometric synthesis, rows C1 to C17 and C27 to C34), and the published work on parallel
 //! controllable synthesis and appearance space. Synthesis finds coordinates; what they show is sampled afterwards, from

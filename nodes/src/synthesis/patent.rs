@@ -1,4 +1,5 @@
-//! The source's method from start to end: zeros, and per level upsample (3), jitter if any, and correct (1), (2).
+//! The method of the source from start to end: coordinates are zeros at first; at each level they are upsampled (3),
+//! jittered if that is wanted, and corrected (1), (2).
 use super::analysis::{features, plane};
 use super::inputs::FieldInputs;
 use super::synthesize::Synthesize;

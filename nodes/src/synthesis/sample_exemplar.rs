@@ -11,9 +11,9 @@ use shibo_engine::value::{Canvas, CoordMap, Stop, Tiling};
 
 /// Shows a picture at synthesised coordinates: the exemplar itself, or any other that is aligned with it.
 ///
-/// On the coordinates' own pixels values are the picture's own, without a blur. Finer pictures are magnified, coarser ones are
-/// averages. Where features are turned, coordinates lie between its pixels, and `filter` says what is seen there. A normal
-/// map is turned with the Jacobian, if that is connected.
+/// At the pixels of the coordinates, values are those of the picture, without any blur. At higher resolutions the picture is
+/// magnified, at lower ones averaged. Where features are turned, coordinates lie between its pixels, and `filter` says what
+/// is seen there. A normal map is turned with the Jacobian, if that is connected.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -29,12 +29,12 @@ pub struct SampleExemplar {
     pub coords: In<CoordMap>,
     /// What they show: a picture over the same place as the exemplar's.
     pub input: In<AnyField>,
-    /// The Jacobian that the coordinates follow: turns normals, keeps shrunken features from aliasing, and leads (6)
-    /// between pixels.
+    /// The Jacobian that the coordinates follow. It turns normals, keeps features that shrink from aliasing, and is used
+    /// between pixels, by equation (6) of the source.
     pub jacobian: Option<In<JacobianField>>,
     /// How values between the picture's pixels are made, where features are turned or grow.
     pub filter: ExemplarFilter,
-    /// Whether values are heights that grow with their features: divided by √|det J|.
+    /// Whether values are heights that grow with their features; they are then divided by √|det J|.
     pub scale_heights: bool,
 }
 

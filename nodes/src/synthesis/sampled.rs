@@ -15,7 +15,7 @@ use std::sync::{Arc, OnceLock};
 crate::choice::choice! {
     /// How values between the pixels of a picture are made, where coordinates lie between them.
     ExemplarFilter = Fetch {
-        /// The pixel itself: for masks and for numbers that name something.
+        /// The nearest pixel: for masks, and for numbers that name something.
         Nearest,
         /// Linear in x and y: soft.
         Bilinear,
@@ -29,7 +29,7 @@ crate::choice::choice! {
 pub(super) struct Sampled {
     coords: Arc<CoordMap>,
     input: Field,
-    /// Leads from the coordinates' pixels to what lies between them by equation (6); without one (5) does.
+    /// The Jacobian, with which equation (6) gives what lies between the coordinates' pixels; without one (5) does.
     jacobian: Option<Field>,
     filter: ExemplarFilter,
     scale_heights: bool,
@@ -52,7 +52,7 @@ impl Sampled {
     ) -> Result<Self, Stop> {
         let native = input.native().zip(input.pixels());
         let whole = || {
-            // Coordinates that know no exemplar refer to the picture itself.
+            // Coordinates without a known exemplar refer to the picture itself.
             let size = native.map_or(UVec2::splat(128), |n| n.1);
             let pitch = native.map_or(cx.size_mm() / size.as_dvec2(), |n| n.0.step);
             ExemplarFrame { size, origin: DVec2::ZERO, pitch, periodic: Tiling::BOTH }

@@ -24,7 +24,7 @@ pub(super) fn raster(cx: &Context<'_>, field: &Field, size: UVec2, pitch: DVec2)
     cx.evaluator.raster(field, &grid, Window::full(size))
 }
 
-/// The Jacobian of every pixel; one, if it is the same everywhere.
+/// The Jacobian of every pixel, or only one if it is the same everywhere.
 pub(super) fn jacobians(
     cx: &Context<'_>,
     field: Option<&Field>,

@@ -1,6 +1,6 @@
 //! [`StartCoords`]: the coordinates that synthesis begins with.
 //!
-//! Source: JP5149288B2 II, claim 1 (row C2; decision S-16: any size to start from). Cost: O(pixels).
+//! Source: JP5149288B2 II, claim 1 (row C2), with any size to start from. Cost: O(pixels).
 use glam::{IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ pub struct StartCoords {
     /// The coordinates by rows, in exemplar pixels; zeros if there are none.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
     pub coords: Vec<(f64, f64)>,
-    /// How often the map is going to be doubled: a pixel stands for 2^levels of the finest, in x and in y.
+    /// How often the map will be doubled: one pixel stands for 2^levels of the finest, in x and in y.
     #[schemars(range(min = 0, max = 12))]
     pub levels: u32,
 }

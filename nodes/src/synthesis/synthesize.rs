@@ -1,9 +1,9 @@
 //! [`Synthesize`]: any amount of a texture from an exemplar.
 //!
-//! Source: JP5149288B2 II and III, claims 1 to 5, 10, 16 (rows C2 to C15, C31 to C34; decisions S-1 to S-12). The preset
-//! `Patent` is exactly that: colours, zeros to start from, no randomness. The others work in appearance space, with
-//! candidate sets, with a random start or one from the exemplar's lattice, and with even use of the exemplar. Cost:
-//! O(pixels · passes).
+//! Source: JP5149288B2 II and III, claims 1 to 5, 10, 16 (rows C2 to C15, C31 to C34). The preset `Patent` is exactly that:
+//! it compares colours, starts from zeros, and uses no random numbers. The others work in appearance space, with candidate
+//! sets, with a random start or one from the exemplar's lattice, and with even use of the exemplar. Cost: O(pixels ·
+//! passes).
 use super::analysis::{self, add_alike, find_lattice, levels_of};
 use super::inputs::FieldInputs;
 use super::patent;
@@ -22,29 +22,29 @@ use shibo_kernel::synthesis::lattice::Basis;
 use shibo_kernel::synthesis::region::Output as Pixels;
 use std::sync::Arc;
 
-/// Settings that belong together; single parameters go before them.
+/// Settings that belong together. A parameter that is given replaces that of the preset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Preset {
-    /// The source's method and nothing more: gives back the exemplar, tiled, unless a Jacobian or `jitter` varies it.
+    /// The method of the source and nothing more: it gives back the exemplar, tiled, unless a Jacobian or `jitter` varies it.
     Patent,
-    /// For what has no order: grain, stone, bark.
+    /// For what has no order, such as grain, stone or bark.
     Stochastic,
-    /// For anything: keeps features whole, and finds out whether the exemplar is regular.
+    /// For anything: keeps features whole, and finds out by itself whether the exemplar is regular.
     #[default]
     Structured,
-    /// For brickwork, cloth, tiles: strictly in step, with no visible repeats.
+    /// For brickwork, cloth or tiles: strictly in phase, with no visible repeats.
     Regular,
-    /// Larger pieces of the exemplar, as they are.
+    /// Larger pieces of the exemplar, unchanged.
     Faithful,
 }
 
-/// Over what the use of the exemplar is evened out.
+/// Over which area the use of the exemplar is evened out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Scope {
-    /// The whole for a regular exemplar on a canvas that tiles in both directions; else locally.
+    /// The whole output for a regular exemplar on a canvas that tiles in both directions; otherwise locally.
     #[default]
     Auto,
-    /// The whole output; then a part of a larger output is not the same as a smaller one.
+    /// The whole output. Then a larger output does not contain a smaller one.
     Whole,
     /// Squares of 128 pixels.
     Local,
@@ -53,19 +53,20 @@ pub enum Scope {
 /// What the first coordinates are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum StartMode {
-    /// On the lattice of the exemplar, if it has one.
+    /// On the lattice of the exemplar if it has one, otherwise random.
     #[default]
     Auto,
-    /// Anywhere.
+    /// Random places of the exemplar.
     Random,
 }
 
 /// Grows any amount of a texture from an exemplar: finds for every pixel where in the exemplar it comes from.
 ///
 /// Works at the exemplar's pixel size from the canvas' corner, whatever the output's resolution: a larger canvas shows more.
-/// On a canvas that tiles the result joins; unless something ties it to a place (a guide, given coordinates, a Jacobian that
-/// varies), it is cut open where least is torn. `SampleExemplar` shows what the coordinates mean, of any aligned picture.
-/// Structure wider than half the exemplar cannot be kept; `guide` or `jacobian` give it from outside.
+/// On a canvas that tiles, the opposite sides of the result fit each other. The canvas' edge then goes where it cuts the
+/// fewest features, unless something belongs to a place: a guide, given coordinates, or a Jacobian that varies.
+/// `SampleExemplar` shows the coordinates with any aligned picture. Structure wider than half the exemplar is not kept; give
+/// it by `guide` or `jacobian`.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -78,19 +79,19 @@ pub enum StartMode {
 pub struct Synthesize {
     /// The exemplar. What `AppearanceSpace`, `CandidateSets` and `DetectLattice` have not done is done here.
     pub exemplar: In<Exemplar>,
-    /// How features turn and scale: from output to exemplar. 1 by default.
+    /// How features turn and scale: from output to exemplar. The unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
     /// Which guide values of the exemplar are wanted where, 0..1; needs an exemplar with a guide.
     pub guide: Option<In<Gray>>,
-    /// Coordinates that are given: they stay where `fixed_mask` is at least 0.5, and the rest is made to fit.
+    /// Coordinates that are given. They stay where `fixed_mask` is at least 0.5, and everything else is made to fit them.
     pub fixed: Option<In<CoordMap>>,
-    /// See `fixed`; everywhere by default.
+    /// Where the coordinates of `fixed` stay; everywhere by default.
     pub fixed_mask: Option<In<Gray>>,
     /// Coordinates to start from instead of random ones.
     pub start: Option<In<CoordMap>>,
-    /// What `jitter` is multiplied by.
+    /// Factor on `jitter`.
     pub jitter_mask: Option<In<Gray>>,
-    /// Settings that belong together; the parameters below go before them.
+    /// Settings that belong together. A parameter below that is given replaces that of the preset.
     pub preset: Preset,
     /// Columns and rows over the canvas. By default as many as the exemplar's pixels need.
     #[schemars(extend("minimum" = 1.0, "maximum" = 65536.0))]
@@ -98,13 +99,13 @@ pub struct Synthesize {
     /// The pixel of the unbounded texture that lies at the canvas' corner.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
     pub origin: (i32, i32),
-    /// Size of the pieces that are copied whole: 1.5 fine, 2.5 as most presets have it, 3 large.
+    /// Size of the pieces that are copied whole: 1.5 is small, 2.5 that of most presets, 3 large.
     #[schemars(range(min = 1, max = 10))]
     pub copy_size: Option<f64>,
-    /// How evenly all of the exemplar is used: 0 not at all, 1 as the presets have it.
+    /// How evenly all parts of the exemplar are used: 0 not at all, 1 as in the presets.
     #[schemars(range(min = 0, max = 1.5))]
     pub even_use: Option<f64>,
-    /// Over what the use is evened out.
+    /// Over which area the use of the exemplar is evened out.
     pub scope: Scope,
     /// What the first coordinates are.
     pub start_mode: StartMode,
@@ -112,13 +113,14 @@ pub struct Synthesize {
     /// the period of its lattice.
     #[schemars(range(min = 1, max = 16384))]
     pub start_size: Option<u32>,
-    /// Corrections at each level.
+    /// How often all pixels are corrected at each level.
     #[schemars(range(min = 0, max = 16))]
     pub passes: u32,
-    /// Groups in which pixels are corrected, of the preset `Patent`: 1 all at once, 4 interleaved.
+    /// For the preset `Patent`: into how many groups pixels are divided that are corrected one after another; 1 corrects all
+    /// at once.
     #[schemars(range(min = 1, max = 256))]
     pub sub_passes: u32,
-    /// Displaces pixels at random at all coarse levels: more variety, less order. In pixels of the level.
+    /// How far pixels are displaced at random at all coarse levels, in pixels of the level: more variety, less order.
     #[schemars(range(min = 0, max = 4))]
     pub jitter: f64,
     /// Weight of the guide.
@@ -170,7 +172,7 @@ impl Synthesize {
             Some((w, h)) => (DVec2::new(f64::from(w), f64::from(h)), canvas / DVec2::new(f64::from(w), f64::from(h))),
             None => {
                 let count = canvas / exemplar.frame.pitch;
-                // Where the canvas joins, a whole number of pixels covers it.
+                // Where the canvas tiles, a whole number of pixels covers it.
                 let axis = |tiles: bool, n: f64| if tiles { n.round().max(1.0) } else { (n - 1e-9).ceil().max(1.0) };
                 let size = DVec2::new(axis(tiling.x, count.x), axis(tiling.y, count.y));
                 let pitch = |tiles: bool, whole: f64, n: f64, pitch: f64| if tiles { whole / n } else { pitch };
@@ -202,7 +204,7 @@ impl Synthesize {
         found.vectors.map(|[a, b]| Basis { a: a.to_array(), b: b.to_array() })
     }
 
-    /// Whether a part of the canvas is to show something of its own.
+    /// Whether some place of the canvas must show something in particular.
     fn is_placed(&self) -> bool {
         self.guide.is_some() || self.fixed.is_some() || self.start.is_some() || self.jitter_mask.is_some()
     }
@@ -338,7 +340,7 @@ impl Node for Synthesize {
     }
 }
 
-/// A map that joins, begun at another pixel.
+/// A map whose opposite sides fit, with another pixel as its first.
 fn rolled(coords: Vec<[f32; 2]>, size: UVec2, origin: (i32, i32), wrap: [bool; 2]) -> Vec<[f32; 2]> {
     let by = |k: i32, n: u32, wrap: bool| if wrap { k.rem_euclid(n.cast_signed()).unsigned_abs() as usize } else { 0 };
     let (dx, dy) = (by(origin.0, size.x, wrap[0]), by(origin.1, size.y, wrap[1]));

@@ -1,6 +1,6 @@
 //! [`UpsampleCoords`]: from a level to the next finer one.
 //!
-//! Source: JP5149288B2 II, equation (3) (rows C4, C5; decision S-2): child = parent + h·J·Δ, Δ = (±½, ±½). Cost:
+//! Source: JP5149288B2 II, equation (3) (rows C4, C5): child = parent + h·J·Δ, Δ = (±½, ±½). Cost:
 //! O(pixels).
 use super::stages;
 use schemars::JsonSchema;
@@ -12,7 +12,7 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact;
 use std::sync::Arc;
 
-/// Doubles a map of coordinates in x and y; the children of a pixel lie around it as the Jacobian says.
+/// Doubles a map of coordinates in x and y: each pixel becomes four, which lie around it as the Jacobian says.
 ///
 /// ```ron
 /// "start": StartCoords(size: (2, 2), coords: [(20, 20), (50, 30), (80, 70), (30, 90)], levels: 5),
@@ -29,7 +29,7 @@ use std::sync::Arc;
 pub struct UpsampleCoords {
     /// The coarser map.
     pub coords: In<CoordMap>,
-    /// From output to exemplar; 1 by default.
+    /// From output to exemplar; the unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
 }
 

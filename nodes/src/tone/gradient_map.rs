@@ -15,10 +15,10 @@ use shibo_kernel::pointwise::tone as kernel;
 choice! {
     /// How colour runs from stop to stop.
     Interpolation = kernel::Interpolation {
-        /// Straight.
+        /// Along a straight line.
         #[default]
         Linear,
-        /// Level at the stops.
+        /// Smoothly, level at the stops.
         Smooth,
         /// The colour of the stop before, with hard edges.
         Constant,
@@ -31,7 +31,7 @@ pub enum MixSpace {
     /// In Oklab: even steps to the eye.
     #[default]
     Oklab,
-    /// In linear light: as lights mix; brighter in the middle.
+    /// In linear light, as lights mix: brighter in the middle.
     Linear,
 }
 

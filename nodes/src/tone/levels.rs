@@ -23,10 +23,10 @@ pub struct Levels {
     /// The value that becomes black.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub low: f64,
-    /// The value that becomes white; below `low` it inverts, at `low` it makes a step.
+    /// The value that becomes white. If it is below `low` the result is inverted; if both are equal it is a step.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub high: f64,
-    /// Bends what lies between, as the power 1/gamma: above 1 lightens, below 1 darkens.
+    /// Changes what lies between, by the power 1/gamma: above 1 lightens, below 1 darkens.
     #[schemars(range(min = 0.01, max = 100))]
     pub gamma: f64,
     /// What black and white become in the end, `(black, white)`.

@@ -7,7 +7,7 @@ use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
 
-/// Maps one range of numbers to another along a straight line: units to shares, heights to masks, bright to dark.
+/// Maps one range of numbers to another along a straight line: for example lengths to shares, or bright to dark.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
@@ -24,7 +24,7 @@ pub struct Remap {
     /// What they become.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub to: Linear,
-    /// Whether results stay within `to`, or go on along the line.
+    /// Whether results stay within `to`; if not, they continue along the line.
     pub clamp: bool,
 }
 
@@ -34,7 +34,7 @@ impl Default for Remap {
     }
 }
 
-/// A smaller difference between the values of `from` could lead out of the range of numbers.
+/// The least difference between the values of `from`: with a smaller one, results could become too large for a number.
 const LEAST: f64 = 1e-9;
 
 impl Node for Remap {

@@ -22,7 +22,7 @@ pub struct Threshold {
     /// The level, in the unit of the input.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub level: f64,
-    /// Width of the edge, in the unit of the input; 0 is hard and shows steps where it crosses pixels.
+    /// Width of the edge, in the unit of the input; 0 makes a hard edge, which shows steps at the pixels.
     #[schemars(range(min = 0, max = 1e9))]
     pub softness: f64,
 }

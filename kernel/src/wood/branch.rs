@@ -31,13 +31,25 @@ impl<R: Real> Axis<R> {
         }
     }
 
-    /// How far along the branch a point lies, and s · (T2 - T_α): 0 or less behind the plane F.
+    /// The way from the branch's start to a point.
     #[inline(always)]
-    pub(crate) fn way(&self, p: [R; 3]) -> (R, R) {
-        let (b, u) = (self.start, self.direction);
-        let v = [p[0] - b[0], p[1] - b[1], p[2] - b[2]];
-        let s = v[0] * u[0] + v[1] * u[1] + v[2] * u[2];
-        let foot = s.smaller(self.length);
+    fn way_from_start(&self, p: [R; 3]) -> [R; 3] {
+        let b = self.start;
+        [p[0] - b[0], p[1] - b[1], p[2] - b[2]]
+    }
+
+    /// How far along the branch's direction a point lies: 0 or less behind the plane F.
+    #[inline(always)]
+    fn along(&self, p: [R; 3]) -> R {
+        let (v, u) = (self.way_from_start(p), self.direction);
+        v[0] * u[0] + v[1] * u[1] + v[2] * u[2]
+    }
+
+    /// Of a point that lies so far along: s, which the branch's length limits, and s · (T2 - T_α).
+    #[inline(always)]
+    fn way(&self, p: [R; 3], along: R) -> (R, R) {
+        let (v, u) = (self.way_from_start(p), self.direction);
+        let foot = along.smaller(self.length);
         let w = [v[0] - foot * u[0], v[1] - foot * u[1], v[2] - foot * u[2]];
         let r2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
         // T_γ = r √(s² + r²) / (s v_b), so s T_γ = √(r² (r² + s²)) / v_b.
@@ -55,11 +67,19 @@ const RUN: usize = 64;
 fn inverse_squares<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, mut body: impl FnMut(usize, usize, &[R; RUN])) {
     for from in (0..at.x.len()).step_by(RUN) {
         let to = (from + RUN).min(at.x.len());
+        let points = || at.x[from..to].iter().zip(&at.y[from..to]).zip(&at.z[from..to]);
         let mut sums = [R::ZERO; RUN];
+        let mut along = [R::ZERO; RUN];
         for branch in branches {
-            let points = at.x[from..to].iter().zip(&at.y[from..to]).zip(&at.z[from..to]);
-            for (((x, y), z), sum) in points.zip(&mut sums) {
-                let (s, way) = branch.way([*x, *y, *z]);
+            for (((x, y), z), along) in points().zip(&mut along) {
+                *along = branch.along([*x, *y, *z]);
+            }
+            // Many runs lie behind the plane F of a branch as a whole, where it adds nothing.
+            if !along[..to - from].iter().fold(false, |any, s| any | (*s > R::ZERO)) {
+                continue;
+            }
+            for ((((x, y), z), along), sum) in points().zip(&along).zip(&mut sums) {
+                let (s, way) = branch.way([*x, *y, *z], *along);
                 let time = s * branch.birth + way;
                 let reached = s > R::ZERO && time > R::ZERO;
                 let inverse = s / if reached { time } else { R::ONE };
@@ -84,25 +104,6 @@ pub fn branch_time<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, out: &mut 
                     for (out, sum) in out[from..to].iter_mut().zip(sums) {
                         let time = R::ONE / sum.sqrt();
                         *out = if *sum > R::ZERO { time } else { R::INFINITY };
-                    }
-                },
-            );
-        },
-    );
-}
-
-/// Eq (18) for several branches in one go: T1 / √(1 + Σ (T1 / T2)²), in place of T1.
-pub fn blend_branches<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, time: &mut [R]) {
-    dispatch(
-        #[inline(always)]
-        || {
-            inverse_squares(
-                branches,
-                at,
-                #[inline(always)]
-                |from, to, sums| {
-                    for (time, sum) in time[from..to].iter_mut().zip(sums) {
-                        *time = *time / (R::ONE + *time * *time * *sum).sqrt();
                     }
                 },
             );
@@ -158,8 +159,22 @@ impl<R: Real> Power<R> {
 pub fn blend_all<R: Real>(a: &mut [R], b: &[R], power: Power<R>) {
     dispatch(
         #[inline(always)]
-        || a.iter_mut().zip(b).for_each(|(a, b)| *a = blend(*a, *b, power)),
+        // A loop for each power: with a choice inside, it would go number by number.
+        || match power {
+            Power::Minimum => blend_each(a, b, Power::Minimum),
+            Power::Two => blend_each(a, b, Power::Two),
+            Power::Four => blend_each(a, b, Power::Four),
+            Power::Other(k) => blend_each(a, b, Power::Other(k)),
+        },
     );
+}
+
+/// [`blend_all`] with a power that is known where it is inlined.
+#[inline(always)]
+fn blend_each<R: Real>(a: &mut [R], b: &[R], power: Power<R>) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = blend(*a, *b, power);
+    }
 }
 
 #[cfg(test)]
@@ -181,21 +196,59 @@ mod tests {
         assert_eq!(blend(-1.0, 4.0, Power::of(2.0)), -1.0);
     }
 
+    /// Points around the two branches, many of them behind one or both.
+    fn points<R: Real>() -> [Vec<R>; 3] {
+        let axis = |of: fn(u32) -> f64| (0..500).map(|i| R::of(of(i))).collect();
+        [axis(|i| f64::from(i / 5) - 60.0), axis(|i| f64::from(i % 13) - 6.0), axis(|i| f64::from(i % 29))]
+    }
+
+    fn branches<R: Real>() -> [Axis<R>; 2] {
+        [
+            Axis::new(DVec3::new(0.0, 0.0, 4.0), DVec3::new(0.6, 0.0, 0.8), f64::INFINITY, 2.0, 2.0, 0.3),
+            Axis::new(DVec3::new(1.0, 0.0, 9.0), DVec3::new(0.0, -1.0, 0.0), 12.0, 4.5, 2.0, 0.3),
+        ]
+    }
+
+    fn times<R: Real>(branches: &[Axis<R>]) -> Vec<R> {
+        let [x, y, z] = &points();
+        let mut out = vec![R::ZERO; x.len()];
+        branch_time(branches, &Places { x, y, z, rows: Rows::Any }, &mut out);
+        out
+    }
+
     #[test]
-    fn one_pass_is_two() {
-        let branches = [
-            Axis::<f64>::new(DVec3::new(0.0, 0.0, 4.0), DVec3::new(0.6, 0.0, 0.8), f64::INFINITY, 2.0, 2.0, 0.3),
-            Axis::<f64>::new(DVec3::new(1.0, 0.0, 9.0), DVec3::new(0.0, -1.0, 0.0), 12.0, 4.5, 2.0, 0.3),
-        ];
-        let x: Vec<f64> = (0..300).map(|i| f64::from(i % 17) - 8.0).collect();
-        let y: Vec<f64> = (0..300).map(|i| f64::from(i % 13) - 6.0).collect();
-        let z: Vec<f64> = (0..300).map(|i| f64::from(i % 29)).collect();
-        let at = Places { x: &x, y: &y, z: &z, rows: Rows::Any };
-        let (mut fused, mut apart, mut times) = (vec![7.0; 300], vec![7.0; 300], vec![0.0; 300]);
-        blend_branches(&branches, &at, &mut fused);
-        branch_time(&branches, &at, &mut times);
-        blend_all(&mut apart, &times, Power::Two);
-        assert!(times.iter().any(|t| t.is_infinite()) && times.iter().any(|t| t.is_finite()));
-        assert!(fused.iter().zip(&apart).all(|(a, b)| (a - b).abs() < 1e-12));
+    fn several_branches_are_blended() {
+        let [a, b] = branches::<f64>();
+        let (first, second, both) = (times(&[a]), times(&[b]), times(&[a, b]));
+        for ((a, b), both) in first.iter().zip(&second).zip(&both) {
+            let want = blend(*a, *b, Power::Two);
+            assert!(*both == want || (both / want - 1.0).abs() < 1e-12, "{both} {want}");
+        }
+        assert!(both.iter().any(|t| t.is_infinite()) && both.iter().any(|t| t.is_finite()));
+    }
+
+    #[test]
+    fn runs_behind_a_branch_change_nothing() {
+        let [x, y, z] = &points::<f32>();
+        let one = |i: usize| {
+            let (x, y, z) = (&x[i..=i], &y[i..=i], &z[i..=i]);
+            let mut out = [0.0];
+            branch_time(&branches(), &Places { x, y, z, rows: Rows::Any }, &mut out);
+            out[0].to_bits()
+        };
+        assert!((0..x.len()).map(one).eq(times(&branches::<f32>()).iter().map(|t| t.to_bits())));
+    }
+
+    #[test]
+    fn planes_are_blended_as_numbers_are() {
+        let b = times(&branches::<f32>());
+        let a: Vec<f32> = (0..500u16).map(|i| f32::from(i) * 0.07 - 1.0).collect();
+        for k in [f64::INFINITY, 2.0, 4.0, 1.5] {
+            let power = Power::of(k);
+            let mut all = a.clone();
+            blend_all(&mut all, &b, power);
+            let each = a.iter().zip(&b).map(|(a, b)| blend(*a, *b, power).to_bits());
+            assert!(each.eq(all.iter().map(|t| t.to_bits())), "{k}");
+        }
     }
 }

@@ -38,7 +38,7 @@ fn a_pair_is_taken_literally_with_a_warning() {
     assert!(ran.stderr.contains("squashed") && ran.stderr.contains("32x16"), "{}", ran.stderr);
     desk.write("b.ron", WIDE.replace("resolution: 64", "resolution: (64, 64)"));
     let checked = desk.shibo("check b.ron").expect(0);
-    assert!(checked.stderr.contains("squashed") && checked.stderr.contains("b.ron:2:42"), "{}", checked.stderr);
+    assert!(checked.stderr.contains("squashed") && checked.stderr.contains("b.ron:2:43"), "{}", checked.stderr);
 }
 
 #[test]

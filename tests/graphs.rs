@@ -36,12 +36,13 @@ fn session() -> Session {
 
 /// A graph at `side`² pixels, or at its own resolution.
 fn graph(session: &Session, path: &Path, side: Option<u32>) -> Graph {
-    let options =
-        LoadOptions { resolution: side.map(|side| Resolution::Exact(UVec2::splat(side))), ..LoadOptions::default() };
-    let loaded = load(path, session.registry(), &options);
-    let messages: Vec<&str> = loaded.diagnostics.iter().map(|d| d.message.as_str()).collect();
+    let resolved = |resolution| load(path, session.registry(), &LoadOptions { resolution, ..LoadOptions::default() });
+    let own = resolved(None);
+    let messages: Vec<&str> = own.diagnostics.iter().map(|d| d.message.as_str()).collect();
     assert_eq!(messages, Vec::<&str>::new(), "{}", path.display());
-    loaded.graph.unwrap()
+    // Small squares, though a canvas may have another shape.
+    let square = side.map(|side| resolved(Some(Resolution::Exact(UVec2::splat(side)))));
+    square.unwrap_or(own).graph.unwrap()
 }
 
 /// The pictures of all outputs, or a part of each, named as their files are.

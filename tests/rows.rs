@@ -19,7 +19,7 @@ fn sources(dir: &Path, found: &mut String) {
 fn tests() -> BTreeSet<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut text = String::new();
-    for dir in ["src", "engine", "nodes", "tests"] {
+    for dir in ["src", "engine", "kernel", "nodes", "tests"] {
         sources(&root.join(dir), &mut text);
     }
     let mut names = BTreeSet::new();

@@ -8,12 +8,14 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use glam::DVec2;
+use shibo_engine::value::Tiling;
 use shibo_kernel::filter::blur;
 use shibo_kernel::filter::distance::{self, DistanceSpec};
 use shibo_kernel::filter::warp::{self, WarpSpec};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::window::{Frame, Rect, View};
-use shibo_kernel::noise::cells::{Canvas, CellShape};
+use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 use shibo_kernel::noise::worley::{Metric, Worley, WorleyOut, WorleySpec};
 use shibo_kernel::pointwise::blend;
@@ -59,8 +61,8 @@ fn tiles() -> impl Iterator<Item = Rect> {
 }
 
 fn noise(periodic: bool) -> f64 {
-    let canvas = Canvas { size: [1024.0; 2], tiles: [periodic; 2] };
-    let noise = Noise::new(&NoiseSpec::fbm(256.0, 8), &canvas, Hash::new(1));
+    let canvas = (DVec2::splat(1024.0), Tiling { x: periodic, y: periodic });
+    let noise = Noise::new(&NoiseSpec::fbm(256.0, 8), canvas, Hash::new(1));
     let mut out = vec![0.0; TILE * TILE];
     rate(SIDE * SIDE, || {
         for rect in tiles() {
@@ -90,9 +92,9 @@ fn fastnoise() -> f64 {
 
 /// A picture with grooves, larger than the bench's by `halo`.
 fn picture(rect: Rect) -> Vec<f32> {
-    let canvas = Canvas { size: [1024.0; 2], tiles: [true; 2] };
+    let canvas = (DVec2::splat(1024.0), Tiling::BOTH);
     let mut data = vec![0.0; rect.area()];
-    Noise::new(&NoiseSpec::fbm(40.0, 4), &canvas, Hash::new(2)).fill(&Frame::new(rect, [1.0; 2]), &mut data);
+    Noise::new(&NoiseSpec::fbm(40.0, 4), canvas, Hash::new(2)).fill(&Frame::new(rect, [1.0; 2]), &mut data);
     data
 }
 
@@ -127,9 +129,9 @@ fn distances(radius: f64) -> f64 {
 }
 
 fn cells(border: bool) -> f64 {
-    let canvas = Canvas { size: [1024.0; 2], tiles: [true; 2] };
+    let canvas = (DVec2::splat(1024.0), Tiling::BOTH);
     let spec = WorleySpec { shape: CellShape::round(20.0), jitter: 1.0, metric: Metric::Euclidean };
-    let worley = Worley::new(&spec, &canvas, Hash::new(1));
+    let worley = Worley::new(&spec, canvas, Hash::new(1));
     let [mut f1, mut f2, mut edge] = [(); 3].map(|()| vec![0.0; TILE * TILE]);
     rate(SIDE * SIDE, || {
         for rect in tiles() {
@@ -232,8 +234,8 @@ fn table() {
 
 #[divan::bench]
 fn fbm_8_octaves(bencher: divan::Bencher<'_, '_>) {
-    let canvas = Canvas { size: [1024.0; 2], tiles: [true; 2] };
-    let noise = Noise::new(&NoiseSpec::fbm(256.0, 8), &canvas, Hash::new(1));
+    let canvas = (DVec2::splat(1024.0), Tiling::BOTH);
+    let noise = Noise::new(&NoiseSpec::fbm(256.0, 8), canvas, Hash::new(1));
     let mut out = vec![0.0; TILE * TILE];
     let frame = Frame::new(Rect::new(0, 0, TILE, TILE), [1.0; 2]);
     bencher.counter(divan::counter::ItemsCount::new(TILE * TILE)).bench_local(|| noise.fill(&frame, &mut out));

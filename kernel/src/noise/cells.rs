@@ -14,6 +14,7 @@
 use crate::ground::hash::Hash;
 use crate::ground::math;
 use crate::ground::window::Frame;
+use glam::DVec2;
 use shibo_engine::value::Tiling;
 
 /// Pixels evaluated at once: runs of this length begin at absolute columns that are multiples of it, so positions
@@ -31,15 +32,6 @@ pub(crate) const RAMP: [f32; LANES] = {
     ramp
 };
 
-/// The canvas that noise repeats on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Canvas {
-    /// Width and height, mm.
-    pub size: [f64; 2],
-    /// Whether it tiles in x and in y.
-    pub tiles: [bool; 2],
-}
-
 /// Size and direction of the features wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellShape {
@@ -49,11 +41,6 @@ pub struct CellShape {
     pub aspect: f64,
     /// Direction of the long axis, radians from +x towards +y.
     pub angle: f64,
-}
-
-/// The canvas of a graph: `size_mm` wide and high, tiling in x and y or not.
-pub fn canvas(size_mm: glam::DVec2, tiling: Tiling) -> Canvas {
-    Canvas { size: size_mm.to_array(), tiles: [tiling.x, tiling.y] }
 }
 
 impl CellShape {
@@ -90,15 +77,13 @@ pub struct Lattice {
 const MOST_CELLS: f64 = 1e9;
 
 impl Lattice {
-    /// The lattice nearest to `shape` that repeats with `canvas`; `None` if it has more than 10^9 cells or if a number
+    /// The lattice nearest to `shape` that repeats with a canvas of a size in mm where that tiles; `None` if it has more than 10^9 cells or if a number
     /// is not positive and finite.
-    pub fn new(canvas: &Canvas, shape: &CellShape, hash: Hash) -> Option<Self> {
+    pub fn new((size_mm, tiling): (DVec2, Tiling), shape: &CellShape, hash: Hash) -> Option<Self> {
         let wanted = shape.wanted();
         let longest = shape.size * shape.aspect.max(1.0);
-        let side = |k: usize| {
-            if canvas.tiles[k] { canvas.size[k] } else { (2.0 * canvas.size[k]).max(1024.0 * longest) }
-        };
-        let sides = [side(0), side(1)];
+        let side = |size: f64, tiles: bool| if tiles { size } else { (2.0 * size).max(1024.0 * longest) };
+        let sides = [side(size_mm.x, tiling.x), side(size_mm.y, tiling.y)];
         let real =
             [[wanted[0][0] * sides[0], wanted[0][1] * sides[1]], [wanted[1][0] * sides[0], wanted[1][1] * sides[1]]];
         let det = real[0][0] * real[1][1] - real[0][1] * real[1][0];
@@ -319,8 +304,8 @@ mod tests {
     proptest! {
         #[test]
         fn names_repeat_with_the_canvas(size in 0.5f64..80.0, aspect in 0.3f64..4.0, angle in -3.2f64..3.2, seed: u64) {
-            let canvas = Canvas { size: [60.0, 45.0], tiles: [true, true] };
-            let lattice = Lattice::new(&canvas, &CellShape { size, aspect, angle }, Hash::new(seed)).unwrap();
+            let canvas = (DVec2::new(60.0, 45.0), Tiling::BOTH);
+            let lattice = Lattice::new(canvas, &CellShape { size, aspect, angle }, Hash::new(seed)).unwrap();
             let [[a, c], [b, d]] = lattice.cells;
             prop_assert!(lattice.count() > 0);
             let frame = Frame::new(Rect::new(0, 0, 64, 64), [60.0 / 256.0, 45.0 / 256.0]);
@@ -346,17 +331,17 @@ mod tests {
 
     #[test]
     fn shapes_are_met() {
-        let canvas = Canvas { size: [60.0, 60.0], tiles: [true, true] };
+        let canvas = (DVec2::splat(60.0), Tiling::BOTH);
         for (shape, tolerance) in [
             (CellShape { size: 2.0, aspect: 2.2, angle: 0.4 }, 0.06),
             (CellShape { size: 5.0, aspect: 2.5, angle: 0.44 }, 0.15),
             (CellShape::round(0.12), 0.002),
         ] {
-            let lattice = Lattice::new(&canvas, &shape, Hash::new(1)).unwrap();
+            let lattice = Lattice::new(canvas, &shape, Hash::new(1)).unwrap();
             let wanted = shape.wanted();
             assert!(distortion(&lattice.to_cell, &wanted).sqrt() < tolerance, "{:?}", lattice.cells);
         }
-        assert!(Lattice::new(&canvas, &CellShape::round(1e-4), Hash::new(1)).is_none());
-        assert!(Lattice::new(&canvas, &CellShape::round(f64::NAN), Hash::new(1)).is_none());
+        assert!(Lattice::new(canvas, &CellShape::round(1e-4), Hash::new(1)).is_none());
+        assert!(Lattice::new(canvas, &CellShape::round(f64::NAN), Hash::new(1)).is_none());
     }
 }

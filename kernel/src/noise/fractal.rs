@@ -11,11 +11,13 @@
 //!
 //! Cost: about 8 ns per pixel and three octaves; see `benches/texel.rs`.
 
-use super::cells::{Canvas, CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, upper_unit};
+use super::cells::{CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, upper_unit};
 use crate::ground::hash::Hash;
 use crate::ground::math;
 use crate::ground::simd;
 use crate::ground::window::{Frame, index, offset};
+use glam::DVec2;
+use shibo_engine::value::Tiling;
 
 /// What is drawn on the cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -103,7 +105,7 @@ pub struct Noise {
 
 impl Noise {
     /// Prepares the lattices. At most 32 octaves are drawn; those with more than 10^9 cells on the canvas are left out.
-    pub fn new(spec: &NoiseSpec, canvas: &Canvas, hash: Hash) -> Self {
+    pub fn new(spec: &NoiseSpec, canvas: (DVec2, Tiling), hash: Hash) -> Self {
         let mut octaves = Vec::new();
         let (mut size, mut weight, mut variance) = (spec.shape.size, 1.0, 0.0);
         for octave in 0..spec.octaves.clamp(1, 32) {
@@ -275,7 +277,7 @@ mod tests {
     use crate::ground::window::Rect;
     use proptest::prelude::*;
 
-    const CANVAS: Canvas = Canvas { size: [60.0, 40.0], tiles: [true, true] };
+    const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 
     fn spec(basis: Basis, fractal: Fractal) -> NoiseSpec {
         NoiseSpec { basis, fractal, shape: CellShape { size: 1.3, aspect: 1.7, angle: 0.5 }, ..NoiseSpec::fbm(1.3, 3) }
@@ -298,7 +300,7 @@ mod tests {
         for basis in [Basis::Gradient, Basis::Value, Basis::White] {
             for fractal in [Fractal::Fbm, Fractal::Ridged, Fractal::Billow] {
                 let spec = NoiseSpec { basis, fractal, ..NoiseSpec::fbm(0.5, 1) };
-                let noise = Noise::new(&spec, &CANVAS, Hash::new(3));
+                let noise = Noise::new(&spec, CANVAS, Hash::new(3));
                 let (mean, deviation) = mean_and_deviation(&render(&noise, Rect::new(0, 0, 768, 512), 60.0 / 768.0));
                 assert!(
                     (mean - 0.5).abs() < 0.01 && (deviation - 0.155).abs() < 0.01,
@@ -313,7 +315,7 @@ mod tests {
         #[test]
         fn tiles_agree(seed: u64, x0 in -200i32..300, y0 in -200i32..300, w in 1usize..150, h in 1usize..8) {
             for basis in [Basis::Gradient, Basis::Value, Basis::White] {
-                let noise = Noise::new(&spec(basis, Fractal::Ridged), &CANVAS, Hash::new(seed));
+                let noise = Noise::new(&spec(basis, Fractal::Ridged), CANVAS, Hash::new(seed));
                 let whole = render(&noise, Rect::new(-200, y0, 700, h), 0.1);
                 let tile = render(&noise, Rect::new(x0, y0, w, h), 0.1);
                 for j in 0..h {
@@ -326,7 +328,7 @@ mod tests {
         #[test]
         fn repeats_with_the_canvas(seed: u64, size in 0.4f64..90.0, aspect in 0.4f64..4.0, angle in -3.2f64..3.2) {
             let spec = NoiseSpec { shape: CellShape { size, aspect, angle }, ..NoiseSpec::fbm(size, 4) };
-            let noise = Noise::new(&spec, &CANVAS, Hash::new(seed));
+            let noise = Noise::new(&spec, CANVAS, Hash::new(seed));
             let here = render(&noise, Rect::new(0, 0, 240, 160), 0.25);
             let there = render(&noise, Rect::new(240, -160, 240, 160), 0.25);
             for (a, b) in here.iter().zip(&there) {
@@ -337,7 +339,7 @@ mod tests {
 
     #[test]
     fn wide_and_plain_code_agree() {
-        let noise = Noise::new(&spec(Basis::Gradient, Fractal::Fbm), &CANVAS, Hash::new(5));
+        let noise = Noise::new(&spec(Basis::Gradient, Fractal::Fbm), CANVAS, Hash::new(5));
         let frame = Frame::new(Rect::new(-7, 3, 200, 40), [0.1, 0.1]);
         let wide = render(&noise, frame.rect, 0.1);
         let (_, deviation) = moments(Basis::Gradient, Fractal::Fbm);
@@ -353,7 +355,7 @@ mod tests {
 
     #[test]
     fn fine_octaves_fade() {
-        let noise = Noise::new(&NoiseSpec::fbm(0.1, 4), &CANVAS, Hash::new(5));
+        let noise = Noise::new(&NoiseSpec::fbm(0.1, 4), CANVAS, Hash::new(5));
         let flat = render(&noise, Rect::new(0, 0, 64, 64), 0.2);
         assert!(flat.iter().all(|&x| x == 0.5));
         assert!(mean_and_deviation(&render(&noise, Rect::new(0, 0, 256, 256), 0.02)).1 > 0.12);

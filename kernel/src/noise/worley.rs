@@ -5,11 +5,13 @@
 //! space in which cells are round; F1 and F2 are mm across the stretch. The border distance is true mm in every
 //! direction: to the bisector of the nearest point and each of the 24 around (I. Quilez, "Voronoi edges").
 
-use super::cells::{Canvas, CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, scramble, upper_unit};
+use super::cells::{CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, scramble, upper_unit};
 use crate::ground::hash::Hash;
 use crate::ground::math::{max, min};
 use crate::ground::simd;
 use crate::ground::window::{Frame, index, offset};
+use glam::DVec2;
+use shibo_engine::value::Tiling;
 
 /// How distances to feature points are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -71,7 +73,7 @@ pub struct Worley {
 
 impl Worley {
     /// Prepares the lattice. With more than 10^9 cells on the canvas all outputs are 0.
-    pub fn new(spec: &WorleySpec, canvas: &Canvas, hash: Hash) -> Self {
+    pub fn new(spec: &WorleySpec, canvas: (DVec2, Tiling), hash: Hash) -> Self {
         let lattice = Lattice::new(canvas, &spec.shape, hash);
         let stretch = spec.shape.wanted().map(|row| row.map(|x| x * spec.shape.size));
         let m = lattice.as_ref().map_or([[1.0, 0.0], [0.0, 1.0]], Lattice::to_cell);
@@ -307,11 +309,11 @@ mod tests {
     use crate::ground::window::Rect;
     use proptest::prelude::*;
 
-    const CANVAS: Canvas = Canvas { size: [60.0, 40.0], tiles: [true, true] };
+    const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 
     fn render(spec: &WorleySpec, seed: u64, rect: Rect, step: f64) -> [Vec<f32>; 3] {
         let [mut f1, mut f2, mut border] = [(); 3].map(|()| vec![0.0; rect.area()]);
-        let worley = Worley::new(spec, &CANVAS, Hash::new(seed));
+        let worley = Worley::new(spec, CANVAS, Hash::new(seed));
         let mut out =
             WorleyOut { f1: Some(&mut f1), f2: Some(&mut f2), border: Some(&mut border), ..WorleyOut::default() };
         worley.fill(&Frame::new(rect, [step, step]), &mut out);

@@ -39,7 +39,7 @@ impl Rule {
 }
 
 /// The pixels of a window, with room for whole blocks.
-pub(super) struct Canvas {
+pub(super) struct Sheet {
     window: Window,
     rule: Rule,
     stride: usize,
@@ -47,7 +47,7 @@ pub(super) struct Canvas {
     ids: Vec<u32>,
 }
 
-impl Canvas {
+impl Sheet {
     pub(super) fn new(window: &Window, rule: Rule) -> Self {
         let stride = window.width + LANES;
         let count = stride * window.height;
@@ -57,7 +57,7 @@ impl Canvas {
 
     /// Draws strokes in their order.
     pub(super) fn draw(&mut self, job: Job<'_>) {
-        pulp::Arch::new().dispatch(Call { canvas: self, job });
+        pulp::Arch::new().dispatch(Call { sheet: self, job });
     }
 
     pub(super) fn copy_to(&self, out: &mut [f32], ids: &mut [u32]) {
@@ -76,7 +76,7 @@ impl Canvas {
 
 /// A call for [`pulp::Arch::dispatch`]: a closure would not be inlined where the vector instructions are.
 struct Call<'c, 's> {
-    canvas: &'c mut Canvas,
+    sheet: &'c mut Sheet,
     job: Job<'s>,
 }
 
@@ -85,21 +85,21 @@ impl pulp::WithSimd for Call<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { canvas, job } = self;
+        let Self { sheet, job } = self;
         match job.style.profile {
-            Profile::Flat | Profile::Brush => canvas.strokes(simd, &job, 1.0, |pen| Edge::new(pen, &job.style)),
-            Profile::Linear => canvas.strokes(simd, &job, 1.0, |_| Linear),
-            Profile::Smooth => canvas.strokes(simd, &job, 1.0, |_| Smooth),
+            Profile::Flat | Profile::Brush => sheet.strokes(simd, &job, 1.0, |pen| Edge::new(pen, &job.style)),
+            Profile::Linear => sheet.strokes(simd, &job, 1.0, |_| Linear),
+            Profile::Smooth => sheet.strokes(simd, &job, 1.0, |_| Smooth),
             Profile::Gaussian { sigma, cutoff } => {
                 let unit = (128.0 * sigma * sigma).sqrt().recip();
                 let end = (2.0 * cutoff * unit).min(1.0);
-                canvas.strokes(simd, &job, unit, |_| Bell { end: end * end });
+                sheet.strokes(simd, &job, unit, |_| Bell { end: end * end });
             }
         }
     }
 }
 
-impl Canvas {
+impl Sheet {
     /// Draws strokes with the cross-section that `shape` gives for each, whose half width is `unit` of its units.
     #[inline(always)]
     fn strokes<S: Simd, P: Shape>(&mut self, simd: S, job: &Job<'_>, unit: f32, shape: impl Fn(&Pen) -> P) {
@@ -202,7 +202,7 @@ const BLOCKS: usize = 192;
 /// Some pixels of a row.
 #[derive(Clone, Copy, Default)]
 struct Block {
-    /// Where they begin in the canvas.
+    /// Where they begin on the sheet.
     at: usize,
     /// Their first column from the middle of the stroke.
     column: f32,
@@ -266,16 +266,16 @@ mod tests {
                 let set = StrokeSet::new(&strokes, style, None);
                 let (near, copies) = set.near(&window, true);
                 let draw = |wide: bool| {
-                    let mut canvas = Canvas::new(&window, rule);
+                    let mut sheet = Sheet::new(&window, rule);
                     let (period, draw) = (Vec2::ZERO, Draw::Depth);
                     let job = Job { grooves: set.grooves(), near: &near, copies: &copies, style, period, draw };
                     if wide {
-                        canvas.draw(job);
+                        sheet.draw(job);
                     } else {
-                        Call { canvas: &mut canvas, job }.with_simd(pulp::Scalar::new());
+                        Call { sheet: &mut sheet, job }.with_simd(pulp::Scalar::new());
                     }
                     let (mut out, mut ids) = (vec![0.0; 77 * 61], vec![0; 77 * 61]);
-                    canvas.copy_to(&mut out, &mut ids);
+                    sheet.copy_to(&mut out, &mut ids);
                     (out.iter().map(|v: &f32| v.to_bits()).collect::<Vec<_>>(), ids)
                 };
                 assert!(draw(true) == draw(false), "{profile:?} {rule:?}");

@@ -1,7 +1,7 @@
 //! Strokes in bins, and how a window asks for those near it.
 
 use super::bins::{Bins, Extent};
-use super::fill::{Canvas, Rule};
+use super::fill::{Rule, Sheet};
 use super::job::{Groove, Job, Near};
 use super::style::{Combine, Draw, Stroke, StrokeStyle, Window, cut};
 use crate::ground::number::{index_u32, narrow};
@@ -110,7 +110,7 @@ impl StrokeSet {
         (draw, rule): (Draw, Rule),
         (out, ids): (&mut [f32], &mut [u32]),
     ) {
-        let mut canvas = Canvas::new(window, rule);
+        let mut sheet = Sheet::new(window, rule);
         // The deepest is the deepest in any order.
         let (near, copies) = self.near(window, rule != Rule::Max);
         let period = self.period.unwrap_or_default();
@@ -118,9 +118,9 @@ impl StrokeSet {
             if stop() {
                 break;
             }
-            canvas.draw(Job { grooves: &self.grooves, near, copies: &copies, style: self.style, period, draw });
+            sheet.draw(Job { grooves: &self.grooves, near, copies: &copies, style: self.style, period, draw });
         }
-        canvas.copy_to(out, ids);
+        sheet.copy_to(out, ids);
     }
 }
 

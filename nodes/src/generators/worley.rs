@@ -12,7 +12,7 @@ use shibo_engine::value::{Canvas, Field, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
-use shibo_kernel::noise::cells::{self, CellShape};
+use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::worley::{self as kernel, WorleyOut, WorleySpec};
 use shibo_kernel::pointwise::tone;
 use std::sync::Arc;
@@ -94,8 +94,8 @@ impl Node for Worley {
             jitter: narrow(self.jitter),
             metric: self.metric.into(),
         };
-        let canvas = cells::canvas(cx.size_mm(), cx.tiling());
-        let cells = Arc::new(kernel::Worley::new(&spec, &canvas, Hash::new(cx.seed(self.seed))));
+        let canvas = (cx.size_mm(), cx.tiling());
+        let cells = Arc::new(kernel::Worley::new(&spec, canvas, Hash::new(cx.seed(self.seed))));
         let factor = if self.normalize { narrow(1.0 / self.size.max(1e-30)) } else { 1.0 };
         let output = |ty: Type, plane: Plane| {
             let cells = cells.clone();

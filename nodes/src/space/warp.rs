@@ -12,7 +12,7 @@ use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Output
 use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
-use shibo_kernel::noise::cells::{self, CellShape};
+use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 
 /// Bends a field: straight lines become wavy. The displacements are noise, or fields that are connected.
@@ -54,7 +54,7 @@ impl Default for Warp {
 impl Warp {
     fn noise(&self, cx: &Context<'_>, axis: u64) -> Noise {
         let spec = NoiseSpec { shape: CellShape::round(self.size), ..NoiseSpec::fbm(self.size, self.octaves) };
-        Noise::new(&spec, &cells::canvas(cx.size_mm(), cx.tiling()), Hash::new(cx.seed(self.seed)).with(axis))
+        Noise::new(&spec, (cx.size_mm(), cx.tiling()), Hash::new(cx.seed(self.seed)).with(axis))
     }
 }
 

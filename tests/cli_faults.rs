@@ -135,11 +135,9 @@ fn an_interrupted_run_leaves_nothing_behind() {
         desk.shibo("render a.ron").expect(0);
         let before = desk.read("out/bumps.png");
         let mut child = long_render(&desk);
-        let asked = Instant::now();
         assert!(std::process::Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let code = child.wait().unwrap().code();
-        // A machine that stalls is given time: that the run was not let finish is told by its code.
-        assert!(asked.elapsed() < Duration::from_secs(20));
+        // That the run was not let finish is told by its code.
         let mut stderr = String::new();
         std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut stderr).unwrap();
         assert_eq!(code, Some(1), "{signal}: {stderr}");

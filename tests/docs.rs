@@ -2,27 +2,22 @@
 //!
 //! `BLESS=1 cargo test --release --test docs` writes `docs/nodes.md` and `docs/nodes/KIND.png` anew.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
-#[path = "docs/picture.rs"]
+#[path = "support/bless.rs"]
+mod bless;
+#[path = "support/golden.rs"]
+mod golden;
+#[path = "support/picture.rs"]
 mod picture;
 
 use picture::{Picture, SIDE};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Channel, Field, Sketch, Value, Window};
+use shibo_engine::value::{Channel, Field, Object, Points, Sketch, Value, Window};
 use std::path::{Path, PathBuf};
-
-/// The mean difference allowed between pictures, of 255.
-const MEAN: f64 = 1.5;
-/// The difference that 999 of 1000 samples must not exceed.
-const MOST: u8 = 12;
 
 fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
-fn bless() -> bool {
-    std::env::var_os("BLESS").is_some_and(|value| value == "1")
 }
 
 #[test]
@@ -32,12 +27,7 @@ fn the_reference_is_up_to_date() {
         .output()
         .unwrap();
     assert!(page.status.success(), "{}", String::from_utf8_lossy(&page.stderr));
-    let path = root("docs/nodes.md");
-    if bless() {
-        std::fs::write(&path, &page.stdout).unwrap();
-    }
-    let kept = std::fs::read(&path).unwrap_or_default();
-    assert!(kept == page.stdout, "docs/nodes.md is out of date: BLESS=1 cargo test --release --test docs");
+    bless::compare(&root("docs/nodes.md"), &page.stdout).unwrap();
 }
 
 /// The inside of `nodes: { … }` in a doc comment.
@@ -108,17 +98,34 @@ fn check(session: &Session, kind: &str) -> Result<(), String> {
     if picture.is_flat() {
         return Err("its picture is of one colour".to_owned());
     }
-    let path = root("docs/nodes").join(format!("{kind}.png"));
-    if bless() {
-        // A picture that has not changed visibly stays as it is.
-        if Picture::read(&path).is_none_or(|kept| kept.difference(&picture).is_none_or(|d| !d.within(MEAN, MOST))) {
-            picture.write(&path)?;
-        }
-        return Ok(());
+    golden::compare(&root("docs/nodes").join(format!("{kind}.png")), &picture)
+}
+
+#[test]
+fn a_picture_that_differs_is_shown_beside_the_one_expected() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("kept.png");
+    let points = |at: f32| {
+        let points = Points { positions: vec![glam::Vec2::splat(at)], ..Points::default() };
+        let Some(Sketch::Canvas(shapes)) = points.sketch() else { panic!("points are drawn on the canvas") };
+        Picture::of_shapes(&shapes)
+    };
+    let (kept, made) = (points(10.0), points(30.0));
+    kept.write(&path).unwrap();
+    assert_eq!(golden::compare(&path, &kept), Ok(()));
+    let compared = golden::compare(&path, &made);
+    if bless::blessing() {
+        assert_eq!((compared, golden::compare(&path, &made)), (Ok(()), Ok(())));
+        return;
     }
-    let kept = Picture::read(&path).ok_or_else(|| format!("there is no picture {}", path.display()))?;
-    let difference = kept.difference(&picture).ok_or("its picture has another size")?;
-    if difference.within(MEAN, MOST) { Ok(()) } else { Err(format!("its picture differs: {difference:?}")) }
+    let message = compared.unwrap_err();
+    let shown = message.lines().nth(1).and_then(|line| line.split(": ").nth(1)).unwrap();
+    let shown = image::open(shown).unwrap().to_rgb8();
+    assert_eq!((shown.width(), shown.height()), (3 * SIDE + 8, SIDE));
+    // 10 mm and 30 mm of a canvas of 40 mm: each dot is in its panel, both are in the difference.
+    let dot = |panel: u32, quarter: u32| shown.get_pixel(panel * (SIDE + 4) + quarter * SIDE / 4, quarter * SIDE / 4).0;
+    assert!(dot(0, 1)[0] < 100 && dot(0, 3)[0] > 200 && dot(1, 1)[0] > 200 && dot(1, 3)[0] < 100);
+    assert!(dot(2, 1)[0] > 200 && dot(2, 3)[0] > 200 && dot(2, 2)[0] == 0);
 }
 
 #[test]
@@ -135,9 +142,9 @@ fn every_example_is_as_pictured() {
     for entry in std::fs::read_dir(root("docs/nodes")).unwrap().flatten() {
         let stem = entry.path().file_stem().map_or(String::new(), |s| s.to_string_lossy().into_owned());
         if !kinds.contains(&stem) {
-            strays.push(format!("docs/nodes/{} belongs to no kind", entry.file_name().to_string_lossy()));
+            strays.extend(bless::stray(&entry.path()).err());
         }
     }
     let all: Vec<String> = problems.into_iter().chain(strays).collect();
-    assert!(all.is_empty(), "{}\nBLESS=1 cargo test --release --test docs writes the pictures anew", all.join("\n"));
+    assert!(all.is_empty(), "{}", all.join("\n"));
 }

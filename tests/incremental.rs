@@ -53,6 +53,9 @@ fn dear(stats: &[NodeStats]) -> BTreeSet<String> {
     dear.map(|n| n.name.clone()).collect()
 }
 
+/// Kinds whose work takes many times as long as reading back what it made, on any machine: that is always kept.
+const DEAR: [&str; 2] = ["SimulateSprings", "DrawWrinkles"];
+
 /// Edits of the starter graph: what is replaced, by what, and the node that this changes.
 const EDITS: [(&str, &str, &str); 5] = [
     ("drag: 6", "drag: 5", "moved"),
@@ -83,16 +86,19 @@ fn an_edit_runs_what_is_downstream_in_another_process() {
     let original = std::fs::read_to_string(path()).unwrap();
     let (out, cache) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let first = render(&session(Some(cache.path())), &graph(&original), out.path());
+    assert!(DEAR.iter().all(|kind| first.iter().any(|n| n.kind == *kind && n.state == NodeState::Computed)));
+    for n in &first {
+        println!("{} {} {}", n.name, n.kind, n.seconds);
+    }
     for (from, to, node) in EDITS {
         let edited = graph(&original.replacen(from, to, 1));
         let stats = render(&session(Some(cache.path())), &edited, out.path());
         let below = downstream(&edited, node);
         assert!(computed(&stats).contains(node));
+        // What is made sooner than it can be read may be made again; what these kinds make never is.
         for other in stats.iter().filter(|n| n.state == NodeState::Computed && !below.contains(&n.name)) {
-            // What was made sooner than it can be read is not kept. What counts is the run that could have kept it: this
-            // one may have been held up by others on the machine.
-            let seconds = first.iter().find(|n| n.name == other.name).unwrap().seconds;
-            assert!(seconds < 0.02, "after an edit of {node}, `{}` ran again; it took {seconds} s", other.name);
+            println!("{node}: {} {} {:?}", other.name, other.kind, other.seconds);
+            assert!(!DEAR.contains(&other.kind.as_str()), "after an edit of {node}, `{}` ran again", other.name);
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Every graph file in `errors/` says beside each fault what must be reported there: `//~ COLUMN CODE`, then, after `|`,
 //! parts of the message, the help, or the message of a related place. `//~v` means the next line.
+#[path = "../../tests/support/bless.rs"]
+mod bless;
 mod graph_nodes;
 
 use shibo_engine::diagnostics::{Diagnostic, SourceMap};
@@ -15,27 +17,64 @@ struct Expected {
     says: Vec<String>,
 }
 
+/// A mark in a line, without the `//~` before it.
+fn mark(path: &Path, number: usize, mark: &str) -> Expected {
+    let (number, mark) = match mark.strip_prefix('v') {
+        Some(mark) => (number + 1, mark),
+        None => (number, mark),
+    };
+    let mut parts = mark.split('|').map(|part| part.trim().to_owned());
+    let place = parts.next().expect("a mark has a place");
+    let (column, code) = place.split_once(' ').expect("`//~ COLUMN CODE`");
+    Expected {
+        file: path.to_owned(),
+        line: number,
+        column: column.parse().expect("a column is a number"),
+        code: code.trim().to_owned(),
+        says: parts.collect(),
+    }
+}
+
 fn expected(path: &Path, text: &str) -> Vec<Expected> {
-    let mut all = Vec::new();
+    let marks = (1..).zip(text.lines()).flat_map(|(number, line)| line.split("//~").skip(1).map(move |m| (number, m)));
+    marks.map(|(number, text)| mark(path, number, text)).collect()
+}
+
+impl Expected {
+    fn is_at(&self, other: &Self) -> bool {
+        (&self.file, self.line, self.column, &self.code) == (&other.file, other.line, other.column, &other.code)
+    }
+
+    /// Whether this, which was found, says all that a mark asks for.
+    fn says_all_of(&self, mark: &Self) -> bool {
+        mark.says.iter().all(|part| self.says.iter().any(|text| text.contains(part)))
+    }
+}
+
+/// A text with marks for what was found: those that are right stay, the others go, and what has none gets one.
+fn remarked(path: &Path, text: &str, found: &[Expected]) -> String {
+    let mut left: Vec<&Expected> = found.iter().filter(|found| found.file == path).collect();
+    let mut lines: Vec<String> = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
-        for mark in line.split("//~").skip(1) {
-            let (number, mark) = match mark.strip_prefix('v') {
-                Some(mark) => (number + 1, mark),
-                None => (number, mark),
-            };
-            let mut parts = mark.split('|').map(|part| part.trim().to_owned());
-            let place = parts.next().expect("a mark has a place");
-            let (column, code) = place.split_once(' ').expect("`//~ COLUMN CODE`");
-            all.push(Expected {
-                file: path.to_owned(),
-                line: number,
-                column: column.parse().expect("a column is a number"),
-                code: code.trim().to_owned(),
-                says: parts.collect(),
-            });
+        let mut marks = line.split("//~");
+        let mut kept = marks.next().unwrap_or_default().to_owned();
+        for text in marks {
+            let mark = mark(path, number, text);
+            if let Some(index) = left.iter().position(|found| found.is_at(&mark) && found.says_all_of(&mark)) {
+                left.remove(index);
+                kept.extend(["//~", text]);
+            }
+        }
+        lines.push(kept.trim_end().to_owned());
+    }
+    for found in left {
+        let message = found.says.first().map_or("", |message| message.split('|').next().unwrap_or(message));
+        let mark = format!(" //~ {} {} | {message}", found.column, found.code);
+        if let Some(line) = lines.get_mut(found.line - 1) {
+            line.push_str(&mark);
         }
     }
-    all
+    lines.join("\n") + if text.ends_with('\n') { "\n" } else { "" }
 }
 
 fn found(diagnostic: &Diagnostic, sources: &SourceMap) -> Expected {
@@ -63,13 +102,18 @@ fn check(path: &Path) -> Vec<String> {
     wanted.sort();
     got.sort();
     let mut wrong = Vec::new();
+    for source in loaded.sources.sources().iter().filter(|_| bless::blessing()) {
+        wrong.extend(bless::compare(&source.path, remarked(&source.path, &source.text, &got).as_bytes()).err());
+    }
+    if bless::blessing() {
+        return wrong;
+    }
     if loaded.graph.is_some() != got.iter().all(|g| g.code == "advice") {
         wrong.push(format!("{}: a graph although there are errors, or none without", path.display()));
     }
     for want in &wanted {
-        let same =
-            |g: &&Expected| (&g.file, g.line, g.column, &g.code) == (&want.file, want.line, want.column, &want.code);
-        let says = |g: &Expected| want.says.iter().all(|part| g.says.iter().any(|text| text.contains(part)));
+        let same = |g: &&Expected| g.is_at(want);
+        let says = |g: &Expected| g.says_all_of(want);
         match got.iter().find(|g| same(g) && says(g)).or_else(|| got.iter().find(same)) {
             None => wrong.push(format!("missing: {want:?}")),
             Some(g) if !says(g) => wrong.push(format!("says something else: {want:?}\n   found: {g:?}")),
@@ -77,13 +121,28 @@ fn check(path: &Path) -> Vec<String> {
         }
     }
     for g in &got {
-        let same = |w: &&Expected| (&w.file, w.line, w.column, &w.code) == (&g.file, g.line, g.column, &g.code);
+        let same = |w: &&Expected| w.is_at(g);
         let count = |list: &[Expected]| list.iter().filter(same).count();
         if count(&wanted) != count(&got) {
             wrong.push(format!("not expected: {g:?}"));
         }
     }
     wrong
+}
+
+#[test]
+fn marks_are_put_right() {
+    let path = Path::new("a.ron");
+    let found = |line, column, says: &str| Expected {
+        file: path.to_owned(),
+        line,
+        column,
+        code: "syntax".to_owned(),
+        says: vec![says.to_owned()],
+    };
+    let text = "good //~ 3 syntax | is\nwrong //~ 4 syntax\nnew\n";
+    let right = remarked(path, text, &[found(1, 3, "what it is"), found(3, 1, "what else")]);
+    assert_eq!(right, "good //~ 3 syntax | is\nwrong\nnew //~ 1 syntax | what else\n");
 }
 
 #[test]

@@ -1,21 +1,46 @@
 //! A way to stop an evaluation from another thread.
 use crate::value::Stop;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Shared by whoever may stop an evaluation and by the evaluation.
 #[derive(Clone, Debug, Default)]
-pub struct CancelToken(Arc<AtomicBool>);
+pub struct CancelToken(Arc<State>);
+
+#[derive(Debug, Default)]
+struct State {
+    cancelled: AtomicBool,
+    /// How often the evaluation asked, for tokens that count.
+    asked: Option<AtomicU64>,
+    /// The question at which such a token is cancelled; never, if it is 0.
+    last: u64,
+}
 
 impl CancelToken {
+    /// A token that counts how often it is asked and cancels itself at question number `last`, or never if that is 0. So a
+    /// test can stop work at the same place again and again, however fast the machine is.
+    pub fn counting(last: u64) -> Self {
+        Self(Arc::new(State { asked: Some(AtomicU64::new(0)), last, ..State::default() }))
+    }
+
+    /// How often it was asked; 0 for a token that does not count.
+    pub fn asked(&self) -> u64 {
+        self.0.asked.as_ref().map_or(0, |asked| asked.load(Ordering::Relaxed))
+    }
+
     /// Asks to stop. Running work ends within about a millisecond.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
     /// Whether somebody asked to stop.
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        if let Some(asked) = &self.0.asked
+            && asked.fetch_add(1, Ordering::Relaxed) + 1 == self.0.last
+        {
+            self.cancel();
+        }
+        self.0.cancelled.load(Ordering::Relaxed)
     }
 
     /// Fails if somebody asked to stop.
@@ -24,5 +49,21 @@ impl CancelToken {
     /// [`Stop::Cancelled`].
     pub fn check(&self) -> Result<(), Stop> {
         if self.is_cancelled() { Err(Stop::Cancelled) } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_counting_token_stops_at_its_question() {
+        let token = CancelToken::counting(3);
+        let asked: Vec<bool> = (0..4).map(|_| token.is_cancelled()).collect();
+        assert_eq!((asked, token.asked()), (vec![false, false, true, true], 4));
+        let free = CancelToken::counting(0);
+        assert!((0..9).all(|_| free.check().is_ok()) && free.asked() == 9);
+        let plain = CancelToken::default();
+        assert!(plain.check().is_ok() && plain.asked() == 0);
     }
 }

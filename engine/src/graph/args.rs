@@ -6,7 +6,7 @@ use super::read::{not_finite, shorten};
 use super::scope::{Unit, check_note};
 use super::subst::substitute;
 use super::syntax;
-use crate::diagnostics::{Code, Diagnostic, suggest};
+use crate::diagnostics::{Code, Diagnostic, Problem, suggest};
 use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, Role};
 
 /// Numbers of this size and more are whole, and too large for a count however they are written.
@@ -133,18 +133,17 @@ impl Unit<'_> {
 
     fn check_node(&mut self, flat: usize, built: &dyn DynNode) {
         let node = &self.flats[flat];
-        let problems = built.check(&self.canvas).into_iter().map(|problem| (problem, false));
-        let advice = built.advice(&self.canvas).into_iter().map(|problem| (problem, true));
-        let mut found = Vec::new();
-        for (problem, warning) in problems.chain(advice) {
+        let locate = |problem: &Problem| {
             let place = problem.field.as_deref().and_then(|field| node.field(field)).unwrap_or(&node.kind);
-            let mut diagnostic = place.error(problem.code, problem.message);
-            diagnostic.help = problem.help;
-            diagnostic.warning = warning;
-            found.push(diagnostic);
-        }
+            let mut diagnostic = place.error(problem.code, problem.message.clone());
+            diagnostic.help.clone_from(&problem.help);
+            diagnostic
+        };
+        let mut found: Vec<Diagnostic> = built.check(&self.canvas).iter().map(locate).collect();
+        found.extend(built.advice(&self.canvas).iter().map(|problem| locate(problem).as_warning()));
         let folder = self.docs[self.scopes[node.scope].doc].folder();
         let mut files = Vec::new();
+        let mut readable = true;
         for (field, path) in built.files() {
             let base = node.params.iter().find(|(name, ..)| name == field).and_then(|(.., base)| base.as_deref());
             let place = node.field(field).unwrap_or(&node.kind);
@@ -152,13 +151,18 @@ impl Unit<'_> {
                 let help = format!("write `{field}: \"file\"`");
                 let message = format!("`{field}` is not given; it must name a file");
                 found.push(place.error(Code::MissingInput, message).help(help));
+                readable = false;
                 continue;
             }
             let path = base.unwrap_or(folder).join(&path.0);
             if let Err(fault) = check_file(&path) {
                 found.push(place.error(fault.code, fault.message));
+                readable = false;
             }
             files.push((field, path));
+        }
+        if readable && !files.is_empty() {
+            found.extend(self.file_checks.of(&node.kind_name, built, &files).iter().map(locate));
         }
         self.looked_at.extend(files.iter().map(|(_, path)| path.clone()));
         self.flats[flat].files = files;

@@ -5,7 +5,8 @@ use super::part::Src;
 use super::read;
 use super::report::Report;
 use super::{Limits, lex};
-use crate::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span};
+use crate::diagnostics::{Code, Diagnostic, FileId, Problem, SourceMap, Span};
+use crate::node::DynNode;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -33,6 +34,21 @@ impl Doc {
     }
 }
 
+/// What nodes said of their files. A picture that is used in many places is looked through once.
+#[derive(Default)]
+pub(super) struct FileChecks {
+    known: BTreeMap<(String, Vec<u8>, Vec<PathBuf>), Vec<Problem>>,
+}
+
+impl FileChecks {
+    /// What is wrong with the files of a node of this kind.
+    pub(super) fn of(&mut self, kind: &str, node: &dyn DynNode, files: &[(&'static str, PathBuf)]) -> &[Problem] {
+        let paths = files.iter().map(|(_, path)| path.clone()).collect();
+        let known = self.known.entry((kind.to_owned(), node.canonical(), paths));
+        known.or_insert_with(|| node.check_files(files))
+    }
+}
+
 /// All graph files of a run. An import stands before what imports it.
 pub(super) struct Files<'a> {
     pub(super) limits: &'a Limits,
@@ -41,6 +57,7 @@ pub(super) struct Files<'a> {
     pub(super) docs: Vec<Doc>,
     /// Everything looked at.
     pub(super) looked_at: Vec<PathBuf>,
+    pub(super) file_checks: FileChecks,
     /// What became of a file: `None` while its imports are being read.
     by_path: BTreeMap<PathBuf, Option<usize>>,
 }
@@ -54,6 +71,7 @@ impl<'a> Files<'a> {
             report: Report::default(),
             docs: Vec::new(),
             looked_at: Vec::new(),
+            file_checks: FileChecks::default(),
             by_path: BTreeMap::new(),
         }
     }

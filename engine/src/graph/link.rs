@@ -45,6 +45,7 @@ impl Unit<'_> {
                 None => self.build_pass(flat),
             }
         }
+        self.check_channels(&order);
     }
 
     /// Whether a node makes a picture.
@@ -251,6 +252,7 @@ fn graph_node(flat: Flat<'_>) -> Option<GraphNode> {
         slots,
         outputs: flat.outputs.into_iter().collect::<Option<Vec<_>>>()?,
         files: flat.files,
+        channels: flat.channels.unwrap_or_default(),
         span: flat.kind.span(),
         fields,
     })

@@ -1,7 +1,7 @@
 //! A graph whose references are resolved: what is evaluated.
 use crate::diagnostics::{Diagnostic, SourceMap, Span};
 use crate::node::DynNode;
-use crate::value::{Canvas, Field, Type};
+use crate::value::{Canvas, ChannelSet, Field, Type};
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -44,6 +44,8 @@ pub struct GraphNode {
     pub outputs: Vec<Type>,
     /// Its files: the parameter that names each, and the path.
     pub files: Vec<(&'static str, PathBuf)>,
+    /// The channels of the material that it makes; none, if it makes none.
+    pub channels: ChannelSet,
     /// Where its kind is written.
     pub span: Span,
     /// Where the values of its fields are written.

@@ -101,6 +101,7 @@ fn unit<'a>(
         sizes,
         report: &mut files.report,
         looked_at: &mut files.looked_at,
+        file_checks: &mut files.file_checks,
         canvas,
         scopes: Vec::new(),
         flats: Vec::new(),

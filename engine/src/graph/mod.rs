@@ -14,6 +14,7 @@
 //! comments around a value, and every level of nesting is parsed again, twice.
 mod args;
 mod canvas;
+mod channels;
 mod convert;
 mod document;
 mod expr;

@@ -5,7 +5,7 @@ use super::read::shorten;
 use super::scope::{Target, Unit};
 use crate::diagnostics::{Code, Span};
 use crate::graph::GraphOutput;
-use crate::value::{Channel, Type};
+use crate::value::Type;
 use petgraph::graph::NodeIndex;
 use std::collections::BTreeMap;
 
@@ -77,7 +77,9 @@ impl Unit<'_> {
     /// Takes the names of the files of an output, which must differ by more than case.
     fn claim(&mut self, decl: &OutputDecl, flat: usize, ty: Type, names: &mut BTreeMap<String, (Span, String)>) {
         let files: Vec<String> = if ty == Type::Material && !decl.combined {
-            self.channels(flat).into_iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect()
+            // Of a material in error, nothing is known.
+            let channels = self.flats[flat].channels.unwrap_or_default();
+            channels.iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect()
         } else {
             vec![decl.name.clone()]
         };
@@ -95,21 +97,6 @@ impl Unit<'_> {
             }
             names.insert(file.to_ascii_lowercase(), (decl.key.span(), decl.name.clone()));
         }
-    }
-
-    /// The channels that a material has: those connected, if its node has ports of their names, else any.
-    fn channels(&self, flat: usize) -> Vec<Channel> {
-        let node = &self.flats[flat];
-        let has_port = |channel: &Channel| node.info.is_some_and(|info| info.field(channel.name()).is_some());
-        if !Channel::ALL.iter().any(has_port) {
-            return Channel::ALL.to_vec();
-        }
-        let connected = |channel: &Channel| node.slots.iter().any(|slot| slot.port.is(channel.name()));
-        let default = |channel: &Channel| {
-            let port = node.info.and_then(|info| info.ports().find(|(field, _)| field.name == channel.name()));
-            port.is_some_and(|(_, port)| port.default.is_some())
-        };
-        Channel::ALL.iter().copied().filter(|channel| connected(channel) || default(channel)).collect()
     }
 }
 

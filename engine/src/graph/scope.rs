@@ -1,6 +1,6 @@
 //! Scopes: a graph file, and every use of a sub-graph, with what the names in it mean.
 use super::document::NodeDecl;
-use super::files::Doc;
+use super::files::{Doc, FileChecks};
 use super::params::{ParamDecl, Params, Values};
 use super::part::{Entry, Part, Shape};
 use super::ports::{self, Literal};
@@ -10,7 +10,7 @@ use super::subst::substitute;
 use crate::diagnostics::{Code, Span};
 use crate::node::{DynNode, KindInfo};
 use crate::registry::Registry;
-use crate::value::{Accepts, Canvas, Field, Type};
+use crate::value::{Accepts, Canvas, ChannelSet, Field, Type};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
@@ -76,6 +76,13 @@ pub(super) enum Port {
 }
 
 impl Port {
+    /// Its name.
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Node(name) | Self::Input(name) => name,
+        }
+    }
+
     /// Whether it is the port of a node that has that name.
     pub(super) fn is(&self, name: &str) -> bool {
         matches!(self, Self::Node(port) if port == name)
@@ -132,6 +139,8 @@ pub(super) struct Flat<'a> {
     pub(super) files: Vec<(&'static str, PathBuf)>,
     /// Of a node that makes a picture: whether it has one channel; `None` if that is unknown because of an error.
     pub(super) gray: Option<bool>,
+    /// The channels of the material that it makes; `None` where they are unknown because of an error.
+    pub(super) channels: Option<ChannelSet>,
 }
 
 /// One graph with all its sub-graphs while it is linked.
@@ -142,6 +151,7 @@ pub(super) struct Unit<'a> {
     pub(super) sizes: &'a [Option<usize>],
     pub(super) report: &'a mut Report,
     pub(super) looked_at: &'a mut Vec<PathBuf>,
+    pub(super) file_checks: &'a mut FileChecks,
     pub(super) canvas: Canvas,
     pub(super) scopes: Vec<Scope>,
     pub(super) flats: Vec<Flat<'a>>,
@@ -350,6 +360,7 @@ impl<'a> Flat<'a> {
             outputs: Vec::new(),
             files: Vec::new(),
             gray: None,
+            channels: None,
         }
     }
 

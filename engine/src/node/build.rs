@@ -1,7 +1,7 @@
 //! From the arguments of a node in a graph file to its struct, and the struct without its type.
-use super::{Context, Fact, FilePath, KindInfo, Node, Output, Outputs};
+use super::{Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, Taken};
 use crate::diagnostics::Problem;
-use crate::value::{Canvas, Stop, Tiling};
+use crate::value::{Canvas, ChannelSet, Stop, Tiling};
 use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, Visitor};
 use std::fmt;
@@ -66,6 +66,12 @@ pub trait DynNode: Send + Sync {
     fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool;
     /// See [`Node::unit`].
     fn unit(&self, output: &Output) -> Option<&'static str>;
+    /// See [`Node::check_files`].
+    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem>;
+    /// See [`Node::channels`].
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet;
+    /// See [`Node::takes`].
+    fn takes(&self) -> Vec<Taken>;
     /// See [`Node::no_op`].
     fn no_op(&self) -> Option<&'static str>;
     /// See [`Node::evaluate`].
@@ -111,6 +117,18 @@ impl<T: Node> DynNode for T {
 
     fn unit(&self, output: &Output) -> Option<&'static str> {
         Node::unit(self, output)
+    }
+
+    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+        Node::check_files(self, files)
+    }
+
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        Node::channels(self, inputs)
+    }
+
+    fn takes(&self) -> Vec<Taken> {
+        Node::takes(self)
     }
 
     fn no_op(&self) -> Option<&'static str> {

@@ -33,6 +33,7 @@
 //! plain numbers, `extend("minimum" = …, "maximum" = …)`; `extend("exclusiveMinimum" = …)`; `extend("unit" = "mm")`;
 //! `extend("infinite" = true)` where `inf` is allowed. A list of ports may be empty with `extend("optional" = true)`.
 mod build;
+mod channels;
 mod context;
 mod info;
 mod params;
@@ -41,6 +42,7 @@ mod spelling;
 
 pub use build::{Arg, BuildError, Built, DynNode, build};
 pub(crate) use build::{Functions, ron_options};
+pub use channels::{MaterialInputs, Taken};
 pub use context::{Context, Outputs};
 pub use info::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};
@@ -51,7 +53,7 @@ pub use port::{
 pub use spelling::spell_number;
 
 use crate::diagnostics::Problem;
-use crate::value::{Canvas, Stop, Tiling, Type};
+use crate::value::{Canvas, ChannelSet, Stop, Tiling, Type};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -156,6 +158,23 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     /// The unit of an output's values, where parameters can change what is declared.
     fn unit(&self, output: &Output) -> Option<&'static str> {
         output.unit
+    }
+
+    /// Checks the files themselves, as far as that is possible without making anything: headers, sizes, completeness. All
+    /// of them exist; each comes with the parameter that names it.
+    fn check_files(&self, _files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+        Vec::new()
+    }
+
+    /// The channels of the material that it makes, from those of the materials at its ports: all of these by default.
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        inputs.all()
+    }
+
+    /// The single channels that it takes from materials at its ports. A material that lacks one is reported before
+    /// anything is made, and the channel's default serves in its place.
+    fn takes(&self) -> Vec<Taken> {
+        Vec::new()
     }
 
     /// The port whose value the main output hands on unchanged with these parameters, if there is one.

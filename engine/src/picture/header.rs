@@ -1,10 +1,9 @@
 //! Telling formats apart and reading headers, without decoding.
 
 use super::limits::{FileError, ReadError, ReadLimits};
-use super::{SampleKind, read_exr, read_image, read_tiff};
+use super::{SampleKind, foreign, read_exr, read_jpeg, read_png, read_tiff};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// Formats that are read.
@@ -72,14 +71,61 @@ pub fn header_bytes(bytes: &[u8]) -> Result<Header, ReadError> {
 fn of_reader<R: BufRead + Seek>(mut reader: R, layer: Option<&str>) -> Result<Header, ReadError> {
     let start = reader.fill_buf().map_err(ReadError::Io)?;
     let format = sniff(start)?;
-    let header = guarded(|| match format {
-        FileFormat::Png => read_image::png_header(reader),
-        FileFormat::Jpeg => read_image::jpeg_header(reader),
+    let header = match format {
+        FileFormat::Png => read_png::header(reader),
+        FileFormat::Jpeg => read_jpeg::header(reader),
         FileFormat::Tiff => read_tiff::header(reader),
         FileFormat::Exr => read_exr::header(reader, layer),
-    })?;
+    }?;
+    of_layer(header, layer)
+}
+
+/// Checks a file to its end without decoding it: all that [`read`](super::read) would refuse but damage of the compressed
+/// samples. Gives the header, of what [`read_layer`](super::read_layer) gives if a layer is named.
+///
+/// # Errors
+/// See [`ReadError`]; the file is named.
+pub fn check(path: &Path, layer: Option<&str>, limits: &ReadLimits) -> Result<Header, FileError> {
+    let at = |reason| FileError { path: path.to_path_buf(), reason };
+    let (file, length) = open(path, limits).map_err(at)?;
+    checked(&mut BufReader::new(file), length, layer, limits).map_err(at)
+}
+
+/// Like [`check`], of a file in memory.
+///
+/// # Errors
+/// See [`ReadError`].
+pub fn check_bytes(bytes: &[u8], limits: &ReadLimits) -> Result<Header, ReadError> {
+    checked(&mut Cursor::new(bytes), bytes.len() as u64, None, limits)
+}
+
+fn checked<R: BufRead + Seek>(
+    reader: &mut R,
+    length: u64,
+    layer: Option<&str>,
+    limits: &ReadLimits,
+) -> Result<Header, ReadError> {
+    let format = match sniff(reader.fill_buf().map_err(ReadError::Io)?) {
+        Err(ReadError::UnknownFormat(_)) => return Err(ReadError::UnknownFormat(foreign::name(reader, length)?)),
+        found => found?,
+    };
+    let header = match format {
+        FileFormat::Png => read_png::check(reader, length, limits),
+        FileFormat::Jpeg => {
+            let mut bytes = Vec::new();
+            reader.take(length).read_to_end(&mut bytes).map_err(ReadError::Io)?;
+            read_jpeg::check(&bytes, limits)
+        }
+        FileFormat::Tiff => read_tiff::check(reader, length, limits),
+        FileFormat::Exr => read_exr::check(reader, length, limits, layer),
+    }?;
+    of_layer(header, layer)
+}
+
+/// The header of a channel of a file of a format without layers.
+fn of_layer(header: Header, layer: Option<&str>) -> Result<Header, ReadError> {
     match layer {
-        Some(layer) if format != FileFormat::Exr => {
+        Some(layer) if header.format != FileFormat::Exr => {
             position(&header.names, layer)?;
             Ok(Header { channels: 1, has_alpha: false, ..header })
         }
@@ -101,12 +147,6 @@ pub(super) fn list(names: &[String]) -> String {
         quoted.push("…".into());
     }
     quoted.join(", ")
-}
-
-/// Runs a decoder. None is known to panic on what passes the checks made before; should one, it is a corrupt file and not
-/// the end of the process (the panic hook prints its message all the same: it belongs to the program, not to a library).
-pub(super) fn guarded<T>(decode: impl FnOnce() -> Result<T, ReadError>) -> Result<T, ReadError> {
-    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(ReadError::corrupt("its decoder gave up")))
 }
 
 /// Opens a regular file and gives its length. What it is, is asked before it is opened: opening a pipe would wait for ever.
@@ -158,38 +198,6 @@ pub(super) fn sniff(start: &[u8]) -> Result<FileFormat, ReadError> {
         [0xff, 0xd8, 0xff, ..] => Ok(FileFormat::Jpeg),
         [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => Ok(FileFormat::Tiff),
         [0x76, 0x2f, 0x31, 0x01, ..] => Ok(FileFormat::Exr),
-        _ => Err(ReadError::UnknownFormat(name_of_foreign(start))),
-    }
-}
-
-/// Names what people mistake for something we read.
-fn name_of_foreign(start: &[u8]) -> String {
-    let named: &[(&[u8], &str)] = &[
-        (b"GIF8", "GIF"),
-        (b"BM", "BMP"),
-        (b"RIFF", "WebP, or another RIFF file"),
-        (b"8BPS", "Photoshop"),
-        (b"#?RADIANCE", "Radiance HDR"),
-        (b"#?RGBE", "Radiance HDR"),
-        (b"DDS ", "DDS"),
-        (b"qoif", "QOI"),
-        (b"P5", "PNM"),
-        (b"P6", "PNM"),
-        (b"\0\0\0\x0cjP", "JPEG 2000"),
-        (b"\xff\x0a", "JPEG XL"),
-        (b"\0\0\0\x0cJXL", "JPEG XL"),
-        (b"%PDF", "PDF"),
-        (b"<svg", "SVG"),
-        (b"<?xml", "XML, perhaps SVG"),
-        (b"PK\x03\x04", "a ZIP archive"),
-        (b"\x1f\x8b", "compressed by gzip"),
-        (b"version https://git-lfs", "a Git LFS pointer, not the file itself"),
-    ];
-    if start.get(4..8) == Some(b"ftyp") {
-        return "it is AVIF or HEIF, or a film".into();
-    }
-    match named.iter().find(|(magic, _)| start.starts_with(magic)) {
-        Some((_, name)) => format!("it is {name}"),
-        None => "its format is not known".into(),
+        _ => Err(ReadError::UnknownFormat(foreign::name_of_start(start))),
     }
 }

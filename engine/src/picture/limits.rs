@@ -64,7 +64,7 @@ pub enum ReadError {
     #[error("the file is empty; save the picture again")]
     Empty,
     /// A format that is not read.
-    #[error("{0}; it must be PNG, JPEG, TIFF or OpenEXR: convert it to one of them")]
+    #[error("{0}; it must be PNG, JPEG, TIFF or OpenEXR: convert it to PNG, TIFF, JPEG or EXR")]
     UnknownFormat(String),
     /// The file ends before the picture does.
     #[error("the file is truncated: {0}; copy or save it again")]
@@ -72,6 +72,9 @@ pub enum ReadError {
     /// The content contradicts itself or the format.
     #[error("the file is corrupt: {0}; copy or save it again")]
     Corrupt(String),
+    /// All is in its place, but the compressed samples cannot be unpacked. Only decoding finds this.
+    #[error("the compressed data is damaged: {0}; copy or save it again")]
+    Damaged(String),
     /// A legal file with something that is not read.
     #[error("{what}; {instead}")]
     Unsupported {
@@ -130,6 +133,23 @@ impl ReadError {
 
     pub(super) fn truncated(reason: impl ToString) -> Self {
         Self::Truncated(clean(&reason.to_string()))
+    }
+
+    pub(super) fn damaged(reason: impl ToString) -> Self {
+        Self::Damaged(clean(&reason.to_string()))
+    }
+
+    /// The same as said by a decoder at work on compressed samples: what it found wrong is wrong with these.
+    pub(super) fn in_data(self) -> Self {
+        match self {
+            Self::Truncated(reason) | Self::Corrupt(reason) => Self::Damaged(reason),
+            other => other,
+        }
+    }
+
+    /// So many bytes are too few for so many pixels.
+    pub(super) fn implausible(bytes: u64, width: u32, height: u32) -> Self {
+        Self::Corrupt(format!("{bytes} bytes cannot hold the `{width}x{height}` pixels of its header"))
     }
 
     /// Sorts the errors of streams in memory: an end that comes too early means a truncated file.

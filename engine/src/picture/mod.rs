@@ -2,8 +2,9 @@
 //!
 //! **Reading** ([`read`], [`read_bytes`], [`header`]) takes PNG, JPEG, TIFF and OpenEXR, told apart by content. Files are
 //! not trusted: what is not a regular file is refused before it is opened, and sizes are taken from the header and
-//! compared with [`ReadLimits`] and with what the file's length could possibly hold before anything is allocated. A
-//! truncated or corrupt file is an error, never half a picture.
+//! compared with [`ReadLimits`] and with what the file's length could possibly hold before anything is allocated. Files
+//! are then followed to their end, chunk by chunk, marker by marker or block by block, before a sample is decoded; [`check`]
+//! does that and no more. A truncated or corrupt file is an error, never half a picture.
 //!
 //! **Writing** ([`Writer`]) takes bands of rows from the top down and needs memory for a band, not for the picture. Files
 //! appear under their name when they are complete ([`AtomicFile`]), carry no date, and equal input gives equal bytes for
@@ -15,12 +16,16 @@
 mod atomic;
 mod color;
 mod encode;
+mod foreign;
+mod guard;
 mod header;
 mod limits;
 mod lossless;
+mod raster;
 mod read;
 mod read_exr;
-mod read_image;
+mod read_jpeg;
+mod read_png;
 mod read_tiff;
 mod spec;
 mod write;
@@ -31,7 +36,7 @@ mod write_tiff;
 
 pub use atomic::{AtomicFile, remove_stale_temporaries};
 pub use color::{ColorSpace, SrgbEncoder, default_for, srgb_to_linear, to_linear};
-pub use header::{FileFormat, Header, header, header_bytes, header_layer};
+pub use header::{FileFormat, Header, check, check_bytes, header, header_bytes, header_layer};
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError};

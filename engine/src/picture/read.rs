@@ -1,8 +1,8 @@
 //! Reading whole pictures.
 
-use super::header::{FileFormat, guarded, load, position, sniff};
+use super::header::{FileFormat, load, position, sniff};
 use super::limits::{FileError, ReadError, ReadLimits};
-use super::{Picture, read_exr, read_image, read_tiff};
+use super::{Picture, read_exr, read_jpeg, read_png, read_tiff};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub fn read(path: &Path, limits: &ReadLimits) -> Result<Picture, FileError> {
 pub fn read_layer(path: &Path, layer: &str, limits: &ReadLimits) -> Result<Picture, FileError> {
     let reading = load(path, limits).and_then(|bytes| {
         if sniff(&bytes)? == FileFormat::Exr {
-            return guarded(|| read_exr::read(&bytes, limits, Some(layer)));
+            return read_exr::read(&bytes, limits, Some(layer));
         }
         one_channel(read_bytes(&bytes, limits)?, layer)
     });
@@ -38,13 +38,12 @@ pub fn read_layer(path: &Path, layer: &str, limits: &ReadLimits) -> Result<Pictu
 /// # Errors
 /// See [`ReadError`].
 pub fn read_bytes(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadError> {
-    let format = sniff(bytes)?;
-    guarded(|| match format {
-        FileFormat::Png => read_image::read_png(bytes, limits),
-        FileFormat::Jpeg => read_image::read_jpeg(bytes, limits),
+    match sniff(bytes)? {
+        FileFormat::Png => read_png::read(bytes, limits),
+        FileFormat::Jpeg => read_jpeg::read(bytes, limits),
         FileFormat::Tiff => read_tiff::read(bytes, limits),
         FileFormat::Exr => read_exr::read(bytes, limits, None),
-    })
+    }
 }
 
 fn one_channel(mut picture: Picture, name: &str) -> Result<Picture, ReadError> {

@@ -1,9 +1,9 @@
 //! OpenEXR: headers and blocks are taken apart here, with every size checked; the `exr` crate decompresses.
 
+use super::guard::guarded;
 use super::limits::{Claim, ReadError, ReadLimits};
 use super::{FileFormat, Header, Picture, SampleKind};
 use exr::block::UncompressedBlock;
-use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates};
 use exr::compression::Compression;
 use exr::io::{PeekRead, Tracking};
 use exr::math::Vec2;
@@ -12,9 +12,11 @@ use exr::meta::header::Header as Layer;
 use exr::meta::{BlockDescription, MetaData, Requirements, magic_number};
 use half::f16;
 use rayon::prelude::*;
-use std::io::Read;
+use std::io::{Cursor, Read, Seek};
 
+mod blocks;
 mod select;
+use blocks::Block;
 use select::{Selection, all_names, select};
 
 /// No method but the lossy DWA packs denser: DEFLATE makes at most 258 bytes of 2 bits.
@@ -23,56 +25,75 @@ const BEST_RATIO: u64 = 1032;
 const BATCH_BYTES: usize = 32 << 20;
 
 pub(super) fn header<R: Read>(reader: R, wanted: Option<&str>) -> Result<Header, ReadError> {
-    let (meta, _) = read_meta(reader)?;
+    let (meta, _) = guarded(|| read_meta(reader))?;
     let selection = select(&meta, wanted)?;
+    header_of(&meta, &selection)
+}
+
+/// Checks all parts of a file, and that the one that is wanted can be read.
+pub(super) fn check<R: Read + Seek>(
+    mut reader: R,
+    length: u64,
+    limits: &ReadLimits,
+    wanted: Option<&str>,
+) -> Result<Header, ReadError> {
+    let (meta, selection, _) = open(&mut reader, length, limits, wanted)?;
+    header_of(&meta, &selection)
+}
+
+pub(super) fn read(bytes: &[u8], limits: &ReadLimits, wanted: Option<&str>) -> Result<Picture, ReadError> {
+    let (meta, selection, blocks) = open(&mut Cursor::new(bytes), bytes.len() as u64, limits, wanted)?;
+    let Header { width, height, channels, kind, has_alpha, .. } = header_of(&meta, &selection)?;
+    let layer = &meta.headers[selection.layer];
+    let mut target = Target::new(width, height, layer, &selection);
+    let batch = (BATCH_BYTES / block_bytes(layer).max(1)).clamp(1, 4096);
+    for blocks in blocks.chunks(batch) {
+        let unpack = |block: &Block| guarded(|| block.decompress(bytes, &meta, selection.layer));
+        let decompressed: Result<Vec<_>, _> = blocks.par_iter().map(unpack).collect();
+        for block in decompressed.map_err(ReadError::in_data)? {
+            target.put(&block)?;
+        }
+    }
+    Ok(Picture { width, height, channels, planes: target.planes, source: kind, names: selection.names, has_alpha })
+}
+
+/// What a file says, what of it is wanted, and where the blocks of that are; everything that can be checked without
+/// unpacking a block was checked.
+fn open<R: Read + Seek>(
+    reader: &mut R,
+    length: u64,
+    limits: &ReadLimits,
+    wanted: Option<&str>,
+) -> Result<(MetaData, Selection, Vec<Block>), ReadError> {
+    let (meta, tables) = guarded(|| read_meta(&mut *reader))?;
+    let selection = select(&meta, wanted)?;
+    let layer = &meta.headers[selection.layer];
+    let (width, height) = size_of(layer)?;
+    let (wide, high) = (u64::from(width), u64::from(height));
+    let channels = u64::from(selection.count());
+    limits.check(Claim { width: wide, height: high, channels, sample_bytes: 0 })?;
+    if block_bytes(layer) as u64 > limits.max_bytes_decoded {
+        let (bytes, limit) = (block_bytes(layer) as u64, limits.max_bytes_decoded);
+        return Err(ReadError::TooLarge { width: wide, height: high, bytes, limit });
+    }
+    if matches!(layer.compression, Compression::HTJ2K32 | Compression::HTJ2K256) {
+        return Err(unsupported(&layer.compression.to_string()));
+    }
+    let mut blocks = guarded(|| blocks::find(reader, (tables as u64, length), &meta))?;
+    let blocks = blocks.swap_remove(selection.layer);
+    check_plausible(layer, &blocks, length)?;
+    Ok((meta, selection, blocks))
+}
+
+fn header_of(meta: &MetaData, selection: &Selection) -> Result<Header, ReadError> {
     let (width, height) = size_of(&meta.headers[selection.layer])?;
     Ok(Header {
         format: FileFormat::Exr,
         width,
         height,
         channels: selection.count(),
-        kind: kind_of(&meta, &selection),
-        names: all_names(&meta),
-        has_alpha: selection.has_alpha,
-    })
-}
-
-pub(super) fn read(bytes: &[u8], limits: &ReadLimits, wanted: Option<&str>) -> Result<Picture, ReadError> {
-    let (meta, tables) = read_meta(bytes)?;
-    let selection = select(&meta, wanted)?;
-    let layer = &meta.headers[selection.layer];
-    let (width, height) = size_of(layer)?;
-    let (wide, high) = (u64::from(width), u64::from(height));
-    limits.check(Claim { width: wide, height: high, channels: u64::from(selection.count()), sample_bytes: 0 })?;
-    let blocks = find_blocks(bytes, tables, &meta, selection.layer)?;
-    check_plausible(layer, &blocks, bytes.len())?;
-
-    let mut target = Target::new(width, height, layer, &selection);
-    let block_bytes = block_size(layer).area().saturating_mul(layer.channels.bytes_per_pixel);
-    if block_bytes as u64 > limits.max_bytes_decoded {
-        return Err(ReadError::TooLarge {
-            width: wide,
-            height: high,
-            bytes: block_bytes as u64,
-            limit: limits.max_bytes_decoded,
-        });
-    }
-    let batch = (BATCH_BYTES / block_bytes.max(1)).clamp(1, 4096);
-    for blocks in blocks.chunks(batch) {
-        let decompressed: Result<Vec<_>, _> =
-            blocks.par_iter().map(|block| block.decompress(&meta, selection.layer)).collect();
-        for block in decompressed? {
-            target.put(&block)?;
-        }
-    }
-    target.check_complete()?;
-    Ok(Picture {
-        width,
-        height,
-        channels: selection.count(),
-        planes: target.planes,
-        source: kind_of(&meta, &selection),
-        names: selection.names.clone(),
+        kind: kind_of(meta, selection),
+        names: all_names(meta),
         has_alpha: selection.has_alpha,
     })
 }
@@ -123,98 +144,13 @@ fn block_size(layer: &Layer) -> Vec2<usize> {
     }
 }
 
-/// A compressed block in the file.
-struct Block<'a> {
-    place: Place,
-    data: &'a [u8],
+/// Bytes of an unpacked block.
+fn block_bytes(layer: &Layer) -> usize {
+    block_size(layer).area().saturating_mul(layer.channels.bytes_per_pixel)
 }
 
-enum Place {
-    Rows(i32),
-    Tile(TileCoordinates),
-}
-
-impl Block<'_> {
-    fn decompress(&self, meta: &MetaData, layer_index: usize) -> Result<UncompressedBlock, ReadError> {
-        let compressed_pixels_le = self.data.to_vec();
-        let compressed_block = match self.place {
-            Place::Rows(y_coordinate) => {
-                CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate, compressed_pixels_le })
-            }
-            Place::Tile(coordinates) => {
-                CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
-            }
-        };
-        UncompressedBlock::decompress_chunk(Chunk { layer_index, compressed_block }, meta, false).map_err(from_exr)
-    }
-}
-
-/// A reader of little-endian numbers that knows the end.
-struct Numbers<'a>(&'a [u8]);
-
-impl<'a> Numbers<'a> {
-    fn at(bytes: &'a [u8], offset: u64) -> Result<Self, ReadError> {
-        let rest = usize::try_from(offset).ok().and_then(|offset| bytes.get(offset..));
-        rest.map(Self).ok_or_else(Self::end)
-    }
-
-    fn end() -> ReadError {
-        ReadError::truncated("it ends within the picture")
-    }
-
-    fn i32(&mut self) -> Result<i32, ReadError> {
-        let (number, rest) = self.0.split_first_chunk().ok_or_else(Self::end)?;
-        self.0 = rest;
-        Ok(i32::from_le_bytes(*number))
-    }
-
-    fn index(&mut self) -> Result<usize, ReadError> {
-        usize::try_from(self.i32()?).map_err(|_| ReadError::corrupt("a block has a negative place or length"))
-    }
-
-    fn take(&self, length: usize) -> Result<&'a [u8], ReadError> {
-        self.0.get(..length).ok_or_else(Self::end)
-    }
-}
-
-/// The blocks of a layer at its full resolution.
-fn find_blocks<'a>(bytes: &'a [u8], tables: usize, meta: &MetaData, layer: usize) -> Result<Vec<Block<'a>>, ReadError> {
-    let before: usize = meta.headers[..layer].iter().map(|layer| layer.chunk_count).fold(0, usize::saturating_add);
-    let count = meta.headers[layer].chunk_count;
-    let start = before.saturating_mul(8).saturating_add(tables);
-    let table = start.checked_add(count.saturating_mul(8)).and_then(|end| bytes.get(start..end));
-    let (table, _) = table.ok_or_else(|| ReadError::truncated("its table of blocks is incomplete"))?.as_chunks::<8>();
-    let tiled = meta.headers[layer].blocks.has_tiles();
-    let mut blocks = Vec::with_capacity(table.len());
-    for offset in table {
-        // The table is written last: zeros are the trace of a program that was interrupted.
-        let offset = match u64::from_le_bytes(*offset) {
-            0 => return Err(ReadError::truncated("it was not written to its end")),
-            offset => offset,
-        };
-        let mut numbers = Numbers::at(bytes, offset)?;
-        if meta.requirements.is_multilayer() && numbers.index()? != layer {
-            return Err(ReadError::corrupt("a block belongs to another layer"));
-        }
-        let place = if tiled {
-            let tile_index = Vec2(numbers.index()?, numbers.index()?);
-            let level_index = Vec2(numbers.index()?, numbers.index()?);
-            Place::Tile(TileCoordinates { tile_index, level_index })
-        } else {
-            Place::Rows(numbers.i32()?)
-        };
-        let length = numbers.index()?;
-        let data = numbers.take(length)?;
-        // The smaller copies of the picture are of no use here.
-        if !matches!(place, Place::Tile(tile) if tile.level_index != Vec2(0, 0)) {
-            blocks.push(Block { place, data });
-        }
-    }
-    Ok(blocks)
-}
-
-fn check_plausible(layer: &Layer, blocks: &[Block<'_>], length: usize) -> Result<(), ReadError> {
-    let stored: u64 = blocks.iter().map(|block| block.data.len() as u64).fold(0, u64::saturating_add);
+fn check_plausible(layer: &Layer, blocks: &[Block], length: u64) -> Result<(), ReadError> {
+    let stored: u64 = blocks.iter().map(|block| block.length as u64).fold(0, u64::saturating_add);
     let Vec2(width, height) = layer.layer_size;
     let raw = (width as u64).saturating_mul(height as u64).saturating_mul(layer.channels.bytes_per_pixel as u64);
     let ratio = match layer.compression {
@@ -223,8 +159,8 @@ fn check_plausible(layer: &Layer, blocks: &[Block<'_>], length: usize) -> Result
         _ => BEST_RATIO,
     };
     if raw > stored.saturating_mul(ratio) {
-        let message = format!("{length} bytes cannot hold the `{width}x{height}` pixels of its header");
-        return Err(ReadError::corrupt(message));
+        let (width, height) = size_of(layer)?;
+        return Err(ReadError::implausible(length, width, height));
     }
     Ok(())
 }
@@ -233,9 +169,6 @@ fn check_plausible(layer: &Layer, blocks: &[Block<'_>], length: usize) -> Result
 struct Target {
     width: usize,
     pixels: usize,
-    block: Vec2<usize>,
-    blocks_across: usize,
-    seen: Vec<bool>,
     /// Per stored channel: its type, and the plane it goes to.
     channels: Vec<(SampleType, Option<usize>)>,
     planes: Vec<f32>,
@@ -244,17 +177,12 @@ struct Target {
 impl Target {
     fn new(width: u32, height: u32, layer: &Layer, selection: &Selection) -> Self {
         let (width, height) = (width as usize, height as usize);
-        let block = block_size(layer);
-        let blocks_across = width.div_ceil(block.width());
         let kinds = layer.channels.list.iter().enumerate().map(|(index, channel)| {
             (channel.sample_type, selection.channels.iter().position(|chosen| *chosen == index))
         });
         Self {
             width,
             pixels: width * height,
-            block,
-            blocks_across,
-            seen: vec![false; blocks_across * height.div_ceil(block.height())],
             channels: kinds.collect(),
             planes: vec![0.0; width * height * selection.channels.len()],
         }
@@ -262,17 +190,12 @@ impl Target {
 
     fn put(&mut self, block: &UncompressedBlock) -> Result<(), ReadError> {
         let (Vec2(left, top), Vec2(width, height)) = (block.index.pixel_position, block.index.pixel_size);
-        let number = top / self.block.height() * self.blocks_across + left / self.block.width();
-        match self.seen.get_mut(number) {
-            Some(seen) if !*seen => *seen = true,
-            _ => return Err(ReadError::corrupt("a block occurs twice")),
-        }
         let mut data = block.data.as_slice();
         for y in top..top + height {
             for (kind, plane) in &self.channels {
                 let (line, rest) = data
                     .split_at_checked(width * kind.bytes_per_sample())
-                    .ok_or_else(|| ReadError::corrupt("a block is too short"))?;
+                    .ok_or_else(|| ReadError::damaged("a block is too short"))?;
                 data = rest;
                 if let Some(plane) = plane {
                     let start = plane * self.pixels + y * self.width + left;
@@ -281,10 +204,6 @@ impl Target {
             }
         }
         Ok(())
-    }
-
-    fn check_complete(&self) -> Result<(), ReadError> {
-        if self.seen.iter().all(|seen| *seen) { Ok(()) } else { Err(ReadError::truncated("blocks are missing")) }
     }
 }
 
@@ -299,12 +218,16 @@ fn convert(kind: SampleType, line: &[u8], out: &mut [f32]) {
     }
 }
 
+fn unsupported(what: &str) -> ReadError {
+    ReadError::Unsupported {
+        what: format!("it uses an EXR feature that is not read ({what})"),
+        instead: "save it as a flat EXR with ZIP or PIZ compression",
+    }
+}
+
 fn from_exr(error: exr::error::Error) -> ReadError {
     match error {
-        exr::error::Error::NotSupported(what) => ReadError::Unsupported {
-            what: format!("it uses an EXR feature that is not read ({what})"),
-            instead: "save it as a flat EXR with ZIP or PIZ compression",
-        },
+        exr::error::Error::NotSupported(what) => unsupported(&what),
         exr::error::Error::Invalid(what) if what.contains("reached the end") => {
             ReadError::truncated("it ends within the picture")
         }

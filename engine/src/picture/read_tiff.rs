@@ -1,5 +1,7 @@
 //! TIFF, decoded by the `tiff` crate.
+mod places;
 
+use super::guard::guarded;
 use super::limits::{Claim, ReadError, ReadLimits};
 use super::read::planar;
 use super::{FileFormat, Header, Picture, SampleKind, default_names};
@@ -9,61 +11,67 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{SampleFormat, Tag};
 use tiff::{ColorType, TiffError};
 
-/// LZW, the densest of the methods, makes at most 4096 bytes of 12 bits.
-const BEST_RATIO: u64 = 4096;
-
 const INSTEAD: &str = "save it as grey or RGB with 8 or 16 bits or 32-bit floats";
 
 /// What the tags say.
 struct Layout {
     header: Header,
     color: ColorType,
-    /// Channels in the file, before a palette is applied.
-    stored_channels: u64,
     /// Whether the file stores a plane after the other.
     planes_apart: bool,
 }
 
 pub(super) fn header<R: Read + Seek>(reader: R) -> Result<Header, ReadError> {
-    let mut decoder = Decoder::new(reader).map_err(from_tiff)?;
-    Ok(layout(&mut decoder)?.header)
+    guarded(|| {
+        let mut decoder = Decoder::new(reader).map_err(from_tiff)?;
+        Ok(layout(&mut decoder)?.header)
+    })
+}
+
+pub(super) fn check<R: Read + Seek>(reader: R, length: u64, limits: &ReadLimits) -> Result<Header, ReadError> {
+    open(reader, length, limits).map(|(_, layout)| layout.header)
 }
 
 pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadError> {
-    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(from_tiff)?;
-    let layout = layout(&mut decoder)?;
-    let Header { width, height, channels, kind, .. } = layout.header;
-    let (wide, high) = (u64::from(width), u64::from(height));
-    let sample_bytes = kind.bytes() as u64;
-    let decoded = layout.stored_channels.max(u64::from(channels));
-    limits.check(Claim { width: wide, height: high, channels: decoded, sample_bytes })?;
-    let needed = wide * high * layout.stored_channels * sample_bytes;
-    check_strips(&mut decoder, bytes.len() as u64, needed)?;
-
-    let needed = usize::try_from(needed).map_err(ReadError::corrupt)?;
-    let mut decoder = decoder.with_limits(decoder_limits(needed, bytes.len()));
-    let mut samples = DecodingResult::U8(Vec::new());
-    let stored = decoder.read_image_to_buffer(&mut samples).map_err(from_tiff)?;
-    if samples.as_buffer(0).as_bytes().len() < stored.complete_len {
-        return Err(ReadError::corrupt("its planes do not fit its header"));
-    }
-    let planes = match layout.color {
-        ColorType::Palette(_) => from_palette(&mut decoder, &samples)?,
-        _ => planes_of(&samples, &layout)?,
-    };
-    let expected = usize::from(channels) * (width as usize) * (height as usize);
-    if planes.len() != expected {
+    let (mut decoder, layout) = open(Cursor::new(bytes), bytes.len() as u64, limits)?;
+    let samples = guarded(|| {
+        let mut samples = DecodingResult::U8(Vec::new());
+        let stored = decoder.read_image_to_buffer(&mut samples).map_err(|error| from_tiff(error).in_data())?;
+        if samples.as_buffer(0).as_bytes().len() < stored.complete_len {
+            return Err(ReadError::corrupt("its planes do not fit its header"));
+        }
+        Ok(samples)
+    })?;
+    let planes = planes_of(&samples, &layout)?;
+    let Header { width, height, channels, kind, names, has_alpha, .. } = layout.header;
+    if planes.len() != usize::from(channels) * (width as usize) * (height as usize) {
         return Err(ReadError::corrupt("it holds another number of samples than its header says"));
     }
-    let Header { names, has_alpha, .. } = layout.header;
     Ok(Picture { width, height, channels, planes, source: kind, names, has_alpha })
+}
+
+/// A decoder of a file of `length` bytes whose header and places were checked.
+fn open<R: Read + Seek>(reader: R, length: u64, limits: &ReadLimits) -> Result<(Decoder<R>, Layout), ReadError> {
+    guarded(|| {
+        let mut decoder = Decoder::new(reader).map_err(from_tiff)?;
+        let layout = layout(&mut decoder)?;
+        let Header { width, height, channels, kind, .. } = layout.header;
+        let (wide, high) = (u64::from(width), u64::from(height));
+        let sample_bytes = kind.bytes() as u64;
+        let channels = u64::from(channels);
+        limits.check(Claim { width: wide, height: high, channels, sample_bytes })?;
+        let needed = wide * high * channels * sample_bytes;
+        places::check(&mut decoder, &layout, length, needed)?;
+        let whole = |bytes: u64| usize::try_from(bytes).map_err(ReadError::corrupt);
+        Ok((decoder.with_limits(decoder_limits(whole(needed)?, whole(length)?)), layout))
+    })
 }
 
 fn decoder_limits(needed: usize, length: usize) -> Limits {
     let mut limits = Limits::default();
     limits.decoding_buffer_size = needed;
     // A tile may be larger than the picture, but not without end.
-    limits.intermediate_buffer_size = needed.max(1 << 20).saturating_mul(2);
+    limits.intermediate_buffer_size = places::most_of_a_chunk(needed);
     limits.ifd_value_size = length;
     limits
 }
@@ -71,14 +79,12 @@ fn decoder_limits(needed: usize, length: usize) -> Limits {
 fn layout<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Layout, ReadError> {
     let (width, height) = decoder.dimensions().map_err(from_tiff)?;
     let color = decoder.colortype().map_err(from_tiff)?;
-    let (stored_channels, channels) = match color {
-        ColorType::Gray(_) => (1, 1),
-        ColorType::GrayA(_) => (2, 2),
-        ColorType::RGB(_) => (3, 3),
-        ColorType::RGBA(_) => (4, 4),
-        ColorType::YCbCr(_) => (3, 3),
-        ColorType::Palette(8) => (1, 3),
-        ColorType::Multiband { num_samples: n @ 1..=4, .. } => (u64::from(n), n.to_le_bytes()[0]),
+    let channels = match color {
+        ColorType::Gray(_) => 1,
+        ColorType::GrayA(_) => 2,
+        ColorType::RGB(_) => 3,
+        ColorType::RGBA(_) => 4,
+        ColorType::Multiband { num_samples: n @ 1..=4, .. } => n.to_le_bytes()[0],
         other => return Err(unsupported(format!("its colours are {other:?}"))),
     };
     let format = decoder.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).map_err(from_tiff)?;
@@ -97,33 +103,7 @@ fn layout<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Layout, ReadError>
     let names = default_names(channels);
     let has_alpha = matches!(channels, 2 | 4);
     let header = Header { format: FileFormat::Tiff, width, height, channels, kind, names, has_alpha };
-    Ok(Layout { header, color, stored_channels, planes_apart: planar == Some(2) && stored_channels > 1 })
-}
-
-/// Compares the places of the strips or tiles with the file: all of it must be there, and it must be enough.
-fn check_strips(decoder: &mut Decoder<Cursor<&[u8]>>, length: u64, needed: u64) -> Result<(), ReadError> {
-    let tiled = decoder.find_tag(Tag::TileOffsets).map_err(from_tiff)?.is_some();
-    let (offsets, counts) =
-        if tiled { (Tag::TileOffsets, Tag::TileByteCounts) } else { (Tag::StripOffsets, Tag::StripByteCounts) };
-    let mut list = |tag| {
-        let values = decoder.find_tag_unsigned_vec::<u64>(tag).map_err(from_tiff)?;
-        values.ok_or_else(|| ReadError::corrupt("it does not say where its samples are"))
-    };
-    let (offsets, counts) = (list(offsets)?, list(counts)?);
-    if offsets.len() != counts.len() {
-        return Err(ReadError::corrupt("its strips have not as many places as lengths"));
-    }
-    let mut total = 0_u64;
-    for (offset, count) in offsets.iter().zip(&counts) {
-        if offset.saturating_add(*count) > length {
-            return Err(ReadError::truncated("it ends within the picture"));
-        }
-        total = total.saturating_add(*count);
-    }
-    if needed > total.saturating_mul(BEST_RATIO) {
-        return Err(ReadError::corrupt(format!("{length} bytes cannot hold the pixels of its header")));
-    }
-    Ok(())
+    Ok(Layout { header, color, planes_apart: planar == Some(2) && channels > 1 })
 }
 
 fn planes_of(samples: &DecodingResult, layout: &Layout) -> Result<Vec<f32>, ReadError> {
@@ -142,16 +122,6 @@ fn planes_of(samples: &DecodingResult, layout: &Layout) -> Result<Vec<f32>, Read
 #[expect(clippy::cast_possible_truncation, reason = "rounding to the precision of a sample is meant")]
 fn scaled_u32(sample: u32) -> f32 {
     (f64::from(sample) / f64::from(u32::MAX)) as f32
-}
-
-fn from_palette(decoder: &mut Decoder<Cursor<&[u8]>>, samples: &DecodingResult) -> Result<Vec<f32>, ReadError> {
-    let map = decoder.get_tag_u16_vec(Tag::ColorMap).map_err(from_tiff)?;
-    let (DecodingResult::U8(indices), true) = (samples, map.len() >= 3 * 256) else {
-        return Err(ReadError::corrupt("its palette is too short"));
-    };
-    // The map has 16 bits, but holds the 8 of the colours in its upper half.
-    let color = |channel: usize, index: u8| f32::from(map[channel * 256 + usize::from(index)] >> 8) / 255.0;
-    Ok((0..3).flat_map(|channel| indices.iter().map(move |index| color(channel, *index))).collect())
 }
 
 fn unsupported(what: String) -> ReadError {

@@ -3,7 +3,7 @@ use super::plan::{Part, Planned, Planner, wanted};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, DiskCache, Event, NodeStats, Observer, Run};
-use crate::graph::Graph;
+use crate::graph::{Graph, GraphOutput};
 use crate::picture::{
     Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, Writer, Written, remove_stale_temporaries,
     write_svg,
@@ -75,7 +75,7 @@ impl Session {
             let render = Render { session: self, run, planner, observer };
             let mut pictures = Vec::new();
             for (output, channel) in &wanted {
-                for (part, key) in render.parts(output.node, output.output, output.ty, *channel, output.combined)? {
+                for (part, key) in render.parts(output, *channel)? {
                     pictures.push(render.planner.picture(output, part, key)?);
                 }
             }
@@ -118,32 +118,35 @@ pub(super) struct Render<'r, 'g> {
 
 impl<'r> Render<'r, '_> {
     /// The pictures that an output is made of, and the keys of what they show.
-    fn parts(
-        &self,
-        node: NodeIndex,
-        output: usize,
-        ty: Type,
-        channel: Option<Channel>,
-        combined: bool,
-    ) -> Result<Vec<(Part, Key)>, Failure> {
-        let key = self.planner.keys.output(node, output);
-        match ty.renders() {
+    fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(Part, Key)>, Failure> {
+        let key = self.planner.keys.output(output.node, output.output);
+        match output.ty.renders() {
             Some(Renders::Channels) => {}
             Some(Renders::Lines) => return Ok(vec![(Part::Lines, key)]),
             Some(Renders::Field(_)) | None => return Ok(vec![(Part::Field, key)]),
         }
-        if channel.is_none() && (combined || self.planner.request.combined) {
+        if channel.is_none() && (output.combined || self.planner.request.combined) {
             return Ok(vec![(Part::All, key)]);
         }
-        let mut channels = self.channels(node, output)?;
+        let mut channels = self.channels(output.node, output.output)?;
         if let Some(channel) = channel {
             channels.retain(|c| c.0 == channel);
             if channels.is_empty() {
-                let message = format!("the material does not set its channel `{}`", channel.name());
-                return Err(Failure::Usage(message));
+                channels.extend(channel.default_field().key().map(|key| (channel, key)));
+                self.warn_default(output, channel);
             }
         }
         Ok(channels.into_iter().map(|(channel, key)| (Part::Channel(channel), key)).collect())
+    }
+
+    fn warn_default(&self, output: &GraphOutput, channel: Channel) {
+        let message = format!(
+            "the material has no channel `{}`; its picture shows the default, {}",
+            channel.name(),
+            channel.default_text()
+        );
+        let warning = Diagnostic::new(Code::Advice, output.span, message);
+        self.observer.event(Event::Warning(warning.as_warning()));
     }
 
     /// The channels of a material and their keys, remembered so that files in the cache can be found without making it.
@@ -296,7 +299,7 @@ fn decode_channels(bytes: &[u8]) -> Option<Vec<(Channel, Key)>> {
 fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
     let fields = match (value, &planned.part) {
         (Value::Material(material), Part::Channel(channel)) => {
-            material.get(*channel).map(|field| (String::new(), field.clone())).into_iter().collect()
+            vec![(String::new(), material.or_default(*channel))]
         }
         (Value::Material(material), _) => {
             material.channels().iter().map(|(channel, field)| (channel.name().to_owned(), field.clone())).collect()

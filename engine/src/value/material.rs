@@ -1,9 +1,12 @@
 //! Materials: named channels of a surface.
+//!
+//! Which channels a material has is known without making it ([`ChannelSet`], which every node derives from those of its
+//! inputs); a channel that it lacks counts as [`Channel::default_values`] everywhere.
 use super::{Field, Type};
 use serde::{Deserialize, Serialize};
 
 macro_rules! channels {
-    ($($(#[$doc:meta])* $name:ident $text:literal $ty:ident,)*) => {
+    ($($(#[$doc:meta])* $name:ident $text:literal $ty:ident $default:expr,)*) => {
         /// A channel of a material.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema)]
         pub enum Channel { $($(#[$doc])* $name,)* }
@@ -21,39 +24,91 @@ macro_rules! channels {
             pub const fn ty(self) -> Type {
                 match self { $(Channel::$name => Type::$ty,)* }
             }
+
+            /// What it counts as in a material that lacks it.
+            pub const fn default_values(self) -> &'static [f32] {
+                match self { $(Channel::$name => &$default,)* }
+            }
         }
     };
 }
 
 channels! {
-    /// Diffuse or metal colour, scene-linear.
-    BaseColor "base_color" Rgb,
-    /// Roughness, 0 (mirror) to 1.
-    Roughness "roughness" Gray,
-    /// 0 for dielectrics, 1 for metals.
-    Metallic "metallic" Gray,
-    /// Tangent-space normal.
-    Normal "normal" Normal,
-    /// Height in mm.
-    Height "height" Gray,
-    /// Ambient occlusion: 1 is open, 0 is shut.
-    Ao "ao" Gray,
-    /// Opacity, 0..1.
-    Opacity "opacity" Gray,
-    /// Sheen, 0..1.
-    Sheen "sheen" Gray,
-    /// Clear coat, 0..1.
-    Coat "coat" Gray,
-    /// Anisotropy, 0..1.
-    Anisotropy "anisotropy" Gray,
-    /// Angle of the anisotropy in degrees.
-    AnisotropyAngle "anisotropy_angle" Gray,
+    /// Diffuse or metal colour, scene-linear; middle grey, 0.5, in a material without one.
+    BaseColor "base_color" Rgb [0.5; 3],
+    /// Roughness, 0 (mirror) to 1; 0.5 in a material without one.
+    Roughness "roughness" Gray [0.5],
+    /// 0 for dielectrics, 1 for metals; 0 in a material without one.
+    Metallic "metallic" Gray [0.0],
+    /// Tangent-space normal, ½ + ½n; straight up, (0.5, 0.5, 1), in a material without one.
+    Normal "normal" Normal [0.5, 0.5, 1.0],
+    /// Height in mm; 0 in a material without one.
+    Height "height" Gray [0.0],
+    /// Ambient occlusion: 1 is open, 0 is shut; 1 in a material without one.
+    Ao "ao" Gray [1.0],
+    /// Opacity, 0..1; 1 in a material without one.
+    Opacity "opacity" Gray [1.0],
+    /// Sheen, 0..1; 0 in a material without one.
+    Sheen "sheen" Gray [0.0],
+    /// Clear coat, 0..1; 0 in a material without one.
+    Coat "coat" Gray [0.0],
+    /// Anisotropy, 0..1; 0 in a material without one.
+    Anisotropy "anisotropy" Gray [0.0],
+    /// Angle of the anisotropy in degrees; 0 in a material without one.
+    AnisotropyAngle "anisotropy_angle" Gray [0.0],
 }
 
 impl Channel {
     /// The channel of that name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|c| c.name() == name)
+    }
+
+    /// [`default_values`](Self::default_values) as a field.
+    pub fn default_field(self) -> Field {
+        Field::constant(self.ty(), self.default_values())
+    }
+
+    /// [`default_values`](Self::default_values) in words: `0.5`, or `(0.5, 0.5, 1)`.
+    pub fn default_text(self) -> String {
+        match self.default_values() {
+            [one] => one.to_string(),
+            several => format!("({})", several.iter().map(f32::to_string).collect::<Vec<_>>().join(", ")),
+        }
+    }
+}
+
+/// Channels, without what they carry: those that a material has, known before it is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ChannelSet(u16);
+
+impl ChannelSet {
+    /// No channel.
+    pub const NONE: Self = Self(0);
+
+    /// Every channel.
+    pub const ALL: Self = Self((1 << Channel::ALL.len()) - 1);
+
+    /// Whether a channel is among them.
+    pub const fn has(self, channel: Channel) -> bool {
+        self.0 & (1 << channel as u16) != 0
+    }
+
+    /// The channels of both.
+    #[must_use]
+    pub const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// The channels, in the order of [`Channel::ALL`].
+    pub fn iter(self) -> impl Iterator<Item = Channel> {
+        Channel::ALL.iter().copied().filter(move |channel| self.has(*channel))
+    }
+}
+
+impl FromIterator<Channel> for ChannelSet {
+    fn from_iter<I: IntoIterator<Item = Channel>>(channels: I) -> Self {
+        Self(channels.into_iter().fold(0, |set, channel| set | (1 << channel as u16)))
     }
 }
 
@@ -80,5 +135,34 @@ impl Material {
     /// One channel, if it is given.
     pub fn get(&self, channel: Channel) -> Option<&Field> {
         self.channels.iter().find(|c| c.0 == channel).map(|c| &c.1)
+    }
+
+    /// One channel; its default if it is not given.
+    pub fn or_default(&self, channel: Channel) -> Field {
+        self.get(channel).cloned().unwrap_or_else(|| channel.default_field())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_channel_has_a_default_of_its_type() {
+        for channel in Channel::ALL {
+            assert_eq!(channel.default_values().len(), channel.ty().channels(), "{}", channel.name());
+            assert_eq!(Material::default().or_default(*channel).as_constant(), Some(channel.default_values()));
+        }
+        assert_eq!(Channel::Normal.default_text(), "(0.5, 0.5, 1)");
+        assert_eq!(Channel::Ao.default_text(), "1");
+    }
+
+    #[test]
+    fn sets_hold_what_is_put_in() {
+        let set: ChannelSet = [Channel::Ao, Channel::BaseColor].into_iter().collect();
+        assert_eq!(set.iter().collect::<Vec<_>>(), [Channel::BaseColor, Channel::Ao]);
+        assert!(set.has(Channel::Ao) && !set.has(Channel::Height));
+        assert_eq!(ChannelSet::ALL.iter().collect::<Vec<_>>(), Channel::ALL);
+        assert_eq!(set.union(ChannelSet::NONE), set);
     }
 }

@@ -46,7 +46,7 @@ pub use exemplar::{Exemplar, ExemplarFrame, ExemplarLattice, ExemplarLevel, Neig
 pub use field::{Cost, Evaluator, Field, FieldId, FieldSource, Given, Halo, Pictures, Read, Stop};
 pub use key::Key;
 pub use lattice::{GridLinks, Lattice};
-pub use material::{Channel, Material};
+pub use material::{Channel, ChannelSet, Material};
 pub use object::{Carried, Object, Renders};
 pub use points::{Edges, GridOrder, Points};
 pub use scalar_map::ScalarMap;

@@ -3,20 +3,40 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{
-    AnyField, Color, Context, FilePath, Gray, In, Linear, Node, Output, Outputs, Range, Rgb, Vec2Field, Xy,
+    AnyField, Color, Context, FilePath, Gray, In, Linear, MaterialInputs, Node, Output, Outputs, Range, Rgb, Taken,
+    Vec2Field, Xy,
 };
 use shibo_engine::registry::{Family, Kind, Registry};
-use shibo_engine::value::{Canvas, Lattice, Points, Stop, Tiling, Type};
+use shibo_engine::value::{Canvas, Channel, ChannelSet, Lattice, Material, Points, Stop, Tiling, Type};
+use std::cell::Cell;
 
 macro_rules! node {
     ($name:ident, [$($output:expr),*]) => {
         impl Node for $name {
             const OUTPUTS: &'static [Output] = &[$($output),*];
+            fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+                count();
+                Vec::new()
+            }
             fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
                 Err(Stop::Cancelled)
             }
         }
     };
+}
+
+thread_local! {
+    static BUILT: Cell<usize> = const { Cell::new(0) };
+}
+
+/// How many nodes this thread has built and had check themselves.
+#[allow(dead_code, reason = "not every test program asks")]
+pub(crate) fn built() -> usize {
+    BUILT.get()
+}
+
+fn count() {
+    BUILT.set(BUILT.get() + 1);
 }
 
 /// A choice.
@@ -109,6 +129,7 @@ impl Node for Bands {
         &[Output::new("value", Type::Gray, "Bands."), Output::new("color", Type::Rgb, "Coloured bands.")];
 
     fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+        count();
         let wrong = self.pitch == 7.0 && self.amount == 0.25;
         let problem = Problem::new(Code::BadValue, "amount does not go with pitch 7").at("amount").help("take 0.5");
         if wrong { vec![problem] } else { Vec::new() }
@@ -244,7 +265,60 @@ pub(crate) struct Surface {
     /// Height.
     pub(crate) height: Option<In<Gray>>,
 }
-node!(Surface, [Output::new("material", Type::Material, "M.")]);
+
+impl Node for Surface {
+    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "M.")];
+
+    fn channels(&self, _inputs: &MaterialInputs<'_>) -> ChannelSet {
+        let connected = [
+            (Channel::BaseColor, self.base_color.is_some()),
+            (Channel::Roughness, self.roughness.is_some()),
+            (Channel::Height, self.height.is_some()),
+        ];
+        connected.into_iter().filter_map(|(channel, connected)| connected.then_some(channel)).collect()
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// Materials on top of each other.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Layers {
+    /// Them.
+    pub(crate) materials: Vec<In<Material>>,
+}
+node!(Layers, [Output::new("material", Type::Material, "M.")]);
+
+/// A channel of a material.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Take {
+    /// The material.
+    pub(crate) material: In<Material>,
+    /// Its channel.
+    pub(crate) channel: Channel,
+}
+
+impl Default for Take {
+    fn default() -> Self {
+        Self { material: In::default(), channel: Channel::Height }
+    }
+}
+
+impl Node for Take {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "C.")];
+
+    fn takes(&self) -> Vec<Taken> {
+        vec![Taken { port: "material", field: "channel", channel: self.channel }]
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
 
 /// All of them.
 pub(crate) fn registry() -> Registry {
@@ -259,6 +333,8 @@ pub(crate) fn registry() -> Registry {
         Kind::of::<Image>(),
         Kind::of::<Ramp>(),
         Kind::of::<Surface>(),
+        Kind::of::<Layers>(),
+        Kind::of::<Take>(),
     ];
     Registry::new([Family { name: "Test", doc: "For tests.", kinds }])
 }

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, FilePath, Node, Output, Outputs, Xy};
-use shibo_engine::picture;
+use shibo_engine::picture::{self, ReadLimits};
 use shibo_engine::value::{Canvas, Field, Grid, PictureFields, Stop, Tiling, Type, Value};
 use shibo_kernel::filter::sample::{Filter, Outside};
 use std::path::{Path, PathBuf};
@@ -53,6 +53,9 @@ pub enum Wrap {
 
 /// A picture from a file, placed with its corner at the canvas' corner. It can be used as grey and as colour. Nodes that
 /// take either use a picture with one channel as grey, and any other as colour.
+///
+/// `check` looks through the file to its end without decoding it. JPEGs of cameras stand upright: the orientation in their
+/// EXIF data is applied, and `crop` counts the upright pixels. Colours of print (CMYK) are refused: convert them to RGB.
 ///
 /// At the centre of one of its pixels the value is exactly that pixel, with every filter but `BSpline`.
 ///
@@ -157,6 +160,7 @@ impl Image {
 }
 
 impl Node for Image {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("image", Type::Picture, "The picture, for ports of either kind."),
         Output::new("rgb", Type::Rgb, "Its colour, scene-linear; grey if it has one channel."),
@@ -178,6 +182,17 @@ impl Node for Image {
 
     fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool {
         files.iter().any(|(_, path)| self.header(path).is_ok_and(|header| is_gray(&header)))
+    }
+
+    /// What the files themselves say, without decoding: their formats, that they are whole, and that the part lies within.
+    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+        // What decoding may take in memory depends on the run.
+        let limits = ReadLimits { max_bytes_decoded: u64::MAX, ..ReadLimits::default() };
+        let check = |path: &Path| {
+            let header = picture::check(path, self.layer.as_deref(), &limits).map_err(|error| problem(&error))?;
+            self.part(header.width, header.height)
+        };
+        files.iter().filter_map(|(_, path)| check(path).err()).collect()
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -4,8 +4,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, NormalField, Output, Outputs, Rgb};
-use shibo_engine::value::{self, Canvas, Channel, Field, Stop, Type};
+use shibo_engine::node::{Context, Fact, Gray, In, MaterialInputs, Node, NormalField, Output, Outputs, Rgb};
+use shibo_engine::value::{self, Canvas, Channel, ChannelSet, Field, Stop, Type};
 
 /// Puts channels together to a material, which is written as one file per channel. Channels that are not connected are
 /// left out. A normal is not made from the height by itself: connect `HeightToNormal`.
@@ -46,19 +46,21 @@ pub struct Material {
 }
 
 impl Material {
-    fn is_empty(&self) -> bool {
-        let grays = [
-            &self.roughness,
-            &self.metallic,
-            &self.height,
-            &self.ao,
-            &self.opacity,
-            &self.sheen,
-            &self.coat,
-            &self.anisotropy,
-            &self.anisotropy_angle,
-        ];
-        self.base_color.is_none() && self.normal.is_none() && grays.iter().all(|port| port.is_none())
+    /// Every channel, and whether it is connected.
+    fn connected(&self) -> [(Channel, bool); 11] {
+        [
+            (Channel::BaseColor, self.base_color.is_some()),
+            (Channel::Roughness, self.roughness.is_some()),
+            (Channel::Metallic, self.metallic.is_some()),
+            (Channel::Normal, self.normal.is_some()),
+            (Channel::Height, self.height.is_some()),
+            (Channel::Ao, self.ao.is_some()),
+            (Channel::Opacity, self.opacity.is_some()),
+            (Channel::Sheen, self.sheen.is_some()),
+            (Channel::Coat, self.coat.is_some()),
+            (Channel::Anisotropy, self.anisotropy.is_some()),
+            (Channel::AnisotropyAngle, self.anisotropy_angle.is_some()),
+        ]
     }
 }
 
@@ -67,11 +69,15 @@ impl Node for Material {
     const FACTS: &'static [Fact] = &[];
 
     fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
-        if !self.is_empty() {
+        if self.connected().iter().any(|(_, connected)| *connected) {
             return Vec::new();
         }
         let problem = Problem::new(Code::Advice, "no channel is connected; the material is empty");
         vec![problem.help("write for example `base_color: \"#7a4526\", roughness: 0.5`")]
+    }
+
+    fn channels(&self, _inputs: &MaterialInputs<'_>) -> ChannelSet {
+        self.connected().into_iter().filter_map(|(channel, connected)| connected.then_some(channel)).collect()
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -107,6 +113,8 @@ mod tests {
         let Some(Value::Material(material)) = outputs.take("material", true) else { panic!("no material") };
         let found: Vec<_> = material.channels().iter().map(|(channel, field)| (*channel, field.ty())).collect();
         assert_eq!(found, [(Channel::BaseColor, Type::Rgb), (Channel::Height, Type::Gray)]);
+        let known = node.channels(&MaterialInputs::new(&[]));
+        assert_eq!(known.iter().collect::<Vec<_>>(), [Channel::BaseColor, Channel::Height]);
         assert_eq!(Material::default().advice(&canvas()).len(), 1);
         assert_eq!(node.advice(&canvas()), []);
     }

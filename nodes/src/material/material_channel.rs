@@ -3,11 +3,13 @@
 //! Cost: none for the channel as it is; O(pixels) for the luminance of a colour.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Taken};
 use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Type};
 
 /// Takes a channel out of a material.
+///
+/// A channel that the material does not have counts as its default, and `check` warns of it: base colour 0.5, roughness
+/// 0.5, ambient occlusion 1, opacity 1, a normal straight up, and 0 for all others.
 ///
 /// ```ron
 /// "cells":   Worley(size: 7),
@@ -39,15 +41,12 @@ impl Node for MaterialChannel {
     ];
     const FACTS: &'static [Fact] = &[];
 
+    fn takes(&self) -> Vec<Taken> {
+        vec![Taken { port: "material", field: "channel", channel: self.channel }]
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let material = cx.get(&self.material)?;
-        let Some(field) = material.get(self.channel) else {
-            let there: Vec<_> =
-                material.channels().iter().map(|(channel, _)| format!("`{}`", channel.name())).collect();
-            let message =
-                format!("the material has no `{}`; it must be one of {}", self.channel.name(), there.join(", "));
-            return Err(Problem::new(Code::BadValue, message).at("channel").into());
-        };
+        let field = cx.get(&self.material)?.or_default(self.channel);
         let gray = if field.channels() == 1 {
             field.clone()
         } else {
@@ -67,9 +66,10 @@ impl Node for MaterialChannel {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, outputs, port};
+    use shibo_engine::value::Value;
 
     #[test]
-    fn takes_a_channel_or_names_those_there_are() {
+    fn takes_a_channel_or_its_default() {
         let color = Field::constant(Type::Rgb, &[1.0, 0.5, 0.25]);
         let material = Material::new([(Channel::Height, lumps()), (Channel::BaseColor, color)]);
         let inputs = [material.into()];
@@ -77,7 +77,10 @@ mod tests {
         check_field(&field(&node(Channel::Height), &inputs));
         let value = crate::testing::raster(&field(&node(Channel::BaseColor), &inputs), &canvas());
         assert!((value.data()[0] - 0.58825).abs() < 1e-5);
-        let Err(Stop::Failed(problem)) = outputs(&node(Channel::Ao), &inputs, &canvas()) else { panic!("no error") };
-        assert_eq!(problem.message, "the material has no `ao`; it must be one of `base_color`, `height`");
+        assert_eq!(field(&node(Channel::Ao), &inputs).as_constant(), Some(&[1.0][..]));
+        let normal = outputs(&node(Channel::Normal), &inputs, &canvas()).unwrap();
+        let Some(Value::Field(rgb)) = normal.take("rgb", false) else { panic!("no field") };
+        assert_eq!(crate::testing::raster(rgb, &canvas()).plane(2)[0], 1.0);
+        assert_eq!(node(Channel::Ao).takes()[0].channel, Channel::Ao);
     }
 }

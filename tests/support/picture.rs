@@ -1,4 +1,5 @@
 //! Small pictures of what nodes make, and how alike two of them are.
+#![allow(dead_code, reason = "each test program uses a part of it")]
 use glam::Vec2;
 use shibo_engine::value::{Lattice, Pixels, Shapes, Tile, Type, linear_to_srgb};
 use std::path::Path;
@@ -118,7 +119,37 @@ impl Picture {
     /// Writes it as PNG.
     pub(crate) fn write(&self, path: &Path) -> Result<(), String> {
         image::save_buffer(path, &self.samples, self.width, self.height, image::ColorType::Rgb8)
-            .map_err(|e| e.to_string())
+            .map_err(|e| format!("{}: {e}", path.display()))
+    }
+
+    /// What is expected, what was made and the difference of both times 8, side by side. Where one of them is missing or
+    /// smaller, there is magenta.
+    pub(crate) fn beside(expected: Option<&Self>, made: &Self) -> Self {
+        const GAP: u32 = 4;
+        let width = expected.map_or(0, |e| e.width).max(made.width);
+        let height = expected.map_or(0, |e| e.height).max(made.height);
+        let of = |picture: Option<&Self>, x: u32, y: u32| picture.and_then(|picture| picture.pixel(x, y));
+        let pixel = |x: u32, y: u32| {
+            let (panel, x) = (x / (width + GAP), x % (width + GAP));
+            let (expected, got) = (of(expected, x, y), made.pixel(x, y));
+            let shown = match (panel, expected, got) {
+                _ if x >= width => Some([255; 3]),
+                (0, expected, _) => expected,
+                (1, _, got) => got,
+                (_, Some(a), Some(b)) => Some([0, 1, 2].map(|c| a[c].abs_diff(b[c]).saturating_mul(8))),
+                _ => None,
+            };
+            shown.unwrap_or([255, 0, 255])
+        };
+        let whole = 3 * width + 2 * GAP;
+        let samples =
+            (0..height).flat_map(|y| (0..whole).map(move |x| (x, y))).flat_map(|(x, y)| pixel(x, y)).collect();
+        Self { width: whole, height, samples }
+    }
+
+    fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
+        let at = (y * self.width + x) as usize * 3;
+        (x < self.width && y < self.height).then(|| [0, 1, 2].map(|c| self.samples[at + c]))
     }
 
     /// How it differs from another one of the same size.

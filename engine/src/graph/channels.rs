@@ -1,0 +1,91 @@
+//! The channels of materials: which each node's has, and where one is asked for that is not there.
+use super::part::{Part, Shape};
+use super::scope::{Bound, Entity, Slot, Target, Unit};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::node::{MaterialInputs, Taken};
+use crate::value::{Accepts, ChannelSet, Type};
+
+impl Unit<'_> {
+    /// Finds the channels of all materials, in the given order, and warns of those that are missed.
+    pub(super) fn check_channels(&mut self, order: &[usize]) {
+        for &flat in order {
+            self.flats[flat].channels = self.channels_of(flat);
+        }
+        for flat in 0..self.flats.len() {
+            for taken in self.flats[flat].node.iter().flat_map(|node| node.takes()).collect::<Vec<_>>() {
+                self.check_taken(flat, &taken);
+            }
+        }
+    }
+
+    /// The channels of a node's material; `None` if its inputs, or the node, are in error.
+    fn channels_of(&self, flat: usize) -> Option<ChannelSet> {
+        let node = &self.flats[flat];
+        let mut inputs = Vec::new();
+        for slot in node.slots.iter().filter(|slot| slot.wants == Accepts::One(Type::Material)) {
+            inputs.push((slot.port.name(), self.channels_at(slot)?));
+        }
+        node.node.as_ref().map(|node| node.channels(&MaterialInputs::new(&inputs)))
+    }
+
+    fn channels_at(&self, slot: &Slot) -> Option<ChannelSet> {
+        match slot.target {
+            Target::Out { flat, .. } => self.flats[flat].channels,
+            Target::Constant(_) | Target::Broken => None,
+        }
+    }
+
+    fn check_taken(&mut self, flat: usize, taken: &Taken) {
+        let node = &self.flats[flat];
+        let asked = node.field(taken.field).unwrap_or(&node.kind);
+        let mut warnings = Vec::new();
+        for slot in node.slots.iter().filter(|slot| slot.port.is(taken.port)) {
+            let Some(channels) = self.channels_at(slot).filter(|channels| !channels.has(taken.channel)) else {
+                continue;
+            };
+            let (name, default) = (taken.channel.name(), taken.channel.default_text());
+            let warning = match self.given_by_use(node.scope, &slot.part) {
+                Some((scope, given)) => {
+                    let message = format!("this material has no channel `{name}`, which `{}` takes", node.name);
+                    let warning = given.error(Code::Advice, message).related(asked.span(), "it is taken here");
+                    (scope, warning)
+                }
+                None => {
+                    let message = format!("the material at `{}` has no channel `{name}`", taken.port);
+                    (node.scope, asked.error(Code::Advice, message))
+                }
+            };
+            warnings.push((warning.0, explain(warning.1, &format!("its default, {default}, is used"), channels)));
+        }
+        for (scope, warning) in warnings {
+            self.enter(scope);
+            self.report.push(warning);
+        }
+    }
+
+    /// Where a `Use` gives what `part`, written in `scope`, refers to: the outermost, if several hand it on.
+    fn given_by_use(&self, scope: usize, part: &Part) -> Option<(usize, Part)> {
+        let (mut scope, mut part, mut given) = (scope, part.clone(), None);
+        loop {
+            let Shape::Text(name) = part.shape() else { return given };
+            let Some(Entity::Input(index)) = self.scopes[scope].names.get(&name) else { return given };
+            match &self.scopes[scope].inputs[*index] {
+                Bound::Wire { scope: outer, part: wire, .. } if *outer != scope => {
+                    (scope, part) = (*outer, wire.clone());
+                    given = Some((scope, part.clone()));
+                }
+                _ => return given,
+            }
+        }
+    }
+}
+
+fn explain(mut warning: Diagnostic, default: &str, channels: ChannelSet) -> Diagnostic {
+    warning.message = format!("{}; {default}", warning.message);
+    let names: Vec<String> = channels.iter().map(|channel| format!("`{}`", channel.name())).collect();
+    let help = match names.len() {
+        0 => "connect that channel of the material".to_owned(),
+        _ => format!("connect that channel of the material; it has {}", names.join(", ")),
+    };
+    warning.help(help).as_warning()
+}

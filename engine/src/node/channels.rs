@@ -1,0 +1,37 @@
+//! Which channels materials have, followed from node to node without making any.
+use crate::value::{Channel, ChannelSet};
+
+/// The channels of the materials at a node's ports.
+#[derive(Clone, Copy, Debug)]
+pub struct MaterialInputs<'a> {
+    slots: &'a [(&'a str, ChannelSet)],
+}
+
+impl<'a> MaterialInputs<'a> {
+    /// Those of these slots: the name of the port that each belongs to, and the channels of its material.
+    pub fn new(slots: &'a [(&'a str, ChannelSet)]) -> Self {
+        Self { slots }
+    }
+
+    /// The channels of the materials at a port: none if there is none, those of all if it takes a list.
+    pub fn at(&self, port: &str) -> ChannelSet {
+        let slots = self.slots.iter().filter(|(name, _)| *name == port);
+        slots.fold(ChannelSet::NONE, |all, (_, channels)| all.union(*channels))
+    }
+
+    /// The channels of the materials at all ports.
+    pub fn all(&self) -> ChannelSet {
+        self.slots.iter().fold(ChannelSet::NONE, |all, (_, channels)| all.union(*channels))
+    }
+}
+
+/// A channel that a node takes from a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Taken {
+    /// The port of the material.
+    pub port: &'static str,
+    /// The parameter that names the channel.
+    pub field: &'static str,
+    /// The channel.
+    pub channel: Channel,
+}

@@ -1,0 +1,106 @@
+//! Calls of decoders that may panic.
+use super::limits::ReadError;
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Once;
+
+thread_local! {
+    /// How many guarded calls this thread is in.
+    static DEPTH: Cell<u32> = const { Cell::new(0) };
+}
+
+/// Counts a guarded call, also where it is left by a panic.
+struct Inside;
+
+impl Inside {
+    fn enter() -> Self {
+        DEPTH.with(|depth| depth.set(depth.get() + 1));
+        Self
+    }
+}
+
+impl Drop for Inside {
+    fn drop(&mut self) {
+        DEPTH.with(|depth| depth.set(depth.get() - 1));
+    }
+}
+
+/// Puts a panic hook before the one of the program, once: it drops the messages of threads that are in a guarded call and
+/// hands on all others.
+fn install_hook() {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let others = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            // A thread that ends has no counter any more, and is in no call.
+            if DEPTH.try_with(Cell::get).unwrap_or(0) == 0 {
+                others(panic);
+            }
+        }));
+    });
+}
+
+/// Runs a decoder. None is known to panic on what passes the checks made before; should one, the file is corrupt and
+/// nothing else has happened: the process goes on, and the panic's message is not printed.
+///
+/// `decode` must not wait for other threads. A thread that waits in a pool takes up other work meanwhile, and a panic of
+/// that work would be silent too.
+pub(super) fn guarded<T>(decode: impl FnOnce() -> Result<T, ReadError>) -> Result<T, ReadError> {
+    install_hook();
+    let _inside = Inside::enter();
+    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(ReadError::corrupt("its decoder gave up")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::Command;
+    use std::sync::Barrier;
+
+    const CHILD: &str = "SHIBO_TEST_GUARD";
+
+    fn quiet(message: &'static str) -> Result<(), ReadError> {
+        guarded(|| panic!("{message}"))
+    }
+
+    /// What the child process does: panics in and out of guarded calls, on several threads at once.
+    fn panics() {
+        let (before, after) = (Barrier::new(2), Barrier::new(2));
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                // This thread stays in its guarded call while the other one panics.
+                let _ = guarded::<()>(|| {
+                    before.wait();
+                    after.wait();
+                    panic!("quiet one")
+                });
+            });
+            before.wait();
+            assert!(catch_unwind(|| panic!("loud beside it")).is_err());
+            after.wait();
+        });
+        // One within another: the inner one leaves the outer one guarded.
+        let outer: Result<(), _> = guarded(|| {
+            assert!(quiet("quiet inner").is_err());
+            panic!("quiet outer")
+        });
+        assert!(outer.is_err());
+        rayon::scope(|scope| (0..8).for_each(|_| scope.spawn(|_| assert!(quiet("quiet pooled").is_err()))));
+        assert!(catch_unwind(|| panic!("loud at the end")).is_err());
+    }
+
+    #[test]
+    fn only_guarded_panics_are_silent() {
+        if std::env::var_os(CHILD).is_some() {
+            return panics();
+        }
+        let name = "picture::guard::tests::only_guarded_panics_are_silent";
+        let mut child = Command::new(std::env::current_exe().unwrap());
+        let output = child.args([name, "--exact", "--nocapture"]).env(CHILD, "1").output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        assert!(said.contains("loud beside it") && said.contains("loud at the end"), "{said}");
+        assert!(!said.contains("quiet"), "{said}");
+        assert_eq!(said.matches("panicked at").count(), 2, "the hook is called once for each: {said}");
+    }
+}

@@ -1,0 +1,101 @@
+//! PNG, decoded by the `image` crate, with the checks it leaves to its callers.
+mod chunks;
+
+use super::guard::guarded;
+use super::limits::{ReadError, ReadLimits};
+use super::raster::{from_image, header_of, limited, picture, samples};
+use super::{FileFormat, Header, Picture};
+use chunks::Chunks;
+use image::codecs::png::PngDecoder;
+use image::{ImageDecoder, Limits};
+use std::io::{BufRead, Cursor, Seek};
+
+/// DEFLATE makes at most 258 bytes of 2 bits; no PNG holds more than this many bytes for each of its own.
+const DEFLATE_RATIO: u64 = 1032;
+
+pub(super) fn header<R: BufRead + Seek>(reader: R) -> Result<Header, ReadError> {
+    guarded(|| header_of(&decoder(reader)?, FileFormat::Png))
+}
+
+pub(super) fn check<R: BufRead + Seek>(reader: &mut R, length: u64, limits: &ReadLimits) -> Result<Header, ReadError> {
+    let chunks = chunks::walk(reader, length)?;
+    let header = look(reader, &chunks, length, limits)?;
+    if let Some(colors) = chunks.short_palette {
+        reader.rewind().map_err(ReadError::Io)?;
+        guarded(|| check_indices(reader, colors))?;
+    }
+    Ok(header)
+}
+
+pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadError> {
+    let header = check(&mut Cursor::new(bytes), bytes.len() as u64, limits)?;
+    Ok(picture(&samples(|| decoder(Cursor::new(bytes)))?, header))
+}
+
+fn decoder<R: BufRead + Seek>(reader: R) -> Result<PngDecoder<R>, ReadError> {
+    // Bounds what the decoder itself keeps (text, profiles); the samples go to our own buffer.
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(64 << 20);
+    PngDecoder::with_limits(reader, limits).map_err(from_image)
+}
+
+/// The header, compared with the limits and with what the compressed samples can hold.
+fn look<R: BufRead + Seek>(
+    reader: &mut R,
+    chunks: &Chunks,
+    length: u64,
+    limits: &ReadLimits,
+) -> Result<Header, ReadError> {
+    reader.rewind().map_err(ReadError::Io)?;
+    let (header, stored_bits) = guarded(|| {
+        let decoder = decoder(reader)?;
+        // Judged by the stored depth: a picture of 1 bit takes an eighth of what it decodes to.
+        let stored_bits = u64::from(decoder.original_color_type().bits_per_pixel());
+        Ok((header_of(&decoder, FileFormat::Png)?, stored_bits))
+    })?;
+    limits.check(limited(&header, header.kind.bytes() as u64))?;
+    let needed = (u64::from(header.width) * stored_bits).div_ceil(8) * u64::from(header.height);
+    if needed > chunks.data.saturating_mul(DEFLATE_RATIO) {
+        return Err(ReadError::implausible(length, header.width, header.height));
+    }
+    Ok(header)
+}
+
+/// Refuses samples that name a colour which the palette does not have; the decoder would take them for black.
+fn check_indices<R: BufRead + Seek>(reader: R, colors: usize) -> Result<(), ReadError> {
+    let broken = |error: png::DecodingError| ReadError::damaged(error);
+    let mut reader = png::Decoder::new(reader).read_info().map_err(broken)?;
+    let info = reader.info();
+    let (width, bits, interlaced) = (info.width as usize, info.bit_depth as usize, info.interlaced);
+    let mut y = 0;
+    let mut check_row = |row: &[u8]| {
+        let found = (0..width).map(|x| (x, sample(row, x, bits))).find(|(_, index)| usize::from(*index) >= colors);
+        if let Some((x, index)) = found {
+            let message = format!(
+                "the pixel in column {x} of row {y} has colour {index} of the palette, which ends with colour {}",
+                colors - 1
+            );
+            return Err(ReadError::corrupt(message));
+        }
+        y += 1;
+        Ok(())
+    };
+    if !interlaced {
+        while let Some(row) = reader.next_row().map_err(broken)? {
+            check_row(row.data())?;
+        }
+        return Ok(());
+    }
+    // The rows of interlaced pictures are known when all passes are.
+    let size = reader.output_buffer_size().ok_or_else(|| ReadError::corrupt("it is too large"))?;
+    let mut bytes = vec![0; size];
+    let rows = reader.next_frame(&mut bytes).map_err(broken)?.line_size;
+    bytes.chunks_exact(rows).try_for_each(check_row)
+}
+
+/// A sample of 1, 2, 4 or 8 bits of a packed row; the first is in the highest bits.
+fn sample(row: &[u8], x: usize, bits: usize) -> u8 {
+    let at = x * bits;
+    let shift = 8 - bits - at % 8;
+    u8::try_from((u32::from(row[at / 8]) >> shift) & ((1 << bits) - 1)).unwrap_or(u8::MAX)
+}

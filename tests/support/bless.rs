@@ -1,0 +1,40 @@
+//! `BLESS=1` rewrites what tests compare with, where it differs from what is made now, and says what it rewrote; the test
+//! then passes. The same everywhere: golden pictures, the node reference, the marks in graph files with errors.
+#![allow(dead_code, clippy::unwrap_used, reason = "each test program uses a part of it, and fails by panicking")]
+use std::io::Write;
+use std::path::Path;
+
+/// Whether what differs is to be rewritten.
+pub(crate) fn blessing() -> bool {
+    std::env::var_os("BLESS").is_some_and(|value| value == "1")
+}
+
+/// Says what was done, also where the output of tests is not shown.
+pub(crate) fn say(what: &str, path: &Path) {
+    writeln!(std::io::stderr(), "BLESS: {what} {}", path.display()).unwrap();
+}
+
+/// Compares a text with the one that is kept at `path`; rewrites it, if that is asked for.
+pub(crate) fn compare(path: &Path, made: &[u8]) -> Result<(), String> {
+    let kept = std::fs::read(path).unwrap_or_default();
+    if kept == made {
+        return Ok(());
+    }
+    if blessing() {
+        std::fs::write(path, made).map_err(|error| format!("{}: {error}", path.display()))?;
+        say("rewrote", path);
+        return Ok(());
+    }
+    let same = kept.split(|byte| *byte == b'\n').zip(made.split(|byte| *byte == b'\n')).take_while(|(a, b)| a == b);
+    Err(format!("{} is out of date from line {} on; BLESS=1 rewrites it", path.display(), same.count() + 1))
+}
+
+/// Reports a file that nothing is compared with any more; removes it, if that is asked for.
+pub(crate) fn stray(path: &Path) -> Result<(), String> {
+    if blessing() {
+        std::fs::remove_file(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        say("removed", path);
+        return Ok(());
+    }
+    Err(format!("{} belongs to nothing; BLESS=1 removes it", path.display()))
+}

@@ -25,7 +25,7 @@ Examples:
   shibo render calf.ron --region 0,0,256,256           the top left corner
   shibo render veins.ron --output lines --format svg   segments, for plotters and engravers
 
-A second run of the same graph only copies files; after an edit, what is not downstream of it is not computed.";
+A second run of the same graph only copies files; after an edit, nothing costly is computed that is not downstream of it.";
 
 /// Render the outputs of a graph to picture files.
 #[derive(Args, Debug)]

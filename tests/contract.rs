@@ -3,10 +3,11 @@
 mod common;
 
 use common::bad;
+use common::facts::{declares_what_it_reads, reads_only_declared_facts};
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Keys, Silent, encode};
 use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
-use shibo_engine::node::{KindInfo, OutputType, ParamInfo, Role};
+use shibo_engine::node::{Fact, KindInfo, OutputType, ParamInfo, Role};
 use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::{Failure, Session, Settings};
 use shibo_engine::value::{Accepts, ChannelSet, Read, Resolution, Type, Value, Window};
@@ -466,12 +467,23 @@ fn verify_finds_nothing_in_a_graph_of_all_kinds() {
     }
 }
 
+#[test]
+fn what_changes_with_the_canvas_declares_it() {
+    assert_eq!(on_all(|registry, info| declares_what_it_reads(registry, info, None)), Vec::<String>::new());
+}
+
+#[test]
+fn no_node_reads_an_undeclared_fact() {
+    assert_eq!(on_all(reads_only_declared_facts), Vec::<String>::new());
+}
+
 /// All nodes, and those made to break the rules.
 fn with_bad_nodes() -> Registry {
     let bad = vec![
         Kind::of::<bad::Impure>(),
         Kind::of::<bad::Unwindowed>(),
         Kind::of::<bad::Infinite>(),
+        Kind::of::<bad::Curious>(),
         Kind::of::<bad::Greedy>(),
         Kind::of::<bad::Contrary>(),
     ];
@@ -491,6 +503,15 @@ fn bad_nodes_are_found() {
     let greedy = graph(&registry, info("Greedy"), UVec2::splat(8), None).unwrap();
     let refused = bytes(&session(with_bad_nodes(), 1), &greedy, 8).unwrap_err();
     assert!(refused.contains("reads more than it states"), "{refused}");
+    let curious = graph(&registry, info("Curious"), UVec2::splat(8), None).unwrap();
+    let refused = bytes(&session(with_bad_nodes(), 1), &curious, 8).unwrap_err();
+    assert!(refused.contains("`Curious` reads the size of the canvas, which it does not declare"), "{refused}");
+    // As if they declared less than they do: what leaked past the engine would be found.
+    for (kind, fact) in [("Perlin", Fact::Seed), ("Perlin", Fact::Tile), ("RandomPoints", Fact::Size)] {
+        let declared: Vec<Fact> = Fact::ALL.into_iter().filter(|other| *other != fact).collect();
+        assert!(declares_what_it_reads(&registry, info(kind), Some(&declared)).is_err(), "{kind} {fact:?}");
+        assert_eq!(declares_what_it_reads(&registry, info(kind), Some(&Fact::ALL)), Ok(()));
+    }
     let infinite = graph(&registry, info("Infinite"), UVec2::splat(8), None).unwrap();
     assert!(bytes(&session(with_bad_nodes(), 1), &infinite, 8).is_err());
     let impure = graph(&registry, info("Impure"), UVec2::splat(64), None).unwrap();

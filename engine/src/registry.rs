@@ -1,8 +1,12 @@
 //! Which kinds of nodes there are.
 use crate::node::Functions;
 use crate::node::{Arg, Built, KindInfo, Node};
+use crate::value::Key;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
+
+/// The fingerprint of this crate's code and of the libraries that it stands on.
+const CODE: &[u8] = env!("CODE_FINGERPRINT").as_bytes();
 
 /// A kind of node, as registered.
 pub struct Kind {
@@ -34,11 +38,17 @@ struct Entry {
 }
 
 /// All kinds that graph files may use.
-#[derive(Default)]
 pub struct Registry {
     families: Vec<(&'static str, &'static str)>,
     order: Vec<String>,
     entries: BTreeMap<String, Entry>,
+    code: Key,
+}
+
+impl Default for Registry {
+    fn default() -> Self {
+        Self { families: Vec::new(), order: Vec::new(), entries: BTreeMap::new(), code: Key::of("code", &[CODE]) }
+    }
 }
 
 impl Registry {
@@ -54,6 +64,18 @@ impl Registry {
             }
         }
         registry
+    }
+
+    /// The same, the code of its kinds having this fingerprint.
+    #[must_use]
+    pub fn with_code(mut self, fingerprint: &str) -> Self {
+        self.code = Key::of("code", &[self.code.as_bytes(), fingerprint.as_bytes()]);
+        self
+    }
+
+    /// What stands for the code of the engine and of the kinds: results of other code are not those of this one.
+    pub fn code(&self) -> Key {
+        self.code
     }
 
     /// Name and doc of the families, in order.

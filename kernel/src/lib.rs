@@ -18,3 +18,6 @@ pub mod strokes;
 pub mod surface;
 pub mod synthesis;
 pub mod wood;
+
+/// The fingerprint of this crate's code and of the libraries that it stands on.
+pub const CODE: &str = env!("CODE_FINGERPRINT");

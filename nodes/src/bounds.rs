@@ -1,11 +1,11 @@
 //! Bounds that parameters of several families have in common.
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::Canvas;
+use shibo_engine::node::CanvasFacts;
 
 /// Refuses a length that is more than half of the canvas' longer side: on a canvas that tiles, the same place would be
 /// read twice.
-pub(crate) fn at_most_half(name: &'static str, mm: f64, canvas: &Canvas) -> Vec<Problem> {
-    let most = 0.5 * canvas.size_mm.max_element();
+pub(crate) fn at_most_half(name: &'static str, mm: f64, canvas: &CanvasFacts) -> Vec<Problem> {
+    let most = 0.5 * canvas.size_mm().max_element();
     if mm <= most {
         return Vec::new();
     }

@@ -1,5 +1,5 @@
 //! What must hold for every field of every node, for use in unit tests.
-use crate::testing::{Plain, canvas, outputs};
+use crate::testing::{OnCanvas, Plain, canvas, outputs};
 use shibo_engine::node::Node;
 use shibo_engine::value::{Canvas, Evaluator, Field, Tile, Tiling, Type, Value, Window};
 
@@ -20,10 +20,10 @@ pub(crate) fn field<N: Node>(node: &N, inputs: &[Value], output: &str) -> Field 
 /// so wherever the node does.
 pub(crate) fn conforms<N: Node>(node: &N, inputs: &[Value]) {
     let canvas = canvas();
-    assert!(node.check(&canvas).is_empty());
+    assert!(node.check_on(&canvas).is_empty());
     for output in N::OUTPUTS {
         let field = field(node, inputs, output.name);
-        let promised = inputs.iter().fold(node.tiling(&canvas), |tiling, input| match input {
+        let promised = inputs.iter().fold(node.tiling_on(&canvas), |tiling, input| match input {
             Value::Field(input) => tiling.and(input.tiling()),
             _ => tiling,
         });

@@ -42,7 +42,10 @@ pub fn families() -> Vec<Family> {
     ]
 }
 
+/// The fingerprint of this crate's code and of the libraries that it stands on.
+pub const CODE: &str = env!("CODE_FINGERPRINT");
+
 /// All nodes.
 pub fn registry() -> Registry {
-    Registry::new(families())
+    Registry::new(families()).with_code(shibo_kernel::CODE).with_code(CODE)
 }

@@ -1,6 +1,6 @@
 //! Evaluating single nodes in unit tests, without a graph.
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{Context, Node, Outputs};
+use shibo_engine::node::{Call, DynNode, Node, Outputs};
 use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
 use shibo_engine::value::{Canvas, Evaluator, Field, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Value, Window};
 use std::sync::Arc;
@@ -85,8 +85,28 @@ impl Evaluator for Plain {
 /// A node's outputs, its ports being the slots 0, 1, … of `inputs` as they were connected by `port`.
 pub(crate) fn outputs<N: Node>(node: &N, inputs: &[Value], canvas: &Canvas) -> Result<Outputs, Stop> {
     let kind = N::schema_name();
-    node.evaluate(&Context { kind: &kind, canvas, inputs, files: &[], evaluator: &Plain })
+    DynNode::evaluate(node, &Call { kind: &kind, canvas, inputs, files: &[], evaluator: &Plain })
 }
+
+/// What a node says of a canvas, of which it sees the facts that it declares.
+pub(crate) trait OnCanvas: DynNode {
+    /// [`Node::check`].
+    fn check_on(&self, canvas: &Canvas) -> Vec<Problem> {
+        self.check(canvas)
+    }
+
+    /// [`Node::advice`].
+    fn advice_on(&self, canvas: &Canvas) -> Vec<Problem> {
+        self.advice(canvas)
+    }
+
+    /// [`Node::tiling`].
+    fn tiling_on(&self, canvas: &Canvas) -> Tiling {
+        self.tiling(canvas)
+    }
+}
+
+impl<N: Node> OnCanvas for N {}
 
 /// A port connected to slot `n`.
 #[allow(dead_code, reason = "the first nodes with ports use it")]

@@ -291,7 +291,8 @@ impl Scene {
             let channel = target.channel.map_or("", Channel::name);
             Key::of("channel", &[self.keys.output(target.node, target.output).as_bytes(), channel.as_bytes()])
         });
-        Key::of("preview", &[key.as_bytes(), format!("{} {:?}", field.ty(), grid.id()).as_bytes()]).to_string()
+        let parts: [&[u8]; 3] = [key.as_bytes(), field.ty().name().as_bytes(), &grid.id().to_bytes()];
+        Key::of("preview", &parts).to_string()
     }
 
     fn not_finite(&self, target: &Target, at: usize, size: UVec2) -> Failure {

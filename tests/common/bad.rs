@@ -1,7 +1,7 @@
 //! Nodes that break the rules of the house.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Node, Output, Outputs};
+use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -52,6 +52,23 @@ impl Node for Infinite {
 
     fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
         Ok(Outputs::one(gray(|out| out.data_mut().fill(f32::INFINITY))))
+    }
+}
+
+/// Reads the size of the canvas, which it does not declare.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub(crate) struct Curious {
+    pub(crate) value: f64,
+}
+
+impl Node for Curious {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "Depends on the size of the canvas.")];
+    const FACTS: &'static [Fact] = &[Fact::Tile, Fact::Seed];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let value = if cx.size_mm().x > 10.0 { 1.0 } else { 0.0 };
+        Ok(Outputs::one(Field::constant(Type::Gray, &[value])))
     }
 }
 

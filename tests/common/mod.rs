@@ -1,2 +1,3 @@
 //! Shared by tests.
 pub(crate) mod bad;
+pub(crate) mod facts;

@@ -2,6 +2,11 @@
 use crate::value::{Type, Value, objects};
 use std::sync::Arc;
 
+/// Whether values of a type are data, which [`encode`] makes bytes of.
+pub(super) const fn is_data(ty: Type) -> bool {
+    !ty.is_field() && !ty.is_solid() && !matches!(ty, Type::Picture | Type::Material)
+}
+
 /// Changes with the fields of any object.
 const FORM: u8 = 3;
 

@@ -1,19 +1,18 @@
 //! The cache on disk: shared by processes, bounded, and never trusted.
 //!
-//! An entry is a file `DIR/SHELF/xx/KEY`: its content, then a footer of a magic word, the content's length and its
-//! checksum. Entries are written under a temporary name and renamed; one that does not match its footer is removed and
-//! made again. When the cache outgrows its bound, the entries not used for longest go first.
-use crate::picture::AtomicFile;
+//! An entry is a file `DIR/SHELF/xx/NAME`: its content, then its [`Seal`]. Entries are written under a temporary name and
+//! renamed; one that does not match its seal is removed and made again. When the cache outgrows its bound, the entries not
+//! used for longest go first.
+use super::entry::{Digest, Digester};
+use super::{Seal, Shelf, Store};
+use crate::picture::{AtomicFile, remove_stale_temporaries};
 use crate::value::Key;
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
-/// Changes when the form of entries does, and tells byte orders apart.
-const MAGIC: u64 = 0x5348_4942_4f00_0001;
-const FOOTER: usize = 8 + 8 + 16;
 /// So much is written at once where it may be stopped: about a millisecond's work.
 const PART: usize = 1 << 20;
 
@@ -34,29 +33,23 @@ pub struct DiskUse {
     pub bytes: u64,
 }
 
-/// A folder of results by key.
+/// A folder of results by shelf and key.
 #[derive(Debug)]
 pub struct DiskCache {
     dir: PathBuf,
     bound: u64,
+    seal: Seal,
     written: AtomicU64,
     failures: AtomicU64,
 }
 
 impl DiskCache {
-    /// The shelf of objects.
-    pub const OBJECTS: &'static str = "objects";
-    /// The shelf of tiles.
-    pub const TILES: &'static str = "tiles";
-    /// The shelf of encoded pictures.
-    pub const FILES: &'static str = "files";
-    const SHELVES: [&'static str; 3] = [Self::OBJECTS, Self::TILES, Self::FILES];
-
-    /// The cache in `dir`, made if need be, kept below `bound` bytes.
+    /// The cache in `dir`, made if need be, kept below `bound` bytes. It reads and writes the entries of the build that
+    /// `seal` stands for, and counts and removes those of all builds.
     ///
     /// # Errors
     /// A folder that cannot be made or written.
-    pub fn open(dir: impl Into<PathBuf>, bound: u64) -> Result<Self, CacheError> {
+    pub fn open(dir: impl Into<PathBuf>, bound: u64, seal: Seal) -> Result<Self, CacheError> {
         let dir = dir.into();
         let probe = || {
             fs::create_dir_all(&dir)?;
@@ -64,14 +57,9 @@ impl DiskCache {
             AtomicFile::create(dir.join("probe")).map(drop)
         };
         match probe() {
-            Ok(()) => Ok(Self { dir, bound, written: AtomicU64::new(0), failures: AtomicU64::new(0) }),
+            Ok(()) => Ok(Self { dir, bound, seal, written: AtomicU64::new(0), failures: AtomicU64::new(0) }),
             Err(source) => Err(CacheError { dir: dir.display().to_string(), source }),
         }
-    }
-
-    /// The most bytes that it keeps.
-    pub fn bound(&self) -> u64 {
-        self.bound
     }
 
     /// How many entries could not be written.
@@ -79,98 +67,53 @@ impl DiskCache {
         self.failures.load(Ordering::Relaxed)
     }
 
-    fn path(&self, shelf: &str, key: Key) -> PathBuf {
-        let name = key.to_string();
-        self.dir.join(shelf).join(&name[..2]).join(&name[2..])
+    /// The file of an entry.
+    pub fn path(&self, shelf: Shelf, key: Key) -> PathBuf {
+        let name = self.seal.name(key).to_string();
+        self.dir.join(shelf.name()).join(&name[..2]).join(&name[2..])
     }
 
-    /// The content under `key`, if it is there and whole.
-    pub fn get(&self, shelf: &str, key: Key) -> Option<Vec<u8>> {
+    /// An entry that looks whole: the file at its content, the content's length, and the seal. One that does not is removed.
+    fn look(&self, path: &Path) -> Option<(File, u64, [u8; Seal::BYTES])> {
+        // Opening what is no file might wait for ever.
+        let length = fs::metadata(path).ok().filter(fs::Metadata::is_file)?.len();
+        let look = || -> io::Result<Option<_>> {
+            let Some(content) = length.checked_sub(Seal::BYTES as u64) else { return Ok(None) };
+            let mut file = File::open(path)?;
+            let mut seal = [0; Seal::BYTES];
+            file.seek(SeekFrom::Start(content))?;
+            file.read_exact(&mut seal)?;
+            file.rewind()?;
+            Ok(Some((file, content, seal)).filter(|_| Seal::length(&seal) == Some(content)))
+        };
+        look().ok()?.or_else(|| {
+            let _ = fs::remove_file(path);
+            None
+        })
+    }
+
+    fn create(&self, shelf: Shelf, key: Key) -> io::Result<AtomicFile> {
         let path = self.path(shelf, key);
-        let mut bytes = fs::read(&path).ok()?;
-        let Some(length) = bytes.len().checked_sub(FOOTER).filter(|&n| bytes[n..] == footer(&bytes[..n])[..]) else {
-            let _ = fs::remove_file(&path);
-            return None;
-        };
-        bytes.truncate(length);
-        touch(&path);
-        Some(bytes)
+        AtomicFile::create(&path).or_else(|error| {
+            let Some(folder) = path.parent().filter(|_| error.kind() == io::ErrorKind::NotFound) else {
+                return Err(error);
+            };
+            fs::create_dir_all(folder)?;
+            AtomicFile::create(&path)
+        })
     }
 
-    /// Keeps `content` under `key`. A failure costs time later, nothing else, so it is only counted.
-    pub fn put(&self, shelf: &str, key: Key, content: &[u8]) {
-        self.put_unless(shelf, key, content, &|| false);
+    /// Seals and names an entry whose content is written.
+    fn finish(&self, mut file: AtomicFile, shelf: Shelf, key: Key, content: &Digest) -> io::Result<u64> {
+        file.write_all(&self.seal.of(shelf, key, content))?;
+        file.commit()?;
+        Ok(content.length)
     }
 
-    /// The same, but it is left if `stopped` becomes true: a large result takes many milliseconds to write.
-    pub fn put_unless(&self, shelf: &str, key: Key, content: &[u8], stopped: &dyn Fn() -> bool) {
-        let write = || -> io::Result<bool> {
-            let mut file = self.create(shelf, key)?;
-            let mut hasher = blake3::Hasher::new();
-            for part in content.chunks(PART) {
-                if stopped() {
-                    return Ok(false);
-                }
-                hasher.update(part);
-                file.write_all(part)?;
-            }
-            file.write_all(&footer_of(content.len() as u64, &hasher.finalize()))?;
-            file.commit().map(|()| true)
-        };
-        match write() {
-            Ok(false) => {}
-            written => self.account(written.map(|_| ()), content.len() as u64),
-        }
-    }
-
-    /// Keeps a copy of the file `from` under `key`.
-    pub fn put_file(&self, key: Key, from: &Path) {
-        let copy = || -> io::Result<u64> {
-            let mut to = self.create(Self::FILES, key)?;
-            let (length, checksum) = copy_hashed(&mut File::open(from)?, &mut to, u64::MAX)?;
-            to.write_all(&footer_of(length, &checksum))?;
-            to.commit()?;
-            Ok(length)
-        };
-        match copy() {
-            Ok(length) => self.account(Ok(()), length),
-            Err(e) => self.account(Err(e), 0),
-        }
-    }
-
-    /// Puts the file under `key` at `to`; `false` if it is not there, or not whole.
-    ///
-    /// # Errors
-    /// `to` cannot be written.
-    pub fn copy_file(&self, key: Key, to: &Path) -> io::Result<bool> {
-        let path = self.path(Self::FILES, key);
-        let Ok(mut from) = File::open(&path) else { return Ok(false) };
-        let whole = from.metadata()?.len();
-        let Some(length) = whole.checked_sub(FOOTER as u64) else { return Ok(false) };
-        let mut target = AtomicFile::create(to)?;
-        let (copied, checksum) = copy_hashed(&mut from, &mut target, length)?;
-        let mut tail = Vec::new();
-        from.read_to_end(&mut tail)?;
-        if tail != footer_of(copied, &checksum) {
-            let _ = fs::remove_file(&path);
-            return Ok(false);
-        }
-        target.commit()?;
-        touch(&path);
-        Ok(true)
-    }
-
-    fn create(&self, shelf: &str, key: Key) -> io::Result<AtomicFile> {
-        let path = self.path(shelf, key);
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent)?;
-        }
-        AtomicFile::create(path)
-    }
-
-    fn account(&self, result: io::Result<()>, bytes: u64) {
-        match result {
-            Ok(()) => self.written.fetch_add(bytes, Ordering::Relaxed),
+    /// A failure costs time later, nothing else, so it is only counted.
+    fn account(&self, written: io::Result<u64>) {
+        match written {
+            Ok(bytes) => self.written.fetch_add(bytes, Ordering::Relaxed),
             Err(_) => self.failures.fetch_add(1, Ordering::Relaxed),
         };
     }
@@ -178,12 +121,17 @@ impl DiskCache {
     fn entries(&self) -> Vec<(SystemTime, u64, PathBuf)> {
         let list = |dir: &Path| fs::read_dir(dir).into_iter().flatten().flatten();
         let mut entries = Vec::new();
-        for shelf in Self::SHELVES {
-            for fan in list(&self.dir.join(shelf)) {
+        for shelf in Shelf::ALL {
+            for fan in list(&self.dir.join(shelf.name())) {
+                let mut temporary = false;
                 for entry in list(&fan.path()) {
+                    temporary |= entry.file_name().as_encoded_bytes().starts_with(b".");
                     let Ok(meta) = entry.metadata() else { continue };
                     let time = meta.modified().unwrap_or(SystemTime::UNIX_EPOCH);
                     entries.push((time, meta.len(), entry.path()));
+                }
+                if temporary {
+                    let _ = remove_stale_temporaries(&fan.path());
                 }
             }
         }
@@ -194,13 +142,6 @@ impl DiskCache {
     pub fn usage(&self) -> DiskUse {
         let entries = self.entries();
         DiskUse { entries: entries.len() as u64, bytes: entries.iter().map(|e| e.1).sum() }
-    }
-
-    /// Removes what has not been used for longest until it is below its bound; does nothing if nothing was written.
-    pub fn trim(&self) {
-        if self.written.swap(0, Ordering::Relaxed) > 0 {
-            self.trim_to(self.bound);
-        }
     }
 
     fn trim_to(&self, bound: u64) {
@@ -229,56 +170,152 @@ impl DiskCache {
     }
 }
 
+impl Store for DiskCache {
+    fn get(&self, shelf: Shelf, key: Key) -> Option<Vec<u8>> {
+        let path = self.path(shelf, key);
+        let (mut file, length, seal) = self.look(&path)?;
+        let mut content = Vec::new();
+        // A file may say that it is longer than any memory.
+        content.try_reserve_exact(usize::try_from(length).ok()?).ok()?;
+        let mut digest = Digester::default();
+        if (&mut file).take(length).read_to_end(&mut content).is_ok() {
+            digest.update(&content);
+        }
+        if self.seal.of(shelf, key, &digest.finish()) != seal {
+            let _ = fs::remove_file(&path);
+            return None;
+        }
+        touch(&file);
+        Some(content)
+    }
+
+    fn put(&self, shelf: Shelf, key: Key, content: &[u8], _spared: Duration, stopped: &dyn Fn() -> bool) {
+        let write = || -> io::Result<Option<u64>> {
+            let mut file = self.create(shelf, key)?;
+            let mut digest = Digester::default();
+            for part in content.chunks(PART) {
+                if stopped() {
+                    return Ok(None);
+                }
+                digest.update(part);
+                file.write_all(part)?;
+            }
+            self.finish(file, shelf, key, &digest.finish()).map(Some)
+        };
+        if let Some(written) = write().transpose() {
+            self.account(written);
+        }
+    }
+
+    fn remove(&self, shelf: Shelf, key: Key) {
+        let _ = fs::remove_file(self.path(shelf, key));
+    }
+
+    fn get_file(&self, key: Key, to: &Path) -> io::Result<bool> {
+        let path = self.path(Shelf::Files, key);
+        let Some((mut from, length, seal)) = self.look(&path) else { return Ok(false) };
+        let mut target = AtomicFile::create(to)?;
+        let digest = match copy(&mut from, &mut target, length) {
+            Ok(digest) => digest,
+            Err(Fault::Read(_)) => return Ok(false),
+            Err(Fault::Write(error)) => return Err(error),
+        };
+        if self.seal.of(Shelf::Files, key, &digest) != seal {
+            let _ = fs::remove_file(&path);
+            return Ok(false);
+        }
+        target.commit()?;
+        touch(&from);
+        Ok(true)
+    }
+
+    fn put_file(&self, key: Key, from: &Path, _spared: Duration) {
+        let copied = || -> io::Result<u64> {
+            let mut to = self.create(Shelf::Files, key)?;
+            let digest = copy(&mut File::open(from)?, &mut to, u64::MAX)?;
+            self.finish(to, Shelf::Files, key, &digest)
+        };
+        self.account(copied());
+    }
+
+    fn room(&self) -> u64 {
+        self.bound
+    }
+
+    /// Removes what has not been used for longest until it is below its bound; does nothing if nothing was written.
+    fn tidy(&self) {
+        if self.written.swap(0, Ordering::Relaxed) > 0 {
+            self.trim_to(self.bound);
+        }
+    }
+}
+
 /// Marks an entry as just used.
-fn touch(path: &Path) {
-    let _ = File::open(path).and_then(|file| file.set_modified(SystemTime::now()));
+fn touch(file: &File) {
+    let _ = file.set_modified(SystemTime::now());
 }
 
-fn footer(content: &[u8]) -> [u8; FOOTER] {
-    footer_of(content.len() as u64, &blake3::hash(content))
+/// Which end of a copy failed.
+enum Fault {
+    Read(io::Error),
+    Write(io::Error),
 }
 
-fn footer_of(length: u64, checksum: &blake3::Hash) -> [u8; FOOTER] {
-    let mut footer = [0; FOOTER];
-    footer[..8].copy_from_slice(&MAGIC.to_ne_bytes());
-    footer[8..16].copy_from_slice(&length.to_ne_bytes());
-    footer[16..].copy_from_slice(&checksum.as_bytes()[..16]);
-    footer
+impl From<Fault> for io::Error {
+    fn from(fault: Fault) -> Self {
+        let (Fault::Read(error) | Fault::Write(error)) = fault;
+        error
+    }
 }
 
-/// Copies at most `limit` bytes, and hashes them.
-fn copy_hashed(from: &mut File, to: &mut impl Write, limit: u64) -> io::Result<(u64, blake3::Hash)> {
-    let mut hasher = blake3::Hasher::new();
+/// Copies at most `limit` bytes.
+fn copy(from: &mut File, to: &mut impl Write, limit: u64) -> Result<Digest, Fault> {
+    let mut digest = Digester::default();
     let mut buffer = vec![0; 1 << 18];
-    let mut copied = 0;
-    while copied < limit {
-        let want = usize::try_from(limit - copied).map_or(buffer.len(), |n| n.min(buffer.len()));
-        let n = from.read(&mut buffer[..want])?;
+    let mut left = limit;
+    while left > 0 {
+        let want = usize::try_from(left).map_or(buffer.len(), |n| n.min(buffer.len()));
+        let n = from.read(&mut buffer[..want]).map_err(Fault::Read)?;
         if n == 0 {
             break;
         }
-        hasher.update(&buffer[..n]);
-        to.write_all(&buffer[..n])?;
-        copied += n as u64;
+        digest.update(&buffer[..n]);
+        to.write_all(&buffer[..n]).map_err(Fault::Write)?;
+        left -= n as u64;
     }
-    Ok((copied, hasher.finalize()))
+    Ok(digest.finish())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const NO_TIME: Duration = Duration::ZERO;
+
     fn key(word: &str) -> Key {
         Key::of("test", &[word.as_bytes()])
+    }
+
+    fn open(dir: &Path, bound: u64) -> DiskCache {
+        DiskCache::open(dir, bound, Seal::new(key("build"))).unwrap()
+    }
+
+    fn put(cache: &DiskCache, shelf: Shelf, word: &str, content: &[u8]) {
+        cache.put(shelf, key(word), content, NO_TIME, &|| false);
     }
 
     #[test]
     fn gives_back_what_was_put() {
         let dir = tempfile::tempdir().unwrap();
-        let cache = DiskCache::open(dir.path(), 1 << 20).unwrap();
-        cache.put(DiskCache::OBJECTS, key("a"), b"content");
-        assert_eq!(cache.get(DiskCache::OBJECTS, key("a")).unwrap(), b"content");
-        assert_eq!(cache.get(DiskCache::OBJECTS, key("b")), None);
+        let cache = open(dir.path(), 1 << 20);
+        put(&cache, Shelf::Objects, "a", b"content");
+        assert_eq!(cache.get(Shelf::Objects, key("a")).unwrap(), b"content");
+        assert_eq!(cache.get(Shelf::Objects, key("b")), None);
+        assert_eq!(cache.get(Shelf::Tiles, key("a")), None);
+        cache.remove(Shelf::Objects, key("a"));
+        assert_eq!(cache.get(Shelf::Objects, key("a")), None);
+        put(&cache, Shelf::Tiles, "a", b"");
+        assert_eq!(cache.get(Shelf::Tiles, key("a")).unwrap(), b"");
         assert_eq!(cache.clear().entries, 1);
         assert_eq!(cache.usage().entries, 0);
     }
@@ -286,65 +323,133 @@ mod tests {
     #[test]
     fn damaged_entries_are_removed_not_served() {
         let dir = tempfile::tempdir().unwrap();
-        let cache = DiskCache::open(dir.path(), 1 << 20).unwrap();
-        for damage in [0usize, 3, 20] {
-            cache.put(DiskCache::OBJECTS, key("a"), b"content");
-            let path = cache.path(DiskCache::OBJECTS, key("a"));
-            let mut bytes = fs::read(&path).unwrap();
-            bytes[damage] ^= 1;
+        let cache = open(dir.path(), 1 << 20);
+        let path = cache.path(Shelf::Objects, key("a"));
+        put(&cache, Shelf::Objects, "a", b"content");
+        let good = fs::read(&path).unwrap();
+        let damaged = (0..good.len()).map(|at| {
+            let mut bytes = good.clone();
+            bytes[at] ^= 1;
+            bytes
+        });
+        let cut = (0..good.len()).map(|at| good[..at].to_vec());
+        let longer = [[&good[..], b"x"].concat(), [b"x", &good[..]].concat(), [&good[..], &good[..]].concat()];
+        for bytes in damaged.chain(cut).chain(longer) {
             fs::write(&path, &bytes).unwrap();
-            assert_eq!(cache.get(DiskCache::OBJECTS, key("a")), None, "byte {damage}");
+            assert_eq!(cache.get(Shelf::Objects, key("a")), None, "{bytes:?}");
             assert!(!path.exists());
         }
-        cache.put(DiskCache::OBJECTS, key("a"), b"content");
-        let path = cache.path(DiskCache::OBJECTS, key("a"));
-        fs::write(&path, b"short").unwrap();
-        assert_eq!(cache.get(DiskCache::OBJECTS, key("a")), None);
+        fs::write(&path, &good).unwrap();
+        assert_eq!(cache.get(Shelf::Objects, key("a")).unwrap(), b"content");
+    }
+
+    #[test]
+    fn an_entry_is_believed_in_its_own_place_only() {
+        let dir = tempfile::tempdir().unwrap();
+        let cache = open(dir.path(), 1 << 20);
+        let other = DiskCache::open(dir.path(), 1 << 20, Seal::new(key("another build"))).unwrap();
+        put(&cache, Shelf::Tiles, "a", b"content");
+        let good = cache.path(Shelf::Tiles, key("a"));
+        assert_eq!(other.get(Shelf::Tiles, key("a")), None);
+        assert!(good.exists(), "another build's entries are left alone");
+        let places = [
+            (&cache, Shelf::Tiles, key("b")),
+            (&cache, Shelf::Objects, key("a")),
+            (&cache, Shelf::Files, key("a")),
+            (&cache, Shelf::Channels, key("a")),
+            (&other, Shelf::Tiles, key("a")),
+        ];
+        for (cache, shelf, key) in places {
+            let path = cache.path(shelf, key);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::copy(&good, &path).unwrap();
+            let to = dir.path().join("to");
+            let found =
+                if shelf == Shelf::Files { cache.get_file(key, &to).unwrap() } else { cache.get(shelf, key).is_some() };
+            assert!(!found && !path.exists() && !to.exists(), "{shelf:?}");
+        }
+        assert_eq!(cache.get(Shelf::Tiles, key("a")).unwrap(), b"content");
     }
 
     #[test]
     fn files_are_copied_whole_or_not_at_all() {
         let dir = tempfile::tempdir().unwrap();
-        let cache = DiskCache::open(dir.path().join("cache"), 1 << 20).unwrap();
+        let cache = open(&dir.path().join("cache"), 1 << 20);
         let (from, to) = (dir.path().join("from"), dir.path().join("to"));
         fs::write(&from, vec![7; 300_000]).unwrap();
-        cache.put_file(key("f"), &from);
-        assert!(cache.copy_file(key("f"), &to).unwrap());
+        cache.put_file(key("f"), &from, NO_TIME);
+        assert!(cache.get_file(key("f"), &to).unwrap());
         assert_eq!(fs::read(&to).unwrap(), vec![7; 300_000]);
-        let path = cache.path(DiskCache::FILES, key("f"));
+        let path = cache.path(Shelf::Files, key("f"));
         let mut bytes = fs::read(&path).unwrap();
         bytes[1000] = 8;
         fs::write(&path, bytes).unwrap();
         fs::write(&to, b"old").unwrap();
-        assert!(!cache.copy_file(key("f"), &to).unwrap());
+        assert!(!cache.get_file(key("f"), &to).unwrap());
         assert_eq!(fs::read(&to).unwrap(), b"old");
+        // A file that cannot be read is not kept, one that cannot be written is told.
+        cache.put_file(key("g"), &dir.path().join("none"), NO_TIME);
+        assert!(!cache.get_file(key("g"), &to).unwrap());
+        cache.put_file(key("f"), &from, NO_TIME);
+        assert!(cache.get_file(key("f"), &dir.path().join("none/to")).is_err());
     }
 
     #[test]
     fn what_is_stopped_is_not_kept() {
         let dir = tempfile::tempdir().unwrap();
-        let cache = DiskCache::open(dir.path(), 1 << 30).unwrap();
+        let cache = open(dir.path(), 1 << 30);
         let content: Vec<u8> = (0..3 * PART + 5).map(|i| u8::try_from(i % 251).unwrap()).collect();
         let asked = std::cell::Cell::new(0);
-        cache.put_unless(DiskCache::OBJECTS, key("a"), &content, &|| {
+        cache.put(Shelf::Objects, key("a"), &content, NO_TIME, &|| {
             asked.set(asked.get() + 1);
             asked.get() > 2
         });
-        assert_eq!((asked.get(), cache.get(DiskCache::OBJECTS, key("a")), cache.failures()), (3, None, 0));
+        assert_eq!((asked.get(), cache.get(Shelf::Objects, key("a")), cache.failures()), (3, None, 0));
         assert_eq!(cache.usage().entries, 0);
-        cache.put_unless(DiskCache::OBJECTS, key("a"), &content, &|| false);
-        assert_eq!(cache.get(DiskCache::OBJECTS, key("a")).unwrap(), content);
+        put(&cache, Shelf::Objects, "a", &content);
+        assert_eq!(cache.get(Shelf::Objects, key("a")).unwrap(), content);
     }
 
     #[test]
     fn stays_below_its_bound() {
         let dir = tempfile::tempdir().unwrap();
-        let cache = DiskCache::open(dir.path(), 10_000).unwrap();
-        for i in 0..40 {
-            cache.put(DiskCache::TILES, key(&i.to_string()), &[0; 1000]);
-        }
-        cache.trim();
+        let cache = open(dir.path(), 10_000);
+        (0..40).for_each(|i| put(&cache, Shelf::Tiles, &i.to_string(), &[0; 1000]));
+        cache.tidy();
         assert!(cache.usage().bytes <= 10_000);
         assert!(cache.usage().entries > 0);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_is_no_entry_is_in_nobodys_way() {
+        let dir = tempfile::tempdir().unwrap();
+        let cache = open(dir.path(), 1 << 20);
+        let path = cache.path(Shelf::Objects, key("a"));
+        // A folder in an entry's place: nothing can be kept there, and nothing fails.
+        fs::create_dir_all(&path).unwrap();
+        put(&cache, Shelf::Objects, "a", b"content");
+        assert_eq!((cache.get(Shelf::Objects, key("a")), cache.failures()), (None, 1));
+        fs::remove_dir(&path).unwrap();
+        // A pipe, which nobody ever writes to.
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        assert_eq!(cache.get(Shelf::Objects, key("a")), None);
+        fs::remove_file(&path).unwrap();
+        // A file that is longer than any memory, and says so.
+        put(&cache, Shelf::Objects, "a", b"content");
+        let seal = fs::read(&path).unwrap().split_off(7);
+        let length = 1_u64 << 43;
+        let file = File::create(&path).unwrap();
+        file.set_len(length).unwrap();
+        let mut file = fs::OpenOptions::new().append(true).open(&path).unwrap();
+        file.write_all(&[&seal[..8], &length.to_ne_bytes(), &seal[16..]].concat()).unwrap();
+        assert_eq!(cache.get(Shelf::Objects, key("a")), None);
+        // What a process left that was killed goes at the next tidying, and what a live one is writing stays.
+        let folder = path.parent().unwrap();
+        fs::write(folder.join(".x.4294967295.0.tmp"), "").unwrap();
+        fs::write(folder.join(".x.1.0.tmp"), "").unwrap();
+        put(&cache, Shelf::Objects, "b", b"content");
+        cache.tidy();
+        assert!(folder.join(".x.1.0.tmp").exists() && !folder.join(".x.4294967295.0.tmp").exists());
     }
 }

@@ -3,7 +3,7 @@ use super::Event;
 use super::run::Run;
 use crate::diagnostics::{Code, Problem};
 use crate::graph::GraphNode;
-use crate::node::{Context, Outputs};
+use crate::node::{Call, Outputs};
 use crate::value::{Cuts, Evaluator, Field, Grid, Key, Pictures, Read, Stop, Tile, Value, Window};
 use cpu_time::ProcessTime;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -88,7 +88,7 @@ impl Run<'_> {
     pub fn apply(&self, node: &GraphNode, inputs: &[Value], key: Key) -> Result<Outputs, Stop> {
         let evaluator = NodeEvaluator { run: self, node, key, alone: false, nested: AtomicU64::new(0) };
         let (canvas, files) = (&self.graph.canvas, &node.files);
-        node.node.evaluate(&Context { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator })
+        node.node.evaluate(&Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator })
     }
 }
 

@@ -8,8 +8,10 @@ use petgraph::visit::Topo;
 use std::fs::File;
 use std::path::Path;
 
-/// What keys of one program version have in common; another version's caches are not read.
-const DOMAIN: &str = concat!("shibo ", env!("CARGO_PKG_VERSION"));
+/// Names the way in which keys are derived, after the version that began with it. It is not the version of the program: the
+/// same graph has the same keys in every build, and pictures tell of them. What keeps the results of builds apart is the
+/// seal of their entries ([`Seal`](super::Seal)).
+const DOMAIN: &str = "shibo 0.1.0";
 
 /// The keys of the outputs of every node of a graph.
 #[derive(Debug, Default)]

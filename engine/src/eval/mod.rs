@@ -2,11 +2,14 @@
 //!
 //! [`Keys`] names the result of every node without computing it. A [`Run`] makes the values that are wanted: objects
 //! first, in parallel where they are independent, then tiles of fields, in parallel, each on one thread. What has its
-//! key in the [`MemoryCache`] or in the [`DiskCache`] is not computed.
+//! key in the [`MemoryCache`] or in the [`Store`], a [`DiskCache`] for now, is not computed.
 mod cancel;
 mod codec;
 mod disk;
+mod entry;
 mod evaluators;
+mod keep;
+mod kept;
 mod keys;
 mod memory;
 mod passing;
@@ -14,16 +17,19 @@ mod prepare;
 mod run;
 mod schedule;
 mod stats;
+mod store;
 mod tiles;
 
 pub use cancel::CancelToken;
 pub use codec::{decode, encode};
 pub use disk::{CacheError, DiskCache, DiskUse};
+pub use entry::{Digest, Digester, Seal, Shelf};
 pub use keys::Keys;
 pub use memory::{MemoryCache, TileKey};
 pub use passing::Passing;
 pub use run::{Caches, Run};
 pub use stats::{NodeState, NodeStats};
+pub use store::{Layers, MemoryStore, Store};
 
 /// What an observer is told while a graph is evaluated.
 #[derive(Clone, Debug)]

@@ -1,11 +1,12 @@
 //! One evaluation of a graph.
 use super::evaluators::{Clock, NodeEvaluator};
+use super::keep::Keeper;
 use super::prepare::Known;
 use super::stats::{Ledger, Work};
-use super::{CancelToken, DiskCache, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, codec, keys};
+use super::{CancelToken, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, Store, keys};
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::graph::{Graph, GraphNode, Input};
-use crate::node::{Context, Outputs};
+use crate::node::{Call, Outputs};
 use crate::value::{Blocks, Cuts, Field, Grid, Key, Material, PictureFields, Piece, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
@@ -14,15 +15,20 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Duration;
 
-/// An object that takes less to make is not written to disk.
-const DISK_OBJECT: Duration = Duration::from_micros(700);
-
 /// Where results are kept between runs.
 pub struct Caches {
     /// In memory.
     pub memory: MemoryCache,
-    /// On disk, if there is a folder.
-    pub disk: Option<DiskCache>,
+    /// Beyond the process, if there is a place.
+    pub store: Option<Box<dyn Store>>,
+    pub(super) keeper: Keeper,
+}
+
+impl Caches {
+    /// Caches that hold nothing yet but what is in `store`.
+    pub fn new(memory: MemoryCache, store: Option<Box<dyn Store>>) -> Self {
+        Self { memory, store, keeper: Keeper::default() }
+    }
 }
 
 /// One evaluation of a graph. To be used inside the thread pool that shall do the work.
@@ -74,8 +80,9 @@ impl<'g> Run<'g> {
         self.keys
     }
 
-    /// Takes a value out of the caches.
-    pub(super) fn fetch(&self, key: Key) -> bool {
+    /// Takes the value of an output out of the caches.
+    pub(super) fn fetch(&self, node: NodeIndex, output: usize) -> bool {
+        let key = self.keys.output(node, output);
         if lock(&self.values).contains_key(&key) {
             return true;
         }
@@ -87,10 +94,7 @@ impl<'g> Run<'g> {
             lock(&self.values).insert(key, value);
             return true;
         }
-        let disk = self.caches.disk.as_ref();
-        let Some(value) = disk.and_then(|disk| codec::decode(&disk.get(DiskCache::OBJECTS, key)?)) else {
-            return false;
-        };
+        let Some(value) = self.stored_object(key, self.graph.nodes[node].outputs[output]) else { return false };
         self.ledger.add(key, Work { disk: 1, ..Work::default() });
         memory.insert(key, value.clone());
         lock(&self.values).insert(key, value);
@@ -109,7 +113,7 @@ impl<'g> Run<'g> {
         let inputs: Vec<Value> = node.inputs.iter().map(|input| self.input(input)).collect();
         let evaluator =
             NodeEvaluator { run: self, node, key: self.keys.output(index, 0), alone, nested: AtomicU64::new(0) };
-        let context = Context {
+        let call = Call {
             kind: &node.kind,
             canvas: &self.graph.canvas,
             inputs: &inputs,
@@ -121,7 +125,7 @@ impl<'g> Run<'g> {
         // What a node hands on has the key of its input: it must be that, whatever the node would make of it.
         let outputs = match handed_on {
             Some(_) if node.outputs.len() == 1 => Outputs::default(),
-            _ => node.node.evaluate(&context)?,
+            _ => node.node.evaluate(&call)?,
         };
         let time = start.elapsed().saturating_sub(Duration::from_nanos(evaluator.nested.load(Ordering::Relaxed)));
         let mut object = false;
@@ -135,6 +139,7 @@ impl<'g> Run<'g> {
             object |= is_object(value);
             self.keep(key, keyed(value, key), time);
         }
+        self.caches.keeper.made(time);
         let work = Work { time, computed: u64::from(object), ..Work::default() };
         self.ledger.add(self.keys.output(index, 0), work);
         if object {
@@ -144,11 +149,7 @@ impl<'g> Run<'g> {
     }
 
     fn keep(&self, key: Key, value: Value, time: Duration) {
-        if let (Some(disk), true) = (&self.caches.disk, time >= DISK_OBJECT && !self.cancel.is_cancelled())
-            && let Some(bytes) = codec::encode(&value)
-        {
-            disk.put_unless(DiskCache::OBJECTS, key, &bytes, &|| self.cancel.is_cancelled());
-        }
+        self.keep_object(key, &value, time);
         self.caches.memory.objects.insert(key, value.clone());
         lock(&self.values).insert(key, value);
     }
@@ -220,6 +221,11 @@ impl<'g> Run<'g> {
                 }
             }
         }
+    }
+
+    /// The CPU time of the nodes' code so far.
+    pub fn spent(&self) -> Duration {
+        self.ledger.spent()
     }
 
     /// What was done for each node, in the order of the graph.

@@ -31,7 +31,7 @@ impl Run<'_> {
         let mut missing = Vec::new();
         let (mut seen, mut listed) = (HashSet::new(), HashSet::new());
         while let Some((node, output)) = open.pop() {
-            if !seen.insert((node, output)) || self.fetch(self.keys.output(node, output)) {
+            if !seen.insert((node, output)) || self.fetch(node, output) {
                 continue;
             }
             if listed.insert(node) {

@@ -61,6 +61,12 @@ impl Ledger {
         map.entry(key).or_default().add(work);
     }
 
+    /// The time of all work.
+    pub(super) fn spent(&self) -> Duration {
+        let map = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        map.values().map(|work| work.time).sum()
+    }
+
     pub(super) fn get(&self, key: Key) -> Work {
         let map = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         map.get(&key).copied().unwrap_or_default()

@@ -3,21 +3,17 @@
 //! A tile is made on one thread, by a stack of its own of what is under way ([`Frame`]): a graph may be as deep as it
 //! likes. No code that fills a tile starts parallel work, so a thread that waits for a tile of another never holds up the
 //! pool; and since a tile waits only for those that it is made from, no two threads wait for each other.
+use super::MemoryCache;
 use super::memory::{Guard, TileKey};
 use super::run::Run;
 use super::stats::Work;
-use super::{DiskCache, MemoryCache};
 use crate::diagnostics::{Code, Problem};
-use crate::value::{Blocks, Cost, Field, Given, Grid, Key, Piece, Read, Stop, TILE, Tile, Window};
+use crate::value::{Blocks, Cost, Field, Given, Grid, Key, Piece, Read, Stop, Tile, Window};
 use cpu_time::ThreadTime;
 use quick_cache::sync::GuardResult;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The time that reading a tile back from disk takes at the most: what is made faster is not worth keeping.
-const DISK_READ: Duration = Duration::from_micros(150);
-/// A node that takes less in all is not worth keeping either.
-const DISK_NODE: Duration = Duration::from_millis(1);
 /// A tile that reads more pixels at once, by a window that depends on values, is made in parts.
 const MOST_PIXELS: usize = 1 << 22;
 
@@ -72,15 +68,12 @@ struct Fill<'f, 'r> {
     tiles: Vec<Arc<Tile>>,
     narrowed: bool,
     halves: Option<Halves>,
-    start: ThreadTime,
 }
 
 /// Where a tile is kept when it is made.
 struct Keep<'r> {
-    key: Key,
     at: TileKey,
     guard: Option<Guard<'r>>,
-    disk: Option<&'r DiskCache>,
 }
 
 /// A tile that is made in two parts, since one would read too much at once.
@@ -164,8 +157,7 @@ impl Run<'_> {
             GuardResult::Timeout => None,
         };
         let window = Piece::window(x, y);
-        let disk = self.caches.disk.as_ref().filter(|disk| worth_keeping(field, grid, disk));
-        if let Some(tile) = disk.and_then(|disk| from_disk(disk, at.name(), grid, window, field.channels())) {
+        if let Some(tile) = self.stored_tile(&at, field, grid, window) {
             self.ledger.add(owner, Work { disk: 1, ..Work::default() });
             let tile = Arc::new(tile);
             if let Some(guard) = guard {
@@ -173,7 +165,7 @@ impl Run<'_> {
             }
             return Ok(Ok(tile));
         }
-        self.fill(Read::new(field, grid, window), owner, Some(Keep { key, at, guard, disk }), true).map(Err)
+        self.fill(Read::new(field, grid, window), owner, Some(Keep { at, guard }), true).map(Err)
     }
 
     fn fill<'f, 's>(
@@ -186,18 +178,8 @@ impl Run<'_> {
         self.cancel.check()?;
         let wanted = read.field.source().inputs(&read.grid, read.window);
         let tiles = Vec::with_capacity(wanted.len());
-        let start = ThreadTime::now();
-        Ok(Frame::Fill(Box::new(Fill {
-            read,
-            owner,
-            keep,
-            counts,
-            wanted,
-            tiles,
-            narrowed: false,
-            halves: None,
-            start,
-        })))
+        let (narrowed, halves) = (false, None);
+        Ok(Frame::Fill(Box::new(Fill { read, owner, keep, counts, wanted, tiles, narrowed, halves })))
     }
 
     /// The bytes that may be kept in tiles.
@@ -242,9 +224,10 @@ impl<'f> Fill<'f, '_> {
             return Ok(Step::Want(want));
         }
         let Read { field, grid, window } = self.read;
+        let keeper = &run.caches.keeper;
         let mut own = Duration::ZERO;
-        let tile = match self.halves.take() {
-            Some(halves) => halves.out,
+        let (tile, debt) = match self.halves.take() {
+            Some(halves) => (halves.out, keeper.owed(field, &grid, window)),
             None => {
                 let start = ThreadTime::now();
                 let mut tile = Tile::new(grid, window, field.channels());
@@ -254,7 +237,7 @@ impl<'f> Fill<'f, '_> {
                     }
                 })?;
                 own = start.elapsed();
-                tile
+                (tile, keeper.filled(field, &grid, window, own))
             }
         };
         let computed = u64::from(self.counts);
@@ -262,8 +245,12 @@ impl<'f> Fill<'f, '_> {
             run.ledger.add(self.owner, Work { time: own, computed, ..Work::default() });
         }
         let tile = Arc::new(tile);
-        if let Some(keep) = self.keep.take() {
-            keep.put(run, &self.read, &tile, own, self.start.elapsed());
+        if let Some(Keep { at, guard }) = self.keep.take() {
+            if let Some(guard) = guard {
+                let _ = guard.insert(tile.clone());
+            }
+            // Those who wait for the tile have it now.
+            run.keep_tile(&at, field, &tile, debt);
         }
         Ok(Step::Done(tile))
     }
@@ -308,38 +295,4 @@ impl<'f> Fill<'f, '_> {
         let read = self.wanted.get(self.tiles.len());
         Ok(read.map(|read| Want { read: *read, owner: self.owner, how: How::Best }))
     }
-}
-
-impl Keep<'_> {
-    /// Keeps a tile that took `own` to fill and `all` together with what it was made from.
-    fn put(self, run: &Run<'_>, read: &Read<'_>, tile: &Arc<Tile>, own: Duration, all: Duration) {
-        // What several nodes read stands for all that is before it.
-        let spared = if run.is_shared(self.key, &read.grid) { all } else { own };
-        if let Some(disk) = self.disk.filter(|_| spared >= DISK_READ.max(DISK_NODE / tiles(&read.grid))) {
-            disk.put(DiskCache::TILES, self.at.name(), bytemuck::cast_slice(tile.data()));
-        }
-        if let Some(guard) = self.guard {
-            let _ = guard.insert(tile.clone());
-        }
-    }
-}
-
-/// Whether all tiles of a field have room on disk beside those of others.
-fn worth_keeping(field: &Field, grid: &Grid, disk: &DiskCache) -> bool {
-    grid.period.is_some_and(|p| u64::from(p.x) * u64::from(p.y) * 4 * field.channels() as u64 <= disk.bound() / 32)
-}
-
-fn from_disk(disk: &DiskCache, name: Key, grid: &Grid, window: Window, channels: usize) -> Option<Tile> {
-    let bytes = disk.get(DiskCache::TILES, name)?;
-    let mut tile = Tile::new(*grid, window, channels);
-    if bytes.len() != size_of_val(tile.data()) {
-        return None;
-    }
-    bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut()).copy_from_slice(&bytes);
-    Some(tile)
-}
-
-/// How many tiles cover the canvas.
-fn tiles(grid: &Grid) -> u32 {
-    grid.period.map_or(1, |p| p.x.div_ceil(TILE).saturating_mul(p.y.div_ceil(TILE))).max(1)
 }

@@ -1,5 +1,5 @@
 //! From the arguments of a node in a graph file to its struct, and the struct without its type.
-use super::{Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, Taken};
+use super::{Call, CanvasFacts, Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, Taken};
 use crate::diagnostics::Problem;
 use crate::value::{Canvas, ChannelSet, Stop, Tiling};
 use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
@@ -75,7 +75,7 @@ pub trait DynNode: Send + Sync {
     /// See [`Node::no_op`].
     fn no_op(&self) -> Option<&'static str>;
     /// See [`Node::evaluate`].
-    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop>;
+    fn evaluate(&self, call: &Call<'_>) -> Result<Outputs, Stop>;
 }
 
 impl<T: Node> DynNode for T {
@@ -96,15 +96,23 @@ impl<T: Node> DynNode for T {
     }
 
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        Node::check(self, canvas)
+        let facts = CanvasFacts::of::<T>(canvas);
+        let mut problems = Node::check(self, &facts);
+        // Where it tiles is part of its result too, and what it reads for that is checked here once for all.
+        Node::tiling(self, &facts);
+        problems.extend(facts.defect(&T::schema_name()));
+        problems
     }
 
     fn advice(&self, canvas: &Canvas) -> Vec<Problem> {
-        Node::advice(self, canvas)
+        let facts = CanvasFacts::of::<T>(canvas);
+        let mut problems = Node::advice(self, &facts);
+        problems.extend(facts.defect(&T::schema_name()));
+        problems
     }
 
     fn tiling(&self, canvas: &Canvas) -> Tiling {
-        Node::tiling(self, canvas)
+        Node::tiling(self, &CanvasFacts::of::<T>(canvas))
     }
 
     fn files(&self) -> Vec<(&'static str, &FilePath)> {
@@ -135,8 +143,13 @@ impl<T: Node> DynNode for T {
         Node::no_op(self)
     }
 
-    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        Node::evaluate(self, cx)
+    fn evaluate(&self, call: &Call<'_>) -> Result<Outputs, Stop> {
+        let facts = CanvasFacts::of::<T>(call.canvas);
+        let outputs = Node::evaluate(self, &Context::new(call, &facts));
+        match facts.defect(call.kind) {
+            Some(defect) => Err(defect.into()),
+            None => outputs,
+        }
     }
 }
 

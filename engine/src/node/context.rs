@@ -1,15 +1,15 @@
 //! What a node sees while it is evaluated.
-use super::{In, PortType};
+use super::{CanvasFacts, In, PortType};
 use crate::diagnostics::{Code, Problem};
 use crate::value::{Accepts, Canvas, Cut, Evaluator, Field, Key, Solid, Stop, Tiling, Type, Value};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
 
-/// What a node sees while it is evaluated: its inputs, its files, the facts of the canvas, and the engine.
-pub struct Context<'a> {
+/// What the engine hands over to have a node evaluated. The node sees a [`Context`] of it.
+pub struct Call<'a> {
     /// The kind of the node.
     pub kind: &'a str,
-    /// The canvas. A node may read only the facts that it declares.
+    /// The canvas.
     pub canvas: &'a Canvas,
     /// The values at its ports, by slot.
     pub inputs: &'a [Value],
@@ -17,6 +17,24 @@ pub struct Context<'a> {
     pub files: &'a [(&'static str, PathBuf)],
     /// The engine.
     pub evaluator: &'a dyn Evaluator,
+}
+
+/// What a node sees while it is evaluated: its inputs, its files, the facts of the canvas that it declares, and the engine.
+pub struct Context<'a> {
+    /// What it may know of the canvas.
+    pub canvas: &'a CanvasFacts,
+    /// The engine.
+    pub evaluator: &'a dyn Evaluator,
+    kind: &'a str,
+    inputs: &'a [Value],
+    files: &'a [(&'static str, PathBuf)],
+}
+
+impl<'a> Context<'a> {
+    /// What a node sees of a call.
+    pub(super) fn new(call: &Call<'a>, canvas: &'a CanvasFacts) -> Self {
+        Self { canvas, evaluator: call.evaluator, kind: call.kind, inputs: call.inputs, files: call.files }
+    }
 }
 
 impl Context<'_> {
@@ -44,17 +62,17 @@ impl Context<'_> {
 
     /// The size of the canvas in mm.
     pub fn size_mm(&self) -> DVec2 {
-        self.canvas.size_mm
+        self.canvas.size_mm()
     }
 
     /// The directions in which the result must repeat.
     pub fn tiling(&self) -> Tiling {
-        self.canvas.tile
+        self.canvas.tile()
     }
 
     /// The seed for random numbers: of the canvas' seed, the kind and the node's `seed` parameter.
     pub fn seed(&self, seed: u64) -> u64 {
-        let key = Key::of("seed", &[&self.canvas.seed.to_le_bytes(), self.kind.as_bytes(), &seed.to_le_bytes()]);
+        let key = Key::of("seed", &[&self.canvas.seed().to_le_bytes(), self.kind.as_bytes(), &seed.to_le_bytes()]);
         let mut word = [0; 8];
         word.copy_from_slice(&key.as_bytes()[..8]);
         u64::from_le_bytes(word)

@@ -35,6 +35,7 @@
 mod build;
 mod channels;
 mod context;
+mod facts;
 mod info;
 mod params;
 mod port;
@@ -43,7 +44,8 @@ mod spelling;
 pub use build::{Arg, BuildError, Built, DynNode, build};
 pub(crate) use build::{Functions, ron_options};
 pub use channels::{MaterialInputs, Taken};
-pub use context::{Context, Outputs};
+pub use context::{Call, Context, Outputs};
+pub use facts::CanvasFacts;
 pub use info::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};
 pub use port::{
@@ -53,7 +55,7 @@ pub use port::{
 pub use spelling::spell_number;
 
 use crate::diagnostics::Problem;
-use crate::value::{Canvas, ChannelSet, Stop, Tiling, Type};
+use crate::value::{ChannelSet, Stop, Tiling, Type};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -68,6 +70,20 @@ pub enum Fact {
     Tile,
     /// The seed. Read by every node that draws random numbers.
     Seed,
+}
+
+impl Fact {
+    /// All facts.
+    pub const ALL: [Self; 3] = [Self::Size, Self::Tile, Self::Seed];
+
+    /// As it is called in messages.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Size => "the size",
+            Self::Tile => "the tiling",
+            Self::Seed => "the seed",
+        }
+    }
 }
 
 /// The type of an output.
@@ -126,21 +142,21 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     /// What it makes.
     const OUTPUTS: &'static [Output];
 
-    /// The facts of the canvas that it reads.
+    /// The facts of the canvas that it reads; others cannot be read, see [`CanvasFacts`].
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
 
     /// Checks what a single parameter's range cannot say. Ranges of single parameters were checked before.
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         Vec::new()
     }
 
     /// Advice about parameters that work but are unlikely to be meant; reported as warnings.
-    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         Vec::new()
     }
 
     /// The directions in which it lets a picture repeat: its outputs tile where this does and all inputs do.
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
     }
 

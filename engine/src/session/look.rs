@@ -21,7 +21,7 @@ impl Session {
         Keys::of(graph).map_err(Failure::Errors)
     }
 
-    /// Lets `work` look into `graph` on the session's threads. What it makes is kept in the caches; the disk cache is not
+    /// Lets `work` look into `graph` on the session's threads. What it makes is kept in the caches; the store is not
     /// trimmed, see [`trim`](Self::trim).
     ///
     /// # Errors
@@ -40,10 +40,10 @@ impl Session {
         })
     }
 
-    /// Brings the disk cache back below its bound.
+    /// Brings the store of results back below its bound.
     pub fn trim(&self) {
-        if let Some(disk) = &self.caches.disk {
-            disk.trim();
+        if let Some(store) = &self.caches.store {
+            store.tidy();
         }
     }
 }

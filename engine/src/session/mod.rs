@@ -9,7 +9,9 @@ pub use look::Look;
 pub use render::{RenderRequest, Report};
 
 use crate::diagnostics::{Code, Diagnostic, Problem};
-use crate::eval::{CacheError, Caches, CancelToken, DiskCache, Keys, MemoryCache, NodeStats, Observer, Run};
+use crate::eval::{
+    CacheError, Caches, CancelToken, DiskCache, Keys, MemoryCache, NodeStats, Observer, Run, Seal, Store,
+};
 use crate::graph::{self, Graph, LoadOptions, Loaded};
 use crate::registry::Registry;
 use crate::value::{Field, Grid, Stop, Tile, Value, Window};
@@ -84,19 +86,30 @@ impl Session {
     /// # Errors
     /// Threads that cannot be started.
     pub fn new(registry: Registry, settings: &Settings) -> Result<Self, SessionError> {
+        let open = |dir: &PathBuf| DiskCache::open(dir, settings.disk, Seal::new(registry.code()));
+        match settings.cache_dir.as_ref().map(open).transpose() {
+            Ok(disk) => Self::with_store(registry, settings, disk.map(|disk| Box::new(disk) as Box<dyn Store>)),
+            Err(error) => Ok(Self { cache_error: Some(error), ..Self::with_store(registry, settings, None)? }),
+        }
+    }
+
+    /// The same with another place for results than a folder; the settings' folder is not used.
+    ///
+    /// # Errors
+    /// Threads that cannot be started.
+    pub fn with_store(
+        registry: Registry,
+        settings: &Settings,
+        store: Option<Box<dyn Store>>,
+    ) -> Result<Self, SessionError> {
         let threads = settings.threads;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|i| format!("shibo-{i}"))
             .build()
             .map_err(|source| SessionError::Threads { threads, source })?;
-        let disk = settings.cache_dir.as_ref().map(|dir| DiskCache::open(dir, settings.disk)).transpose();
-        let (disk, cache_error) = match disk {
-            Ok(disk) => (disk, None),
-            Err(error) => (None, Some(error)),
-        };
-        let caches = Caches { memory: MemoryCache::new(settings.memory), disk };
-        Ok(Self { registry, caches, pool, memory: settings.memory, cache_error })
+        let caches = Caches::new(MemoryCache::new(settings.memory), store);
+        Ok(Self { registry, caches, pool, memory: settings.memory, cache_error: None })
     }
 
     /// The kinds that graphs may use.
@@ -136,9 +149,7 @@ impl Session {
             let keys = Keys::of(graph)?;
             let run = Run::new(graph, &keys, &self.caches, self.memory, cancel, observer);
             let result = work(&run);
-            if let Some(disk) = &self.caches.disk {
-                disk.trim();
-            }
+            self.trim();
             result
         })
     }

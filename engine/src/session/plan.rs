@@ -20,6 +20,18 @@ pub(super) enum Part {
     Lines,
 }
 
+impl Part {
+    /// A name of its own for each.
+    const fn name(&self) -> &'static str {
+        match self {
+            Self::Field => "field",
+            Self::Channel(channel) => channel.name(),
+            Self::All => "all channels",
+            Self::Lines => "lines",
+        }
+    }
+}
+
 /// A picture to be made.
 #[derive(Clone, Debug)]
 pub(super) struct Planned<'g> {
@@ -168,19 +180,17 @@ impl Planner<'_> {
 
     /// The key of the encoded file: everything that its bytes depend on.
     fn file_key(&self, planned: &Planned<'_>, ty: Type) -> Key {
-        let text = format!(
-            "{:?} {ty} {:?} {:?} {:?} {:?} {:?} {} {:?}",
-            planned.part,
-            planned.format,
-            planned.depth,
-            [planned.range.0.to_bits(), planned.range.1.to_bits()],
-            self.graph.canvas.resolution.to_array(),
-            self.window,
-            self.request.dither,
-            self.request.best_compression,
-        );
-        let metadata = format!("{:?}", planned.metadata);
-        Key::of("file", &[planned.key.as_bytes(), text.as_bytes(), metadata.as_bytes()])
+        let Window { x, y, width, height } = self.window;
+        let resolution = self.graph.canvas.resolution;
+        let range = [planned.range.0, planned.range.1].map(|end| end.to_bits().to_le_bytes());
+        let pixels = [resolution.x, resolution.y, x.cast_unsigned(), y.cast_unsigned(), width, height];
+        let pixels: Vec<u8> = pixels.into_iter().flat_map(u32::to_le_bytes).collect();
+        let request = self.request;
+        let how = [planned.depth as u8, u8::from(request.dither), u8::from(request.best_compression)];
+        let mut parts: Vec<&[u8]> = vec![planned.key.as_bytes(), planned.part.name().as_bytes(), ty.name().as_bytes()];
+        parts.extend([planned.format.extension().as_bytes(), range.as_flattened(), &pixels, &how]);
+        parts.extend(planned.metadata.iter().flat_map(|(name, value)| [name.as_bytes(), value.as_bytes()]));
+        Key::of("file", &parts)
     }
 }
 

@@ -2,7 +2,7 @@
 use super::plan::{Part, Planned, Planner, wanted};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{CancelToken, DiskCache, Event, NodeStats, Observer, Run};
+use crate::eval::{CancelToken, Event, NodeStats, Observer, Run, Shelf};
 use crate::graph::{Graph, GraphOutput};
 use crate::picture::{
     Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, Writer, Written, remove_stale_temporaries,
@@ -13,6 +13,7 @@ use glam::DVec2;
 use petgraph::graph::NodeIndex;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// What to render, and how.
 #[derive(Clone, Debug, Default)]
@@ -152,16 +153,17 @@ impl<'r> Render<'r, '_> {
     /// The channels of a material and their keys, remembered so that files in the cache can be found without making it.
     fn channels(&self, node: NodeIndex, output: usize) -> Result<Vec<(Channel, Key)>, Failure> {
         let key = Key::of("channels", &[self.planner.keys.output(node, output).as_bytes()]);
-        let disk = self.session.caches.disk.as_ref();
-        if let Some(known) = disk.and_then(|disk| decode_channels(&disk.get(DiskCache::OBJECTS, key)?)) {
+        let store = self.session.caches.store.as_ref();
+        if let Some(known) = store.and_then(|store| decode_channels(&store.get(Shelf::Channels, key)?)) {
             return Ok(known);
         }
         let values = self.run.values(&[(node, output)])?;
         let Some(Value::Material(material)) = values.first() else { return Ok(Vec::new()) };
         let keyed = |(channel, field): &(Channel, Field)| Some((*channel, field.key()?));
         let channels: Vec<_> = material.channels().iter().filter_map(keyed).collect();
-        if let Some(disk) = disk {
-            disk.put(DiskCache::OBJECTS, key, &encode_channels(&channels));
+        if let Some(store) = store {
+            // Without it a second run would evaluate the nodes, if not their fields.
+            store.put(Shelf::Channels, key, &encode_channels(&channels), Duration::ZERO, &|| false);
         }
         Ok(channels)
     }
@@ -170,9 +172,9 @@ impl<'r> Render<'r, '_> {
     fn jobs(&self, pictures: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
         let mut missing = Vec::new();
         for planned in pictures {
-            let copied = match &self.session.caches.disk {
-                Some(disk) => disk
-                    .copy_file(planned.key, &planned.path)
+            let copied = match &self.session.caches.store {
+                Some(store) => store
+                    .get_file(planned.key, &planned.path)
                     .map_err(|e| Failure::File(format!("cannot write `{}`: {e}", planned.path.display())))?,
                 None => false,
             };
@@ -273,10 +275,10 @@ impl<'r> Render<'r, '_> {
     }
 
     fn keep(&self, job: &Job<'_>) {
-        let Some(disk) = &self.session.caches.disk else { return };
-        let small = std::fs::metadata(&job.planned.path).is_ok_and(|meta| meta.len() <= disk.bound() / 16);
+        let Some(store) = &self.session.caches.store else { return };
+        let small = std::fs::metadata(&job.planned.path).is_ok_and(|meta| meta.len() <= store.room() / 16);
         if small {
-            disk.put_file(job.planned.key, &job.planned.path);
+            store.put_file(job.planned.key, &job.planned.path, self.run.spent());
         }
     }
 }

@@ -23,7 +23,7 @@ impl Session {
         cancel: &CancelToken,
         observer: &dyn Observer,
     ) -> Result<Vec<Diagnostic>, Failure> {
-        let cold = Caches { memory: MemoryCache::new(self.memory), disk: None };
+        let cold = Caches::new(MemoryCache::new(self.memory), None);
         self.pool.install(|| {
             let keys = Keys::of(graph)?;
             let warm = Run::new(graph, &keys, &self.caches, self.memory, cancel, observer);

@@ -3,18 +3,18 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{
-    AnyField, Color, Context, FilePath, Gray, In, Linear, MaterialInputs, Node, Output, Outputs, Range, Rgb, Taken,
-    Vec2Field, Xy,
+    AnyField, CanvasFacts, Color, Context, FilePath, Gray, In, Linear, MaterialInputs, Node, Output, Outputs, Range,
+    Rgb, Taken, Vec2Field, Xy,
 };
 use shibo_engine::registry::{Family, Kind, Registry};
-use shibo_engine::value::{Canvas, Channel, ChannelSet, Lattice, Material, Points, Stop, Tiling, Type};
+use shibo_engine::value::{Channel, ChannelSet, Lattice, Material, Points, Stop, Tiling, Type};
 use std::cell::Cell;
 
 macro_rules! node {
     ($name:ident, [$($output:expr),*]) => {
         impl Node for $name {
             const OUTPUTS: &'static [Output] = &[$($output),*];
-            fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+            fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
                 count();
                 Vec::new()
             }
@@ -128,14 +128,14 @@ impl Node for Bands {
     const OUTPUTS: &'static [Output] =
         &[Output::new("value", Type::Gray, "Bands."), Output::new("color", Type::Rgb, "Coloured bands.")];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         count();
         let wrong = self.pitch == 7.0 && self.amount == 0.25;
         let problem = Problem::new(Code::BadValue, "amount does not go with pitch 7").at("amount").help("take 0.5");
         if wrong { vec![problem] } else { Vec::new() }
     }
 
-    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let odd = self.pitch == 13.0;
         if odd { vec![Problem::new(Code::Advice, "thirteen brings bad luck").at("pitch")] } else { Vec::new() }
     }
@@ -245,7 +245,7 @@ pub(crate) struct Ramp {
 impl Node for Ramp {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "A ramp.")];
 
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::NONE
     }
 

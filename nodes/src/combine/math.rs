@@ -7,8 +7,8 @@ use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile, Type};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::tile::{channel, widest};
 use shibo_kernel::pointwise::math_ops::{self as kernel, Operand};
 
@@ -163,7 +163,7 @@ impl Node for Math {
         &[Output::like("result", &["a", "b", "c"], "The result; a colour if an operand is.")];
     const FACTS: &'static [Fact] = &[];
 
-    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if matches!(self.operation, Operation::Clamp | Operation::Smoothstep) {
             return Vec::new();
         }
@@ -213,6 +213,7 @@ impl Node for Math {
 mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, part, rgb};
+    use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, port};
     use shibo_engine::value::{Value, Window};
 
@@ -266,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_forgotten_operand_is_pointed_out() {
-        let advice = |operation| Math { a: port(0), operation, ..Math::default() }.advice(&canvas()).len();
+        let advice = |operation| Math { a: port(0), operation, ..Math::default() }.advice_on(&canvas()).len();
         let found = [Operation::Multiply, Operation::MultiplyAdd, Operation::Abs, Operation::Clamp].map(advice);
         assert_eq!(found, [1, 2, 0, 0]);
     }

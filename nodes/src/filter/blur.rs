@@ -6,8 +6,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Stop};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::Stop;
 use shibo_kernel::filter::fields;
 
 /// Softens a field by a Gaussian. Takes grey fields and colours.
@@ -36,8 +36,8 @@ impl Node for Blur {
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input, softened.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        let most = 0.5 * canvas.size_mm.max_element();
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        let most = 0.5 * canvas.size_mm().max_element();
         if self.radius <= most {
             return Vec::new();
         }
@@ -64,6 +64,7 @@ impl Node for Blur {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::OnCanvas as _;
     use crate::testing::{check_field, field, lumps, port, render};
 
     fn blurred(radius: f64) -> Blur {
@@ -90,8 +91,8 @@ mod tests {
 
     #[test]
     fn tells_what_is_too_wide() {
-        let problems = blurred(17.0).check(&crate::testing::canvas());
+        let problems = blurred(17.0).check_on(&crate::testing::canvas());
         assert_eq!(problems[0].field.as_deref(), Some("radius"));
-        assert!(blurred(16.0).check(&crate::testing::canvas()).is_empty());
+        assert!(blurred(16.0).check_on(&crate::testing::canvas()).is_empty());
     }
 }

@@ -7,8 +7,8 @@ use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Halo, Key, Stop, Tile, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Key, Stop, Tile, Type};
 use shibo_kernel::filter::fields;
 
 /// On which side of the shape's edge distances are measured.
@@ -78,7 +78,7 @@ impl Node for DistanceField {
         &[Output::new("distance", Type::Gray, "Distance to the shape's edge; 0..1 with `normalize`.").in_unit("mm")];
     const FACTS: &'static [Fact] = &[];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         at_most_half("radius", self.radius, canvas)
     }
 

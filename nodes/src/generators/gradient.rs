@@ -8,8 +8,8 @@ use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Canvas, Field, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::tile;
 use shibo_kernel::pointwise::gradient::{self as kernel, GradientSpec};
 
@@ -139,9 +139,9 @@ impl Gradient {
 impl Node for Gradient {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The ramp, 0..1.")];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let mut problems = Vec::new();
-        let (from, to) = self.ends(canvas.size_mm);
+        let (from, to) = self.ends(canvas.size_mm());
         if from.distance(to) < LEAST {
             let message = format!("`from` and `to` are the same point, ({}, {}); they must differ", from.x, from.y);
             problems.push(Problem::new(Code::BadValue, message).at(if self.to.is_some() { "to" } else { "from" }));
@@ -154,15 +154,15 @@ impl Node for Gradient {
         problems
     }
 
-    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let idle =
             self.angle != 0.0 && self.to.is_some() && (self.from.is_some() || self.shape != GradientShape::Linear);
         let message = "`angle` has no effect: the direction is that from `from` to `to`";
         if idle { vec![Problem::new(Code::Advice, message).at("angle")] } else { Vec::new() }
     }
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        self.spec(canvas.size_mm, canvas.tile).1
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        self.spec(canvas.size_mm(), canvas.tile()).1
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -178,6 +178,7 @@ impl Node for Gradient {
 mod tests {
     use super::*;
     use crate::conform::{conforms, field, part};
+    use crate::testing::OnCanvas as _;
     use crate::testing::canvas;
 
     const SHAPES: [GradientShape; 5] = [
@@ -213,7 +214,7 @@ mod tests {
 
     #[test]
     fn tells_where_it_tiles() {
-        let tiling = |gradient: Gradient| gradient.tiling(&canvas());
+        let tiling = |gradient: Gradient| gradient.tiling_on(&canvas());
         let (along_x, x_only) = (Gradient::default(), Tiling { x: true, y: false });
         assert_eq!(tiling(along_x.clone()), Tiling { x: false, y: true });
         assert_eq!(tiling(Gradient { angle: 90.0, ..along_x.clone() }), x_only);
@@ -230,8 +231,8 @@ mod tests {
     fn contradictions_are_found() {
         let same = Some(Xy::new(3.0, 3.0));
         let wrong = Gradient { from: same, to: same, times: 3, angle: 10.0, ..Gradient::default() };
-        let fields: Vec<_> = wrong.check(&canvas()).into_iter().filter_map(|p| p.field).collect();
+        let fields: Vec<_> = wrong.check_on(&canvas()).into_iter().filter_map(|p| p.field).collect();
         assert_eq!(fields, ["to", "times"]);
-        assert_eq!(wrong.advice(&canvas()).len(), 1);
+        assert_eq!(wrong.advice_on(&canvas()).len(), 1);
     }
 }

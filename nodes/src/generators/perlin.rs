@@ -5,8 +5,8 @@
 use super::noise_field::noise_field;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Basis, Fractal, NoiseSpec};
 
@@ -43,8 +43,8 @@ impl Node for Perlin {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The noise, 0..1.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        canvas.tile
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        canvas.tile()
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -7,8 +7,8 @@
 use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Stop, Tile, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
@@ -80,8 +80,8 @@ impl Node for Worley {
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        canvas.tile
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        canvas.tile()
     }
 
     fn unit(&self, output: &Output) -> Option<&'static str> {

@@ -8,9 +8,9 @@ use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, FilePath, Node, Output, Outputs, Xy};
+use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy};
 use shibo_engine::picture::{self, ReadLimits};
-use shibo_engine::value::{Canvas, Field, Grid, PictureFields, Stop, Tiling, Type, Value};
+use shibo_engine::value::{Field, Grid, PictureFields, Stop, Tiling, Type, Value};
 use shibo_kernel::filter::sample::{Filter, Outside};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -172,8 +172,8 @@ impl Node for Image {
     ];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        self.repeats(canvas.size_mm)
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        self.repeats(canvas.size_mm())
     }
 
     fn files(&self) -> Vec<(&'static str, &FilePath)> {
@@ -234,7 +234,8 @@ impl Node for Image {
 mod tests {
     use super::*;
     use crate::testing::{Plain, PlainPictures, canvas, check_field, crop, raster, write_tiff};
-    use shibo_engine::node::Context;
+    use shibo_engine::node::{Call, DynNode};
+    use shibo_engine::value::Canvas;
     use shibo_engine::value::Window;
 
     /// A picture of 16 × 8 pixels of noise with `channels` channels.
@@ -251,7 +252,7 @@ mod tests {
     fn outputs(node: &Image, path: &Path) -> Result<Outputs, Stop> {
         let files = [("path", path.to_owned())];
         let canvas = Canvas { size_mm: glam::DVec2::new(32.0, 16.0), ..canvas() };
-        node.evaluate(&Context { kind: "Image", canvas: &canvas, inputs: &[], files: &files, evaluator: &Plain })
+        DynNode::evaluate(node, &Call { kind: "Image", canvas: &canvas, inputs: &[], files: &files, evaluator: &Plain })
     }
 
     fn output(outputs: &Outputs, name: &str) -> Field {

@@ -6,8 +6,8 @@ use super::drawing;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
-use shibo_engine::value::{Canvas, Segments, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Range};
+use shibo_engine::value::{Segments, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::bands::{self, BandSpec};
@@ -103,8 +103,8 @@ impl Node for BandPattern {
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        let wanted = canvas.size_mm.element_product() / (self.pitch * self.pitch);
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        let wanted = canvas.size_mm().element_product() / (self.pitch * self.pitch);
         if wanted > MAX_BANDS {
             let message = format!("pitch would make about {wanted:.0} bands; at most {MAX_BANDS:.0} are allowed");
             let problem = Problem::new(Code::TooLarge, message).at("pitch");
@@ -113,7 +113,7 @@ impl Node for BandPattern {
         // Where the canvas does not repeat, nuclei around it count as far as their bands reach.
         let reach =
             if self.form == Form::Cover && !self.periodic(canvas) { self.width.hi.hypot(self.length.hi) } else { 0.0 };
-        let wanted = (canvas.size_mm + reach).element_product() / (self.pitch * self.pitch);
+        let wanted = (canvas.size_mm() + reach).element_product() / (self.pitch * self.pitch);
         if wanted > MAX_BANDS {
             let at = if self.width.hi > self.length.hi { "width" } else { "length" };
             let message = format!(
@@ -125,7 +125,7 @@ impl Node for BandPattern {
         Vec::new()
     }
 
-    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let spread = self.angle.hi - self.angle.lo;
         if spread < 30.0 {
             return Vec::new();
@@ -134,7 +134,7 @@ impl Node for BandPattern {
         vec![Problem::new(Code::Advice, message).at("angle").help("wider apart, wrinkles follow no direction")]
     }
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
         if self.periodic(canvas) { Tiling::BOTH } else { Tiling::NONE }
     }
 
@@ -172,8 +172,8 @@ impl Node for BandPattern {
 
 impl BandPattern {
     /// Whether the bands repeat with the canvas; those of the source's own forms never do.
-    fn periodic(&self, canvas: &Canvas) -> bool {
-        canvas.tile == Tiling::BOTH && self.form == Form::Cover
+    fn periodic(&self, canvas: &CanvasFacts) -> bool {
+        canvas.tile() == Tiling::BOTH && self.form == Form::Cover
     }
 
     fn style(&self) -> StrokeStyle {
@@ -196,11 +196,13 @@ impl BandPattern {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::OnCanvas as _;
+    use shibo_engine::value::Canvas;
 
     #[test]
     fn bands_that_would_be_too_many_are_refused() {
         let canvas = Canvas { tile: Tiling::NONE, ..crate::testing::canvas() };
-        let at = |node: BandPattern| node.check(&canvas).first().map(|p| (p.code, p.field.clone().unwrap()));
+        let at = |node: BandPattern| node.check_on(&canvas).first().map(|p| (p.code, p.field.clone().unwrap()));
         let refused = |name: &str| Some((Code::TooLarge, name.to_owned()));
         assert_eq!(at(BandPattern { pitch: 0.01, ..BandPattern::default() }), refused("pitch"));
         assert_eq!(at(BandPattern { length: Range::new(6.0, 1e5), ..BandPattern::default() }), refused("length"));

@@ -4,6 +4,7 @@ use super::draw_wrinkles::VaryBy;
 use super::reading::{Reduction, Sample};
 use super::simulate_springs::{Boundary, Integrator};
 use super::*;
+use crate::testing::OnCanvas as _;
 use crate::testing::{canvas, outputs, port, raster};
 use glam::Vec2;
 use shibo_engine::diagnostics::Code;
@@ -148,7 +149,7 @@ fn masses_can_be_read_in_every_step() {
     let most = once.iter().zip(&live).map(|(a, b)| (*a - *b).length()).fold(0.0, f32::max);
     assert!(most > 1e-3, "{most}");
     let spread = DefineMass { refresh: Refresh::EveryStep, spread: 0.5, ..node };
-    assert_eq!(spread.check(&canvas())[0].field.as_deref(), Some("spread"));
+    assert_eq!(spread.check_on(&canvas())[0].field.as_deref(), Some("spread"));
 }
 
 #[test]
@@ -275,7 +276,7 @@ fn springs_break_where_the_field_is_weak() {
     assert_eq!(broken.links.len(), lattice.broken.len());
     assert!(broken.alive().iter().all(|alive| !alive), "`only: Broken` takes all of them");
     let alone = SimulateSprings { break_force: None, ..node.clone() };
-    assert_eq!(alone.check(&canvas())[0].field.as_deref(), Some("break_field"));
+    assert_eq!(alone.check_on(&canvas())[0].field.as_deref(), Some("break_field"));
     let share = field(&make(&node, &[value.clone(), halves()], "breakage"));
     let tile = raster(&share, &canvas());
     assert!(tile.data().iter().all(|v| (-1e-4..=1.0001).contains(v)));
@@ -318,9 +319,9 @@ fn widths_and_depths_follow_a_field() {
         }
     }
     let wrong = DrawWrinkles { vary_field: None, ..node.clone() };
-    assert_eq!(wrong.check(&canvas())[0].field.as_deref(), Some("vary_by"));
+    assert_eq!(wrong.check_on(&canvas())[0].field.as_deref(), Some("vary_by"));
     let unread = DrawWrinkles { vary_by: VaryBy::Length, ..node };
-    assert_eq!(unread.check(&canvas())[0].field.as_deref(), Some("vary_field"));
+    assert_eq!(unread.check_on(&canvas())[0].field.as_deref(), Some("vary_field"));
 }
 
 #[test]

@@ -6,8 +6,8 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, ScalarMap, SpringNet, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs};
+use shibo_engine::value::{ScalarMap, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::Raster;
@@ -103,7 +103,7 @@ impl Node for DefineMass {
         &[Output::new("springs", Type::SpringNet, "The springs with masses at their ends.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.refresh == Refresh::Once || self.spread == 0.0 {
             return Vec::new();
         }
@@ -112,7 +112,7 @@ impl Node for DefineMass {
         vec![Problem::new(Code::BadValue, message).at("spread").help(help)]
     }
 
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
     }
 

@@ -5,8 +5,8 @@ use super::reading::{self, Reduction, Sample};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Lattice, SpringNet, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs};
+use shibo_engine::value::{Lattice, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 
@@ -101,7 +101,7 @@ impl Node for DefineSprings {
     const OUTPUTS: &'static [Output] = &[Output::new("springs", Type::SpringNet, "The springs.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
     }
 

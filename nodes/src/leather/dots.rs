@@ -7,9 +7,9 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Range};
 use shibo_engine::node::{Gray, In};
-use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
+use shibo_engine::value::{Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::strokes::{self, Stroke, StrokeSet, StrokeStyle};
@@ -84,7 +84,7 @@ impl Node for Dots {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The dots; 0 between them.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
     }
 

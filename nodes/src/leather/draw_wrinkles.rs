@@ -8,10 +8,8 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{
-    Canvas, Cost, Field, FieldSource, Given, Grid, Read, Segments, Stop, Tile, Tiling, Type, Window,
-};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Segments, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
@@ -210,7 +208,7 @@ impl Node for DrawWrinkles {
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let field = self.vary_by == VaryBy::Field;
         let (message, at) = match (field, &self.vary_field) {
             (true, None) => ("vary_by is `Field`, but vary_field is not given", "vary_by"),
@@ -222,7 +220,7 @@ impl Node for DrawWrinkles {
         vec![Problem::new(Code::BadValue, message).at(at).help("write `vary_by: Field, vary_field: …`")]
     }
 
-    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.width.hi > 0.0 || (!self.fade && self.min_width > 0.0) {
             return Vec::new();
         }
@@ -231,7 +229,7 @@ impl Node for DrawWrinkles {
         vec![Problem::new(Code::Advice, message).at("width").help(help)]
     }
 
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
     }
 

@@ -5,8 +5,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Canvas, GridOrder, Points, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_engine::value::{GridOrder, Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::points::{GridSpec, grid, grid_counts};
@@ -51,14 +51,14 @@ impl Default for GridPoints {
 }
 
 impl GridPoints {
-    fn spec(&self, canvas: &Canvas) -> GridSpec {
+    fn spec(&self, canvas: &CanvasFacts) -> GridSpec {
         GridSpec {
-            size: canvas.size_mm.as_vec2(),
+            size: canvas.size_mm().as_vec2(),
             pitch: glam::DVec2::new(self.pitch.x, self.pitch.y).as_vec2(),
             stagger: narrow(self.stagger),
             jitter: narrow(self.jitter),
             keep_border: self.keep_border,
-            periodic: canvas.tile == Tiling::BOTH,
+            periodic: canvas.tile() == Tiling::BOTH,
         }
     }
 }
@@ -67,17 +67,17 @@ impl Node for GridPoints {
     const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The points, by rows.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let pitch = glam::DVec2::new(self.pitch.x, self.pitch.y);
-        if pitch.cmpgt(canvas.size_mm).any() {
-            let size = canvas.size_mm;
+        if pitch.cmpgt(canvas.size_mm()).any() {
+            let size = canvas.size_mm();
             let pitch = if pitch.x == pitch.y { format!("{}", pitch.x) } else { format!("({}, {})", pitch.x, pitch.y) };
             let message =
                 format!("pitch is `{pitch}`; it must be at most as large as the canvas, {} × {} mm", size.x, size.y);
             return vec![Problem::new(Code::OutOfRange, message).at("pitch")];
         }
         // Counted in f64 first: a tiny pitch on a large canvas would overflow the exact count.
-        let wanted = (canvas.size_mm / pitch).element_product();
+        let wanted = (canvas.size_mm() / pitch).element_product();
         if wanted > MAX_POINTS as f64 {
             return vec![too_many(wanted, "pitch")];
         }
@@ -85,8 +85,8 @@ impl Node for GridPoints {
         if columns.saturating_mul(rows) > MAX_POINTS { vec![too_many(wanted, "pitch")] } else { Vec::new() }
     }
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        if canvas.tile == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        if canvas.tile() == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -143,7 +143,9 @@ pub(super) fn afford(cx: &Context<'_>, count: usize, field: &str) -> Result<(), 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, outputs};
+    use shibo_engine::value::Canvas;
     use shibo_engine::value::Value;
 
     fn points(node: &GridPoints, canvas: &Canvas) -> std::sync::Arc<Points> {
@@ -173,8 +175,8 @@ mod tests {
     #[test]
     fn too_many_points_are_refused() {
         let node = GridPoints { pitch: Xy::new(1e-4, 1e-4), ..GridPoints::default() };
-        assert_eq!(Node::check(&node, &canvas())[0].code, Code::TooLarge);
+        assert_eq!(node.check_on(&canvas())[0].code, Code::TooLarge);
         let node = GridPoints { pitch: Xy::new(100.0, 1.0), ..GridPoints::default() };
-        assert_eq!(Node::check(&node, &canvas())[0].code, Code::OutOfRange);
+        assert_eq!(node.check_on(&canvas())[0].code, Code::OutOfRange);
     }
 }

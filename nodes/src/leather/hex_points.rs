@@ -7,8 +7,8 @@ use glam::{DVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Edges, Points, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Edges, Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::links::GridShape;
@@ -47,8 +47,8 @@ impl Default for HexPoints {
 
 impl HexPoints {
     /// About how many corners there are: a hexagon has six, and each belongs to three hexagons.
-    fn count(&self, canvas: &Canvas) -> f64 {
-        canvas.size_mm.element_product() / (self.edge * self.edge * 0.75 * 3f64.sqrt())
+    fn count(&self, canvas: &CanvasFacts) -> f64 {
+        canvas.size_mm().element_product() / (self.edge * self.edge * 0.75 * 3f64.sqrt())
     }
 }
 
@@ -56,11 +56,11 @@ impl Node for HexPoints {
     const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The corners, by rows.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         // A hexagon is 2 edges wide and √3 edges high.
         let hexagon = DVec2::new(2.0, 3f64.sqrt()) * self.edge;
-        if hexagon.cmpgt(canvas.size_mm).any() {
-            let size = canvas.size_mm;
+        if hexagon.cmpgt(canvas.size_mm()).any() {
+            let size = canvas.size_mm();
             let message = format!(
                 "edge is `{}`; a hexagon of {:.3} × {:.3} mm must fit on the canvas, {} × {} mm",
                 self.edge, hexagon.x, hexagon.y, size.x, size.y
@@ -71,8 +71,8 @@ impl Node for HexPoints {
         if wanted > MAX_POINTS as f64 { vec![too_many(wanted, "edge")] } else { Vec::new() }
     }
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        if canvas.tile == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        if canvas.tile() == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -116,6 +116,7 @@ fn count(shape: GridShape) -> Option<[u32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, outputs};
     use shibo_engine::value::Value;
 
@@ -138,7 +139,7 @@ mod tests {
 
     #[test]
     fn sizes_are_checked() {
-        let check = |edge| HexPoints { edge, ..HexPoints::default() }.check(&canvas()).first().map(|p| p.code);
+        let check = |edge| HexPoints { edge, ..HexPoints::default() }.check_on(&canvas()).first().map(|p| p.code);
         assert_eq!(check(20.0), Some(Code::OutOfRange));
         assert_eq!(check(1e-3), Some(Code::TooLarge));
         assert_eq!(check(1.0), None);

@@ -7,8 +7,8 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, FilePath, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, FilePath, Node, Output, Outputs};
+use shibo_engine::value::{Points, Stop, Tiling, Type};
 
 /// Points that are given, as a list or in a CSV file with one `x,y` per line and no header.
 ///
@@ -35,7 +35,7 @@ pub struct PointList {
 impl Node for PointList {
     const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The points, in the order given.")];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.points.len() > MAX_POINTS {
             let message = format!("points has {} entries; at most {MAX_POINTS} are allowed", self.points.len());
             return vec![Problem::new(Code::TooLarge, message).at("points")];
@@ -51,8 +51,8 @@ impl Node for PointList {
         self.file.iter().map(|file| ("file", file)).collect()
     }
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        if canvas.tile == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        if canvas.tile() == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

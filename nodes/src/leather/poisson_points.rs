@@ -6,8 +6,8 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Points, Stop, Tile, Tiling, Type, Window};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Points, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_until};
@@ -50,13 +50,13 @@ impl Default for PoissonPoints {
 }
 
 impl PoissonPoints {
-    fn spec(&self, canvas: &Canvas) -> PoissonSpec<'static> {
+    fn spec(&self, canvas: &CanvasFacts) -> PoissonSpec<'static> {
         PoissonSpec {
-            size: canvas.size_mm.as_vec2(),
+            size: canvas.size_mm().as_vec2(),
             pitch: narrow(self.pitch),
             aspect: narrow(self.aspect),
             angle: narrow(self.angle.to_radians()),
-            periodic: canvas.tile == Tiling::BOTH,
+            periodic: canvas.tile() == Tiling::BOTH,
             factor: None,
             most: 1.0,
         }
@@ -67,13 +67,13 @@ impl Node for PoissonPoints {
     const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The points, in no particular order.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        if self.pitch * self.aspect > canvas.size_mm.min_element() {
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        if self.pitch * self.aspect > canvas.size_mm().min_element() {
             let message = format!(
                 "pitch is `{}`, times aspect `{}`; it must be smaller than the canvas, {} mm",
                 self.pitch,
                 self.aspect,
-                canvas.size_mm.min_element()
+                canvas.size_mm().min_element()
             );
             return vec![Problem::new(Code::OutOfRange, message).at("pitch")];
         }
@@ -81,8 +81,8 @@ impl Node for PoissonPoints {
         if wanted > MAX_POINTS as f64 { vec![too_many(wanted, "pitch")] } else { Vec::new() }
     }
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        if canvas.tile == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        if canvas.tile() == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -4,8 +4,8 @@
 use super::grid_points::{MAX_POINTS, afford};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Points, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::points::random;
@@ -41,8 +41,8 @@ impl Node for RandomPoints {
     const OUTPUTS: &'static [Output] = &[Output::new("points", Type::Points, "The points, in no particular order.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        if canvas.tile == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        if canvas.tile() == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

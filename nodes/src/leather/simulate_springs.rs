@@ -9,8 +9,8 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Canvas, Points, SpringNet, Stop, Tiling, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_engine::value::{Points, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::area::near_contour;
@@ -179,7 +179,7 @@ impl Node for SimulateSprings {
         Output::new("breakage", Type::Gray, "The share of broken springs around a place."),
     ];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.break_force.is_some() && self.break_share.is_some() {
             let message = "break_force and break_share are both given; only one of them can set the limit";
             return vec![Problem::new(Code::BadValue, message).at("break_share").help("leave one of them out")];

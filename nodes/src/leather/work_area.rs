@@ -6,8 +6,8 @@ use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Area, Canvas, Field, Halo, Points, Stop, Tiling, Type, Window};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Area, Field, Halo, Points, Stop, Tiling, Type, Window};
 use shibo_kernel::filter::fields;
 use shibo_kernel::leather::area;
 use std::sync::Arc;
@@ -53,7 +53,7 @@ impl Node for WorkArea {
         &[Output::new("points", Type::Points, "The points inside, in the same order as before.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
     }
 

@@ -4,8 +4,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, MaterialInputs, Node, NormalField, Output, Outputs, Rgb};
-use shibo_engine::value::{self, Canvas, Channel, ChannelSet, Field, Stop, Type};
+use shibo_engine::node::{
+    CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, NormalField, Output, Outputs, Rgb,
+};
+use shibo_engine::value::{self, Channel, ChannelSet, Field, Stop, Type};
 
 /// Puts channels together to a material, which is written as one file per channel. Channels that are not connected are
 /// left out. A normal is not made from the height by itself: connect `HeightToNormal`.
@@ -68,7 +70,7 @@ impl Node for Material {
     const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The channels that are connected.")];
     const FACTS: &'static [Fact] = &[];
 
-    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.connected().iter().any(|(_, connected)| *connected) {
             return Vec::new();
         }
@@ -102,6 +104,7 @@ impl Node for Material {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, lumps, outputs, port};
     use shibo_engine::node::KindInfo;
     use shibo_engine::value::Value;
@@ -115,8 +118,8 @@ mod tests {
         assert_eq!(found, [(Channel::BaseColor, Type::Rgb), (Channel::Height, Type::Gray)]);
         let known = node.channels(&MaterialInputs::new(&[]));
         assert_eq!(known.iter().collect::<Vec<_>>(), [Channel::BaseColor, Channel::Height]);
-        assert_eq!(Material::default().advice(&canvas()).len(), 1);
-        assert_eq!(node.advice(&canvas()), []);
+        assert_eq!(Material::default().advice_on(&canvas()).len(), 1);
+        assert_eq!(node.advice_on(&canvas()), []);
     }
 
     #[test]

@@ -150,7 +150,7 @@ mod tests {
     use crate::space::Transform;
     use crate::testing::{Plain, canvas, check_field, field, port, raster, write_tiff};
     use glam::{DVec2, UVec2};
-    use shibo_engine::node::{Context, Node, Xy};
+    use shibo_engine::node::{Call, DynNode, Xy};
     use shibo_engine::value::{Canvas, Field, Tiling, Value};
 
     /// Noise of `side`² pixels.
@@ -164,8 +164,8 @@ mod tests {
         let path = folder.path().join("noise.tif");
         write_tiff(&path, side, &["Y"], &[&noise(side)]);
         let files = [("path", path)];
-        let cx = Context { kind: "Image", canvas: &canvas(), inputs: &[], files: &files, evaluator: &Plain };
-        let Some(Value::Field(field)) = node.evaluate(&cx).unwrap().take(name, false).cloned() else {
+        let call = Call { kind: "Image", canvas: &canvas(), inputs: &[], files: &files, evaluator: &Plain };
+        let Some(Value::Field(field)) = DynNode::evaluate(node, &call).unwrap().take(name, false).cloned() else {
             panic!("{name}")
         };
         // Decoded before the folder is gone.

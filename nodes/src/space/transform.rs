@@ -9,8 +9,8 @@ use super::moved::Moved;
 use glam::{DMat2, DVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Canvas, Field, Stop, Tiling, Type};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Field, Stop, Tiling, Type};
 
 /// Moves, turns and scales a field. Normals are turned with the picture.
 ///
@@ -90,8 +90,8 @@ impl Node for Transform {
     const FACTS: &'static [Fact] = &[Fact::Size];
     const VERSION: u32 = 2;
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        self.repeats(canvas.size_mm, canvas.tile)
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        self.repeats(canvas.size_mm(), canvas.tile())
     }
 
     fn no_op(&self) -> Option<&'static str> {
@@ -122,6 +122,7 @@ impl Node for Transform {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
+    use shibo_engine::value::Canvas;
 
     fn node() -> Transform {
         Transform { input: port(0), ..Transform::default() }

@@ -8,8 +8,8 @@ use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
-use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile, Tiling, Type};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::cells::CellShape;
@@ -62,7 +62,7 @@ impl Node for Warp {
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input, bent.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let mut problems = at_most_half("amount", self.amount, canvas);
         if self.by.is_some() && (self.x.is_some() || self.y.is_some()) {
             let message = "`by` is connected, and so is `x` or `y`; only one sort of displacement can be";
@@ -71,8 +71,8 @@ impl Node for Warp {
         problems
     }
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        canvas.tile
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        canvas.tile()
     }
 
     fn no_op(&self) -> Option<&'static str> {
@@ -134,6 +134,7 @@ impl Warp {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::OnCanvas as _;
     use crate::testing::{check_field, field, lumps, port, render};
     use shibo_engine::value::Value;
 
@@ -184,6 +185,6 @@ mod tests {
         let wild = Field::constant(Type::Vec2, &[1e30, f32::NAN]);
         check_field(&field(&Warp { by: Some(port(1)), ..node() }, &[lumps().into(), wild.into()]));
         assert_eq!(Warp { amount: 0.0, ..node() }.no_op(), Some("input"));
-        assert_eq!(Warp { by: Some(port(1)), x: Some(port(1)), ..node() }.check(&crate::testing::canvas()).len(), 1);
+        assert_eq!(Warp { by: Some(port(1)), x: Some(port(1)), ..node() }.check_on(&crate::testing::canvas()).len(), 1);
     }
 }

@@ -7,8 +7,8 @@ use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::surface::occlusion;
 
@@ -44,7 +44,7 @@ impl Node for AmbientOcclusion {
         &[Output::new("ao", Type::Gray, "1 where the surface is open, 0 where it is closed.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         at_most_half("radius", self.radius, canvas)
     }
 

@@ -6,8 +6,8 @@ use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Halo, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Type};
 use shibo_kernel::filter::{distance, fields};
 
 /// Raises what lies between grooves to domes, 0 in the grooves and 1 on top.
@@ -41,7 +41,7 @@ impl Node for Pillow {
         &[Output::new("dome", Type::Gray, "From 0 in the grooves to 1 on top of the domes.")];
     const FACTS: &'static [Fact] = &[];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         at_most_half("radius", self.radius, canvas)
     }
 

@@ -6,10 +6,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Color, Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
-use shibo_engine::value::{
-    Canvas, Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window,
-};
+use shibo_engine::node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
+use shibo_engine::value::{Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::relief::{self, Finish, ReliefSpec, Surface};
 
@@ -75,7 +73,7 @@ impl Node for Relief {
     const OUTPUTS: &'static [Output] = &[Output::new("picture", Type::Rgb, "The lit picture, scene-linear, 0..1.")];
     const FACTS: &'static [Fact] = &[];
 
-    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.height.is_some() || self.material.is_some() {
             return Vec::new();
         }
@@ -148,6 +146,7 @@ impl FieldSource for Lit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::OnCanvas as _;
     use crate::testing::{check_field, field, lumps, port, render};
 
     #[test]
@@ -168,7 +167,7 @@ mod tests {
         for (strength, exposure, elevation) in [(1.0, 1.0, 40.0), (-1e4, 1e3, 1.0), (1e4, 0.0, 90.0)] {
             check_field(&field(&Relief { strength, exposure, elevation, ..node.clone() }, &[lumps().into()]));
         }
-        assert_eq!(node.advice(&crate::testing::canvas()), []);
-        assert_eq!(Relief::default().advice(&crate::testing::canvas()).len(), 1);
+        assert_eq!(node.advice_on(&crate::testing::canvas()), []);
+        assert_eq!(Relief::default().advice_on(&crate::testing::canvas()).len(), 1);
     }
 }

@@ -10,8 +10,8 @@ use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, CoordMap, Exemplar, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::value::{CoordMap, Exemplar, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
 use shibo_kernel::synthesis::texels::{self, Texels};
@@ -93,7 +93,7 @@ impl Node for CorrectCoords {
     const FACTS: &'static [Fact] = &[Fact::Size];
     const OUTPUTS: &'static [Output] = &[Output::new("coords", Type::CoordMap, "The map, corrected.")];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.sub_passes.isqrt().pow(2) == self.sub_passes {
             return Vec::new();
         }

@@ -7,8 +7,8 @@ use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Canvas, Exemplar, ExemplarLattice, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Exemplar, ExemplarLattice, Stop, Type};
 
 /// Where the vectors come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -48,7 +48,7 @@ impl Node for DetectLattice {
     const OUTPUTS: &'static [Output] =
         &[Output::new("exemplar", Type::Exemplar, "The exemplar; its dump tells the vectors and their strength.")];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let Lattice::Given(a, b) = self.vectors else { return Vec::new() };
         if (a.x * b.y - a.y * b.x).abs() >= 1.0 {
             return Vec::new();

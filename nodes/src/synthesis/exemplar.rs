@@ -6,8 +6,8 @@ use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{self, Canvas, ExemplarFrame, Field, Grid, Stop, Tile, Tiling, Type, Window};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
+use shibo_engine::value::{self, ExemplarFrame, Field, Grid, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::math::srgb_encode;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::{feature, seams};
@@ -260,7 +260,7 @@ impl Node for Exemplar {
     const OUTPUTS: &'static [Output] =
         &[Output::new("exemplar", Type::Exemplar, "The exemplar, ready to be analysed or synthesised from.")];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.weights.len() <= 1 + self.others.len() {
             return Vec::new();
         }

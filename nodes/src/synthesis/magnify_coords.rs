@@ -5,8 +5,8 @@
 use super::sampled::{ExemplarFilter, Sampled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, CoordMap, Stop, Tiling};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::value::{CoordMap, Stop, Tiling};
 
 /// Shows a finer picture of the exemplar at coordinates that were synthesised from a coarse one.
 ///
@@ -55,8 +55,8 @@ impl Node for MagnifyCoords {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The picture at the coordinates.")];
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        canvas.tile
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        canvas.tile()
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -6,8 +6,8 @@
 use super::sampled::{ExemplarFilter, Sampled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, CoordMap, Stop, Tiling};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::value::{CoordMap, Stop, Tiling};
 
 /// Shows a picture at synthesised coordinates: the exemplar itself, or any other that is aligned with it.
 ///
@@ -43,8 +43,8 @@ impl Node for SampleExemplar {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The picture at the coordinates.")];
 
-    fn tiling(&self, canvas: &Canvas) -> Tiling {
-        canvas.tile
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        canvas.tile()
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -5,8 +5,8 @@ use glam::{IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, CoordMap, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{CoordMap, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ impl Node for StartCoords {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
     const OUTPUTS: &'static [Output] = &[Output::new("coords", Type::CoordMap, "The map.")];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let n = self.size.0 as usize * self.size.1 as usize;
         if self.coords.is_empty() || self.coords.len() == n {
             return Vec::new();

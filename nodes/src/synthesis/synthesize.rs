@@ -11,8 +11,8 @@ use glam::{DVec2, IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, CoordMap, Exemplar, ExemplarLattice, ExemplarLevel, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::value::{CoordMap, Exemplar, ExemplarLattice, ExemplarLevel, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
@@ -275,7 +275,7 @@ impl Node for Synthesize {
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.fixed_mask.is_some() && self.fixed.is_none() {
             let message = "`fixed_mask` says where coordinates are given, but there are none";
             return vec![Problem::new(Code::MissingInput, message).at("fixed_mask").help("connect `fixed` too")];

@@ -6,8 +6,8 @@ use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Color, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile, Type, srgb_to_linear};
+use shibo_engine::node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::tone as kernel;
@@ -72,7 +72,7 @@ impl Node for GradientMap {
     const OUTPUTS: &'static [Output] = &[Output::new("color", Type::Rgb, "The colours, scene-linear.")];
     const FACTS: &'static [Fact] = &[];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let problem = |code, message: String| Problem::new(code, message).at("stops");
         match self.stops.len() {
             0 => return vec![problem(Code::BadValue, "stops is empty; there must be at least one stop".to_owned())],
@@ -103,6 +103,7 @@ impl Node for GradientMap {
 mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, part};
+    use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, port};
 
     const RED: Color = Color([1.0, 0.0, 0.0]);
@@ -138,7 +139,7 @@ mod tests {
 
     #[test]
     fn stops_are_checked() {
-        let message = |stops| map(stops).check(&canvas()).first().map(|p| p.message.clone());
+        let message = |stops| map(stops).check_on(&canvas()).first().map(|p| p.message.clone());
         assert_eq!(message(vec![]).as_deref(), Some("stops is empty; there must be at least one stop"));
         let fallen = message(vec![(0.0, RED), (0.6, BLUE), (0.4, RED)]);
         assert_eq!(fallen.as_deref(), Some("stop 3 is at `0.4`; it must not lie before stop 2, at `0.6`"));

@@ -2,8 +2,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Field, Halo, Stop, Tile};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
 
@@ -41,7 +41,7 @@ impl Node for Remap {
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input on its new range.")];
     const FACTS: &'static [Fact] = &[];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let Linear { at0, at1 } = self.from;
         if self.clamp || f64::from((narrow(at1) - narrow(at0)).abs()) >= LEAST {
             return Vec::new();
@@ -73,6 +73,7 @@ impl Node for Remap {
 mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, pairs, rgb};
+    use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, port};
 
     fn remap(from: (f64, f64), to: (f64, f64), clamp: bool) -> Remap {
@@ -105,7 +106,7 @@ mod tests {
     #[test]
     fn a_point_is_no_range() {
         for from in [(0.5, 0.5), (1e9, 1e9 + 1e-3), (0.0, 1e-12)] {
-            assert_eq!(remap(from, (0.0, 1.0), false).check(&canvas())[0].field.as_deref(), Some("from"));
+            assert_eq!(remap(from, (0.0, 1.0), false).check_on(&canvas())[0].field.as_deref(), Some("from"));
             conforms(&remap(from, (-1e9, 1e9), true), &[gray().into()]);
         }
         conforms(&remap((0.0, 1e-8), (-1e9, 1e9), false), &[gray().into()]);

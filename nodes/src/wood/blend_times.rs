@@ -7,8 +7,8 @@ use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{Canvas, Skeleton, Solid, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_engine::value::{Skeleton, Solid, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::branch::{Power, blend, blend_all};
@@ -148,7 +148,7 @@ impl Node for BlendTimes {
     ];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let bad = |message: &str, field: &str| vec![Problem::new(ErrorCode::BadValue, message).at(field)];
         match (self.times.is_empty(), self.origin, &self.skeleton) {
             (true, ..) => bad("times is empty; connect at least the trunk's time", "times"),

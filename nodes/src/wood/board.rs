@@ -7,8 +7,8 @@ use super::trees::{Triple, vector};
 use glam::{DMat3, DVec3, EulerRot};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Stop, Tiling};
+use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Stop, Tiling};
 
 /// Cuts a board out of a solid: all six faces, which agree on their edges.
 ///
@@ -79,7 +79,7 @@ impl Node for Board {
     ];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::NONE
     }
 

@@ -7,8 +7,8 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Branch, Canvas, Skeleton, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Range};
+use shibo_engine::value::{Branch, Skeleton, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::wood::fit;
 
@@ -145,7 +145,7 @@ impl Node for Branches {
     const OUTPUTS: &'static [Output] = &[Output::new("skeleton", Type::Skeleton, "The trunk with its branches.")];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let bad = |message: String| Problem::new(Code::BadValue, message).at("branches");
         if self.branches.len() > MOST {
             let message = format!("branches has {} entries; at most {MOST} are allowed", self.branches.len());

@@ -8,8 +8,8 @@ use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, Rgb};
-use shibo_engine::value::{self, Canvas, Field, Stop, Type, Window, srgb_to_linear};
+use shibo_engine::node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, Rgb};
+use shibo_engine::value::{self, Field, Stop, Type, Window, srgb_to_linear};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::strip::{self, Sampled, Strip, StripError, StripSpec};
@@ -227,7 +227,7 @@ impl Node for ColorPattern {
     const OUTPUTS: &'static [Output] = &[Output::new("pattern", Type::ColorPattern, "The colours, entry by entry.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let problem = |code, message: String| vec![Problem::new(code, message).at("stops")];
         match self.stops.len() {
             0 => return problem(Code::BadValue, "stops is empty; there must be at least one stop".to_owned()),

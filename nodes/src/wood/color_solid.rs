@@ -2,8 +2,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{Canvas, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone::{Gradient, Interpolation};
 use shibo_kernel::wood::solids::Code;
@@ -35,7 +35,7 @@ impl Node for ColorSolid {
     const OUTPUTS: &'static [Output] = &[Output::new("color", Type::SolidColor, "The colours, scene-linear.")];
     const FACTS: &'static [Fact] = &[];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let problem = |code, message: &str| vec![Problem::new(code, message).at("stops")];
         if self.stops.is_empty() {
             return problem(ErrorCode::BadValue, "stops is empty; there must be at least one stop");

@@ -6,8 +6,8 @@ use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Cut, Field, Key, Stop, Tile, Tiling, Type};
+use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::simd::dispatch;
 
 /// How a board is cut from a trunk that stands on the z axis.
@@ -173,8 +173,8 @@ impl Node for CutPlane {
     const OUTPUTS: &'static [Output] = &[Output::like("value", &["solid"], "What the plane shows of the solid.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn check(&self, canvas: &Canvas) -> Vec<Problem> {
-        let plane = self.plane(canvas.size_mm);
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        let plane = self.plane(canvas.size_mm());
         if plane.u.cross(plane.v).length() <= 1e-12 * plane.u.length() * plane.v.length() {
             let message = "u and v point the same way; they must span a plane";
             return vec![Problem::new(Code::BadValue, message).at("v")];
@@ -182,7 +182,7 @@ impl Node for CutPlane {
         Vec::new()
     }
 
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::NONE
     }
 

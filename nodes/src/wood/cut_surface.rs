@@ -8,8 +8,8 @@ use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnySolid, Context, Fact, FilePath, In, Node, Output, Outputs};
-use shibo_engine::value::{Canvas, Cut, Field, Key, Stop, Tile, Tiling, Type};
+use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs};
+use shibo_engine::value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 use shibo_kernel::wood::surface;
 use std::path::Path;
 use std::sync::Arc;
@@ -173,7 +173,7 @@ impl Node for CutSurface {
     const OUTPUTS: &'static [Output] = &[Output::like("value", &["solid"], "What the surface shows of the solid.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         match self.shape {
             SurfaceShape::Bezier if self.controls.len() != 16 => {
                 let message =
@@ -191,7 +191,7 @@ impl Node for CutSurface {
         self.file.iter().map(|file| ("file", file)).collect()
     }
 
-    fn tiling(&self, _canvas: &Canvas) -> Tiling {
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         let round = matches!(self.shape, SurfaceShape::Cylinder | SurfaceShape::Bowl) && self.arc == 360.0;
         Tiling { x: round, y: false }
     }
@@ -199,8 +199,7 @@ impl Node for CutSurface {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let size = cx.size_mm();
         let (surface, bytes) = self.surface(cx)?;
-        let kind = format!("{:?}", self.shape);
-        let key = Key::of("surface", &[kind.as_bytes(), &bytes, &size.x.to_le_bytes(), &size.y.to_le_bytes()]);
+        let key = Key::of("surface", &[&[self.shape as u8], &bytes, &size.x.to_le_bytes(), &size.y.to_le_bytes()]);
         // The largest distance of neighbours on a coarse grid, as mm of space for a mm of canvas.
         let mut stretch = DVec2::ZERO;
         let net = 48;

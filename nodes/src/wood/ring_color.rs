@@ -7,8 +7,8 @@ use super::by_calendar::ByCalendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, SolidVector};
-use shibo_engine::value::{Canvas, ColorPattern, Patch, Planes, Solid, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, SolidVector};
+use shibo_engine::value::{ColorPattern, Patch, Planes, Solid, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -272,7 +272,7 @@ impl Node for RingColor {
     ];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 
-    fn advice(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         Vec::new()
     }
 

@@ -5,8 +5,8 @@ use super::trees::Triple;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidVector};
-use shibo_engine::value::{Canvas, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidVector};
+use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -56,7 +56,7 @@ impl Node for SolidNoise {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Solid, "The noise, 0..1.")];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let s = self.stretch;
         if [s.0, s.1, s.2].iter().all(|v| v.is_finite() && *v > 0.0) {
             return Vec::new();

@@ -9,8 +9,8 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, FilePath, Node, Output, Outputs, Range};
-use shibo_engine::value::{Canvas, Curve, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Range};
+use shibo_engine::value::{Curve, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
@@ -101,7 +101,7 @@ impl Node for TrunkNodes {
     const OUTPUTS: &'static [Output] = &[Output::new("curve", Type::Curve, "The nodes, from the ground up.")];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.nodes.len() > MOST {
             let message = format!("nodes has {} entries; at most {MOST} are allowed", self.nodes.len());
             return vec![Problem::new(Code::TooLarge, message).at("nodes")];

@@ -8,8 +8,8 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{Canvas, ColorPattern, Curve, Skeleton, Solid, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_engine::value::{ColorPattern, Curve, Skeleton, Solid, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
@@ -152,7 +152,7 @@ impl Node for VaryGrowth {
     ];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 
-    fn check(&self, _canvas: &Canvas) -> Vec<Problem> {
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let bad = |message: String, field: &str| vec![Problem::new(ErrorCode::BadValue, message).at(field)];
         if self.waves.len() > WAVES {
             return bad(format!("waves has {} entries; at most {WAVES} are allowed", self.waves.len()), "waves");

@@ -334,7 +334,7 @@ mod whole {
     use shibo_kernel::leather::segments::{SegmentSpec, place};
     use shibo_kernel::springs::{Motion, Net, simulate};
     use shibo_kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle, Window};
-    use shibo_kernel::surface::normal::{HALO, NormalSpec, Slope, normal};
+    use shibo_kernel::surface::normal::{HALO, NormalSpec, SlopeFilter, normal};
     use std::hint::black_box;
 
     const SIZE: f32 = 60.0;
@@ -392,7 +392,7 @@ mod whole {
                 strength: -1.0,
                 y_up: true,
                 encode: true,
-                slope: Slope::Central,
+                slope: SlopeFilter::Central,
             };
             let rect = Rect { x0: 0, y0: 0, w: 256, h: 256 };
             let [nx, ny, nz] = &mut normals;

@@ -20,7 +20,7 @@ use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 use shibo_kernel::noise::worley::{Metric, Worley, WorleyOut, WorleySpec};
 use shibo_kernel::pointwise::blend;
 use shibo_kernel::pointwise::tone::{self, Gradient, Interpolation, Levels};
-use shibo_kernel::surface::normal::{self, NormalSpec, Slope};
+use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 use shibo_kernel::surface::occlusion::{self, OcclusionSpec};
 use shibo_kernel::surface::relief::{self, ReliefSpec, Surface};
 
@@ -150,7 +150,7 @@ fn normals() -> (f64, f64) {
     let rect = Rect::new(0, 0, BIG, BIG);
     let big = rect.grow([normal::HALO; 2]);
     let data = vec![0.5; big.area()];
-    let spec = NormalSpec { step: [1.0; 2], strength: 1.0, y_up: true, encode: false, slope: Slope::Central };
+    let spec = NormalSpec { step: [1.0; 2], strength: 1.0, y_up: true, encode: false, slope: SlopeFilter::Central };
     let [mut x, mut y, mut z] = [(); 3].map(|()| vec![0.0f32; BIG * BIG]);
     let own = rate(BIG * BIG, || {
         normal::normal(&View::new(&data, big), rect, &spec, [black_box(&mut x), &mut y, &mut z]);
@@ -197,7 +197,7 @@ fn points() -> (f64, f64, f64) {
     let spec = Levels { input: [0.1, 0.9], gamma: 2.2, output: [0.0, 1.0] };
     let power = rate(TILE * TILE, || tone::levels(black_box(input), &mut out, &spec));
     let blended = rate(TILE * TILE, || {
-        blend::blend(blend::Mode::Overlay, black_box(input), input, Some(input), 0.5, &mut out);
+        blend::blend(blend::BlendMode::Overlay, black_box(input), input, Some(input), 0.5, &mut out);
     });
     let view = View::new(&data, rect.grow([8, 8]));
     let spec = WarpSpec { step: [1.0; 2], limit: [4.0; 2] };

@@ -1,4 +1,5 @@
-//! The numeric kernels of Shibo: functions on slices and `glam` types; no node, no graph, no files.
+//! The numeric kernels of Shibo: functions on slices and `glam` types; no node, no graph, no files. What a graph can choose
+//! between is an enum here, which the nodes take as a parameter as it is: its doc comments are the manual's.
 //!
 //! Rules for all of them: results never depend on the number of threads or on how a picture is cut into tiles;
 //! random numbers are hashed from a seed and an index; reductions have a fixed order; transcendental functions come

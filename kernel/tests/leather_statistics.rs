@@ -4,7 +4,7 @@ use glam::Vec2;
 use serde_json::Value;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::leather::bands::{self, BandSpec};
-use shibo_kernel::leather::lines::{Along, Raster, Reduce};
+use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
 use shibo_kernel::leather::links::grid_links;
 use shibo_kernel::leather::points::{self, GridSpec};
 use shibo_kernel::leather::segments::{self, SegmentSpec};
@@ -89,7 +89,7 @@ fn check(case: &Value, name: &str) {
     let area = Raster { values: &field, width: PIXELS, height: PIXELS, size: Vec2::splat(SIDE), periodic: false };
     let size = Vec2::splat(SIDE);
     let ends: Vec<_> = (0..links.pairs.len()).map(|l| links.ends(l, &grid.points, size)).collect();
-    let scalars = area.along_all(&ends, Along::Line, Reduce::Mean);
+    let scalars = area.along_all(&ends, Sample::Line, Reduction::Mean);
     let [soft, stiff] = pair(&parameters["k"]);
     let stiffness: Vec<f32> = scalars.iter().map(|s| soft + (stiff - soft) * s).collect();
     let rest: Vec<f32> = links.lengths(&regular.points, size).iter().map(|l| l - 1.0).collect();

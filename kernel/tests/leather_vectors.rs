@@ -6,7 +6,7 @@ use serde_json::Value;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::real::Real;
 use shibo_kernel::leather::bands::{self, BandSpec};
-use shibo_kernel::leather::lines::{Along, Raster, Reduce, bresenham};
+use shibo_kernel::leather::lines::{Raster, Reduction, Sample, bresenham};
 use shibo_kernel::leather::links::{GridShape, Links, grid_links, radius_links};
 use shibo_kernel::leather::points::{self, GridSpec};
 use shibo_kernel::leather::segments::{self, Segment, SegmentSpec};
@@ -203,9 +203,9 @@ fn line_pixels_and_scalars() {
             .collect();
         let raster = Raster { values: &values, width: 20, height: 20, size: Vec2::splat(4.0), periodic: false };
         let start = vec2s(if case["start"].is_array() { &case["start"] } else { &all["points"] });
-        let reduce = if case["options"]["how"] == "sum" { Reduce::Sum } else { Reduce::Mean };
+        let reduce = if case["options"]["how"] == "sum" { Reduction::Sum } else { Reduction::Mean };
         let lines: Vec<_> = links(&case["links"]).iter().map(|l| l.map(|p| start[p as usize])).collect();
-        let found = raster.along_all(&lines, Along::Line, reduce);
+        let found = raster.along_all(&lines, Sample::Line, reduce);
         for (found, expected) in found.iter().zip(numbers(&case["line_scalar"])) {
             assert!((f64::from(*found) - expected).abs() < 1e-5, "{}: {found} {expected}", case["name"]);
         }

@@ -16,7 +16,6 @@ pub mod tone;
 pub mod wood;
 
 mod bounds;
-mod choice;
 #[cfg(test)]
 mod conform;
 mod csv_points;

@@ -291,7 +291,7 @@ impl Scene {
             let channel = target.channel.map_or("", Channel::name);
             Key::of("channel", &[self.keys.output(target.node, target.output).as_bytes(), channel.as_bytes()])
         });
-        let parts: [&[u8]; 3] = [key.as_bytes(), field.ty().name().as_bytes(), &grid.id().to_bytes()];
+        let parts: [&[u8]; 3] = [key.as_bytes(), field.ty().name().as_bytes(), &grid.id().bytes()];
         Key::of("preview", &parts).to_string()
     }
 

@@ -1,6 +1,7 @@
 //! Exemplars.
 use super::{Number, Object, Pixels, Sketch, Tiling, Type};
 use glam::{DVec2, UVec2};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -18,14 +19,14 @@ pub struct ExemplarFrame {
 }
 
 /// Which neighbours of a pixel are compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Neighborhood {
-    /// The four diagonal ones.
+    /// The four neighbours along the diagonals.
     #[default]
     Diagonal4,
-    /// The eight nearest.
+    /// The eight nearest neighbours.
     Square3,
-    /// The 24 nearest.
+    /// The 24 nearest neighbours.
     Square5,
 }
 

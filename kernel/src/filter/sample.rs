@@ -6,18 +6,21 @@
 use crate::ground::cubic::{bspline, catmull_rom};
 use crate::ground::math::{clamp, lerp};
 use crate::ground::window::{Rect, View, index, offset};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// How values between pixel centres are made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Filter {
     /// The nearest pixel.
     Nearest,
     /// Linear in x and y.
     Bilinear,
-    /// Catmull-Rom cubic: sharp, overshoots a little at edges.
+    /// Cubic and sharp; overshoots a little at edges.
     #[default]
     CatmullRom,
-    /// Cubic B-spline: smooth, never overshoots, blurs by a variance of ⅓ pixel².
+    /// Cubic and smooth; pixels lose a little contrast.
+    // Cubic B-spline: smooth, never overshoots, blurs by a variance of ⅓ pixel².
     BSpline,
 }
 

@@ -1,12 +1,14 @@
 //! What links read from a scalar field: the pixels on them or near them, or samples between the pixels.
 //!
 //! Source: JP4905282B2 §4, claim 3 (A17 to A24) and §6(1) for masses (A28, A29). The source's pixels "on the line" are
-//! those of Bresenham's line between the two end pixels (L-5). [`Along::Smooth`] reads the picture between its pixels
+//! those of Bresenham's line between the two end pixels (L-5). [`Sample::Smooth`] reads the picture between its pixels
 //! instead and is the better default: small motions of a point change its value a little rather than by jumps.
 
 use crate::ground::number::narrow;
 use glam::{IVec2, Vec2};
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A picture over the work area: pixel (0, 0) touches the origin, row 0 is at y = 0.
 #[derive(Clone, Copy, Debug)]
@@ -23,25 +25,25 @@ pub struct Raster<'a> {
     pub periodic: bool,
 }
 
-/// Which places of a picture belong to a line.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Along {
-    /// Two samples per pixel of length, bilinear.
+/// Which places of the field belong to a link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Sample {
+    /// Two samples per pixel along the link, between the pixels: the better choice in practice.
     #[default]
     Smooth,
-    /// Bresenham's line between the pixels of the two ends (A22).
+    /// The pixels of Bresenham's line, as in the source.
     Line,
-    /// Pixels whose centres are at most so many mm from the line (A24).
-    Near(f32),
+    /// The pixels at most so many mm from the link.
+    Near(f64),
 }
 
-/// How the values are summed up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Reduce {
-    /// The mean (A22).
+/// How the values that belong to a link or a point are summed up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Reduction {
+    /// Their mean.
     #[default]
     Mean,
-    /// The sum over the pixels (A23), which grows with their number (L-11).
+    /// Their sum, which grows with the number of pixels.
     Sum,
 }
 
@@ -90,16 +92,16 @@ impl Raster<'_> {
     }
 
     /// The mean or sum along the line between two points. `Near` finds the pixel of the middle when no other is near.
-    pub fn along(&self, ends: [Vec2; 2], along: Along, reduce: Reduce) -> f32 {
+    pub fn along(&self, ends: [Vec2; 2], along: Sample, reduce: Reduction) -> f32 {
         let (mut sum, mut count) = (0.0f64, 0u32);
         let mut add = |value: f32| {
             sum += f64::from(value);
             count += 1;
         };
         match along {
-            Along::Line => bresenham(self.pixel(ends[0]), self.pixel(ends[1]), |p| add(self.get(p))),
-            Along::Near(radius) => self.near(ends, radius, |p| add(self.get(p))),
-            Along::Smooth => {
+            Sample::Line => bresenham(self.pixel(ends[0]), self.pixel(ends[1]), |p| add(self.get(p))),
+            Sample::Near(radius) => self.near(ends, narrow(radius), |p| add(self.get(p))),
+            Sample::Smooth => {
                 let [a, b] = ends;
                 // Middles of equal parts, so that no part of the line counts more than another.
                 let parts = (2.0 * ((b - a) * self.scale()).length()).ceil().clamp(1.0, 65536.0);
@@ -110,7 +112,7 @@ impl Raster<'_> {
                 }
             }
         }
-        let result = if reduce == Reduce::Mean { sum / f64::from(count.max(1)) } else { sum };
+        let result = if reduce == Reduction::Mean { sum / f64::from(count.max(1)) } else { sum };
         narrow(if count == 0 { f64::from(self.at((ends[0] + ends[1]) * 0.5)) } else { result })
     }
 
@@ -136,7 +138,7 @@ impl Raster<'_> {
     }
 
     /// [`Self::along`] for many lines, in parallel.
-    pub fn along_all(&self, lines: &[[Vec2; 2]], along: Along, reduce: Reduce) -> Vec<f32> {
+    pub fn along_all(&self, lines: &[[Vec2; 2]], along: Sample, reduce: Reduction) -> Vec<f32> {
         lines.par_iter().map(|&ends| self.along(ends, along, reduce)).collect()
     }
 }

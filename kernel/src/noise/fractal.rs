@@ -17,31 +17,35 @@ use crate::ground::math;
 use crate::ground::simd;
 use crate::ground::window::{Frame, index, offset};
 use glam::DVec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use shibo_engine::value::Tiling;
 
-/// What is drawn on the cells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// The noise of each octave.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Basis {
-    /// A random slope at each corner.
+    /// Perlin noise: a random slope at each corner of a cell.
     #[default]
     Gradient,
-    /// A random value at each corner.
+    /// A random value at each corner; blockier.
     Value,
-    /// A random value per cell, with hard edges.
+    /// A random value in each cell, with hard edges.
     White,
 }
 
-/// How the octaves are folded and summed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Fractal {
-    /// The sum.
+/// How octaves are folded and summed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum FractalKind {
+    /// Clouds: the sum.
     #[default]
     Fbm,
-    /// Sharp crests: each octave is 1 - |n|, squared.
+    /// Sharp bright crests.
+    // Sharp crests: each octave is 1 - |n|, squared.
     Ridged,
-    /// Round lumps between sharp valleys: each octave is |n|.
+    /// Round lumps between sharp dark valleys.
+    // Round lumps between sharp valleys: each octave is |n|.
     Billow,
-    /// The sum folded once at its mean: thin dark veins. 0 lies in the veins; mean 0.26.
+    /// Thin dark veins: the sum folded at its mean. The result has a mean of 0.26.
     Turbulence,
 }
 
@@ -53,7 +57,7 @@ pub struct NoiseSpec {
     /// What is drawn.
     pub basis: Basis,
     /// How octaves combine.
-    pub fractal: Fractal,
+    pub fractal: FractalKind,
     /// Number of octaves, ≥ 1.
     pub octaves: u32,
     /// Ratio of the cell sizes of two octaves, > 1.
@@ -68,7 +72,7 @@ impl NoiseSpec {
         Self {
             shape: CellShape::round(size),
             basis: Basis::Gradient,
-            fractal: Fractal::Fbm,
+            fractal: FractalKind::Fbm,
             octaves,
             lacunarity: 2.0,
             gain: 0.5,
@@ -80,17 +84,17 @@ impl NoiseSpec {
 const DEVIATION: f64 = 0.155;
 
 /// Mean and deviation of one octave by shape and basis, measured (test `statistics`).
-const fn moments(basis: Basis, fractal: Fractal) -> (f64, f64) {
+const fn moments(basis: Basis, fractal: FractalKind) -> (f64, f64) {
     match (basis, fractal) {
-        (Basis::Gradient, Fractal::Fbm | Fractal::Turbulence) => (0.0, 0.1763),
-        (Basis::Gradient, Fractal::Billow) => (0.1400, 0.1072),
-        (Basis::Gradient, Fractal::Ridged) => (0.7511, 0.1744),
-        (Basis::Value, Fractal::Fbm | Fractal::Turbulence) => (0.0, 0.4566),
-        (Basis::Value, Fractal::Billow) => (0.3830, 0.2486),
-        (Basis::Value, Fractal::Ridged) => (0.4425, 0.2908),
-        (Basis::White, Fractal::Fbm | Fractal::Turbulence) => (0.0, 0.57735),
-        (Basis::White, Fractal::Billow) => (0.5, 0.288_675),
-        (Basis::White, Fractal::Ridged) => (1.0 / 3.0, 0.298_142),
+        (Basis::Gradient, FractalKind::Fbm | FractalKind::Turbulence) => (0.0, 0.1763),
+        (Basis::Gradient, FractalKind::Billow) => (0.1400, 0.1072),
+        (Basis::Gradient, FractalKind::Ridged) => (0.7511, 0.1744),
+        (Basis::Value, FractalKind::Fbm | FractalKind::Turbulence) => (0.0, 0.4566),
+        (Basis::Value, FractalKind::Billow) => (0.3830, 0.2486),
+        (Basis::Value, FractalKind::Ridged) => (0.4425, 0.2908),
+        (Basis::White, FractalKind::Fbm | FractalKind::Turbulence) => (0.0, 0.57735),
+        (Basis::White, FractalKind::Billow) => (0.5, 0.288_675),
+        (Basis::White, FractalKind::Ridged) => (1.0 / 3.0, 0.298_142),
     }
 }
 
@@ -241,20 +245,20 @@ fn white<const WRAP: u8>(run: &Run, out: &mut [f32; LANES]) {
 }
 
 #[inline(always)]
-fn add(fractal: Fractal, octave: &Octave<'_>, value: &[f32; LANES], sum: &mut [f32; LANES]) {
+fn add(fractal: FractalKind, octave: &Octave<'_>, value: &[f32; LANES], sum: &mut [f32; LANES]) {
     let (weight, mean) = (octave.weight, octave.mean);
     match fractal {
-        Fractal::Fbm | Fractal::Turbulence => {
+        FractalKind::Fbm | FractalKind::Turbulence => {
             for (sum, n) in sum.iter_mut().zip(value) {
                 *sum += weight * n;
             }
         }
-        Fractal::Billow => {
+        FractalKind::Billow => {
             for (sum, n) in sum.iter_mut().zip(value) {
                 *sum += weight * (n.abs() - mean);
             }
         }
-        Fractal::Ridged => {
+        FractalKind::Ridged => {
             for (sum, n) in sum.iter_mut().zip(value) {
                 let ridge = 1.0 - n.abs();
                 *sum += weight * (ridge * ridge - mean);
@@ -264,9 +268,9 @@ fn add(fractal: Fractal, octave: &Octave<'_>, value: &[f32; LANES], sum: &mut [f
 }
 
 #[inline(always)]
-fn finish(fractal: Fractal, sum: &mut [f32; LANES]) {
+fn finish(fractal: FractalKind, sum: &mut [f32; LANES]) {
     for x in sum {
-        let x_ = if fractal == Fractal::Turbulence { 2.1 * x.abs() } else { *x + 0.5 };
+        let x_ = if fractal == FractalKind::Turbulence { 2.1 * x.abs() } else { *x + 0.5 };
         *x = math::saturate(x_);
     }
 }
@@ -279,7 +283,7 @@ mod tests {
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 
-    fn spec(basis: Basis, fractal: Fractal) -> NoiseSpec {
+    fn spec(basis: Basis, fractal: FractalKind) -> NoiseSpec {
         NoiseSpec { basis, fractal, shape: CellShape { size: 1.3, aspect: 1.7, angle: 0.5 }, ..NoiseSpec::fbm(1.3, 3) }
     }
 
@@ -298,7 +302,7 @@ mod tests {
     #[test]
     fn statistics() {
         for basis in [Basis::Gradient, Basis::Value, Basis::White] {
-            for fractal in [Fractal::Fbm, Fractal::Ridged, Fractal::Billow] {
+            for fractal in [FractalKind::Fbm, FractalKind::Ridged, FractalKind::Billow] {
                 let spec = NoiseSpec { basis, fractal, ..NoiseSpec::fbm(0.5, 1) };
                 let noise = Noise::new(&spec, CANVAS, Hash::new(3));
                 let (mean, deviation) = mean_and_deviation(&render(&noise, Rect::new(0, 0, 768, 512), 60.0 / 768.0));
@@ -315,7 +319,7 @@ mod tests {
         #[test]
         fn tiles_agree(seed: u64, x0 in -200i32..300, y0 in -200i32..300, w in 1usize..150, h in 1usize..8) {
             for basis in [Basis::Gradient, Basis::Value, Basis::White] {
-                let noise = Noise::new(&spec(basis, Fractal::Ridged), CANVAS, Hash::new(seed));
+                let noise = Noise::new(&spec(basis, FractalKind::Ridged), CANVAS, Hash::new(seed));
                 let whole = render(&noise, Rect::new(-200, y0, 700, h), 0.1);
                 let tile = render(&noise, Rect::new(x0, y0, w, h), 0.1);
                 for j in 0..h {
@@ -339,10 +343,10 @@ mod tests {
 
     #[test]
     fn wide_and_plain_code_agree() {
-        let noise = Noise::new(&spec(Basis::Gradient, Fractal::Fbm), CANVAS, Hash::new(5));
+        let noise = Noise::new(&spec(Basis::Gradient, FractalKind::Fbm), CANVAS, Hash::new(5));
         let frame = Frame::new(Rect::new(-7, 3, 200, 40), [0.1, 0.1]);
         let wide = render(&noise, frame.rect, 0.1);
-        let (_, deviation) = moments(Basis::Gradient, Fractal::Fbm);
+        let (_, deviation) = moments(Basis::Gradient, FractalKind::Fbm);
         let octaves: Vec<_> = noise
             .octaves
             .iter()

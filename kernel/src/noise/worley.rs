@@ -11,17 +11,22 @@ use crate::ground::math::{max, min};
 use crate::ground::simd;
 use crate::ground::window::{Frame, index, offset};
 use glam::DVec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use shibo_engine::value::Tiling;
 
-/// How distances to feature points are measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// How distances to points are measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Metric {
-    /// √(x² + y²).
+    /// As usual: round cells.
+    // √(x² + y²).
     #[default]
     Euclidean,
-    /// |x| + |y|.
+    /// The distance along x plus that along y: diamonds.
+    // |x| + |y|.
     Manhattan,
-    /// max(|x|, |y|).
+    /// The larger of the distances along x and along y: squares.
+    // max(|x|, |y|).
     Chebyshev,
 }
 

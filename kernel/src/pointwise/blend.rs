@@ -2,11 +2,12 @@
 
 use crate::ground::math::{max, min, saturate};
 use crate::ground::simd;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// What is done with the base `a` and the top layer `b`. Modes meant for 0..1 also accept other values; divisions by
-/// nothing give 0 for 0/0 and a limit of 1 where the mode has one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Mode {
+/// What becomes of the base `a` and the top layer `b`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum BlendMode {
     /// b
     #[default]
     Normal,
@@ -18,21 +19,21 @@ pub enum Mode {
     Multiply,
     /// a / b; 0 where b is 0
     Divide,
-    /// 1 - (1-a)(1-b)
+    /// 1 - (1-a)(1-b): brightens
     Screen,
-    /// Multiply in the dark, screen in the light of a.
+    /// Multiply in the dark, screen in the light of a: more contrast
     Overlay,
-    /// Multiply in the dark, screen in the light of b.
+    /// Multiply in the dark, screen in the light of b
     HardLight,
-    /// a bent gently by b (W3C compositing).
+    /// As overlay, but gentle
     SoftLight,
-    /// Linear burn below, linear dodge above ½ of b: a + 2b - 1
+    /// a + 2b - 1
     LinearLight,
-    /// Darken below, lighten above ½ of b.
+    /// Darken where b is below ½, lighten above
     PinLight,
-    /// max(a, b)
+    /// The larger of a and b
     Lighten,
-    /// min(a, b)
+    /// The smaller of a and b
     Darken,
     /// |a - b|
     Difference,
@@ -46,7 +47,7 @@ pub enum Mode {
     LinearBurn,
     /// (a + b) / 2
     Average,
-    /// a + b - ½: adds a height or detail around ½
+    /// a + b - ½: adds detail that varies around ½
     AddSub,
 }
 
@@ -55,7 +56,7 @@ pub enum Mode {
 ///
 /// # Panics
 /// If the slices differ in length.
-pub fn blend(mode: Mode, base: &[f32], top: &[f32], mask: Option<&[f32]>, opacity: f32, out: &mut [f32]) {
+pub fn blend(mode: BlendMode, base: &[f32], top: &[f32], mask: Option<&[f32]>, opacity: f32, out: &mut [f32]) {
     assert!(base.len() == out.len() && top.len() == out.len() && mask.is_none_or(|m| m.len() == out.len()));
     let mix = Mix { base, top, mask, opacity };
     simd::dispatch(
@@ -103,30 +104,30 @@ impl Mix<'_> {
     }
 
     #[inline(always)]
-    fn mode(&self, mode: Mode, out: &mut [f32]) {
+    fn mode(&self, mode: BlendMode, out: &mut [f32]) {
         match mode {
-            Mode::Normal => self.apply(out, |_, b| b),
-            Mode::Add => self.apply(out, |a, b| a + b),
-            Mode::Subtract => self.apply(out, |a, b| a - b),
-            Mode::Multiply => self.apply(out, |a, b| a * b),
-            Mode::Divide => self.apply(out, |a, b| if b == 0.0 { 0.0 } else { a / b }),
-            Mode::Screen => self.apply(out, screen),
-            Mode::Overlay => self.apply(out, |a, b| hard_light(b, a)),
-            Mode::HardLight => self.apply(out, hard_light),
-            Mode::SoftLight => self.apply(out, soft_light),
-            Mode::LinearLight => self.apply(out, |a, b| a + 2.0 * b - 1.0),
-            Mode::PinLight => {
+            BlendMode::Normal => self.apply(out, |_, b| b),
+            BlendMode::Add => self.apply(out, |a, b| a + b),
+            BlendMode::Subtract => self.apply(out, |a, b| a - b),
+            BlendMode::Multiply => self.apply(out, |a, b| a * b),
+            BlendMode::Divide => self.apply(out, |a, b| if b == 0.0 { 0.0 } else { a / b }),
+            BlendMode::Screen => self.apply(out, screen),
+            BlendMode::Overlay => self.apply(out, |a, b| hard_light(b, a)),
+            BlendMode::HardLight => self.apply(out, hard_light),
+            BlendMode::SoftLight => self.apply(out, soft_light),
+            BlendMode::LinearLight => self.apply(out, |a, b| a + 2.0 * b - 1.0),
+            BlendMode::PinLight => {
                 self.apply(out, |a, b| if b < 0.5 { min(a, 2.0 * b) } else { max(a, 2.0 * b - 1.0) });
             }
-            Mode::Lighten => self.apply(out, max),
-            Mode::Darken => self.apply(out, min),
-            Mode::Difference => self.apply(out, |a, b| (a - b).abs()),
-            Mode::Exclusion => self.apply(out, |a, b| a + b - 2.0 * a * b),
-            Mode::ColorDodge => self.apply(out, color_dodge),
-            Mode::ColorBurn => self.apply(out, |a, b| 1.0 - color_dodge(1.0 - a, 1.0 - b)),
-            Mode::LinearBurn => self.apply(out, |a, b| a + b - 1.0),
-            Mode::Average => self.apply(out, |a, b| 0.5 * (a + b)),
-            Mode::AddSub => self.apply(out, |a, b| a + b - 0.5),
+            BlendMode::Lighten => self.apply(out, max),
+            BlendMode::Darken => self.apply(out, min),
+            BlendMode::Difference => self.apply(out, |a, b| (a - b).abs()),
+            BlendMode::Exclusion => self.apply(out, |a, b| a + b - 2.0 * a * b),
+            BlendMode::ColorDodge => self.apply(out, color_dodge),
+            BlendMode::ColorBurn => self.apply(out, |a, b| 1.0 - color_dodge(1.0 - a, 1.0 - b)),
+            BlendMode::LinearBurn => self.apply(out, |a, b| a + b - 1.0),
+            BlendMode::Average => self.apply(out, |a, b| 0.5 * (a + b)),
+            BlendMode::AddSub => self.apply(out, |a, b| a + b - 0.5),
         }
     }
 }
@@ -158,27 +159,27 @@ fn color_dodge(a: f32, b: f32) -> f32 {
 mod tests {
     use super::*;
 
-    const ALL: [Mode; 20] = [
-        Mode::Normal,
-        Mode::Add,
-        Mode::Subtract,
-        Mode::Multiply,
-        Mode::Divide,
-        Mode::Screen,
-        Mode::Overlay,
-        Mode::HardLight,
-        Mode::SoftLight,
-        Mode::LinearLight,
-        Mode::PinLight,
-        Mode::Lighten,
-        Mode::Darken,
-        Mode::Difference,
-        Mode::Exclusion,
-        Mode::ColorDodge,
-        Mode::ColorBurn,
-        Mode::LinearBurn,
-        Mode::Average,
-        Mode::AddSub,
+    const ALL: [BlendMode; 20] = [
+        BlendMode::Normal,
+        BlendMode::Add,
+        BlendMode::Subtract,
+        BlendMode::Multiply,
+        BlendMode::Divide,
+        BlendMode::Screen,
+        BlendMode::Overlay,
+        BlendMode::HardLight,
+        BlendMode::SoftLight,
+        BlendMode::LinearLight,
+        BlendMode::PinLight,
+        BlendMode::Lighten,
+        BlendMode::Darken,
+        BlendMode::Difference,
+        BlendMode::Exclusion,
+        BlendMode::ColorDodge,
+        BlendMode::ColorBurn,
+        BlendMode::LinearBurn,
+        BlendMode::Average,
+        BlendMode::AddSub,
     ];
 
     #[test]
@@ -204,10 +205,10 @@ mod tests {
             blend(mode, &[a], &[b], None, 1.0, &mut out);
             out[0]
         };
-        assert_eq!(one(Mode::Screen, 0.5, 0.5), 0.75);
-        assert_eq!(one(Mode::Overlay, 0.25, 0.5), 0.25);
-        assert_eq!(one(Mode::SoftLight, 0.4, 0.5), 0.4);
-        assert_eq!(one(Mode::ColorDodge, 0.25, 0.5), 0.5);
-        assert_eq!(one(Mode::ColorBurn, 0.75, 0.5), 0.5);
+        assert_eq!(one(BlendMode::Screen, 0.5, 0.5), 0.75);
+        assert_eq!(one(BlendMode::Overlay, 0.25, 0.5), 0.25);
+        assert_eq!(one(BlendMode::SoftLight, 0.4, 0.5), 0.4);
+        assert_eq!(one(BlendMode::ColorDodge, 0.25, 0.5), 0.5);
+        assert_eq!(one(BlendMode::ColorBurn, 0.75, 0.5), 0.5);
     }
 }

@@ -7,33 +7,38 @@
 use crate::ground::math::{atan2, max, saturate};
 use crate::ground::simd;
 use crate::ground::window::Frame;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f32::consts::TAU;
 
 /// The lines of equal value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Shape {
-    /// u: straight lines across the direction from one point to the other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum GradientShape {
+    /// Straight lines, at a right angle to the direction from `from` to `to`.
     #[default]
     Linear,
-    /// √(u² + v²): circles around the first point.
+    /// Circles around `from`.
+    // √(u² + v²): circles around the first point.
     Radial,
-    /// The angle from u towards v in turns: rays from the first point.
+    /// Rays from `from`; the value grows with the angle, from the direction of `to` and once around.
     Angular,
-    /// |u| + |v|: squares around the first point, standing on a corner.
+    /// Squares around `from`, with a corner at `to`.
+    // |u| + |v|: squares around the first point, standing on a corner.
     Diamond,
-    /// max(|u|, |v|): squares around the first point.
+    /// Squares around `from`, with the middle of a side at `to`.
+    // max(|u|, |v|): squares around the first point.
     Square,
 }
 
-/// What happens beyond the end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// What happens beyond the end of a ramp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Repeat {
-    /// The value of the end stays.
+    /// The value stays 0 before the ramp and 1 after it.
     #[default]
     Once,
-    /// It begins anew.
+    /// The ramp starts again at 0.
     Repeat,
-    /// It runs back and forth.
+    /// The ramp runs back to 0, then up again, and so on.
     Mirror,
 }
 
@@ -41,7 +46,7 @@ pub enum Repeat {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GradientSpec {
     /// The lines of equal value.
-    pub shape: Shape,
+    pub shape: GradientShape,
     /// Where the value is 0, mm.
     pub from: [f64; 2],
     /// Where it has run its course, mm; not the same point.
@@ -84,14 +89,14 @@ pub fn gradient(spec: &GradientSpec, frame: &Frame, out: &mut [f32]) {
     simd::dispatch(
         #[inline(always)]
         || match spec.shape {
-            Shape::Linear => fill(spec, frame, out, |u, _| u),
-            Shape::Radial => fill(spec, frame, out, |u, v| (u * u + v * v).sqrt()),
-            Shape::Angular => fill(spec, frame, out, |u, v| {
+            GradientShape::Linear => fill(spec, frame, out, |u, _| u),
+            GradientShape::Radial => fill(spec, frame, out, |u, v| (u * u + v * v).sqrt()),
+            GradientShape::Angular => fill(spec, frame, out, |u, v| {
                 let turns = atan2(v, u) / TAU;
                 if turns < 0.0 { turns + 1.0 } else { turns }
             }),
-            Shape::Diamond => fill(spec, frame, out, |u, v| u.abs() + v.abs()),
-            Shape::Square => fill(spec, frame, out, |u, v| max(u.abs(), v.abs())),
+            GradientShape::Diamond => fill(spec, frame, out, |u, v| u.abs() + v.abs()),
+            GradientShape::Square => fill(spec, frame, out, |u, v| max(u.abs(), v.abs())),
         },
     );
 }
@@ -126,7 +131,7 @@ mod tests {
     use crate::ground::window::Rect;
 
     const SPEC: GradientSpec = GradientSpec {
-        shape: Shape::Linear,
+        shape: GradientShape::Linear,
         from: [2.0, 2.0],
         to: [6.0, 2.0],
         times: 1.0,
@@ -146,11 +151,11 @@ mod tests {
     fn shapes_have_their_values() {
         let of = |shape| GradientSpec { shape, ..SPEC };
         assert_eq!([0, 2, 3, 6, 9].map(|x| at(&SPEC, x, 7)), [0.0, 0.0, 0.25, 1.0, 1.0]);
-        assert_eq!(at(&of(Shape::Radial), 2, 4), 0.5);
-        assert!((at(&of(Shape::Angular), 2, 4) - 0.25).abs() < 1e-6);
-        assert!((at(&of(Shape::Angular), 2, 1) - 0.75).abs() < 1e-6);
-        assert_eq!(at(&of(Shape::Diamond), 3, 1), 0.5);
-        assert_eq!(at(&of(Shape::Square), 3, 4), 0.5);
+        assert_eq!(at(&of(GradientShape::Radial), 2, 4), 0.5);
+        assert!((at(&of(GradientShape::Angular), 2, 4) - 0.25).abs() < 1e-6);
+        assert!((at(&of(GradientShape::Angular), 2, 1) - 0.75).abs() < 1e-6);
+        assert_eq!(at(&of(GradientShape::Diamond), 3, 1), 0.5);
+        assert_eq!(at(&of(GradientShape::Square), 3, 4), 0.5);
     }
 
     #[test]
@@ -158,7 +163,7 @@ mod tests {
         let of = |repeat| GradientSpec { repeat, times: 2.0, ..SPEC };
         assert_eq!([1, 2, 3, 4, 5].map(|x| at(&of(Repeat::Repeat), x, 0)), [0.5, 0.0, 0.5, 0.0, 0.5]);
         assert_eq!([1, 2, 3, 4, 5, 6].map(|x| at(&of(Repeat::Mirror), x, 0)), [0.5, 0.0, 0.5, 1.0, 0.5, 0.0]);
-        let wrapped = GradientSpec { shape: Shape::Radial, period: [Some(5.0), None], ..SPEC };
+        let wrapped = GradientSpec { shape: GradientShape::Radial, period: [Some(5.0), None], ..SPEC };
         assert_eq!(at(&wrapped, 6, 2), at(&wrapped, 1, 2));
     }
 }

@@ -2,9 +2,11 @@
 
 use crate::ground::math::{self, clamp, lerp, max, min, saturate};
 use crate::ground::simd;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// An operation on up to three operands a, b, c.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// What is computed of a, b and c.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Operation {
     /// a + b
     #[default]
@@ -21,49 +23,51 @@ pub enum Operation {
     Min,
     /// The larger of a and b
     Max,
-    /// The smaller, rounded over a width c (quadratic)
+    /// The smaller of a and b, rounded over a width c
     SmoothMin,
-    /// The larger, rounded over a width c (quadratic)
+    /// The larger of a and b, rounded over a width c
     SmoothMax,
-    /// a^b; 0 where a ≤ 0 (1 if b is 0)
+    /// a to the power b; 0 where a is not above 0 (1 if b is 0)
     Power,
-    /// √a; 0 below 0
+    /// The square root of a; 0 below 0
+    // √a; 0 below 0
     Sqrt,
-    /// e^a
+    /// e to the power a
     Exp,
-    /// Logarithm of a to base 2; -126 at and below 0
+    /// The logarithm of a to base 2; -126 at and below 0
     Log2,
     /// |a|
     Abs,
     /// -1, 0 or 1
     Sign,
-    /// a - b·floor(a/b), in 0..b; 0 where b is 0
+    /// The rest of a / b, in 0..b; 0 where b is 0
+    // a - b·floor(a/b), in 0..b; 0 where b is 0
     Modulo,
-    /// 0 … b and back (a triangle wave of period 2b); 0 where b is 0
+    /// From 0 to b and back as a grows; 0 where b is 0
     PingPong,
-    /// Largest integer ≤ a
+    /// The largest whole number not above a
     Floor,
-    /// Smallest integer ≥ a
+    /// The smallest whole number not below a
     Ceil,
-    /// Nearest integer
+    /// The whole number next to a
     Round,
-    /// a - floor(a)
+    /// a without its whole part, in 0..1
     Fract,
     /// a rounded down to a multiple of b; a where b is 0
     Snap,
-    /// Sine of a degrees
+    /// The sine of a degrees
     Sin,
-    /// Cosine of a degrees
+    /// The cosine of a degrees
     Cos,
-    /// Tangent of a degrees; 0 where it is infinite
+    /// The tangent of a degrees; 0 where it is infinite
     Tan,
-    /// Angle of the vector (b, a), degrees
+    /// The angle of the vector (b, a) in degrees, from -180 to 180
     Atan2,
     /// √(a² + b²)
     Hypot,
-    /// 0 at a ≤ b, 1 at a ≥ c, the cubic step between
+    /// 0 up to a = b, 1 from a = c on, and the cubic step between
     Smoothstep,
-    /// 1 where a ≥ b, else 0
+    /// 1 where a is not below b, else 0
     Step,
     /// a limited to b..c
     Clamp,

@@ -2,6 +2,8 @@
 
 use crate::ground::math::{self, clamp, lerp, max, saturate, smooth};
 use crate::ground::simd;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// out = f(input), eight at a time.
 #[inline(always)]
@@ -163,15 +165,15 @@ fn hermite(points: &[[f32; 2]], slopes: &[f32], x: f32) -> f32 {
     y0 + (y1 - y0) * s + h * t * u * (slopes[k - 1] * u - slopes[k] * t)
 }
 
-/// How a gradient runs from stop to stop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// How colour runs from stop to stop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Interpolation {
-    /// Straight.
+    /// Along a straight line.
     #[default]
     Linear,
-    /// Level at the stops.
+    /// Smoothly, level at the stops.
     Smooth,
-    /// The colour of the stop before.
+    /// The colour of the stop before, with hard edges.
     Constant,
 }
 

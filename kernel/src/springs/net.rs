@@ -1,24 +1,29 @@
 //! What a run of springs is given and what comes out.
 
 use crate::leather::links::GridShape;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// How position and velocity advance by one step δ (L-6).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// How position and velocity advance by a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Integrator {
-    /// The source's: `x += v δ + a δ²/2; v += a δ`. Gains energy, a factor `√(1 + ω²δ²/2)` a step.
+    /// The rule of the source. It gains energy with every step: it needs few steps, or drag.
+    // The source's: `x += v δ + a δ²/2; v += a δ`. Gains energy, a factor `√(1 + ω²δ²/2)` a step.
     #[default]
     Explicit,
-    /// `v += a δ; x += v δ`: keeps the energy while `ω δ < 2`.
+    /// Velocity first, then position: energy stays about the same, also with larger steps.
+    // `v += a δ; x += v δ`: keeps the energy while `ω δ < 2`.
     SemiImplicit,
 }
 
-/// Which springs can break (L-7).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Which springs can break.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BreakOn {
-    /// Pulled and pushed springs: `|F| > threshold`.
+    /// Pulled and pushed springs.
+    // Pulled and pushed springs: `|F| > threshold`.
     #[default]
     Either,
-    /// Pulled springs only: `F > threshold`.
+    /// Pulled springs only.
     Tension,
 }
 

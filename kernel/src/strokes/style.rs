@@ -1,6 +1,8 @@
 //! What a stroke is, and what all strokes of a set have in common.
 
 use glam::{DVec2, Vec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A straight stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,15 +41,15 @@ impl Default for Profile {
     }
 }
 
-/// How strokes that overlap are combined (L-9).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// How grooves that overlap are combined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Combine {
     /// The deepest.
     #[default]
     Max,
     /// The sum.
     Add,
-    /// `a + b - a b / D`, D the greatest depth of the set.
+    /// The sum, but never deeper than the greatest depth.
     Screen,
 }
 

@@ -5,16 +5,18 @@
 
 use crate::ground::simd;
 use crate::ground::window::{Rect, View};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// How slopes are measured. All of them read one pixel around.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Slope {
-    /// Central differences.
-    #[default]
+/// How slopes are measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SlopeFilter {
+    /// Central differences: the sharpest.
     Central,
     /// Weights 1 2 1 across: smoother.
     Sobel,
-    /// Weights 3 10 3 across: the roundest.
+    /// Weights 3 10 3 across: the same in all directions.
+    #[default]
     Scharr,
 }
 
@@ -30,7 +32,7 @@ pub struct NormalSpec {
     /// Whether components are stored as ½ + ½n.
     pub encode: bool,
     /// How slopes are measured.
-    pub slope: Slope,
+    pub slope: SlopeFilter,
 }
 
 /// Pixels read beyond the window.
@@ -44,12 +46,12 @@ pub fn normal(input: &View<'_>, rect: Rect, spec: &NormalSpec, out: [&mut [f32];
     simd::dispatch(
         #[inline(always)]
         || match (spec.slope, spec.encode) {
-            (Slope::Central, true) => fill::<0, true>(input, rect, spec, out),
-            (Slope::Central, false) => fill::<0, false>(input, rect, spec, out),
-            (Slope::Sobel, true) => fill::<1, true>(input, rect, spec, out),
-            (Slope::Sobel, false) => fill::<1, false>(input, rect, spec, out),
-            (Slope::Scharr, true) => fill::<2, true>(input, rect, spec, out),
-            (Slope::Scharr, false) => fill::<2, false>(input, rect, spec, out),
+            (SlopeFilter::Central, true) => fill::<0, true>(input, rect, spec, out),
+            (SlopeFilter::Central, false) => fill::<0, false>(input, rect, spec, out),
+            (SlopeFilter::Sobel, true) => fill::<1, true>(input, rect, spec, out),
+            (SlopeFilter::Sobel, false) => fill::<1, false>(input, rect, spec, out),
+            (SlopeFilter::Scharr, true) => fill::<2, true>(input, rect, spec, out),
+            (SlopeFilter::Scharr, false) => fill::<2, false>(input, rect, spec, out),
         },
     );
 }
@@ -101,7 +103,7 @@ mod tests {
         let data: Vec<f32> = (3..10u8)
             .flat_map(|y| (2..13u8).map(move |x| 0.75 * 0.5 * f32::from(x) + 0.4 * 0.25 * f32::from(y)))
             .collect();
-        for slope in [Slope::Central, Slope::Sobel, Slope::Scharr] {
+        for slope in [SlopeFilter::Central, SlopeFilter::Sobel, SlopeFilter::Scharr] {
             for y_up in [true, false] {
                 let spec = NormalSpec { step, strength: 2.0, y_up, encode: false, slope };
                 let [mut x, mut y, mut z] = [(); 3].map(|()| vec![0.0; rect.area()]);

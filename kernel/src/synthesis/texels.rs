@@ -3,16 +3,18 @@ use super::plane::Plane;
 use crate::ground::cubic::catmull_rom;
 use crate::ground::real::Real;
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// How values between pixel centres are made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// How values between the pixels of a picture are made, where coordinates lie between them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Fetch {
-    /// Linear in x and y.
-    #[default]
-    Bilinear,
-    /// The pixel that holds the position.
+    /// The nearest pixel: for masks, and for numbers that name something.
     Nearest,
-    /// Catmull-Rom's cubic in x and y: as sharp as the picture; limited to the range of the 16 pixels around.
+    /// Linear in x and y: soft.
+    Bilinear,
+    /// Cubic: as sharp as the picture. Never beyond the range of the 16 pixels around.
+    #[default]
     CatmullRom,
 }
 

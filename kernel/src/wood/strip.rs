@@ -4,6 +4,9 @@
 //! sudden lightening points to the bark) and where years begin; dynamic programming chooses borders whose distances are
 //! alike; every year is resampled, flattened, and the years that are like the others are averaged (WOOD-LOOK §3).
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// A strip of pixels across rings, `rows` rows of `length` scene-linear colours.
 #[derive(Clone, Debug)]
 pub struct Strip {
@@ -15,10 +18,10 @@ pub struct Strip {
     pub rows: usize,
 }
 
-/// Which way a line runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Towards {
-    /// Find out.
+/// In which direction a line across rings runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Direction {
+    /// It is found: colours darken slowly and lighten suddenly on the way to the bark.
     #[default]
     Auto,
     /// From the pith to the bark.
@@ -31,7 +34,7 @@ pub enum Towards {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StripSpec {
     /// Which way it runs.
-    pub towards: Towards,
+    pub towards: Direction,
     /// Whether early wood is the darker part of the year.
     pub early_dark: bool,
     /// Entries of a year.
@@ -244,9 +247,9 @@ pub fn sample(strip: &Strip, spec: &StripSpec) -> Result<Sampled, StripError> {
     let moment = |k: i32| slope.iter().map(|s| (s - mean).powi(k)).sum::<f32>() / n;
     let skew = moment(3) / libm::powf(moment(2).max(1e-20), 1.5) * if spec.early_dark { -1.0 } else { 1.0 };
     let turned = match spec.towards {
-        Towards::Auto => skew < 0.0,
-        Towards::Bark => false,
-        Towards::Pith => true,
+        Direction::Auto => skew < 0.0,
+        Direction::Bark => false,
+        Direction::Pith => true,
     };
     if turned {
         colors.reverse();
@@ -285,7 +288,7 @@ pub fn sample(strip: &Strip, spec: &StripSpec) -> Result<Sampled, StripError> {
     let alike = typical.max(0.0) * kept.len() as f32 / years.len() as f32;
     let confidence = match spec.period {
         Some(_) => 1.0,
-        None => sureness(alike, years.len(), (spec.towards == Towards::Auto).then_some(skew)),
+        None => sureness(alike, years.len(), (spec.towards == Direction::Auto).then_some(skew)),
     };
     if spec.period.is_none() && (kept.len() < 3 || confidence < LEAST) {
         return Err(StripError::Unlike(confidence));
@@ -341,7 +344,7 @@ mod tests {
 
     #[test]
     fn finds_years_either_way() {
-        let spec = StripSpec { towards: Towards::Auto, early_dark: false, entries: 64, all: false, period: None };
+        let spec = StripSpec { towards: Direction::Auto, early_dark: false, entries: 64, all: false, period: None };
         for turned in [false, true] {
             let (strip, profile) = strip(turned, 0.25);
             let found = sample(&strip, &spec).unwrap();
@@ -362,7 +365,7 @@ mod tests {
             if turned {
                 pixels.reverse();
             }
-            let spec = StripSpec { towards: Towards::Auto, early_dark, entries: 24, all: false, period: None };
+            let spec = StripSpec { towards: Direction::Auto, early_dark, entries: 24, all: false, period: None };
             let found = sample(&Strip { pixels, length: 480, rows: 1 }, &spec).unwrap();
             for (k, color) in found.table.iter().enumerate() {
                 let want = 0.7 - 0.4 * k as f32 / 23.0;
@@ -388,7 +391,7 @@ mod tests {
 
     #[test]
     fn noise_has_no_years() {
-        let spec = StripSpec { towards: Towards::Auto, early_dark: false, entries: 64, all: false, period: None };
+        let spec = StripSpec { towards: Direction::Auto, early_dark: false, entries: 64, all: false, period: None };
         for (wide, tall) in [(1, 1), (3, 3), (8, 8), (3, 25), (1, 25), (12, 25)] {
             for (length, seed) in [(240, 1), (600, 2), (600, 3), (1500, 4)] {
                 let found = sample(&noise(length, wide, tall, seed), &spec);
@@ -399,14 +402,14 @@ mod tests {
 
     #[test]
     fn years_of_known_width_need_not_be_found() {
-        let spec = StripSpec { towards: Towards::Bark, early_dark: false, entries: 8, all: true, period: Some(60.0) };
+        let spec = StripSpec { towards: Direction::Bark, early_dark: false, entries: 8, all: true, period: Some(60.0) };
         let found = sample(&noise(300, 3, 3, 1), &spec).unwrap();
         assert_eq!((found.years, found.table.len(), found.confidence), ((5, 5), 40, 1.0));
     }
 
     #[test]
     fn refuses_what_has_no_years() {
-        let spec = StripSpec { towards: Towards::Auto, early_dark: false, entries: 64, all: false, period: None };
+        let spec = StripSpec { towards: Direction::Auto, early_dark: false, entries: 64, all: false, period: None };
         let flat = Strip { pixels: vec![[0.5; 3]; 25 * 300], length: 300, rows: 25 };
         assert_eq!(sample(&flat, &spec), Err(StripError::Flat));
         let short = Strip { pixels: vec![[0.5; 3]; 10], length: 10, rows: 1 };

@@ -3,61 +3,13 @@
 //! Source of the modes: the compositing rules of the W3C and of picture editors; see
 //! [`kernel::blend`](shibo_kernel::pointwise::blend). Differs in that colours are blended scene-linear and nothing is cut to 0..1.
 //! Cost: O(pixels), bound by memory.
-use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::tile::{channel, widest};
-use shibo_kernel::pointwise::blend as kernel;
-
-choice! {
-    /// What becomes of the base `a` and the top layer `b`.
-    BlendMode = kernel::Mode {
-        /// b
-        #[default]
-        Normal,
-        /// a + b
-        Add,
-        /// a - b
-        Subtract,
-        /// a·b
-        Multiply,
-        /// a / b; 0 where b is 0
-        Divide,
-        /// 1 - (1-a)(1-b): brightens
-        Screen,
-        /// Multiply in the dark, screen in the light of a: more contrast
-        Overlay,
-        /// Multiply in the dark, screen in the light of b
-        HardLight,
-        /// As overlay, but gentle
-        SoftLight,
-        /// a + 2b - 1
-        LinearLight,
-        /// Darken where b is below ½, lighten above
-        PinLight,
-        /// The larger of a and b
-        Lighten,
-        /// The smaller of a and b
-        Darken,
-        /// |a - b|
-        Difference,
-        /// a + b - 2ab
-        Exclusion,
-        /// a / (1-b), at most 1
-        ColorDodge,
-        /// 1 - (1-a)/b, at least 0
-        ColorBurn,
-        /// a + b - 1
-        LinearBurn,
-        /// (a + b) / 2
-        Average,
-        /// a + b - ½: adds detail that varies around ½
-        AddSub,
-    }
-}
+use shibo_kernel::pointwise::blend::{self as kernel, BlendMode};
 
 /// Lays one field over another, everywhere or through a mask.
 ///
@@ -98,7 +50,7 @@ impl Default for Blend {
 /// What is the same for all pixels.
 #[derive(Clone, Copy)]
 struct Layers {
-    mode: kernel::Mode,
+    mode: BlendMode,
     opacity: f32,
 }
 
@@ -119,7 +71,7 @@ impl Node for Blend {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (base, top) = (cx.get(&self.base)?, cx.get(&self.top)?);
         let ty = widest([&base, &top]);
-        let mut layers = Layers { mode: self.mode.into(), opacity: 1.0 };
+        let mut layers = Layers { mode: self.mode, opacity: 1.0 };
         let mut masks = Vec::new();
         for field in cx.get_opt(&self.mask)?.into_iter().chain([cx.get(&self.opacity)?]) {
             match field.as_constant() {

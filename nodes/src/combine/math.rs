@@ -3,87 +3,13 @@
 //! Every operation has a finite result for every input; see [`kernel::math_ops`](shibo_kernel::pointwise::math_ops). Operands that
 //! the operation does not use are not computed, and numbers are not read pixel by pixel. Cost: O(pixels), bound by memory
 //! except for powers, logarithms and angles (1 to 3 ns each).
-use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::tile::{channel, widest};
-use shibo_kernel::pointwise::math_ops::{self as kernel, Operand};
-
-choice! {
-    /// What is computed of a, b and c.
-    Operation = kernel::Operation {
-        /// a + b
-        #[default]
-        Add,
-        /// a - b
-        Subtract,
-        /// a·b
-        Multiply,
-        /// a / b; 0 where b is 0
-        Divide,
-        /// a·b + c
-        MultiplyAdd,
-        /// The smaller of a and b
-        Min,
-        /// The larger of a and b
-        Max,
-        /// The smaller of a and b, rounded over a width c
-        SmoothMin,
-        /// The larger of a and b, rounded over a width c
-        SmoothMax,
-        /// a to the power b; 0 where a is not above 0 (1 if b is 0)
-        Power,
-        /// The square root of a; 0 below 0
-        Sqrt,
-        /// e to the power a
-        Exp,
-        /// The logarithm of a to base 2; -126 at and below 0
-        Log2,
-        /// |a|
-        Abs,
-        /// -1, 0 or 1
-        Sign,
-        /// The rest of a / b, in 0..b; 0 where b is 0
-        Modulo,
-        /// From 0 to b and back as a grows; 0 where b is 0
-        PingPong,
-        /// The largest whole number not above a
-        Floor,
-        /// The smallest whole number not below a
-        Ceil,
-        /// The whole number next to a
-        Round,
-        /// a without its whole part, in 0..1
-        Fract,
-        /// a rounded down to a multiple of b; a where b is 0
-        Snap,
-        /// The sine of a degrees
-        Sin,
-        /// The cosine of a degrees
-        Cos,
-        /// The tangent of a degrees; 0 where it is infinite
-        Tan,
-        /// The angle of the vector (b, a) in degrees, from -180 to 180
-        Atan2,
-        /// √(a² + b²)
-        Hypot,
-        /// 0 up to a = b, 1 from a = c on, and the cubic step between
-        Smoothstep,
-        /// 1 where a is not below b, else 0
-        Step,
-        /// a limited to b..c
-        Clamp,
-        /// a + (b - a)·c
-        Mix,
-        /// 1 where a < b, else 0
-        Less,
-        /// 1 where a > b, else 0
-        Greater,
-    }
-}
+use shibo_kernel::pointwise::math_ops::{self as kernel, Operand, Operation};
 
 /// Computes with fields and numbers, channel by channel. Results that are not finite become 0.
 ///
@@ -123,7 +49,7 @@ enum Source {
 
 #[derive(Clone, Copy)]
 struct Arithmetic {
-    operation: kernel::Operation,
+    operation: Operation,
     sources: [Source; 3],
 }
 
@@ -167,7 +93,7 @@ impl Node for Math {
         if matches!(self.operation, Operation::Clamp | Operation::Smoothstep) {
             return Vec::new();
         }
-        let operands = kernel::Operation::from(self.operation).operands();
+        let operands = self.operation.operands();
         let given = [("a", &self.a), ("b", &self.b), ("c", &self.c)];
         let missing = given.iter().take(operands).filter(|(_, port)| port.slot().is_none());
         let advice = |(name, port): &(&str, &In<AnyField>)| {
@@ -181,7 +107,7 @@ impl Node for Math {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let fields = [cx.get(&self.a)?, cx.get(&self.b)?, cx.get(&self.c)?];
         let ty = widest(&fields);
-        let operation = kernel::Operation::from(self.operation);
+        let operation = self.operation;
         let mut read = Vec::new();
         let mut sources = [Source::Value([0.0; 4]); 3];
         for (source, field) in sources.iter_mut().zip(fields).take(operation.operands()) {

@@ -2,8 +2,8 @@
 mod blend;
 mod math;
 
-pub use blend::{Blend, BlendMode};
-pub use math::{Math, Operation};
+pub use blend::Blend;
+pub use math::Math;
 
 use shibo_engine::registry::{Family, Kind};
 

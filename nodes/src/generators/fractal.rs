@@ -5,41 +5,12 @@
 //! to the same mean and deviation and that each octave repeats with the canvas by itself; see
 //! [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels · octaves), about 3 ns each.
 use super::noise_field::noise_field;
-use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::noise::cells::CellShape;
-use shibo_kernel::noise::fractal::{self as kernel, NoiseSpec};
-
-choice! {
-    /// How octaves are folded and summed.
-    FractalKind = kernel::Fractal {
-        /// Clouds: the sum.
-        #[default]
-        Fbm,
-        /// Sharp bright crests.
-        Ridged,
-        /// Round lumps between sharp dark valleys.
-        Billow,
-        /// Thin dark veins: the sum folded at its mean. The result has a mean of 0.26.
-        Turbulence,
-    }
-}
-
-choice! {
-    /// The noise of each octave.
-    Basis = kernel::Basis {
-        /// Perlin noise: a random slope at each corner of a cell.
-        #[default]
-        Gradient,
-        /// A random value at each corner; blockier.
-        Value,
-        /// A random value in each cell, with hard edges.
-        White,
-    }
-}
+use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
 
 /// Clouds, crests, lumps or veins: noise with detail of all sizes, 0..1.
 ///
@@ -105,8 +76,8 @@ impl Node for Fractal {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let spec = NoiseSpec {
             shape: CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() },
-            basis: self.basis.into(),
-            fractal: self.kind.into(),
+            basis: self.basis,
+            fractal: self.kind,
             octaves: self.octaves,
             lacunarity: self.lacunarity,
             gain: self.gain,

@@ -3,7 +3,6 @@
 //! The shapes are the usual ones; see [`kernel::gradient`](shibo_kernel::pointwise::gradient) for their formulas. On a canvas that
 //! tiles, shapes around a point are drawn around the nearest of its copies where that leaves no seam.
 //! Cost: O(pixels), about half a nanosecond each, 3 ns for `Angular`.
-use crate::choice::choice;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,37 +10,7 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::tile;
-use shibo_kernel::pointwise::gradient::{self as kernel, GradientSpec};
-
-choice! {
-    /// The lines of equal value.
-    GradientShape = kernel::Shape {
-        /// Straight lines, at a right angle to the direction from `from` to `to`.
-        #[default]
-        Linear,
-        /// Circles around `from`.
-        Radial,
-        /// Rays from `from`; the value grows with the angle, from the direction of `to` and once around.
-        Angular,
-        /// Squares around `from`, with a corner at `to`.
-        Diamond,
-        /// Squares around `from`, with the middle of a side at `to`.
-        Square,
-    }
-}
-
-choice! {
-    /// What happens beyond the end of a ramp.
-    Repeat = kernel::Repeat {
-        /// The value stays 0 before the ramp and 1 after it.
-        #[default]
-        Once,
-        /// The ramp starts again at 0.
-        Repeat,
-        /// The ramp runs back to 0, then up again, and so on.
-        Mirror,
-    }
-}
+use shibo_kernel::pointwise::gradient::{self as kernel, GradientShape, GradientSpec, Repeat};
 
 /// A ramp from 0 at one point to 1 at another.
 ///
@@ -104,11 +73,11 @@ impl Gradient {
     fn spec(&self, size: DVec2, tile: Tiling) -> (GradientSpec, Tiling) {
         let (from, to) = self.ends(size);
         let mut spec = GradientSpec {
-            shape: self.shape.into(),
+            shape: self.shape,
             from: from.to_array(),
             to: to.to_array(),
             times: f64::from(self.times),
-            repeat: self.repeat.into(),
+            repeat: self.repeat,
             period: [None; 2],
         };
         let [x, y] = match self.shape {

@@ -7,10 +7,10 @@ mod perlin;
 mod worley;
 
 pub use constant::Constant;
-pub use fractal::{Basis, Fractal, FractalKind};
-pub use gradient::{Gradient, GradientShape, Repeat};
+pub use fractal::Fractal;
+pub use gradient::Gradient;
 pub use perlin::Perlin;
-pub use worley::{Metric, Worley};
+pub use worley::Worley;
 
 use shibo_engine::registry::{Family, Kind};
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::noise::cells::CellShape;
-use shibo_kernel::noise::fractal::{Basis, Fractal, NoiseSpec};
+use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
 
 /// Smooth bumps of one size: gradient noise, 0..1 with mean ½.
 ///
@@ -51,7 +51,7 @@ impl Node for Perlin {
         let spec = NoiseSpec {
             shape: CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() },
             basis: Basis::Gradient,
-            fractal: Fractal::Fbm,
+            fractal: FractalKind::Fbm,
             octaves: 1,
             lacunarity: 2.0,
             gain: 0.5,

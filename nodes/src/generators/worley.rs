@@ -4,7 +4,6 @@
 //! borders". Differs in that cells lie on a lattice that repeats with the canvas, with one point in each; see
 //! [`kernel::worley`](shibo_kernel::noise::worley). Each output is computed separately. Cost: O(pixels), about 13 ns each;
 //! `border` four times that.
-use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
@@ -13,22 +12,9 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::cells::CellShape;
-use shibo_kernel::noise::worley::{self as kernel, WorleyOut, WorleySpec};
+use shibo_kernel::noise::worley::{self as kernel, Metric, WorleyOut, WorleySpec};
 use shibo_kernel::pointwise::tone;
 use std::sync::Arc;
-
-choice! {
-    /// How distances to points are measured.
-    Metric = kernel::Metric {
-        /// As usual: round cells.
-        #[default]
-        Euclidean,
-        /// The distance along x plus that along y: diamonds.
-        Manhattan,
-        /// The larger of the distances along x and along y: squares.
-        Chebyshev,
-    }
-}
 
 /// Cells around scattered points: stones, scales, cracks, pores.
 ///
@@ -92,7 +78,7 @@ impl Node for Worley {
         let spec = WorleySpec {
             shape: CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() },
             jitter: narrow(self.jitter),
-            metric: self.metric.into(),
+            metric: self.metric,
         };
         let canvas = (cx.size_mm(), cx.tiling());
         let cells = Arc::new(kernel::Worley::new(&spec, canvas, Hash::new(cx.seed(self.seed))));

@@ -4,7 +4,6 @@
 //! more than one of the picture, area averages are shown, so small pictures do not alias. Cost: decoding once, then
 //! O(pixels).
 use super::pixels::{Crop, Pick, Pixels, Placement, Source};
-use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -24,21 +23,6 @@ pub enum ColorSpace {
     Linear,
     /// Data: heights, masks, normals.
     Raw,
-}
-
-choice! {
-    /// How values between pixel centres are made.
-    PictureFilter = Filter {
-        /// The nearest pixel.
-        Nearest,
-        /// Linear in x and y.
-        Bilinear,
-        /// Cubic and sharp; overshoots a little at edges.
-        #[default]
-        CatmullRom,
-        /// Cubic and smooth; pixels lose a little contrast.
-        BSpline,
-    }
 }
 
 /// What lies outside the picture.
@@ -84,7 +68,7 @@ pub struct Image {
     /// colour.
     pub color_space: Option<ColorSpace>,
     /// How values between pixel centres are made.
-    pub filter: PictureFilter,
+    pub filter: Filter,
     /// What lies outside the picture.
     pub wrap: Wrap,
 }
@@ -98,7 +82,7 @@ impl Default for Image {
             position: Xy::new(0.0, 0.0),
             size_mm: None,
             color_space: None,
-            filter: PictureFilter::default(),
+            filter: Filter::default(),
             wrap: Wrap::default(),
         }
     }
@@ -133,7 +117,7 @@ impl Image {
         };
         let pitch = size / glam::UVec2::from(pixels).as_dvec2();
         let position = glam::DVec2::new(self.position.x, self.position.y);
-        Placement { position, pitch, filter: self.filter.into(), outside: [outside; 2] }
+        Placement { position, pitch, filter: self.filter, outside: [outside; 2] }
     }
 
     /// The part of a picture that is used.
@@ -314,7 +298,7 @@ mod tests {
         let (path, _) = file(folder.path(), "a.tif", 3, None);
         for wrap in [Wrap::Repeat, Wrap::Clamp] {
             for size in [0.01, 5.0, 16.0, 1e6] {
-                for filter in [PictureFilter::Nearest, PictureFilter::CatmullRom, PictureFilter::BSpline] {
+                for filter in [Filter::Nearest, Filter::CatmullRom, Filter::BSpline] {
                     let node = Image { size_mm: Some(Xy::new(size, size)), wrap, filter, ..Image::default() };
                     check_field(&output(&outputs(&node, &path).unwrap(), "rgb"));
                     assert_eq!(

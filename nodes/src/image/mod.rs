@@ -3,7 +3,7 @@
 mod image;
 mod pixels;
 
-pub use image::{ColorSpace, Image, PictureFilter, Wrap};
+pub use image::{ColorSpace, Image, Wrap};
 
 use shibo_engine::registry::{Family, Kind};
 

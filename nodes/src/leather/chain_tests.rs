@@ -1,8 +1,7 @@
 //! Stages of the method together, as graphs connect them.
 use super::define_mass::{Refresh, SamplePoint};
 use super::draw_wrinkles::VaryBy;
-use super::reading::{Reduction, Sample};
-use super::simulate_springs::{Boundary, Integrator};
+use super::simulate_springs::Boundary;
 use super::*;
 use crate::testing::OnCanvas as _;
 use crate::testing::{canvas, outputs, port, raster};
@@ -11,6 +10,8 @@ use shibo_engine::diagnostics::Code;
 use shibo_engine::node::{Linear, Node, Range};
 use shibo_engine::value::{Canvas, Field, Lattice, Segments, SpringNet, Stop, Tiling, Type, Value};
 use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::lines::{Reduction, Sample};
+use shibo_kernel::springs::Integrator;
 use std::sync::Arc;
 
 fn make(node: &impl Node, inputs: &[Value], output: &str) -> Value {

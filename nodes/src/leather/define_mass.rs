@@ -1,7 +1,7 @@
 //! [`DefineMass`]: masses of the points.
 //!
 //! Source: JP4905282B2 §6(1), claims 4 and 5 (rows A28–A33). Cost: O(points · pixels near a point).
-use super::reading::{self, Reduction};
+use super::reading;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Out
 use shibo_engine::value::{ScalarMap, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::leather::lines::Raster;
+use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
 use std::sync::Arc;
 
 /// Which places of the field belong to a point.
@@ -156,7 +156,7 @@ pub(super) fn mass_at(map: &ScalarMap, raster: &Raster<'_>, place: Vec2) -> f32 
     let reduce = if map.sum { Reduction::Sum } else { Reduction::Mean };
     let scalar = match map.radius {
         None => raster.at(place),
-        Some(radius) => raster.along([place; 2], shibo_kernel::leather::lines::Along::Near(radius), reduce.kernel()),
+        Some(radius) => raster.along([place; 2], Sample::Near(f64::from(radius)), reduce),
     };
     map.range[0] + (map.range[1] - map.range[0]) * scalar
 }

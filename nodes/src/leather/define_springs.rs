@@ -1,7 +1,7 @@
 //! [`DefineSprings`]: springs on the links of a lattice.
 //!
 //! Source: JP4905282B2 §4, claims 2 and 3 (rows A17–A27). Cost: O(links · pixels on a link).
-use super::reading::{self, Reduction, Sample};
+use super::reading;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -9,6 +9,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Out
 use shibo_engine::value::{Lattice, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
+use shibo_kernel::leather::lines::{Reduction, Sample};
 
 /// What a spring's length at rest is, before `rest_length` is added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -12,7 +12,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Out
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Segments, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
+use shibo_kernel::strokes::{self, Combine, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
 use std::sync::{Arc, OnceLock};
 
 /// The cross-section of a groove.
@@ -43,18 +43,6 @@ pub enum VaryBy {
     Stretch,
     /// `vary_field` at the middle of the groove: 0 is the narrowest and shallowest, 1 the widest and deepest.
     Field,
-}
-
-/// How grooves that overlap are combined.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Combine {
-    /// The deepest.
-    #[default]
-    Max,
-    /// The sum.
-    Add,
-    /// The sum, but never deeper than the greatest depth.
-    Screen,
 }
 
 /// Draws a groove along each segment.
@@ -156,11 +144,7 @@ impl DrawWrinkles {
             min_width: narrow(self.min_width),
             fade: self.fade,
             antialias: true,
-            combine: match self.combine {
-                Combine::Max => strokes::Combine::Max,
-                Combine::Add => strokes::Combine::Add,
-                Combine::Screen => strokes::Combine::Screen,
-            },
+            combine: self.combine,
         }
     }
 

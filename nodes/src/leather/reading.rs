@@ -2,45 +2,11 @@
 //! from the resolution of the output.
 use super::define_mass::mass_at;
 use glam::{DVec2, UVec2, Vec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{Field, Lattice, ScalarMap, Stop, Tiling, Window};
-use shibo_kernel::ground::number::narrow;
-use shibo_kernel::leather::lines::{Along, Raster, Reduce};
+use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
 use shibo_kernel::leather::links::Links;
-
-/// Which places of the field belong to a link.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub enum Sample {
-    /// Two samples per pixel along the link, between the pixels: the better choice in practice.
-    #[default]
-    Smooth,
-    /// The pixels of Bresenham's line, as in the source.
-    Line,
-    /// The pixels at most so many mm from the link.
-    Near(f64),
-}
-
-/// How the values that belong to a link or a point are summed up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Reduction {
-    /// Their mean.
-    #[default]
-    Mean,
-    /// Their sum, which grows with the number of pixels.
-    Sum,
-}
-
-impl Reduction {
-    pub(super) fn kernel(self) -> Reduce {
-        match self {
-            Self::Mean => Reduce::Mean,
-            Self::Sum => Reduce::Sum,
-        }
-    }
-}
 
 /// The most columns or rows at which a field is read by default.
 const MOST_SAMPLES: f64 = 4096.0;
@@ -119,11 +85,6 @@ impl Reading {
         let links = Links { pairs: lattice.links.to_vec(), wraps: lattice.offsets.to_vec() };
         let end = |l: usize| links.ends(l, &lattice.points.positions, self.size_mm);
         let ends: Vec<[Vec2; 2]> = (0..links.pairs.len()).map(end).collect();
-        let along = match sample {
-            Sample::Smooth => Along::Smooth,
-            Sample::Line => Along::Line,
-            Sample::Near(radius) => Along::Near(narrow(radius)),
-        };
         let at_once = match sample {
             Sample::Near(radius) => self.near(radius, lattice.points.pitch, ends.len(), MOST_PIXELS)?,
             Sample::Smooth | Sample::Line => 1 << 15,
@@ -131,7 +92,7 @@ impl Reading {
         let (raster, mut scalars) = (self.raster(), Vec::with_capacity(ends.len()));
         for part in ends.chunks(at_once) {
             cx.check()?;
-            scalars.extend(raster.along_all(part, along, reduction.kernel()));
+            scalars.extend(raster.along_all(part, sample, reduction));
         }
         Ok(scalars)
     }

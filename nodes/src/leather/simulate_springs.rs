@@ -4,7 +4,7 @@
 //! integrator, drag, lattices that repeat with the canvas, and stretch and breakage as fields. A motion that diverges is an
 //! error, never a picture. Cost: O(steps · links).
 use super::net::{Contacts, live_mass, net, outputs, quantile};
-use super::reading::{self, Reduction, Sample};
+use super::reading;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,19 +14,10 @@ use shibo_engine::value::{Points, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::area::near_contour;
+use shibo_kernel::leather::lines::{Reduction, Sample};
 use shibo_kernel::leather::points::border;
-use shibo_kernel::springs::{self, Mass, Motion, Net, Outcome, SpringError};
+use shibo_kernel::springs::{self, BreakOn, Integrator, Mass, Motion, Net, Outcome, SpringError};
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// How position and velocity advance by a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Integrator {
-    /// The rule of the source. It gains energy with every step: it needs few steps, or drag.
-    #[default]
-    Explicit,
-    /// Velocity first, then position: energy stays about the same, also with larger steps.
-    SemiImplicit,
-}
 
 /// What happens at the canvas' edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -52,16 +43,6 @@ impl Boundary {
             stated => stated,
         }
     }
-}
-
-/// Which springs can break.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum BreakOn {
-    /// Pulled and pushed springs.
-    #[default]
-    Either,
-    /// Pulled springs only.
-    Tension,
 }
 
 /// Lets springs move their points, from rest, for a number of steps. This makes the pattern of the wrinkles.
@@ -267,15 +248,9 @@ impl SimulateSprings {
         Motion {
             step: narrow(self.step),
             steps: self.steps,
-            integrator: match self.integrator {
-                Integrator::Explicit => springs::Integrator::Explicit,
-                Integrator::SemiImplicit => springs::Integrator::SemiImplicit,
-            },
+            integrator: self.integrator,
             drag: narrow(self.drag),
-            break_on: match self.break_on {
-                BreakOn::Either => springs::BreakOn::Either,
-                BreakOn::Tension => springs::BreakOn::Tension,
-            },
+            break_on: self.break_on,
             settle: narrow(self.until),
         }
     }

@@ -1,14 +1,15 @@
 //! The reference values of the springs, by way of the nodes: what a graph file says comes to the numbers of the source.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the vectors are f64, the nodes f32")]
 use super::define_mass::{Refresh, SamplePoint};
-use super::reading::{Reduction, Sample};
-use super::simulate_springs::{Boundary, BreakOn, Integrator};
+use super::simulate_springs::Boundary;
 use super::*;
 use crate::testing::{outputs, port};
 use glam::{DVec2, UVec2, Vec2};
 use serde_json::Value as Json;
 use shibo_engine::node::{Linear, Node, Range, Xy};
 use shibo_engine::value::{Canvas, Field, Lattice, Points, Segments, SpringNet, Tiling, Type, Value};
+use shibo_kernel::leather::lines::{Reduction, Sample};
+use shibo_kernel::springs::{BreakOn, Integrator};
 use std::sync::Arc;
 
 const CANVAS: Canvas = Canvas { size_mm: DVec2::splat(4.0), resolution: UVec2::splat(64), tile: Tiling::NONE, seed: 1 };

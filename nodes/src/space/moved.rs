@@ -146,12 +146,13 @@ fn turn_normals(out: &mut Tile, (sin, cos): (f64, f64)) {
 
 #[cfg(test)]
 mod tests {
-    use crate::image::{Image, PictureFilter, Wrap};
+    use crate::image::{Image, Wrap};
     use crate::space::Transform;
     use crate::testing::{Plain, canvas, check_field, field, port, raster, write_tiff};
     use glam::{DVec2, UVec2};
     use shibo_engine::node::{Call, DynNode, Xy};
     use shibo_engine::value::{Canvas, Field, Tiling, Value};
+    use shibo_kernel::filter::sample::Filter;
 
     /// Noise of `side`² pixels.
     fn noise(side: u32) -> Vec<f32> {
@@ -230,7 +231,7 @@ mod tests {
             assert!((0..64).all(|x| row[x] == pixels[(y % 40) * 40 + (x + 30) % 40]), "{y}");
         }
         // With whatever filter the picture asks for: no values lie between its own.
-        let nearest = Image { filter: PictureFilter::Nearest, ..between_pixels() };
+        let nearest = Image { filter: Filter::Nearest, ..between_pixels() };
         let node = Transform { input: port(0), angle: 90.0, ..Transform::default() };
         let turned = raster(&field(&node, &[picture(&nearest, 40, "gray").into()]), &canvas());
         assert!(turned.plane(0).iter().all(|v| pixels.contains(v)));

@@ -7,19 +7,7 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Type};
 use shibo_kernel::ground::tile;
-use shibo_kernel::surface::normal::{self, NormalSpec, Slope};
-
-/// How slopes are measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum SlopeFilter {
-    /// Central differences: the sharpest.
-    Central,
-    /// Weights 1 2 1 across: smoother.
-    Sobel,
-    /// Weights 3 10 3 across: the same in all directions.
-    #[default]
-    Scharr,
-}
+use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 
 /// The normal map of a height in mm, stored as ½ + ½n.
 ///
@@ -54,12 +42,7 @@ impl Node for HeightToNormal {
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let slope = match self.slope {
-            SlopeFilter::Central => Slope::Central,
-            SlopeFilter::Sobel => Slope::Sobel,
-            SlopeFilter::Scharr => Slope::Scharr,
-        };
-        let (strength, y_up) = (self.strength, self.y_up);
+        let (strength, y_up, slope) = (self.strength, self.y_up, self.slope);
         let inputs = [cx.get(&self.input)?];
         Ok(Outputs::one(Field::map(Type::Normal, inputs, Halo::px(normal::HALO), move |out, [height]| {
             let spec = NormalSpec { step: tile::step(&out.grid), strength, y_up, encode: true, slope };

@@ -7,7 +7,7 @@ mod relief;
 
 pub use ambient_occlusion::AmbientOcclusion;
 pub use emboss::{Emboss, EmbossCurve};
-pub use height_to_normal::{HeightToNormal, SlopeFilter};
+pub use height_to_normal::HeightToNormal;
 pub use pillow::Pillow;
 pub use relief::Relief;
 

@@ -3,26 +3,12 @@
 //! Beyond the source (JP5149288B2 compares colours): appearance vectors of 5×5 colours under a Gaussian, reduced to 8
 //! numbers by their main directions; neighbourhoods of 24 at coarse levels and 4 at fine ones. Cost: O(pixels · levels).
 use super::analysis::levels_of;
-use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{self, Exemplar, Stop, Type};
+use shibo_engine::value::{Exemplar, Neighborhood, Stop, Type};
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
 use std::sync::Arc;
-
-choice! {
-    /// Which neighbours are compared.
-    Neighborhood = value::Neighborhood {
-        /// The four neighbours along the diagonals.
-        #[default]
-        Diagonal4,
-        /// The eight nearest neighbours.
-        Square3,
-        /// The 24 nearest neighbours.
-        Square5,
-    }
-}
 
 /// Describes every pixel of an exemplar by its surroundings, which keeps features whole where colours alone would not.
 ///
@@ -71,8 +57,8 @@ impl Node for AppearanceSpace {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let exemplar = cx.get(&self.exemplar)?;
         let spec = AnalysisSpec {
-            coarse: self.coarse.into(),
-            fine: self.fine.into(),
+            coarse: self.coarse,
+            fine: self.fine,
             switch: self.switch as usize,
             dims: self.dimensions as usize,
         };

@@ -3,29 +3,26 @@
 //! Source: JP5149288B2 II and III, equations (1) and (2), claims 2 to 4, 10, 16 (rows C6 to C11).
 //! Cost: O(pixels · candidates · neighbours).
 use super::analysis::{features, plane};
-use super::appearance_space::Neighborhood;
 use super::patent::{level, wide};
 use super::stages;
-use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Exemplar, Stop, Type};
+use shibo_engine::value::{CoordMap, Exemplar, Neighborhood, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
 use shibo_kernel::synthesis::texels::{self, Texels};
 use std::sync::Arc;
 
-choice! {
-    /// How values between exemplar pixels are read.
-    Fetch = texels::Fetch {
-        /// Linear in x and y.
-        #[default]
-        Bilinear,
-        /// The nearest pixel.
-        Nearest,
-    }
+/// How values between exemplar pixels are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Fetch {
+    /// Linear in x and y.
+    #[default]
+    Bilinear,
+    /// The nearest pixel.
+    Nearest,
 }
 
 /// Replaces each coordinate by the best of itself and what its eight neighbours predict, compared with the exemplar.
@@ -121,7 +118,10 @@ impl Node for CorrectCoords {
                 Neighborhood::Square5 => 5,
             },
             averaged: self.averaged,
-            fetch: self.fetch.into(),
+            fetch: match self.fetch {
+                Fetch::Bilinear => texels::Fetch::Bilinear,
+                Fetch::Nearest => texels::Fetch::Nearest,
+            },
             h: f64::from(map.spacing),
             kappa: self.copy_size,
             sub_passes: self.sub_passes,

@@ -2,11 +2,12 @@
 //!
 //! Source: JP5149288B2 III, equations (5) and (6), claims 8, 15, 20 (rows C27 to C30). The coordinates stay as they are:
 //! at any output resolution they show a picture of any resolution. Cost: O(pixels).
-use super::sampled::{ExemplarFilter, Sampled};
+use super::sampled::Sampled;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
 use shibo_engine::value::{CoordMap, Stop, Tiling};
+use shibo_kernel::synthesis::texels::Fetch;
 
 /// Shows a finer picture of the exemplar at coordinates that were synthesised from a coarse one.
 ///
@@ -32,7 +33,7 @@ pub struct MagnifyCoords {
     #[schemars(range(min = 1, max = 64))]
     pub resolution: Option<u32>,
     /// How values between the picture's pixels are made.
-    pub filter: ExemplarFilter,
+    pub filter: Fetch,
     /// Whether values are heights that grow with their features; they are then divided by √|det J|.
     pub scale_heights: bool,
 }
@@ -45,7 +46,7 @@ impl Default for MagnifyCoords {
             jacobian: None,
             resolution: None,
             // The picture is fine already.
-            filter: ExemplarFilter::Bilinear,
+            filter: Fetch::Bilinear,
             scale_heights: false,
         }
     }

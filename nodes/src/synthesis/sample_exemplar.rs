@@ -3,11 +3,12 @@
 //! Source: JP5149288B2 II box 265 and III (rows C13, C27 to C30, C32): values are looked up at the very end, from any
 //! number of aligned pictures; between pixels by magnification, equations (5) and (6). Beyond the source: normals turned
 //! and heights scaled with the Jacobian, area averages where features shrink. Cost: O(pixels).
-use super::sampled::{ExemplarFilter, Sampled};
+use super::sampled::Sampled;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
 use shibo_engine::value::{CoordMap, Stop, Tiling};
+use shibo_kernel::synthesis::texels::Fetch;
 
 /// Shows a picture at synthesised coordinates: the exemplar itself, or any other that is aligned with it.
 ///
@@ -33,7 +34,7 @@ pub struct SampleExemplar {
     /// between pixels, by equation (6) of the source.
     pub jacobian: Option<In<JacobianField>>,
     /// How values between the picture's pixels are made, where features are turned or grow.
-    pub filter: ExemplarFilter,
+    pub filter: Fetch,
     /// Whether values are heights that grow with their features; they are then divided by √|det J|.
     pub scale_heights: bool,
 }

@@ -12,26 +12,13 @@ use shibo_kernel::synthesis::sampling::{Area, Source};
 use shibo_kernel::synthesis::texels::Fetch;
 use std::sync::{Arc, OnceLock};
 
-crate::choice::choice! {
-    /// How values between the pixels of a picture are made, where coordinates lie between them.
-    ExemplarFilter = Fetch {
-        /// The nearest pixel: for masks, and for numbers that name something.
-        Nearest,
-        /// Linear in x and y: soft.
-        Bilinear,
-        /// Cubic: as sharp as the picture. Never beyond the range of the 16 pixels around.
-        #[default]
-        CatmullRom,
-    }
-}
-
 /// A picture seen through coordinates.
 pub(super) struct Sampled {
     coords: Arc<CoordMap>,
     input: Field,
     /// The Jacobian, with which equation (6) gives what lies between the coordinates' pixels; without one (5) does.
     jacobian: Option<Field>,
-    filter: ExemplarFilter,
+    filter: Fetch,
     scale_heights: bool,
     /// Where the picture is read, once for all tiles.
     frame: ExemplarFrame,
@@ -46,7 +33,7 @@ impl Sampled {
         coords: Arc<CoordMap>,
         input: Field,
         jacobian: Option<Field>,
-        filter: ExemplarFilter,
+        filter: Fetch,
         scale_heights: bool,
         resolution: Option<u32>,
     ) -> Result<Self, Stop> {
@@ -86,7 +73,7 @@ impl Sampled {
         let planes: Vec<&[f32]> = (0..tile.channels()).map(|c| tile.plane(c)).collect();
         let scale = (self.size.as_dvec2() / self.frame.size.as_dvec2()).as_vec2().to_array();
         let shrinks = self.jacobian.is_some() || scale[0].max(scale[1]) > 1.0;
-        Source::new(plane, &planes, scale, self.filter.into(), shrinks)
+        Source::new(plane, &planes, scale, self.filter, shrinks)
     }
 }
 

@@ -2,7 +2,6 @@
 //!
 //! Mixing in Oklab (B. Ottosson, "A perceptual color space for image processing", 2020) gives ramps that are even to the
 //! eye. The ramp is computed without a table: exact at its stops. Cost: O(pixels · stops).
-use crate::choice::choice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -10,20 +9,7 @@ use shibo_engine::node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Outp
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
-use shibo_kernel::pointwise::tone as kernel;
-
-choice! {
-    /// How colour runs from stop to stop.
-    Interpolation = kernel::Interpolation {
-        /// Along a straight line.
-        #[default]
-        Linear,
-        /// Smoothly, level at the stops.
-        Smooth,
-        /// The colour of the stop before, with hard edges.
-        Constant,
-    }
-}
+use shibo_kernel::pointwise::tone::{self as kernel, Interpolation};
 
 /// Where colours are mixed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -90,7 +76,7 @@ impl Node for GradientMap {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let stops: Vec<_> = self.stops.iter().map(|(at, color)| (narrow(*at), color.0)).collect();
-        let ramp = kernel::Gradient::new(&stops, self.interpolation.into(), self.space == MixSpace::Oklab);
+        let ramp = kernel::Gradient::new(&stops, self.interpolation, self.space == MixSpace::Oklab);
         let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
             ramp.apply(input.plane(0), planes3(out));
             Ok(())

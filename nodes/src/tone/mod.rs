@@ -5,7 +5,7 @@ mod levels;
 mod remap;
 mod threshold;
 
-pub use gradient_map::{GradientMap, Interpolation, MixSpace};
+pub use gradient_map::{GradientMap, MixSpace};
 pub use invert::Invert;
 pub use levels::Levels;
 pub use remap::Remap;

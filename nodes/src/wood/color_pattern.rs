@@ -3,7 +3,6 @@
 //! Source: Momoi & Takatera 2014, §1, §2.1 and §4.3 (rows B22, B23, B24). Beyond the source: years are found automatically
 //! along a line of a picture; see [`kernel::wood::strip`](shibo_kernel::wood::strip). Cost: O(entries), with a picture
 //! O(pixels of the strip).
-use crate::choice::choice;
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,20 +11,7 @@ use shibo_engine::node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Ou
 use shibo_engine::value::{self, Field, Stop, Type, Window, srgb_to_linear};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::pattern;
-use shibo_kernel::wood::strip::{self, Sampled, Strip, StripError, StripSpec};
-
-choice! {
-    /// In which direction a line across rings runs.
-    Direction = strip::Towards {
-        /// It is found: colours darken slowly and lighten suddenly on the way to the bark.
-        #[default]
-        Auto,
-        /// From the pith to the bark.
-        Bark,
-        /// From the bark to the pith.
-        Pith,
-    }
-}
+use shibo_kernel::wood::strip::{self, Direction, Sampled, Strip, StripError, StripSpec};
 
 /// Which years of a picture are taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -176,7 +162,7 @@ impl ColorPattern {
     fn sampled(&self, cx: &Context<'_>, image: &Field) -> Result<Outputs, Stop> {
         let (strip, step) = self.read(cx, image)?;
         let spec = StripSpec {
-            towards: self.direction.into(),
+            towards: self.direction,
             early_dark: self.early_dark,
             entries: self.entries as usize,
             all: self.years == Years::All,

@@ -34,7 +34,7 @@ pub use board::Board;
 pub use branch_time::BranchTime;
 pub use branches::{BranchSpec, Branches};
 pub use bud_eyes::BudEyes;
-pub use color_pattern::{ColorPattern, Direction, Years};
+pub use color_pattern::{ColorPattern, Years};
 pub use color_solid::ColorSolid;
 pub use cut_plane::{CutPlane, Sawing};
 pub use cut_surface::{CutSurface, SurfaceShape};

@@ -121,7 +121,7 @@ fn pictures_of_one_channel_stay_grey() {
             ),
         );
         let ran = desk.shibo("render a.ron").expect(0);
-        assert_eq!(ran.stderr, "", "{file}");
+        assert!(!ran.stderr.contains("error"), "{file}: {}", ran.stderr);
         let [same, soft, mixed, tinted] =
             ["same", "soft", "mixed", "tinted"].map(|node| desk.shibo(&format!("dump a.ron {node}")).expect(0).json());
         for dump in [&same, &soft, &mixed] {

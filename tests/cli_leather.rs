@@ -123,7 +123,7 @@ fn a_picture_is_blamed_where_it_is_named() {
     broken[at] ^= 0x55;
     desk.write("a.png", &broken);
     let ran = desk.shibo("render a.ron --no-cache").expect(1);
-    assert!(ran.stderr.contains("a.ron:5:26") && ran.stderr.contains("corrupt"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("a.ron:5:26") && ran.stderr.contains("damaged"), "{}", ran.stderr);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use pictures::{Jpeg, exif, frame, indexed_png, jpeg, samples, tiff, with_segment
 use serde_json::Value as Json;
 use support::Desk;
 
-/// A graph that shows a picture; its path is in line 3, from column 28 on.
+/// A graph that shows a picture; its path is in line 3, from column 30 on.
 fn graph(more: &str) -> String {
     format!(
         "(\n  canvas: (size_mm: 40, resolution: 32, tile: Both),\n  nodes: {{ \"it\": Image(path: \"picture\"{more}) }},\n  outputs: {{ \"it\": \"it\" }},\n)"
@@ -29,7 +29,7 @@ fn refused(picture: &[u8]) -> Json {
     let checked = desk.shibo("check a.ron --format json").expect(1).json();
     let error = checked["errors"][0].clone();
     let place = ["line", "column"].map(|key| error[key].as_u64().unwrap());
-    assert_eq!((place, checked["errors"].as_array().unwrap().len()), ([3, 28], 1), "{error}");
+    assert_eq!((place, checked["errors"].as_array().unwrap().len()), ([3, 30], 1), "{error}");
     let rendered = desk.shibo("render a.ron").expect(1);
     let flat = |text: &str| text.chars().filter(|c| c.is_alphanumeric()).collect::<String>();
     assert!(flat(&rendered.stderr).contains(&flat(error["message"].as_str().unwrap())), "{}", rendered.stderr);
@@ -71,7 +71,7 @@ fn damaged_samples_are_told_by_a_render() {
     let desk = desk(&png);
     desk.shibo("check a.ron").expect(0);
     let ran = desk.shibo("render a.ron").expect(1);
-    assert!(ran.stderr.contains("bad-file") && ran.stderr.contains("a.ron:3:28"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("bad-file") && ran.stderr.contains("a.ron:3:30"), "{}", ran.stderr);
     assert!(ran.stderr.contains("compressed"), "{}", ran.stderr);
 }
 

@@ -111,7 +111,8 @@ fn other_formats_are_named() {
 fn chunks_of_png_are_whole_and_in_order() {
     let bytes = written(Format::Png, Depth::U8, 3, Compression::Fast);
     let chunks = chunks_of(&bytes);
-    let changed = |change: &dyn Fn(&mut Vec<([u8; 4], Vec<u8>)>)| {
+    type Chunks = Vec<([u8; 4], Vec<u8>)>;
+    let changed = |change: &dyn Fn(&mut Chunks)| {
         let mut chunks = chunks.clone();
         change(&mut chunks);
         png_of(&chunks.iter().map(|(name, content)| (name, content.clone())).collect::<Vec<_>>())

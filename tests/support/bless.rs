@@ -11,7 +11,8 @@ pub(crate) fn blessing() -> bool {
 
 /// Says what was done, also where the output of tests is not shown.
 pub(crate) fn say(what: &str, path: &Path) {
-    writeln!(std::io::stderr(), "BLESS: {what} {}", path.display()).unwrap();
+    let mut stderr = std::io::stderr();
+    writeln!(stderr, "BLESS: {what} {}", path.display()).unwrap();
 }
 
 /// Compares a text with the one that is kept at `path`; rewrites it, if that is asked for.

@@ -38,7 +38,7 @@ enum How {
 /// What is under way: a tile that is being made, or a window that is put together from tiles.
 enum Frame<'f, 'r> {
     Fill(Box<Fill<'f, 'r>>),
-    Join(Join<'f>),
+    Join(Box<Join<'f>>),
 }
 
 enum Step<'f> {
@@ -132,7 +132,7 @@ impl Run<'_> {
             Some((x, y)) if Piece::window(x, y) == window && (x.shift, y.shift) == (0, 0) => {
                 self.tile(field, key, &grid, (x, y))
             }
-            _ => Ok(Err(Frame::Join(Join { field, key, grid, window, blocks, next: 0, out: None }))),
+            _ => Ok(Err(Frame::Join(Box::new(Join { field, key, grid, window, blocks, next: 0, out: None })))),
         }
     }
 

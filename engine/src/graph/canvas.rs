@@ -109,7 +109,7 @@ fn resolution(part: &Part, report: &mut Report) -> Option<Resolution> {
     }
     let size = UVec2::new(sides[0].1 as u32, sides[1].1 as u32);
     let is_pair = matches!(part.shape(), Shape::Tuple(_));
-    good.then(|| if is_pair { Resolution::Exact(size) } else { Resolution::Longer(size.x) })
+    good.then_some(if is_pair { Resolution::Exact(size) } else { Resolution::Longer(size.x) })
 }
 
 /// What is said of a resolution beyond all measure.

@@ -1,5 +1,5 @@
 //! What can be known of a kind without making one: read from the schema of its struct.
-use super::spelling::{Form, forms, is_optional, spell};
+use super::spelling::{Form, forms, spell};
 use super::{Node, Output};
 use crate::value::Accepts;
 use schemars::generate::SchemaSettings;
@@ -33,6 +33,7 @@ pub struct FieldInfo {
 
 /// What a field of a node struct is.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "one for each field of each kind, made once")]
 pub enum Role {
     /// A wire goes in.
     Port(PortInfo),
@@ -178,7 +179,7 @@ fn param(object: &Map<String, Json>) -> ParamInfo {
     ParamInfo {
         default: if written == "inf" { "inf".into() } else { default.clone() },
         // A path is a text, and the empty text names no file.
-        required: ty == "Path" && !is_optional(object),
+        required: ty == "Path" && !default.is_null(),
         written,
         ty,
         min: above.or_else(|| number("minimum")),

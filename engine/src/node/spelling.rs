@@ -16,8 +16,8 @@ pub(super) fn spell(schema: &Json, json: &Json) -> String {
     let empty = Map::new();
     let object = schema.as_object().unwrap_or(&empty);
     if json.is_null() {
-        // JSON has no infinity.
-        return if is_optional(object) { "None" } else { "inf" }.to_owned();
+        // JSON has no infinity; and types with a notation of their own are never infinite.
+        return if is_optional(object) || object.contains_key("param") { "None" } else { "inf" }.to_owned();
     }
     let forms = forms(object);
     let word = forms.iter().find_map(|form| variant(*form, json));

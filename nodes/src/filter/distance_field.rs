@@ -76,7 +76,7 @@ impl DistanceField {
 impl Node for DistanceField {
     const OUTPUTS: &'static [Output] =
         &[Output::new("distance", Type::Gray, "Distance to the shape's edge; 0..1 with `normalize`.").in_unit("mm")];
-    const FACTS: &'static [Fact] = &[];
+    const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         at_most_half("radius", self.radius, canvas)

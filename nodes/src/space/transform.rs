@@ -87,7 +87,7 @@ impl Transform {
 
 impl Node for Transform {
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input, moved.")];
-    const FACTS: &'static [Fact] = &[Fact::Size];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
     const VERSION: u32 = 2;
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {

@@ -39,7 +39,7 @@ impl Default for Pillow {
 impl Node for Pillow {
     const OUTPUTS: &'static [Output] =
         &[Output::new("dome", Type::Gray, "From 0 in the grooves to 1 on top of the domes.")];
-    const FACTS: &'static [Fact] = &[];
+    const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         at_most_half("radius", self.radius, canvas)

@@ -276,8 +276,9 @@ impl<'a> Walk<'a> {
 fn check_sampling(components: &[[u8; 3]]) -> Result<(), ReadError> {
     let most =
         |direction: fn(u8) -> u8| components.iter().map(|[_, factors, _]| direction(*factors)).max().unwrap_or(1);
-    let (across, down): (fn(u8) -> u8, fn(u8) -> u8) = (|factors| factors >> 4, |factors| factors & 15);
-    for direction in [across, down] {
+    let across = |factors: u8| factors >> 4;
+    let directions: [fn(u8) -> u8; 2] = [across, |factors| factors & 15];
+    for direction in directions {
         let most = most(direction);
         let wrong = |factor: u8| factor == 0 || factor > MOST_SAMPLING || !most.is_multiple_of(factor);
         if let Some([_, factors, _]) = components.iter().find(|[_, factors, _]| wrong(direction(*factors))) {

@@ -54,7 +54,7 @@ fn dear(stats: &[NodeStats]) -> BTreeSet<String> {
 }
 
 /// Kinds whose work takes many times as long as reading back what it made, on any machine: that is always kept.
-const DEAR: [&str; 2] = ["SimulateSprings", "DrawWrinkles"];
+const DEAR: [&str; 1] = ["SimulateSprings"];
 
 /// Edits of the starter graph: what is replaced, by what, and the node that this changes.
 const EDITS: [(&str, &str, &str); 5] = [

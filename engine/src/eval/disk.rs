@@ -84,7 +84,8 @@ impl DiskCache {
             file.seek(SeekFrom::Start(content))?;
             file.read_exact(&mut seal)?;
             file.rewind()?;
-            Ok(Some((file, content, seal)).filter(|_| Seal::length(&seal) == Some(content)))
+            // Nothing is kept that is larger than the cache, however large it says that it is.
+            Ok(Some((file, content, seal)).filter(|_| Seal::length(&seal) == Some(content) && content <= self.bound))
         };
         look().ok()?.or_else(|| {
             let _ = fs::remove_file(path);
@@ -125,7 +126,10 @@ impl DiskCache {
             for fan in list(&self.dir.join(shelf.name())) {
                 let mut temporary = false;
                 for entry in list(&fan.path()) {
-                    temporary |= entry.file_name().as_encoded_bytes().starts_with(b".");
+                    if entry.file_name().as_encoded_bytes().starts_with(b".") {
+                        temporary = true;
+                        continue;
+                    }
                     let Ok(meta) = entry.metadata() else { continue };
                     let time = meta.modified().unwrap_or(SystemTime::UNIX_EPOCH);
                     entries.push((time, meta.len(), entry.path()));
@@ -175,7 +179,6 @@ impl Store for DiskCache {
         let path = self.path(shelf, key);
         let (mut file, length, seal) = self.look(&path)?;
         let mut content = Vec::new();
-        // A file may say that it is longer than any memory.
         content.try_reserve_exact(usize::try_from(length).ok()?).ok()?;
         let mut digest = Digester::default();
         if (&mut file).take(length).read_to_end(&mut content).is_ok() {
@@ -444,6 +447,7 @@ mod tests {
         let mut file = fs::OpenOptions::new().append(true).open(&path).unwrap();
         file.write_all(&[&seal[..8], &length.to_ne_bytes(), &seal[16..]].concat()).unwrap();
         assert_eq!(cache.get(Shelf::Objects, key("a")), None);
+        assert!(!path.exists());
         // What a process left that was killed goes at the next tidying, and what a live one is writing stays.
         let folder = path.parent().unwrap();
         fs::write(folder.join(".x.4294967295.0.tmp"), "").unwrap();

@@ -98,7 +98,7 @@ impl StrokeSet {
     }
 
     /// As [`Self::fill_until`], of depths and always by the deepest; `ids` receives the stroke that is deepest in each
-    /// pixel, the first of equals, or [`NO_STROKE`].
+    /// pixel, the first of equals, or [`NO_STROKE`](crate::strokes::NO_STROKE).
     pub fn fill_with_ids(&self, stop: &dyn Fn() -> bool, window: &Window, out: &mut [f32], ids: &mut [u32]) {
         self.paint(stop, window, (Draw::Depth, Rule::Ids), (out, ids));
     }

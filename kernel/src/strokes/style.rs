@@ -115,7 +115,7 @@ pub enum Draw {
     Mask,
 }
 
-/// Marks pixels without a stroke in the ids of [`StrokeSet::fill_with_ids`].
+/// Marks pixels without a stroke in the ids of [`StrokeSet::fill_with_ids`](crate::strokes::StrokeSet::fill_with_ids).
 pub const NO_STROKE: u32 = u32::MAX;
 
 /// Where a cross-section ends, in half widths.

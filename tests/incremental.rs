@@ -87,9 +87,6 @@ fn an_edit_runs_what_is_downstream_in_another_process() {
     let (out, cache) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let first = render(&session(Some(cache.path())), &graph(&original), out.path());
     assert!(DEAR.iter().all(|kind| first.iter().any(|n| n.kind == *kind && n.state == NodeState::Computed)));
-    for n in &first {
-        println!("{} {} {}", n.name, n.kind, n.seconds);
-    }
     for (from, to, node) in EDITS {
         let edited = graph(&original.replacen(from, to, 1));
         let stats = render(&session(Some(cache.path())), &edited, out.path());
@@ -97,7 +94,6 @@ fn an_edit_runs_what_is_downstream_in_another_process() {
         assert!(computed(&stats).contains(node));
         // What is made sooner than it can be read may be made again; what these kinds make never is.
         for other in stats.iter().filter(|n| n.state == NodeState::Computed && !below.contains(&n.name)) {
-            println!("{node}: {} {} {:?}", other.name, other.kind, other.seconds);
             assert!(!DEAR.contains(&other.kind.as_str()), "after an edit of {node}, `{}` ran again", other.name);
         }
     }

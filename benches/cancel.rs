@@ -48,7 +48,7 @@ fn stopped(session: &Session, graph: &Graph, after: Duration) -> Option<Duration
 
 fn main() {
     let only = std::env::var("SHIBO_CASE").unwrap_or_default();
-    for case in CASES.iter().filter(|case| case.0.contains(&only)) {
+    for case in CASES.iter().filter(|case| case.name.contains(&only)) {
         let graph = load(case);
         let session = session(2);
         prepare(&session, &graph);
@@ -69,6 +69,6 @@ fn main() {
         times.sort();
         let (worst, at) = times.last().copied().unwrap_or_default();
         let median = times.get(times.len() / 2).map_or(Duration::ZERO, |t| t.0);
-        println!("{:40} {:4} stops: median {median:6.1?}, worst {worst:6.1?} at {at:.0?}", case.0, times.len());
+        println!("{:40} {:4} stops: median {median:6.1?}, worst {worst:6.1?} at {at:.0?}", case.name, times.len());
     }
 }

@@ -86,69 +86,77 @@ fn seam(tile: &Tile) -> f32 {
 }
 
 #[test]
-fn every_graph_renders_without_a_seam() {
-    let session = session();
-    for path in shipped() {
-        let graph = graph(&session, &path, Some(256));
-        assert!(session.advice(&graph).is_empty(), "{}", path.display());
-        assert!(!graph.outputs.is_empty(), "{}", path.display());
-        for (name, field, tile) in pictures(&session, &graph, Window::full(UVec2::splat(256))) {
-            let place = format!("{} {name}", path.display());
-            assert!(tile.data().iter().all(|v| v.is_finite()), "{place}");
-            if graph.canvas.tile == Tiling::BOTH {
-                assert_eq!(field.tiling(), Tiling::BOTH, "{place}");
-            }
-            if field.tiling() == Tiling::BOTH && field.as_constant().is_none() {
-                assert!(seam(&tile) < 1.6, "{place}: {}", seam(&tile));
-            }
-        }
-    }
-}
-
-#[test]
-fn graphs_look_as_they_did() {
+fn every_graph_is_seamless_and_looks_as_it_did() {
     let session = session();
     let folder = root("tests/golden");
     let mut problems = Vec::new();
     let mut looked_at = BTreeSet::new();
-    let mut look = |stem: &str, output: &str, field: &Field, tile: &Tile| {
-        let path = folder.join(format!("{stem}_{output}.png"));
-        problems.extend(golden::compare(&path, &Picture::of_tile(field.ty(), tile)).err());
-        looked_at.insert(path);
-    };
     for path in shipped() {
-        let small = graph(&session, &path, Some(SIDE));
-        let stem = small.path.file_stem().unwrap().display().to_string();
-        let mut plain = Vec::new();
-        for (name, field, tile) in pictures(&session, &small, Window::full(UVec2::splat(SIDE))) {
-            // Of a material the lit picture shows all; of what is not lit, its colour or its normals.
-            let lit = name.ends_with("_lit") || !small.outputs.iter().any(|o| o.name.ends_with("_lit"));
-            let shown = lit && matches!(field.ty(), Type::Gray | Type::Rgb | Type::Normal);
-            if shown && field.as_constant().is_none() {
-                if is_plain(&tile) {
-                    plain.push(name);
-                } else {
-                    look(&stem, &name, &field, &tile);
-                }
-            }
+        // One session for both: what does not depend on the resolution is made once.
+        has_no_seam(&session, &path);
+        for (name, picture) in shown(&session, &path) {
+            let golden = folder.join(format!("{name}.png"));
+            problems.extend(golden::compare(&golden, &picture).err());
+            looked_at.insert(golden);
         }
-        if plain.is_empty() {
-            continue;
-        }
-        // What is too fine to be seen so small: a part, as large as it is.
-        let large = graph(&session, &path, None);
-        let corner = ((large.canvas.resolution - SIDE) / 2).as_ivec2();
-        let part = Window { x: corner.x, y: corner.y, width: SIDE, height: SIDE };
-        for (name, field, tile) in pictures(&session, &large, part) {
-            if plain.contains(&name) {
-                assert!(!is_plain(&tile), "{stem} {name}: nothing to be seen");
-                look(&stem, &name, &field, &tile);
-            }
-        }
+        session.caches().memory.clear();
     }
     let kept = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
     problems.extend(kept.filter(|path| !looked_at.contains(path)).filter_map(|path| bless::stray(&path).err()));
     assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+fn has_no_seam(session: &Session, path: &Path) {
+    let graph = graph(session, path, Some(256));
+    assert!(session.advice(&graph).is_empty(), "{}", path.display());
+    assert!(!graph.outputs.is_empty(), "{}", path.display());
+    for (name, field, tile) in pictures(session, &graph, Window::full(UVec2::splat(256))) {
+        let place = format!("{} {name}", path.display());
+        assert!(tile.data().iter().all(|v| v.is_finite()), "{place}");
+        if graph.canvas.tile == Tiling::BOTH {
+            assert_eq!(field.tiling(), Tiling::BOTH, "{place}");
+        }
+        if field.tiling() == Tiling::BOTH && field.as_constant().is_none() {
+            assert!(seam(&tile) < 1.6, "{place}: {}", seam(&tile));
+        }
+    }
+}
+
+/// The pictures of a graph that are compared, by the names of their golden pictures.
+fn shown(session: &Session, path: &Path) -> Vec<(String, Picture)> {
+    let small = graph(session, path, Some(SIDE));
+    let stem = path.file_stem().unwrap().display().to_string();
+    let mut shown = Vec::new();
+    let mut plain = Vec::new();
+    let mut show = |name: &str, field: &Field, tile: &Tile| {
+        shown.push((format!("{stem}_{name}"), Picture::of_tile(field.ty(), tile)));
+    };
+    for (name, field, tile) in pictures(session, &small, Window::full(UVec2::splat(SIDE))) {
+        // Of a material the lit picture shows all; of what is not lit, its colour or its normals.
+        let lit = name.ends_with("_lit") || !small.outputs.iter().any(|o| o.name.ends_with("_lit"));
+        let seen = lit && matches!(field.ty(), Type::Gray | Type::Rgb | Type::Normal);
+        if seen && field.as_constant().is_none() {
+            if is_plain(&tile) {
+                plain.push(name);
+            } else {
+                show(&name, &field, &tile);
+            }
+        }
+    }
+    if plain.is_empty() {
+        return shown;
+    }
+    // What is too fine to be seen so small: a part, as large as it is.
+    let large = graph(session, path, None);
+    let corner = ((large.canvas.resolution - SIDE) / 2).as_ivec2();
+    let part = Window { x: corner.x, y: corner.y, width: SIDE, height: SIDE };
+    for (name, field, tile) in pictures(session, &large, part) {
+        if plain.contains(&name) {
+            assert!(!is_plain(&tile), "{stem} {name}: nothing to be seen");
+            show(&name, &field, &tile);
+        }
+    }
+    shown
 }
 
 /// Whether nothing is to be seen.

@@ -8,8 +8,22 @@ use shibo_engine::session::{Failure, Session, Settings};
 use shibo_engine::value::{Field, Value, Window};
 use std::path::Path;
 
-/// A case: what it is called, the side of its canvas in mm and in pixels, and its nodes; `it` is looked at.
-pub(crate) type Case = (&'static str, u32, u32, &'static str);
+/// Work that takes long.
+pub(crate) struct Case {
+    pub(crate) name: &'static str,
+    /// The side of the canvas, in mm.
+    size: u32,
+    /// The side of the canvas, in pixels.
+    resolution: u32,
+    /// The nodes; `it` is looked at.
+    nodes: &'static str,
+    /// How often it asks at the least whether to go on: half as often as when this was written.
+    pub(crate) questions: u64,
+}
+
+const fn case(name: &'static str, size: u32, resolution: u32, questions: u64, nodes: &'static str) -> Case {
+    Case { name, size, resolution, nodes, questions }
+}
 
 const POINTS: &str = "\"p\": RandomPoints(count: 300000),";
 const NET: &str = "\"f\": Fractal(size: 9), \"p\": PoissonPoints(pitch: 0.8), \"l\": ConnectNeighbors(points: \"p\"),";
@@ -22,143 +36,189 @@ const SAMPLE: &str = "\"cells\": Worley(size: 4), \"c\": GradientMap(input: \"ce
     \"x\": Exemplar(input: \"c\", size: (256, 256), size_mm: 30),";
 
 pub(crate) const CASES: &[Case] = &[
-    ("points that keep their distance", 200, 64, "\"it\": PoissonPoints(pitch: 0.25)"),
-    (
+    case("points that keep their distance", 100, 64, 4248, "\"it\": PoissonPoints(pitch: 0.25)"),
+    case(
         "points that keep a changing distance",
-        200,
+        80,
         64,
+        2745,
         "\"f\": Fractal(size: 20), \"it\": PoissonPoints(pitch: 0.25, density: \"f\")",
     ),
-    ("random points", 100, 64, "\"it\": RandomPoints(count: 4000000)"),
-    ("points of a grid", 100, 64, "\"it\": GridPoints(pitch: 0.06, jitter: 0.3)"),
-    ("points of hexagons", 100, 64, "\"it\": HexPoints(edge: 0.08, jitter: 0.3)"),
-    ("points in an area", 100, 512, "POINTS \"f\": Fractal(size: 9), \"it\": WorkArea(points: \"p\", area: \"f\")"),
-    ("triangulation", 100, 64, "POINTS \"it\": ConnectNeighbors(points: \"p\")"),
-    ("links within a radius", 100, 64, "POINTS \"it\": ConnectNeighbors(points: \"p\", neighbors: Radius(0.4))"),
-    (
+    case("random points", 100, 64, 2, "\"it\": RandomPoints(count: 4000000)"),
+    case("points of a grid", 100, 64, 2, "\"it\": GridPoints(pitch: 0.06, jitter: 0.3)"),
+    case("points of hexagons", 50, 64, 217, "\"it\": HexPoints(edge: 0.08, jitter: 0.3)"),
+    case(
+        "points in an area",
+        100,
+        512,
+        632,
+        "POINTS \"f\": Fractal(size: 9), \"it\": WorkArea(points: \"p\", area: \"f\")",
+    ),
+    case("triangulation", 100, 64, 6137, "POINTS \"it\": ConnectNeighbors(points: \"p\")"),
+    case(
+        "links within a radius",
+        100,
+        64,
+        587,
+        "POINTS \"it\": ConnectNeighbors(points: \"p\", neighbors: Radius(0.4))",
+    ),
+    case(
         "links of a grid",
         100,
         64,
+        44,
         "\"p\": GridPoints(pitch: 0.06), \"it\": ConnectNeighbors(points: \"p\", neighbors: Eight)",
     ),
-    ("bands", 300, 1024, "\"it\": BandPattern(pitch: 1)"),
-    ("springs", 200, 64, "NET \"it\": DefineSprings(lattice: \"l\", field: \"f\")"),
-    ("springs by samples", 200, 64, "NET \"it\": DefineSprings(lattice: \"l\", field: \"f\", sample: Line)"),
-    ("masses", 200, 64, "NET \"s\": DefineSprings(lattice: \"l\"), \"it\": DefineMass(springs: \"s\", field: \"f\")"),
-    (
+    case("bands", 300, 1024, 154, "\"it\": BandPattern(pitch: 1)"),
+    case("springs", 200, 64, 20, "NET \"it\": DefineSprings(lattice: \"l\", field: \"f\")"),
+    case("springs by samples", 200, 64, 20, "NET \"it\": DefineSprings(lattice: \"l\", field: \"f\", sample: Line)"),
+    case(
+        "masses",
+        200,
+        64,
+        17,
+        "NET \"s\": DefineSprings(lattice: \"l\"), \"it\": DefineMass(springs: \"s\", field: \"f\")",
+    ),
+    case(
         "motion",
         200,
         64,
+        600,
         "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 1200, drag: 4)",
     ),
-    (
+    case(
         "motion on a grid",
         200,
         64,
+        300,
         "\"f\": Fractal(size: 9), \"p\": GridPoints(pitch: 0.4), \"l\": ConnectNeighbors(points: \"p\", neighbors: Eight), \
         \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"it\": SimulateSprings(springs: \"s\", steps: 600, drag: 4)",
     ),
-    (
+    case(
         "breakage",
         200,
         64,
+        150,
         "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \
         \"it\": SimulateSprings(springs: \"s\", steps: 300, drag: 4, break_share: 0.1)",
     ),
-    (
+    case(
         "strain",
         200,
         1024,
+        96,
         "NET \"s\": DefineSprings(lattice: \"l\", field: \"f\"), \"m\": SimulateSprings(springs: \"s\", steps: 2, drag: 4), \
         \"it\": Blur(input: \"m.stretch\", radius: 0.1)",
     ),
-    ("wrinkles", 200, 64, "NET \"it\": PlaceWrinkles(lattice: \"l\")"),
-    (
+    case("wrinkles", 200, 64, 1, "NET \"it\": PlaceWrinkles(lattice: \"l\")"),
+    case(
         "strokes",
         200,
         2048,
+        320,
         "NET \"w\": PlaceWrinkles(lattice: \"l\"), \"it\": DrawWrinkles(segments: \"w\", width: (0.1, 0.2))",
     ),
-    (
+    case(
         "strokes coarse",
         200,
         64,
+        204,
         "NET \"w\": PlaceWrinkles(lattice: \"l\"), \"it\": DrawWrinkles(segments: \"w\", width: (0.1, 0.2))",
     ),
-    ("dots", 200, 2048, "POINTS \"it\": Dots(points: \"p\", diameter: (0.3, 0.6))"),
-    ("wide blur", 100, 4096, "\"f\": Fractal(size: 3), \"it\": Blur(input: \"f\", radius: 8)"),
-    ("distance", 100, 4096, "\"f\": Perlin(size: 9), \"it\": DistanceField(input: \"f\", radius: 20)"),
-    ("occlusion", 100, 4096, "\"f\": Perlin(size: 9), \"it\": AmbientOcclusion(input: \"f\", radius: 5)"),
-    ("pillow", 100, 4096, "\"f\": Perlin(size: 9), \"it\": Pillow(input: \"f\")"),
-    ("warp", 100, 4096, "\"f\": Fractal(size: 3), \"it\": Warp(input: \"f\", amount: 5, size: 20)"),
-    ("turn", 100, 4096, "\"f\": Fractal(size: 3), \"it\": Transform(input: \"f\", angle: 30, scale: 0.2)"),
-    ("clouds", 100, 4096, "\"it\": Fractal(size: 30, octaves: 12)"),
-    ("cells", 100, 4096, "\"it\": Worley(size: 0.2)"),
-    ("light", 100, 4096, "\"f\": Fractal(size: 3), \"it\": Relief(height: \"f\")"),
-    ("exemplar", 100, 64, "\"c\": Fractal(size: 3), \"it\": Exemplar(input: \"c\", size: (1024, 1024))"),
-    ("appearance", 100, 64, "SAMPLE \"it\": AppearanceSpace(exemplar: \"x\")"),
-    ("candidates", 100, 64, "SAMPLE \"it\": CandidateSets(exemplar: \"x\")"),
-    ("lattice of an exemplar", 100, 64, "SAMPLE \"it\": DetectLattice(exemplar: \"x\")"),
-    ("synthesis", 100, 512, "SAMPLE \"it\": Synthesize(exemplar: \"x\")"),
-    (
+    case("dots", 200, 2048, 432, "POINTS \"it\": Dots(points: \"p\", diameter: (0.3, 0.6))"),
+    case("wide blur", 100, 4096, 1557, "\"f\": Fractal(size: 3), \"it\": Blur(input: \"f\", radius: 8)"),
+    case("distance", 50, 2048, 1312, "\"f\": Perlin(size: 9), \"it\": DistanceField(input: \"f\", radius: 20)"),
+    case("occlusion", 100, 4096, 2733, "\"f\": Perlin(size: 9), \"it\": AmbientOcclusion(input: \"f\", radius: 5)"),
+    case("pillow", 100, 4096, 1536, "\"f\": Perlin(size: 9), \"it\": Pillow(input: \"f\")"),
+    case("warp", 50, 2048, 358, "\"f\": Fractal(size: 3), \"it\": Warp(input: \"f\", amount: 5, size: 20)"),
+    case("turn", 50, 2048, 288, "\"f\": Fractal(size: 3), \"it\": Transform(input: \"f\", angle: 30, scale: 0.2)"),
+    case("clouds", 50, 2048, 64, "\"it\": Fractal(size: 30, octaves: 12)"),
+    case("cells", 100, 4096, 256, "\"it\": Worley(size: 0.2)"),
+    case("light", 50, 2048, 480, "\"f\": Fractal(size: 3), \"it\": Relief(height: \"f\")"),
+    case("exemplar", 100, 64, 17, "\"c\": Fractal(size: 3), \"it\": Exemplar(input: \"c\", size: (1024, 1024))"),
+    case("appearance", 100, 64, 1796, "SAMPLE \"it\": AppearanceSpace(exemplar: \"x\")"),
+    case("candidates", 100, 64, 2067, "SAMPLE \"it\": CandidateSets(exemplar: \"x\")"),
+    case("lattice of an exemplar", 100, 64, 2, "SAMPLE \"it\": DetectLattice(exemplar: \"x\")"),
+    case("synthesis", 100, 512, 2074, "SAMPLE \"it\": Synthesize(exemplar: \"x\")"),
+    case(
         "regular synthesis",
         100,
         512,
+        2074,
         "SAMPLE \"d\": DetectLattice(exemplar: \"x\"), \"it\": Synthesize(exemplar: \"d\", preset: Regular)",
     ),
-    (
+    case(
         "guided synthesis",
         100,
         512,
+        2138,
         "SAMPLE \"t\": Perlin(size: 30), \"j\": JacobianFromAngleScale(angle: \"t\"), \
         \"it\": Synthesize(exemplar: \"x\", jacobian: \"j\")",
     ),
-    (
+    case(
         "samples",
         100,
         2048,
+        65,
         "SAMPLE \"s\": Synthesize(exemplar: \"x\", size: (128, 128)), \"it\": SampleExemplar(coords: \"s\", input: \"c\")",
     ),
-    (
+    case(
         "magnified samples",
         100,
         2048,
+        65,
         "SAMPLE \"s\": Synthesize(exemplar: \"x\", size: (128, 128)), \"it\": MagnifyCoords(coords: \"s\", input: \"c\")",
     ),
-    (
+    case(
         "branches",
         100,
         64,
+        1,
         "\"pith\": TrunkNodes(height: (0, 100000), count: 10000, wander: 7), \"trunk\": FitSkeleton(curve: \"pith\"), \
         \"it\": Branches(skeleton: \"trunk\", whorl_spacing: 20)",
     ),
-    ("growth", 200, 512, "TREE \"it\": CutPlane(solid: \"time\", preset: FlatSawn, distance: 20, height: 1200)"),
-    ("rings", 200, 512, "TREE \"it\": CutPlane(solid: \"color\", preset: FlatSawn, distance: 20, height: 1200)"),
-    (
+    case(
+        "growth",
+        200,
+        512,
+        24,
+        "TREE \"it\": CutPlane(solid: \"time\", preset: FlatSawn, distance: 20, height: 1200)",
+    ),
+    case(
+        "rings",
+        200,
+        512,
+        40,
+        "TREE \"it\": CutPlane(solid: \"color\", preset: FlatSawn, distance: 20, height: 1200)",
+    ),
+    case(
         "fibres",
         200,
         512,
+        52,
         "TREE \"s\": FiberStreaks(color: \"color\", fiber: \"fiber\"), \
         \"it\": CutPlane(solid: \"s\", preset: FlatSawn, distance: 20, height: 1200)",
     ),
-    (
+    case(
         "pores",
         200,
         512,
+        54,
         "TREE \"s\": WoodPores(color: \"color\", time: \"time\", fiber: \"fiber\"), \
         \"it\": CutPlane(solid: \"s\", preset: FlatSawn, distance: 20, height: 1200)",
     ),
-    (
+    case(
         "rays",
         200,
         512,
+        54,
         "TREE \"s\": WoodRays(color: \"color\", fiber: \"fiber\"), \
         \"it\": CutPlane(solid: \"s\", preset: FlatSawn, distance: 20, height: 1200)",
     ),
 ];
 
 pub(crate) fn load(case: &Case) -> Graph {
-    let (name, size, resolution, nodes) = case;
+    let Case { name, size, resolution, nodes, .. } = case;
     let nodes = [("POINTS", POINTS), ("NET", NET), ("TREE", TREE), ("SAMPLE", SAMPLE)]
         .iter()
         .fold((*nodes).to_owned(), |text, (word, nodes)| text.replace(&format!("{word} "), nodes));

@@ -1,19 +1,18 @@
 //! Springs on a grid: the same motion as [`super::list`] without index lists.
 //!
-//! Positions, velocities and spring constants lie in arrays by row. Rows are worked through in bands in parallel, in
-//! place, and a band takes several steps in one go, so that what it reads from memory serves them all: as soon as a row
-//! and the one below it are at a step, the row is moved to the next, so the steps follow each other down the band a row
-//! apart. For that a band has copies of the rows next to it, taken before it starts, and moves them too, one row fewer
-//! at either end in each step. Those are the same numbers as in their own band, so the result does not depend on the
-//! cut. What happens within a row is in [`super::rows`].
+//! Positions, velocities and spring constants are stored in arrays by row. Bands of rows are computed in parallel, in
+//! place, and a band takes several steps in a row (a stride), so that what it reads from memory serves them all: as
+//! soon as a row and the one below it have taken a step, the row takes the next one, so the steps follow each other
+//! down the band one row apart. For that a band has a halo: copies of the rows next to it, made before it starts, which
+//! it moves too, one row fewer at either end in each step. These are the same numbers as in their own band, so the
+//! result does not depend on how rows are divided. What happens within a row is in [`super::rows`].
 //!
-//! Lattices of four neighbours, hexagons among them, that are taller than wide are worked through by columns: each row
-//! costs something of its own, so that long ones are quicker.
+//! Lattices of four neighbours, hexagons among them, that are higher than wide are transposed: each row has a fixed
+//! cost, so few long rows are quicker.
 
 use super::net::{Broken, Mass, Motion, Net};
 use super::rows::{LANES, PAD, Pulls, Springs};
-use super::step::Stepper;
-use super::step::{Speed, weights};
+use super::step::{Speed, Stepper, weights};
 use super::tables::{Table, fill, part, rows};
 use crate::ground::number::index_u32;
 use crate::ground::real::Real;
@@ -23,19 +22,19 @@ use rayon::prelude::*;
 /// Rows per band, at most.
 const BAND: usize = 64;
 
-/// Steps that are taken in one go, at most, and copied rows at either end of a band.
+/// Steps per stride, at most, and copied rows at either end of a band.
 const STRIDE: usize = 4;
 
-/// By columns what is given by rows.
-fn turn<V: Copy>(values: &[V], shape: GridShape) -> Vec<V> {
+/// Transposes: by columns what is given by rows.
+fn transpose<V: Copy>(values: &[V], shape: GridShape) -> Vec<V> {
     (0..shape.nx).flat_map(|x| values.iter().skip(x).step_by(shape.nx)).copied().collect()
 }
 
 /// What all bands read.
 struct Shared<'a, T> {
     shape: GridShape,
-    /// Columns stand for rows, and x for y.
-    turned: bool,
+    /// Columns and rows, and x and y, are exchanged.
+    transposed: bool,
     size: [T; 2],
     rest: Vec<Table<T>>,
     threshold: Option<Vec<Table<T>>>,
@@ -51,7 +50,7 @@ impl<T: Real> Shared<'_, T> {
         (first + e + self.shape.ny - self.halo) % self.shape.ny
     }
 
-    /// Length of a row without what is around it.
+    /// Length of a row without the padding at its ends.
     fn wide(&self) -> usize {
         self.shape.nx.next_multiple_of(LANES)
     }
@@ -167,15 +166,15 @@ impl<'a, T: Real> Grid<'a, T> {
         if shape.eight || shape.ny <= shape.nx {
             return Self::by_rows(points, weight, net, motion, shape, numbers, false);
         }
-        // Long rows are quicker than short ones: columns for rows, and x for y.
-        let points: Vec<_> = turn(points, shape).into_iter().map(|[x, y]| [y, x]).collect();
-        let numbers = numbers.iter().rev().map(|numbers| turn(numbers, shape)).collect();
+        // Few long rows are quicker than many short ones.
+        let points: Vec<_> = transpose(points, shape).into_iter().map(|[x, y]| [y, x]).collect();
+        let numbers = numbers.iter().rev().map(|numbers| transpose(numbers, shape)).collect();
         let net = Net { size: [net.size[1], net.size[0]], ..*net };
-        let turned = GridShape { nx: shape.ny, ny: shape.nx, ..shape };
-        Self::by_rows(&points, turn(&weight, shape), &net, motion, turned, numbers, true)
+        let transposed = GridShape { nx: shape.ny, ny: shape.nx, ..shape };
+        Self::by_rows(&points, transpose(&weight, shape), &net, motion, transposed, numbers, true)
     }
 
-    /// The same as it is worked through, given 1/m of all points.
+    /// The same in the order of computation, given 1/m of all points.
     fn by_rows(
         points: &[[T; 2]],
         weight: Vec<T>,
@@ -183,16 +182,17 @@ impl<'a, T: Real> Grid<'a, T> {
         motion: &Motion<T>,
         shape: GridShape,
         numbers: Vec<Vec<u32>>,
-        turned: bool,
+        transposed: bool,
     ) -> Self {
         let (nx, ny) = (shape.nx, shape.ny);
         let table =
             |values: &[T]| numbers.par_iter().map(|numbers| Table::new(values, numbers, nx)).collect::<Vec<_>>();
         let threshold = (!net.threshold.is_empty()).then(|| table(net.threshold));
         let (count, rest) = (ny.div_ceil(BAND), table(net.rest));
-        // Every band has as many rows of its own as others copy.
+        // Every band has at least as many rows of its own as others copy.
         let halo = STRIDE.min(ny.checked_div(count).unwrap_or(0));
-        let shared = Shared { shape, turned, size: net.size, rest, threshold, motion: *motion, mass: net.mass, halo };
+        let shared =
+            Shared { shape, transposed, size: net.size, rest, threshold, motion: *motion, mass: net.mass, halo };
         let band = |b: usize| {
             let (first, end) = (b * ny / count, (b + 1) * ny / count);
             let rows = end - first + 2 * halo;
@@ -279,9 +279,9 @@ impl<T: Real> Stepper<T> for Grid<'_, T> {
             }
             all
         };
-        let (shape, turned) = (self.shared.shape, self.shared.turned);
+        let (shape, transposed) = (self.shared.shape, self.shared.transposed);
         [gather(|band| &band.place, PAD), gather(|band| &band.velocity, 0)]
-            .map(|all| if turned { turn(&all, shape).into_iter().map(|[x, y]| [y, x]).collect() } else { all })
+            .map(|all| if transposed { transpose(&all, shape).into_iter().map(|[x, y]| [y, x]).collect() } else { all })
     }
 }
 
@@ -312,8 +312,8 @@ impl<T: Real> pulp::WithSimd for Advance<'_, '_, T> {
 }
 
 impl<T: Real> Advance<'_, '_, T> {
-    /// Lets the springs that start in the band's row `e` pull, in step `n` of the stride, and moves the row if what
-    /// pulls at it from above is known.
+    /// Computes the forces of the springs that start in the band's row `e`, in step `n` of the stride, and moves the
+    /// row if the forces of the row above are known (`moves`).
     #[inline(always)]
     fn advance_row(&mut self, n: usize, e: usize, moves: bool) {
         let Self { shared, band, scratch, report, .. } = self;
@@ -335,10 +335,10 @@ impl<T: Real> Advance<'_, '_, T> {
         let weight = &mut band.weight[range.clone()];
         if moves {
             let (x, y) = (&x[PAD..], &y[PAD..]);
-            let [x, y] = if shared.turned { [y, x] } else { [x, y] };
+            let [x, y] = if shared.transposed { [y, x] } else { [x, y] };
             shared.mass.refresh(weight, x, y);
         }
-        // What stands for directions that the lattice does not have is not read.
+        // Directions that the lattice does not have take the place of others here and are not read.
         let directions = if shape.eight { [0, 1, 2, 3] } else { [0, 1, 0, 1] };
         let [right, down, down_right, down_left] = &mut band.stiffness;
         let mut springs = Springs {

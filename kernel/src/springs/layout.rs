@@ -1,28 +1,28 @@
-//! How a patch of [`super::list`] is laid out: its rings, its parts and groups, their springs, and which slots its
-//! points read.
+//! How a block of [`super::list`] is laid out in memory: the layers of its halo, its parts and groups, their springs,
+//! and which slots its points read.
 
+use super::adjacency::Adjacency;
+use super::block::{Block, GROUP, LANE, LOCAL, PART, Part, Run, Slots};
 use super::net::Mass;
-use super::patch::{GROUP, LANE, LOCAL, PART, Part, Patch, Run, Slots};
-use super::web::Web;
 use crate::ground::real::Real;
 use std::ops::Range;
 
 /// No point, and the slot of no spring.
 const NONE: u16 = u16::MAX;
-/// Points of a part of a ring, at most: rings are thin.
-const RING_PART: usize = 64;
+/// Points of a part of the halo, at most: its layers are thin.
+const HALO_PART: usize = 64;
 
-/// As a local index.
+/// An index as a local one.
 fn short(i: usize) -> u16 {
     u16::try_from(i).expect("counted before")
 }
 
-/// As an index that the layout keeps.
+/// An index as the layout stores it.
 fn long(i: usize) -> u32 {
     u32::try_from(i).expect("fewer than springs")
 }
 
-/// The axis along which points lie further apart.
+/// The axis along which points have the larger extent.
 pub(super) fn longer_axis<T: Real>(points: impl Iterator<Item = [T; 2]> + Clone) -> usize {
     let extent = |axis: usize| {
         let along = points.clone().map(|p| p[axis].wide());
@@ -31,11 +31,11 @@ pub(super) fn longer_axis<T: Real>(points: impl Iterator<Item = [T; 2]> + Clone)
     usize::from(extent(1) > extent(0))
 }
 
-/// Which local index each point has while a patch is laid out.
+/// The local index of each point while a block is laid out.
 pub(super) struct Locals(Vec<u16>);
 
 impl Locals {
-    /// For so many points.
+    /// For a number of points.
     pub(super) fn new(points: usize) -> Self {
         Self(vec![NONE; points])
     }
@@ -45,17 +45,17 @@ impl Locals {
     }
 }
 
-/// A patch in the making.
+/// A block that is being built.
 struct Layout<'w, 'n, 'a, T> {
-    web: &'w Web<'n, 'a, T>,
+    adjacency: &'w Adjacency<'n, 'a, T>,
     locals: &'w mut Locals,
     reach: usize,
     /// Points by local index.
     points: Vec<u32>,
-    /// Which of them are there to make up whole groups.
-    made_up: Vec<bool>,
-    /// How many points there are up to each ring.
-    rings: Vec<usize>,
+    /// Which of them only pad groups.
+    padding: Vec<bool>,
+    /// How many points there are up to each layer.
+    layers: Vec<usize>,
     parts: Vec<Part>,
     owning: Vec<Run>,
     arriving: Vec<Run>,
@@ -65,52 +65,52 @@ struct Layout<'w, 'n, 'a, T> {
 }
 
 impl<T: Real> Layout<'_, '_, '_, T> {
-    /// Adds points as a ring, made up to whole groups. False if there are too many.
-    fn ring(&mut self, points: impl Iterator<Item = u32>) -> bool {
+    /// Adds points as a layer, padded to whole groups. False if there are too many.
+    fn layer(&mut self, points: impl Iterator<Item = u32>) -> bool {
         let from = self.points.len();
         self.points.extend(points);
-        self.made_up.resize(self.points.len(), false);
+        self.padding.resize(self.points.len(), false);
         if let Some(&last) = self.points[from..].last() {
             self.points.resize(self.points.len().next_multiple_of(GROUP), last);
-            self.made_up.resize(self.points.len(), true);
+            self.padding.resize(self.points.len(), true);
         }
         if self.points.len() >= LOCAL {
             return false;
         }
-        for p in (from..self.points.len()).filter(|&p| !self.made_up[p]) {
+        for p in (from..self.points.len()).filter(|&p| !self.padding[p]) {
             self.locals.0[self.points[p] as usize] = short(p);
         }
-        self.rings.push(self.points.len());
+        self.layers.push(self.points.len());
         true
     }
 
-    /// The local indices of a ring.
-    fn of_ring(&self, ring: usize) -> Range<usize> {
-        (if ring == 0 { 0 } else { self.rings[ring - 1] })..self.rings[ring]
+    /// The local indices of a layer.
+    fn of_layer(&self, layer: usize) -> Range<usize> {
+        (if layer == 0 { 0 } else { self.layers[layer - 1] })..self.layers[layer]
     }
 
-    /// Finds the rings: points at most one link from the ring before. False if that is too much.
+    /// Finds the layers of the halo: points one link away from the layer before. False if there are too many.
     fn spread(&mut self, own: Range<usize>, along: &impl Fn(u32) -> f64) -> bool {
-        if !self.ring(own.map(long)) {
+        if !self.layer(own.map(long)) {
             return false;
         }
-        for ring in 0..self.reach {
+        for layer in 0..self.reach {
             let mut next = Vec::new();
-            for p in self.of_ring(ring).filter(|&p| !self.made_up[p]) {
+            for p in self.of_layer(layer).filter(|&p| !self.padding[p]) {
                 let p = self.points[p];
-                next.extend(self.web.owned.of(p).iter().map(|&id| self.web.ends[id as usize][1]));
-                next.extend(self.web.incoming.of(p).iter().map(|&id| self.web.ends[id as usize][0]));
+                next.extend(self.adjacency.owned.of(p).iter().map(|&id| self.adjacency.ends[id as usize][1]));
+                next.extend(self.adjacency.incoming.of(p).iter().map(|&id| self.adjacency.ends[id as usize][0]));
             }
             next.retain(|&p| self.locals.0[p as usize] == NONE);
             next.sort_unstable();
             next.dedup();
             next.sort_by(|&a, &b| along(a).total_cmp(&along(b)));
             let alike = |&p: &u32| {
-                let owned = self.web.owned.of(p);
-                (self.wraps(owned), usize::MAX - owned.len(), usize::MAX - self.web.incoming.of(p).len())
+                let owned = self.adjacency.owned.of(p);
+                (self.wraps(owned), usize::MAX - owned.len(), usize::MAX - self.adjacency.incoming.of(p).len())
             };
-            next.chunks_mut(RING_PART).for_each(|part| part.sort_by_cached_key(alike));
-            if !self.ring(next.into_iter()) {
+            next.chunks_mut(HALO_PART).for_each(|part| part.sort_by_cached_key(alike));
+            if !self.layer(next.into_iter()) {
                 return false;
             }
         }
@@ -119,30 +119,30 @@ impl<T: Real> Layout<'_, '_, '_, T> {
 
     /// Whether any of some springs has an offset.
     fn wraps(&self, springs: &[u32]) -> bool {
-        springs.iter().any(|&id| self.web.wraps(id))
+        springs.iter().any(|&id| self.adjacency.wraps(id))
     }
 
-    /// Lays out the springs of all points, part after part across the patch.
+    /// Lays out the springs of all points, part after part across the block.
     fn springs(&mut self, along: &impl Fn(u32) -> f64) {
         let mut parts = Vec::new();
-        for ring in 0..self.rings.len() {
-            let all = self.of_ring(ring);
-            let most = if ring == 0 { PART } else { RING_PART };
+        for layer in 0..self.layers.len() {
+            let all = self.of_layer(layer);
+            let most = if layer == 0 { PART } else { HALO_PART };
             for first in all.clone().step_by(most) {
                 let points = first..(first + most).min(all.end);
                 let places = self.points[points.clone()].iter().map(|&p| along(p));
-                parts.push((places.fold(f64::INFINITY, f64::min), ring, points));
+                parts.push((places.fold(f64::INFINITY, f64::min), layer, points));
             }
         }
         parts.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-        for (_, ring, points) in parts {
+        for (_, layer, points) in parts {
             let (slot, offset) = (self.ids.len(), long(self.offsets.len()));
             let runs = [long(self.owning.len()), long(self.arriving.len())];
             for group in points.clone().step_by(GROUP) {
-                self.group(group, group == points.start, ring == self.reach);
+                self.group(group, group == points.start, layer == self.reach);
             }
             self.parts.push(Part {
-                ring: short(ring),
+                layer: short(layer),
                 first: short(points.start),
                 points: short(points.len()),
                 slot: long(slot),
@@ -156,26 +156,31 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         }
     }
 
-    /// Adds the group of the eight points from `first` on, which `begins` a part or not, of the `last` ring or not.
+    /// Adds the group of the eight points from `first` on. `begins`: it is the first of a part; `last`: it is in the
+    /// outermost layer.
     fn group(&mut self, first: usize, begins: bool, last: bool) {
-        let web = self.web;
-        let inner = self.rings[self.reach - 1];
+        let adjacency = self.adjacency;
+        let inner = self.layers[self.reach - 1];
         let lists: [Vec<u32>; GROUP] = std::array::from_fn(|i| {
-            let owned = if self.made_up[first + i] { &[] } else { web.owned.of(self.points[first + i]) };
-            // Of the last ring only springs that lead inwards count.
-            owned.iter().copied().filter(|&id| !last || self.locals.of(web.ends[id as usize][1]) < inner).collect()
+            let owned = if self.padding[first + i] { &[] } else { adjacency.owned.of(self.points[first + i]) };
+            // In the outermost layer only springs that lead inwards count.
+            owned
+                .iter()
+                .copied()
+                .filter(|&id| !last || self.locals.of(adjacency.ends[id as usize][1]) < inner)
+                .collect()
         });
-        let incoming = (first..first + GROUP).filter(|&p| !last && !self.made_up[p]);
-        let incoming = incoming.map(|p| web.incoming.of(self.points[p]).len()).max().unwrap_or(0);
+        let incoming = (first..first + GROUP).filter(|&p| !last && !self.padding[p]);
+        let incoming = incoming.map(|p| adjacency.incoming.of(self.points[p]).len()).max().unwrap_or(0);
         let own = lists.iter().map(Vec::len).max().unwrap_or(0);
         let wraps = lists.iter().any(|list| self.wraps(list));
         let ids = (0..own).flat_map(|j| lists.each_ref().map(|list| list.get(j).copied().unwrap_or(u32::MAX)));
         let from = self.ids.len();
         self.ids.extend(ids);
         if wraps {
-            let size = web.net.size.map(T::wide);
+            let size = adjacency.net.size.map(T::wide);
             let offset = |&id: &u32| {
-                let wraps = web.net.wraps.get(id as usize).copied().unwrap_or_default();
+                let wraps = adjacency.net.wraps.get(id as usize).copied().unwrap_or_default();
                 [0, 1].map(|axis| T::of(f64::from(wraps[axis]) * size[axis]))
             };
             self.offsets.extend(self.ids[from..].iter().map(offset));
@@ -200,8 +205,8 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         })
     }
 
-    /// For each part, which springs end at the points of its groups: its points' first ones, then their second ones and so
-    /// on, as slots with the parts that pull them; nothing where there are fewer.
+    /// For each part, which springs end at the points of its groups: the first one of each point, then the second ones
+    /// and so on, each as its slot and its part; `None` where a point has fewer.
     fn arriving(&mut self, far: &[u16]) -> Vec<Option<(u32, u16)>> {
         let mut first = vec![usize::MAX; self.points.len()];
         let mut all = 0;
@@ -215,13 +220,13 @@ impl<T: Real> Layout<'_, '_, '_, T> {
             }
         }
         let mut arriving = vec![None; all];
-        // What ends at the last ring does not matter.
-        let moving = self.rings[self.reach - 1];
+        // Springs that end at the outermost layer do not matter.
+        let moving = self.layers[self.reach - 1];
         for (number, part) in (0..).zip(&self.parts) {
             for slot in part.slot as usize..self.end(usize::from(number)) {
                 let (far, id) = (usize::from(far[slot]), self.ids[slot]);
                 if far < moving
-                    && let Ok(nth) = self.web.incoming.of(self.points[far]).binary_search(&id)
+                    && let Ok(nth) = self.adjacency.incoming.of(self.points[far]).binary_search(&id)
                 {
                     arriving[first[far] + nth * GROUP] = Some((long(slot), number));
                 }
@@ -235,8 +240,8 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         self.parts.get(part + 1).map_or(self.ids.len(), |next| next.slot as usize)
     }
 
-    /// Says when each part can move and where its pulls stay until then, and lists which of them each point reads. None if
-    /// there is no room.
+    /// Finds after which part each part can move, where the pulls of each part are stored until they are read, and
+    /// which pulls each point reads. `None` if there is no room.
     fn arrive(&mut self, far: &[u16]) -> Option<[Vec<u16>; 2]> {
         let arriving = self.arriving(far);
         let count = self.parts.len();
@@ -244,10 +249,10 @@ impl<T: Real> Layout<'_, '_, '_, T> {
             let end = parts.get(number + 1).map_or(arriving.len(), |next| next.incoming as usize);
             parts[number].incoming as usize..end
         };
-        // The parts that wait for each, and the last one before whose turn ends its pulls are read.
+        // Per part the parts that move after it, and the last part after which its pulls are read.
         let mut waits = vec![Vec::new(); count];
         let mut until: Vec<usize> = (0..count).collect();
-        for number in (0..count).filter(|&number| usize::from(self.parts[number].ring) < self.reach) {
+        for number in (0..count).filter(|&number| usize::from(self.parts[number].layer) < self.reach) {
             let owners = || arriving[of(&self.parts, number)].iter().flatten().map(|&(_, part)| usize::from(part));
             let turn = owners().fold(number, usize::max);
             waits[turn].push(short(number));
@@ -282,7 +287,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         Some([ready, incoming])
     }
 
-    /// The far end of each slot: of what is made up the point itself.
+    /// The far end of each slot; of padding the point itself.
     fn far(&self) -> Vec<u16> {
         let mut far = vec![0; self.ids.len()];
         for part in &self.parts {
@@ -290,7 +295,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
                 for i in 0..own * GROUP {
                     far[slot + i] = match self.ids[slot + i] {
                         u32::MAX => short(point + i % GROUP),
-                        id => short(self.locals.of(self.web.ends[id as usize][1])),
+                        id => short(self.locals.of(self.adjacency.ends[id as usize][1])),
                     };
                 }
             }
@@ -299,7 +304,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
     }
 }
 
-/// Adds a group's run to the one before, if the group does not begin a part.
+/// Extends the last run by a group's if both are alike and the group does not begin a part.
 fn join(runs: &mut Vec<Run>, begins: bool, run: Run) {
     match runs.last_mut() {
         Some(last) if !begins && Run { groups: 1, ..*last } == run => last.groups += 1,
@@ -307,24 +312,24 @@ fn join(runs: &mut Vec<Run>, begins: bool, run: Run) {
     }
 }
 
-impl<T: Real> Patch<T> {
-    /// The patch of the points `own` and of `reach` rings; fails with a point if that is too much. `places` are those of
-    /// all points, in their order.
+impl<T: Real> Block<T> {
+    /// The block of the points `own` with `reach` layers of halo; fails with a point if there is no room. `places` are
+    /// the positions of all points in their order.
     pub(super) fn new(
         own: Range<usize>,
         reach: usize,
-        web: &Web<'_, '_, T>,
+        adjacency: &Adjacency<'_, '_, T>,
         places: &[[T; 2]],
         weight: &[T],
         locals: &mut Locals,
     ) -> Result<Self, u32> {
         let mut layout = Layout {
-            web,
+            adjacency,
             locals,
             reach,
             points: Vec::new(),
-            made_up: Vec::new(),
-            rings: Vec::new(),
+            padding: Vec::new(),
+            layers: Vec::new(),
             parts: Vec::new(),
             owning: Vec::new(),
             arriving: Vec::new(),
@@ -333,8 +338,8 @@ impl<T: Real> Patch<T> {
         };
         let axis = longer_axis(places[own.clone()].iter().copied());
         let middle = places[own.start + own.len() / 2][axis].wide();
-        // Of the images of a point in the tiling, the one that is next to the patch.
-        let size = web.net.size[axis].wide();
+        // Of the periodic copies of a point, the one next to the block.
+        let size = adjacency.net.size[axis].wide();
         let along = |p: u32| {
             let place = places[p as usize][axis].wide();
             if size > 0.0 { place - size * ((place - middle) / size).round() } else { place }
@@ -344,20 +349,20 @@ impl<T: Real> Patch<T> {
             layout.springs(&along);
             true
         };
-        let patch = if done { Self::of(&mut layout, places, weight) } else { None };
+        let block = if done { Self::of(&mut layout, places, weight) } else { None };
         for &p in &layout.points {
             layout.locals.0[p as usize] = NONE;
         }
-        patch.ok_or(first)
+        block.ok_or(first)
     }
 
-    /// The patch as laid out; none if there is no room for its pulls.
+    /// The block as laid out; `None` if there is no room for its pulls.
     fn of(layout: &mut Layout<'_, '_, '_, T>, places: &[[T; 2]], weight: &[T]) -> Option<Self> {
         let far = layout.far();
         let [ready, incoming] = layout.arrive(&far)?;
-        let (net, reach) = (layout.web.net, layout.reach);
+        let (net, reach) = (layout.adjacency.net, layout.reach);
         let ids = std::mem::take(&mut layout.ids);
-        // Nothing pulls with no stiffness; a length keeps the sign of the zero from counting.
+        // Padding has no stiffness, so its pull is 0; with a rest length of 1 that 0 has the sign that changes no sum.
         let by_lane = |values: &[T], none: T| {
             let mut out = vec![none; if values.is_empty() { 0 } else { ids.len() }];
             for (out, ids) in out.as_chunks_mut::<GROUP>().0.iter_mut().zip(ids.as_chunks::<GROUP>().0) {
@@ -371,13 +376,13 @@ impl<T: Real> Patch<T> {
             [] => Vec::new(),
             _ => ids.iter().map(|&id| values.get(id as usize).copied().unwrap_or_default()).collect(),
         };
-        // In place where a patch takes several steps at a time.
-        let own = layout.rings[0];
+        // Blocks that take several steps at a time compute in place.
+        let own = layout.layers[0];
         let mut position = vec![[T::default(); 2]; if reach > 1 { LOCAL } else { own }];
         for (place, &p) in position.iter_mut().zip(&layout.points[..own]) {
             *place = places[p as usize];
         }
-        let moving = layout.rings[reach - 1];
+        let moving = layout.layers[reach - 1];
         let mut weights: Vec<T> = layout.points[..moving].iter().map(|&p| weight[p as usize]).collect();
         let live = matches!(net.mass, Mass::Live(_));
         let alike = weights.first().copied().filter(|first| !live && weights.iter().all(|w| w == first));
@@ -385,7 +390,7 @@ impl<T: Real> Patch<T> {
             weights = Vec::new();
         }
         Some(Self {
-            ghosts: layout.points[layout.rings[0]..].to_vec(),
+            ghosts: layout.points[layout.layers[0]..].to_vec(),
             published: Vec::new(),
             position,
             parts: std::mem::take(&mut layout.parts),
@@ -393,7 +398,7 @@ impl<T: Real> Patch<T> {
             owning: std::mem::take(&mut layout.owning),
             arriving: std::mem::take(&mut layout.arriving),
             incoming,
-            velocity: vec![[T::default(); 2]; layout.rings[reach - usize::from(net.damping.is_empty())]],
+            velocity: vec![[T::default(); 2]; layout.layers[reach - usize::from(net.damping.is_empty())]],
             weight: weights.into_iter().map(|w| [w; 2]).collect(),
             alike,
             slots: Slots {
@@ -409,7 +414,7 @@ impl<T: Real> Patch<T> {
                 offsets: std::mem::take(&mut layout.offsets),
                 ids,
             },
-            rings: std::mem::take(&mut layout.rings),
+            layers: std::mem::take(&mut layout.layers),
         })
     }
 }

@@ -1,41 +1,40 @@
 //! Springs along any links.
 //!
-//! Points are cut into patches of as many points, part by part across the longer side; see [`super::patch`] for
-//! what a patch does. A patch reads the points and springs round it as well, so many rings of neighbours as there are
-//! steps in a stride, and works out what happens there by itself; so it takes a whole stride in its core's cache, and
-//! writes only its own points. Every spring has one owner ([`super::owners`]), the same in every patch, and every point
-//! sums the pulls of the springs it owns and then of those it does not, each by number: all patches that work a point out
-//! get the same bits, and the result depends neither on patches nor on threads.
+//! Domain decomposition: points are divided into blocks of equal numbers of points, by halving across the longer side;
+//! see [`super::block`] for what a block does. A block has a halo of as many layers of neighbours as there are steps in
+//! a stride and computes their motion too. So it takes a whole stride within its core's cache without the other blocks,
+//! and writes only its own points. Every spring has one owner among its two ends ([`super::owners`]), the same in every
+//! block, and every point sums first the pulls of the springs that it owns and then of the others, each by number. So
+//! all blocks that compute a point get the same bits, and the result depends neither on blocks nor on threads.
 
+use super::adjacency::{Adjacency, Incidence};
+use super::block::{Block, GROUP, PART, Scratch};
 use super::layout::{Locals, longer_axis};
 use super::net::{Broken, Mass, Motion, Net, SpringError};
 use super::owners::{Count, offset, share};
-use super::patch::{GROUP, PART, Patch, Scratch};
-use super::step::Stepper;
-use super::step::{Speed, weights};
-use super::web::{Groups, Web};
+use super::step::{Speed, Stepper, weights};
 use crate::ground::number::index_u32;
 use crate::ground::real::Real;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// Points from which on a stride is worth the rings: what is smaller stays in a cache.
+/// The number of points from which on several steps per stride are worth the halo: smaller sets stay in a cache anyway.
 const LARGE: usize = 1 << 18;
-/// Points per patch, at most.
-const PATCH: usize = 2048;
-/// Points per patch where a great many springs meet.
+/// Points per block, at most.
+const BLOCK: usize = 2048;
+/// Points per block where very many springs meet.
 const FEWEST: usize = 8;
-/// Points per patch of large sets, at most: their rings are a smaller part.
-const LARGE_PATCH: usize = 32_768;
+/// Points per block of large sets, at most: their halo is a smaller part.
+const LARGE_BLOCK: usize = 32_768;
 /// Steps per stride of large sets.
 const STRIDE: u32 = 6;
-/// Cores among which many patches can be shared out evenly.
+/// The number of blocks is a multiple of this, so that this many cores or fewer get equal shares.
 const CORES: usize = 4;
-/// Springs per point from which on rings hold too much.
+/// The number of springs per point from which on halos become too large.
 const DENSE: usize = 5;
 
-/// Points along a curve that keeps what is near together, with their springs.
+/// Points along a Morton curve, which keeps neighbours together, with their springs.
 pub(super) struct Sorted<T> {
     /// Points, and where they are.
     order: Vec<u32>,
@@ -52,21 +51,39 @@ pub(super) struct List<'a, T> {
     motion: Motion<T>,
     mass: Mass<'a, T>,
     order: Vec<u32>,
-    patches: Vec<Patch<T>>,
-    /// Points per patch.
-    patch: usize,
+    blocks: Vec<Block<T>>,
+    /// Points per block.
+    block: usize,
     stride: u32,
     /// Springs that have not broken; empty where none can.
     whole: Vec<bool>,
-    /// Whether some broke in the last stride.
+    /// Whether some springs broke in the last stride.
     snapped: bool,
-    /// Places and velocities of the points that patches read of others, by patch, and those after the stride.
+    /// Positions and velocities of the points that other blocks read, by block: before the stride, and after it.
     border: [Vec<[T; 4]>; 2],
-    /// Memory of workers that wait.
-    idle: Mutex<Vec<Scratch<T>>>,
+    scratch: Pool<Scratch<T>>,
 }
 
-/// A point's place on a Morton curve through the bounds of all points.
+/// Memory that workers take and give back.
+struct Pool<M>(Mutex<Vec<M>>);
+
+impl<M> Pool<M> {
+    const fn new() -> Self {
+        Self(Mutex::new(Vec::new()))
+    }
+
+    /// Lends memory to `work`, made by `new` if there is none.
+    fn with<R>(&self, new: impl FnOnce() -> M, work: impl FnOnce(&mut M) -> R) -> R {
+        let take = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let waiting = take().pop();
+        let mut memory = waiting.unwrap_or_else(new);
+        let result = work(&mut memory);
+        take().push(memory);
+        result
+    }
+}
+
+/// The position of each point on a Morton curve through the bounding square of all points.
 fn morton<T: Real>(points: &[[T; 2]]) -> Vec<u32> {
     let fold =
         |axis: usize, pick: fn(f64, f64) -> f64| points.iter().map(|p| p[axis].wide()).reduce(pick).unwrap_or_default();
@@ -84,7 +101,7 @@ fn morton<T: Real>(points: &[[T; 2]]) -> Vec<u32> {
     points.par_iter().map(|p| spread(cell(p, 0)) | (spread(cell(p, 1)) << 1)).collect()
 }
 
-/// Cuts points into patches of `size`, each as square as can be: part by part across the longer side.
+/// Divides points into blocks of `size`, each as square as possible: halves are cut across the longer side.
 fn divide<T: Real>(places: &[[T; 2]], part: &mut [u32], size: usize) {
     if part.len() <= size {
         return;
@@ -117,7 +134,7 @@ impl<T: Real> Sorted<T> {
     }
 }
 
-/// Where each point is in an order.
+/// The position of each point in an order.
 fn ranks(order: &[u32]) -> Vec<u32> {
     let mut ranks = vec![0u32; order.len()];
     for (rank, &p) in (0..).zip(order) {
@@ -127,38 +144,39 @@ fn ranks(order: &[u32]) -> Vec<u32> {
 }
 
 impl<'a, T: Real> List<'a, T> {
-    /// Sorts the points and hands out the springs; slices have been checked.
+    /// Sorts the points and distributes the springs; slices have been checked.
     pub(super) fn new(points: &[[T; 2]], net: &Net<'a, T>, motion: &Motion<T>) -> Result<Self, SpringError> {
         let sorted = Sorted::new(points, net);
         if points.len() >= LARGE && net.links.len() < points.len() * DENSE {
-            for most in [LARGE_PATCH, LARGE_PATCH / 2] {
-                if let Ok(list) = Self::cut(net, motion, &sorted, patch_size(points.len(), most), STRIDE) {
+            for most in [LARGE_BLOCK, LARGE_BLOCK / 2] {
+                if let Ok(list) = Self::cut(net, motion, &sorted, block_size(points.len(), most), STRIDE) {
                     return Ok(list);
                 }
             }
         }
-        // The more springs meet, the fewer points a patch has room for.
-        let mut patch = patch_size(points.len(), PATCH);
+        // The more springs meet, the fewer points a block has room for.
+        let mut block = block_size(points.len(), BLOCK);
         loop {
-            match Self::cut(net, motion, &sorted, patch, 1) {
-                Err(SpringError::Crowded { .. }) if patch > FEWEST => patch = (patch / 4).max(FEWEST),
+            match Self::cut(net, motion, &sorted, block, 1) {
+                Err(SpringError::Crowded { .. }) if block > FEWEST => block = (block / 4).max(FEWEST),
                 result => return result,
             }
         }
     }
 
-    /// Cuts sorted points into patches that take so many steps at a time.
+    /// Divides sorted points into blocks that take `stride` steps at a time.
     pub(super) fn cut(
         net: &Net<'a, T>,
         motion: &Motion<T>,
         sorted: &Sorted<T>,
-        patch: usize,
+        block: usize,
         stride: u32,
     ) -> Result<Self, SpringError> {
         let mut order: Vec<u32> = (0..index_u32(sorted.order.len())).collect();
-        divide(&sorted.places, &mut order, patch);
-        // Parts follow each other across the longer side of a patch; in each, points with as many springs do.
-        order.par_chunks_mut(patch).for_each(|own| {
+        divide(&sorted.places, &mut order, block);
+        // Parts follow each other across the longer side of a block; within a part, points with equally many springs
+        // do.
+        order.par_chunks_mut(block).for_each(|own| {
             let axis = longer_axis(own.iter().map(|&p| sorted.places[p as usize]));
             let place = |p: u32| sorted.places[p as usize][axis].wide();
             own.sort_unstable_by(|&a, &b| place(a).total_cmp(&place(b)).then(a.cmp(&b)));
@@ -171,85 +189,72 @@ impl<'a, T: Real> List<'a, T> {
         let rank = ranks(&order);
         let ends: Vec<_> = sorted.ends.par_iter().map(|ends| ends.map(|p| rank[p as usize])).collect();
         drop(rank);
-        let group = |end| Groups::new(order.len(), &ends, end, |id| end == 0 && offset(net, id));
+        let group = |end| Incidence::new(order.len(), &ends, end, |id| end == 0 && offset(net, id));
         let (owned, incoming) = rayon::join(|| group(0), || group(1));
-        let web = Web { net, ends, owned, incoming };
+        let adjacency = Adjacency { net, ends, owned, incoming };
         let weight: Vec<T> = order.iter().map(|&p| sorted.weight[p as usize]).collect();
         let places: Vec<[T; 2]> = order.iter().map(|&p| sorted.places[p as usize]).collect();
-        let locals = Mutex::<Vec<Locals>>::default();
+        let locals = Pool::new();
         let build = |p: usize| {
-            let take = || locals.lock().unwrap_or_else(PoisonError::into_inner);
-            let waiting = take().pop();
-            let mut mine = waiting.unwrap_or_else(|| Locals::new(order.len()));
-            let patch = Patch::new(range(p, patch, order.len()), stride as usize, &web, &places, &weight, &mut mine);
-            take().push(mine);
-            patch
+            let own = range(p, block, order.len());
+            let build = |locals: &mut Locals| Block::new(own, stride as usize, &adjacency, &places, &weight, locals);
+            locals.with(|| Locals::new(order.len()), build)
         };
-        let patches: Result<Vec<_>, u32> = (0..order.len().div_ceil(patch)).into_par_iter().map(build).collect();
-        let patches =
-            patches.map_err(|at| SpringError::Crowded { point: sorted.order[order[at as usize] as usize] as usize })?;
+        let blocks: Result<Vec<_>, u32> = (0..order.len().div_ceil(block)).into_par_iter().map(build).collect();
+        let blocks =
+            blocks.map_err(|at| SpringError::Crowded { point: sorted.order[order[at as usize] as usize] as usize })?;
         order.par_iter_mut().for_each(|p| *p = sorted.order[*p as usize]);
-        let (patches, border) = introduce(patches, patch, &places);
+        let (blocks, border) = number_border(blocks, block, &places);
         Ok(Self {
             motion: *motion,
             mass: net.mass,
             order,
-            patches,
-            patch,
+            blocks,
+            block,
             stride,
             whole: if net.threshold.is_empty() { Vec::new() } else { vec![true; net.links.len()] },
             snapped: false,
             border: [border.clone(), border],
-            idle: Mutex::default(),
+            scratch: Pool::new(),
         })
-    }
-
-    /// Lends a worker's memory to `work`.
-    fn with_scratch<R>(idle: &Mutex<Vec<Scratch<T>>>, work: impl FnOnce(&mut Scratch<T>) -> R) -> R {
-        let take = || idle.lock().unwrap_or_else(PoisonError::into_inner);
-        let waiting = take().pop();
-        let mut scratch = waiting.unwrap_or_default();
-        let result = work(&mut scratch);
-        take().push(scratch);
-        result
     }
 }
 
-/// Numbers the points that patches read of others: the ghosts of patches name points before, and afterwards what is
-/// published. Returns that as well.
-fn introduce<T: Real>(mut patches: Vec<Patch<T>>, size: usize, places: &[[T; 2]]) -> (Vec<Patch<T>>, Vec<[T; 4]>) {
+/// Numbers the points that other blocks read: `ghosts` are indices of points before, and indices into the published
+/// points afterwards. Returns the published points as well.
+fn number_border<T: Real>(mut blocks: Vec<Block<T>>, size: usize, places: &[[T; 2]]) -> (Vec<Block<T>>, Vec<[T; 4]>) {
     const READ: u32 = 1;
     let mut number = vec![0; places.len()];
-    for &p in patches.iter().flat_map(|patch| &patch.ghosts) {
+    for &p in blocks.iter().flat_map(|block| &block.ghosts) {
         number[p as usize] = READ;
     }
     let mut border = Vec::new();
-    for (p, patch) in patches.iter_mut().enumerate() {
+    for (p, block) in blocks.iter_mut().enumerate() {
         for (local, p) in (0..).zip(range(p, size, places.len())) {
             if number[p] == READ {
                 number[p] = index_u32(border.len());
                 border.push([places[p][0], places[p][1], T::default(), T::default()]);
-                patch.published.push(local);
+                block.published.push(local);
             }
         }
     }
-    for p in patches.iter_mut().flat_map(|patch| &mut patch.ghosts) {
+    for p in blocks.iter_mut().flat_map(|block| &mut block.ghosts) {
         *p = number[*p as usize];
     }
-    (patches, border)
+    (blocks, border)
 }
 
-/// How many points patches have if they have as many each, at most `most`, and many patches are as many for each of up to
-/// four cores.
-fn patch_size(points: usize, most: usize) -> usize {
-    let patches = points.div_ceil(most);
-    let patches = if patches > CORES / 2 { patches.next_multiple_of(CORES) } else { patches.max(1) };
-    points.div_ceil(patches).next_multiple_of(GROUP).max(GROUP)
+/// Points per block: at most `most`, equally many in each block, and equally many blocks for each of up to [`CORES`]
+/// cores.
+fn block_size(points: usize, most: usize) -> usize {
+    let blocks = points.div_ceil(most);
+    let blocks = if blocks > CORES / 2 { blocks.next_multiple_of(CORES) } else { blocks.max(1) };
+    points.div_ceil(blocks).next_multiple_of(GROUP).max(GROUP)
 }
 
-/// The points of a patch.
-fn range(patch: usize, size: usize, points: usize) -> Range<usize> {
-    patch * size..((patch + 1) * size).min(points)
+/// The points of a block.
+fn range(block: usize, size: usize, points: usize) -> Range<usize> {
+    block * size..((block + 1) * size).min(points)
 }
 
 impl<T: Real> Stepper<T> for List<'_, T> {
@@ -259,26 +264,26 @@ impl<T: Real> Stepper<T> for List<'_, T> {
 
     fn advance(&mut self, step: u32, steps: u32, broken: &mut Vec<Broken>) -> Vec<Speed<T>> {
         let [now, mut next] = self.border.each_mut().map(|border| &mut border[..]);
-        let (stride, idle) = (self.stride, &self.idle);
+        let (stride, pool) = (self.stride, &self.scratch);
         let whole = if self.snapped { &self.whole[..] } else { &[] };
         let (motion, mass) = (&self.motion, self.mass);
-        let mut published = Vec::with_capacity(self.patches.len());
-        for patch in &self.patches {
-            published.push(next.split_off_mut(..patch.published.len()).unwrap_or_default());
+        let mut published = Vec::with_capacity(self.blocks.len());
+        for block in &self.blocks {
+            published.push(next.split_off_mut(..block.published.len()).unwrap_or_default());
         }
-        let advance = |(patch, published): (&mut Patch<T>, &mut [[T; 4]])| {
-            Self::with_scratch(idle, |scratch| {
-                patch.mend(whole);
+        let advance = |(block, published): (&mut Block<T>, &mut [[T; 4]])| {
+            pool.with(Scratch::default, |scratch| {
+                block.mend(whole);
                 if stride > 1 {
-                    patch.warm();
+                    block.prefetch();
                 }
-                patch.collect(now, steps as usize, scratch);
-                let report = patch.advance(motion, mass, steps as usize, scratch);
-                patch.publish(published, scratch);
+                block.collect(now, steps as usize, scratch);
+                let report = block.advance(motion, mass, steps as usize, scratch);
+                block.publish(published, scratch);
                 report
             })
         };
-        let reports: Vec<_> = self.patches.par_iter_mut().zip(published).map(advance).collect();
+        let reports: Vec<_> = self.blocks.par_iter_mut().zip(published).map(advance).collect();
         self.border.swap(0, 1);
         let mut totals = vec![Speed::default(); steps as usize];
         self.snapped = false;
@@ -297,8 +302,8 @@ impl<T: Real> Stepper<T> for List<'_, T> {
 
     fn finish(self: Box<Self>) -> [Vec<[T; 2]>; 2] {
         let mut out = [0, 1].map(|_| vec![[T::default(); 2]; self.order.len()]);
-        for (order, patch) in self.order.chunks(self.patch).zip(&self.patches) {
-            for ((&to, x), v) in order.iter().zip(&patch.position).zip(&patch.velocity) {
+        for (order, block) in self.order.chunks(self.block).zip(&self.blocks) {
+            for ((&to, x), v) in order.iter().zip(&block.position).zip(&block.velocity) {
                 (out[0][to as usize], out[1][to as usize]) = (*x, *v);
             }
         }

@@ -1,7 +1,7 @@
+use super::block::LOCAL;
 use super::list::{List, Sorted};
 use super::moving::Moving;
 use super::net::{BreakOn, Broken, Integrator, Mass, Motion, Net, SpringError};
-use super::patch::LOCAL;
 use super::simulate::simulate;
 use super::step::Stepper;
 use super::wide;
@@ -25,7 +25,7 @@ fn motion<T: Real>(steps: u32) -> Motion<T> {
     }
 }
 
-/// A periodic net without order, with what springs can have.
+/// A periodic net of random points whose springs have everything that springs can have.
 struct Case<T> {
     points: Vec<[T; 2]>,
     links: Links,
@@ -70,10 +70,10 @@ impl<T: Real> Case<T> {
 
 type End<T> = ([Vec<[T; 2]>; 2], Vec<Broken>);
 
-/// Runs with patches of so many points and strides of so many steps.
-fn run<T: Real>(points: &[[T; 2]], net: &Net<'_, T>, patch: usize, stride: u32) -> End<T> {
+/// Runs with blocks of `block` points and strides of `stride` steps.
+fn run<T: Real>(points: &[[T; 2]], net: &Net<'_, T>, block: usize, stride: u32) -> End<T> {
     let motion = motion(13);
-    let list = List::cut(net, &motion, &Sorted::new(points, net), patch, stride).expect("room");
+    let list = List::cut(net, &motion, &Sorted::new(points, net), block, stride).expect("room");
     let (mut list, mut broken, mut step) = (Box::new(list), Vec::new(), 0);
     while step < motion.steps {
         let steps = stride.min(motion.steps - step);
@@ -84,7 +84,7 @@ fn run<T: Real>(points: &[[T; 2]], net: &Net<'_, T>, patch: usize, stride: u32) 
     (list.finish(), broken)
 }
 
-fn patches_and_strides_change_no_bit<T: Real + std::fmt::Debug>() {
+fn blocks_and_strides_change_no_bit<T: Real + std::fmt::Debug>() {
     let case = Case::<T>::new(3000);
     let light = |p: [T; 2]| if p[0] < T::of(20.0) { T::ONE } else { T::of(1.5) };
     let plain = case.net();
@@ -94,20 +94,20 @@ fn patches_and_strides_change_no_bit<T: Real + std::fmt::Debug>() {
         let whole = run(&case.points, &net, 4096, 1);
         assert_eq!(!whole.1.is_empty(), breaks);
         assert!(!breaks || whole.1.iter().any(|b| b.step > 4), "some break later than in the first stride");
-        for (patch, stride) in [(24, 2), (64, 1), (2048, 2), (256, 4), (100, 3), (512, 6)] {
-            assert_eq!(run(&case.points, &net, patch, stride), whole, "patches of {patch}, strides of {stride}");
+        for (block, stride) in [(24, 2), (64, 1), (2048, 2), (256, 4), (100, 3), (512, 6)] {
+            assert_eq!(run(&case.points, &net, block, stride), whole, "blocks of {block}, strides of {stride}");
         }
     }
 }
 
 #[test]
-fn patches_and_strides_change_no_bit_in_f32() {
-    patches_and_strides_change_no_bit::<f32>();
+fn blocks_and_strides_change_no_bit_in_f32() {
+    blocks_and_strides_change_no_bit::<f32>();
 }
 
 #[test]
-fn patches_and_strides_change_no_bit_in_f64() {
-    patches_and_strides_change_no_bit::<f64>();
+fn blocks_and_strides_change_no_bit_in_f64() {
+    blocks_and_strides_change_no_bit::<f64>();
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn wide_loops_have_the_bits_of_plain_ones() {
     let none = vec![0.0; case.rest.len()];
     for threshold in [&[][..], &case.threshold] {
         let wide = Net { threshold, ..case.net() };
-        // Springs with dampers, be they nothing, go the plain way.
+        // Springs with dampers, even of 0, take the plain loops.
         let plain = Net { damping: &none, ..wide };
         assert_eq!(run(&case.points, &wide, 512, 1), run(&case.points, &plain, 512, 1));
     }
@@ -150,7 +150,7 @@ fn points_move_alike_side_by_side_and_one_by_one() {
     }
 }
 
-/// Of the points that lie side by side in a patch some have offsets, and then all of the next ones: no spring is left out.
+/// Some points of a group have springs with offsets, and then all points of the next groups: no spring is left out.
 #[test]
 fn offsets_may_begin_anywhere() {
     let points: Vec<[f64; 2]> = (0..2048).map(|i| [f64::from(i), 0.0]).collect();
@@ -176,9 +176,9 @@ fn offsets_may_begin_anywhere() {
     assert_eq!(run(&points, &net, 2048, 1), run(&points, &net, 64, 1));
 }
 
-/// All points linked with all: no patch of the usual size has room for the springs.
+/// All points linked with all: no block of the usual size has room for the springs.
 #[test]
-fn dense_nets_take_smaller_patches() {
+fn dense_nets_take_smaller_blocks() {
     let count = 400u32;
     let start: Vec<[f64; 2]> = points::random(count as usize, Vec2::splat(SIZE), Hash::new(5))
         .iter()

@@ -1,14 +1,14 @@
-//! How the points of a patch move once all has pulled.
+//! How the points of a block move once all of their pulls are computed.
 
+use super::block::{GROUP, LOCAL};
 use super::net::Motion;
-use super::patch::{GROUP, LOCAL};
 use crate::ground::real::Real;
 
-/// Points of a run that are to move.
+/// Points of a run that are about to move.
 pub(super) struct Moving<'p, T> {
-    /// What pulls at them.
+    /// The sums of the pulls of the springs that they own.
     pub(super) force: &'p mut [[T; 2]],
-    /// Their weights, or the one that all have.
+    /// 1/m of each, or the one that all have.
     pub(super) weight: Option<&'p [[T; 2]]>,
     pub(super) alike: T,
     pub(super) x: &'p mut [[T; 2]],
@@ -16,12 +16,12 @@ pub(super) struct Moving<'p, T> {
 }
 
 impl<T: Real> Moving<'_, T> {
-    /// The same, for a while.
+    /// Reborrows all slices.
     pub(super) fn borrow(&mut self) -> Moving<'_, T> {
         Moving { force: self.force, weight: self.weight, alike: self.alike, x: self.x, v: self.v }
     }
 
-    /// Takes the pulls of the springs that end at the points, so many at each, and moves the points.
+    /// Adds the pulls of the springs that end at the points, `each` of them per point, and moves the points.
     #[inline(always)]
     pub(super) fn settle(self, incoming: &[u16], each: usize, motion: &Motion<T>, pulls: &[[T; 2]; LOCAL]) {
         let groups = self.force.as_chunks_mut::<GROUP>().0.iter_mut();
@@ -53,7 +53,7 @@ fn advance<T: Real>(
     }
 }
 
-/// A difference.
+/// a - b.
 #[inline(always)]
 pub(super) fn less<T: Real>(a: [T; 2], b: [T; 2]) -> [T; 2] {
     [a[0] - b[0], a[1] - b[1]]

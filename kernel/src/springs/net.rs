@@ -30,12 +30,12 @@ pub enum BreakOn {
 /// The masses of the points, each greater than 0.
 #[derive(Clone, Copy, Default)]
 pub enum Mass<'a, T> {
-    /// 1 everywhere (A35).
+    /// 1 everywhere.
     #[default]
     One,
-    /// One mass per point, fixed at the start (A30).
+    /// One mass per point, fixed at the start.
     Each(&'a [T]),
-    /// Read at the point's place in every step (A31); places may lie outside the canvas.
+    /// Read at the point's place in every step; places may lie outside the canvas.
     Live(&'a (dyn Fn([T; 2]) -> T + Sync)),
 }
 
@@ -52,14 +52,14 @@ pub struct Net<'a, T> {
     pub stiffness: &'a [T],
     /// Natural length L per spring in mm; may be negative.
     pub rest: &'a [T],
-    /// Damper per spring: a force against the speed at which the link grows (A38); optional.
+    /// Damper per spring: a force against the speed at which the link grows; optional.
     pub damping: &'a [T],
-    /// Force beyond which a spring breaks, ≥ 0 (A44, A45); infinity for never; optional.
+    /// Force beyond which a spring breaks, ≥ 0; infinity for never; optional.
     pub threshold: &'a [T],
-    /// True for springs that only push: contacts between bodies (A40), whose rest length is the sum of their radii;
+    /// True for springs that only push: contacts between bodies, whose rest length is the sum of their radii;
     /// optional.
     pub pushes: &'a [bool],
-    /// True for points that stay (A42); optional.
+    /// True for points that stay; optional.
     pub fixed: &'a [bool],
     /// Masses.
     pub mass: Mass<'a, T>,
@@ -77,11 +77,11 @@ pub struct Motion<T> {
     pub steps: u32,
     /// The integrator.
     pub integrator: Integrator,
-    /// Drag: a force `-drag v` on every point (A39), ≥ 0.
+    /// Drag: a force `-drag v` on every point, ≥ 0.
     pub drag: T,
     /// Which springs may break.
     pub break_on: BreakOn,
-    /// Stops when no point is faster than this (A41); 0 runs all steps.
+    /// Stops when no point is faster than this; 0 runs all steps.
     pub settle: T,
 }
 
@@ -113,7 +113,7 @@ pub struct Outcome<T> {
 /// Why a run has no outcome.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SpringError {
-    /// Numbers ran away.
+    /// The motion diverges: numbers become too large or are not finite.
     #[error("the motion diverged in step {step}: reduce the step or the stiffness, or add drag")]
     Diverged {
         /// The step, from 0.

@@ -1,21 +1,21 @@
-//! Which end of each spring of [`super::list`] owns it: the more alike points are in what they own, the less room
-//! there is to fill up where they are worked out side by side.
+//! Which end of each spring of [`super::list`] owns it. The more equal the numbers of springs that points own, the less
+//! padding is needed where points are computed side by side.
 
 use super::net::Net;
 use crate::ground::number::index_u32;
 use crate::ground::real::Real;
 
-/// Points that are looked at, at most, for one that can take a spring more.
+/// The most points that a search for one that can own one spring more looks at.
 const LOOK: usize = 64;
 
-/// What a point has.
+/// The springs of a point.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Count {
     /// Whether it owns a spring with an offset.
     pub(super) wraps: bool,
     /// Springs that it owns.
     pub(super) owned: u32,
-    /// Springs that end there and are others'.
+    /// Springs that end there and have another owner.
     pub(super) incoming: u32,
 }
 
@@ -24,8 +24,8 @@ pub(super) fn offset<T: Real>(net: &Net<'_, T>, spring: u32) -> bool {
     net.wraps.get(spring as usize).is_some_and(|&w| w != [0, 0])
 }
 
-/// Puts the owner of each spring first of its ends. What a point owns depends on the links and their order only, and is
-/// no more than their number per point, rounded up, but for few points.
+/// Swaps the ends of springs so that the owner comes first. Depends on the links and their order only; all but a few
+/// points own at most the mean number of springs, rounded up.
 pub(super) fn share<T: Real>(points: usize, net: &Net<'_, T>, ends: &mut [[u32; 2]]) -> Vec<Count> {
     let mut counts = vec![Count::default(); points];
     for (id, ends) in (0..).zip(&mut *ends) {
@@ -44,15 +44,15 @@ pub(super) fn share<T: Real>(points: usize, net: &Net<'_, T>, ends: &mut [[u32; 
     counts
 }
 
-/// Points that own more than the mean pass springs on: each along a chain of springs that all change their owner, to a
-/// point near by that owns fewer.
+/// Evens the numbers out: a point that owns more than the mean looks for a chain of springs to a nearby point that owns
+/// fewer, and all springs of the chain change their owner (an augmenting path).
 fn even<T: Real>(net: &Net<'_, T>, ends: &mut [[u32; 2]], counts: &mut [Count]) {
     let mean = index_u32(ends.len().div_ceil(counts.len().max(1)));
     let mut owned = Owned::new(net, ends, counts);
-    // When each point was looked at last.
+    // The number of the search in which each point was looked at last.
     let mut seen = vec![0u32; counts.len()];
     let mut search = 0;
-    // Points, the spring that leads there, and where in the list it starts.
+    // Points, the spring that leads there, and the entry of the list from which it starts.
     let mut chain: Vec<(u32, u32, usize)> = Vec::with_capacity(LOOK);
     for p in 0..index_u32(counts.len()) {
         while counts[p as usize].owned > mean {
@@ -89,7 +89,7 @@ fn even<T: Real>(net: &Net<'_, T>, ends: &mut [[u32; 2]], counts: &mut [Count]) 
     }
 }
 
-/// The springs without offset that each point owns, with room for all that it has.
+/// The springs without offset that each point owns, with room for all that end there.
 struct Owned {
     starts: Vec<u32>,
     counts: Vec<u32>,

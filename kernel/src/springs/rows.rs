@@ -1,21 +1,21 @@
-//! One row of a grid of springs, see [`super::grid`]: the springs that start there are computed once, all
-//! directions in one vectorised loop, then a second loop sums what pulls at each point and moves it.
+//! One row of a grid of springs, see [`super::grid`]: the forces of the springs that start there are computed once, all
+//! directions in one vectorised loop; a second loop sums the forces at each point and moves it.
 //!
 //! Rows are as long as a multiple of [`LANES`], so that no loop has a remainder; springs of columns beyond the lattice
-//! have no stiffness and pull at nothing.
+//! have no stiffness and so no force.
 
 use super::net::Motion;
 use super::step::{pull, size};
 use crate::ground::real::Real;
 use crate::leather::links::DIRECTIONS;
 
-/// What the lengths of rows are multiples of.
+/// Rows are a multiple of this long.
 pub(super) const LANES: usize = 8;
 
 /// Columns in front of the first in a row of places or pulls, and as many behind the last.
 pub(super) const PAD: usize = LANES;
 
-/// What the springs that start in a row pull, by direction and axis, with `PAD` columns more at either end.
+/// The forces of the springs that start in a row, by direction and axis, with `PAD` columns more at either end.
 pub(super) type Pulls<T> = [[Vec<T>; 2]; 4];
 
 /// A row of points, the springs that start there, and the row below.
@@ -26,7 +26,7 @@ pub(super) struct Springs<'s, T> {
     pub(super) below: [&'s [T]; 2],
     pub(super) velocity: [&'s mut [T]; 2],
     pub(super) weight: &'s [T],
-    /// By direction; so are the next two. What stands for directions that the lattice does not have is not read.
+    /// By direction; so are the next two. Entries of directions that the lattice does not have are not read.
     pub(super) stiffness: [&'s mut [T]; 4],
     pub(super) rest: [&'s [T]; 4],
     /// Empty if no spring can break.
@@ -39,9 +39,9 @@ pub(super) struct Springs<'s, T> {
 }
 
 impl<T: Real> Springs<'_, T> {
-    /// Lets the springs pull and, if `moves`, moves the points. `carry` holds by axis how the springs from the row above
-    /// pull at this row, and then how those of this row pull at the row below. `snap` hears direction and column of the
-    /// springs that break.
+    /// Computes the forces and, if `moves`, moves the points. `carry` holds by axis the forces of the springs from the
+    /// row above on this row, and afterwards those of this row on the row below. `snap` is called with direction and
+    /// column of the springs that break.
     #[inline(always)]
     pub(super) fn advance(
         &mut self,
@@ -54,7 +54,8 @@ impl<T: Real> Springs<'_, T> {
             self.snap(&mut snap);
             self.pull_all(pulls);
         }
-        // What falls off one end belongs to the other: on a lattice that is not periodic these springs have no k.
+        // What leaves at one end enters at the other; on a lattice that is not periodic these springs have no
+        // stiffness.
         for row in pulls.iter_mut().take(if self.eight { 4 } else { 1 }).flatten() {
             (row[PAD - 1], row[PAD + self.columns]) = (row[PAD + self.columns - 1], row[PAD]);
         }
@@ -70,7 +71,7 @@ impl<T: Real> Springs<'_, T> {
         }
     }
 
-    /// Computes how the springs pull; says whether any is beyond its threshold.
+    /// Computes the forces; returns whether any is beyond its threshold.
     #[inline(always)]
     fn pull_all(&self, pulls: &mut Pulls<T>) -> bool {
         let [[x0, y0], [x1, y1], [x2, y2], [x3, y3]] = pulls;
@@ -101,9 +102,9 @@ impl<T: Real> Springs<'_, T> {
     }
 }
 
-/// How the springs of a row pull, by direction along x and y, and whether any is beyond its threshold: what
-/// [`super::step::pull`] says, the four directions step by step side by side. What is written are arguments of
-/// their own: only then does the compiler see that nothing overlaps.
+/// The forces of the springs of a row, by direction along x and y, and whether any is beyond its threshold: as
+/// [`super::step::pull`], for the four directions side by side. Every output is an argument of its own: only then does
+/// the compiler know that they do not overlap.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "see above")]
 fn pull_row<T: Real, const EIGHT: bool, const BREAK: bool>(
@@ -166,8 +167,8 @@ fn pull_row<T: Real, const EIGHT: bool, const BREAK: bool>(
     any != 0
 }
 
-/// How the springs of a row pull at its points and at those of the row below along one axis, given what the row above
-/// has left in `carry`; moves the points if `MOVE`.
+/// Sums the forces of the springs of a row at its points and at those of the row below along one axis, given those of
+/// the row above in `carry`; moves the points if `MOVE`.
 #[inline(always)]
 fn settle<T: Real, const EIGHT: bool, const MOVE: bool>(
     motion: &Motion<T>,

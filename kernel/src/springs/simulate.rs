@@ -11,8 +11,8 @@ use rayon::prelude::*;
 /// above any that the springs can give.
 const RUNAWAY: f64 = 1e6;
 
-/// Runs `motion` on `net` from `points` at rest. `on_step` hears the number of each step before it runs and says
-/// whether to go on. O(steps · links).
+/// Runs `motion` on `net` from `points` at rest. `on_step` is called with the number of each step before it runs and
+/// returns whether to go on. O(steps · links).
 ///
 /// # Errors
 /// When slices do not fit, when the callback stops the run, when the motion diverges.
@@ -95,7 +95,7 @@ fn link_length<T: Real>(points: &[[T; 2]], net: &Net<'_, T>, l: usize) -> T {
     (dx * dx + dy * dy).sqrt()
 }
 
-/// Springs whose energy is summed in one go.
+/// Springs per partial sum of the energy.
 const PART: usize = 1 << 14;
 
 /// The energy of the springs at the start, with a floor for rounding so that a net at rest does not "diverge".

@@ -1,13 +1,14 @@
-//! What both paths of [`super::simulate`] do alike: the pull of a link, the motion of a point, the sums of a step.
+//! What both paths of [`super::simulate`] have in common: the force of a spring, the motion of a point, the sums of a
+//! step.
 
 use super::net::{BreakOn, Broken, Integrator, Mass, Motion, Net};
 use crate::ground::real::Real;
 
 /// A set of points and springs that can advance by a step.
 pub(super) trait Stepper<T> {
-    /// How many steps are best taken in one go.
+    /// How many steps are best taken in one call.
     fn stride(&self) -> u32;
-    /// Advances by so many steps, at most a stride, of which `step` is the first, adding what breaks. Returns what each
+    /// Advances by `steps` steps, at most a stride, of which `step` is the first, adding what breaks. Returns what each
     /// step reports.
     fn advance(&mut self, step: u32, steps: u32, broken: &mut Vec<Broken>) -> Vec<Speed<T>>;
     /// Positions and velocities in the order of the input.
@@ -16,7 +17,7 @@ pub(super) trait Stepper<T> {
 
 /// Lanes of sums; fixed, whatever the machine has.
 const LANES: usize = 8;
-/// Sums of so many lanes side by side, so that none waits for the one before.
+/// So many independent sums of lanes, so that no addition waits for the one before.
 const SUMS: usize = 4;
 /// Numbers that are summed before the sums are widened.
 const BLOCK: usize = 1024;
@@ -100,7 +101,7 @@ impl<T: Real> Motion<T> {
         *v = faster;
     }
 
-    /// What a push counts against a threshold, as a factor: as much as a pull, or nothing.
+    /// The factor for [`size`]: with -1 a push counts against a threshold as much as a pull, with 1 not at all.
     pub(super) fn push_sign(&self) -> T {
         if self.break_on == BreakOn::Tension { T::ONE } else { -T::ONE }
     }
@@ -118,7 +119,7 @@ impl<T: Real> Mass<'_, T> {
 }
 
 /// The pull along a link whose second end is `(dx, dy)` from the first, and its force `k (D - L)`; none between points
-/// in the same place (L-8).
+/// in the same place, for which the source gives no direction.
 #[inline(always)]
 pub(super) fn pull<T: Real>([dx, dy]: [T; 2], k: T, rest: T) -> ([T; 2], T) {
     let d = (dx * dx + dy * dy).sqrt();

@@ -1,4 +1,4 @@
-//! What the springs of a grid have, by rows: see [`super::grid`].
+//! The constants of the springs of a grid, by rows: see [`super::grid`].
 
 use super::rows::LANES;
 use crate::ground::real::Real;
@@ -52,7 +52,7 @@ pub(super) fn rows<T: Real>(tables: &[Table<T>], [a, b, c, d]: [usize; 4], row: 
     [tables[a].row(row, wide), tables[b].row(row, wide), tables[c].row(row, wide), tables[d].row(row, wide)]
 }
 
-/// A part of the constants of a direction; nothing of those that the lattice does not have.
+/// A part of the constants of a direction; empty for directions that the lattice does not have.
 #[inline(always)]
 pub(super) fn part<'t, T>(of: &'t mut [T], range: &Range<usize>) -> &'t mut [T] {
     of.get_mut(range.clone()).unwrap_or_default()

@@ -1,6 +1,6 @@
-//! The inner loops of [`super::patch`] in the instructions of AVX2, for `f32` and where the machine has them: the
-//! compiler does not find out by itself how to fetch pairs from anywhere into wide registers. They round as the plain
-//! loops do, which all else takes: the bits are the same.
+//! The inner loops of [`super::block`] in AVX2 instructions, for `f32` on machines that have them: the compiler does
+//! not vectorise the gathering of pairs by index. They round as the plain loops do, which serve all other cases: the
+//! bits are the same.
 
 #[cfg(target_arch = "x86_64")]
 pub(super) use x86::{pull, settle};
@@ -11,23 +11,23 @@ pub(super) use plain::{pull, settle};
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use crate::ground::real::Real;
+    use crate::springs::block::{Batch, GROUP, LOCAL, Scratch, Slots};
     use crate::springs::moving::Moving;
     use crate::springs::net::{Integrator, Motion};
-    use crate::springs::patch::{GROUP, LOCAL, Scratch, Slots, Stretch};
     use pulp::x86::V3;
     use std::any::Any;
     use std::arch::x86_64::__m256;
 
-    /// Less than any distance that is not 0, of which the square is at least 2^-149. Only a force above 4e15 between ends in
-    /// the same place overflows by it, which the plain loops make 0.
+    /// Smaller than any distance above 0, since squares above 0 are at least 2^-149. A divisor for ends in the same
+    /// place, where the plain loops give 0; only a force above 4e15 would overflow there.
     const LEAST: f32 = f32::from_bits((127 - 75) << 23);
 
-    /// Puts the pulls of a stretch into their slots and the sums with their points. Says how many groups it has done: all,
-    /// or as many as come before one in which springs break, or none.
+    /// Computes the pulls of a batch and their sums at the owners. Returns for how many groups: all, or those before
+    /// one in which springs break, or none.
     #[inline(always)]
     pub(in super::super) fn pull<T: Real>(
         slots: &Slots<T>,
-        stretch: Stretch,
+        batch: Batch,
         motion: &Motion<T>,
         scratch: &mut Scratch<T>,
     ) -> usize {
@@ -36,11 +36,11 @@ mod x86 {
         let Some(scratch) = (scratch as &mut dyn Any).downcast_mut::<Scratch<f32>>() else { return 0 };
         let sign = motion.push_sign();
         let Some(&sign) = (&sign as &dyn Any).downcast_ref::<f32>() else { return 0 };
-        match (slots.threshold.is_empty(), stretch.offset.is_none()) {
-            (true, true) => pull_own::<false, false>(v3, slots, stretch, sign, scratch),
-            (true, false) => pull_own::<false, true>(v3, slots, stretch, sign, scratch),
-            (false, true) => pull_own::<true, false>(v3, slots, stretch, sign, scratch),
-            (false, false) => pull_own::<true, true>(v3, slots, stretch, sign, scratch),
+        match (slots.threshold.is_empty(), batch.offset.is_none()) {
+            (true, true) => pull_own::<false, false>(v3, slots, batch, sign, scratch),
+            (true, false) => pull_own::<false, true>(v3, slots, batch, sign, scratch),
+            (false, true) => pull_own::<true, false>(v3, slots, batch, sign, scratch),
+            (false, false) => pull_own::<true, true>(v3, slots, batch, sign, scratch),
         }
     }
 
@@ -48,21 +48,21 @@ mod x86 {
     fn pull_own<const BREAKS: bool, const OFFSETS: bool>(
         v3: V3,
         slots: &Slots<f32>,
-        stretch: Stretch,
+        batch: Batch,
         sign: f32,
         scratch: &mut Scratch<f32>,
     ) -> usize {
-        match stretch.own {
+        match batch.own {
             0 => {
-                scratch.force[stretch.point..stretch.point + stretch.groups * GROUP].fill([0.0; 2]);
-                stretch.groups
+                scratch.force[batch.point..batch.point + batch.groups * GROUP].fill([0.0; 2]);
+                batch.groups
             }
-            1 => pull_groups::<BREAKS, OFFSETS, 1>(v3, slots, stretch, sign, scratch),
-            2 => pull_groups::<BREAKS, OFFSETS, 2>(v3, slots, stretch, sign, scratch),
-            3 => pull_groups::<BREAKS, OFFSETS, 3>(v3, slots, stretch, sign, scratch),
-            4 => pull_groups::<BREAKS, OFFSETS, 4>(v3, slots, stretch, sign, scratch),
-            5 => pull_groups::<BREAKS, OFFSETS, 5>(v3, slots, stretch, sign, scratch),
-            6 => pull_groups::<BREAKS, OFFSETS, 6>(v3, slots, stretch, sign, scratch),
+            1 => pull_groups::<BREAKS, OFFSETS, 1>(v3, slots, batch, sign, scratch),
+            2 => pull_groups::<BREAKS, OFFSETS, 2>(v3, slots, batch, sign, scratch),
+            3 => pull_groups::<BREAKS, OFFSETS, 3>(v3, slots, batch, sign, scratch),
+            4 => pull_groups::<BREAKS, OFFSETS, 4>(v3, slots, batch, sign, scratch),
+            5 => pull_groups::<BREAKS, OFFSETS, 5>(v3, slots, batch, sign, scratch),
+            6 => pull_groups::<BREAKS, OFFSETS, 6>(v3, slots, batch, sign, scratch),
             _ => 0,
         }
     }
@@ -71,12 +71,12 @@ mod x86 {
     fn pull_groups<const BREAKS: bool, const OFFSETS: bool, const OWN: usize>(
         v3: V3,
         slots: &Slots<f32>,
-        stretch: Stretch,
+        batch: Batch,
         sign: f32,
         scratch: &mut Scratch<f32>,
     ) -> usize {
-        let Stretch { groups, point, offset, .. } = stretch;
-        let [span, pulls] = stretch.slots();
+        let Batch { groups, point, offset, .. } = batch;
+        let [span, pulls] = batch.slots();
         let far = slots.far[span.clone()].as_chunks::<8>().0.as_chunks::<OWN>().0;
         let stiffness = slots.stiffness[span.clone()].as_chunks::<8>().0.as_chunks::<OWN>().0;
         let length = slots.rest[span.clone()].as_chunks::<8>().0.as_chunks::<OWN>().0;
@@ -90,7 +90,8 @@ mod x86 {
         let avx = v3.avx;
         let (least, zero) = (avx._mm256_set1_ps(LEAST), avx._mm256_setzero_ps());
         let sign_wide = avx._mm256_set1_ps(sign);
-        // All as long as the stretch, which the compiler does not know: indices below the least length need no checks.
+        // All are as long as the batch, which the compiler does not know: indices below the least length need no
+        // checks.
         let n = groups
             .min(far.len())
             .min(stiffness.len())
@@ -113,14 +114,15 @@ mod x86 {
                     low = avx._mm256_add_ps(low, offset_low);
                     high = avx._mm256_add_ps(high, offset_high);
                 }
-                // In the order of `LANE`, as the constants are; the way back puts it right.
+                // The lanes are now in the order of `LANE`, as the constants are; unpacking restores the order.
                 let dx = avx._mm256_shuffle_ps::<0x88>(low, high);
                 let dy = avx._mm256_shuffle_ps::<0xDD>(low, high);
                 let square = avx._mm256_add_ps(avx._mm256_mul_ps(dx, dx), avx._mm256_mul_ps(dy, dy));
                 let d = avx._mm256_sqrt_ps(square);
                 let f = avx
                     ._mm256_mul_ps(pulp::cast(stiffness[group][i]), avx._mm256_sub_ps(d, pulp::cast(length[group][i])));
-                // Where ends are in the same place, any divisor does: the quotient is multiplied by 0. NaN stays in `f`.
+                // Where both ends are in the same place any divisor will do: the quotient is multiplied by 0. NaN stays
+                // in `f`.
                 let s = avx._mm256_div_ps(f, avx._mm256_max_ps(d, least));
                 if BREAKS {
                     // 30: greater, false for NaN.
@@ -143,8 +145,8 @@ mod x86 {
         groups
     }
 
-    /// Takes the pulls of the springs that end at the points of a run, whose slots are `incoming`, and moves the points.
-    /// False if it cannot.
+    /// Adds the pulls of the springs that end at the points of a run, which `incoming` lists, and moves the points.
+    /// False if there is no wide variant.
     #[inline(always)]
     pub(in super::super) fn settle<T: Real>(
         incoming: &[u16],
@@ -244,14 +246,14 @@ mod x86 {
         pulp::cast(*pairs.expect("asked before"))
     }
 
-    /// The way back.
+    /// Registers back to pairs.
     #[inline(always)]
     fn narrow<T: Real>(wide: [__m256; 2], pairs: &mut [[T; 2]; 8]) {
         let pairs = (pairs as &mut dyn Any).downcast_mut::<[[f32; 2]; 8]>();
         *pairs.expect("asked before") = pulp::cast(wide);
     }
 
-    /// Four pairs from anywhere.
+    /// Gathers four pairs by index.
     #[inline(always)]
     fn four<const N: usize>(from: &[[f32; 2]; N], at: [u16; 4]) -> __m256 {
         let pair = |i: usize| -> f64 { pulp::cast(from[usize::from(at[i])]) };
@@ -262,12 +264,12 @@ mod x86 {
 #[cfg(not(target_arch = "x86_64"))]
 mod plain {
     use crate::ground::real::Real;
+    use crate::springs::block::{Batch, LOCAL, Scratch, Slots};
     use crate::springs::moving::Moving;
     use crate::springs::net::Motion;
-    use crate::springs::patch::{LOCAL, Scratch, Slots, Stretch};
 
     /// There is no wide variant.
-    pub(in super::super) fn pull<T: Real>(_: &Slots<T>, _: Stretch, _: &Motion<T>, _: &mut Scratch<T>) -> usize {
+    pub(in super::super) fn pull<T: Real>(_: &Slots<T>, _: Batch, _: &Motion<T>, _: &mut Scratch<T>) -> usize {
         0
     }
 

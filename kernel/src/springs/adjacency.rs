@@ -4,24 +4,24 @@ use super::net::Net;
 use super::owners::offset;
 use crate::ground::real::Real;
 
-/// A net as patches see it: points by their place in the sorted order.
-pub(super) struct Web<'n, 'a, T> {
+/// A net with the springs of each point; points are numbered in the sorted order.
+pub(super) struct Adjacency<'n, 'a, T> {
     pub(super) net: &'n Net<'a, T>,
     /// Owner and far end of each spring.
     pub(super) ends: Vec<[u32; 2]>,
     /// Springs by owner, those without offset before the others, and by far end; else by number.
-    pub(super) owned: Groups,
-    pub(super) incoming: Groups,
+    pub(super) owned: Incidence,
+    pub(super) incoming: Incidence,
 }
 
-/// Springs in groups, one per point.
-pub(super) struct Groups {
+/// The springs at each point, one list behind the other.
+pub(super) struct Incidence {
     starts: Vec<u32>,
     springs: Vec<u32>,
 }
 
-impl Groups {
-    /// Groups springs by one of their ends, some of them behind the others.
+impl Incidence {
+    /// Lists springs by one of their ends; within a list, those for which `last` holds come behind the others.
     pub(super) fn new(points: usize, ends: &[[u32; 2]], end: usize, last: impl Fn(u32) -> bool) -> Self {
         let mut starts = vec![0; points + 1];
         for ends in ends {
@@ -48,7 +48,7 @@ impl Groups {
     }
 }
 
-impl<T: Real> Web<'_, '_, T> {
+impl<T: Real> Adjacency<'_, '_, T> {
     /// Whether a spring has an offset.
     pub(super) fn wraps(&self, spring: u32) -> bool {
         offset(self.net, spring)

@@ -1,14 +1,15 @@
-//! How a patch of [`super::list`] takes its steps: its parts pull and move in turn.
+//! How a block of [`super::list`] takes its steps: parts compute pulls, and move as soon as all of their pulls are
+//! there.
 
+use super::block::{Batch, Block, GROUP, Part, Report, Scratch, Slots, lane};
 use super::moving::{Moving, less};
 use super::net::{Mass, Motion};
-use super::patch::{GROUP, Part, Patch, Report, Scratch, Slots, Stretch, lane};
 use super::step::{Speed, pull, size};
 use super::wide;
 use crate::ground::real::Real;
 
-impl<T: Real> Patch<T> {
-    /// Advances the points in the scratch memory; those of one ring less with every step.
+impl<T: Real> Block<T> {
+    /// Advances the points in the scratch memory; with every step one layer of the halo less.
     pub(super) fn advance(
         &mut self,
         motion: &Motion<T>,
@@ -22,10 +23,10 @@ impl<T: Real> Patch<T> {
             #[inline(always)]
             move || {
                 // Moved out, so that the closure can only be called by value and is compiled into its caller.
-                let (patch, scratch, report) = all;
-                for (step, ring) in (0..).zip((0..steps).rev()) {
+                let (block, scratch, report) = all;
+                for (step, layer) in (0..).zip((0..steps).rev()) {
                     let mut speed = Speed::default();
-                    let snapped = patch.step(ring, motion, mass, scratch, &mut speed);
+                    let snapped = block.step(layer, motion, mass, scratch, &mut speed);
                     report.snapped.extend(snapped.into_iter().map(|id| (step, id)));
                     report.speeds.push(speed);
                 }
@@ -34,11 +35,11 @@ impl<T: Real> Patch<T> {
         report
     }
 
-    /// Moves the points up to a ring. Returns the springs of own points that broke.
+    /// Moves the points up to and with a layer. Returns the springs of own points that broke.
     #[inline(always)]
     fn step(
         &mut self,
-        ring: usize,
+        layer: usize,
         motion: &Motion<T>,
         mass: Mass<'_, T>,
         scratch: &mut Scratch<T>,
@@ -47,22 +48,22 @@ impl<T: Real> Patch<T> {
         let mut snapped = Vec::new();
         for p in 0..self.parts.len() {
             let part = self.parts[p];
-            if usize::from(part.ring) > ring + 1 {
+            if usize::from(part.layer) > layer + 1 {
                 continue;
             }
             for slot in self.pull(part, motion, scratch) {
-                // The far end of a spring from the last ring outwards is where it was before.
-                if usize::from(part.ring) > ring && usize::from(self.slots.far[slot]) >= self.rings[ring] {
+                // The far end of a spring from the last layer outwards is where it was before.
+                if usize::from(part.layer) > layer && usize::from(self.slots.far[slot]) >= self.layers[layer] {
                     continue;
                 }
-                if part.ring == 0 {
+                if part.layer == 0 {
                     snapped.push(self.slots.ids[slot]);
                 }
                 self.slots.cut(slot);
             }
             for r in part.ready[0]..part.ready[1] {
                 let part = self.parts[usize::from(self.ready[r as usize])];
-                if usize::from(part.ring) <= ring {
+                if usize::from(part.layer) <= layer {
                     self.settle(part, motion, mass, scratch, speed);
                 }
             }
@@ -70,7 +71,7 @@ impl<T: Real> Patch<T> {
         snapped
     }
 
-    /// Puts the pulls of a part's springs into their slots, and their sums with its points. Returns what breaks.
+    /// Computes the pulls of a part's springs and their sums at the owners. Returns the slots that break.
     #[inline(always)]
     fn pull(&self, part: Part, motion: &Motion<T>, scratch: &mut Scratch<T>) -> Vec<usize> {
         let plain = self.slots.damping.is_empty() && self.slots.pushes.is_empty();
@@ -79,14 +80,14 @@ impl<T: Real> Patch<T> {
         let mut pull = usize::from(part.pulls);
         for run in &self.owning[part.owning[0] as usize..part.owning[1] as usize] {
             let (groups, own) = (usize::from(run.groups), run.each as usize);
-            let mut stretch = Stretch { groups, own, point, slot, pull, offset: run.wraps.then_some(offset) };
-            while stretch.groups > 0 {
-                let done = if plain { wide::pull(&self.slots, stretch, motion, scratch) } else { 0 };
-                stretch.skip(done);
-                // A group that the wide loops cannot do, or in which springs break.
-                if stretch.groups > 0 {
-                    self.slots.pull(stretch, motion, &self.velocity, scratch, &mut broke);
-                    stretch.skip(1);
+            let mut batch = Batch { groups, own, point, slot, pull, offset: run.wraps.then_some(offset) };
+            while batch.groups > 0 {
+                let done = if plain { wide::pull(&self.slots, batch, motion, scratch) } else { 0 };
+                batch.skip(done);
+                // A group that the wide loops cannot compute, or in which springs break.
+                if batch.groups > 0 {
+                    self.slots.pull(batch, motion, &self.velocity, scratch, &mut broke);
+                    batch.skip(1);
                 }
             }
             let slots = groups * own * GROUP;
@@ -96,7 +97,7 @@ impl<T: Real> Patch<T> {
         broke
     }
 
-    /// Takes the pulls of the springs that end at a part's points, and moves them. Counts the speeds of own points.
+    /// Adds the pulls of the springs that end at a part's points, and moves the points. Adds the speeds of own points.
     #[inline(always)]
     fn settle(
         &mut self,
@@ -130,7 +131,7 @@ impl<T: Real> Patch<T> {
             at += points;
             from += points * each;
         }
-        if part.ring == 0 {
+        if part.layer == 0 {
             let velocities = &self.velocity[all];
             speed.add(velocities.as_flattened());
             if motion.settle > T::default() {
@@ -141,11 +142,11 @@ impl<T: Real> Patch<T> {
 }
 
 impl<T: Real> Slots<T> {
-    /// The pulls of the first group of a stretch. Adds what breaks.
+    /// Computes the pulls of the first group of a batch. Adds the slots that break to `broke`.
     #[inline(always)]
     fn pull(
         &self,
-        stretch: Stretch,
+        batch: Batch,
         motion: &Motion<T>,
         velocity: &[[T; 2]],
         scratch: &mut Scratch<T>,
@@ -153,11 +154,11 @@ impl<T: Real> Slots<T> {
     ) {
         let sign = motion.push_sign();
         let mut forces = [[T::default(); 2]; GROUP];
-        for i in 0..stretch.own * GROUP {
-            let (slot, near) = (stretch.slot + i, stretch.point + i % GROUP);
+        for i in 0..batch.own * GROUP {
+            let (slot, near) = (batch.slot + i, batch.point + i % GROUP);
             let (far, at) = (usize::from(self.far[slot]), lane(slot));
             let [mut dx, mut dy] = less(scratch.position[far], scratch.position[near]);
-            if let Some(offset) = stretch.offset {
+            if let Some(offset) = batch.offset {
                 let offset = self.offsets[offset + i];
                 (dx, dy) = (dx + offset[0], dy + offset[1]);
             }
@@ -177,9 +178,9 @@ impl<T: Real> Slots<T> {
                 (fx, fy) = (T::default(), T::default());
                 broke.push(slot);
             }
-            scratch.pulls[stretch.pull + i] = [fx, fy];
+            scratch.pulls[batch.pull + i] = [fx, fy];
             forces[i % GROUP] = [forces[i % GROUP][0] + fx, forces[i % GROUP][1] + fy];
         }
-        scratch.force[stretch.point..stretch.point + GROUP].copy_from_slice(&forces);
+        scratch.force[batch.point..batch.point + GROUP].copy_from_slice(&forces);
     }
 }

@@ -13,8 +13,8 @@ use shibo_kernel::synthesis::region::{Output, Region};
 use shibo_kernel::synthesis::texels::Texels;
 use synthesis::{Plain, analysed, lumps, settings};
 
-/// How often the exemplar does not go on from one column to the next, and from one row to the next: where sides join,
-/// and anywhere on average.
+/// How often the exemplar does not continue from one column to the next, and from one row to the next: where sides
+/// join, and anywhere on average.
 fn breaks(coords: &[Position], [w, h]: [usize; 2], j: Jacobian) -> (f64, f64) {
     let broken =
         |a: Position, b: Position, step: Position| (b[0] - a[0] - step[0]).abs() + (b[1] - a[1] - step[1]).abs() > 1e-3;
@@ -103,7 +103,7 @@ fn where_sides_join_is_no_worse_than_anywhere_else() {
     }
 }
 
-/// How often the exemplar does not go on within `near` columns and rows of where sides join, and anywhere.
+/// How often the exemplar does not continue within `near` columns and rows of where sides join, and anywhere.
 fn ends(coords: &[Position], [w, h]: [usize; 2], near: usize) -> (f64, f64) {
     let broken = |a: Position, b: Position, step: Position| a[0] + step[0] != b[0] || a[1] + step[1] != b[1];
     let at = |x: usize, y: usize| coords[y % h * w + x % w];

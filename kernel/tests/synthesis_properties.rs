@@ -48,8 +48,8 @@ fn windows_are_parts_of_larger_ones() {
     }
 }
 
-/// How much the output is torn where pieces end: what its neighbours show, squared and summed over all pixels, beside how
-/// the exemplar goes on. Along diagonals too, so that the direction in which pieces end does not matter.
+/// How much the output is torn where pieces end: what its neighbours show, squared and summed over all pixels, beside
+/// how the exemplar goes on. Along diagonals too, so that the direction in which pieces end does not matter.
 fn torn(exemplar: &Texels<f32>, j: fn(f64, f64) -> Jacobian) -> f64 {
     const SIDE: usize = 160;
     let output = Output { start: [0, 0], size: [SIDE; 2], wrap: [true; 2] };
@@ -133,7 +133,8 @@ fn positions_stay_inside_and_never_streak() {
     }
 }
 
-/// The swirl's Jacobian leads from many pixels to both of their neighbours, though it turns so fast that pieces must end; 1 does from none.
+/// The swirl's Jacobian leads from many pixels to both of their neighbours, though it turns so fast that pieces must
+/// end; 1 does from none.
 #[test]
 fn coordinates_follow_a_jacobian_that_varies() {
     let exemplar = lumps(64, 64, true);
@@ -325,7 +326,8 @@ fn candidate_sets_hold_pixels_apart_from_each_other() {
             assert_eq!(level.second.len(), 3 * n);
             // The first of more is the one of two.
             assert_eq!(&level.second[..n], &two[..]);
-            // What lies between searched pixels takes after them, so sets are only apart where it was searched.
+            // Pixels between searched ones are derived from them, so candidates keep their distance at searched pixels
+            // only.
             let step = (level.h / 4).max(1) as u32;
             for p in (0..n as u32).filter(|p| p % 40 % step == 0 && p / 40 % step == 0) {
                 let set = [0, 1, 2].map(|k| level.second[k * n + p as usize]);

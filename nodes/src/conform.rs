@@ -16,8 +16,8 @@ pub(crate) fn field<N: Node>(node: &N, inputs: &[Value], output: &str) -> Field 
     field
 }
 
-/// Checks that a node's fields are finite, are the same in all windows, and repeat where they say so; and that they say
-/// so wherever the node does.
+/// Checks that a node's fields are finite, are the same in all windows, and repeat in the directions that they state;
+/// and that these are at least those that the node states.
 pub(crate) fn conforms<N: Node>(node: &N, inputs: &[Value]) {
     let canvas = canvas();
     assert!(node.check_on(&canvas).is_empty());
@@ -46,7 +46,8 @@ fn bits(tile: &Tile) -> Vec<u32> {
     tile.data().iter().map(|v| v.to_bits()).collect()
 }
 
-/// Checks that a field repeats. Positions are rounded, so one pixel in two hundred may lie on the other side of an edge.
+/// Checks that a field repeats. Positions are rounded, so one pixel in two hundred may lie on the other side of an
+/// edge.
 fn repeats(field: &Field, canvas: &Canvas, name: &str) {
     let here = part(field, canvas, 0, 0, 64, 64);
     let there = part(field, canvas, 64, -64, 64, 64);

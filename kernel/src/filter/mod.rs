@@ -1,4 +1,4 @@
-//! Pictures made from their surroundings: blur, distance, halving, resampling, warps.
+//! Filters, whose pixels depend on a neighbourhood: blur, distance, halving, resampling, warps.
 
 pub mod blur;
 pub mod distance;

@@ -1,7 +1,7 @@
-//! Weights of cubic interpolation: of four values in a row, between the second and third of which lies `t`, 0..1.
+//! Weights of cubic interpolation: for four values in a row and a position `t`, 0..1, between the second and the third.
 use super::real::Real;
 
-/// Those of E. Catmull and R. Rom: through the values themselves, and as sharp as they are.
+/// Catmull-Rom weights: the curve goes through the values and is as sharp as they are.
 #[inline(always)]
 pub fn catmull_rom<T: Real>(t: T) -> [T; 4] {
     let (t2, t3, half) = (t * t, t * t * t, T::HALF);
@@ -14,7 +14,8 @@ pub fn catmull_rom<T: Real>(t: T) -> [T; 4] {
     ]
 }
 
-/// The same by Horner's rule, all four in step: for loops that do four at a time. Other bits than [`catmull_rom`].
+/// The same by Horner's rule, all four side by side, for loops that compute four at a time. The bits differ from those
+/// of [`catmull_rom`].
 #[inline(always)]
 pub fn catmull_rom_in_step(t: f32) -> [f32; 4] {
     const A: [f32; 4] = [-0.5, 1.5, -1.5, 0.5];
@@ -28,7 +29,7 @@ pub fn catmull_rom_in_step(t: f32) -> [f32; 4] {
     w
 }
 
-/// Those of the uniform cubic B-spline: smooth, not through the values.
+/// Weights of the uniform cubic B-spline: smooth; the curve does not go through the values.
 #[inline(always)]
 pub fn bspline(t: f32) -> [f32; 4] {
     let u = 1.0 - t;
@@ -51,7 +52,7 @@ mod tests {
             for sum in [plain, in_step, bspline(t)].map(|w| w.iter().sum::<f32>()) {
                 assert!((sum - 1.0).abs() < 1e-6, "{t}: {sum}");
             }
-            // A ramp stays one.
+            // A linear ramp is reproduced.
             let place = |w: [f32; 4]| w[2] + 2.0 * w[3] - w[0];
             assert!([plain, in_step, bspline(t)].map(place).iter().all(|p| (p - t).abs() < 1e-6));
         }

@@ -112,7 +112,7 @@ fn quarter_turns(x: f32, turns: u64) -> f32 {
     quadrant(more.wrapping_add(turns), s, c)
 }
 
-/// The quarter turns nearest to x in the low bits, and the sine and cosine of the rest r. Reduction in f64.
+/// The number of quarter turns nearest to x in the low bits, and the sine and cosine of the remainder. Reduced in f64.
 #[inline(always)]
 fn reduced(x: f32) -> (u64, f32, f32) {
     let x = if x.abs() < 1e12 { f64::from(x) } else { 0.0 };
@@ -150,7 +150,7 @@ pub fn atan2_degrees(y: f32, x: f32) -> f32 {
     angle(y, x, 180.0 / PI, [45.0, 90.0, 180.0])
 }
 
-/// The angle of a vector in a unit of which there are so many in a radian, an eighth, a quarter and half of a turn.
+/// The angle of a vector in any unit, given how many of them are a radian, an eighth, a quarter and half of a turn.
 #[inline(always)]
 fn angle(y: f32, x: f32, radian: f32, [eighth, quarter, half]: [f32; 3]) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
@@ -193,7 +193,7 @@ pub fn exp(x: f32) -> f32 {
     ((p * (r * r) + r) + 1.0) * power
 }
 
-/// The coefficients of e^-x on 0..1, the best where its 16th power is large.
+/// Coefficients of a polynomial for e^-x on 0..1, most accurate where its 16th power is large.
 const BELL: [f32; 4] = [-0.999_992_9, 0.499_715_57, -0.163_786_49, 0.032_358_542];
 
 /// e^-16x for 0 ≤ x ≤ 1; absolute error ≤ 1.3e-6, and 1 for 0 exactly. Outside it has no meaning.

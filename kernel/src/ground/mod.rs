@@ -1,5 +1,5 @@
-//! What all rooms stand on: numbers, random numbers, functions with the same bits on every machine, windows on grids and
-//! the engine's tiles as kernels see them, wide instructions, and stopping early.
+//! The base of all rooms: numbers, random numbers, mathematical functions with the same bits on every machine, windows
+//! on grids and the engine's tiles as kernels see them, vector instructions, and stopping early.
 
 pub mod cubic;
 pub mod hash;

@@ -1,4 +1,4 @@
-//! Numbers of either precision, for kernels that are checked in double and shipped in single precision.
+//! Numbers of either precision, for kernels that run in single precision and are tested in double.
 use super::math;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -24,7 +24,7 @@ pub trait Real:
     const ONE: Self;
     /// One half.
     const HALF: Self;
-    /// Greater than all others.
+    /// Infinity.
     const INFINITY: Self;
     /// The nearest number to a double.
     fn of(value: f64) -> Self;
@@ -36,7 +36,7 @@ pub trait Real:
     fn exp(self) -> Self;
     /// The natural logarithm of a positive number.
     fn ln(self) -> Self;
-    /// The size.
+    /// The absolute value.
     fn abs(self) -> Self;
 
     /// The larger of two numbers.

@@ -1,4 +1,4 @@
-//! The one place where a kernel's wide variant is chosen at run time.
+//! The one place where the vector variant of a kernel is chosen at run time.
 //!
 //! A kernel is an `#[inline(always)]` body of plain loops that the compiler vectorises. [`dispatch`] compiles it twice,
 //! for the baseline and for AVX2, and picks one. Both give the same bits: no kernel fuses a product and a sum, and

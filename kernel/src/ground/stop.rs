@@ -1,7 +1,7 @@
-//! Stopping long work when nobody wants its result any more.
+//! Stopping long work whose result is no longer needed.
 //!
-//! Kernels ask an [`Until`] about every millisecond and end with whatever they have once it is true; who called them must
-//! then drop the result. Work inside of a library that does not ask is left by unwinding, see [`unwind_when`].
+//! Kernels ask an [`Until`] about every millisecond and return early with whatever they have once it is true; the
+//! caller must then drop the result. Work inside a library that does not ask is left by unwinding, see [`unwind_when`].
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -9,13 +9,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 /// Whether to stop.
 pub type Until<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Work goes on to its end.
+/// Never stops.
 pub const NEVER: Until<'static> = &|| false;
 
-/// So many calls pass between two questions: of a triangulation, less than a millisecond.
+/// Calls between two questions: less than a millisecond of a triangulation.
 const CALLS: u32 = 1 << 13;
 
-/// What unwinds.
+/// The payload of the unwinding.
 struct Stopped;
 
 /// Asks while a library calls back.
@@ -36,7 +36,8 @@ impl Watch<'_> {
     }
 }
 
-/// The result of `work`, or nothing if it was left because `until` was true. What `work` changes must not be looked at then.
+/// The result of `work`, or nothing if it was left because `until` was true. What `work` changes must not be looked at
+/// then.
 pub fn unwind_when<T>(until: Until<'_>, work: impl FnOnce(&Watch<'_>) -> T) -> Option<T> {
     let watch = Watch { until, calls: Cell::new(0) };
     match catch_unwind(AssertUnwindSafe(|| work(&watch))) {

@@ -1,6 +1,6 @@
 //! Work areas of any shape: which points lie inside, which near the contour, and segments cut at it.
 //!
-//! Source: JP4905282B2 §3 (A4), §5 (A42), §7 (A48). The shape is an [`Area`], distances from its contour.
+//! Source: JP4905282B2 §3, §5 and §7. The shape is an [`Area`], distances from its contour.
 use super::segments::Segment;
 use glam::Vec2;
 use shibo_engine::value::Area;
@@ -17,8 +17,9 @@ pub fn near_contour(points: &[Vec2], area: &Area, margin: f32) -> Vec<bool> {
     points.iter().map(|p| area.distance_at(*p) <= margin).collect()
 }
 
-/// Cuts segments at the contour and keeps what is inside; one that leaves and comes back becomes several. The contour is
-/// looked for in steps of half a sample, and then placed by the distances on both sides of it. O(n · length).
+/// Cuts segments at the contour and keeps what is inside; one that leaves and comes back becomes several. The contour
+/// is searched for in steps of half a sample, and then interpolated from the distances on both sides of it. O(n ·
+/// length).
 pub fn clip(segments: &[Segment], area: &Area) -> Vec<Segment> {
     let reach = 0.5 * area.step().min_element();
     let mut cut = Vec::with_capacity(segments.len());

@@ -1,19 +1,19 @@
 //! The source's reference picture of bands: nuclei on a jittered grid, a rectangle on each.
 //!
-//! Source: JP4905282B2 §8, claims 9 to 11, fig. 23 (A59 to A66). Bands become [`Stroke`]s of depth 1, so the picture is
-//! drawn at any resolution by [`crate::strokes::StrokeSet`]: `Hard` with [`Profile::Flat`], `Gaussian` with the source's
-//! σ = U/6. Lengths are mm, angles radians from +x towards +y.
+//! Source: JP4905282B2 §8, claims 9 to 11, fig. 23. Bands become [`Stroke`]s of depth 1, so the picture is drawn at any
+//! resolution by [`crate::strokes::StrokeSet`]: `Hard` with [`Profile::Flat`], `Gaussian` with the source's σ = U/6.
+//! Lengths are mm, angles radians from +x towards +y.
 
 use crate::ground::hash::Hash;
 use crate::ground::math;
 use crate::strokes::{Profile, Stroke};
 use glam::{DVec2, Vec2};
 
-/// Where nuclei lie (L-13).
+/// Where nuclei lie: the source's claim 10 and its flow chart differ, and both leave edges empty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Nuclei {
-    /// Every place within reach of the canvas; on a periodic canvas the distance is fitted so that a whole number lies
-    /// on it. The practical default: claim 10 leaves a strip of F/2 along two edges empty.
+    /// Everywhere within reach of the canvas; on a periodic canvas the distance is fitted so that a whole number lies
+    /// on it. The default, since claim 10 leaves a strip of F/2 along two edges empty.
     #[default]
     Cover,
     /// `X = F i + F Rnd`, `Y = F j + F Rnd` for i = 1..=I, j = 1..=J with the largest I, J on the canvas (claim 10).
@@ -102,7 +102,7 @@ pub fn cover(pitch: f32, size: Vec2, reach: f32, periodic: bool, hash: Hash) -> 
     (low.y..high.y).flat_map(|y| (low.x..high.x).map(move |x| at(x, y))).collect()
 }
 
-/// One band per nucleus (A63): number n draws 3n (θ), 3n + 1 (U), 3n + 2 (H).
+/// One band per nucleus: number n draws 3n (θ), 3n + 1 (U), 3n + 2 (H).
 pub fn bands(nuclei: &[Vec2], spec: &BandSpec, hash: Hash) -> Vec<Band> {
     let draw = |[from, to]: [f32; 2], n: u64| from + (to - from) * hash.unit_f32(n);
     let band = |(n, &centre): (u64, &Vec2)| Band {

@@ -1,8 +1,9 @@
 //! What links read from a scalar field: the pixels on them or near them, or samples between the pixels.
 //!
-//! Source: JP4905282B2 §4, claim 3 (A17 to A24) and §6(1) for masses (A28, A29). The source's pixels "on the line" are
-//! those of Bresenham's line between the two end pixels (L-5). [`Sample::Smooth`] reads the picture between its pixels
-//! instead and is the better default: small motions of a point change its value a little rather than by jumps.
+//! Source: JP4905282B2 §4, claim 3, and §6(1) for masses. The source's pixels "on the line" are taken to be those of
+//! Bresenham's line between the two end pixels, which gives the numbers of its figure 10. [`Sample::Smooth`] reads the
+//! picture between its pixels instead and is the better default: small motions of a point change its value a little
+//! rather than by jumps.
 
 use crate::ground::number::narrow;
 use glam::{IVec2, Vec2};
@@ -33,7 +34,7 @@ pub enum Sample {
     Smooth,
     /// The pixels of Bresenham's line, as in the source.
     Line,
-    /// The pixels at most so many mm from the link.
+    /// The pixels at most this many mm from the link.
     Near(f64),
 }
 
@@ -85,7 +86,7 @@ impl Raster<'_> {
         top + (bottom - top) * t.y
     }
 
-    /// The value of the pixel at a point: the source's mass of a point (A28).
+    /// The value of the pixel at a point: the source's mass of a point.
     #[inline]
     pub fn at(&self, point: Vec2) -> f32 {
         self.get(self.pixel(point))

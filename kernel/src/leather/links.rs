@@ -1,6 +1,6 @@
 //! Links between points: which points are neighbours.
 //!
-//! Source: JP4905282B2 §3, claim 8 (A11 to A16). A link is a pair of indices and outlives motion and breakage. On a
+//! Source: JP4905282B2 §3, claim 8. A link is a pair of indices; it stays when points move and springs break. On a
 //! periodic canvas a link also says in which copy of the canvas its second end lies: the vector of link `[a, b]` with
 //! wrap `w` is `p[b] + w · size - p[a]`. Points need not lie inside the canvas; [`wrap`] brings them back.
 
@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Links {
     /// Indices of the two ends.
     pub pairs: Vec<[u32; 2]>,
-    /// Per link the offset of the second end in canvases; empty when no link crosses the canvas' edge by design.
+    /// Per link the offset of the second end in canvases; empty where no link crosses the canvas' edge.
     pub wraps: Vec<[i8; 2]>,
 }
 
@@ -99,7 +99,7 @@ impl GridShape {
     /// grid's. `wraps` may be empty.
     pub(crate) fn numbers(self, links: &[[u32; 2]], wraps: &[[i8; 2]]) -> Option<Vec<Vec<u32>>> {
         let mut numbers = vec![vec![u32::MAX; self.nx * self.ny]; self.directions()];
-        // Most links start where the one before does, or at the next point: that spares the division.
+        // Most links start at the same point as the one before, or at the next point: then no division is needed.
         let (mut point, mut at) = (0, [0, 0]);
         for (id, &[from, to]) in (0u32..).zip(links) {
             let (from, to) = (from as usize, (to as usize, wraps.get(id as usize).copied().unwrap_or_default()));
@@ -204,7 +204,7 @@ pub fn radius_estimate(points: &[Vec2], radius: f32, size: Vec2, periodic: bool)
     (pairs * 0.5 * std::f64::consts::PI / 9.0).min(all)
 }
 
-/// Links between all points at most `radius` mm apart (A15), sorted; on a periodic canvas also across its edges, to
+/// Links between all points at most `radius` mm apart, sorted; on a periodic canvas also across its edges, to
 /// the nearest copy only. O(n + links) for points spread evenly.
 pub fn radius_links(points: &[Vec2], radius: f32, size: Vec2, periodic: bool) -> Links {
     radius_links_until(points, radius, size, periodic, NEVER)

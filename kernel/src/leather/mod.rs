@@ -1,4 +1,4 @@
-//! Leather as the source draws it (JP4905282B2): points, the links between them, what links read from pictures, segments
+//! Leather by the method of JP4905282B2: points, the links between them, what links read from pictures, segments
 //! across them and bands. The springs are in [`crate::springs`], the drawing of lines in [`crate::strokes`].
 
 pub mod area;

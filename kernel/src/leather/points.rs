@@ -1,6 +1,6 @@
 //! Point sets: where the virtual springs meet.
 //!
-//! Source: JP4905282B2 §3, claims 1, 6, 7 (A1 to A10). The source's own sets are a regular grid and that grid jittered
+//! Source: JP4905282B2 §3, claims 1, 6, 7. The source's own sets are a regular grid and that grid jittered
 //! by `d · Rnd`; it allows hexagons, random points and "any algorithm with an almost uniform distribution", of which
 //! [`super::poisson`] is the one to use. Lengths are mm, y points down; random numbers are drawn by index.
 
@@ -17,13 +17,14 @@ use std::collections::BTreeMap;
 pub struct GridSpec {
     /// Size of the canvas, > 0.
     pub size: Vec2,
-    /// Wanted distance of columns and of rows, > 0; the points take the nearest that divides the canvas (L-1).
+    /// Wanted distance of columns and of rows, > 0; the nearest one that divides the canvas is taken.
     pub pitch: Vec2,
     /// By how much every second row is shifted, 0..1 of a column; ½ makes a grid of triangles.
     pub stagger: f32,
-    /// Points move by up to half this share of the pitch in x and in y; 1 is the source's `d · Rnd` (A10).
+    /// Points move by up to half this share of the pitch in x and in y; 1 is the source's `d · Rnd`.
     pub jitter: f32,
-    /// Border points draw their numbers but stay (L-2); without effect on a periodic grid, which has no border.
+    /// Border points stay (they draw their random numbers all the same): jitter would break the rectangle. Without
+    /// effect on a periodic grid, which has no border.
     pub keep_border: bool,
     /// The canvas' edges join: columns and rows divide it, and the number of rows is even if they are staggered.
     pub periodic: bool,
@@ -60,7 +61,7 @@ pub fn grid_counts(spec: &GridSpec) -> (usize, usize) {
     }
 }
 
-/// A grid: points `(i dx, j dy)` with `a = (n - 1) d` on a bounded canvas, its border points on the contour (L-1);
+/// A grid: points `(i dx, j dy)` with `a = (n - 1) d` on a bounded canvas, its border points on the contour;
 /// staggered rows shrink dx so that all stay inside. Point n draws numbers 2n (x) and 2n + 1 (y). O(n).
 pub fn grid(spec: &GridSpec, hash: Hash) -> GridPoints {
     let (nx, ny) = grid_counts(spec);
@@ -85,22 +86,22 @@ pub fn grid(spec: &GridSpec, hash: Hash) -> GridPoints {
     GridPoints { points: (0..nx * ny).into_par_iter().map(place).collect(), nx, ny, pitch: pitch.as_vec2() }
 }
 
-/// `count` points anywhere (A8); point n draws numbers 2n (x) and 2n + 1 (y). O(n).
+/// `count` points anywhere; point n draws numbers 2n (x) and 2n + 1 (y). O(n).
 pub fn random(count: usize, size: Vec2, hash: Hash) -> Vec<Vec2> {
     let size = size.as_dvec2();
     let point = |n: u64| (DVec2::new(hash.unit(2 * n), hash.unit(2 * n + 1)) * size).as_vec2();
     (0..count as u64).into_par_iter().map(point).collect()
 }
 
-/// True for points at most `margin` mm from the edge of the canvas, or outside: those that stay (A42). A hair is
-/// added so that points meant to lie on the contour count at margin 0.
+/// True for points at most `margin` mm from the edge of the canvas, or outside: those that stay. A small tolerance
+/// is added so that points meant to lie on the contour count at margin 0.
 pub fn border(points: &[Vec2], size: Vec2, margin: f32) -> Vec<bool> {
     let margin = margin + 1e-5 * size.min_element();
     points.iter().map(|p| p.min(size - *p).min_element() <= margin).collect()
 }
 
-/// A tiling by hexagons: cells of 3 edges by 2 rows, which hold 4 corners: at 1 and 2 edges in even rows, at ½ and 2½ in
-/// odd ones.
+/// A tiling by hexagons: cells of 3 edges by 2 rows, which hold 4 corners: at 1 and 2 edges in even rows, at ½ and 2½
+/// in odd ones.
 struct Hexagons {
     /// An edge by a row, in mm.
     unit: DVec2,
@@ -144,8 +145,8 @@ pub fn hexagon_grid(size: Vec2, edge: f32, periodic: bool) -> Option<GridShape> 
     (even == odd).then_some(GridShape { nx: even, ny, eight: false, periodic })
 }
 
-/// The corners of a tiling by regular hexagons of edge `edge` (A7) that lie on the canvas, and its edges as links
-/// (A13). Two sides of each hexagon are parallel to x. On a periodic canvas the hexagons are stretched a little so
+/// The corners of a tiling by regular hexagons of edge `edge` that lie on the canvas, and its edges as links.
+/// Two sides of each hexagon are parallel to x. On a periodic canvas the hexagons are stretched a little so
 /// that a whole number fits. Points by rows; links sorted. O(n log n).
 pub fn hexagons(size: Vec2, edge: f32, periodic: bool) -> (Vec<Vec2>, Links) {
     hexagons_until(size, edge, periodic, NEVER)

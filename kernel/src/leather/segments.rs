@@ -1,6 +1,6 @@
 //! Wrinkle segments: for each link the segment across it.
 //!
-//! Source: JP4905282B2 §7, claim 1 (A47, A48): perpendicular to the link, with its midpoint and its length.
+//! Source: JP4905282B2 §7, claim 1: perpendicular to the link, with its midpoint and its length.
 
 use super::links::Links;
 use glam::Vec2;
@@ -53,7 +53,7 @@ pub fn median(values: &[f32]) -> f32 {
     if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(middle, f32::total_cmp).1 }
 }
 
-/// Cuts segments at the rectangle from `low` to `high` and drops those outside (A48). O(n).
+/// Cuts segments at the rectangle from `low` to `high` and drops those outside. O(n).
 pub fn clip(segments: &[Segment], low: Vec2, high: Vec2) -> Vec<Segment> {
     let cut = |s: &Segment| clip_line(s.ends, low, high).map(|ends| Segment { ends, ..*s });
     segments.iter().filter_map(cut).collect()

@@ -1,4 +1,4 @@
-//! Patterns made from nothing but a place and a seed.
+//! Procedural noise: functions of a position and a seed alone.
 
 pub mod cells;
 pub mod fractal;

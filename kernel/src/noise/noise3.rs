@@ -1,8 +1,9 @@
 //! Gradient noise in space, for solids.
 //!
 //! K. Perlin, "Improving noise" (2002): twelve gradients, quintic fade; corners are hashed from their integer
-//! coordinates and a seed instead of a table. Measured over 6 million points: |n| ≤ 0.99, slope ≤ 3.1 per cell, deviation
-//! 0.27. Cost: about 4 ns a point, 2 where many share a cell. Everything here is inlined into loops that [`dispatch`](crate::ground::simd::dispatch) widens.
+//! coordinates and a seed instead of a table. Measured over 6 million points: |n| ≤ 0.99, slope ≤ 3.1 per cell,
+//! deviation 0.27. Cost: about 4 ns a point, 2 where many share a cell. Everything here is inlined into loops that
+//! [`dispatch`](crate::ground::simd::dispatch) vectorises.
 use crate::ground::hash::Hash;
 use crate::ground::math;
 
@@ -15,7 +16,7 @@ pub const SLOPE: f64 = 3.1;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Noise3(u32);
 
-/// How many points [`Noise3::each`] takes together.
+/// How many points [`Noise3::each`] computes together.
 const TOGETHER: usize = 32;
 
 /// The gradients at the corners of a cell; x runs first, then y.
@@ -283,7 +284,7 @@ impl Noise3 {
     }
 }
 
-/// How much is left of detail of `size` mm at pixels of `pixel` mm: all from five pixels a wave on, nothing below 1.2.
+/// The share that is left of detail of `size` mm at pixels of `pixel` mm: 1 from five pixels per wave on, 0 below 1.2.
 #[inline(always)]
 pub fn visible(size: f32, pixel: f32) -> f32 {
     if pixel > 0.0 { math::smooth((size / pixel - 1.2) * (1.0 / 3.8)) } else { 1.0 }
@@ -316,7 +317,7 @@ mod tests {
     fn many_points_are_as_single_ones() {
         let noise = Noise3::new(Hash::new(5), 2);
         let hash = Hash::new(8);
-        // Slow lines stay in a cell for long, fast ones never do.
+        // Lines of points that stay in a cell for long, and lines that leave it with every point.
         for (step, n) in [(0.003, 200), (0.11, 333), (1.7, 77), (0.02, 5)] {
             let line = |k: u64| -> Vec<f32> {
                 let (from, slope) = (90.0 * hash.unit_f32(k) - 45.0, step * (hash.unit_f32(k + 9) + 0.1));

@@ -123,7 +123,7 @@ impl Operand<'_> {
     }
 }
 
-/// out = operation(a, b, c). Infinite or undefined results become 0, so nothing bad spreads through a graph.
+/// out = operation(a, b, c). Infinite or undefined results become 0, so that they do not spread through a graph.
 ///
 /// # Panics
 /// If a plane is shorter than `out`.

@@ -1,4 +1,4 @@
-//! Pictures made pixel by pixel: arithmetic, blending, tones, and ramps that know only their place.
+//! Point-wise operations: arithmetic, blending, tones, and ramps, which depend on the position alone.
 
 pub mod blend;
 pub mod gradient;

@@ -1,14 +1,14 @@
-//! Things of many sizes, found by place.
+//! A spatial index of boxes of many sizes: hierarchical grids.
 //!
-//! There is a grid of bins for each power of two of sizes, and a thing lies in the one bin of its level that holds its
-//! middle. So memory is O(n) whatever the sizes, nothing is found twice, and a search looks no further around than the
-//! largest thing of a level reaches.
+//! There is a grid of bins for each power of two of sizes, and a box lies in the one bin of its level that holds its
+//! middle. So memory is O(n) whatever the sizes, nothing is found twice, and a search goes no further around than the
+//! largest box of a level reaches.
 
 use crate::ground::number::index_u32;
 use glam::{IVec2, Vec2};
 use std::ops::Range;
 
-/// The box around a thing.
+/// A box, by its middle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
     /// Its middle.
@@ -17,24 +17,24 @@ pub(super) struct Extent {
     pub(super) half: Vec2,
 }
 
-/// Levels at the most; what is smaller than the largest by more than so many powers of two shares a level.
+/// The most levels; boxes that are too small for them share the last one.
 const LEVELS: usize = 16;
 /// Bins along one side at the most.
 const SIDE: f32 = 8192.0;
 
-/// Where things are.
+/// The index.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bins {
     levels: Vec<Level>,
-    /// What all things cover; 0 to 0 without any.
+    /// The bounds of all boxes; 0 to 0 without any.
     pub(super) low: Vec2,
     pub(super) high: Vec2,
 }
 
-/// The things of one size.
+/// The boxes of one size.
 #[derive(Clone, Debug)]
 struct Level {
-    /// What their middles cover.
+    /// The bounds of their middles.
     low: Vec2,
     high: Vec2,
     /// Half the largest size.
@@ -48,8 +48,8 @@ struct Level {
 }
 
 impl Bins {
-    /// Sorts `count` things, given their extents or nothing for those that lie nowhere; also returns their numbers in
-    /// the order of the bins. O(n).
+    /// Sorts `count` boxes into bins; those that are `None` are left out. Also returns their numbers in the order of
+    /// the bins. O(n).
     pub(super) fn new(count: usize, extent: impl Fn(usize) -> Option<Extent>) -> (Self, Vec<u32>) {
         let power = |e: &Extent| (e.half.max_element().to_bits() >> 23) as usize;
         let mut levels = vec![Level::EMPTY; 256];
@@ -76,7 +76,7 @@ impl Bins {
             let at = levels[n].bin(e.middle);
             first[n] + (at.y * levels[n].bins.x + at.x).cast_unsigned()
         };
-        // A counting sort; things that lie nowhere are left out.
+        // A counting sort.
         let keys: Vec<u32> = (0..count).map(|n| extent(n).map_or(u32::MAX, bin)).collect();
         let mut next = vec![0u32; total as usize + 1];
         for &key in keys.iter().filter(|&&key| key != u32::MAX) {
@@ -101,7 +101,7 @@ impl Bins {
         (Self { levels, low, high }, order)
     }
 
-    /// Hears ranges of the order that hold, among others, all things that touch the box.
+    /// Calls `found` with ranges of the order that hold, among others, all boxes that touch the given one.
     pub(super) fn find(&self, low: Vec2, high: Vec2, mut hear: impl FnMut(Range<usize>)) {
         for level in &self.levels {
             let (low, high) = (low - level.reach, high + level.reach);
@@ -142,7 +142,7 @@ impl Level {
         self.count += other.count;
     }
 
-    /// Chooses bins about as large as half a thing, and no more of them than things.
+    /// Chooses bins about half as large as a box, and no more of them than boxes.
     fn divide(&mut self, size: f32) {
         if self.count == 0 {
             return;

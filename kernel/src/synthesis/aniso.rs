@@ -1,8 +1,9 @@
 //! The fast corrector for any Jacobian: every pixel holds a position between exemplar pixels.
 //!
-//! Equations (1) and (2): only the eight immediate neighbours are read; the neighbour in the direction of `J⁻¹Δ` predicts
-//! what lies at Δ, and three predictions are averaged per Δ (S-5). Tables are read at the nearest pixel, positions are
-//! never rounded. Where features grow, the level whose spacing is `h √|det J|` is compared.
+//! Equations (1) and (2): only the eight immediate neighbours are read; the neighbour in the direction of `J⁻¹Δ`
+//! predicts what lies at Δ, and the predictions of the neighbours in the directions `J⁻¹MΔ` for M = 1, diag(1, 0),
+//! diag(0, 1) are averaged per Δ. Tables are read at the nearest pixel, positions are never rounded. Where features
+//! grow, the level whose spacing is `h √|det J|` is compared.
 use super::analysis::Hood;
 use super::candidates::distance;
 use super::coverage::Factors;
@@ -37,9 +38,9 @@ impl Jacobians {
     }
 }
 
-/// What a correction weighs; as for the isometric one.
+/// The terms of the cost; as for the isometric corrector.
 pub struct Terms<'a> {
-    /// The factor on what merely looks alike, κ.
+    /// The cost factor of candidates that only look alike, κ.
     pub kappa: f32,
     /// Whether three predictions are averaged per Δ, or one is taken.
     pub averaged: bool,

@@ -1,7 +1,7 @@
-//! The stages as the source has them, on real coordinates: upsample (3), jitter, neighbourhood (1), (2), candidates,
-//! correct. Generic over [`Real`] so that the tests run the shipped code in double precision.
+//! The stages as in the source, on real coordinates: upsample (3), jitter, neighbourhood (1), (2), candidates, correct.
+//! Generic over [`Real`] so that the tests run the shipped code in double precision.
 //!
-//! Any features can be compared: colours (the source), or appearance vectors; with or without candidate sets.
+//! Any features can be compared: colours, as in the source, or appearance vectors; with or without candidate sets.
 use super::jacobian::{self, OCTANTS};
 use super::plane::{Lookup, Plane};
 use super::texels::{Fetch, Texels, floor};
@@ -16,7 +16,8 @@ pub struct Features<'a, T> {
     pub texels: &'a Texels<T>,
     /// Finest pixels per pixel of `texels`: 1 for a stack, `h` for a pyramid.
     pub ratio: T,
-    /// For every finest pixel another that looks alike, then for every one a further one, and so on; empty for none.
+    /// For every finest pixel another that looks alike, after all of them a second one for every pixel, and so on;
+    /// empty for none.
     pub second: &'a [u32],
     /// The finest grid, for `second`.
     pub plane: Plane,
@@ -27,15 +28,15 @@ pub struct Features<'a, T> {
 pub struct Rule<T> {
     /// Offsets that are compared, in pixels of the level.
     pub square: u8,
-    /// Whether three predictions are averaged per Δ (S-5).
+    /// Whether three predictions are averaged per Δ.
     pub averaged: bool,
     /// How features are read.
     pub fetch: Fetch,
     /// Spacing of the level in finest pixels.
     pub h: T,
-    /// Cost factor of what merely looks alike.
+    /// Cost factor of candidates that only look alike.
     pub kappa: T,
-    /// Pixels are corrected in `sub_passes` groups, a square number: 1 all from the old map, 4 interleaved (S-7).
+    /// Pixels are corrected in `sub_passes` groups, a square number: 1 all from the old map, 4 interleaved.
     pub sub_passes: u32,
 }
 
@@ -93,7 +94,7 @@ pub fn jitter<T: Real>(map: &mut [[T; 2]], reach: T, mask: &[f32], hash: Hash) {
     }
 }
 
-/// A map with what is compared against it.
+/// A map, and what its neighbourhoods are compared with.
 pub struct Corrector<'a, T, L, J> {
     /// The level of the exemplar.
     pub features: &'a Features<'a, T>,
@@ -149,8 +150,8 @@ impl<T: Real, L: Lookup, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, J> {
         std::iter::once(map[own]).chain(near).collect()
     }
 
-    /// The sum of squared differences between a neighbourhood and the exemplar around `at` (S-10); infinite where the
-    /// exemplar ends before (S-12).
+    /// The sum of squared differences between a neighbourhood and the exemplar around `at`; infinite where it
+    /// leaves the exemplar.
     pub fn error(&self, wanted: &[T], at: [T; 2]) -> T {
         let Plane { w, h, wrap } = self.features.plane;
         let channels = self.features.texels.channels;

@@ -48,7 +48,7 @@ pub fn from_vectors(t: [f32; 2], b: [f32; 2]) -> Jacobian {
     inverse(&[t[0], b[0], t[1], b[1]])
 }
 
-/// The number of the neighbour nearest in direction to (x, y), in [`OCTANTS`]; between two, the later one. S-3.
+/// The number of the neighbour nearest in direction to (x, y), in [`OCTANTS`]; between two, the counter-clockwise one.
 #[inline(always)]
 pub fn octant(x: f64, y: f64) -> usize {
     // tan 22.5°

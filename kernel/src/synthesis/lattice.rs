@@ -1,8 +1,11 @@
 //! Finding the two vectors by which a near-regular exemplar repeats.
 //!
-//! The exemplar less its shading, correlated with itself; a basis is a pair of short, strong shifts all of whose sums are
-//! strong too. It is then refined to parts of a pixel by least squares over the peaks at those sums, so that it does not
-//! drift over a large output.
+//! A *lattice* in this room is that of crystallography: all sums of whole multiples of two period vectors. It has
+//! nothing to do with the lattice of points and springs in leather.
+//!
+//! The exemplar without its shading is correlated with itself; a basis is a pair of short shifts of high correlation
+//! all of whose sums have a high correlation too. It is then refined to fractions of a pixel by least squares over the
+//! peaks at those sums, so that it does not drift over a large output.
 use super::pca::principal;
 use super::texels::Texels;
 use crate::ground::window::{index, offset};
@@ -16,14 +19,14 @@ pub struct Basis {
     pub b: [f64; 2],
 }
 
-/// A basis, and how strongly the exemplar repeats by it.
+/// A basis of the lattice, and how strongly the exemplar repeats by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
     /// The vectors.
     pub basis: Basis,
     /// The mean correlation at their sums.
     pub mean: f64,
-    /// The least.
+    /// The least one.
     pub least: f64,
 }
 
@@ -151,7 +154,7 @@ impl Correlation {
         self.values[offset(y * (2 * self.reach[0] + 1) + x + self.reach[0])]
     }
 
-    /// Local maxima, of which each stands for its opposite too.
+    /// Local maxima; each stands for the opposite shift as well.
     fn peaks(&self) -> Vec<([i32; 2], f64)> {
         let mut peaks = Vec::new();
         for y in 0..=self.reach[1] {

@@ -1,4 +1,5 @@
-//! Starting from a lattice: the phase is the same everywhere, the content varies from cell to cell.
+//! Starting from the lattice by which the exemplar repeats: the phase is the same everywhere, the content varies from
+//! cell to cell.
 use super::jacobian::{self, IDENTITY, Jacobian};
 use super::lattice::Basis;
 use crate::ground::hash::Hash;
@@ -9,8 +10,8 @@ use crate::ground::number::narrow;
 pub struct Fitted {
     /// The vectors by which the exemplar repeats.
     pub basis: Basis,
-    /// From output pixels to exemplar pixels, by rows: the Jacobian, bent so little that what joins in the output does so
-    /// in the lattice too.
+    /// From output pixels to exemplar pixels, by rows: the Jacobian, bent so little that what joins in the output does
+    /// so in the lattice too.
     pub map: [[f64; 2]; 2],
 }
 
@@ -31,7 +32,7 @@ pub fn fit(basis: Basis, j: [[f64; 2]; 2], size: [f64; 2], wrap: [bool; 2]) -> F
     let fitted = [[x[0] / size[0], y[0] / size[1]], [x[1] / size[0], y[1] / size[1]]];
     let det = fitted[0][0] * fitted[1][1] - fitted[0][1] * fitted[1][0];
     let plain = j[0][0] * j[1][1] - j[0][1] * j[1][0];
-    // An output smaller than a cell would be bent beyond recognition.
+    // An output smaller than a cell would be distorted too much.
     let sane = det.is_finite() && det / plain > 0.5 && det / plain < 2.0;
     Fitted { basis, map: if sane { fitted } else { j } }
 }
@@ -40,7 +41,8 @@ pub fn fit(basis: Basis, j: [[f64; 2]; 2], size: [f64; 2], wrap: [bool; 2]) -> F
 const BENT: f32 = 0.125;
 
 impl Fitted {
-    /// What `j` becomes when it is bent with the lattice: then all pieces go on in phase. None if that were too much.
+    /// What `j` becomes when it is bent with the lattice: then all pieces continue in phase. `None` if the distortion
+    /// were too large.
     pub fn bent(&self, j: &Jacobian) -> Option<Jacobian> {
         let m = self.map;
         let bent = [m[0][0], m[0][1], m[1][0], m[1][1]].map(narrow);

@@ -1,7 +1,7 @@
-//! Magnification: the coordinates of a coarse map pick from a picture at any place between their pixels.
+//! Magnification: what the coordinates of a coarse map show at any position between their pixels.
 //!
 //! Isometric (5): `Σ w(Δ) E[S[p-Δ] + Δ]`, anisometric (6): `Σ w(Δ) E[S[p-Δ] + JΔ]`, Δ from the centres of the four
-//! nearest pixels to p, `w = (1-|Δx|)(1-|Δy|)` (S-9).
+//! nearest pixels to p, `w = (1-|Δx|)(1-|Δy|)` (printed as |Δx||Δy|, which would favour the farthest).
 use super::plane::Lookup;
 use crate::ground::real::Real;
 use crate::ground::window::index;

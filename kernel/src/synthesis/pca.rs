@@ -1,4 +1,4 @@
-//! The directions in which vectors vary most.
+//! Principal component analysis: the directions in which vectors vary most.
 use crate::ground::hash::Hash;
 use crate::ground::simd;
 
@@ -37,7 +37,7 @@ pub fn principal(samples: &[f32], n: usize, dims: usize) -> Projection {
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut projection = vec![[0.0; DIMS]; n];
     for (d, (variance, vector)) in order.into_iter().enumerate() {
-        // What does not vary is left out: its direction is chance.
+        // Components without variance are left out: their direction would be random.
         if variance <= 1e-12 {
             continue;
         }

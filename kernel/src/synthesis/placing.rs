@@ -1,4 +1,4 @@
-//! Where pixels are put: at the start, when they leave the exemplar, and when they are shaken.
+//! Where coordinates are placed: at the start, when they leave the exemplar, and when they are jittered.
 use super::aniso::Position;
 use super::driver::{Inputs, Run, Start};
 use super::plane::Plane;

@@ -1,7 +1,7 @@
 //! Which pixels of each level an output needs.
 //!
-//! Where sides join, a level covers the output once. Elsewhere a level is larger than what is wanted of it by as much as
-//! its correction looks around, so that every window of an unbounded texture is the same part of it.
+//! Where sides join, a level covers the output once. Elsewhere a level is larger than the part of it that is wanted, by
+//! the reach of its correction, so that every window of an unbounded texture is the same part of it.
 use super::plane::Plane;
 use crate::ground::window::{index, offset};
 
@@ -85,8 +85,8 @@ impl Region {
         [at(self.start[0], x), at(self.start[1], y)]
     }
 
-    /// By how much less than usual pixel (x, y), counted within the region, is away where it is read across joined sides:
-    /// what it shows belongs that much further on. In finest pixels.
+    /// Where pixel (x, y), counted within the region, is read across joined sides: by how much its distance is smaller
+    /// than a whole number of pixels, so that its content belongs that much further on. In finest pixels.
     #[inline(always)]
     pub fn beyond(&self, x: i32, y: i32) -> [i32; 2] {
         let axis = |k: i32, n: usize, short: i32| short * (i32::from(k >= index(n)) - i32::from(k < 0));

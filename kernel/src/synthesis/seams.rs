@@ -1,4 +1,4 @@
-//! What an exemplar's borders and shading look like.
+//! The borders and the shading of an exemplar.
 use super::plane::Plane;
 use super::texels::Texels;
 

@@ -26,7 +26,7 @@ pub struct Table {
     /// Where the padding of sides that join leads; empty if none do.
     pub(super) home: Vec<u32>,
     pub(super) guide: Vec<f32>,
-    /// Bins that hold a pixel that can win.
+    /// Bins with a pixel that can win.
     pub usable_bins: usize,
     /// How much neighbourhoods differ on average, squared.
     pub spread: f32,
@@ -86,7 +86,7 @@ impl Table {
         [index(at % self.stride) - index(self.h), index(at / self.stride) - index(self.h)]
     }
 
-    /// The other pixel that looks like (x, y), if such were sought.
+    /// The other pixel that looks like (x, y), if candidates were searched for.
     pub fn second(&self, at: [i32; 2]) -> Option<[i32; 2]> {
         self.second.get(self.at(at) as usize).map(|&second| self.pixel(second))
     }
@@ -155,7 +155,7 @@ impl Table {
         self.bin[at as usize] as usize
     }
 
-    /// All that looks like what is there.
+    /// All candidates that look like the pixel of an index.
     #[inline(always)]
     pub(super) fn alike(&self, at: u32) -> impl Iterator<Item = u32> {
         let second = self.second.get(at as usize).copied();

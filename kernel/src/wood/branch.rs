@@ -1,4 +1,7 @@
-//! The time at which branches reach a point, and how times are blended (§3.6, eqs 14–18; W-4, W-8, W-11).
+//! The time at which branches reach a point, and how times are blended (Momoi & Takatera 2014, §3.6, eqs 14–18).
+//!
+//! θ of (15) is taken as the angle between the axis and the way from b1 to the point: as printed, with b2, it would
+//! always be 90°. Several branches are combined as 1/T² = 1/T1² + Σ 1/T2², which does not depend on their order.
 //!
 //! Cost: about 1.5 ns a point and branch in single precision.
 use super::trunk::Places;
@@ -6,7 +9,7 @@ use crate::ground::real::Real;
 use crate::ground::simd::dispatch;
 use glam::DVec3;
 
-/// A branch as its equations want it.
+/// A branch in the variables of the equations.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis<R> {
     start: [R; 3],
@@ -45,7 +48,7 @@ impl<R: Real> Axis<R> {
         v[0] * u[0] + v[1] * u[1] + v[2] * u[2]
     }
 
-    /// Of a point that lies so far along: s, which the branch's length limits, and s · (T2 - T_α).
+    /// For a point at a distance along the branch: s, which the branch's length limits, and s · (T2 - T_α).
     #[inline(always)]
     fn way(&self, p: [R; 3], along: R) -> (R, R) {
         let (v, u) = (self.way_from_start(p), self.direction);
@@ -61,8 +64,8 @@ impl<R: Real> Axis<R> {
 /// Points computed together.
 const RUN: usize = 64;
 
-/// Calls `body(from, to, sums)` for runs of points with Σ T2^-2 over all branches: what eq (18) for several branches wants
-/// (W-8). Branch by branch over the points of a run, so that the loop is a plain one.
+/// Calls `body(from, to, sums)` for runs of points with Σ T2^-2 over all branches, for eq (18) with several
+/// branches. Branch by branch over the points of a run, so that the inner loop is simple.
 #[inline(always)]
 fn inverse_squares<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, mut body: impl FnMut(usize, usize, &[R; RUN])) {
     for from in (0..at.x.len()).step_by(RUN) {
@@ -159,7 +162,7 @@ impl<R: Real> Power<R> {
 pub fn blend_all<R: Real>(a: &mut [R], b: &[R], power: Power<R>) {
     dispatch(
         #[inline(always)]
-        // A loop for each power: with a choice inside, it would go number by number.
+        // A loop for each power: with the choice inside, it would not vectorise.
         || match power {
             Power::Minimum => blend_each(a, b, Power::Minimum),
             Power::Two => blend_each(a, b, Power::Two),
@@ -169,7 +172,7 @@ pub fn blend_all<R: Real>(a: &mut [R], b: &[R], power: Power<R>) {
     );
 }
 
-/// [`blend_all`] with a power that is known where it is inlined.
+/// [`blend_all`] with a power that is a constant where it is inlined.
 #[inline(always)]
 fn blend_each<R: Real>(a: &mut [R], b: &[R], power: Power<R>) {
     for (a, b) in a.iter_mut().zip(b) {

@@ -1,4 +1,6 @@
-//! Curves through the nodes of a trunk, evenly spaced in height (§3.2 and §3.4, eqs 4–8).
+//! Curves through the nodes of a trunk, evenly spaced in height (Momoi & Takatera 2014, §3.2 and §3.4, eqs 4–8).
+//!
+//! Eq (4) is used with C1 = (7 C0 + 6 C3 - C6) / 12; the printed weights have a wrong sign and do not sum up to 1.
 use glam::DVec3;
 
 /// How a curve is laid through nodes.
@@ -11,7 +13,7 @@ pub enum Scheme {
     Local,
 }
 
-/// Why nodes make no skeleton.
+/// Why nodes do not make a skeleton.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FitError {
     /// Fewer than two nodes.
@@ -41,7 +43,8 @@ pub fn check_nodes(nodes: &[DVec3]) -> Result<(), FitError> {
     }
 }
 
-/// The control points of a smooth curve through `nodes`, four for each segment (eq 4; W-1, W-2).
+/// The control points of a smooth curve through `nodes`, four for each segment (eq 4, extended to more than three
+/// nodes).
 ///
 /// # Errors
 /// As [`check_nodes`].
@@ -93,7 +96,7 @@ fn local(nodes: &[DVec3]) -> Vec<DVec3> {
 /// (eqs 5–8). Gives the largest shift in mm too.
 ///
 /// # Errors
-/// The first node at which the curve does not rise (W-3), or whose height is not above that of the node before.
+/// The first node at which the curve does not rise, or whose height is not above that of the node before.
 pub fn equalize(trunk: &[[DVec3; 4]]) -> Result<(Vec<[DVec3; 4]>, f64), FitError> {
     let mut shift = 0.0_f64;
     let mut even = Vec::with_capacity(trunk.len());
@@ -110,7 +113,7 @@ pub fn equalize(trunk: &[[DVec3; 4]]) -> Result<(Vec<[DVec3; 4]>, f64), FitError
             return Err(FitError::TangentFalls(i + 1));
         }
         let (mut d1, mut d2) = (c0 + start * (third / start.z), c3 - end * (third / end.z));
-        // Evenly spaced by construction; rounding must not say otherwise.
+        // Evenly spaced by construction; set exactly, against rounding errors.
         (d1.z, d2.z) = (c0.z + third, c3.z - third);
         shift = shift.max(d1.distance(c1)).max(d2.distance(c2));
         even.push([c0, d1, d2, c3]);
@@ -118,7 +121,7 @@ pub fn equalize(trunk: &[[DVec3; 4]]) -> Result<(Vec<[DVec3; 4]>, f64), FitError
     Ok((even, shift))
 }
 
-/// The point of an even trunk at height `z`; beyond its ends on the prolonged tangents (W-9).
+/// The point of an even trunk at height `z`; beyond its ends on the prolonged tangents, which the source leaves open.
 pub fn point_at(trunk: &[[DVec3; 4]], z: f64) -> DVec3 {
     let i = trunk.partition_point(|c| c[3].z <= z).min(trunk.len().saturating_sub(1));
     let Some(&[c0, c1, c2, c3]) = trunk.get(i) else { return DVec3::new(0.0, 0.0, z) };

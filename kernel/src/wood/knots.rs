@@ -1,9 +1,10 @@
 //! Branches blended relative to their births: knots without kinks that live or die, darken, and have bark.
 //!
-//! Beyond the source (§3.6 and 5.3). Eq (18) blends whole ages, so a branch high up moves rings far away, and it jumps at
-//! b1. Blending the times since the branch's birth, t = T - T_α, is continuous everywhere: at b1 both go to 0 and a blend
-//! never exceeds its smaller argument. Several branches: δ = T1 - blend each, T = T1 - (Σ δ^4)^¼, in any order. Where a
-//! branch's share is below an eighth it is faded out, so that branches far away need not be looked at.
+//! Beyond the source (Momoi & Takatera 2014, §3.6 and §5.3). Eq (18) blends whole ages, so a branch high up moves rings
+//! far away, and it jumps at b1. Blending the times since the branch's birth, t = T - T_α, is continuous everywhere: at
+//! b1 both go to 0 and a blend never exceeds its smaller argument. Several branches: δ = T1 - blend each, T = T1 - (Σ
+//! δ^4)^¼, in any order. Where a branch's share is below an eighth it is faded out, so that far branches can be
+//! skipped.
 use super::trunk::{Places, Rows};
 use crate::ground::hash::Hash;
 use crate::ground::math;
@@ -36,13 +37,13 @@ pub struct KnotStyle {
     pub power: f32,
     /// By how many years rings dip towards a dead stub.
     pub dip: f32,
-    /// The thickness of bark round a dead stub in mm.
+    /// The thickness of bark around a dead stub in mm.
     pub bark: f32,
-    /// How far knots are from round, 0..1.
+    /// How much knots differ from circles, 0..1.
     pub lobes: f32,
 }
 
-/// Below this share of the other time a branch is faded out, above the second it is all there.
+/// A branch has no effect below the first of these shares of the other time, and its full effect from the second on.
 const FADE: (f32, f32) = (0.12, 0.25);
 /// Points computed together.
 const RUN: usize = 64;
@@ -72,7 +73,7 @@ impl Knot {
         }
     }
 
-    /// Whether it matters to points within `radius` of `centre` whose trunk times are at most `latest`.
+    /// Whether it has an effect on points within `radius` of `centre` whose trunk times are at most `latest`.
     fn reaches(&self, centre: Vec3, radius: f32, latest: f32, style: &KnotStyle) -> bool {
         let v = centre - self.start;
         let s = v.dot(self.direction);
@@ -86,7 +87,7 @@ impl Knot {
     }
 }
 
-/// What comes out for the points of a run.
+/// The results for the points of a run.
 struct Sums {
     delta: [f32; RUN],
     dip: [f32; RUN],
@@ -263,7 +264,7 @@ mod tests {
             t
         };
         let whole = run(0, 300);
-        // However points are put together: the same bits.
+        // The bits do not depend on which points are computed together.
         for (from, to) in [(0, 7), (50, 300), (129, 130)] {
             assert_eq!(run(from, to), whole[from..to]);
         }

@@ -1,4 +1,5 @@
-//! The colours of a year: looked up by the fraction of the growth time (§4.3; W-10).
+//! The colours of a year: looked up by the fraction of the growth time (Momoi & Takatera 2014, §4.3). A whole number is
+//! the start of early wood; interpolation is cyclic.
 
 /// The fraction of a time within its year, 0 ≤ x < 1, also for negative times.
 #[inline(always)]
@@ -33,8 +34,8 @@ pub fn linear(table: &[[f32; 3]], time: f64) -> [f32; 3] {
     std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
 }
 
-/// A table of `n` entries from stops in ascending order, cyclic; each entry is the mean of the ramp over its part of the
-/// year. Two stops at the same place make an edge.
+/// A table of `n` entries from stops in ascending order, cyclic; each entry is the mean of the ramp over its part of
+/// the year. Two stops at the same place make an edge.
 #[expect(clippy::cast_possible_truncation, reason = "colours are f32")]
 pub fn table(stops: &[(f64, [f32; 3])], n: usize) -> Vec<[f32; 3]> {
     let at = |phase: f64| -> [f32; 3] {
@@ -59,7 +60,8 @@ pub fn table(stops: &[(f64, [f32; 3])], n: usize) -> Vec<[f32; 3]> {
     (0..n).map(entry).collect()
 }
 
-/// Draws the colours of a table apart, or together: distances from the mean, in the logarithm, times `contrast`.
+/// Increases or reduces the contrast of the colours of a table: distances from the mean, in the logarithm, times
+/// `contrast`.
 pub fn contrast(table: &mut [[f32; 3]], contrast: f32) {
     if contrast == 1.0 {
         return;

@@ -1,4 +1,4 @@
-//! Rays: sheets of cells from the pith outwards, thin across, tall along the grain (WOOD-LOOK §4.5).
+//! Rays: sheets of cells from the pith outwards, thin across, tall along the grain.
 //!
 //! Radii fall into bands, two interleaved sets of them; a band is divided into sectors, a sector into pieces of height,
 //! each with one sheet or none. What is seen of a sheet depends on the cut: flecks, lines, or spindles.
@@ -7,10 +7,10 @@ use crate::ground::math;
 use crate::ground::simd::dispatch;
 use crate::noise::noise3::Noise3;
 
-/// What rays are like.
+/// Parameters of rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayStyle {
-    /// The distance of rays round the stem in mm.
+    /// The distance of rays around the stem in mm.
     pub pitch: f32,
     /// The height of a sheet in mm.
     pub height: f32,
@@ -27,14 +27,14 @@ pub struct RayStyle {
 /// Points computed together.
 const RUN: usize = 64;
 
-/// What is known of points before sheets are looked for: radius, angle in turns, and bend in sectors.
+/// The polar coordinates of points: radius, angle as a share of a full circle, and bend in sectors.
 struct Run {
     a: [f32; RUN],
     turn: [f32; RUN],
     bend: [f32; RUN],
 }
 
-/// Rays, ready to be evaluated.
+/// Rays, prepared for evaluation.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays {
     style: RayStyle,
@@ -70,7 +70,7 @@ impl Rays {
         );
     }
 
-    /// The radius, the angle in turns, and how far rays are bent there, in sectors.
+    /// The radius, the angle as a share of a full circle, and how far rays are bent there, in sectors.
     #[inline(always)]
     fn bend(&self, x: &[f32], y: &[f32], z: &[f32], run: &mut Run) {
         let Run { a, turn, bend } = run;
@@ -88,8 +88,8 @@ impl Rays {
         n2.each(at, [1.0 / 1.5, 1.0, 1.0 / 4.0], 0.0, bend, |sum, v| sum + 0.04 * wobble * v);
     }
 
-    /// Adds the sheets of one of the two sets: first, for all points at once, how far the next sheet is aside, then the few
-    /// that are met.
+    /// Adds the sheets of one of the two sets: first the distance of the next sheet for all points at once, then the
+    /// few points that it covers.
     #[inline(always)]
     fn sheets(&self, set: f32, run: &Run, z: &[f32], pixel: f32, out: &mut [f32]) {
         let s = &self.style;
@@ -123,7 +123,7 @@ impl Rays {
             asides[i] = if byte(word, 0) < s.density { aside.abs() } else { f32::INFINITY };
         }
         for i in 0..n {
-            // Not the other way round: what is not a number meets no ray.
+            // Written so that NaN meets no ray.
             if asides[i] <= reach {
                 let size = 0.55 + 0.45 * byte(words[i], 8);
                 let (dz, da) = (ups[i] * 2.0 / size, outs[i]);

@@ -1,4 +1,4 @@
-//! Solids put together from closures, and what solid nodes of several families share.
+//! Solids built from closures, and what solid nodes of several families share.
 use super::trunk::{Places, Rows};
 use crate::ground::real::Real;
 use glam::DVec3;
@@ -17,13 +17,13 @@ pub struct Code {
 }
 
 impl Code {
-    /// Code that wants the points.
+    /// Code that reads the points.
     pub fn of_place(fill: impl Fn(&Patch<'_>, &[Planes<'_>], &mut [&mut [f32]]) + Send + Sync + 'static) -> Self {
         let wants = Wants { place: true, quads: false };
         Self { fill: Box::new(fill), exact: None, wants, cost: Cost::Local, bytes: 0 }
     }
 
-    /// Code that is cheap and wants the inputs alone.
+    /// Code that is cheap and reads the inputs alone.
     pub fn of_inputs(fill: impl Fn(&Patch<'_>, &[Planes<'_>], &mut [&mut [f32]]) + Send + Sync + 'static) -> Self {
         let wants = Wants { place: false, quads: false };
         Self { wants, cost: Cost::Pointwise, ..Self::of_place(fill) }
@@ -36,21 +36,21 @@ impl Code {
         self
     }
 
-    /// The same, in whole quads.
+    /// The same, evaluated in whole quads.
     #[must_use]
     pub fn with_quads(mut self) -> Self {
         self.wants.quads = true;
         self
     }
 
-    /// The same for code whose values hardly anybody but one reader wants: not kept.
+    /// The same for code whose values usually have one reader only: not kept.
     #[must_use]
     pub fn passing(mut self) -> Self {
         self.cost = Cost::Pointwise;
         self
     }
 
-    /// The same, its tiles kept.
+    /// The same, with its tiles kept.
     #[must_use]
     pub fn kept(mut self) -> Self {
         self.cost = Cost::Local;

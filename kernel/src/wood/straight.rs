@@ -1,8 +1,10 @@
-//! The earlier method with straight skeletons (§2.2, eqs 1–3), kept for comparison (figs 12 and 14).
+//! The earlier method with straight skeletons (Momoi & Takatera 2014, §2.2, eqs 1–3), kept for
+//! comparison (figs 12 and 14).
 //!
 //! The nearest node decides which two segments are looked at. A segment's area of influence lies between the planes
 //! through its ends; where two overlap, their times are blended by the distance to the planes that bound the overlap
-//! (W-7); outside both, the way goes by the node. Cost: O(nodes) a point.
+//! (the source only cites its blend function; here it is linear); outside both, the way goes through the node. Cost:
+//! O(nodes) a point.
 use crate::ground::real::Real;
 use glam::DVec3;
 
@@ -56,7 +58,7 @@ impl<R: Real> Straight<R> {
         best.1
     }
 
-    /// By way of segment `i`, if the point lies in its area: the time, and how far along the segment.
+    /// The time through segment `i` and the place along it, if the point lies in its area.
     #[inline(always)]
     fn by_segment(&self, p: [R; 3], i: usize) -> Option<(R, R)> {
         let (direction, length, before) = *self.segments.get(i)?;

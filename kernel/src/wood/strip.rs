@@ -1,8 +1,9 @@
-//! The colours of a year out of a picture of real wood (§4.3), beyond the source: rings are found by themselves.
+//! The colours of a year out of a picture of real wood (Momoi & Takatera 2014, §4.3); beyond the source, rings are
+//! found automatically.
 //!
-//! A strip across the rings is straightened and averaged; the slope of its light tells which way it runs (slow darkening,
-//! sudden lightening points to the bark) and where years begin; dynamic programming chooses borders whose distances are
-//! alike; every year is resampled, flattened, and the years that are like the others are averaged (WOOD-LOOK §3).
+//! A strip across the rings is straightened and averaged; the slope of its light tells which way it runs (slow
+//! darkening, sudden lightening points to the bark) and where years begin; dynamic programming chooses borders whose
+//! distances are alike; every year is resampled, flattened, and the years that are like the others are averaged.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -54,9 +55,9 @@ pub struct Sampled {
     pub widths: Vec<f32>,
     /// How many years were found, and how many are like the others.
     pub years: (usize, usize),
-    /// How sure it is, 0..1.
+    /// Confidence that these are years, 0..1.
     pub confidence: f32,
-    /// How sure the direction is: the skewness of the slope.
+    /// Confidence in the direction: the skewness of the slope.
     pub skew: f32,
 }
 
@@ -121,7 +122,7 @@ fn straighten(strip: &Strip) -> Vec<[f32; 3]> {
             };
             let score = |s: i32| correlation(&before, &shifted(s)) - 1e-4 * (s - shift).unsigned_abs() as f32;
             shift = (shift - 2..=shift + 2).max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(shift);
-            // A mean that follows slowly: from one row to the next a slant is less than a pixel and would be lost.
+            // A running mean: from one row to the next a slant is less than a pixel and would be lost.
             before.iter_mut().zip(shifted(shift)).for_each(|(mean, v)| *mean += 0.2 * (v - *mean));
             for i in 0..n {
                 let Some(from) = i.checked_add_signed(shift as isize).filter(|j| *j < n) else { continue };
@@ -133,7 +134,7 @@ fn straighten(strip: &Strip) -> Vec<[f32; 3]> {
     sum.iter().zip(count).map(|(c, n)| c.map(|v| v / n)).collect()
 }
 
-/// The borders of years in a slope: the best choice of its peaks for any period, by how much of the slope they are.
+/// The borders of years in a slope: the best choice of its peaks over all periods, by their share of the slope.
 fn borders(slope: &[f32]) -> Vec<usize> {
     let mut sorted: Vec<f32> = slope.iter().map(|s| s.max(0.0)).collect();
     sorted.sort_by(f32::total_cmp);
@@ -207,8 +208,8 @@ fn resample(colors: &[[f32; 3]], from: usize, to: usize, entries: usize) -> Vec<
 /// Below this confidence there are no years.
 const LEAST: f32 = 0.3;
 
-/// How sure it is that years are years, from how much they are alike, how many they are, and, if the direction is to be
-/// found too, the skewness. Borders chosen by their slope make years alike in any noise: 0.5 to 0.75 by measurement
+/// The confidence that years were found, from how much they are alike, how many they are, and, if the direction is to
+/// be found too, the skewness. Borders chosen by their slope make years alike in any noise: 0.5 to 0.75 by measurement
 /// (white, soft and streaky noise), more where they are few; real rings are alike to 0.85 and more.
 fn sureness(alike: f32, years: usize, skew: Option<f32>) -> f32 {
     let more = ((alike - 0.7) / 0.3).clamp(0.0, 1.0);
@@ -266,7 +267,7 @@ pub fn sample(strip: &Strip, spec: &StripSpec) -> Result<Sampled, StripError> {
     }
     let widths: Vec<f32> = found.windows(2).map(|p| (p[1] - p[0]) as f32).collect();
     let period = widths.iter().sum::<f32>() / widths.len() as f32;
-    // Peaks so close are what noise has too.
+    // Noise has peaks that close, too.
     if spec.period.is_none() && period < 6.5 {
         return Err(StripError::NoRings);
     }

@@ -1,4 +1,4 @@
-//! Surfaces to cut along: cylinders, Bézier patches and grids of points (§4.1).
+//! Surfaces to cut along: cylinders, Bézier patches and grids of points (Momoi & Takatera 2014, §4.1).
 use glam::DVec3;
 
 /// The point of a bicubic Bézier patch, its control points by rows of u.
@@ -12,7 +12,8 @@ pub fn patch(controls: &[DVec3; 16], u: f64, v: f64) -> DVec3 {
     (0..4).fold(DVec3::ZERO, |sum, j| sum + row(j) * b[j])
 }
 
-/// A grid of points, `columns` in a row, as a surface: bicubic between them (Catmull–Rom), straight on beyond its border.
+/// A grid of points, `columns` in a row, as a surface: bicubic between them (Catmull–Rom), straight on beyond its
+/// border.
 pub fn grid(points: &[DVec3], columns: usize, u: f64, v: f64) -> DVec3 {
     let rows = points.len() / columns;
     let weights = |t: f64| {

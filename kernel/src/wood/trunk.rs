@@ -1,7 +1,8 @@
-//! The time at which a trunk reaches a point (§3.3 and §3.5, eqs 8–13).
+//! The time at which a trunk reaches a point (Momoi & Takatera 2014, §3.3 and §3.5, eqs 8–13).
 //!
 //! The segment is found by comparing heights alone (§5.2); runs of points in the same segment are computed together, so
-//! the number of nodes hardly matters. Cost: about 3 ns a point in single precision, a third of it where a row is level.
+//! the number of nodes hardly matters. Cost: about 3 ns a point in single precision, a third of it where a row is
+//! level.
 use crate::ground::real::Real;
 use crate::ground::simd::dispatch;
 use glam::DVec3;
@@ -9,11 +10,11 @@ use glam::DVec3;
 /// How points lie in rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rows {
-    /// Nobody knows.
+    /// Unknown.
     Any,
-    /// Rows of so many points; where rows are alike in z, the trunk is looked up once.
+    /// Rows of this many points; where rows are alike in z, the trunk is looked up once.
     Of(usize),
-    /// Rows of so many points that share their z.
+    /// Rows of this many points that share their z.
     Level(usize),
 }
 
@@ -37,7 +38,7 @@ pub struct Growth {
     pub elongation: f64,
     /// Thickening in mm a year, `v_h`.
     pub thickening: f64,
-    /// The height from which the tree grows, in mm (W-6).
+    /// The height from which the tree grows, in mm: z of eq (12) counts from here.
     pub ground: f64,
     /// By how much faster it thickens when it is thin: `v = v_h (1 + boost · e^(-d / fade))`; 0 in the source.
     pub boost: f64,
@@ -56,14 +57,14 @@ struct Segment<R> {
     y: [R; 4],
 }
 
-/// A trunk, ready to be evaluated.
+/// A trunk, prepared for evaluation.
 #[derive(Clone, Debug)]
 pub struct Trunk<R> {
     /// The prolonged start, the segments, the prolonged end.
     segments: Vec<Segment<R>>,
 }
 
-/// How many points are computed between two looks at the segments.
+/// How many points are computed between two searches for the segment.
 const RUN: usize = 64;
 
 impl<R: Real> Trunk<R> {
@@ -153,7 +154,7 @@ impl<R: Real> Trunk<R> {
         }
     }
 
-    /// Calls `body(from, to, qx, qy)` for runs of the points with the skeleton at their heights.
+    /// Calls `body(from, to, qx, qy)` for runs of points with the skeleton at their heights.
     #[inline(always)]
     pub fn runs(&self, at: &Places<'_, R>, mut body: impl FnMut(usize, usize, &[R; RUN], &[R; RUN])) {
         let (mut qx, mut qy) = ([R::ZERO; RUN], [R::ZERO; RUN]);
@@ -263,7 +264,7 @@ impl<R: Real> Segment<R> {
     }
 }
 
-/// [`Growth`] with its divisions done.
+/// [`Growth`] with reciprocals instead of divisors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rate<R> {
     ground: R,

@@ -1,4 +1,4 @@
-//! Growth that is not even round and along a stem: points moved towards or away from the pith before the time is taken.
+//! Growth that varies around and along a stem: points moved towards or away from the pith before the time is taken.
 //!
 //! d' = d (1 + e(θ, z)) + Σ aᵢ d / (d + lᵢ/2) nᵢ(x/lᵢ, y/lᵢ, z/mᵢ). e is noise on the unit circle, so it has no seam;
 //! multiplied by d it is continuous at the pith although e is not, and the factor d / (d + l/2) does the same for the
@@ -20,7 +20,8 @@ pub struct Wave {
     pub along: f64,
 }
 
-/// How much of the slope of the radius is left, 1 for none taken away: time rises outward everywhere if it is above 0.
+/// The least derivative of the displaced radius by the radius, 1 without variation: time rises outward everywhere if it
+/// is above 0.
 pub fn reserve(eccentricity: f64, waves: &[Wave]) -> f64 {
     1.0 - 1.5 * eccentricity - SLOPE * waves.iter().map(|w| w.amplitude / w.across).sum::<f64>()
 }
@@ -28,7 +29,7 @@ pub fn reserve(eccentricity: f64, waves: &[Wave]) -> f64 {
 /// The largest number of waves.
 pub const WAVES: usize = 8;
 
-/// Variation of growth, ready to be evaluated.
+/// Variation of growth, prepared for evaluation.
 #[derive(Clone, Debug)]
 pub struct Shape {
     eccentricity: f32,
@@ -51,7 +52,7 @@ impl Shape {
         }
     }
 
-    /// The points at which the even tree is to be asked, for pixels of `pixel` mm.
+    /// The points at which the even tree is evaluated instead, for pixels of `pixel` mm.
     pub fn place(&self, trunk: &Trunk<f32>, at: &Places<'_, f32>, pixel: f32, out: [&mut [f32]; 3]) {
         let [px, py, pz] = out;
         pz.copy_from_slice(at.z);
@@ -62,7 +63,7 @@ impl Shape {
                     at,
                     #[inline(always)]
                     |from, to, qx, qy| {
-                        // Known to be at most 64, no index needs to be checked.
+                        // With a known bound of 64, no index needs a check.
                         let n = (to - from).min(64);
                         let z = &at.z[from..][..n];
                         let (mut dx, mut dy, mut d, mut factor) =

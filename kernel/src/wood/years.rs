@@ -1,7 +1,7 @@
-//! Years of different widths: the calendar that turns even growth into that of good and bad summers.
+//! Years of different widths: the calendar, a map from even growth to that of good and bad years.
 //!
-//! The calendar acts on the time itself, after branches are blended: weather acts on height and thickness alike, a
-//! continuous time stays continuous and rising, and every cut agrees. Kinks lie on ring borders, where nobody sees them.
+//! The calendar is applied to the time itself, after branches are blended: weather changes height and thickness alike,
+//! a continuous rising time stays so, and all cuts agree. Its kinks lie on ring borders, where they cannot be seen.
 use crate::ground::hash::Hash;
 
 /// Widths of `count` years relative to their mean: log-normal with deviation `sigma` and memory `memory` (the
@@ -49,7 +49,8 @@ impl Calendar {
         Self { starts, guess }
     }
 
-    /// Through points (even time, year) as [`points`](Self::points) gives them; `None` if they are fewer than two years.
+    /// Through points (even time, year) as [`points`](Self::points) gives them; `None` if they are fewer than two
+    /// years.
     pub fn through(points: &[glam::DVec3]) -> Option<Self> {
         let widths: Vec<f64> = points.windows(2).map(|p| p[1].x - p[0].x).collect();
         (widths.len() > 1).then(|| Self::new(&widths))

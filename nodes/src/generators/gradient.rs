@@ -1,8 +1,8 @@
 //! [`Gradient`]: a ramp from one point to another.
 //!
-//! The shapes are the usual ones; see [`kernel::gradient`](shibo_kernel::pointwise::gradient) for their formulas. On a canvas that
-//! tiles, shapes around a point are drawn around the nearest of its copies where that leaves no seam.
-//! Cost: O(pixels), about half a nanosecond each, 3 ns for `Angular`.
+//! The shapes are the usual ones; see [`kernel::gradient`](shibo_kernel::pointwise::gradient) for their formulas. On a
+//! canvas that tiles, shapes around a point are drawn around the nearest of its copies where that leaves no seam. Cost:
+//! O(pixels), about half a nanosecond each, 3 ns for `Angular`.
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -25,18 +25,19 @@ use shibo_kernel::pointwise::gradient::{self as kernel, GradientShape, GradientS
 pub struct Gradient {
     /// The lines of equal value.
     pub shape: GradientShape,
-    /// Where the value is 0, from the canvas' upper left corner. If not given: where a `Linear` ramp begins to cover the
-    /// canvas, and the middle of the canvas for the other shapes.
+    /// Where the value is 0, from the canvas' upper left corner. If not given: where a `Linear` ramp begins to cover
+    /// the canvas, and the middle of the canvas for the other shapes.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub from: Option<Xy>,
-    /// Where the value is 1. If not given: in the direction `angle` from `from`, as far as a `Linear` ramp needs to cover
-    /// the canvas, and half the shorter side of the canvas for the other shapes.
+    /// Where the value is 1. If not given: in the direction `angle` from `from`, as far as a `Linear` ramp needs to
+    /// cover the canvas, and half the shorter side of the canvas for the other shapes.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub to: Option<Xy>,
     /// Direction from `from` to `to`, from +x towards +y; only where one of them is not given.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// How many ramps fit between `from` and `to`, or once around for `Angular`. With `Mirror`, up and down count as two.
+    /// How many ramps fit between `from` and `to`, or once around for `Angular`. With `Mirror`, up and down count as
+    /// two.
     #[schemars(range(min = 1, max = 1000))]
     pub times: u32,
     /// What happens beyond the end.
@@ -94,7 +95,7 @@ impl Gradient {
         (spec, tiling)
     }
 
-    /// Whether a linear ramp that fits so many times across the canvas repeats with it.
+    /// Whether a linear ramp with this many runs across the canvas repeats with it.
     fn repeats(&self, runs: f64) -> bool {
         let whole = |x: f64| (x - x.round()).abs() < 1e-6;
         match self.repeat {

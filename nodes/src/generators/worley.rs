@@ -1,9 +1,9 @@
 //! [`Worley`]: cellular noise.
 //!
 //! Source: S. Worley, "A cellular texture basis function" (1996); the border distance after I. Quilez, "Voronoi
-//! borders". Differs in that cells lie on a lattice that repeats with the canvas, with one point in each; see
-//! [`kernel::worley`](shibo_kernel::noise::worley). Each output is computed separately. Cost: O(pixels), about 13 ns each;
-//! `border` four times that.
+//! borders". Differs in that cells lie on a grid that repeats with the canvas, with one point in each; see
+//! [`kernel::worley`](shibo_kernel::noise::worley). Each output is computed separately. Cost: O(pixels), about 13 ns
+//! each; `border` four times that.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
@@ -33,7 +33,7 @@ pub struct Worley {
     /// Size of a cell, across its long direction. With more than 10^9 cells on the canvas all outputs are 0.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How irregular the cells are; 0 is a regular lattice.
+    /// How irregular the cells are; 0 is a regular grid.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
     /// How `f1` and `f2` are measured; `border` is always the true distance.

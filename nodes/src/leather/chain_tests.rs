@@ -229,7 +229,8 @@ fn limits_can_be_read_in_every_way() {
     let node = SimulateSprings { break_field: Some(port(1)), break_force: Some(Range::new(0.0, 1e6)), ..simulation() };
     let broken = |node: &SimulateSprings| moved(node, &[value.clone(), halves()]).broken.len();
     let smooth = broken(&node);
-    // Springs are weak where the mean of the field around them is 0: farther from the bright half, the wider it is read.
+    // Springs are weak where the mean of the field around them is 0: farther from the bright half, the wider it is
+    // read.
     let near = broken(&SimulateSprings { sample: Sample::Near(4.0), ..node.clone() });
     assert!(near > 0 && near + 20 < smooth, "{near} {smooth}");
     let coarse = broken(&SimulateSprings { sample: Sample::Line, sample_resolution: Some((1, 1)), ..node.clone() });
@@ -345,7 +346,7 @@ fn hexagons_have_three_neighbours() {
     let mut degree = vec![0; lattice.points.len()];
     lattice.links.iter().flatten().for_each(|&p| degree[p as usize] += 1);
     assert!(degree.iter().all(|d| *d == 3));
-    // The whole of a tiling that repeats is a grid with a part of its links; a part of it is not.
+    // A whole tiling that repeats is a grid with a part of its links; a part of the tiling is not.
     let points_of = |lattice: &Lattice| lattice.grid.map(|grid| (grid.columns * grid.rows) as usize);
     assert_eq!((lattice.regular, points_of(&lattice)), (true, Some(lattice.points.len())));
     let area = WorkArea { points: port(0), area: port(1), ..WorkArea::default() };

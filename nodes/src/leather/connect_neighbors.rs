@@ -22,7 +22,7 @@ pub enum Neighbors {
     Eight,
     /// The 3 that are joined to a point by edges of the hexagons of `HexPoints`.
     HexEdges,
-    /// All that are at most so many mm away; for any points.
+    /// All that are at most this many mm away; for any points.
     Radius(f64),
     /// Those whose Voronoi cells touch, about 6; for any points.
     #[default]

@@ -19,7 +19,7 @@ pub enum SamplePoint {
     /// The pixel that it lies on.
     #[default]
     Point,
-    /// The pixels at most so many mm from it.
+    /// The pixels at most this many mm from it.
     Near(f64),
 }
 
@@ -33,10 +33,10 @@ pub enum Refresh {
     EveryStep,
 }
 
-/// Gives the points of springs their masses, from a field: heavy points move little, light ones are pulled about.
+/// Gives the points of springs their masses, from a field: heavy points move little, light ones move much.
 ///
-/// This is another way than stiffness to make a pattern from a field; both can be used together. On a regular grid whose
-/// springs are all alike nothing moves, whatever the masses are: give `DefineSprings` a `spread`.
+/// This is another way than stiffness to make a pattern from a field; both can be used together. On a regular grid
+/// whose springs are all alike nothing moves, whatever the masses are: give `DefineSprings` a `spread`.
 ///
 /// ```ron
 /// "points": GridPoints(pitch: 2.5, stagger: 0.5, jitter: 0.6),
@@ -67,8 +67,8 @@ pub struct DefineMass {
     pub reduce: Reduction,
     /// When masses are read.
     pub refresh: Refresh,
-    /// By how much each point is heavier or lighter by chance, as a share of its mass. Not with `refresh: EveryStep`, where
-    /// masses belong to places and not to points.
+    /// By how much each point is heavier or lighter by chance, as a share of its mass. Not with `refresh: EveryStep`,
+    /// where masses belong to places and not to points.
     #[schemars(range(min = 0, max = 0.95))]
     pub spread: f64,
     /// Whether 0 and 1 of the field change places.

@@ -1,4 +1,4 @@
-//! What [`super::SimulateSprings`] hands to the kernel, and what it makes of the outcome.
+//! From the inputs of [`super::SimulateSprings`] to the arguments of the kernel, and from the result to its outputs.
 use super::define_mass::mass_at;
 use super::strain::{Strain, What};
 use glam::Vec2;
@@ -115,7 +115,7 @@ pub(super) fn quantile(values: &[f32], share: f64) -> f32 {
     sorted.get(at).copied().unwrap_or(f32::INFINITY)
 }
 
-/// What the node gives.
+/// The outputs of the node.
 pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
     let vectors = |list: &[[f32; 2]]| list.iter().map(|p| Vec2::from_array(*p)).collect::<Vec<_>>();
     let points = Arc::new(Points {
@@ -142,7 +142,7 @@ pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
         broken,
         ..lattice.clone()
     });
-    // As a set of its own the points belong to no lattice any more.
+    // As a separate output the points no longer belong to a lattice.
     let alone = points.alone();
     let strain = |what| Strain::field(&moved, what);
     let (stretch, breakage) = (strain(What::Stretch), strain(What::Breakage));

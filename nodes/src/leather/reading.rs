@@ -1,5 +1,5 @@
-//! What several nodes do with a scalar field: they read it as a picture whose size follows from their own parameters, never
-//! from the resolution of the output.
+//! Reading a scalar field, for several nodes: as a picture whose size follows from their own parameters, never from the
+//! resolution of the output.
 use super::define_mass::mass_at;
 use glam::{DVec2, UVec2, Vec2};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -11,7 +11,7 @@ use shibo_kernel::leather::links::Links;
 /// The most columns or rows at which a field is read by default.
 const MOST_SAMPLES: f64 = 4096.0;
 
-/// How many pixels are read before looking again whether to stop: a few milliseconds' work.
+/// How many pixels are read between two questions whether to stop: a few milliseconds' work.
 const PIXELS_AT_ONCE: f64 = (1 << 22) as f64;
 
 /// The most pixels that are read near links or points: some seconds' work.
@@ -27,8 +27,8 @@ pub(super) struct Reading {
     periodic: bool,
 }
 
-/// Reads `field`, which came in at `port`, at `resolution`; by default at the picture's own where it is one, else at four
-/// samples per `pitch`. What reads it repeats in the directions of `periodic`.
+/// Reads `field`, which came in at `port`, at `resolution`; by default at the picture's own where it is one, else at
+/// four samples per `pitch`. What reads it repeats in the directions of `periodic`.
 pub(super) fn read(
     cx: &Context<'_>,
     (pitch, periodic): (f32, Tiling),
@@ -130,7 +130,7 @@ impl Reading {
         steps: bool,
     ) -> Result<Vec<f32>, Stop> {
         let at_once = match map.radius {
-            // What is read in every step must not take a step's time.
+            // Masses that are read in every step must take little time.
             Some(radius) if steps => self.near(radius.into(), 0.0, points.len(), MOST_PIXELS / 100.0)?,
             Some(radius) => self.near(radius.into(), 0.0, points.len(), MOST_PIXELS)?,
             None => points.len().max(1),

@@ -1,8 +1,8 @@
 //! [`SimulateSprings`]: springs set in motion.
 //!
-//! Source: JP4905282B2 §5 and §6, claims 13 to 16 (rows A34–A46). Beyond the source: the semi-implicit
-//! integrator, drag, lattices that repeat with the canvas, and stretch and breakage as fields. A motion that diverges is an
-//! error, never a picture. Cost: O(steps · links).
+//! Source: JP4905282B2 §5 and §6, claims 13 to 16 (rows A34–A46). Beyond the source: the semi-implicit integrator,
+//! drag, lattices that repeat with the canvas, and stretch and breakage as fields. A motion that diverges is an error,
+//! never a picture. Cost: O(steps · links).
 use super::net::{Contacts, live_mass, net, outputs, quantile};
 use super::reading;
 use glam::Vec2;
@@ -22,9 +22,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// What happens at the canvas' edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Boundary {
-    /// Points at the canvas' edge, or at the contour of their work area, stay where they are, and so do all points at most
-    /// so many mm from it. At the edge are the border points of a grid; of other sets all points within a pitch. A set that
-    /// repeats with the canvas has no edge: there only the distance counts, and 0 holds no point.
+    /// Points at the canvas' edge, or at the contour of their work area, stay where they are, and so do all points at
+    /// most this many mm from it. At the edge are the border points of a grid; of other sets all points within a pitch.
+    /// A set that repeats with the canvas has no edge: there only the distance counts, and 0 holds no point.
     Fixed(f64),
     /// All points move.
     Free,
@@ -35,7 +35,7 @@ pub enum Boundary {
 }
 
 impl Boundary {
-    /// What it comes to for points that repeat with the canvas, or do not.
+    /// With `Canvas` resolved, for points that repeat with the canvas or do not.
     fn of_points(self, periodic: bool) -> Self {
         match self {
             Self::Canvas if periodic => Self::Periodic,
@@ -48,8 +48,8 @@ impl Boundary {
 /// Lets springs move their points, from rest, for a number of steps. This makes the pattern of the wrinkles.
 ///
 /// What counts is stiffness · step² / mass (keep it below about 0.1), drag · step / mass, and the number of steps. With
-/// a drag of 6 · stiffness · step either integrator is safe and the motion comes to rest. A spring that breaks is gone, but
-/// its link stays and makes a long groove.
+/// a drag of 6 · stiffness · step either integrator is safe and the motion comes to rest. A spring that breaks is gone,
+/// but its link stays and makes a long groove.
 ///
 /// ```ron
 /// "points": PoissonPoints(pitch: 3),
@@ -75,8 +75,8 @@ pub struct SimulateSprings {
     pub sample: Sample,
     /// How the values of `break_field` along a link are summed up.
     pub reduce: Reduction,
-    /// Columns and rows at which `break_field` is read. By default those of the picture, where the field is one, else four
-    /// per pitch.
+    /// Columns and rows at which `break_field` is read. By default those of the picture, where the field is one, else
+    /// four per pitch.
     #[schemars(extend("minimum" = 1.0, "maximum" = 8192.0))]
     pub sample_resolution: Option<(u32, u32)>,
     /// Length of a time step.
@@ -90,7 +90,8 @@ pub struct SimulateSprings {
     pub until: f64,
     /// How position and velocity advance.
     pub integrator: Integrator,
-    /// This factor times the speed at which a link grows is a force against it; added to the damping of `DefineSprings`.
+    /// This factor times the speed at which a link grows is a force against it; added to the damping of
+    /// `DefineSprings`.
     #[schemars(range(min = 0, max = 1e6))]
     pub damping: f64,
     /// This factor times the speed of a point is a force against it.
@@ -106,8 +107,8 @@ pub struct SimulateSprings {
     /// What happens at the canvas' edge.
     #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
     pub boundary: Boundary,
-    /// The force beyond which springs break; a pair gives each spring a limit of its own between the two, by chance or by
-    /// `break_field`. Without it none breaks.
+    /// The force beyond which springs break; a pair gives each spring a limit of its own between the two, by chance or
+    /// by `break_field`. Without it none breaks.
     #[schemars(extend("minimum" = 0.0))]
     pub break_force: Option<Range>,
     /// The share of springs that break at the start, those under the greatest force: 0.05 is one in twenty. The limit

@@ -1,4 +1,5 @@
-//! The reference values of the springs, by way of the nodes: what a graph file says comes to the numbers of the source.
+//! The reference values of the springs, computed through the nodes: the parameters of a graph give the source's
+//! numbers.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the vectors are f64, the nodes f32")]
 use super::define_mass::{Refresh, SamplePoint};
 use super::simulate_springs::Boundary;
@@ -116,8 +117,8 @@ fn nodes_come_to_the_numbers_of_the_source() {
         if case["m"].is_array() && !net.mass.is_empty() {
             near(&net.mass, &numbers(&case["m"]), name);
         }
-        // Other limits for each spring come from a field or from chance; and masses that change at the edges of pixels depend on
-        // how numbers are rounded.
+        // Other limits for each spring come from a field or from chance; and masses that change at the edges of pixels
+        // depend on how numbers are rounded.
         if case["Fth"].is_array() || name == "m every step" {
             continue;
         }

@@ -1,4 +1,4 @@
-//! Space: fields moved, turned, scaled and bent.
+//! Space: fields moved, rotated, scaled and bent.
 mod moved;
 mod transform;
 mod warp;

@@ -1,8 +1,8 @@
-//! [`Transform`]: a field moved, turned and scaled.
+//! [`Transform`]: a field moved, rotated and scaled.
 //!
 //! A point q of the result shows the input at `p = pivot + S⁻¹·R⁻¹·(q - pivot - offset)`. The input is evaluated with
 //! pixels as large as those of the result become there: an enlarged field is evaluated finer and stays sharp, a reduced
-//! one coarser and does not alias. Without rotation its pixels are handed on as they are; with one they are
+//! one coarser and does not alias. Without rotation its pixels are copied; with one they are
 //! interpolated by Catmull-Rom, exactly at multiples of 90°. A picture whose pixels have that size is read at its own
 //! pixels, so that it is filtered only once. Cost: O(pixels), and that of the input on another grid.
 use super::moved::Moved;
@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Field, Stop, Tiling, Type};
 
-/// Moves, turns and scales a field. Normals are turned with the picture.
+/// Moves, rotates and scales a field. Normals are rotated with it.
 ///
-/// On a canvas that tiles, the result tiles if the canvas then holds a whole number of repeats of the input: always when it
-/// is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
+/// On a canvas that tiles, the result tiles if the canvas then holds a whole number of repeats of the input: always
+/// when it is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
 ///
 /// ```ron
 /// "cells":   Worley(size: 10),
@@ -29,13 +29,13 @@ pub struct Transform {
     /// How far features move, to the right and down.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub offset: Xy,
-    /// By how much features turn, from +x towards +y.
+    /// By how much features are rotated, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// How much larger features become: 2 is twice as large. Applied before the turn.
+    /// How much larger features become: 2 is twice as large. Applied before the rotation.
     #[schemars(extend("minimum" = 1e-3, "maximum" = 1e3))]
     pub scale: Xy,
-    /// The point that stays in place when features turn and grow; the canvas' centre by default.
+    /// The point that stays in place when features are rotated and scaled; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub pivot: Option<Xy>,
 }
@@ -68,8 +68,8 @@ impl Transform {
         DMat2::from_cols(DVec2::new(cos * x, -sin * y), DVec2::new(sin * x, cos * y))
     }
 
-    /// The directions in which the result repeats if the input repeats in those of `input`: where a side of the canvas leads to
-    /// a whole number of sides in the input.
+    /// The directions in which the result repeats if the input repeats in those of `input`: where a side of the canvas
+    /// leads to a whole number of sides in the input.
     fn repeats(&self, size: DVec2, input: Tiling) -> Tiling {
         let whole = |side: DVec2| {
             let sides = self.inverse() * side / size;

@@ -1,4 +1,4 @@
-//! What the nodes of this family have in common: from an exemplar on a wire to what the kernels take.
+//! What the nodes of this family have in common: from an exemplar on a wire to the arguments of the kernels.
 use glam::DVec2;
 use shibo_engine::value::{Exemplar, ExemplarLattice, ExemplarLevel, Tiling};
 use shibo_kernel::ground::hash::Hash;
@@ -31,8 +31,8 @@ pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec, until: Until<'
     analyse_until(&spacings, image, &exemplar.usable, spec, ANALYSIS, until)
 }
 
-/// Adds what looks alike to every level: sets of `k`; `distance` is a share of the shorter side. Not to be used if the work
-/// was cancelled.
+/// Adds what looks alike to every level: sets of `k`; `distance` is a share of the shorter side. Not to be used if the
+/// work was cancelled.
 pub(super) fn add_alike(exemplar: &Exemplar, levels: &mut [ExemplarLevel], k: usize, distance: f64, until: Until<'_>) {
     let plane = plane(exemplar);
     let distance = distance * plane.w.min(plane.h) as f64;

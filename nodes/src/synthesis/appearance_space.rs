@@ -1,7 +1,7 @@
 //! [`AppearanceSpace`]: pixels described by their surroundings.
 //!
 //! Beyond the source (JP5149288B2 compares colours): appearance vectors of 5×5 colours under a Gaussian, reduced to 8
-//! numbers by their main directions; neighbourhoods of 24 at coarse levels and 4 at fine ones. Cost: O(pixels · levels).
+//! numbers by principal components; neighbourhoods of 24 at coarse levels and 4 at fine ones. Cost: O(pixels · levels).
 use super::analysis::levels_of;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

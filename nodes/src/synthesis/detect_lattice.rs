@@ -1,7 +1,8 @@
 //! [`DetectLattice`]: the two vectors by which a near-regular exemplar repeats.
 //!
-//! Beyond the source: from the correlation of the exemplar with itself, refined to fractions of a pixel. Cost:
-//! O(pixels · log pixels).
+//! Beyond the source: from the correlation of the exemplar with itself, refined to fractions of a pixel. This lattice
+//! is that of crystallography, all sums of whole multiples of two vectors; it is not the lattice of springs of the
+//! leather nodes. Cost: O(pixels · log pixels).
 use super::analysis::find_lattice;
 use glam::DVec2;
 use schemars::JsonSchema;

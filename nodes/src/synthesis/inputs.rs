@@ -1,4 +1,4 @@
-//! What synthesis asks of the graph, level by level: Jacobians, guides, what is given, and where to start.
+//! The inputs of a synthesis, level by level: Jacobians, guides, given coordinates, and those to start from.
 use glam::{DVec2, IVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
@@ -25,7 +25,7 @@ pub(super) struct FieldInputs<'a> {
     pub(super) origin: IVec2,
 }
 
-/// The Jacobians of a raster, or what is wrong with one of them and where.
+/// The Jacobians of a raster, or an error that names a wrong one and its place.
 pub(super) fn checked(tile: &Tile) -> Result<Vec<Jacobian>, Problem> {
     let planes: [&[f32]; 4] = std::array::from_fn(|c| tile.plane(c));
     let list: Vec<Jacobian> = (0..tile.window.len()).map(|p| planes.map(|plane| plane[p])).collect();

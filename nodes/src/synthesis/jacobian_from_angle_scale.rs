@@ -1,4 +1,4 @@
-//! [`JacobianFromAngleScale`]: how features turn, scale and stretch.
+//! [`JacobianFromAngleScale`]: the rotation, scale and stretch of features.
 //!
 //! Source: JP5149288B2 III, figures 6 and 7 (rows C3, C14, C15). Users give orientation and size of features, and the
 //! node inverts them: `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
@@ -8,7 +8,7 @@ use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::synthesis::jacobian::from_angle_scale;
 
-/// Turns, scales and stretches the features of a synthesised texture, the same everywhere or by fields.
+/// Rotates, scales and stretches the features of a synthesised texture, the same everywhere or by fields.
 ///
 /// ```ron
 /// "input": Gradient(shape: Linear, angle: 90),
@@ -22,7 +22,7 @@ use shibo_kernel::synthesis::jacobian::from_angle_scale;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct JacobianFromAngleScale {
-    /// By how many degrees features turn, from +x towards +y.
+    /// By how many degrees features are rotated, from +x towards +y.
     pub angle: In<Gray>,
     /// How many times as large they become.
     pub scale: In<Gray>,

@@ -1,8 +1,8 @@
 //! [`SampleExemplar`]: what synthesised coordinates show.
 //!
 //! Source: JP5149288B2 II box 265 and III (rows C13, C27 to C30, C32): values are looked up at the very end, from any
-//! number of aligned pictures; between pixels by magnification, equations (5) and (6). Beyond the source: normals turned
-//! and heights scaled with the Jacobian, area averages where features shrink. Cost: O(pixels).
+//! number of aligned pictures; between pixels by magnification, equations (5) and (6). Beyond the source: normals
+//! rotated and heights scaled with the Jacobian, area averages where features shrink. Cost: O(pixels).
 use super::sampled::Sampled;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,9 +12,9 @@ use shibo_kernel::synthesis::texels::Fetch;
 
 /// Shows a picture at synthesised coordinates: the exemplar itself, or any other that is aligned with it.
 ///
-/// At the pixels of the coordinates, values are those of the picture, without any blur. At higher resolutions the picture is
-/// magnified, at lower ones averaged. Where features are turned, coordinates lie between its pixels, and `filter` says what
-/// is seen there. A normal map is turned with the Jacobian, if that is connected.
+/// At the pixels of the coordinates, values are those of the picture, without any blur. At higher resolutions the
+/// picture is magnified, at lower ones averaged. Where features are rotated, coordinates lie between its pixels, and
+/// `filter` says what is seen there. A normal map is rotated with the Jacobian, if that is connected.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -30,10 +30,10 @@ pub struct SampleExemplar {
     pub coords: In<CoordMap>,
     /// What they show: a picture over the same place as the exemplar's.
     pub input: In<AnyField>,
-    /// The Jacobian that the coordinates follow. It turns normals, keeps features that shrink from aliasing, and is used
-    /// between pixels, by equation (6) of the source.
+    /// The Jacobian that the coordinates follow. It rotates normals, keeps features that shrink from aliasing, and is
+    /// used between pixels, by equation (6) of the source.
     pub jacobian: Option<In<JacobianField>>,
-    /// How values between the picture's pixels are made, where features are turned or grow.
+    /// How values between the picture's pixels are made, where features are rotated or grow.
     pub filter: Fetch,
     /// Whether values are heights that grow with their features; they are then divided by √|det J|.
     pub scale_heights: bool,

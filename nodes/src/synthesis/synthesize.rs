@@ -1,9 +1,9 @@
 //! [`Synthesize`]: any amount of a texture from an exemplar.
 //!
-//! Source: JP5149288B2 II and III, claims 1 to 5, 10, 16 (rows C2 to C15, C31 to C34). The preset `Patent` is exactly that:
-//! it compares colours, starts from zeros, and uses no random numbers. The others work in appearance space, with candidate
-//! sets, with a random start or one from the exemplar's lattice, and with even use of the exemplar. Cost: O(pixels ·
-//! passes).
+//! Source: JP5149288B2 II and III, claims 1 to 5, 10, 16 (rows C2 to C15, C31 to C34). The preset `Patent` is exactly
+//! that: it compares colours, starts from zeros, and uses no random numbers. The others work in appearance space, with
+//! candidate sets, with a random start or one from the exemplar's lattice, and with even use of the exemplar. Cost:
+//! O(pixels · passes).
 use super::analysis::{self, add_alike, find_lattice, levels_of};
 use super::inputs::FieldInputs;
 use super::patent;
@@ -25,7 +25,8 @@ use std::sync::Arc;
 /// Settings that belong together. A parameter that is given replaces that of the preset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Preset {
-    /// The method of the source and nothing more: it gives back the exemplar, tiled, unless a Jacobian or `jitter` varies it.
+    /// The method of the source and nothing more: it gives back the exemplar, tiled, unless a Jacobian or `jitter`
+    /// varies it.
     Patent,
     /// For what has no order, such as grain, stone or bark.
     Stochastic,
@@ -62,11 +63,11 @@ pub enum StartMode {
 
 /// Grows any amount of a texture from an exemplar: finds for every pixel where in the exemplar it comes from.
 ///
-/// Works at the exemplar's pixel size from the canvas' corner, whatever the output's resolution: a larger canvas shows more.
-/// On a canvas that tiles, the opposite sides of the result fit each other. The canvas' edge then goes where it cuts the
-/// fewest features, unless something belongs to a place: a guide, given coordinates, or a Jacobian that varies.
-/// `SampleExemplar` shows the coordinates with any aligned picture. Structure wider than half the exemplar is not kept; give
-/// it by `guide` or `jacobian`.
+/// Works at the exemplar's pixel size from the canvas' corner, whatever the output's resolution: a larger canvas shows
+/// more. On a canvas that tiles, the opposite sides of the result fit each other. The canvas' edge then goes where it
+/// cuts the fewest features, unless something belongs to a place: a guide, given coordinates, or a Jacobian that
+/// varies. `SampleExemplar` shows the coordinates with any aligned picture. Structure wider than half the exemplar is
+/// not kept; give it by `guide` or `jacobian`.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -79,11 +80,12 @@ pub enum StartMode {
 pub struct Synthesize {
     /// The exemplar. What `AppearanceSpace`, `CandidateSets` and `DetectLattice` have not done is done here.
     pub exemplar: In<Exemplar>,
-    /// How features turn and scale: from output to exemplar. The unit matrix by default.
+    /// How features are rotated and scaled: from output to exemplar. The unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
     /// Which guide values of the exemplar are wanted where, 0..1; needs an exemplar with a guide.
     pub guide: Option<In<Gray>>,
-    /// Coordinates that are given. They stay where `fixed_mask` is at least 0.5, and everything else is made to fit them.
+    /// Coordinates that are given. They stay where `fixed_mask` is at least 0.5, and everything else is made to fit
+    /// them.
     pub fixed: Option<In<CoordMap>>,
     /// Where the coordinates of `fixed` stay; everywhere by default.
     pub fixed_mask: Option<In<Gray>>,
@@ -109,15 +111,15 @@ pub struct Synthesize {
     pub scope: Scope,
     /// What the first coordinates are.
     pub start_mode: StartMode,
-    /// Spacing of the first coordinates in pixels, rounded down to a power of two. By default a quarter of the exemplar, or about
-    /// the period of its lattice.
+    /// Spacing of the first coordinates in pixels, rounded down to a power of two. By default a quarter of the
+    /// exemplar, or about the period of its lattice.
     #[schemars(range(min = 1, max = 16384))]
     pub start_size: Option<u32>,
     /// How often all pixels are corrected at each level.
     #[schemars(range(min = 0, max = 16))]
     pub passes: u32,
-    /// For the preset `Patent`: into how many groups pixels are divided that are corrected one after another; 1 corrects all
-    /// at once.
+    /// For the preset `Patent`: into how many groups pixels are divided that are corrected one after another; 1
+    /// corrects all at once.
     #[schemars(range(min = 1, max = 256))]
     pub sub_passes: u32,
     /// How far pixels are displaced at random at all coarse levels, in pixels of the level: more variety, less order.
@@ -340,7 +342,7 @@ impl Node for Synthesize {
     }
 }
 
-/// A map whose opposite sides fit, with another pixel as its first.
+/// A map whose opposite sides fit, shifted so that another pixel is the first.
 fn rolled(coords: Vec<[f32; 2]>, size: UVec2, origin: (i32, i32), wrap: [bool; 2]) -> Vec<[f32; 2]> {
     let by = |k: i32, n: u32, wrap: bool| if wrap { k.rem_euclid(n.cast_signed()).unsigned_abs() as usize } else { 0 };
     let (dx, dy) = (by(origin.0, size.x, wrap[0]), by(origin.1, size.y, wrap[1]));

@@ -1,9 +1,9 @@
-//! What nodes of wood know of a growth time that goes by a calendar, besides its values.
+//! A note on solids of growth time that follow a calendar, for nodes that read them.
 use shibo_engine::value::{Curve, Solid};
 use shibo_kernel::wood::years::Calendar;
 
-/// A note on a time by a calendar: it is the piecewise linear function through the points of `years` (even time, year, ·)
-/// of an even time. Who looks it up can do so by the even one, which has no kinks.
+/// A note on a time by a calendar: it is the piecewise linear function through the points of `years` (even time, year,
+/// ·) of an even time. Lookups can use the even time, which has no kinks.
 pub(super) struct ByCalendar {
     pub(super) even: Solid,
     pub(super) years: Curve,

@@ -1,7 +1,7 @@
 //! [`VaryGrowth`]: growth that is irregular in space and from year to year.
 //!
-//! Momoi & Takatera 2014 ask for it in §5.1 and §5.3 (rows B31, B32); how it is done is beyond the source. Cost: about 5 ns
-//! a point and wave.
+//! Momoi & Takatera 2014 mention it in §5.1 and §5.3 without a description (rows B31, B32); the method is beyond the
+//! source. Cost: about 5 ns a point and wave.
 use super::by_calendar::ByCalendar;
 use super::trees::even;
 use glam::DVec3;
@@ -35,8 +35,8 @@ pub enum Series {
 
 /// Makes growth irregular: rings that are not round, that waver along the stem, and years of different widths.
 ///
-/// The shape (`eccentricity`, `waves`) belongs between the trunk's time and `BlendTimes`, the `series` after it: use the
-/// node twice. Time stays continuous and rises outward, which is checked.
+/// The shape (`eccentricity`, `waves`) belongs between the trunk's time and `BlendTimes`, the `series` after it: use
+/// the node twice. Time stays continuous and rises outward, which is checked.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),

@@ -1,4 +1,4 @@
-//! [`WoodRays`]: the rays of hardwoods, which are flecks on a quarter cut, lines on end grain, and spindles on a flat cut.
+//! [`WoodRays`]: the rays of hardwoods: flecks on a quarter cut, lines on end grain, spindles on a flat cut.
 //!
 //! Beyond the source. Cost: about 40 ns a point.
 use super::frames::frames;
@@ -15,8 +15,8 @@ use shibo_kernel::wood::rays::{RayStyle, Rays};
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
 
-/// Draws rays: thin sheets from the pith outwards, which look different on each cut: flecks on a quarter cut, lines on end
-/// grain, spindles on a flat cut.
+/// Draws rays: thin sheets from the pith outwards, which look different on each cut: flecks on a quarter cut, lines on
+/// end grain, spindles on a flat cut.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),

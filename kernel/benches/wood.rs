@@ -1,5 +1,6 @@
-//! Speed of single wood kernels, 256 × 256 points as in a tile of the engine: `cargo bench -p shibo-kernel --bench wood`.
-//! CPU time of one thread, the least of several runs. What graphs cost is measured by `cargo bench -p shibo-nodes`.
+//! Speed of single wood kernels, 256 × 256 points as in a tile of the engine: `cargo bench -p shibo-kernel --bench
+//! wood`. CPU time of one thread, the least of several runs. What graphs cost is measured by `cargo bench -p
+//! shibo-nodes`.
 use cpu_time::ThreadTime;
 use glam::DVec3;
 use shibo_kernel::ground::hash::Hash;
@@ -7,8 +8,8 @@ use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::Noise3;
 use shibo_kernel::wood::branch::{Axis, Power, blend_all, branch_time};
 use shibo_kernel::wood::fit::{Scheme, equalize, fit, point_at};
-use shibo_kernel::wood::life::{Life, Variation, late_share};
 use shibo_kernel::wood::trunk::{Growth, Places, Rows, Trunk};
+use shibo_kernel::wood::year_table::{Variation, YearTable, late_share};
 use std::hint::black_box;
 
 /// Points of a side.
@@ -95,11 +96,17 @@ fn parts() {
         black_box(&mut out);
     });
     let pattern: Vec<[f32; 3]> = (0..256).map(|i| [0.9 - 0.002 * i as f32; 3]).collect();
-    let life =
-        Life::new(&pattern, 256, &late_share(&pattern, 256), 192, Variation { depth: 0.3, phase: 0.25 }, Hash::new(1));
+    let table = YearTable::new(
+        &pattern,
+        256,
+        &late_share(&pattern, 256),
+        192,
+        Variation { depth: 0.3, phase: 0.25 },
+        Hash::new(1),
+    );
     timed("filtered ring colour", || {
         for (i, out) in out.iter_mut().enumerate() {
-            *out = life.mean(i as f64 * 1e-4, 0.02, 0.011)[0];
+            *out = table.mean(i as f64 * 1e-4, 0.02, 0.011)[0];
         }
         black_box(&mut out);
     });

@@ -1,7 +1,7 @@
 //! Links of the Delaunay triangulation, plain or on the torus.
 //!
-//! Not in the source, which leaves the neighbours of points without a lattice open (JP4905282B2 §3): their
-//! perpendiculars, placed as wrinkles, enclose each point, so that hills appear between the grooves.
+//! Not in the source, which does not say which points are neighbours when they are not a grid (JP4905282B2 §3).
+//! Wrinkles perpendicular to these links enclose each point, so that hills appear between the grooves.
 
 use super::links::{Links, small};
 use crate::ground::hash::Hash;
@@ -22,7 +22,7 @@ struct Site<'w> {
 impl HasPosition for Site<'_> {
     type Scalar = f64;
     fn position(&self) -> Point2<f64> {
-        // The library asks for places all the time, and nothing else of us.
+        // The library calls this all the time, and nothing else of ours, so this is where to ask whether to stop.
         self.watch.tick();
         Point2::new(self.at.x, self.at.y)
     }
@@ -56,7 +56,7 @@ fn links(points: &[Vec2], size: Vec2, periodic: bool, watch: &Watch<'_>) -> Link
     loop {
         let whole = margin >= size.max_element();
         let triangulation = triangulate(with_ghosts(&sites, size, margin));
-        // Triangles at home are right when no unseen point can lie in their circles.
+        // Triangles on the canvas are right if no copy that was left out can lie in their circumcircles.
         if whole || circles_inside(&triangulation, size, margin) {
             let links = edges(&triangulation, watch);
             return Links { pairs: links.iter().map(|l| l.0).collect(), wraps: links.iter().map(|l| l.1).collect() };
@@ -65,8 +65,8 @@ fn links(points: &[Vec2], size: Vec2, periodic: bool, watch: &Watch<'_>) -> Link
     }
 }
 
-/// The first of the points in each place, in order. On the torus every point is moved a hair, hashed from its index:
-/// of four points on a circle all copies must choose the same diagonal.
+/// The first of the points in each place, in order. On the torus every point is moved by a tiny
+/// amount, hashed from its index: if four points lie on a circle, all copies must choose the same diagonal.
 fn unique<'w>(points: &[Vec2], size: Vec2, periodic: bool, watch: &'w Watch<'w>) -> Vec<Site<'w>> {
     let mut order: Vec<u32> = (0..index_u32(points.len())).filter(|&i| points[i as usize].is_finite()).collect();
     let key = |i: u32| points[i as usize].map(|v| v + 0.0);
@@ -80,12 +80,12 @@ fn unique<'w>(points: &[Vec2], size: Vec2, periodic: bool, watch: &'w Watch<'w>)
         watch.tick();
         a.cmp(b)
     });
-    let hair = 1e-7 * f64::from((size.x * size.y).sqrt()) / (order.len().max(1) as f64).sqrt();
+    let tiny = 1e-7 * f64::from((size.x * size.y).sqrt()) / (order.len().max(1) as f64).sqrt();
     let hash = Hash::new(0);
     let site = |&id: &u32| {
         let n = 2 * u64::from(id);
-        let shift = if periodic { DVec2::new(hash.unit(n), hash.unit(n + 1)) * hair } else { DVec2::ZERO };
-        // The triangulation refuses numbers that are all but 0.
+        let shift = if periodic { DVec2::new(hash.unit(n), hash.unit(n + 1)) * tiny } else { DVec2::ZERO };
+        // The triangulation refuses numbers that are too close to 0.
         let at = (points[id as usize].as_dvec2() + shift).map(|v| if v.abs() < 1e-30 { 0.0 } else { v });
         Site { at, id, wrap: [0, 0], watch }
     };
@@ -115,7 +115,7 @@ fn triangulate(sites: Vec<Site<'_>>) -> DelaunayTriangulation<Site<'_>> {
     DelaunayTriangulation::bulk_load(sites).expect("coordinates are finite, neither huge nor all but 0")
 }
 
-/// No circle around a triangle with a corner at home leaves the canvas and its margin.
+/// Whether the circumcircles of all triangles with a corner on the canvas lie within the canvas and its margin.
 fn circles_inside(triangulation: &DelaunayTriangulation<Site<'_>>, size: DVec2, margin: f64) -> bool {
     let hull_is_ghosts = triangulation.convex_hull().all(|e| e.from().data().wrap != [0, 0]);
     hull_is_ghosts
@@ -129,7 +129,7 @@ fn circles_inside(triangulation: &DelaunayTriangulation<Site<'_>>, size: DVec2, 
         })
 }
 
-/// The edges with an end at home, sorted, each once.
+/// The edges with an end on the canvas, sorted, each once.
 fn edges(triangulation: &DelaunayTriangulation<Site<'_>>, watch: &Watch<'_>) -> Vec<([u32; 2], [i8; 2])> {
     let edge = |e: spade::handles::UndirectedEdgeHandle<'_, Site<'_>, (), (), ()>| {
         watch.tick();

@@ -1,11 +1,11 @@
 //! Points at random that keep their distance: Poisson discs.
 //!
-//! Stands for the source's "any algorithm with an almost uniform distribution" (JP4905282B2 §3, A9, A68). In rounds,
-//! darts are thrown at some of the free cells of a grid whose cells hold one point at most. A dart lands unless a point is
-//! too near, or another dart of the same round with a higher number; both are questions to the state before, so each round
-//! runs in parallel and the result depends on the hash alone. Few darts in the first rounds keep the grid out of the
-//! pattern: throwing cell by cell in a fixed order was tried and left a lattice in the spectrum, 240 times the mean.
-//! About 40 darts per square pitch give `.97 / aspect · A / pitch²` points.
+//! Stands for the source's "any algorithm with an almost uniform distribution" (JP4905282B2 §3). Dart throwing in
+//! rounds: in each, darts are thrown at some of the free cells of a grid whose cells hold one point at most. A dart
+//! lands unless a point is too near, or another dart of the same round with a higher number; both depend on the state
+//! before the round only, so each round runs in parallel and the result depends on the hash alone. Few darts in the
+//! first rounds keep the grid out of the pattern: throwing cell by cell in a fixed order left peaks of the grid in the
+//! spectrum, 240 times the mean. About 40 darts per square pitch give `.97 / aspect · A / pitch²` points.
 
 use crate::ground::hash::Hash;
 use crate::ground::stop::{NEVER, Until};
@@ -40,7 +40,7 @@ pub struct PoissonSpec<'a> {
 }
 
 /// The cells and what is in them.
-struct Board<'a> {
+struct BackgroundGrid<'a> {
     spec: PoissonSpec<'a>,
     /// Cells per side.
     cells: IVec2,
@@ -66,34 +66,34 @@ pub fn poisson(spec: &PoissonSpec<'_>, hash: Hash) -> Vec<Vec2> {
 
 /// The same, or fewer points if it was stopped.
 pub fn poisson_until(spec: &PoissonSpec<'_>, hash: Hash, until: Until<'_>) -> Vec<Vec2> {
-    let mut board = Board::new(spec);
-    let columns = board.cells.as_usizevec2().x;
-    let mut darts: Vec<Dart> = vec![(Vec2::ZERO, 0.0, 0); board.held.len()];
+    let mut grid = BackgroundGrid::new(spec);
+    let columns = grid.cells.as_usizevec2().x;
+    let mut darts: Vec<Dart> = vec![(Vec2::ZERO, 0.0, 0); grid.held.len()];
     for (round, share) in (0..).zip(ROUNDS) {
         let hash = hash.with(round);
         let throw = |(row, y): (&mut [Dart], i32)| {
             if !until() {
-                board.throw_row(y, share, hash, row);
+                grid.throw_row(y, share, hash, row);
             }
         };
-        darts.par_chunks_mut(columns).zip(0..board.cells.y).for_each(throw);
+        darts.par_chunks_mut(columns).zip(0..grid.cells.y).for_each(throw);
         if until() {
             break;
         }
         let lands = |(y, row): (i32, &mut [(Vec2, f32)])| {
             for (held, x) in row.iter_mut().zip(0..) {
                 let at = IVec2::new(x, y);
-                let dart = darts[board.index(at)];
-                if dart.2 > 0 && board.is_highest(at, dart, &darts) {
+                let dart = darts[grid.index(at)];
+                if dart.2 > 0 && grid.is_highest(at, dart, &darts) {
                     *held = (dart.0, dart.1);
                 }
             }
         };
-        let mut next = board.held.clone();
-        (0..board.cells.y).into_par_iter().zip(next.par_chunks_mut(columns)).for_each(lands);
-        board.held = next;
+        let mut next = grid.held.clone();
+        (0..grid.cells.y).into_par_iter().zip(next.par_chunks_mut(columns)).for_each(lands);
+        grid.held = next;
     }
-    board.held.iter().filter(|h| h.1 > 0.0).map(|h| h.0).collect()
+    grid.held.iter().filter(|h| h.1 > 0.0).map(|h| h.0).collect()
 }
 
 /// About how many points [`poisson`] gives for a factor of 1.
@@ -102,7 +102,7 @@ pub fn poisson_estimate(spec: &PoissonSpec<'_>) -> f64 {
         / (f64::from(spec.aspect) * f64::from(spec.pitch) * f64::from(spec.pitch))
 }
 
-impl<'a> Board<'a> {
+impl<'a> BackgroundGrid<'a> {
     fn new(spec: &PoissonSpec<'a>) -> Self {
         let spec = PoissonSpec { most: if spec.factor.is_some() { spec.most.clamp(1.0, 8.0) } else { 1.0 }, ..*spec };
         let radius = RADIUS * spec.pitch;
@@ -116,19 +116,19 @@ impl<'a> Board<'a> {
         let cell = spec.size / cells.as_vec2();
         let span = (half / cell).ceil().as_ivec2();
         let (reach, steps) = (Vec::new(), Vec::new());
-        let mut board = Self { spec, cells, cell, axis, reach, steps, span, held: Vec::new() };
+        let mut grid = Self { spec, cells, cell, axis, reach, steps, span, held: Vec::new() };
         for y in -span.y..=span.y {
             for x in -span.x..=span.x {
                 let gap = (IVec2::new(x, y).abs() - 1).max(IVec2::ZERO).as_vec2() * cell;
                 if gap.length() < long {
-                    board.reach.push(IVec2::new(x, y));
+                    grid.reach.push(IVec2::new(x, y));
                 }
             }
         }
-        board.reach.sort_by_key(|r| (r.length_squared(), r.y, r.x));
-        board.steps = board.reach.iter().map(|r| (r.y * cells.x + r.x) as isize).collect();
-        board.held = vec![(Vec2::ZERO, 0.0); cells.as_usizevec2().element_product()];
-        board
+        grid.reach.sort_by_key(|r| (r.length_squared(), r.y, r.x));
+        grid.steps = grid.reach.iter().map(|r| (r.y * cells.x + r.x) as isize).collect();
+        grid.held = vec![(Vec2::ZERO, 0.0); cells.as_usizevec2().element_product()];
+        grid
     }
 
     /// Throws darts at a share of the free cells of row `y`, and keeps those that no point is too near to.
@@ -165,8 +165,8 @@ impl<'a> Board<'a> {
         })
     }
 
-    /// Whether `holds` for all cells that may hold something too near to a point in cell `at`; it gets the cell, and by how
-    /// much what is in it is shifted across the canvas' edges.
+    /// Whether `holds` for all cells that may hold something too near to a point in cell `at`; it gets the cell, and by
+    /// how much what is in it is shifted across the canvas' edges.
     fn all_near(&self, at: IVec2, holds: impl Fn(usize, Vec2) -> bool) -> bool {
         let (low, high) = (at - self.span, at + self.span);
         if low.min_element() >= 0 && high.x < self.cells.x && high.y < self.cells.y {

@@ -1,9 +1,10 @@
-//! What is known of an exemplar before synthesis: per level, appearance vectors, vectors of whole neighbourhoods, and for
-//! every pixel another that looks alike.
+//! The analysis of an exemplar before synthesis: per level, appearance vectors, neighbourhood vectors, and for every
+//! pixel another one that looks alike.
 //!
-//! Appearance: 5×5 colours at spacing h under a Gaussian of σ 1.41, by their main directions. Neighbourhood: the
-//! appearance of the neighbours at spacing h, again by main directions, without their mean, since only differences count.
-use super::candidates::{self, Sought};
+//! Appearance: 5×5 colours at spacing h under a Gaussian of σ 1.41, reduced to their principal components.
+//! Neighbourhood: the appearance of the neighbours at spacing h, reduced in the same way, without their mean, since
+//! only differences count.
+use super::candidates::{self, SearchSpec};
 use super::pca::{DIMS, Projection, principal};
 use super::plane::Plane;
 use super::texels::{Texels, mirrored};
@@ -50,7 +51,7 @@ pub fn analyse(
     analyse_until(levels, image, usable, spec, hash, NEVER)
 }
 
-/// The same, or fewer levels that are worth nothing if it was stopped.
+/// The same; if it was stopped, fewer levels, which must not be used.
 pub fn analyse_until(
     levels: &[usize],
     image: impl Fn(usize) -> Texels<f32> + Sync,
@@ -93,8 +94,8 @@ pub fn find_seconds(levels: &mut [Level], plane: Plane, usable: &[bool], distanc
     find_alike(levels, plane, usable, distance, 2, hash, NEVER);
 }
 
-/// Finds for every pixel of every level `k - 1` others that look alike, at least `distance` pixels away from it and from
-/// each other; the pixel itself where `k` is 1. Worth nothing if it was stopped.
+/// Finds for every pixel of every level `k - 1` others that look alike, at least `distance` pixels away from it and
+/// from each other; the pixel itself where `k` is 1. Must not be used if it was stopped.
 pub fn find_alike(
     levels: &mut [Level],
     plane: Plane,
@@ -110,8 +111,8 @@ pub fn find_alike(
         let mut found: Vec<Vec<u32>> = Vec::new();
         for n in 1..k as u64 {
             let hash = if n == 1 { hash } else { hash.with(n) };
-            let sought = Sought { plane, usable, found: &found, distance, h: level.h, hash };
-            let others = candidates::similar(hoods, &sought, until);
+            let search = SearchSpec { plane, usable, found: &found, distance, h: level.h, hash };
+            let others = candidates::similar(hoods, &search, until);
             if others.len() < hoods.len() {
                 return;
             }

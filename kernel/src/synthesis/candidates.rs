@@ -1,7 +1,8 @@
 //! For every pixel of an exemplar others that look alike: candidate sets.
 //!
-//! PatchMatch on neighbourhood vectors: every pixel starts with a hashed guess, learns from the pixels before it (in
-//! alternating direction), and searches around what it has in rings that shrink by half.
+//! PatchMatch on neighbourhood vectors (C. Barnes et al., 2009): every pixel starts with a hashed guess, tries those of
+//! the pixels before it (propagation, in alternating direction), and searches at random around its best one, within a
+//! distance that is halved each time.
 use super::pca::DIMS;
 use super::plane::Plane;
 use crate::ground::hash::Hash;
@@ -11,13 +12,13 @@ use crate::ground::window::{index, offset};
 
 const ROUNDS: u64 = 4;
 
-/// What is sought.
-pub struct Sought<'a> {
+/// The search.
+pub struct SearchSpec<'a> {
     /// Size of the exemplar, and where it joins.
     pub plane: Plane,
     /// Pixels that may be found; empty for all.
     pub usable: &'a [bool],
-    /// Others of each pixel that are known already, from which it keeps away as well.
+    /// Candidates of each pixel that are known already, from which new ones keep the same distance.
     pub found: &'a [Vec<u32>],
     /// How far away, in pixels.
     pub distance: f64,
@@ -28,8 +29,8 @@ pub struct Sought<'a> {
 }
 
 /// The pixel that looks most like each one, of those that may be found. Stopped, it gives nothing.
-pub fn similar(vectors: &[[f32; DIMS]], sought: &Sought<'_>, until: Until<'_>) -> Vec<u32> {
-    let &Sought { plane, usable, found, distance, h, hash } = sought;
+pub fn similar(vectors: &[[f32; DIMS]], spec: &SearchSpec<'_>, until: Until<'_>) -> Vec<u32> {
+    let &SearchSpec { plane, usable, found, distance, h, hash } = spec;
     #[expect(clippy::cast_possible_truncation, reason = "a number of pixels of an exemplar")]
     let near = distance.ceil().max(1.0) as i32;
     simd::dispatch(
@@ -51,7 +52,7 @@ struct Search<'a> {
     usable: &'a [bool],
     found: &'a [Vec<u32>],
     near: i32,
-    /// Only every so many columns and rows are searched for.
+    /// The distance of the columns and rows that are searched for; 1 is all of them.
     step: usize,
     hash: Hash,
     until: Until<'a>,
@@ -114,7 +115,7 @@ impl Search<'_> {
     fn run<const PLAIN: bool>(&self) -> Vec<u32> {
         let (w, h) = (index(self.plane.w), index(self.plane.h));
         let step = index(self.step);
-        // A coarse level changes slowly: what lies between takes after its neighbour.
+        // A coarse level changes slowly: pixels in between are derived from their neighbour.
         let columns: Vec<i32> = (0..w).step_by(self.step).collect();
         let rows: Vec<i32> = (0..h).step_by(self.step).collect();
         let mut best: Vec<Found> = (0..h).flat_map(|y| (0..w).map(move |x| (f32::INFINITY, [x, y]))).collect();

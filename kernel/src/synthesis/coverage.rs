@@ -1,9 +1,9 @@
-//! Even use of the exemplar: what is shown much already costs more.
+//! Even use of the exemplar: parts that are shown often cost more.
 //!
 //! Used positions are counted in bins of 4×4 exemplar pixels, smoothed by about what a pixel of the level covers, and
-//! compared with their mean `c` (at least one showing); the cost of a position is multiplied by
-//! `1 + λ·clamp(c - 1, -¼, 4)`. Counted over the whole output, or over tiles of it that lie where they do whatever the
-//! window, which keeps every dependency local.
+//! compared with their mean `c` (at least one showing); the cost of a position is multiplied by `1 + λ·clamp(c - 1, -¼,
+//! 4)`. Counted over the whole output, or over tiles at fixed places, whatever the window, which keeps every dependency
+//! local.
 use super::plane::Plane;
 use super::region::Region;
 use super::texels::mirrored;
@@ -17,12 +17,12 @@ pub const BIN: usize = 4;
 /// How use is counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvenUse {
-    /// How much is asked for, λ.
+    /// The weight λ.
     pub amount: f32,
     /// Side of a local tile in finest output pixels; all of the output if none.
     pub tile: Option<usize>,
-    /// A few more pieces end where tiles meet: whether sides that join run through the middle of tiles for that. Settings
-    /// need not say, a run knows.
+    /// Whether sides that join run through the middle of tiles, since a few more pieces end where tiles meet. Set by
+    /// the run, not by its settings.
     pub halved: bool,
 }
 
@@ -69,7 +69,7 @@ impl Factors {
         let [across, down] = [&columns, &rows].map(|tiles| tiles.iter().max().map_or(1, |last| last + 1));
         let (bw, bh) = (exemplar.w.div_ceil(BIN), exemplar.h.div_ceil(BIN));
         let bins = bw * bh;
-        let bell = Bell::new(region.h);
+        let gaussian = Gaussian::new(region.h);
         // What is shown once is not shown too much, however small the tile.
         let once = (BIN * BIN) as f32 / (region.h * region.h) as f32;
         let mut factors = vec![0.0; across * down * bins];
@@ -82,7 +82,7 @@ impl Factors {
             for counts in factors.chunks_exact_mut(bins) {
                 let total: f32 = counts.iter().sum();
                 let mean = (total / usable_bins.max(1) as f32).max(once);
-                bell.smooth(counts, bw, bh, exemplar.wrap);
+                gaussian.smooth(counts, bw, bh, exemplar.wrap);
                 for count in counts {
                     *count = 1.0 + even.amount * (*count / mean.max(1e-6) - 1.0).clamp(-0.25, 4.0);
                 }
@@ -100,12 +100,12 @@ impl Factors {
 }
 
 /// A Gaussian on bins.
-struct Bell {
+struct Gaussian {
     radius: i32,
     weights: Vec<f32>,
 }
 
-impl Bell {
+impl Gaussian {
     /// Of σ 1.2 bins, or 0.3 of what a pixel of the level of spacing `h` covers.
     fn new(h: usize) -> Self {
         let sigma = (0.3 * (h as f32 / BIN as f32)).max(1.2);
@@ -173,7 +173,7 @@ mod tests {
             for wrap in [[true; 2], [false; 2], [true, false]] {
                 let mut counts: Vec<f32> = (0..15 * 9u8).map(|k| f32::from(k % 7)).collect();
                 let sum: f32 = counts.iter().sum();
-                Bell::new(h).smooth(&mut counts, 15, 9, wrap);
+                Gaussian::new(h).smooth(&mut counts, 15, 9, wrap);
                 assert!((counts.iter().sum::<f32>() / sum - 1.0).abs() < 1e-4, "{h} {wrap:?}");
             }
         }

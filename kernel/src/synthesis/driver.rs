@@ -2,11 +2,11 @@
 use super::analysis::{self, Level};
 use super::aniso::{Jacobians, Position};
 use super::coverage::EvenUse;
-use super::iso::PARTING;
+use super::iso::RUN_REACH;
 use super::jacobian::{IDENTITY, Jacobian};
 use super::lattice::Basis;
 use super::lattice_start::{Fitted, fit};
-use super::opening::{begun, opening};
+use super::origin::{best_origin, starting_at};
 use super::plane::{Lookup, Plane};
 use super::region::{Needs, Output, Region, plan};
 use super::table::Table;
@@ -41,7 +41,7 @@ pub enum Start {
 /// How to synthesise.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Cost factor of what merely looks alike, κ.
+    /// Cost factor of candidates that only look alike, κ.
     pub kappa: f32,
     /// Even use of the exemplar, at levels of at least 2.
     pub even: Option<EvenUse>,
@@ -59,7 +59,7 @@ pub struct Settings {
     pub coarsest: usize,
     /// Where the first coordinates come from.
     pub start: Start,
-    /// Whether nothing is tied to a place but by a Jacobian: then a result whose sides all join may begin at any of its
+    /// Whether nothing but a Jacobian depends on the place: then a result whose sides all join may begin at any of its
     /// pixels.
     pub adrift: bool,
     /// Random numbers.
@@ -69,7 +69,7 @@ pub struct Settings {
 /// Pixels that are given, and what they show at their centres.
 pub type Fixed = (Vec<bool>, Vec<Position>);
 
-/// What the caller knows of each level; nothing by default.
+/// What the caller gives for each level; nothing by default.
 pub trait Inputs: Sync {
     /// Why it stopped.
     type Stop;
@@ -109,7 +109,7 @@ pub struct Synthesis {
     pub coverage: f32,
 }
 
-/// A synthesis under way.
+/// A running synthesis.
 pub(super) struct Run<'a, I: Inputs> {
     pub(super) exemplar: &'a Analysed<'a>,
     pub(super) settings: &'a Settings,
@@ -139,8 +139,8 @@ pub fn run<I: Inputs>(
         .iter()
         .rev()
         .map(|level| {
-            // At the finest level runs are broken up at last.
-            let reach = passes * 4 * level.hood.reach() + if level.h == 1 { PARTING } else { 0 };
+            // Runs are broken up at the finest level only, at the end.
+            let reach = passes * 4 * level.hood.reach() + if level.h == 1 { RUN_REACH } else { 0 };
             Needs { h: level.h, reach, tile: tile.filter(|_| level.h >= 2) }
         })
         .collect();
@@ -175,8 +175,8 @@ pub fn run<I: Inputs>(
     let coords = match levels.first() {
         Some(finest) if run.adrift => {
             let looks = (exemplar.plane, &finest.appearance[..]);
-            let place = opening(&coords, output.size, &j, looks, run.fitted.as_ref());
-            begun(coords, output.size, place)
+            let place = best_origin(&coords, output.size, &j, looks, run.fitted.as_ref());
+            starting_at(coords, output.size, place)
         }
         _ => coords,
     };
@@ -212,15 +212,15 @@ impl<I: Inputs> Run<'_, I> {
         self.settings.guide_weight * table.spread * (table.h as f32 / 8.0).min(1.0)
     }
 
-    /// How use is evened out at a level, if it is.
+    /// How use is evened out at a level, if at all.
     pub(super) fn even(&self, region: &Region) -> Option<EvenUse> {
         let even = self.settings.even.filter(|_| region.h >= 2)?;
-        // Where the place of the sides is chosen afterwards, it need not be provided for.
+        // Not needed where the place of the sides is chosen afterwards.
         Some(EvenUse { halved: !self.adrift, ..even })
     }
 
-    /// Whether use is counted once per level and not before every pass: where a window must be the same part of a larger
-    /// output, what a pixel depends on has to stay near.
+    /// Whether use is counted once per level and not before every pass: where a window must be the same part of a
+    /// larger output, what a pixel depends on has to stay near.
     pub(super) fn counts_once(&self, regions: &[Region]) -> bool {
         let whole = regions.iter().all(|region| region.plane.wrap == [true; 2]);
         self.settings.even.is_some_and(|even| even.tile.is_some()) && !whole

@@ -50,7 +50,7 @@ impl<I: Inputs> Run<'_, I> {
                 iso::correct(table, region, &terms, &mut map);
             })?;
             if region.h == 1 {
-                iso::part_runs(table, region, &fixed, &mut map);
+                iso::break_runs(table, region, &fixed, &mut map);
             }
             if let Some(fresh) = fresh {
                 coarser = fresh;
@@ -82,7 +82,7 @@ impl<I: Inputs> Run<'_, I> {
                 *out = if table.holds(at) {
                     table.at(self.inside(table, at))
                 } else {
-                    // Siblings jump together.
+                    // The four children of a pixel are jittered together.
                     let hash = self.settings.hash.with(0x7074).with(region.h as u64);
                     let sibling = parents.name(parent % parents.plane.w, parent / parents.plane.w);
                     table.at(self.jump(table, at, hash.with(sibling)))

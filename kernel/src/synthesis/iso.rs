@@ -14,11 +14,11 @@ use crate::ground::simd;
 use crate::ground::window::{index, offset};
 use rayon::prelude::*;
 
-/// What a correction weighs.
+/// The terms of the cost.
 pub struct Terms<'a> {
-    /// The factor on what merely looks alike, κ.
+    /// The cost factor of candidates that only look alike, κ.
     pub kappa: f32,
-    /// Whether what lies diagonally is averaged over three predictions (S-5), which keeps neighbours in touch.
+    /// Whether three predictions are averaged per diagonal neighbour, so that adjacent pixels influence each other too.
     pub averaged: bool,
     /// Factors for even use.
     pub factors: Option<&'a Factors>,
@@ -30,7 +30,8 @@ pub struct Terms<'a> {
     pub fixed: &'a [bool],
 }
 
-/// One pass: the four quarters of pixels in the order (0,0), (1,1), (1,0), (0,1), each read before any of it is written.
+/// One pass: the four quarters of pixels in the order (0,0), (1,1), (1,0), (0,1), each read before any of it is
+/// written.
 pub fn correct(table: &Table, region: &Region, terms: &Terms<'_>, map: &mut [u32]) {
     let mut fresh = Vec::new();
     for quarter in [[0, 0], [1, 1], [1, 0], [0, 1]] {
@@ -55,18 +56,18 @@ pub fn correct(table: &Table, region: &Region, terms: &Terms<'_>, map: &mut [u32
     }
 }
 
-/// How far away what [`part_runs`] does to a pixel can come from.
-pub const PARTING: i32 = 4;
+/// How far [`break_runs`] looks around a pixel.
+pub const RUN_REACH: i32 = 4;
 
 /// Breaks up what shows one exemplar pixel three times in a row or column: every inner pixel of such a run moves on by
-/// one, forth and back by turns. Twice, since that may, if rarely, make another one.
-pub fn part_runs(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32]) {
+/// one, forwards and backwards alternately. Done twice, since it may, if rarely, make another run.
+pub fn break_runs(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32]) {
     for _ in 0..2 {
-        part_once(table, region, fixed, map);
+        break_runs_once(table, region, fixed, map);
     }
 }
 
-fn part_once(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32]) {
+fn break_runs_once(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32]) {
     let Plane { w, h, wrap } = region.plane;
     let old: &[u32] = map;
     let (one, stride) = (index(table.h), index(table.h * table.stride));
@@ -168,7 +169,7 @@ impl Row<'_> {
         let stride = index(self.table.stride);
         let step = index(self.table.h);
         let offsets = hood_offsets::<N>();
-        // What a neighbour's index must be lessened by.
+        // What is subtracted from a neighbour's index.
         let shift = |[x, y]: [i32; 2]| (step * (y * stride + x)).cast_unsigned();
         let shifts: [u32; N] = offsets.map(shift);
         let near: [u32; 8] = NEAR.map(shift);

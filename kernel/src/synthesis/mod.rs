@@ -1,9 +1,12 @@
 //! Exemplar synthesis in the plane: exemplar coordinates for every pixel, found level by level.
 //!
+//! Source: JP5149288B2, whose equations are numbered (1) to (6); and the published work on parallel controllable
+//! synthesis and appearance space.
+//!
 //! Coordinates are in pixels of the finest exemplar level, pixel `i` having its centre at `i + ½`. Level spacing is `h`
 //! finest pixels, `h = 1` being the finest level. A Jacobian `J = ∂S/∂p` leads from output to exemplar.
 //!
-//! [`exact`] holds the stages as the source has them, on real coordinates; [`iso`] and [`aniso`] are the fast correctors
+//! [`exact`] holds the stages as in the source, on real coordinates; [`iso`] and [`aniso`] are the fast correctors
 //! on analysed exemplars ([`analysis`]), driven by [`driver`]. Whatever reads a neighbour's coordinates goes through
 //! [`Lookup`].
 
@@ -22,7 +25,7 @@ pub mod lattice;
 pub mod lattice_start;
 pub mod levels;
 pub mod magnify;
-pub mod opening;
+pub mod origin;
 pub mod pca;
 mod placing;
 mod plane;

@@ -1,9 +1,9 @@
 //! Fibre space: coordinates that run with the fibres, in which streaks, pores and rays are drawn.
 //!
-//! a = v_h (T - T_e) is the radius as the rings have it: points of equal a are rings of equal time. θ' = θ + δ/d with δ
-//! the sideways way of the fibres: their wander, the spiral of the stem, curl, and the flow round knots (the stream
-//! function of a flow round a cylinder). Then X = a cos θ', Y = a sin θ', Z = z: no seam, no shear, and structure drawn in
-//! X, Y, Z parts round knots by itself (WOOD-LOOK §4.3).
+//! a = v_h (T - T_e) is the radius measured by the rings: points of equal a are rings of equal time. θ' = θ + δ/d,
+//! where δ is the sideways displacement of the fibres: their wander, the spiral of the stem, curl, and the flow around
+//! knots (the stream function of a flow around a cylinder). Then X = a cos θ', Y = a sin θ', Z = z: no seam, no shear,
+//! and structure drawn in X, Y, Z flows around knots without further work.
 use super::trunk::{Places, Trunk};
 use crate::ground::hash::Hash;
 use crate::ground::math;
@@ -36,7 +36,7 @@ pub struct FiberStyle {
     pub interlock_pitch: f32,
 }
 
-/// A branch that fibres flow round.
+/// A branch that fibres flow around.
 #[derive(Clone, Copy, Debug)]
 pub struct Obstacle {
     start: Vec3,
@@ -48,10 +48,10 @@ pub struct Obstacle {
     length: f32,
 }
 
-/// Beyond so many radii a knot moves no fibre.
+/// The distance, in radii, beyond which a knot moves no fibre.
 const REACH: f32 = 8.0;
 const RUN: usize = 64;
-/// By how many mm apart in height the flow round knots is looked at for its slope.
+/// The step in height, in mm, of the finite difference that gives the slope of the flow around knots.
 const LIFT: f32 = 0.5;
 
 impl Obstacle {
@@ -94,7 +94,7 @@ impl Obstacle {
     }
 }
 
-/// Fibres, ready to be evaluated.
+/// Fibres, prepared for evaluation.
 #[derive(Clone, Debug)]
 pub struct Fibers {
     style: FiberStyle,
@@ -102,16 +102,16 @@ pub struct Fibers {
     noise: [Noise3; 8],
 }
 
-/// How far fibres lie from where an even tree has them, sideways and outwards, or how fast that changes with height.
+/// The displacement of fibres from those of an even tree, sideways and outwards, or its derivative by height.
 #[derive(Clone, Copy)]
-struct Stray {
+struct Displacement {
     sideways: [f32; RUN],
     outward: [f32; RUN],
     inside: [f32; RUN],
     axis: [[f32; RUN]; 3],
 }
 
-/// Noise by which fibres stray.
+/// Noise of the wander of fibres.
 #[derive(Clone, Copy)]
 struct Wander {
     noise: [Noise3; 2],
@@ -123,7 +123,7 @@ struct Wander {
 
 impl Wander {
     #[inline(always)]
-    fn add<const SLOPE: bool>(&self, amount: f32, [dx, dy]: [&[f32; RUN]; 2], z: &[f32], out: &mut Stray) {
+    fn add<const SLOPE: bool>(&self, amount: f32, [dx, dy]: [&[f32; RUN]; 2], z: &[f32], out: &mut Displacement) {
         if amount <= 0.0 {
             return;
         }
@@ -148,11 +148,17 @@ impl Fibers {
         Self { style, obstacles, noise: std::array::from_fn(|i| Noise3::new(hash, i as u64)) }
     }
 
-    /// The strays of at most [`RUN`] points, `dx` and `dy` counting from the pith; with `SLOPE` how fast they change with
-    /// height.
+    /// The displacements of fibres at up to [`RUN`] points, `dx` and `dy` counting from the pith; with `SLOPE` their
+    /// derivative with respect to height.
     #[inline(always)]
-    fn stray<const SLOPE: bool>(&self, at: [&[f32]; 3], from_pith: [&[f32; RUN]; 2], pixel: f32, out: &mut Stray) {
-        // Known to be at most 64, no index needs to be checked.
+    fn displacement<const SLOPE: bool>(
+        &self,
+        at: [&[f32]; 3],
+        from_pith: [&[f32; RUN]; 2],
+        pixel: f32,
+        out: &mut Displacement,
+    ) {
+        // With a known bound of 64, no index needs a check.
         let n = at[2].len().min(RUN);
         let [x, y, z] = at.map(|axis| &axis[..n]);
         let [dx, dy] = from_pith;
@@ -193,9 +199,9 @@ impl Fibers {
         }
     }
 
-    /// Curly grain: waves along the stem, here stronger and there weaker.
+    /// Curly grain: waves along the stem of varying strength.
     #[inline(always)]
-    fn curl<const SLOPE: bool>(&self, at: [&[f32]; 3], out: &mut Stray) {
+    fn curl<const SLOPE: bool>(&self, at: [&[f32]; 3], out: &mut Displacement) {
         let style = &self.style;
         let inverse = 1.0 / style.curl_length;
         let sizes = [(28.0_f32, 38.0_f32), (9.0, 16.0), (45.0, 60.0)];
@@ -237,9 +243,9 @@ impl Fibers {
             trunk,
             at,
             #[inline(always)]
-            |from, to, from_pith, stray| {
+            |from, to, from_pith, displacement| {
                 let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
-                self.stray::<false>(parts, from_pith, pixel, stray);
+                self.displacement::<false>(parts, from_pith, pixel, displacement);
                 let [dx, dy] = from_pith;
                 let n = (to - from).min(RUN);
                 let (time, z) = (&time[from..][..n], &at.z[from..][..n]);
@@ -247,8 +253,8 @@ impl Fibers {
                 for i in 0..n {
                     let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt() + 1e-4;
                     let even = style.thickening * (time[i] - (z[i] - style.ground) * inverse);
-                    let a = even + stray.outward[i] * d / (d + 4.0);
-                    let turn = stray.sideways[i] / (d + 1.5);
+                    let a = even + displacement.outward[i] * d / (d + 4.0);
+                    let turn = displacement.sideways[i] / (d + 1.5);
                     let (s, c) = math::sin_cos(turn);
                     let (u, v) = (dx[i] / d, dy[i] / d);
                     px[i] = a * (u * c - v * s);
@@ -266,9 +272,9 @@ impl Fibers {
             trunk,
             at,
             #[inline(always)]
-            |from, to, from_pith, stray| {
+            |from, to, from_pith, displacement| {
                 let parts = [&at.x[from..to], &at.y[from..to], &at.z[from..to]];
-                self.stray::<true>(parts, from_pith, pixel, stray);
+                self.displacement::<true>(parts, from_pith, pixel, displacement);
                 let [dx, dy] = from_pith;
                 let (mut lx, mut ly) = ([0.0; RUN], [0.0; RUN]);
                 trunk.lean(parts[2], &mut lx, &mut ly);
@@ -277,17 +283,17 @@ impl Fibers {
                 for i in 0..n {
                     let d = (dx[i] * dx[i] + dy[i] * dy[i]).sqrt() + 1e-4;
                     let (u, v) = (dx[i] / d, dy[i] / d);
-                    // Along a fibre X and Y stay: what the stray gains upward the point must lose.
+                    // Along a fibre X and Y are constant: the point moves against the change of the displacement.
                     let swing = if style.interlock > 0.0 {
                         style.interlock * math::sin(std::f32::consts::TAU * d / style.interlock_pitch)
                     } else {
                         0.0
                     };
-                    let aside = swing - stray.sideways[i];
-                    let outward = -stray.outward[i] * d / (d + 4.0);
+                    let aside = swing - displacement.sideways[i];
+                    let outward = -displacement.outward[i] * d / (d + 4.0);
                     let f = [lx[i] + outward * u - aside * v, ly[i] + outward * v + aside * u, 1.0];
-                    let w = stray.inside[i];
-                    let f: [f32; 3] = std::array::from_fn(|k| math::lerp(f[k], stray.axis[k][i], w));
+                    let w = displacement.inside[i];
+                    let f: [f32; 3] = std::array::from_fn(|k| math::lerp(f[k], displacement.axis[k][i], w));
                     let length = 1.0 / (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
                     (fx[i], fy[i], fz[i]) = (f[0] * length, f[1] * length, f[2] * length);
                 }
@@ -300,10 +306,10 @@ impl Fibers {
         &self,
         trunk: &Trunk<f32>,
         at: &Places<'_, f32>,
-        mut body: impl FnMut(usize, usize, [&[f32; RUN]; 2], &mut Stray),
+        mut body: impl FnMut(usize, usize, [&[f32; RUN]; 2], &mut Displacement),
     ) {
         let none = [0.0; RUN];
-        let mut stray = Stray { sideways: none, outward: none, inside: none, axis: [none; 3] };
+        let mut displacement = Displacement { sideways: none, outward: none, inside: none, axis: [none; 3] };
         dispatch(
             #[inline(always)]
             || {
@@ -315,7 +321,7 @@ impl Fibers {
                         for (i, (x, y)) in at.x[from..to].iter().zip(&at.y[from..to]).enumerate() {
                             (dx[i], dy[i]) = (x - qx[i], y - qy[i]);
                         }
-                        body(from, to, [&dx, &dy], &mut stray);
+                        body(from, to, [&dx, &dy], &mut displacement);
                     },
                 );
             },

@@ -1,10 +1,9 @@
-//! Wood as growth time in a tree (Momoi & Takatera 2014): skeletons, times, years, colours, and what makes them look
-//! alive. x and y lie on the ground, z points up; lengths in mm, times in years, speeds in mm a year.
+//! Wood as growth time in a tree (Momoi & Takatera 2014): skeletons, times, years, colours, and the details that make
+//! them look natural. x and y lie on the ground, z points up; lengths in mm, times in years, speeds in mm a year.
 pub mod branch;
 pub mod fiber;
 pub mod fit;
 pub mod knots;
-pub mod life;
 pub mod pattern;
 pub mod pores;
 pub mod rays;
@@ -14,4 +13,5 @@ pub mod strip;
 pub mod surface;
 pub mod trunk;
 pub mod vary;
+pub mod year_table;
 pub mod years;

@@ -1,16 +1,16 @@
-//! Pores: vessels cut open, locked to the phase of the year (WOOD-LOOK §4.4).
+//! Pores: vessels cut open, locked to the phase of the year.
 //!
-//! A jittered grid in X and Y of fibre space; along Z each column is divided into segments at offsets of its own, with at
-//! most one spindle each. Its density and radius follow the year in which the pore's own middle grew, so that no pore is
-//! cut by a ring border. Seen from afar, the mean coverage of the year stands for them.
-use super::life::Life;
+//! A jittered grid in X and Y of fibre space; along Z each column is divided into segments at offsets of its own, with
+//! at most one spindle each. Its density and radius follow the year in which the pore's own middle grew, so that no
+//! pore is cut by a ring border. Seen from afar, the mean coverage of the year stands for them.
+use super::year_table::YearTable;
 use super::years::Calendar;
 use crate::ground::hash::Hash;
 use crate::ground::math;
 use crate::ground::simd::dispatch;
 use crate::noise::noise3::Noise3;
 
-/// What pores are like.
+/// Parameters of pores.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoreStyle {
     /// The distance of columns in mm.
@@ -31,14 +31,14 @@ pub struct PoreStyle {
     pub ground: f32,
 }
 
-/// Pores, ready to be evaluated.
+/// Pores, prepared for evaluation.
 #[derive(Clone, Debug)]
 pub struct Pores {
     style: PoreStyle,
     columns: Noise3,
     segments: Noise3,
     calendar: Option<Calendar>,
-    mean: Life,
+    mean: YearTable,
 }
 
 /// How far from the middle of its cell a pore may stand, in cells.
@@ -56,7 +56,7 @@ fn unit(word: u32, shift: u32) -> f32 {
 /// How much of a phase of the year is early wood. Pores begin with the year and thin out into the late wood.
 fn earliness(phase: f32, early: f32) -> f32 {
     let out = math::smooth((early + 0.12 - phase) / 0.24);
-    // The last days of a year belong to the next one's vessels.
+    // The vessels of a year begin just before its border.
     math::max(out, math::smooth((phase - 0.985) / 0.01))
 }
 
@@ -72,7 +72,7 @@ impl Pores {
             let value = density * std::f32::consts::PI * r * r * 0.444 / (style.cell * style.cell);
             [value, 0.0, 0.0, 0.0]
         };
-        let mean = Life::of_table(&(0..entries).map(cover).collect::<Vec<_>>(), usize::from(entries));
+        let mean = YearTable::of_table(&(0..entries).map(cover).collect::<Vec<_>>(), usize::from(entries));
         Self { style, columns: Noise3::new(hash, 0), segments: Noise3::new(hash, 1), calendar, mean }
     }
 
@@ -111,8 +111,8 @@ impl Pores {
         );
     }
 
-    /// Adds the columns of one of the four nearest cells: first, for all points at once, how far the column is, then the
-    /// few that are met.
+    /// Adds the columns of one of the four nearest cells: first the distance of the column for all points at once, then
+    /// the few points that it covers.
     #[inline(always)]
     fn columns(&self, (dx, dy): (i32, i32), [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
         let s = &self.style;
@@ -134,7 +134,7 @@ impl Pores {
         let mut known = None;
         let mut vessel = None;
         for i in 0..n {
-            // Not the other way round: what is not a number meets no pore.
+            // Written so that NaN meets no pore.
             if aways[i] <= reach * reach {
                 let along = z[i] / s.length + starts[i];
                 let (floor, segment) = math::floor_int(along);

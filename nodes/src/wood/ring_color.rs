@@ -14,9 +14,9 @@ use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{Noise3, visible};
-use shibo_kernel::wood::life::{Life, Variation, late_share};
 use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::solids::{Code, spans};
+use shibo_kernel::wood::year_table::{Variation, YearTable, late_share};
 use std::sync::Arc;
 
 /// How rings that are thinner than a pixel are shown.
@@ -122,8 +122,8 @@ impl Default for RingColor {
 
 /// How a time becomes a colour.
 enum Lookup {
-    Mean(Life),
-    Point(Life),
+    Mean(YearTable),
+    Point(YearTable),
     Table(Vec<[f32; 3]>, Vec<f32>, bool),
 }
 
@@ -145,8 +145,8 @@ impl Painter {
     fn color(&self, time: f32, a: f32, b: f32) -> [f32; 4] {
         let t = f64::from(time);
         match &self.lookup {
-            Lookup::Mean(life) => life.mean(t, f64::from(a), f64::from(b)),
-            Lookup::Point(life) => life.at(t),
+            Lookup::Mean(table) => table.mean(t, f64::from(a), f64::from(b)),
+            Lookup::Point(table) => table.at(t),
             Lookup::Table(table, late, smooth) => {
                 let t = if t.is_finite() { t } else { 0.0 };
                 let c = if *smooth { pattern::linear(table, t) } else { pattern::nearest(table, t) };
@@ -168,7 +168,7 @@ impl Painter {
         let jag = self.jag(time, patch, fiber);
         let moved: &[f32] = jag.as_deref().unwrap_or(time);
         let [across, down] = spans(time, patch);
-        // Where feathers are too fine to be seen, they widen the span by twice their deviation.
+        // Where the fraying is finer than pixels, it widens the span by twice its deviation instead.
         let blur = 2.0 * self.feather * 0.27 * (1.0 - visible(0.5, patch.pixel));
         let [red, green, blue, late] = out else { return };
         dispatch(
@@ -250,15 +250,15 @@ impl RingColor {
             return Lookup::Table(pattern.table.clone(), late, self.interpolate);
         }
         let years = if same { 1 } else { (self.years as usize).max(pattern.table.len() / pattern.entries.max(1)) };
-        let life = if same && self.filter == RingFilter::Exact {
+        let table = if same && self.filter == RingFilter::Exact {
             let entry = |(i, c): (usize, &[f32; 3])| [c[0], c[1], c[2], late[i]];
-            Life::of_table(&pattern.table.iter().enumerate().map(entry).collect::<Vec<_>>(), pattern.entries)
+            YearTable::of_table(&pattern.table.iter().enumerate().map(entry).collect::<Vec<_>>(), pattern.entries)
         } else {
-            Life::new(&pattern.table, pattern.entries, &late, years, vary, hash)
+            YearTable::new(&pattern.table, pattern.entries, &late, years, vary, hash)
         };
         match self.filter {
-            RingFilter::Exact => Lookup::Mean(life),
-            RingFilter::None => Lookup::Point(life),
+            RingFilter::Exact => Lookup::Mean(table),
+            RingFilter::None => Lookup::Point(table),
         }
     }
 }
@@ -283,10 +283,10 @@ impl Node for RingColor {
         // Time that follows a calendar has kinks inside pixels; the even time before it has none.
         let mut time = calendar_time.clone();
         let mut sap_from = self.age - self.sap_years;
-        if let (Lookup::Mean(life), Some((even, calendar))) = (&lookup, ByCalendar::of(&calendar_time))
-            && let Some(life) = life.by_even_time(&calendar)
+        if let (Lookup::Mean(table), Some((even, calendar))) = (&lookup, ByCalendar::of(&calendar_time))
+            && let Some(table) = table.by_even_time(&calendar)
         {
-            (lookup, time, sap_from) = (Lookup::Mean(life), even.clone(), calendar.even(sap_from));
+            (lookup, time, sap_from) = (Lookup::Mean(table), even.clone(), calendar.even(sap_from));
         }
         let n = table.table.len().max(1) as f32;
         let mean: [f32; 3] = std::array::from_fn(|c| (table.table.iter().map(|e| e[c]).sum::<f32>() / n).max(1e-4));
@@ -305,7 +305,7 @@ impl Node for RingColor {
             sap,
         });
         let bytes = match &painter.lookup {
-            Lookup::Mean(life) | Lookup::Point(life) => life.bytes(),
+            Lookup::Mean(table) | Lookup::Point(table) => table.bytes(),
             Lookup::Table(table, ..) => table.len() * 16,
         };
         let inputs: Vec<Solid> = [Some(time), fiber, knots, bark].into_iter().flatten().collect();

@@ -1,8 +1,10 @@
-//! All the years of a tree in one table, and its mean over any span of time: filtered lookup of thin rings.
+//! All the years of a tree in one table, and its mean over any span of time: filtered lookup of thin rings, by repeated
+//! integration (P. Heckbert, 1986).
 //!
-//! Time is nearly linear inside a pixel with edges u and v, so its distribution there is box(A) ∗ box(B) with A = |∂T/∂u|
-//! and B = |∂T/∂v|. Prefix sums of the table and of its prefix sums give the exact mean of a piecewise constant table
-//! over it with four look-ups. The mean is taken off first, so that both sums are periodic and no digits are lost.
+//! Time is nearly linear inside a pixel with edges u and v, so its distribution there is box(A) ∗ box(B) with A =
+//! |∂T/∂u| and B = |∂T/∂v|. Prefix sums of the table and of its prefix sums give the exact mean of a piecewise constant
+//! table over it with four look-ups. The mean is taken off first, so that both sums are periodic and no digits are
+//! lost.
 use super::pattern;
 use super::years::Calendar;
 use crate::ground::hash::Hash;
@@ -22,7 +24,7 @@ pub struct Variation {
 
 /// A table of many years.
 #[derive(Clone, Debug)]
-pub struct Life {
+pub struct YearTable {
     per_year: usize,
     years: usize,
     /// 1 / `years`.
@@ -53,9 +55,9 @@ const FEW: f64 = 8.0;
 /// Entries a year.
 const PER_YEAR: usize = 128;
 
-impl Life {
-    /// From a pattern of `entries` a year (all its years in turn), for `years` years, each a little different. `late` tells
-    /// how much late wood an entry of one year is, 0..1.
+impl YearTable {
+    /// From a pattern of `entries` a year (all its years in turn), for `years` years, each a little different. `late`
+    /// tells how much late wood an entry of one year is, 0..1.
     pub fn new(pattern: &[[f32; 3]], entries: usize, late: &[f32], years: usize, vary: Variation, hash: Hash) -> Self {
         let given = (pattern.len() / entries.max(1)).max(1);
         let normal = |i: u64| {
@@ -107,8 +109,8 @@ impl Life {
         Self { per_year, years, inverse: 1.0 / years as f64, mean: mean.map(narrow), rest, first, second }
     }
 
-    /// The same by even time instead of the calendar's, which is not linear inside a pixel. `None` if it would take more
-    /// than `MOST` years before both repeat.
+    /// The same by even time instead of the calendar's, which is not linear inside a pixel. `None` if it would take
+    /// more than `MOST` years before both repeat.
     pub fn by_even_time(&self, calendar: &Calendar) -> Option<Self> {
         let years = lcm(self.years, calendar.years()).filter(|years| *years <= MOST)?;
         const PARTS: usize = 4;
@@ -209,7 +211,7 @@ impl Life {
         }
         let least = 1.0 / self.per_year as f64;
         let (a, b) = (a.max(b).clamp(least, 1e3), a.min(b).min(1e3));
-        // What is narrow against the other box or an entry changes nothing.
+        // A box that is much narrower than the other one or than an entry changes nothing.
         let box_alone = b < (0.02 * a).max(0.25 * least);
         if box_alone && a < FEW * least {
             return self.few(time - 0.5 * a, a);
@@ -269,15 +271,15 @@ pub fn late_share(pattern: &[[f32; 3]], entries: usize) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    fn life() -> Life {
+    fn table() -> YearTable {
         let pattern: Vec<[f32; 3]> = (0..32).map(|i| [0.9 - 0.02 * i as f32, 0.5, 0.2 + 0.01 * i as f32]).collect();
         let late = late_share(&pattern, 32);
-        Life::new(&pattern, 32, &late, 40, Variation { depth: 0.3, phase: 0.25 }, Hash::new(2))
+        YearTable::new(&pattern, 32, &late, 40, Variation { depth: 0.3, phase: 0.25 }, Hash::new(2))
     }
 
     #[test]
     fn means_are_those_of_many_samples() {
-        let life = life();
+        let table = table();
         for (t, a, b) in [
             (3.2, 0.3, 0.1),
             (39.9, 0.5, 0.5),
@@ -292,11 +294,11 @@ mod tests {
             for i in 0..n {
                 for k in 0..n {
                     let at = |i: i32| (f64::from(i) + 0.5) / f64::from(n) - 0.5;
-                    let e = life.at(t + a * at(i) + b * at(k));
+                    let e = table.at(t + a * at(i) + b * at(k));
                     (0..4).for_each(|c| sum[c] += f64::from(e[c]) / f64::from(n * n));
                 }
             }
-            let mean = life.mean(t, a, b);
+            let mean = table.mean(t, a, b);
             for c in 0..4 {
                 assert!((f64::from(mean[c]) - sum[c]).abs() < 2e-4, "{t} {a} {b}: {mean:?} {sum:?}");
             }
@@ -305,26 +307,26 @@ mod tests {
 
     #[test]
     fn even_time_shows_the_same_years() {
-        let life = life();
+        let table = table();
         let calendar = Calendar::new(&(0..20).map(|i| 1.0 + 0.5 * libm::sin(f64::from(i) * 1.3)).collect::<Vec<_>>());
-        let even = life.by_even_time(&calendar).unwrap();
+        let even = table.by_even_time(&calendar).unwrap();
         assert_eq!(even.years(), 40);
         for i in 0..4000 {
             let t = f64::from(i) * 0.037 - 30.0;
-            let (a, b) = (even.mean(t, 0.0, 0.0), life.mean(calendar.at(t), 0.0, 0.0));
+            let (a, b) = (even.mean(t, 0.0, 0.0), table.mean(calendar.at(t), 0.0, 0.0));
             // Away from the borders of years, which an entry of either table may straddle.
             let phase = calendar.at(t).rem_euclid(1.0);
             let near = !(0.05..=0.95).contains(&phase);
             assert!(near || (0..4).all(|c| (a[c] - b[c]).abs() < 0.02), "{t}: {a:?} {b:?}");
         }
-        assert!(life.by_even_time(&Calendar::new(&[1.0; 1021])).is_none());
+        assert!(table.by_even_time(&Calendar::new(&[1.0; 1021])).is_none());
     }
 
     #[test]
     fn far_away_only_the_mean_is_left() {
-        let life = life();
-        let (near, far) = (life.mean(12.34, 900.0, 700.0), life.mean);
+        let table = table();
+        let (near, far) = (table.mean(12.34, 900.0, 700.0), table.mean);
         assert!((0..4).all(|c| (near[c] - far[c]).abs() < 2e-3), "{near:?} {far:?}");
-        assert_eq!(life.mean(f64::NAN, 0.1, 0.1), far);
+        assert_eq!(table.mean(f64::NAN, 0.1, 0.1), far);
     }
 }

@@ -1,8 +1,8 @@
 //! Where a result whose sides all join begins.
 //!
-//! Repeated, it fills the same plane wherever it begins; so its sides are laid where the picture runs on best. What a
-//! piece would show beyond its end is compared with what stands there, and the row and column are taken that have the
-//! least such difference near them. In step with a lattice, only the lattice's vectors move it, so that the phase stays.
+//! Repeated, it fills the same plane wherever it begins; so its sides are placed where the picture continues best. What
+//! a piece would show beyond its end is compared with what is shown there, and the row and column with the least such
+//! difference near them are chosen. With a lattice it is moved by lattice vectors only, so that the phase stays.
 use super::aniso::Position;
 use super::jacobian::Jacobian;
 use super::lattice_start::Fitted;
@@ -15,7 +15,7 @@ const NEAR: usize = 4;
 
 /// The column and the row of `coords`, `size` pixels, that should be the first ones. `appearance` is that of the
 /// exemplar's pixels at the finest level.
-pub fn opening(
+pub fn best_origin(
     coords: &[Position],
     size: [usize; 2],
     j: &Jacobian,
@@ -44,8 +44,8 @@ pub fn opening(
     best
 }
 
-/// How much what follows differs from how the exemplar goes on, by columns and by rows. In whole numbers, so that sums
-/// do not depend on their order.
+/// How much the next pixels differ from the continuation of the exemplar, by columns and by rows. In whole numbers, so
+/// that sums do not depend on their order.
 fn differences(
     coords: &[Position],
     [w, h]: [usize; 2],
@@ -101,7 +101,7 @@ fn nearby(line: &[u64]) -> Vec<u64> {
 }
 
 /// `map`, `size` pixels, begun at column and row `first`.
-pub fn begun(map: Vec<Position>, [w, h]: [usize; 2], first: [usize; 2]) -> Vec<Position> {
+pub fn starting_at(map: Vec<Position>, [w, h]: [usize; 2], first: [usize; 2]) -> Vec<Position> {
     if first == [0, 0] {
         return map;
     }
@@ -135,16 +135,16 @@ mod tests {
     fn sides_keep_away_from_where_pieces_end() {
         let (map, looks) = (patched(32, 0..10, 28..32), appearance());
         let j = [1.0, 0.0, 0.0, 1.0];
-        let [x, y] = opening(&map, [32; 2], &j, (JOINED, &looks), None);
+        let [x, y] = best_origin(&map, [32; 2], &j, (JOINED, &looks), None);
         // Pieces end before columns 0 and 10 and before rows 28 and 32: a side is at least four pixels off.
         let off = |k: usize, end: usize| (k + 32 - end).min((end + 64 - k) % 32) % 32;
         assert!([0, 10].iter().all(|&end| off(x, end) >= 4) && [28, 0].iter().all(|&end| off(y, end) >= 4), "{x} {y}");
-        let moved = begun(map.clone(), [32; 2], [x, y]);
+        let moved = starting_at(map.clone(), [32; 2], [x, y]);
         assert_eq!(moved[0], map[y * 32 + x]);
-        assert_eq!(opening(&moved, [32; 2], &j, (JOINED, &looks), None), [0, 0]);
+        assert_eq!(best_origin(&moved, [32; 2], &j, (JOINED, &looks), None), [0, 0]);
         let whole = patched(32, 0..0, 0..0);
-        assert_eq!(opening(&whole, [32; 2], &j, (JOINED, &looks), None), [0, 0]);
-        let [x, y] = opening(&map[..3], [3, 1], &j, (JOINED, &looks), None);
+        assert_eq!(best_origin(&whole, [32; 2], &j, (JOINED, &looks), None), [0, 0]);
+        let [x, y] = best_origin(&map[..3], [3, 1], &j, (JOINED, &looks), None);
         assert!(x < 3 && y == 0);
     }
 
@@ -152,7 +152,7 @@ mod tests {
     fn a_lattice_keeps_its_phase() {
         let (map, looks) = (patched(32, 0..10, 28..32), appearance());
         let fitted = Fitted { basis: Basis { a: [8.0, 0.0], b: [4.0, 4.0] }, map: [[1.0, 0.0], [0.0, 1.0]] };
-        let [x, y] = opening(&map, [32; 2], &[1.0, 0.0, 0.0, 1.0], (JOINED, &looks), Some(&fitted));
+        let [x, y] = best_origin(&map, [32; 2], &[1.0, 0.0, 0.0, 1.0], (JOINED, &looks), Some(&fitted));
         assert!([x, y] != [0, 0] && x % 4 == 0 && y % 4 == 0 && (x + y) % 8 == 0, "{x} {y}");
     }
 }

@@ -1,11 +1,12 @@
-//! Speed of the leather kernels. `cargo bench -p shibo-nodes --bench leather` prints rates, for springs also the share of
-//! the memory bandwidth, and what a whole leather costs; `SHIBO_BENCH_REPORT=springs`, `strokes`, `points` or `whole` prints
-//! those alone. Times are CPU seconds of the whole process, so that other work on the machine matters less.
+//! Speed of the leather kernels. `cargo bench -p shibo-nodes --bench leather` prints rates, for springs also the share
+//! of the memory bandwidth, and what a whole leather costs; `SHIBO_BENCH_REPORT=springs`, `strokes`, `points` or
+//! `whole` prints those alone. Times are CPU seconds of the whole process, so that other work on the machine matters
+//! less.
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::springs::{Net, simulate};
 use shibo_kernel::strokes::{StrokeSet, StrokeStyle};
 
-mod turns;
+mod interleaved;
 
 fn main() {
     match std::env::var("SHIBO_BENCH_REPORT").as_deref() {
@@ -50,17 +51,19 @@ fn strokes(bencher: divan::Bencher<'_, '_>) {
     bencher.bench_local(|| report::fill_all(&set, 256, 5));
 }
 
-/// Figures that want more than a time: rates and shares of a limit measured in the same run.
+/// Figures other than times: rates and shares of a limit measured in the same run.
 mod report {
-    use super::turns::{Work, in_turns, quartiles};
+    use super::interleaved::{Work, interleaved, quartiles};
     use cpu_time::ProcessTime;
     use glam::Vec2;
+    use shibo_engine::value::Window;
     use shibo_kernel::ground::hash::Hash;
+    use shibo_kernel::ground::window::{Frame, WindowExt};
     use shibo_kernel::leather::delaunay::delaunay;
     use shibo_kernel::leather::links::{GridShape, grid_links};
     use shibo_kernel::leather::poisson::{PoissonSpec, poisson, poisson_estimate};
     use shibo_kernel::springs::{BreakOn, Integrator, Motion, Net, SpringError, simulate};
-    use shibo_kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle, Window};
+    use shibo_kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle};
     use std::hint::black_box;
 
     /// CPU seconds that `work` takes, of all threads together.
@@ -75,7 +78,7 @@ mod report {
     /// Bytes per number that [`triad`] moves: it reads three arrays and writes one.
     const MOVED: f64 = 16.0;
 
-    /// `a = b + s c` over large arrays, so many threads at once.
+    /// `a = b + s c` over large arrays, on `threads` threads at once.
     fn triad<'w>(threads: usize) -> Work<'w> {
         Box::new(move |on| {
             let (mut a, b, c) = (vec![0.0f32; LARGE], vec![1.0f32; LARGE], vec![2.0f32; LARGE]);
@@ -122,15 +125,8 @@ mod report {
         let mut touched = 0;
         for n in 0..tiles * tiles {
             let origin = |i: usize| i32::try_from(i * tile).expect("small");
-            let window = Window {
-                x: origin(n % tiles),
-                y: origin(n / tiles),
-                width: tile,
-                height: tile,
-                step: Vec2::ONE,
-                origin: glam::DVec2::ZERO,
-            };
-            set.fill(&window, Draw::Depth, &mut out);
+            let window = Window::of(origin(n % tiles), origin(n / tiles), tile, tile);
+            set.fill(&Frame::new(window, [1.0; 2]), Draw::Depth, &mut out);
             touched += black_box(&mut out).iter().filter(|v| **v > 0.0).count();
         }
         touched as f64 / (tile * tile * tiles * tiles) as f64
@@ -183,7 +179,7 @@ mod report {
     }
 
     impl Case<'_> {
-        /// Steps without end, on threads of its own; too small for anything to come of them.
+        /// Endless steps on threads of their own, so short that nothing moves noticeably.
         fn work(&self, threads: usize) -> Work<'_> {
             Box::new(move |on| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
@@ -193,7 +189,7 @@ mod report {
             })
         }
 
-        /// Springs and steps per second on so many threads, given CPU seconds per step.
+        /// Springs and steps per second on `threads` threads, given CPU seconds per step.
         fn rate(&self, threads: usize, seconds: f64) -> f64 {
             (self.net.links.len() * threads) as f64 / seconds
         }
@@ -207,13 +203,13 @@ mod report {
         }
     }
 
-    /// Turns of each case.
+    /// Slices of each case.
     const ROUNDS: usize = 40;
 
-    /// Prints the rate of the steps of a case, and what share that is of the rate at which memory could deliver so many
-    /// bytes per point and step: alone, and as a call of 100 steps with its setup.
+    /// Prints the rate of the steps of a case, and what share that is of the rate at which memory could deliver
+    /// `bytes` bytes per point and step: alone, and as a call of 100 steps with its setup.
     fn run(case: &Case<'_>, bytes: f64, threads: usize) {
-        let times = in_turns(vec![case.work(threads), triad(threads)], ROUNDS);
+        let times = interleaved(vec![case.work(threads), triad(threads)], ROUNDS);
         let per_point = case.net.links.len() as f64 / case.points.len() as f64;
         let bandwidth = |seconds: f64| MOVED * (LARGE * threads) as f64 / seconds;
         let limit = |seconds: f64| bandwidth(seconds) / bytes * per_point;
@@ -235,7 +231,7 @@ mod report {
     /// Prints what share the rate of a list is of that of grids.
     fn compare(list: &Case<'_>, grids: [&Case<'_>; 2], threads: usize) {
         let cases = [list, grids[0], grids[1]];
-        let times = in_turns(cases.map(|case| case.work(threads)).into(), ROUNDS);
+        let times = interleaved(cases.map(|case| case.work(threads)).into(), ROUNDS);
         let [_, step, _] = quartiles(times[0].iter().copied());
         print!("{:22} threads {threads}: {:6.0} M spring-steps/s", list.name, list.rate(threads, step) * 1e-6);
         for (grid, of_grid) in grids.iter().zip(&times[1..]) {
@@ -246,7 +242,7 @@ mod report {
         println!();
     }
 
-    /// Lengths per spring less 1, and a little more for some, so that none is like its neighbour.
+    /// Lengths per spring less 1, and a little more for some, so that neighbours differ.
     fn rest(lengths: &[f32]) -> Vec<f32> {
         lengths.iter().enumerate().map(|(l, length)| length - 1.0 + (l % 16) as f32 * 0.01).collect()
     }
@@ -257,7 +253,7 @@ mod report {
 
     /// A million points, 8 neighbours, or links of their own.
     pub(crate) fn springs() {
-        println!("medians of {ROUNDS} turns of each, and quartiles; the memory limit is that of a = b + s c");
+        println!("medians of {ROUNDS} slices of each, and quartiles; the memory limit is that of a = b + s c");
         for n in [1000, 150] {
             println!("{n} x {n} points");
             springs_of(n);
@@ -326,14 +322,15 @@ mod report {
 /// A leather of 60 x 60 mm from points to height and normal map, stage by stage, and how its cost grows.
 mod whole {
     use super::report::{motion, random_strokes, timed};
-    use glam::{DVec2, Vec2};
+    use glam::Vec2;
+    use shibo_engine::value::Window;
     use shibo_kernel::ground::hash::Hash;
-    use shibo_kernel::ground::window::{Rect, View};
+    use shibo_kernel::ground::window::{Frame, View, WindowExt};
     use shibo_kernel::leather::links::{Links, grid_links};
     use shibo_kernel::leather::points::{GridSpec, grid};
     use shibo_kernel::leather::segments::{SegmentSpec, place};
     use shibo_kernel::springs::{Motion, Net, simulate};
-    use shibo_kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle, Window};
+    use shibo_kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle};
     use shibo_kernel::surface::normal::{HALO, NormalSpec, SlopeFilter, normal};
     use std::hint::black_box;
 
@@ -385,8 +382,8 @@ mod whole {
         for tile in 0..(resolution / 256).pow(2) {
             let at = |n: usize| i32::try_from(n * 256).expect("small") - 1;
             let (x, y) = (at(tile % (resolution / 256)), at(tile / (resolution / 256)));
-            let window = Window { x, y, width: 258, height: 258, step: Vec2::splat(step), origin: DVec2::ZERO };
-            filled += timed(|| set.fill(&window, Draw::Depth, &mut height)).1;
+            let frame = Frame::new(Window { x, y, width: 258, height: 258 }, [f64::from(step); 2]);
+            filled += timed(|| set.fill(&frame, Draw::Depth, &mut height)).1;
             let spec = NormalSpec {
                 step: [f64::from(step); 2],
                 strength: -1.0,
@@ -394,9 +391,9 @@ mod whole {
                 encode: true,
                 slope: SlopeFilter::Central,
             };
-            let rect = Rect { x0: 0, y0: 0, w: 256, h: 256 };
+            let rect = Window { x: 0, y: 0, width: 256, height: 256 };
             let [nx, ny, nz] = &mut normals;
-            lit += timed(|| normal(&View::new(&height, rect.grow([HALO; 2])), rect, &spec, [nx, ny, nz])).1;
+            lit += timed(|| normal(&View::new(&height, rect.with_halo([HALO; 2])), rect, &spec, [nx, ny, nz])).1;
             black_box(&normals);
         }
         ([lattice, simulated, sorted, filled, lit], links.pairs.len())

@@ -1,5 +1,5 @@
 //! Speed of exemplar synthesis. `cargo bench -p shibo-nodes --bench synthesis` prints preparation, correction and
-//! sampling in CPU seconds of the whole process (elsewhere than on Linux on the wall), on one thread and on two;
+//! sampling in CPU seconds of the whole process (wall time where the system is not Linux), on one thread and on two;
 //! `SHIBO_BENCH_REPORT=1` prints only those. The comparison with other programs is `benches/synthesis.sh`.
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::synthesis::Plane;
@@ -50,8 +50,9 @@ fn isometric(bencher: divan::Bencher<'_, '_>) {
 
 mod report {
     use super::{exemplar, prepare};
+    use shibo_engine::value::Window;
     use shibo_kernel::ground::hash::Hash;
-    use shibo_kernel::ground::window::Rect;
+    use shibo_kernel::ground::window::WindowExt;
     use shibo_kernel::synthesis::Plane;
     use shibo_kernel::synthesis::analysis::Level;
     use shibo_kernel::synthesis::aniso::{Jacobians, Position};
@@ -179,7 +180,7 @@ mod report {
                 spacing: 1.0,
                 origin: [0.0; 2],
                 step: [0.25; 2],
-                window: Rect::new(0, 0, 1024, 1024),
+                window: Window::of(0, 0, 1024, 1024),
                 jacobians: follow.then_some(&jacobians[..]),
                 follow,
             };

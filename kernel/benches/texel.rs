@@ -10,11 +10,12 @@ use std::time::Instant;
 
 use glam::DVec2;
 use shibo_engine::value::Tiling;
+use shibo_engine::value::Window;
 use shibo_kernel::filter::blur;
 use shibo_kernel::filter::distance::{self, DistanceSpec};
 use shibo_kernel::filter::warp::{self, WarpSpec};
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::ground::window::{Frame, Rect, View};
+use shibo_kernel::ground::window::{Frame, View, WindowExt};
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 use shibo_kernel::noise::worley::{Metric, Worley, WorleyOut, WorleySpec};
@@ -55,9 +56,9 @@ const SIDE: usize = 1024;
 const TILE: usize = 256;
 
 /// All tiles of a square picture.
-fn tiles() -> impl Iterator<Item = Rect> {
+fn tiles() -> impl Iterator<Item = Window> {
     (0..SIDE / TILE)
-        .flat_map(|j| (0..SIDE / TILE).map(move |i| Rect::new((i * TILE) as i32, (j * TILE) as i32, TILE, TILE)))
+        .flat_map(|j| (0..SIDE / TILE).map(move |i| Window::of((i * TILE) as i32, (j * TILE) as i32, TILE, TILE)))
 }
 
 fn noise(periodic: bool) -> f64 {
@@ -81,28 +82,26 @@ fn fastnoise() -> f64 {
     rate(SIDE * SIDE, || {
         for rect in tiles() {
             for (k, out) in black_box(&mut out).iter_mut().enumerate() {
-                *out = noise.get_noise_2d(
-                    (rect.x0 as usize + k % TILE) as f32 + 0.5,
-                    (rect.y0 as usize + k / TILE) as f32 + 0.5,
-                );
+                *out = noise
+                    .get_noise_2d((rect.x as usize + k % TILE) as f32 + 0.5, (rect.y as usize + k / TILE) as f32 + 0.5);
             }
         }
     })
 }
 
 /// A picture with grooves, larger than the bench's by `halo`.
-fn picture(rect: Rect) -> Vec<f32> {
+fn picture(rect: Window) -> Vec<f32> {
     let canvas = (DVec2::splat(1024.0), Tiling::BOTH);
-    let mut data = vec![0.0; rect.area()];
+    let mut data = vec![0.0; rect.len()];
     Noise::new(&NoiseSpec::fbm(40.0, 4), canvas, Hash::new(2)).fill(&Frame::new(rect, [1.0; 2]), &mut data);
     data
 }
 
-const WHOLE: Rect = Rect::new(0, 0, SIDE, SIDE);
+const WHOLE: Window = Window { x: 0, y: 0, width: SIDE as u32, height: SIDE as u32 };
 
 /// Blur of the whole picture at once, and by tiles with their halos.
 fn blurs(sigma: f64) -> (f64, f64) {
-    let big = WHOLE.grow([blur::halo(sigma); 2]);
+    let big = WHOLE.with_halo([blur::halo(sigma); 2]);
     let data = picture(big);
     let view = View::new(&data, big);
     let mut out = vec![0.0; SIDE * SIDE];
@@ -117,7 +116,7 @@ fn blurs(sigma: f64) -> (f64, f64) {
 
 fn distances(radius: f64) -> f64 {
     let spec = DistanceSpec { threshold: 0.7, radius, step: [1.0; 2] };
-    let big = WHOLE.grow(spec.halo());
+    let big = WHOLE.with_halo(spec.halo());
     let data = picture(big);
     let view = View::new(&data, big);
     let mut out = vec![0.0; TILE * TILE];
@@ -147,9 +146,9 @@ fn cells(border: bool) -> f64 {
 /// Normals of a picture beyond the caches, and bytes per second of a triad in the same run, as Mpx/s of equal traffic.
 fn normals() -> (f64, f64) {
     const BIG: usize = 4096;
-    let rect = Rect::new(0, 0, BIG, BIG);
-    let big = rect.grow([normal::HALO; 2]);
-    let data = vec![0.5; big.area()];
+    let rect = Window::of(0, 0, BIG, BIG);
+    let big = rect.with_halo([normal::HALO; 2]);
+    let data = vec![0.5; big.len()];
     let spec = NormalSpec { step: [1.0; 2], strength: 1.0, y_up: true, encode: false, slope: SlopeFilter::Central };
     let [mut x, mut y, mut z] = [(); 3].map(|()| vec![0.0f32; BIG * BIG]);
     let own = rate(BIG * BIG, || {
@@ -167,15 +166,15 @@ fn normals() -> (f64, f64) {
 fn gradient_map(oklab: bool) -> f64 {
     let stops: Vec<(f32, [f32; 3])> = (0..5u8).map(|k| (f32::from(k) / 4.0, [0.1 * f32::from(k), 0.3, 0.2])).collect();
     let map = Gradient::new(&stops, Interpolation::Linear, oklab);
-    let data = picture(Rect::new(0, 0, TILE, TILE));
+    let data = picture(Window::of(0, 0, TILE, TILE));
     let [mut r, mut g, mut b] = [(); 3].map(|()| vec![0.0; TILE * TILE]);
     rate(TILE * TILE, || map.apply(&data, [black_box(&mut r), &mut g, &mut b]))
 }
 
 fn lit() -> (f64, f64) {
     let spec = OcclusionSpec { radius: 6.0, strength: 1.0, step: [1.0; 2] };
-    let rect = Rect::new(0, 0, TILE, TILE);
-    let big = rect.grow(spec.halo());
+    let rect = Window::of(0, 0, TILE, TILE);
+    let big = rect.with_halo(spec.halo());
     let data = picture(big);
     let view = View::new(&data, big);
     let mut open = vec![0.0; TILE * TILE];
@@ -190,8 +189,8 @@ fn lit() -> (f64, f64) {
 }
 
 fn points() -> (f64, f64, f64) {
-    let rect = Rect::new(0, 0, TILE, TILE);
-    let data = picture(rect.grow([8, 8]));
+    let rect = Window::of(0, 0, TILE, TILE);
+    let data = picture(rect.with_halo([8, 8]));
     let mut out = vec![0.0; TILE * TILE];
     let input = &data[..TILE * TILE];
     let spec = Levels { input: [0.1, 0.9], gamma: 2.2, output: [0.0, 1.0] };
@@ -199,7 +198,7 @@ fn points() -> (f64, f64, f64) {
     let blended = rate(TILE * TILE, || {
         blend::blend(blend::BlendMode::Overlay, black_box(input), input, Some(input), 0.5, &mut out);
     });
-    let view = View::new(&data, rect.grow([8, 8]));
+    let view = View::new(&data, rect.with_halo([8, 8]));
     let spec = WarpSpec { step: [1.0; 2], limit: [4.0; 2] };
     let warped = rate(TILE * TILE, || {
         let _ = black_box(spec.reads(rect, [input, input]));
@@ -237,14 +236,14 @@ fn fbm_8_octaves(bencher: divan::Bencher<'_, '_>) {
     let canvas = (DVec2::splat(1024.0), Tiling::BOTH);
     let noise = Noise::new(&NoiseSpec::fbm(256.0, 8), canvas, Hash::new(1));
     let mut out = vec![0.0; TILE * TILE];
-    let frame = Frame::new(Rect::new(0, 0, TILE, TILE), [1.0; 2]);
+    let frame = Frame::new(Window::of(0, 0, TILE, TILE), [1.0; 2]);
     bencher.counter(divan::counter::ItemsCount::new(TILE * TILE)).bench_local(|| noise.fill(&frame, &mut out));
 }
 
 #[divan::bench(args = [1.0, 4.0, 10.0, 40.0])]
 fn blur_tile(bencher: divan::Bencher<'_, '_>, sigma: f64) {
-    let rect = Rect::new(0, 0, TILE, TILE);
-    let big = rect.grow([blur::halo(sigma); 2]);
+    let rect = Window::of(0, 0, TILE, TILE);
+    let big = rect.with_halo([blur::halo(sigma); 2]);
     let data = picture(big);
     let mut out = vec![0.0; TILE * TILE];
     bencher

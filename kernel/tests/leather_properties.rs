@@ -3,15 +3,17 @@
 
 use glam::Vec2;
 use proptest::prelude::*;
+use shibo_engine::value::Window;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
+use shibo_kernel::ground::window::{Frame, WindowExt};
 use shibo_kernel::leather::bands::{self, BandSpec, Nuclei};
 use shibo_kernel::leather::delaunay::delaunay;
 use shibo_kernel::leather::links::{GridShape, Links, grid_links, radius_links, wrap};
 use shibo_kernel::leather::points::{self, GridSpec};
 use shibo_kernel::leather::poisson::{PoissonSpec, poisson, poisson_estimate};
 use shibo_kernel::springs::{Integrator, Mass, Motion, Net, Outcome, SpringError, simulate};
-use shibo_kernel::strokes::{Combine, Draw, NO_STROKE, Profile, Stroke, StrokeSet, StrokeStyle, Window};
+use shibo_kernel::strokes::{Combine, Draw, NO_STROKE, Profile, Stroke, StrokeSet, StrokeStyle};
 
 const DISCS: PoissonSpec<'_> = PoissonSpec {
     size: Vec2::new(30.0, 20.0),
@@ -127,7 +129,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     /// Rows of any length, fewer rows than a stride and more than a band, any links left out, in any order: the fast
-    /// path is the general one, and so many steps in one go are as many one by one.
+    /// path gives what the general one gives, and a stride what single steps give.
     #[test]
     fn grids_are_lists(seed: u64, nx in 1usize..40, ny in 1usize..140, eight: bool, periodic: bool, steps in 1u32..11,
                        breaks: bool, left_out in 0.0f32..0.4, masses in 0usize..3) {
@@ -208,8 +210,8 @@ fn springs_do_not_depend_on_threads_or_path() {
 }
 
 #[test]
-fn large_lists_meet_across_patches() {
-    // More points than a patch holds, in an order that is none.
+fn large_lists_meet_across_blocks() {
+    // More points than a block holds, in random order.
     let points = points::random(9000, Vec2::splat(100.0), Hash::new(2));
     let links = delaunay(&points, Vec2::splat(100.0), true);
     let start: Vec<[f32; 2]> = points.iter().map(|p| p.to_array()).collect();
@@ -263,8 +265,8 @@ fn strokes(seed: u64, count: usize) -> Vec<Stroke> {
     (0..count).map(stroke).collect()
 }
 
-fn window(x: i32, y: i32, width: usize, height: usize, step: f32) -> Window {
-    Window { x, y, width, height, step: Vec2::splat(step), origin: glam::DVec2::ZERO }
+fn frame(x: i32, y: i32, width: usize, height: usize, step: f32) -> Frame {
+    Frame::new(Window::of(x, y, width, height), [f64::from(step); 2])
 }
 
 const PROFILES: [Profile; 5] =
@@ -280,9 +282,9 @@ proptest! {
         let style = StrokeStyle { profile: PROFILES[p], taper: 0.3, tip: 0.3, round_caps: caps, combine, ..StrokeStyle::default() };
         let set = StrokeSet::new(&strokes(seed, 40), style, periodic.then_some(Vec2::splat(16.0)));
         let mut whole = vec![0.0; 160 * 160];
-        set.fill(&window(-40, -40, 160, 160, 0.2), Draw::Depth, &mut whole);
+        set.fill(&frame(-40, -40, 160, 160, 0.2), Draw::Depth, &mut whole);
         let mut part = vec![0.0; w * h];
-        set.fill(&window(x, y, w, h, 0.2), Draw::Depth, &mut part);
+        set.fill(&frame(x, y, w, h, 0.2), Draw::Depth, &mut part);
         for j in 0..h {
             for i in 0..w {
                 let at = (y + 40) as usize * 160 + j * 160 + (x + 40) as usize + i;
@@ -306,13 +308,15 @@ proptest! {
         let list: Vec<_> = (0..6).map(stroke).collect();
         let style = StrokeStyle { profile: PROFILES[p], round_caps: caps, ..StrokeStyle::default() };
         let set = StrokeSet::new(&list, style, None);
-        let window = |x, y, width, height| {
-            Window { x, y, width, height, step: Vec2::new(0.11, 0.17), origin: glam::DVec2::new(-1.3, 0.2) }
+        let frame = |x, y, width, height| Frame {
+            window: Window { x, y, width, height },
+            origin: [-1.3, 0.2],
+            step: [0.11, 0.17],
         };
         let mut whole = vec![0.0; 530 * 330];
-        set.fill(&window(0, 0, 530, 330), Draw::Depth, &mut whole);
+        set.fill(&frame(0, 0, 530, 330), Draw::Depth, &mut whole);
         let mut part = vec![0.0; 30 * 30];
-        set.fill(&window(x, y, 30, 30), Draw::Depth, &mut part);
+        set.fill(&frame(x, y, 30, 30), Draw::Depth, &mut part);
         for (n, value) in part.iter().enumerate() {
             let at = (y as usize + n / 30) * 530 + x as usize + n % 30;
             prop_assert_eq!(value.to_bits(), whole[at].to_bits());
@@ -325,8 +329,8 @@ proptest! {
         let set = StrokeSet::new(&strokes(seed, 60), style, Some(Vec2::splat(16.0)));
         let mut here = vec![0.0; 64 * 64];
         let mut there = here.clone();
-        set.fill(&window(0, 0, 64, 64, 0.25), Draw::Depth, &mut here);
-        set.fill(&window(64, -128, 64, 64, 0.25), Draw::Depth, &mut there);
+        set.fill(&frame(0, 0, 64, 64, 0.25), Draw::Depth, &mut here);
+        set.fill(&frame(64, -128, 64, 64, 0.25), Draw::Depth, &mut there);
         prop_assert_eq!(&here, &there);
         prop_assert!(here.iter().all(|v| (0.0..=1.0).contains(v)));
     }
@@ -382,7 +386,7 @@ fn thin_strokes_fade_instead_of_breaking_up() {
     let sum = |step: f32| {
         let n = (16.0 / step) as usize;
         let mut out = vec![0.0; n * n];
-        StrokeSet::new(&thin, style, None).fill(&window(0, 0, n, n, step), Draw::Depth, &mut out);
+        StrokeSet::new(&thin, style, None).fill(&frame(0, 0, n, n, step), Draw::Depth, &mut out);
         out.iter().sum::<f32>() * step * step
     };
     let area = 0.02 * (thin[0].ends[1] - thin[0].ends[0]).length();
@@ -399,7 +403,7 @@ fn ids_name_the_deepest_stroke() {
     ];
     let set = StrokeSet::new(&two, StrokeStyle { profile: Profile::Flat, ..StrokeStyle::default() }, None);
     let (mut out, mut ids) = (vec![0.0; 64], vec![0; 64]);
-    set.fill_with_ids(&|| false, &window(0, 0, 8, 8, 1.0), &mut out, &mut ids);
+    set.fill_with_ids(&|| false, &frame(0, 0, 8, 8, 1.0), &mut out, &mut ids);
     assert_eq!((ids[2 * 8 + 1], ids[2 * 8 + 4], ids[7 * 8]), (0, 1, NO_STROKE));
     assert_eq!((out[2 * 8 + 1], out[2 * 8 + 4], out[7 * 8]), (0.5, 1.0, 0.0));
 }
@@ -421,7 +425,7 @@ fn nuclei_cover_the_canvas() {
 fn empty_input_gives_empty_output() {
     assert_eq!(delaunay(&[], Vec2::ONE, true), Links::default());
     let mut out = [1.0; 4];
-    StrokeSet::new(&[], StrokeStyle::default(), Some(Vec2::ONE)).fill(&window(0, 0, 2, 2, 0.5), Draw::Mask, &mut out);
+    StrokeSet::new(&[], StrokeStyle::default(), Some(Vec2::ONE)).fill(&frame(0, 0, 2, 2, 0.5), Draw::Mask, &mut out);
     assert_eq!(out, [0.0; 4]);
     let still = simulate::<f32>(&[], &Net::default(), &motion(), &mut |_| true).expect("nothing to do");
     assert!(still.positions.is_empty());

@@ -2,14 +2,16 @@
 
 use glam::Vec2;
 use serde_json::Value;
+use shibo_engine::value::Window;
 use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::window::{Frame, WindowExt};
 use shibo_kernel::leather::bands::{self, BandSpec};
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
 use shibo_kernel::leather::links::grid_links;
 use shibo_kernel::leather::points::{self, GridSpec};
 use shibo_kernel::leather::segments::{self, SegmentSpec};
 use shibo_kernel::springs::{Motion, Net, simulate};
-use shibo_kernel::strokes::{Draw, Profile, Stroke, StrokeSet, StrokeStyle, Window};
+use shibo_kernel::strokes::{Draw, Profile, Stroke, StrokeSet, StrokeStyle};
 
 /// Length of a side of the work area: 99 pitches.
 const SIDE: f32 = 99.0;
@@ -18,10 +20,10 @@ const PIXELS: usize = 800;
 
 fn picture(strokes: &[Stroke]) -> Vec<f32> {
     let style = StrokeStyle { profile: Profile::Flat, min_width: 0.0, antialias: false, ..StrokeStyle::default() };
-    let step = Vec2::splat(SIDE / PIXELS as f32);
+    let step = f64::from(SIDE / PIXELS as f32);
     let mut out = vec![0.0; PIXELS * PIXELS];
-    let window = Window { x: 0, y: 0, width: PIXELS, height: PIXELS, step, origin: glam::DVec2::ZERO };
-    StrokeSet::new(strokes, style, None).fill(&window, Draw::Depth, &mut out);
+    let frame = Frame::new(Window::of(0, 0, PIXELS, PIXELS), [step; 2]);
+    StrokeSet::new(strokes, style, None).fill(&frame, Draw::Depth, &mut out);
     out
 }
 
@@ -53,7 +55,7 @@ fn orientation(ends: &[[Vec2; 2]]) -> (f64, f64) {
     (x.hypot(y) / total, 0.5 * y.atan2(x).to_degrees())
 }
 
-/// Runs a case; each of its sources of chance has a seed of its own, from that of the case on.
+/// Runs a case; each of its random sequences has its own seed, counted from that of the case.
 fn check(case: &Value, name: &str) {
     let number = |v: &Value| v.as_f64().expect("a number");
     let pair = |v: &Value| [0, 1].map(|i| narrow(&v[i]));

@@ -3,15 +3,17 @@
 
 use glam::{IVec2, Vec2};
 use serde_json::Value;
+use shibo_engine::value::Window;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::real::Real;
+use shibo_kernel::ground::window::{Frame, WindowExt};
 use shibo_kernel::leather::bands::{self, BandSpec};
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample, bresenham};
 use shibo_kernel::leather::links::{GridShape, Links, grid_links, radius_links};
 use shibo_kernel::leather::points::{self, GridSpec};
 use shibo_kernel::leather::segments::{self, Segment, SegmentSpec};
 use shibo_kernel::springs::{BreakOn, Integrator, Mass, Motion, Net, Outcome, simulate};
-use shibo_kernel::strokes::{Draw, Profile, Stroke, StrokeSet, StrokeStyle, Window};
+use shibo_kernel::strokes::{Draw, Profile, Stroke, StrokeSet, StrokeStyle};
 
 fn vectors() -> Value {
     serde_json::from_str(include_str!("vectors/leather.json")).expect("valid JSON")
@@ -252,7 +254,7 @@ fn picture(strokes: &[Stroke], profile: Profile, size: Vec2, image: &[f64]) -> V
     let step = size / Vec2::new(width as f32, height as f32);
     let mut out = vec![f32::NAN; width * height];
     StrokeSet::new(strokes, style, None).fill(
-        &Window { x: 0, y: 0, width, height, step, origin: glam::DVec2::ZERO },
+        &Frame::new(Window::of(0, 0, width, height), step.as_dvec2().to_array()),
         Draw::Depth,
         &mut out,
     );

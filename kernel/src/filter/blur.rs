@@ -2,15 +2,16 @@
 //!
 //! Up to 3 px the kernel is applied as it is. Wider ones work on a coarser grid, halved until 1.5 ≤ σ < 3 of its
 //! pixels: variances of successive filters add up exactly, so the halvings ([1 3 3 1]/8, variance ¾), the blur on the
-//! coarse grid and the cubic B-spline that leads back (variance ⅓ of a coarse pixel) share out σ². Coarse pixel I covers
-//! pixels I·2^k … of the absolute grid, so the result does not depend on the window. Error against the exact Gaussian:
-//! below 0.3 % of the range.
+//! coarse grid and the cubic B-spline that enlarges it again (variance ⅓ of a coarse pixel) add up to σ². Coarse pixel
+//! I covers pixels I·2^k … of the absolute grid, so the result does not depend on the window. Error against the exact
+//! Gaussian: below 0.3 % of the range.
 //!
 //! Cost: see `benches/texel.rs`; independent of σ apart from the halo.
 
 use crate::ground::simd;
-use crate::ground::window::{Rect, View, index, offset};
+use crate::ground::window::{View, WindowExt, index, offset};
 use shibo_engine::value::Buffer;
+use shibo_engine::value::Window;
 
 /// One axis of the filter.
 struct Axis {
@@ -77,8 +78,8 @@ pub fn halo(sigma: f64) -> usize {
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by [`halo`], or `out` is smaller than `rect`.
-pub fn blur(input: &View<'_>, rect: Rect, sigma: [f64; 2], out: &mut [f32]) {
-    assert!(input.rect().contains(&rect.grow(sigma.map(halo))), "the window lacks its halo");
+pub fn blur(input: &View<'_>, rect: Window, sigma: [f64; 2], out: &mut [f32]) {
+    assert!(input.window().contains(&rect.with_halo(sigma.map(halo))), "the window lacks its halo");
     let axes = sigma.map(Axis::new);
     simd::dispatch(
         #[inline(always)]
@@ -86,7 +87,7 @@ pub fn blur(input: &View<'_>, rect: Rect, sigma: [f64; 2], out: &mut [f32]) {
     );
 }
 
-/// Rows without gaps.
+/// A plane whose rows follow each other without gaps.
 struct Plane {
     data: Buffer,
     w: usize,
@@ -104,14 +105,14 @@ impl Plane {
 }
 
 #[inline(always)]
-fn blur_axes(input: &View<'_>, rect: Rect, [ax, ay]: &[Axis; 2], out: &mut [f32]) {
-    let (x, w) = ax.padded(rect.x0, rect.w);
-    let (y, h) = ay.padded(rect.y0, rect.h);
+fn blur_axes(input: &View<'_>, rect: Window, [ax, ay]: &[Axis; 2], out: &mut [f32]) {
+    let (x, w) = ax.padded(rect.x, rect.columns());
+    let (y, h) = ay.padded(rect.y, rect.rows());
     let (cols, rows) = (source(x, w, ax.levels), source(y, h, ay.levels));
     let narrow = shrink_rows(input, cols, rows, ay.levels);
     let coarse = shrink_columns(narrow, ax.levels, w);
-    let (_, wide) = ax.coarse(rect.x0, rect.w);
-    let (first_y, tall) = ay.coarse(rect.y0, rect.h);
+    let (_, wide) = ax.coarse(rect.x, rect.columns());
+    let (first_y, tall) = ay.coarse(rect.y, rect.rows());
     let mut blurred = Plane::new(coarse.w, tall);
     for (y, row) in blurred.data.chunks_exact_mut(coarse.w).enumerate() {
         convolve(&ay.kernel, row, |k| {
@@ -122,15 +123,15 @@ fn blur_axes(input: &View<'_>, rect: Rect, [ax, ay]: &[Axis; 2], out: &mut [f32]
         let (source, r) = (blurred.row(y), ax.kernel.len() - 1);
         convolve(&ax.kernel, row, |k| (&source[r - k..r - k + wide], &source[r + k..r + k + wide]));
     };
-    let first_x = ax.coarse(rect.x0, rect.w).0;
+    let first_x = ax.coarse(rect.x, rect.columns()).0;
     if ay.levels == 0 && ax.levels == 0 {
-        out.chunks_exact_mut(rect.w.max(1)).take(rect.h).enumerate().for_each(|(y, row)| across(y, row));
+        out.chunks_exact_mut(rect.columns().max(1)).take(rect.rows()).enumerate().for_each(|(y, row)| across(y, row));
         return;
     }
-    let mut full = Plane::new(rect.w, tall);
+    let mut full = Plane::new(rect.columns(), tall);
     let mut line = vec![0.0; wide];
     let mut spline = Spline::new(ax, first_x, wide, rect);
-    for (y, row) in full.data.chunks_exact_mut(rect.w.max(1)).enumerate() {
+    for (y, row) in full.data.chunks_exact_mut(rect.columns().max(1)).enumerate() {
         if ax.levels == 0 {
             across(y, row);
         } else {
@@ -138,7 +139,7 @@ fn blur_axes(input: &View<'_>, rect: Rect, [ax, ay]: &[Axis; 2], out: &mut [f32]
             spline.stretch(&line, row);
         }
     }
-    for (row, y) in out.chunks_exact_mut(rect.w.max(1)).take(rect.h).zip(rect.y0..) {
+    for (row, y) in out.chunks_exact_mut(rect.columns().max(1)).take(rect.rows()).zip(rect.y..) {
         if ay.levels == 0 {
             row.copy_from_slice(full.row(offset(y - first_y)));
             continue;
@@ -164,13 +165,13 @@ fn shrink_rows(input: &View<'_>, (x, w): (i32, usize), (y, h): (i32, usize), lev
     if levels == 0 {
         let mut plane = Plane::new(w, h);
         for (row, y) in plane.data.chunks_exact_mut(w.max(1)).zip(y..) {
-            row.copy_from_slice(input.row(y, x, w));
+            row.copy_from_slice(input.row(x, y, w));
         }
         return plane;
     }
     let mut plane = Plane::new(w, (h - 2) / 2);
     for (k, row) in plane.data.chunks_exact_mut(w.max(1)).enumerate() {
-        let at = |d: i32| input.row(y + index(2 * k) + d, x, w);
+        let at = |d: i32| input.row(x, y + index(2 * k) + d, w);
         quarter(row, at(0), at(1), at(2), at(3));
     }
     for _ in 1..levels {
@@ -250,24 +251,24 @@ pub(crate) fn bspline(phase: i32, factor: i32) -> [f32; 4] {
     [u * u * u / 6.0, near(t), near(u), t * t * t / 6.0].map(|w| w as f32)
 }
 
-/// Leads rows of coarse pixels back to the fine grid.
+/// Enlarges rows of coarse pixels to the fine grid.
 struct Spline {
     weights: [Vec<f32>; 4],
-    /// Fine pixels made, some more than wanted on either side.
+    /// The fine pixels, a few more than wanted on either side.
     line: Vec<f32>,
     /// Where the wanted ones begin.
     skip: usize,
 }
 
 impl Spline {
-    fn new(axis: &Axis, first: i32, count: usize, rect: Rect) -> Self {
+    fn new(axis: &Axis, first: i32, count: usize, rect: Window) -> Self {
         let f = axis.factor();
         let mut weights: [Vec<f32>; 4] = Default::default();
         for phase in 0..f {
             bspline(phase, f).into_iter().zip(&mut weights).for_each(|(w, list)| list.push(w));
         }
         let line = vec![0.0; count.saturating_sub(3) * offset(f)];
-        let skip = if axis.levels == 0 { 0 } else { offset(rect.x0 - ((first + 1) * f + f / 2)) };
+        let skip = if axis.levels == 0 { 0 } else { offset(rect.x - ((first + 1) * f + f / 2)) };
         Self { weights, line, skip }
     }
 
@@ -309,17 +310,17 @@ mod tests {
     use crate::ground::hash::Hash;
     use proptest::prelude::*;
 
-    fn picture(rect: Rect) -> Vec<f32> {
+    fn picture(rect: Window) -> Vec<f32> {
         let hash = Hash::new(9);
         let bit = |x: i32, y: i32| {
             let cell =
                 u64::from((x.div_euclid(37)).cast_unsigned()) << 32 | u64::from((y.div_euclid(23)).cast_unsigned());
             (hash.unit_f32(cell) * 2.0).floor()
         };
-        (rect.y0..).take(rect.h).flat_map(|y| (rect.x0..).take(rect.w).map(move |x| bit(x, y))).collect()
+        (rect.y..).take(rect.rows()).flat_map(|y| (rect.x..).take(rect.columns()).map(move |x| bit(x, y))).collect()
     }
 
-    fn exact(input: &View<'_>, rect: Rect, sigma: [f64; 2]) -> Vec<f64> {
+    fn exact(input: &View<'_>, rect: Window, sigma: [f64; 2]) -> Vec<f64> {
         let weights = |s: f64| -> Vec<f64> {
             let r = if s > 0.0 { i32::try_from((5.0 * s).ceil() as i64).unwrap() } else { 0 };
             let w: Vec<f64> =
@@ -329,11 +330,11 @@ mod tests {
         };
         let (wx, wy) = (weights(sigma[0]), weights(sigma[1]));
         let (rx, ry) = (index(wx.len() / 2), index(wy.len() / 2));
-        let columns: Vec<Vec<f64>> = (rect.y0..)
-            .take(rect.h)
+        let columns: Vec<Vec<f64>> = (rect.y..)
+            .take(rect.rows())
             .map(|y| {
-                (rect.x0 - rx..)
-                    .take(rect.w + wx.len() - 1)
+                (rect.x - rx..)
+                    .take(rect.columns() + wx.len() - 1)
                     .map(|x| wy.iter().zip(y - ry..).map(|(w, y)| w * f64::from(input.at(x, y))).sum())
                     .collect()
             })
@@ -348,12 +349,12 @@ mod tests {
 
     #[test]
     fn matches_the_exact_gaussian() {
-        let rect = Rect::new(5, -3, 70, 60);
+        let rect = Window::of(5, -3, 70, 60);
         for sigma in [[0.4, 0.0], [1.0, 2.0], [2.9, 3.1], [4.0, 5.9], [6.0, 11.9], [12.0, 20.0], [40.0, 3.0]] {
-            let big = rect.grow(sigma.map(|s| halo(s).max((5.0 * s).ceil() as usize)));
+            let big = rect.with_halo(sigma.map(|s| halo(s).max((5.0 * s).ceil() as usize)));
             let data = picture(big);
             let view = View::new(&data, big);
-            let mut out = vec![0.0; rect.area()];
+            let mut out = vec![0.0; rect.len()];
             blur(&view, rect, sigma, &mut out);
             let worst =
                 out.iter().zip(exact(&view, rect, sigma)).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
@@ -363,9 +364,9 @@ mod tests {
 
     #[test]
     fn nothing_blurred_is_the_same() {
-        let rect = Rect::new(-3, 2, 33, 5);
+        let rect = Window::of(-3, 2, 33, 5);
         let data = picture(rect);
-        let mut out = vec![0.0; rect.area()];
+        let mut out = vec![0.0; rect.len()];
         blur(&View::new(&data, rect), rect, [0.0, 0.0], &mut out);
         assert_eq!(out, data);
     }
@@ -375,19 +376,19 @@ mod tests {
         #[test]
         fn tiles_agree(sx in 0f64..30.0, sy in 0f64..30.0, x in -40i32..40, y in -40i32..40, w in 1usize..90, h in 1usize..50) {
             let sigma = [sx, sy];
-            let whole = Rect::new(-50, -50, 200, 150);
-            let big = whole.grow(sigma.map(halo));
+            let whole = Window::of(-50, -50, 200, 150);
+            let big = whole.with_halo(sigma.map(halo));
             let data = picture(big);
             let view = View::new(&data, big);
-            let (mut all, rect) = (vec![0.0; whole.area()], Rect::new(x, y, w, h));
+            let (mut all, rect) = (vec![0.0; whole.len()], Window::of(x, y, w, h));
             blur(&view, whole, sigma, &mut all);
-            let near = rect.grow(sigma.map(halo));
-            let cut: Vec<f32> = (near.y0..).take(near.h).flat_map(|y| view.row(y, near.x0, near.w).to_vec()).collect();
-            let mut out = vec![0.0; rect.area()];
+            let near = rect.with_halo(sigma.map(halo));
+            let cut: Vec<f32> = (near.y..).take(near.rows()).flat_map(|y| view.row(near.x, y, near.columns()).to_vec()).collect();
+            let mut out = vec![0.0; rect.len()];
             blur(&View::new(&cut, near), rect, sigma, &mut out);
             let all = View::new(&all, whole);
             for j in 0..h {
-                prop_assert_eq!(&out[j * w..(j + 1) * w], all.row(y + index(j), x, w));
+                prop_assert_eq!(&out[j * w..(j + 1) * w], all.row(x, y + index(j), w));
             }
         }
     }

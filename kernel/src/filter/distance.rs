@@ -1,17 +1,18 @@
 //! Exact Euclidean distance to the region where a field exceeds a threshold, limited to a radius.
 //!
-//! The region's edge is known more finely than pixels: where the field crosses the threshold between two neighbouring
-//! pixels, linear interpolation gives the point. Distances are taken to these points, so there is no staircase. Each
-//! family of points is reached by its own separable transform (T. Saito, J. Toriwaki, 1994): crossings on rows by
-//! scanning the rows and then looking up and down the columns, crossings on columns the other way round. The look along
-//! the second axis stops as soon as nothing nearer can follow, so the cost follows the distances that occur rather than
-//! the radius: O(pixels · min(distance, radius)), eight pixels at a time.
+//! The region's edge is known to fractions of a pixel: where the field crosses the threshold between two neighbouring
+//! pixels, linear interpolation gives the point. Distances are measured to these points, so there is no staircase. The
+//! points on rows and those on columns have a separable transform each (T. Saito, J. Toriwaki, 1994): crossings on rows
+//! are found by scanning the rows and then searching up and down the columns, crossings on columns the other way round.
+//! The search along the second axis stops as soon as nothing nearer can follow, so the cost depends on the distances
+//! that occur rather than on the radius: O(pixels · min(distance, radius)), eight pixels at a time.
 //!
 //! Units: mm, with pixels of any aspect. Results do not depend on the window: what lies beyond the radius is cut off.
 
 use crate::ground::math::{max, min};
 use crate::ground::simd;
-use crate::ground::window::{Rect, View, index};
+use crate::ground::window::{View, WindowExt, index};
+use shibo_engine::value::Window;
 
 /// What to measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,11 +37,11 @@ impl DistanceSpec {
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by the halo, or `out` is smaller than `rect`.
-pub fn distance(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
-    assert!(input.rect().contains(&rect.grow(spec.halo())), "the window lacks its halo");
+pub fn distance(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut [f32]) {
+    assert!(input.window().contains(&rect.with_halo(spec.halo())), "the window lacks its halo");
     let [hx, hy] = spec.halo();
-    let (tall, wide) = (rect.grow([0, hy]), rect.grow([hx, 0]));
-    let (mut rows, mut columns) = (vec![0.0; tall.area()], vec![0.0; wide.area()]);
+    let (tall, wide) = (rect.with_halo([0, hy]), rect.with_halo([hx, 0]));
+    let (mut rows, mut columns) = (vec![0.0; tall.len()], vec![0.0; wide.len()]);
     row_squares(input, tall, spec, &mut rows);
     column_squares(input, wide, spec, &mut columns);
     combine(&View::new(&rows, tall), &View::new(&columns, wide), rect, spec, out);
@@ -50,10 +51,10 @@ pub fn distance(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f3
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by the halo in x, or `out` is smaller than `rect`.
-pub fn row_squares(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
+pub fn row_squares(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut [f32]) {
     simd::dispatch(
         #[inline(always)]
-        || along_rows(input, rect, spec, &mut out[..rect.area()]),
+        || along_rows(input, rect, spec, &mut out[..rect.len()]),
     );
 }
 
@@ -61,10 +62,10 @@ pub fn row_squares(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut 
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by the halo in y, or `out` is smaller than `rect`.
-pub fn column_squares(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
+pub fn column_squares(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut [f32]) {
     simd::dispatch(
         #[inline(always)]
-        || along_columns(input, rect, spec, &mut out[..rect.area()]),
+        || along_columns(input, rect, spec, &mut out[..rect.len()]),
     );
 }
 
@@ -72,8 +73,8 @@ pub fn column_squares(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &m
 ///
 /// # Panics
 /// If `rows` does not cover `rect` grown by the halo in y, `columns` in x, or `out` is smaller than `rect`.
-pub fn combine(rows: &View<'_>, columns: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
-    let out = &mut out[..rect.area()];
+pub fn combine(rows: &View<'_>, columns: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut [f32]) {
+    let out = &mut out[..rect.len()];
     if out.is_empty() {
         return;
     }
@@ -83,15 +84,15 @@ pub fn combine(rows: &View<'_>, columns: &View<'_>, rect: Rect, spec: &DistanceS
         || {
             let limit = single(spec.radius);
             out.fill(limit * limit);
-            for (out, y) in out.chunks_exact_mut(rect.w).zip(rect.y0..) {
+            for (out, y) in out.chunks_exact_mut(rect.columns()).zip(rect.y..) {
                 look(out, hy, spec.step[1], |k, up| {
                     let k = index(k);
-                    rows.row(if up { y - k } else { y + k }, rect.x0, rect.w)
+                    rows.row(rect.x, if up { y - k } else { y + k }, rect.columns())
                 });
-                let row = columns.row(y, rect.x0 - index(hx), rect.w + 2 * hx);
+                let row = columns.row(rect.x - index(hx), y, rect.columns() + 2 * hx);
                 look(out, hx, spec.step[0], |k, up| {
                     let x = if up { hx - k } else { hx + k };
-                    &row[x..x + rect.w]
+                    &row[x..x + rect.columns()]
                 });
                 for d in out {
                     *d = d.sqrt();
@@ -136,12 +137,12 @@ fn seed(v: f32, a: f32, b: f32, threshold: f32) -> f32 {
 
 /// Crossings on rows: scan each row.
 #[inline(always)]
-fn along_rows(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
+fn along_rows(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut [f32]) {
     let [hx, _] = spec.halo();
-    let (w, reach) = (rect.w + 2 * hx - 2, hx - 1);
+    let (w, reach) = (rect.columns() + 2 * hx - 2, hx - 1);
     let (mut line, mut next) = (vec![FAR; w], vec![FAR; w]);
-    for (y, square) in (rect.y0..).zip(out.chunks_exact_mut(rect.w.max(1))) {
-        let v = input.row(y, rect.x0 - index(hx), w + 2);
+    for (y, square) in (rect.y..).zip(out.chunks_exact_mut(rect.columns().max(1))) {
+        let v = input.row(rect.x - index(hx), y, w + 2);
         for (((d, &a), &v), &b) in line.iter_mut().zip(v).zip(&v[1..]).zip(&v[2..]) {
             *d = seed(v, a, b, spec.threshold);
         }
@@ -185,12 +186,12 @@ fn spread(line: &[f32], next: &mut [f32], jump: usize, step: f32) {
 
 /// Crossings on columns: scan the columns, a row at a time.
 #[inline(always)]
-fn along_columns(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f32]) {
+fn along_columns(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut [f32]) {
     let [_, hy] = spec.halo();
-    let (w, h, reach) = (rect.w, rect.h + 2 * hy - 2, hy - 1);
+    let (w, h, reach) = (rect.columns(), rect.rows() + 2 * hy - 2, hy - 1);
     let (mut plane, mut next) = (vec![FAR; w * h], vec![FAR; w * h]);
-    for (row, y) in plane.chunks_exact_mut(w.max(1)).zip(rect.y0 - index(hy) + 1..) {
-        let at = |y: i32| input.row(y, rect.x0, w);
+    for (row, y) in plane.chunks_exact_mut(w.max(1)).zip(rect.y - index(hy) + 1..) {
+        let at = |y: i32| input.row(rect.x, y, w);
         for (((d, &a), &v), &b) in row.iter_mut().zip(at(y - 1)).zip(at(y)).zip(at(y + 1)) {
             *d = seed(v, a, b, spec.threshold);
         }
@@ -207,7 +208,7 @@ fn along_columns(input: &View<'_>, rect: Rect, spec: &DistanceSpec, out: &mut [f
     }
 }
 
-/// Pixels that stop looking together, and are kept in registers.
+/// Pixels that are searched together, in registers, and stop together.
 const BLOCK: usize = 64;
 
 /// out = min over k of squares(±k) + (k·step)², for k up to `reach`.
@@ -264,20 +265,20 @@ mod tests {
     use proptest::prelude::*;
 
     /// A field with the slope of one pixel across the edge of a disc.
-    fn disc(rect: Rect, r: f32) -> Vec<f32> {
+    fn disc(rect: Window, r: f32) -> Vec<f32> {
         let value = |x: i32, y: i32| {
             0.5 + 0.5 * (r - ((x as f32 - 3.3).powi(2) + (y as f32 - 1.7).powi(2)).sqrt()).clamp(-1.0, 1.0)
         };
-        (rect.y0..).take(rect.h).flat_map(|y| (rect.x0..).take(rect.w).map(move |x| value(x, y))).collect()
+        (rect.y..).take(rect.rows()).flat_map(|y| (rect.x..).take(rect.columns()).map(move |x| value(x, y))).collect()
     }
 
     #[test]
     fn a_disc_has_no_staircase() {
         let (rect, spec) =
-            (Rect::new(-60, -60, 120, 120), DistanceSpec { threshold: 0.5, radius: 20.0, step: [1.0, 1.0] });
-        let big = rect.grow(spec.halo());
+            (Window::of(-60, -60, 120, 120), DistanceSpec { threshold: 0.5, radius: 20.0, step: [1.0, 1.0] });
+        let big = rect.with_halo(spec.halo());
         let data = disc(big, 25.2);
-        let mut out = vec![0.0; rect.area()];
+        let mut out = vec![0.0; rect.len()];
         distance(&View::new(&data, big), rect, &spec, &mut out);
         let (mut worst, mut square) = (0.0f32, 0.0);
         for (k, d) in out.iter().enumerate() {
@@ -298,19 +299,19 @@ mod tests {
         #[test]
         fn tiles_agree_and_brute_force_too(radius in 0.5f64..12.0, sx in 0.5f64..2.0, x in -20i32..20, y in -20i32..20, w in 1usize..50, h in 1usize..30, r in 2f32..20.0) {
             let spec = DistanceSpec { threshold: 0.4, radius, step: [sx, 1.0] };
-            let whole = Rect::new(-30, -30, 110, 80);
-            let big = whole.grow(spec.halo());
+            let whole = Window::of(-30, -30, 110, 80);
+            let big = whole.with_halo(spec.halo());
             let data = disc(big, r);
             let view = View::new(&data, big);
-            let (mut all, rect) = (vec![0.0; whole.area()], Rect::new(x, y, w, h));
+            let (mut all, rect) = (vec![0.0; whole.len()], Window::of(x, y, w, h));
             distance(&view, whole, &spec, &mut all);
-            let mut out = vec![0.0; rect.area()];
-            let near = rect.grow(spec.halo());
-            let cut: Vec<f32> = (near.y0..).take(near.h).flat_map(|y| view.row(y, near.x0, near.w).to_vec()).collect();
+            let mut out = vec![0.0; rect.len()];
+            let near = rect.with_halo(spec.halo());
+            let cut: Vec<f32> = (near.y..).take(near.rows()).flat_map(|y| view.row(near.x, y, near.columns()).to_vec()).collect();
             distance(&View::new(&cut, near), rect, &spec, &mut out);
             let all = View::new(&all, whole);
             for j in 0..h {
-                prop_assert_eq!(&out[j * w..(j + 1) * w], all.row(y + index(j), x, w));
+                prop_assert_eq!(&out[j * w..(j + 1) * w], all.row(x, y + index(j), w));
             }
             let [hx, hy] = spec.halo().map(index);
             let mut best = radius * radius;

@@ -1,14 +1,14 @@
 //! Wide filters as fields, for all families: their cost must not grow with their width.
 //!
 //! A tile that reads a halo of hundreds of pixels reads its surroundings again and again. So what many tiles have in
-//! common becomes a field of its own, whose tiles the engine keeps: a wide blur reads the picture at a half, a quarter …
-//! of the resolution, each made from the one before; a wide distance is split into its passes along rows and columns,
-//! which have a halo in one direction only. Which way is taken depends on the grid alone, never on the window.
+//! common becomes a field of its own, whose tiles the engine keeps: a wide blur reads the picture at a half, a quarter
+//! … of the resolution, each made from the one before; a wide distance is split into its passes along rows and columns,
+//! which have a halo in one direction only. Which of the ways is taken depends on the grid alone, never on the window.
 
 use super::distance::{self, DistanceSpec};
 use super::{blur, pyramid};
-use crate::ground::tile::{self, window};
-use crate::ground::window::{Rect, View};
+use crate::ground::tile;
+use crate::ground::window::{View, WindowExt};
 use glam::{DVec2, UVec2};
 use shibo_engine::value::{
     Buffer, Canvas, Field, FieldSource, Given, Grid, Key, Read, Stop, Tile, Tiling, Type, Window,
@@ -28,7 +28,7 @@ pub fn blurred(input: &Field, sigma: f64, size: DVec2) -> Field {
 /// More halvings than any canvas needs: 2^16 pixels are at most 256 then.
 const MOST_LEVELS: usize = 8;
 
-/// So many halvings the blur does better by itself, within a tile.
+/// So many of the halvings are done within a tile by the blur itself, which is quicker.
 const WITHIN: u32 = 3;
 
 fn keyed(field: Field, key: Option<Key>) -> Field {
@@ -63,12 +63,12 @@ struct Half {
 
 impl FieldSource for Half {
     fn inputs(&self, grid: &Grid, at: Window) -> Vec<Read<'_>> {
-        let read = pyramid::halve_reads(tile::rect(at));
-        vec![Read::new(&self.finer, &finer(grid, self.size), window(read))]
+        let read = pyramid::halve_reads(at);
+        vec![Read::new(&self.finer, &finer(grid, self.size), read)]
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        let rect = tile::rect(out.window);
+        let rect = out.window;
         for (channel, plane) in out.planes_mut().into_iter().enumerate() {
             pyramid::halve(&tile::view(given.tile(0), channel), rect, plane);
         }
@@ -94,7 +94,7 @@ struct Plan {
 
 impl Plan {
     /// The pixels of its level that are blurred to make `rect`.
-    fn coarse(&self, rect: Rect) -> Rect {
+    fn coarse(&self, rect: Window) -> Window {
         if self.level == 0 { rect } else { pyramid::magnify_reads(rect, self.level) }
     }
 }
@@ -125,15 +125,15 @@ impl Blurred {
 impl FieldSource for Blurred {
     fn inputs(&self, grid: &Grid, at: Window) -> Vec<Read<'_>> {
         let plan = self.plan(grid);
-        let read = plan.coarse(tile::rect(at)).grow(plan.sigma.map(blur::halo));
-        vec![Read::new(self.source(&plan), &plan.grid, window(read))]
+        let read = plan.coarse(at).with_halo(plan.sigma.map(blur::halo));
+        vec![Read::new(self.source(&plan), &plan.grid, read)]
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let plan = self.plan(&out.grid);
-        let rect = tile::rect(out.window);
+        let rect = out.window;
         let (coarse, input) = (plan.coarse(rect), given.tile(0));
-        let mut blurred = Buffer::zeros(if plan.level == 0 { 0 } else { coarse.area() });
+        let mut blurred = Buffer::zeros(if plan.level == 0 { 0 } else { coarse.len() });
         for (channel, plane) in out.planes_mut().into_iter().enumerate() {
             if plan.level == 0 {
                 blur::blur(&tile::view(input, channel), rect, plan.sigma, plane);
@@ -176,14 +176,14 @@ fn spec(grid: &Grid, threshold: f32, radius: f64) -> DistanceSpec {
 impl FieldSource for Squares {
     fn inputs(&self, grid: &Grid, at: Window) -> Vec<Read<'_>> {
         let [hx, hy] = spec(grid, self.threshold, self.radius).halo();
-        let read = tile::rect(at).grow(if self.down { [0, hy] } else { [hx, 0] });
-        vec![Read::new(&self.input, grid, window(read))]
+        let read = at.with_halo(if self.down { [0, hy] } else { [hx, 0] });
+        vec![Read::new(&self.input, grid, read)]
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let spec = spec(&out.grid, self.threshold, self.radius);
         let pass = if self.down { distance::column_squares } else { distance::row_squares };
-        pass(&tile::view(given.tile(0), 0), tile::rect(out.window), &spec, out.plane_mut(0));
+        pass(&tile::view(given.tile(0), 0), out.window, &spec, out.plane_mut(0));
         Ok(())
     }
 }
@@ -198,19 +198,15 @@ struct Distances {
 
 impl FieldSource for Distances {
     fn inputs(&self, grid: &Grid, at: Window) -> Vec<Read<'_>> {
-        let rect = tile::rect(at);
         let [hx, hy] = spec(grid, self.threshold, self.radius).halo();
         if hx.max(hy) <= ONE_PASS {
-            return vec![Read::new(&self.input, grid, window(rect.grow([hx, hy])))];
+            return vec![Read::new(&self.input, grid, at.with_halo([hx, hy]))];
         }
-        vec![
-            Read::new(&self.rows, grid, window(rect.grow([0, hy]))),
-            Read::new(&self.columns, grid, window(rect.grow([hx, 0]))),
-        ]
+        vec![Read::new(&self.rows, grid, at.with_halo([0, hy])), Read::new(&self.columns, grid, at.with_halo([hx, 0]))]
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        let rect = tile::rect(out.window);
+        let rect = out.window;
         let spec = spec(&out.grid, self.threshold, self.radius);
         let [hx, hy] = spec.halo();
         let view = |number: usize| tile::view(given.tile(number), 0);

@@ -5,13 +5,14 @@ use super::sample::{Filter, Outside, Pyramid};
 use crate::ground::cubic::{bspline, catmull_rom};
 use crate::ground::math;
 use crate::ground::simd;
-use crate::ground::window::Rect;
+use crate::ground::window::WindowExt;
+use shibo_engine::value::Window;
 
 /// Where the pixels of a window lie on a picture, in pixels of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// The window.
-    pub rect: Rect,
+    pub window: Window,
     /// The corner of the grid's pixel (0, 0).
     pub origin: [f64; 2],
     /// Size of a pixel of the grid.
@@ -28,7 +29,7 @@ pub struct Place {
 /// If `out` is smaller than the window.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number ≥ 0")]
 pub fn fill(picture: &Pyramid, place: &Place, out: &mut [f32]) {
-    let out = &mut out[..place.rect.area()];
+    let out = &mut out[..place.window.len()];
     // A grid that is as fine but for rounding reads the picture itself.
     let footprint = place.step[0].max(place.step[1]);
     let level = if footprint > 1.0 + 1e-9 { libm::log2(footprint) } else { 0.0 };
@@ -84,14 +85,14 @@ fn read(picture: &Pyramid, level: usize, place: &Place, out: &mut [f32]) {
         let position = |i: i32| (place.origin[k] + (f64::from(i) + 0.5) * place.step[k]) * scale;
         (start..).take(count).map(|i| Taps::new(position(i), n, filter, place.outside[k])).collect()
     };
-    let rect = place.rect;
-    let columns = taps(0, rect.x0, rect.w, w0, w);
-    let rows = taps(1, rect.y0, rect.h, h0, h);
-    let mut lines = Lines { held: [usize::MAX; 4], data: [(); 4].map(|()| vec![0.0; rect.w]) };
+    let rect = place.window;
+    let columns = taps(0, rect.x, rect.columns(), w0, w);
+    let rows = taps(1, rect.y, rect.rows(), h0, h);
+    let mut lines = Lines { held: [usize::MAX; 4], data: [(); 4].map(|()| vec![0.0; rect.columns()]) };
     simd::dispatch(
         #[inline(always)]
         || {
-            for (out, row) in out.chunks_exact_mut(rect.w.max(1)).zip(&rows) {
+            for (out, row) in out.chunks_exact_mut(rect.columns().max(1)).zip(&rows) {
                 let [a, b, c, d] = lines.get(row, &columns, &data[..w * h], w);
                 let [s, t, u, v] = row.weight;
                 for x in 0..out.len() {
@@ -115,7 +116,7 @@ impl Lines {
             if self.held.contains(&y) {
                 continue;
             }
-            // A place that none of the rows wanted now occupies: there is one, since `y` is not among those held.
+            // A buffer that holds none of the four rows wanted now; there is one, since row `y` is not held yet.
             let place = (0..4).find(|k| !row.at.contains(&self.held[*k])).unwrap_or(0);
             self.held[place] = y;
             let source = &data[y * w..(y + 1) * w];
@@ -137,8 +138,8 @@ mod tests {
         (Pyramid::new(data.clone(), 12, 7, [Outside::Wrap; 2]), data)
     }
 
-    fn place(rect: Rect, step: f64) -> Place {
-        Place { rect, origin: [0.0; 2], step: [step; 2], filter: Filter::CatmullRom, outside: [Outside::Wrap; 2] }
+    fn place(window: Window, step: f64) -> Place {
+        Place { window, origin: [0.0; 2], step: [step; 2], filter: Filter::CatmullRom, outside: [Outside::Wrap; 2] }
     }
 
     #[test]
@@ -146,11 +147,11 @@ mod tests {
         let (picture, data) = picture();
         for filter in [Filter::Nearest, Filter::Bilinear, Filter::CatmullRom] {
             let mut out = vec![0.0; 12 * 7 * 4];
-            fill(&picture, &Place { filter, ..place(Rect::new(0, 0, 24, 14), 1.0) }, &mut out);
+            fill(&picture, &Place { filter, ..place(Window::of(0, 0, 24, 14), 1.0) }, &mut out);
             for (k, v) in out.iter().enumerate() {
                 assert_eq!(*v, data[(k / 24 % 7) * 12 + k % 24 % 12]);
             }
-            let third = place(Rect::new(0, 0, 36, 21), 1.0 / 3.0);
+            let third = place(Window::of(0, 0, 36, 21), 1.0 / 3.0);
             let mut out = vec![0.0; 36 * 21];
             fill(&picture, &Place { filter, ..third }, &mut out);
             assert!((0..84).all(|k| out[(k / 12 * 3 + 1) * 36 + k % 12 * 3 + 1] == data[k]));
@@ -161,8 +162,8 @@ mod tests {
     fn agrees_with_single_reads_and_keeps_the_mean() {
         let (picture, data) = picture();
         for step in [0.37, 1.9, 3.0] {
-            let rect = Rect::new(-5, -3, 40, 30);
-            let mut out = vec![0.0; rect.area()];
+            let rect = Window::of(-5, -3, 40, 30);
+            let mut out = vec![0.0; rect.len()];
             fill(&picture, &place(rect, step), &mut out);
             for (k, v) in (0..).zip(&out) {
                 #[expect(clippy::cast_possible_truncation, reason = "a test")]
@@ -173,7 +174,7 @@ mod tests {
             }
         }
         let mut one = vec![0.0];
-        fill(&picture, &place(Rect::new(4, -9, 1, 1), 1e6), &mut one);
+        fill(&picture, &place(Window::of(4, -9, 1, 1), 1e6), &mut one);
         let mean = data.iter().sum::<f32>() / 84.0;
         assert!((one[0] - mean).abs() < 1e-4);
     }

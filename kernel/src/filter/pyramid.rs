@@ -1,32 +1,33 @@
-//! Planes at a half, a quarter … of the resolution, and back: what wide filters work on.
+//! Image pyramid: planes at a half, a quarter … of the resolution, and back, for wide filters.
 //!
 //! Coarse pixel I of level k covers pixels I·2^k … of the absolute grid, so nothing depends on the window. Halving has
-//! the weights [1 3 3 1]/8 in x and y (variance ¾ of a pixel), going back is a cubic B-spline (variance ⅓ of a coarse
+//! the weights [1 3 3 1]/8 in x and y (variance ¾ of a pixel), enlarging is a cubic B-spline (variance ⅓ of a coarse
 //! pixel).
 
 use super::blur::bspline;
 use crate::ground::simd;
-use crate::ground::window::{Rect, View, index, offset};
+use crate::ground::window::{View, WindowExt, index, offset};
+use shibo_engine::value::Window;
 
 /// The pixels read by [`halve`] for `rect` of the coarse grid.
-pub fn halve_reads(rect: Rect) -> Rect {
-    Rect::new(2 * rect.x0 - 1, 2 * rect.y0 - 1, 2 * rect.w + 2, 2 * rect.h + 2)
+pub fn halve_reads(rect: Window) -> Window {
+    Window::of(2 * rect.x - 1, 2 * rect.y - 1, 2 * rect.columns() + 2, 2 * rect.rows() + 2)
 }
 
 /// Halves a plane: `rect` counts in coarse pixels, `input` in fine ones.
 ///
 /// # Panics
 /// If `input` does not cover [`halve_reads`], or `out` is smaller than `rect`.
-pub fn halve(input: &View<'_>, rect: Rect, out: &mut [f32]) {
+pub fn halve(input: &View<'_>, rect: Window, out: &mut [f32]) {
     let from = halve_reads(rect);
     simd::dispatch(
         #[inline(always)]
         || {
-            let mut line = vec![0.0; from.w];
-            for (out, y) in out.chunks_exact_mut(rect.w.max(1)).take(rect.h).zip(rect.y0..) {
-                let row = |d: i32| &input.row(2 * y + d, from.x0, from.w)[..from.w];
+            let mut line = vec![0.0; from.columns()];
+            for (out, y) in out.chunks_exact_mut(rect.columns().max(1)).take(rect.rows()).zip(rect.y..) {
+                let row = |d: i32| &input.row(from.x, 2 * y + d, from.columns())[..from.columns()];
                 let (a, b, c, d) = (row(-1), row(0), row(1), row(2));
-                for x in 0..from.w {
+                for x in 0..from.columns() {
                     line[x] = (a[x] + d[x]) * 0.125 + (b[x] + c[x]) * 0.375;
                 }
                 for (out, (p, q)) in out.iter_mut().zip(line.chunks_exact(2).zip(line[2..].chunks_exact(2))) {
@@ -38,36 +39,36 @@ pub fn halve(input: &View<'_>, rect: Rect, out: &mut [f32]) {
 }
 
 /// The coarse pixels read by [`magnify`] for `rect` of the fine grid.
-pub fn magnify_reads(rect: Rect, levels: u32) -> Rect {
+pub fn magnify_reads(rect: Window, levels: u32) -> Window {
     let (f, half) = (1 << levels, (1 << levels) / 2);
     let axis = |start: i32, n: usize| {
         let first = (start - half).div_euclid(f) - 1;
         (first, offset((start + index(n) - 1 - half).div_euclid(f) + 3 - first))
     };
-    let ((x0, w), (y0, h)) = (axis(rect.x0, rect.w), axis(rect.y0, rect.h));
-    Rect::new(x0, y0, w, h)
+    let ((x0, w), (y0, h)) = (axis(rect.x, rect.columns()), axis(rect.y, rect.rows()));
+    Window::of(x0, y0, w, h)
 }
 
-/// Leads a coarse plane back by `levels` doublings, at least one.
+/// Enlarges a coarse plane by `levels` doublings, at least one.
 ///
 /// # Panics
 /// If `coarse` does not cover [`magnify_reads`], or `out` is smaller than `rect`.
-pub fn magnify(coarse: &View<'_>, levels: u32, rect: Rect, out: &mut [f32]) {
+pub fn magnify(coarse: &View<'_>, levels: u32, rect: Window, out: &mut [f32]) {
     let factor = 1 << levels;
     let from = magnify_reads(rect, levels);
-    let columns: Vec<(usize, [f32; 4])> = (rect.x0..)
-        .take(rect.w)
-        .map(|x| (offset((x - factor / 2).div_euclid(factor) - 1 - from.x0), weights(x, factor)))
+    let columns: Vec<(usize, [f32; 4])> = (rect.x..)
+        .take(rect.columns())
+        .map(|x| (offset((x - factor / 2).div_euclid(factor) - 1 - from.x), weights(x, factor)))
         .collect();
     simd::dispatch(
         #[inline(always)]
         || {
-            let mut line = vec![0.0; from.w];
-            for (out, y) in out.chunks_exact_mut(rect.w.max(1)).take(rect.h).zip(rect.y0..) {
+            let mut line = vec![0.0; from.columns()];
+            for (out, y) in out.chunks_exact_mut(rect.columns().max(1)).take(rect.rows()).zip(rect.y..) {
                 let first = (y - factor / 2).div_euclid(factor) - 1;
-                let row = |d: i32| &coarse.row(first + d, from.x0, from.w)[..from.w];
+                let row = |d: i32| &coarse.row(from.x, first + d, from.columns())[..from.columns()];
                 let ([s, t, u, v], a, b, c, d) = (weights(y, factor), row(0), row(1), row(2), row(3));
-                for x in 0..from.w {
+                for x in 0..from.columns() {
                     line[x] = (a[x] * s + b[x] * t) + (c[x] * u + d[x] * v);
                 }
                 for (out, (start, w)) in out.iter_mut().zip(&columns) {
@@ -91,7 +92,7 @@ mod tests {
 
     #[test]
     fn straight_lines_stay_straight() {
-        let rect = Rect::new(-5, 7, 40, 30);
+        let rect = Window::of(-5, 7, 40, 30);
         let value = |x: f64, y: f64| 0.25 * x - 0.5 * y + 3.0;
         for levels in 1..4 {
             let size = f64::from(1 << levels);
@@ -99,20 +100,22 @@ mod tests {
             let wanted = window;
             (0..levels).for_each(|_| window = halve_reads(window));
             #[expect(clippy::cast_possible_truncation, reason = "a test")]
-            let mut data: Vec<f32> = (window.y0..)
-                .take(window.h)
-                .flat_map(|y| (window.x0..).take(window.w).map(move |x| value(f64::from(x), f64::from(y)) as f32))
+            let mut data: Vec<f32> = (window.y..)
+                .take(window.rows())
+                .flat_map(|y| {
+                    (window.x..).take(window.columns()).map(move |x| value(f64::from(x), f64::from(y)) as f32)
+                })
                 .collect();
             for level in (0..levels).rev() {
                 let mut smaller = wanted;
                 (0..level).for_each(|_| smaller = halve_reads(smaller));
-                let mut half = vec![0.0; smaller.area()];
+                let mut half = vec![0.0; smaller.len()];
                 halve(&View::new(&data, window), smaller, &mut half);
                 (data, window) = (half, smaller);
             }
-            let middle = value((f64::from(window.x0) + 0.5) * size - 0.5, (f64::from(window.y0) + 0.5) * size - 0.5);
+            let middle = value((f64::from(window.x) + 0.5) * size - 0.5, (f64::from(window.y) + 0.5) * size - 0.5);
             assert!((f64::from(data[0]) - middle).abs() < 1e-4);
-            let mut out = vec![0.0; rect.area()];
+            let mut out = vec![0.0; rect.len()];
             magnify(&View::new(&data, window), levels, rect, &mut out);
             for (k, v) in (0..).zip(&out) {
                 let want = value(f64::from(k % 40 - 5), f64::from(k / 40 + 7));

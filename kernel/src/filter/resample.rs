@@ -1,12 +1,13 @@
 //! Catmull-Rom reading of planes at positions that vary from pixel to pixel, for warps and rotations.
 //!
-//! A position is kept as the pixel whose centre lies before it and the rest, 0..1, so it is as exact at column 60 000 as
-//! at column 0 and does not depend on the window. At a pixel's centre the value is the pixel's own, exactly. Four rows of
-//! four values are summed four at a time; weights and places serve all channels. Cost: see `benches/texel.rs`.
+//! A position is kept as the pixel whose centre lies before it and a fraction, 0..1, so it is as exact at column 60 000
+//! as at column 0 and does not depend on the window. At a pixel's centre the value is the pixel's own, exactly. Four
+//! rows of four values are summed four at a time; weights and places serve all channels. Cost: see `benches/texel.rs`.
 
 use crate::ground::cubic::catmull_rom_in_step;
 use crate::ground::simd;
-use crate::ground::window::{Rect, View, index};
+use crate::ground::window::{View, WindowExt, index};
+use shibo_engine::value::Window;
 
 /// Pixels placed at a time.
 pub const BLOCK: usize = 64;
@@ -31,29 +32,30 @@ impl Places {
     const ZERO: Self = Self { i: [0; BLOCK], j: [0; BLOCK], u: [0.0; BLOCK], v: [0.0; BLOCK] };
 }
 
-/// Fills `out`, planes over `rect` without gaps, from `sources`, which cover the same window. `place(x, y, places)` tells
-/// where pixel (x, y) and those to its right read; places too near the window's border are moved inwards.
+/// Fills `out`, planes over `rect` without gaps, from `sources`, which cover the same window. `place(x, y, places)`
+/// gives the positions that pixel (x, y) and those to its right read; places too near the window's border are moved
+/// inwards.
 ///
 /// # Panics
 /// If the window is smaller than 4 × 4 pixels, sources differ in size, or a plane of `out` is smaller than `rect`.
 pub fn resample(
     sources: &[View<'_>],
-    rect: Rect,
+    rect: Window,
     out: &mut [&mut [f32]],
     mut place: impl FnMut(i32, i32, &mut Places),
 ) {
-    let Some(window) = sources.first().map(View::rect) else { return };
-    assert!(window.w >= 4 && window.h >= 4, "four rows of four are read");
-    assert!(sources.iter().all(|s| s.rect() == window), "channels cover the same window");
+    let Some(window) = sources.first().map(View::window) else { return };
+    assert!(window.columns() >= 4 && window.rows() >= 4, "four rows of four are read");
+    assert!(sources.iter().all(|s| s.window() == window), "channels cover the same window");
     simd::dispatch(
         #[inline(always)]
         || {
             let mut places = Places::ZERO;
-            for (row, y) in (0..rect.h).zip(rect.y0..) {
-                for start in (0..rect.w).step_by(BLOCK) {
-                    place(rect.x0 + index(start), y, &mut places);
-                    let from = row * rect.w + start;
-                    let n = BLOCK.min(rect.w - start);
+            for (row, y) in (0..rect.rows()).zip(rect.y..) {
+                for start in (0..rect.columns()).step_by(BLOCK) {
+                    place(rect.x + index(start), y, &mut places);
+                    let from = row * rect.columns() + start;
+                    let n = BLOCK.min(rect.columns() - start);
                     for (source, out) in sources.iter().zip(out.iter_mut()) {
                         read(source, window, &places, &mut out[from..from + n]);
                     }
@@ -65,14 +67,14 @@ pub fn resample(
 
 #[inline(always)]
 #[expect(clippy::cast_sign_loss, reason = "clamped into the window just before")]
-fn read(source: &View<'_>, window: Rect, places: &Places, out: &mut [f32]) {
+fn read(source: &View<'_>, window: Window, places: &Places, out: &mut [f32]) {
     let (data, stride) = source.raw();
-    let (right, bottom) = (index(window.w) - 4, index(window.h) - 4);
+    let (right, bottom) = (index(window.columns()) - 4, index(window.rows()) - 4);
     let step = index(stride);
     let mut base = [0; BLOCK];
     for ((base, i), j) in base.iter_mut().zip(&places.i).zip(&places.j) {
-        let column = (i - window.x0 - 1).max(0).min(right);
-        let row = (j - window.y0 - 1).max(0).min(bottom);
+        let column = (i - window.x - 1).max(0).min(right);
+        let row = (j - window.y - 1).max(0).min(bottom);
         *base = (row * step + column) as u32;
     }
     for (((out, base), u), v) in out.iter_mut().zip(base).zip(&places.u).zip(&places.v) {
@@ -97,12 +99,12 @@ mod tests {
 
     #[test]
     fn agrees_with_the_plain_sampler() {
-        let window = Rect::new(-7, 3, 90, 12);
-        let data: Vec<f32> = (0..window.area()).map(|k| (k * k % 101) as f32).collect();
+        let window = Window::of(-7, 3, 90, 12);
+        let data: Vec<f32> = (0..window.len()).map(|k| (k * k % 101) as f32).collect();
         let view = View::new(&data, window);
         let sampler = Sampler::new(view, Filter::CatmullRom, [Outside::Clamp; 2]);
-        let rect = Rect::new(-3, 6, 80, 4);
-        let mut out = vec![0.0; rect.area()];
+        let rect = Window::of(-3, 6, 80, 4);
+        let mut out = vec![0.0; rect.len()];
         let u = |x: i32| (x.rem_euclid(5)) as f32 * 0.25;
         resample(&[view], rect, &mut [&mut out], |x, y, places| {
             for (k, x) in (0..BLOCK).zip(x..) {
@@ -121,10 +123,10 @@ mod tests {
 
     #[test]
     fn places_stay_within() {
-        let window = Rect::new(0, 0, 4, 4);
+        let window = Window::of(0, 0, 4, 4);
         let data: Vec<f32> = (0..16u8).map(f32::from).collect();
         let mut out = vec![0.0; 2];
-        resample(&[View::new(&data, window)], Rect::new(0, 0, 2, 1), &mut [&mut out], |_, _, places| {
+        resample(&[View::new(&data, window)], Window::of(0, 0, 2, 1), &mut [&mut out], |_, _, places| {
             (places.i, places.j) = ([-1_000_000_000; BLOCK], [1_000_000_000; BLOCK]);
         });
         assert_eq!(out, [5.0, 5.0]);

@@ -1,13 +1,14 @@
 //! Reading planes between pixels, and pictures shown smaller than they are.
 //!
-//! Positions are in pixels of the plane's own grid, absolute: the centre of pixel (i, j) is (i + ½, j + ½). Every filter
-//! but the B-spline gives a pixel's own value at its centre exactly.
+//! Positions are in pixels of the plane's own grid, absolute: the centre of pixel (i, j) is (i + ½, j + ½). Every
+//! filter but the B-spline gives a pixel's own value at its centre exactly.
 
 use crate::ground::cubic::{bspline, catmull_rom};
 use crate::ground::math::{clamp, lerp};
-use crate::ground::window::{Rect, View, index, offset};
+use crate::ground::window::{View, WindowExt, index, offset};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use shibo_engine::value::Window;
 
 /// How values between pixel centres are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -29,7 +30,7 @@ pub enum Filter {
 pub enum Outside {
     /// The plane repeats.
     Wrap,
-    /// The border goes on.
+    /// The pixels at the border are repeated.
     #[default]
     Clamp,
 }
@@ -48,7 +49,7 @@ impl<'a> Sampler<'a> {
         Self { view, filter, outside }
     }
 
-    /// The pixels that are read for a position in `rect`'s closure: that much more on every side.
+    /// How many pixels beyond a rectangle are read for positions in it, its border included.
     pub const fn halo(filter: Filter) -> usize {
         match filter {
             Filter::Nearest => 1,
@@ -86,12 +87,12 @@ impl<'a> Sampler<'a> {
     #[inline(always)]
     fn cubic(&self, x: f32, y: f32, weights: fn(f32) -> [f32; 4]) -> f32 {
         let ((i, u), (j, v)) = (cell(x - 0.5), cell(y - 0.5));
-        let (wx, wy, rect) = (weights(u), weights(v), self.view.rect());
-        let inside = i > rect.x0 && j > rect.y0 && i + 2 < rect.x0 + index(rect.w) && j + 2 < rect.y0 + index(rect.h);
+        let (wx, wy, rect) = (weights(u), weights(v), self.view.window());
+        let inside = i > rect.x && j > rect.y && i + 2 < rect.right() && j + 2 < rect.bottom();
         let mut sum = 0.0;
         for (dj, wy) in (-1..).zip(wy) {
             let values = if inside {
-                let row = self.view.row(j + dj, i - 1, 4);
+                let row = self.view.row(i - 1, j + dj, 4);
                 [row[0], row[1], row[2], row[3]]
             } else {
                 [-1, 0, 1, 2].map(|di| self.pixel(i + di, j + dj))
@@ -103,8 +104,8 @@ impl<'a> Sampler<'a> {
 
     #[inline(always)]
     fn pixel(&self, x: i32, y: i32) -> f32 {
-        let rect = self.view.rect();
-        self.view.at(bring(x, rect.x0, rect.w, self.outside[0]), bring(y, rect.y0, rect.h, self.outside[1]))
+        let rect = self.view.window();
+        self.view.at(bring(x, rect.x, rect.columns(), self.outside[0]), bring(y, rect.y, rect.rows(), self.outside[1]))
     }
 }
 
@@ -175,7 +176,7 @@ impl Pyramid {
             let (w, h, data) = &self.levels[k];
             let (w0, h0, _) = &self.levels[0];
             let sampler = Sampler::new(
-                View::new(data, Rect::new(0, 0, *w, *h)),
+                View::new(data, Window::of(0, 0, *w, *h)),
                 if k == 0 { filter } else { Filter::Bilinear },
                 self.outside,
             );
@@ -213,7 +214,7 @@ mod tests {
         #[test]
         fn centres_are_exact_and_lines_stay_straight(x in 2i32..8, y in 2i32..6, u in 0f32..1.0) {
             let data: Vec<f32> = (0..80u8).map(|k| f32::from(k % 10) * 2.0 + f32::from(k / 10) * 5.0).collect();
-            let view = View::new(&data, Rect::new(0, 0, 10, 8));
+            let view = View::new(&data, Window::of(0, 0, 10, 8));
             for filter in [Filter::Nearest, Filter::Bilinear, Filter::CatmullRom] {
                 let sampler = Sampler::new(view, filter, [Outside::Wrap; 2]);
                 prop_assert_eq!(sampler.at(x as f32 + 0.5, y as f32 + 0.5), view.at(x, y));

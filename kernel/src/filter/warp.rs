@@ -3,7 +3,8 @@
 use super::resample::{BLOCK, HALO, Places, resample};
 use crate::ground::math::{clamp, floor_int, max, min};
 use crate::ground::simd;
-use crate::ground::window::{Rect, View, offset};
+use crate::ground::window::{View, WindowExt, offset};
+use shibo_engine::value::Window;
 
 /// How displacements in mm become pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,13 +26,13 @@ impl WarpSpec {
     }
 
     /// The pixels that may be read for `rect`, whatever the displacements.
-    pub fn reach(&self, rect: Rect) -> Rect {
+    pub fn reach(&self, rect: Window) -> Window {
         let far = |k| offset(floor_int(self.axis(k).limit).1.max(0)) + 1 + HALO;
-        rect.grow([far(0), far(1)])
+        rect.with_halo([far(0), far(1)])
     }
 
     /// The pixels that are read for `rect` with these displacements.
-    pub fn reads(&self, rect: Rect, [dx, dy]: [&[f32]; 2]) -> Rect {
+    pub fn reads(&self, rect: Window, [dx, dy]: [&[f32]; 2]) -> Window {
         let span = |axis: Axis, d: &[f32]| {
             let (low, high) = simd::dispatch(
                 #[inline(always)]
@@ -40,8 +41,13 @@ impl WarpSpec {
             (floor_int(low).1, floor_int(high).1)
         };
         let ((left, right), (up, down)) = (span(self.axis(0), dx), span(self.axis(1), dy));
-        let read = Rect::new(rect.x0 + left, rect.y0 + up, rect.w + offset(right - left), rect.h + offset(down - up));
-        read.grow([HALO; 2])
+        let read = Window::of(
+            rect.x + left,
+            rect.y + up,
+            rect.columns() + offset(right - left),
+            rect.rows() + offset(down - up),
+        );
+        read.with_halo([HALO; 2])
     }
 }
 
@@ -86,7 +92,7 @@ impl Axis {
 ///
 /// # Panics
 /// If the sources do not cover [`WarpSpec::reads`], or a plane is smaller than `rect`.
-pub fn warp(sources: &[View<'_>], rect: Rect, [dx, dy]: [&[f32]; 2], spec: &WarpSpec, out: &mut [&mut [f32]]) {
+pub fn warp(sources: &[View<'_>], rect: Window, [dx, dy]: [&[f32]; 2], spec: &WarpSpec, out: &mut [&mut [f32]]) {
     let (ax, ay) = (spec.axis(0), spec.axis(1));
     resample(
         sources,
@@ -94,8 +100,8 @@ pub fn warp(sources: &[View<'_>], rect: Rect, [dx, dy]: [&[f32]; 2], spec: &Warp
         out,
         #[inline(always)]
         |x, y, places: &mut Places| {
-            let from = offset(y - rect.y0) * rect.w + offset(x - rect.x0);
-            let to = from + BLOCK.min(rect.w - offset(x - rect.x0));
+            let from = offset(y - rect.y) * rect.columns() + offset(x - rect.x);
+            let to = from + BLOCK.min(rect.columns() - offset(x - rect.x));
             ax.place(&dx[from..to], &mut places.i, &mut places.u);
             ay.place(&dy[from..to], &mut places.j, &mut places.v);
             for (i, x) in places.i.iter_mut().zip(x..) {
@@ -114,12 +120,12 @@ mod tests {
 
     #[test]
     fn whole_pixels_shift() {
-        let rect = Rect::new(0, 0, 6, 5);
+        let rect = Window::of(0, 0, 6, 5);
         let spec = WarpSpec { step: [0.5, 0.25], limit: [1.0, 0.5] };
         let offsets = [&[1.0; 30][..], &[-0.25; 30][..]];
         let big = spec.reads(rect, offsets);
-        assert_eq!(big, Rect::new(0, -3, 10, 9));
-        let data: Vec<f32> = (0..big.area()).map(|k| (k * k % 17) as f32).collect();
+        assert_eq!(big, Window::of(0, -3, 10, 9));
+        let data: Vec<f32> = (0..big.len()).map(|k| (k * k % 17) as f32).collect();
         let view = View::new(&data, big);
         let mut out = vec![0.0; 30];
         warp(&[view], rect, offsets, &spec, &mut [&mut out]);
@@ -130,8 +136,8 @@ mod tests {
 
     #[test]
     fn long_displacements_are_cut() {
-        let rect = Rect::new(5, 5, 2, 1);
+        let rect = Window::of(5, 5, 2, 1);
         let spec = WarpSpec { step: [1.0, 1.0], limit: [3.0, 3.0] };
-        assert_eq!(spec.reads(rect, [&[1e30, f32::NAN], &[0.0; 2]]), Rect::new(0, 3, 12, 5));
+        assert_eq!(spec.reads(rect, [&[1e30, f32::NAN], &[0.0; 2]]), Window::of(0, 3, 12, 5));
     }
 }

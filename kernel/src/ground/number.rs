@@ -1,4 +1,4 @@
-//! Numbers of other sizes.
+//! Conversions between number types.
 
 /// A parameter as the kernels take it, in single precision.
 #[inline]
@@ -10,5 +10,5 @@ pub fn narrow(value: f64) -> f32 {
 /// An index as it is kept in lists, in 32 bits.
 #[inline]
 pub(crate) fn index_u32(i: usize) -> u32 {
-    u32::try_from(i).expect("fewer than 2^32 things")
+    u32::try_from(i).expect("fewer than 2^32 entries")
 }

@@ -1,33 +1,17 @@
 //! Tiles of the engine as the kernels see them.
-use super::number::index_u32;
-use super::window::{Frame, Rect, View};
-use shibo_engine::value::{Field, Grid, Tile, Type, Window};
-
-/// The pixels of a window.
-#[inline]
-pub fn rect(window: Window) -> Rect {
-    Rect::new(window.x, window.y, window.width as usize, window.height as usize)
-}
-
-/// The window of a rectangle of pixels.
-///
-/// # Panics
-/// If it has 2³² columns or rows.
-#[inline]
-pub fn window(rect: Rect) -> Window {
-    Window { x: rect.x0, y: rect.y0, width: index_u32(rect.w), height: index_u32(rect.h) }
-}
+use super::window::{Frame, View};
+use shibo_engine::value::{Field, Grid, Tile, Type};
 
 /// Where a tile lies.
 #[inline]
 pub fn frame(tile: &Tile) -> Frame {
-    Frame { rect: rect(tile.window), origin: tile.grid.origin.to_array(), step: tile.grid.step.to_array() }
+    Frame { window: tile.window, origin: tile.grid.origin.to_array(), step: tile.grid.step.to_array() }
 }
 
 /// A channel of a tile.
 #[inline]
 pub fn view(tile: &Tile, channel: usize) -> View<'_> {
-    View::new(tile.plane(channel), rect(tile.window))
+    View::new(tile.plane(channel), tile.window)
 }
 
 /// All channels of a tile with three or more.

@@ -1,46 +1,47 @@
-//! Windows on a sampling grid: where a tile lies, and views of planes that are larger than the tile.
+//! Windows on a sampling grid: lengths of the engine's [`Window`], where a tile lies, and views of planes that are
+//! larger than the tile.
 //!
 //! Pixels are addressed by their absolute index on the grid; index 0 is the first pixel of the canvas, and windows may
 //! begin before it. A kernel that computes positions from absolute indices gives the same bits in every tile.
 
-/// A rectangle of pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rect {
-    /// Column of the first pixel.
-    pub x0: i32,
-    /// Row of the first pixel.
-    pub y0: i32,
-    /// Width in pixels.
-    pub w: usize,
-    /// Height in pixels.
-    pub h: usize,
+use super::number::index_u32;
+use shibo_engine::value::Window;
+
+/// The sizes of a [`Window`] as the lengths that kernels count with.
+pub trait WindowExt {
+    /// The window of `columns` × `rows` pixels whose first one is (`x`, `y`).
+    fn of(x: i32, y: i32, columns: usize, rows: usize) -> Self;
+
+    /// The number of columns.
+    fn columns(&self) -> usize;
+
+    /// The number of rows.
+    fn rows(&self) -> usize;
+
+    /// The window grown by a halo, `[columns, rows]` on every side.
+    #[must_use]
+    fn with_halo(&self, halo: [usize; 2]) -> Self;
 }
 
-impl Rect {
-    /// The rectangle of `w` × `h` pixels whose first one is (`x0`, `y0`).
+impl WindowExt for Window {
     #[inline]
-    pub const fn new(x0: i32, y0: i32, w: usize, h: usize) -> Self {
-        Self { x0, y0, w, h }
+    fn of(x: i32, y: i32, columns: usize, rows: usize) -> Self {
+        Self { x, y, width: index_u32(columns), height: index_u32(rows) }
     }
 
-    /// Number of pixels.
+    #[inline(always)]
+    fn columns(&self) -> usize {
+        self.width as usize
+    }
+
+    #[inline(always)]
+    fn rows(&self) -> usize {
+        self.height as usize
+    }
+
     #[inline]
-    pub const fn area(&self) -> usize {
-        self.w * self.h
-    }
-
-    /// The rectangle grown by a halo of `x` columns and `y` rows on every side.
-    #[must_use]
-    pub fn grow(&self, [x, y]: [usize; 2]) -> Self {
-        Self { x0: self.x0 - index(x), y0: self.y0 - index(y), w: self.w + 2 * x, h: self.h + 2 * y }
-    }
-
-    /// Whether all of `other` lies inside.
-    pub fn contains(&self, other: &Self) -> bool {
-        self.x0 <= other.x0
-            && self.y0 <= other.y0
-            && self.x0 + index(self.w) >= other.x0 + index(other.w)
-            && self.y0 + index(self.h) >= other.y0 + index(other.h)
+    fn with_halo(&self, [x, y]: [usize; 2]) -> Self {
+        self.grow(index(x), index(y))
     }
 }
 
@@ -56,13 +57,14 @@ pub(crate) fn offset(n: i32) -> usize {
     usize::try_from(n).expect("the window contains the pixel")
 }
 
-/// A window of the sampling grid with its place on the canvas.
+/// A window of the sampling grid with its place on the canvas: a [`Window`] counts pixels only, a frame also says where
+/// they lie in mm.
 ///
 /// The centre of pixel (i, j) lies at `origin + (i + ½, j + ½)·step` millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// The pixels.
-    pub rect: Rect,
+    pub window: Window,
     /// Where the corner of pixel (0, 0) lies, mm.
     pub origin: [f64; 2],
     /// Size of a pixel, mm.
@@ -72,8 +74,8 @@ pub struct Frame {
 impl Frame {
     /// A window with the grid's corner at the canvas' corner.
     #[inline]
-    pub const fn new(rect: Rect, step: [f64; 2]) -> Self {
-        Self { rect, origin: [0.0, 0.0], step }
+    pub const fn new(window: Window, step: [f64; 2]) -> Self {
+        Self { window, origin: [0.0, 0.0], step }
     }
 
     /// The centre of the pixel with absolute index (i, j), mm.
@@ -87,7 +89,7 @@ impl Frame {
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
     data: &'a [f32],
-    rect: Rect,
+    window: Window,
     stride: usize,
 }
 
@@ -95,31 +97,32 @@ impl<'a> View<'a> {
     /// Rows that follow each other without a gap.
     ///
     /// # Panics
-    /// If `data` is shorter than the rectangle.
+    /// If `data` is shorter than the window.
     #[inline]
-    pub fn new(data: &'a [f32], rect: Rect) -> Self {
-        Self::with_stride(data, rect, rect.w)
+    pub fn new(data: &'a [f32], window: Window) -> Self {
+        Self::with_stride(data, window, window.columns())
     }
 
     /// Rows that begin every `stride` values.
     ///
     /// # Panics
-    /// If `data` is shorter than the rectangle or `stride` smaller than its width.
-    pub fn with_stride(data: &'a [f32], rect: Rect, stride: usize) -> Self {
-        assert!(stride >= rect.w && (rect.h == 0 || data.len() >= (rect.h - 1) * stride + rect.w), "plane too small");
-        Self { data, rect, stride }
+    /// If `data` is shorter than the window or `stride` smaller than its width.
+    pub fn with_stride(data: &'a [f32], window: Window, stride: usize) -> Self {
+        let (w, h) = (window.columns(), window.rows());
+        assert!(stride >= w && (h == 0 || data.len() >= (h - 1) * stride + w), "plane too small");
+        Self { data, window, stride }
     }
 
     /// The pixels covered.
     #[inline]
-    pub const fn rect(&self) -> Rect {
-        self.rect
+    pub const fn window(&self) -> Window {
+        self.window
     }
 
-    /// Row `y` (absolute), from column `x` (absolute), `n` pixels.
+    /// `n` pixels of a row, from the pixel (x, y) (absolute index) on.
     #[inline(always)]
-    pub fn row(&self, y: i32, x: i32, n: usize) -> &'a [f32] {
-        let start = offset(y - self.rect.y0) * self.stride + offset(x - self.rect.x0);
+    pub fn row(&self, x: i32, y: i32, n: usize) -> &'a [f32] {
+        let start = offset(y - self.window.y) * self.stride + offset(x - self.window.x);
         &self.data[start..start + n]
     }
 
@@ -132,7 +135,7 @@ impl<'a> View<'a> {
     /// One pixel (absolute index), which must lie inside.
     #[inline(always)]
     pub fn at(&self, x: i32, y: i32) -> f32 {
-        self.data[offset(y - self.rect.y0) * self.stride + offset(x - self.rect.x0)]
+        self.data[offset(y - self.window.y) * self.stride + offset(x - self.window.x)]
     }
 }
 
@@ -143,10 +146,10 @@ mod tests {
     #[test]
     fn rows_are_found_by_absolute_index() {
         let data: Vec<f32> = (0..20u8).map(f32::from).collect();
-        let view = View::new(&data, Rect::new(-1, -2, 5, 4));
-        assert_eq!(view.row(0, 1, 2), [12.0, 13.0]);
+        let view = View::new(&data, Window::of(-1, -2, 5, 4));
+        assert_eq!(view.row(1, 0, 2), [12.0, 13.0]);
         assert_eq!(view.at(-1, -2), 0.0);
-        assert!(view.rect().contains(&Rect::new(0, -1, 3, 2).grow([1, 1])));
-        assert!(!view.rect().contains(&Rect::new(0, -1, 3, 2).grow([2, 1])));
+        assert!(view.window().contains(&Window::of(0, -1, 3, 2).with_halo([1, 1])));
+        assert!(!view.window().contains(&Window::of(0, -1, 3, 2).with_halo([2, 1])));
     }
 }

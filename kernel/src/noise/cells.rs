@@ -1,10 +1,11 @@
-//! The cells on which noise is drawn: a lattice of any size, stretch and angle that repeats exactly with the canvas.
+//! The integer grid of cells on which noise is drawn, of any size, stretch and angle, that repeats exactly with the
+//! canvas.
 //!
-//! Wanted are cells of `size` mm, `aspect` times longer along `angle`. On a canvas that tiles, the canvas' sides must be
-//! whole lattice vectors: side x is A = (a, b) cells and side y is B = (c, d) cells, with integers next to the wanted
-//! values (the best of all roundings that keep the cells' shape). So a feature's size, aspect and angle are met up to
-//! half a cell per canvas side; with ten or more cells on a side nobody sees it. Where the canvas does not tile, a side
-//! at least 1024 cells and two canvases long takes its place, and the rounding vanishes.
+//! Wanted are cells of `size` mm, `aspect` times longer along `angle`. On a canvas that tiles, the canvas' sides must
+//! be whole vectors of the grid: side x is A = (a, b) cells and side y is B = (c, d) cells, with integers next to the
+//! wanted values (the best of all roundings that keep the cells' shape). So a feature's size, aspect and angle are met
+//! up to half a cell per canvas side; with ten or more cells on a side that cannot be seen. Where the canvas does not
+//! tile, a side at least 1024 cells and two canvases long takes its place, so that the rounding is negligible.
 //!
 //! A cell (u, v) is named by the integers `e = d·u - c·v` and `f = a·v - b·u` modulo the determinant D = ad - bc:
 //! e/D and f/D are the cell's place on the canvas as fractions of the sides, and two cells have the same name exactly
@@ -57,9 +58,9 @@ impl CellShape {
     }
 }
 
-/// A periodic lattice, ready to draw from.
+/// A periodic grid of cells with random words, in affine coordinates.
 #[derive(Clone, Debug)]
-pub struct Lattice {
+pub struct CellGrid {
     /// Sides of the torus, mm.
     sides: [f64; 2],
     /// Cells per side: [[a, c], [b, d]].
@@ -73,12 +74,12 @@ pub struct Lattice {
     keys: [u32; 3],
 }
 
-/// More cells than this cannot be named in 32 bits with room for the wraps.
+/// With more cells than this, their numbers and wraps would not fit into 32 bits.
 const MOST_CELLS: f64 = 1e9;
 
-impl Lattice {
-    /// The lattice nearest to `shape` that repeats with a canvas of a size in mm where that tiles; `None` if it has more than 10^9 cells or if a number
-    /// is not positive and finite.
+impl CellGrid {
+    /// The grid nearest to `shape` that repeats with a canvas of a size in mm where that tiles; `None` if it
+    /// has more than 10^9 cells or if a number is not positive and finite.
     pub fn new((size_mm, tiling): (DVec2, Tiling), shape: &CellShape, hash: Hash) -> Option<Self> {
         let wanted = shape.wanted();
         let longest = shape.size * shape.aspect.max(1.0);
@@ -199,7 +200,7 @@ impl Name {
     }
 }
 
-/// [`LANES`] pixels of a row in lattice coordinates: pixel k lies at `frac + k·rate` cells from the run's own cell.
+/// [`LANES`] pixels of a row in cells: pixel k lies at `frac + k·rate` cells from the run's own cell.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     pub(crate) frac: [f32; 2],
@@ -298,20 +299,21 @@ fn distortion(m: &[[f64; 2]; 2], n: &[[f64; 2]; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::Rect;
+    use crate::ground::window::WindowExt;
     use proptest::prelude::*;
+    use shibo_engine::value::Window;
 
     proptest! {
         #[test]
         fn names_repeat_with_the_canvas(size in 0.5f64..80.0, aspect in 0.3f64..4.0, angle in -3.2f64..3.2, seed: u64) {
             let canvas = (DVec2::new(60.0, 45.0), Tiling::BOTH);
-            let lattice = Lattice::new(canvas, &CellShape { size, aspect, angle }, Hash::new(seed)).unwrap();
-            let [[a, c], [b, d]] = lattice.cells;
-            prop_assert!(lattice.count() > 0);
-            let frame = Frame::new(Rect::new(0, 0, 64, 64), [60.0 / 256.0, 45.0 / 256.0]);
+            let grid = CellGrid::new(canvas, &CellShape { size, aspect, angle }, Hash::new(seed)).unwrap();
+            let [[a, c], [b, d]] = grid.cells;
+            prop_assert!(grid.count() > 0);
+            let frame = Frame::new(Window::of(0, 0, 64, 64), [60.0 / 256.0, 45.0 / 256.0]);
             let small = |n: i64| i32::try_from(n).unwrap();
             for (x, y) in [(0, 0), (64, 10), (192, 255)] {
-                let run = lattice.run(&frame, x, y, [0, 1]);
+                let run = grid.run(&frame, x, y, [0, 1]);
                 for (u, v) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                     let word = run.word::<2>(u, v);
                     if run.wrap == Wrap::None {
@@ -321,7 +323,7 @@ mod tests {
                         prop_assert_eq!(word, run.word::<1>(u, v));
                     }
                 }
-                let e = |u: i64, v: i64| (d * u - c * v).rem_euclid(lattice.count);
+                let e = |u: i64, v: i64| (d * u - c * v).rem_euclid(grid.count);
                 prop_assert_eq!(e(3, 5), e(3 + a, 5 + b));
                 prop_assert_eq!(e(3, 5), e(3 + c, 5 + d));
                 prop_assert!(small(a).abs() < 1000);
@@ -337,11 +339,11 @@ mod tests {
             (CellShape { size: 5.0, aspect: 2.5, angle: 0.44 }, 0.15),
             (CellShape::round(0.12), 0.002),
         ] {
-            let lattice = Lattice::new(canvas, &shape, Hash::new(1)).unwrap();
+            let grid = CellGrid::new(canvas, &shape, Hash::new(1)).unwrap();
             let wanted = shape.wanted();
-            assert!(distortion(&lattice.to_cell, &wanted).sqrt() < tolerance, "{:?}", lattice.cells);
+            assert!(distortion(&grid.to_cell, &wanted).sqrt() < tolerance, "{:?}", grid.cells);
         }
-        assert!(Lattice::new(canvas, &CellShape::round(1e-4), Hash::new(1)).is_none());
-        assert!(Lattice::new(canvas, &CellShape::round(f64::NAN), Hash::new(1)).is_none());
+        assert!(CellGrid::new(canvas, &CellShape::round(1e-4), Hash::new(1)).is_none());
+        assert!(CellGrid::new(canvas, &CellShape::round(f64::NAN), Hash::new(1)).is_none());
     }
 }

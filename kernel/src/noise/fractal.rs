@@ -1,6 +1,6 @@
 //! Gradient, value and white noise and their fractal sums, periodic on a canvas that tiles.
 //!
-//! Perlin's improved noise (K. Perlin, "Improving noise", 2002: quintic fade) on a [`Lattice`], with gradients uniform
+//! Perlin's improved noise (K. Perlin, "Improving noise", 2002: quintic fade) on a [`CellGrid`], with gradients uniform
 //! in a square instead of twelve directions: the covariance is as round as that of unit gradients, no direction is
 //! preferred, and a gradient costs six instructions. Octave `o` has cells of `size / lacunarity^o` mm and the weight
 //! `gain^o`; each one is rounded to the canvas by itself.
@@ -11,11 +11,11 @@
 //!
 //! Cost: about 8 ns per pixel and three octaves; see `benches/texel.rs`.
 
-use super::cells::{CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, upper_unit};
+use super::cells::{CellGrid, CellShape, LANES, RAMP, Run, Wrap, lower_unit, upper_unit};
 use crate::ground::hash::Hash;
 use crate::ground::math;
 use crate::ground::simd;
-use crate::ground::window::{Frame, index, offset};
+use crate::ground::window::{Frame, WindowExt, index, offset};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -102,20 +102,20 @@ const fn moments(basis: Basis, fractal: FractalKind) -> (f64, f64) {
 #[derive(Clone, Debug)]
 pub struct Noise {
     spec: NoiseSpec,
-    octaves: Vec<(Lattice, f64)>,
+    octaves: Vec<(CellGrid, f64)>,
     /// Deviation of the sum of all octaves, also of those too fine to draw.
     deviation: f64,
 }
 
 impl Noise {
-    /// Prepares the lattices. At most 32 octaves are drawn; those with more than 10^9 cells on the canvas are left out.
+    /// Prepares the grids. At most 32 octaves are drawn; those with more than 10^9 cells on the canvas are left out.
     pub fn new(spec: &NoiseSpec, canvas: (DVec2, Tiling), hash: Hash) -> Self {
         let mut octaves = Vec::new();
         let (mut size, mut weight, mut variance) = (spec.shape.size, 1.0, 0.0);
         for octave in 0..spec.octaves.clamp(1, 32) {
             let shape = CellShape { size, ..spec.shape };
-            if let Some(lattice) = Lattice::new(canvas, &shape, hash.with(u64::from(octave))) {
-                octaves.push((lattice, weight));
+            if let Some(grid) = CellGrid::new(canvas, &shape, hash.with(u64::from(octave))) {
+                octaves.push((grid, weight));
             }
             variance += weight * weight;
             size /= spec.lacunarity;
@@ -134,7 +134,7 @@ impl Noise {
         let octaves: Vec<Octave<'_>> = self
             .octaves
             .iter()
-            .filter_map(|(lattice, weight)| Octave::new(lattice, weight * scale, mean, frame.step))
+            .filter_map(|(grid, weight)| Octave::new(grid, weight * scale, mean, frame.step))
             .collect();
         let spec = &self.spec;
         simd::dispatch(
@@ -146,7 +146,7 @@ impl Noise {
 
 /// An octave at the resolution of a frame.
 struct Octave<'a> {
-    lattice: &'a Lattice,
+    grid: &'a CellGrid,
     weight: f32,
     mean: f32,
 }
@@ -154,30 +154,30 @@ struct Octave<'a> {
 impl<'a> Octave<'a> {
     /// `None` if its cells are smaller than a pixel.
     #[expect(clippy::cast_possible_truncation, reason = "weights need no more than f32")]
-    fn new(lattice: &'a Lattice, weight: f64, mean: f64, step: [f64; 2]) -> Option<Self> {
-        let visible = math::smooth((lattice.pixels_per_cell(step) - 1.0) as f32);
-        (visible > 0.0).then_some(Self { lattice, weight: weight as f32 * visible, mean: mean as f32 })
+    fn new(grid: &'a CellGrid, weight: f64, mean: f64, step: [f64; 2]) -> Option<Self> {
+        let visible = math::smooth((grid.pixels_per_cell(step) - 1.0) as f32);
+        (visible > 0.0).then_some(Self { grid, weight: weight as f32 * visible, mean: mean as f32 })
     }
 }
 
 #[inline(always)]
 fn fill(spec: &NoiseSpec, octaves: &[Octave<'_>], frame: &Frame, out: &mut [f32]) {
-    let rect = frame.rect;
+    let rect = frame.window;
     let lanes = index(LANES);
-    for (row, y) in out.chunks_exact_mut(rect.w.max(1)).take(rect.h).zip(rect.y0..) {
-        let mut x = rect.x0.div_euclid(lanes) * lanes;
-        while x < rect.x0 + index(rect.w) {
+    for (row, y) in out.chunks_exact_mut(rect.columns().max(1)).take(rect.rows()).zip(rect.y..) {
+        let mut x = rect.x.div_euclid(lanes) * lanes;
+        while x < rect.right() {
             let mut sum = [0.0; LANES];
             for octave in octaves {
-                let run = octave.lattice.run(frame, x, y, [0, 1]);
+                let run = octave.grid.run(frame, x, y, [0, 1]);
                 let mut value = [0.0; LANES];
                 draw(spec.basis, &run, &mut value);
                 add(spec.fractal, octave, &value, &mut sum);
             }
             finish(spec.fractal, &mut sum);
-            let from = offset((rect.x0 - x).max(0));
-            let to = LANES.min(offset(rect.x0 + index(rect.w) - x));
-            let start = offset((x - rect.x0).max(0));
+            let from = offset((rect.x - x).max(0));
+            let to = LANES.min(offset(rect.right() - x));
+            let start = offset((x - rect.x).max(0));
             row[start..start + to - from].copy_from_slice(&sum[from..to]);
             x += lanes;
         }
@@ -278,8 +278,8 @@ fn finish(fractal: FractalKind, sum: &mut [f32; LANES]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::Rect;
     use proptest::prelude::*;
+    use shibo_engine::value::Window;
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 
@@ -287,8 +287,8 @@ mod tests {
         NoiseSpec { basis, fractal, shape: CellShape { size: 1.3, aspect: 1.7, angle: 0.5 }, ..NoiseSpec::fbm(1.3, 3) }
     }
 
-    fn render(noise: &Noise, rect: Rect, step: f64) -> Vec<f32> {
-        let mut out = vec![0.0; rect.area()];
+    fn render(noise: &Noise, rect: Window, step: f64) -> Vec<f32> {
+        let mut out = vec![0.0; rect.len()];
         noise.fill(&Frame::new(rect, [step, step]), &mut out);
         out
     }
@@ -305,7 +305,7 @@ mod tests {
             for fractal in [FractalKind::Fbm, FractalKind::Ridged, FractalKind::Billow] {
                 let spec = NoiseSpec { basis, fractal, ..NoiseSpec::fbm(0.5, 1) };
                 let noise = Noise::new(&spec, CANVAS, Hash::new(3));
-                let (mean, deviation) = mean_and_deviation(&render(&noise, Rect::new(0, 0, 768, 512), 60.0 / 768.0));
+                let (mean, deviation) = mean_and_deviation(&render(&noise, Window::of(0, 0, 768, 512), 60.0 / 768.0));
                 assert!(
                     (mean - 0.5).abs() < 0.01 && (deviation - 0.155).abs() < 0.01,
                     "{basis:?} {fractal:?}: {mean} {deviation}"
@@ -320,8 +320,8 @@ mod tests {
         fn tiles_agree(seed: u64, x0 in -200i32..300, y0 in -200i32..300, w in 1usize..150, h in 1usize..8) {
             for basis in [Basis::Gradient, Basis::Value, Basis::White] {
                 let noise = Noise::new(&spec(basis, FractalKind::Ridged), CANVAS, Hash::new(seed));
-                let whole = render(&noise, Rect::new(-200, y0, 700, h), 0.1);
-                let tile = render(&noise, Rect::new(x0, y0, w, h), 0.1);
+                let whole = render(&noise, Window::of(-200, y0, 700, h), 0.1);
+                let tile = render(&noise, Window::of(x0, y0, w, h), 0.1);
                 for j in 0..h {
                     let start = j * 700 + usize::try_from(x0 + 200).unwrap();
                     prop_assert_eq!(&tile[j * w..(j + 1) * w], &whole[start..start + w]);
@@ -333,8 +333,8 @@ mod tests {
         fn repeats_with_the_canvas(seed: u64, size in 0.4f64..90.0, aspect in 0.4f64..4.0, angle in -3.2f64..3.2) {
             let spec = NoiseSpec { shape: CellShape { size, aspect, angle }, ..NoiseSpec::fbm(size, 4) };
             let noise = Noise::new(&spec, CANVAS, Hash::new(seed));
-            let here = render(&noise, Rect::new(0, 0, 240, 160), 0.25);
-            let there = render(&noise, Rect::new(240, -160, 240, 160), 0.25);
+            let here = render(&noise, Window::of(0, 0, 240, 160), 0.25);
+            let there = render(&noise, Window::of(240, -160, 240, 160), 0.25);
             for (a, b) in here.iter().zip(&there) {
                 prop_assert!((a - b).abs() < 2e-4, "{a} {b}");
             }
@@ -344,15 +344,15 @@ mod tests {
     #[test]
     fn wide_and_plain_code_agree() {
         let noise = Noise::new(&spec(Basis::Gradient, FractalKind::Fbm), CANVAS, Hash::new(5));
-        let frame = Frame::new(Rect::new(-7, 3, 200, 40), [0.1, 0.1]);
-        let wide = render(&noise, frame.rect, 0.1);
+        let frame = Frame::new(Window::of(-7, 3, 200, 40), [0.1, 0.1]);
+        let wide = render(&noise, frame.window, 0.1);
         let (_, deviation) = moments(Basis::Gradient, FractalKind::Fbm);
         let octaves: Vec<_> = noise
             .octaves
             .iter()
             .filter_map(|(l, w)| Octave::new(l, w * (DEVIATION / (deviation * noise.deviation)), 0.0, frame.step))
             .collect();
-        let mut plain = vec![0.0; frame.rect.area()];
+        let mut plain = vec![0.0; frame.window.len()];
         fill(&noise.spec, &octaves, &frame, &mut plain);
         assert_eq!(wide, plain);
     }
@@ -360,8 +360,8 @@ mod tests {
     #[test]
     fn fine_octaves_fade() {
         let noise = Noise::new(&NoiseSpec::fbm(0.1, 4), CANVAS, Hash::new(5));
-        let flat = render(&noise, Rect::new(0, 0, 64, 64), 0.2);
+        let flat = render(&noise, Window::of(0, 0, 64, 64), 0.2);
         assert!(flat.iter().all(|&x| x == 0.5));
-        assert!(mean_and_deviation(&render(&noise, Rect::new(0, 0, 256, 256), 0.02)).1 > 0.12);
+        assert!(mean_and_deviation(&render(&noise, Window::of(0, 0, 256, 256), 0.02)).1 > 0.12);
     }
 }

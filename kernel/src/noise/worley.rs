@@ -1,15 +1,15 @@
 //! Cellular noise (S. Worley, "A cellular texture basis function", 1996), periodic on a canvas that tiles.
 //!
-//! One feature point per cell of a [`Lattice`], up to 7/16 of a cell from its middle, so that the nine cells around a
+//! One feature point per cell of a [`CellGrid`], up to 7/16 of a cell from its middle, so that the nine cells around a
 //! pixel hold its two nearest points but for the rarest cases. With an aspect, points are compared in the stretched
 //! space in which cells are round; F1 and F2 are mm across the stretch. The border distance is true mm in every
 //! direction: to the bisector of the nearest point and each of the 24 around (I. Quilez, "Voronoi edges").
 
-use super::cells::{CellShape, LANES, Lattice, RAMP, Run, Wrap, lower_unit, scramble, upper_unit};
+use super::cells::{CellGrid, CellShape, LANES, RAMP, Run, Wrap, lower_unit, scramble, upper_unit};
 use crate::ground::hash::Hash;
 use crate::ground::math::{max, min};
 use crate::ground::simd;
-use crate::ground::window::{Frame, index, offset};
+use crate::ground::window::{Frame, WindowExt, index, offset};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ use shibo_engine::value::Tiling;
 /// How distances to points are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Metric {
-    /// As usual: round cells.
+    /// Euclidean: round cells.
     // √(x² + y²).
     #[default]
     Euclidean,
@@ -35,7 +35,7 @@ pub enum Metric {
 pub struct WorleySpec {
     /// Cells.
     pub shape: CellShape,
-    /// 0: a regular lattice … 1: as irregular as possible.
+    /// 0: a regular grid … 1: as irregular as possible.
     pub jitter: f32,
     /// Measure of F1 and F2; borders are Euclidean.
     pub metric: Metric,
@@ -56,8 +56,8 @@ pub struct WorleyOut<'a> {
     pub id: Option<&'a mut [u32]>,
 }
 
-/// The words that name cells as whole numbers below 2^24, which `f32` holds exactly. Of a thousand cells, two share a
-/// number in three pictures of a hundred.
+/// The words that name cells as whole numbers below 2^24, which `f32` holds exactly. Among a thousand cells, the chance
+/// that two share a number is 3 %.
 pub fn ids(words: &[u32], out: &mut [f32]) {
     for (out, word) in out.iter_mut().zip(words) {
         *out = (scramble(!*word) >> 8) as f32;
@@ -67,7 +67,7 @@ pub fn ids(words: &[u32], out: &mut [f32]) {
 /// Cells bound to a canvas and a seed.
 #[derive(Clone, Debug)]
 pub struct Worley {
-    lattice: Option<Lattice>,
+    grid: Option<CellGrid>,
     metric: Metric,
     jitter: f32,
     /// Cells to the space in which points are compared, mm.
@@ -77,19 +77,19 @@ pub struct Worley {
 }
 
 impl Worley {
-    /// Prepares the lattice. With more than 10^9 cells on the canvas all outputs are 0.
+    /// Prepares the grid. With more than 10^9 cells on the canvas all outputs are 0.
     pub fn new(spec: &WorleySpec, canvas: (DVec2, Tiling), hash: Hash) -> Self {
-        let lattice = Lattice::new(canvas, &spec.shape, hash);
+        let grid = CellGrid::new(canvas, &spec.shape, hash);
         let stretch = spec.shape.wanted().map(|row| row.map(|x| x * spec.shape.size));
-        let m = lattice.as_ref().map_or([[1.0, 0.0], [0.0, 1.0]], Lattice::to_cell);
+        let m = grid.as_ref().map_or([[1.0, 0.0], [0.0, 1.0]], CellGrid::to_cell);
         let det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
         let to_mm = [[m[1][1] / det, -m[0][1] / det], [-m[1][0] / det, m[0][0] / det]];
         let compare = product(&stretch, &to_mm);
-        let turned = [[stretch[0][0], stretch[1][0]], [stretch[0][1], stretch[1][1]]];
+        let transposed = [[stretch[0][0], stretch[1][0]], [stretch[0][1], stretch[1][1]]];
         #[expect(clippy::cast_possible_truncation, reason = "lengths need no more than f32")]
         let single = |m: [[f64; 2]; 2]| m.map(|row| row.map(|x| x as f32));
-        let slope = single(product(&turned, &compare));
-        Self { lattice, metric: spec.metric, jitter: spec.jitter * 0.875, compare: single(compare), slope }
+        let slope = single(product(&transposed, &compare));
+        Self { grid, metric: spec.metric, jitter: spec.jitter * 0.875, compare: single(compare), slope }
     }
 
     /// Fills the wanted planes over the frame's window.
@@ -97,28 +97,28 @@ impl Worley {
     /// # Panics
     /// If a plane is smaller than the window.
     pub fn fill(&self, frame: &Frame, out: &mut WorleyOut<'_>) {
-        let Some(lattice) = &self.lattice else { return };
+        let Some(grid) = &self.grid else { return };
         simd::dispatch(
             #[inline(always)]
-            || self.fill_rows(lattice, frame, out),
+            || self.fill_rows(grid, frame, out),
         );
     }
 
     #[inline(always)]
-    fn fill_rows(&self, lattice: &Lattice, frame: &Frame, out: &mut WorleyOut<'_>) {
-        let (rect, lanes) = (frame.rect, index(LANES));
+    fn fill_rows(&self, grid: &CellGrid, frame: &Frame, out: &mut WorleyOut<'_>) {
+        let (rect, lanes) = (frame.window, index(LANES));
         let mut near = Near::default();
         let mut value = [0.0; LANES];
-        for (j, y) in (0..rect.h).zip(rect.y0..) {
-            let mut x = rect.x0.div_euclid(lanes) * lanes;
-            while x < rect.x0 + index(rect.w) {
-                let from = offset((rect.x0 - x).max(0));
-                let to = LANES.min(offset(rect.x0 + index(rect.w) - x));
-                let start = j * rect.w + offset((x - rect.x0).max(0));
+        for (j, y) in (0..rect.rows()).zip(rect.y..) {
+            let mut x = rect.x.div_euclid(lanes) * lanes;
+            while x < rect.right() {
+                let from = offset((rect.x - x).max(0));
+                let to = LANES.min(offset(rect.right() - x));
+                let start = j * rect.columns() + offset((x - rect.x).max(0));
                 let part = start..start + to - from;
-                self.nearest_points(lattice, frame, [x, y], &mut near);
+                self.nearest_points(grid, frame, [x, y], &mut near);
                 if let Some(border) = &mut out.border {
-                    self.borders(&lattice.run(frame, x, y, [-2, 2]), &near, &mut value);
+                    self.borders(&grid.run(frame, x, y, [-2, 2]), &near, &mut value);
                     border[part.clone()].copy_from_slice(&value[from..to]);
                 }
                 if let Some(f1) = &mut out.f1 {
@@ -141,8 +141,8 @@ impl Worley {
     }
 
     #[inline(always)]
-    fn nearest_points(&self, lattice: &Lattice, frame: &Frame, [x, y]: [i32; 2], near: &mut Near) {
-        let run = lattice.run(frame, x, y, [-1, 1]);
+    fn nearest_points(&self, grid: &CellGrid, frame: &Frame, [x, y]: [i32; 2], near: &mut Near) {
+        let run = grid.run(frame, x, y, [-1, 1]);
         match (self.metric, run.wrap) {
             (Metric::Euclidean, Wrap::None) => self.nearest::<0, 0>(&run, near),
             (Metric::Euclidean, Wrap::Few) => self.nearest::<1, 0>(&run, near),
@@ -311,13 +311,13 @@ fn product(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> [[f64; 2]; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::Rect;
     use proptest::prelude::*;
+    use shibo_engine::value::Window;
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 
-    fn render(spec: &WorleySpec, seed: u64, rect: Rect, step: f64) -> [Vec<f32>; 3] {
-        let [mut f1, mut f2, mut border] = [(); 3].map(|()| vec![0.0; rect.area()]);
+    fn render(spec: &WorleySpec, seed: u64, rect: Window, step: f64) -> [Vec<f32>; 3] {
+        let [mut f1, mut f2, mut border] = [(); 3].map(|()| vec![0.0; rect.len()]);
         let worley = Worley::new(spec, CANVAS, Hash::new(seed));
         let mut out =
             WorleyOut { f1: Some(&mut f1), f2: Some(&mut f2), border: Some(&mut border), ..WorleyOut::default() };
@@ -330,9 +330,9 @@ mod tests {
         #[test]
         fn repeats_tiles_and_is_ordered(seed: u64, size in 1.0f64..60.0, aspect in 0.5f64..3.0, angle in -3.2f64..3.2) {
             let spec = WorleySpec { shape: CellShape { size, aspect, angle }, jitter: 1.0, metric: Metric::Euclidean };
-            let here = render(&spec, seed, Rect::new(0, 0, 240, 20), 0.25);
-            let there = render(&spec, seed, Rect::new(240, 160, 240, 20), 0.25);
-            let part = render(&spec, seed, Rect::new(17, 3, 100, 2), 0.25);
+            let here = render(&spec, seed, Window::of(0, 0, 240, 20), 0.25);
+            let there = render(&spec, seed, Window::of(240, 160, 240, 20), 0.25);
+            let part = render(&spec, seed, Window::of(17, 3, 100, 2), 0.25);
             for plane in 0..3 {
                 prop_assert_eq!(&part[plane][..100], &here[plane][3 * 240 + 17..][..100]);
                 for (a, b) in here[plane].iter().zip(&there[plane]) {
@@ -346,9 +346,9 @@ mod tests {
     }
 
     #[test]
-    fn a_regular_lattice_is_known() {
+    fn a_regular_grid_is_known() {
         let spec = WorleySpec { shape: CellShape::round(10.0), jitter: 0.0, metric: Metric::Euclidean };
-        let [f1, f2, border] = render(&spec, 4, Rect::new(0, 0, 600, 400), 0.1);
+        let [f1, f2, border] = render(&spec, 4, Window::of(0, 0, 600, 400), 0.1);
         for k in 0..f1.len() {
             assert!(border[k] <= 5.001 && f1[k] <= 7.08 && f2[k] <= 11.19);
         }

@@ -1,12 +1,12 @@
 //! Ramps between two points: linear, radial, angular, diamond and square.
 //!
-//! With d = to - from, a place p becomes (u, v) = ((p - from)·d, (p - from)×d) / |d|², so that `from` is (0, 0) and `to`
-//! is (1, 0) in every shape. Positions are computed in f64 from absolute pixel indices. Cost: about half
-//! a nanosecond per pixel, for angles 3 ns.
+//! With d = to - from, a place p becomes (u, v) = ((p - from)·d, (p - from)×d) / |d|², so that `from` is (0, 0) and
+//! `to` is (1, 0) in every shape. Positions are computed in f64 from absolute pixel indices. Cost: about half a
+//! nanosecond per pixel, for angles 3 ns.
 
 use crate::ground::math::{atan2, max, saturate};
 use crate::ground::simd;
-use crate::ground::window::Frame;
+use crate::ground::window::{Frame, WindowExt};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f32::consts::TAU;
@@ -49,7 +49,7 @@ pub struct GradientSpec {
     pub shape: GradientShape,
     /// Where the value is 0, mm.
     pub from: [f64; 2],
-    /// Where it has run its course, mm; not the same point.
+    /// Where the value is 1, mm; not the same point.
     pub to: [f64; 2],
     /// How many runs from 0 to 1 (and back) fit between the points.
     pub times: f64,
@@ -104,9 +104,9 @@ pub fn gradient(spec: &GradientSpec, frame: &Frame, out: &mut [f32]) {
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "shares need no more than f32")]
 fn fill(spec: &GradientSpec, frame: &Frame, out: &mut [f32], shape: impl Fn(f32, f32) -> f32) {
-    let (rect, [a, b], times) = (frame.rect, spec.axes(), spec.times as f32);
-    let columns: Vec<f64> = (rect.x0..).take(rect.w).map(|x| spec.beside(0, frame.center(x, 0)[0])).collect();
-    for (row, y) in out.chunks_exact_mut(rect.w.max(1)).take(rect.h).zip(rect.y0..) {
+    let (rect, [a, b], times) = (frame.window, spec.axes(), spec.times as f32);
+    let columns: Vec<f64> = (rect.x..).take(rect.columns()).map(|x| spec.beside(0, frame.center(x, 0)[0])).collect();
+    for (row, y) in out.chunks_exact_mut(rect.columns().max(1)).take(rect.rows()).zip(rect.y..) {
         let dy = spec.beside(1, frame.center(0, y)[1]);
         for (out, dx) in row.iter_mut().zip(&columns) {
             *out = shape((dx * a[0] + dy * a[1]) as f32, (dx * b[0] + dy * b[1]) as f32);
@@ -128,7 +128,7 @@ fn fill(spec: &GradientSpec, frame: &Frame, out: &mut [f32], shape: impl Fn(f32,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::Rect;
+    use shibo_engine::value::Window;
 
     const SPEC: GradientSpec = GradientSpec {
         shape: GradientShape::Linear,
@@ -142,7 +142,7 @@ mod tests {
     /// The value at (x, y) mm.
     fn at(spec: &GradientSpec, x: i32, y: i32) -> f32 {
         let mut out = [9.0];
-        let frame = Frame { rect: Rect::new(x, y, 1, 1), origin: [-0.5; 2], step: [1.0; 2] };
+        let frame = Frame { window: Window::of(x, y, 1, 1), origin: [-0.5; 2], step: [1.0; 2] };
         gradient(spec, &frame, &mut out);
         out[0]
     }

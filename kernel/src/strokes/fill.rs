@@ -1,11 +1,12 @@
 //! The inner loops of [`super::set`]: strokes into a window, some pixels of a row at a time.
 //!
-//! A stroke's rows are cut into blocks before any is drawn. So there is little to guess for the processor, and the long
-//! chains of operations of several blocks overlap.
+//! The rows of a stroke are divided into blocks of pixels before any is drawn. So the processor mispredicts few
+//! branches, and the long chains of operations of several blocks overlap.
 
 use super::job::Job;
-use super::pen::{Bell, Edge, LANES, Linear, Pen, Shape, Smooth, View};
-use super::style::{NO_STROKE, Profile, Window};
+use super::pen::{Edge, Gaussian, LANES, Linear, Pen, Pens, Shape, Smooth};
+use super::style::{NO_STROKE, Profile};
+use crate::ground::window::{Frame, WindowExt};
 use pulp::Simd;
 use shibo_engine::value::Buffer;
 use std::ops::RangeInclusive;
@@ -39,29 +40,29 @@ impl Rule {
 }
 
 /// The pixels of a window, with room for whole blocks.
-pub(super) struct Sheet {
-    window: Window,
+pub(super) struct Target {
+    frame: Frame,
     rule: Rule,
     stride: usize,
     values: Buffer,
     ids: Vec<u32>,
 }
 
-impl Sheet {
-    pub(super) fn new(window: &Window, rule: Rule) -> Self {
-        let stride = window.width + LANES;
-        let count = stride * window.height;
+impl Target {
+    pub(super) fn new(frame: &Frame, rule: Rule) -> Self {
+        let stride = frame.window.columns() + LANES;
+        let count = stride * frame.window.rows();
         let ids = if rule == Rule::Ids { vec![NO_STROKE; count] } else { Vec::new() };
-        Self { window: *window, rule, stride, values: Buffer::zeros(count), ids }
+        Self { frame: *frame, rule, stride, values: Buffer::zeros(count), ids }
     }
 
     /// Draws strokes in their order.
     pub(super) fn draw(&mut self, job: Job<'_>) {
-        pulp::Arch::new().dispatch(Call { sheet: self, job });
+        pulp::Arch::new().dispatch(Call { target: self, job });
     }
 
     pub(super) fn copy_to(&self, out: &mut [f32], ids: &mut [u32]) {
-        let width = self.window.width;
+        let width = self.frame.window.columns();
         if width == 0 {
             return;
         }
@@ -76,7 +77,7 @@ impl Sheet {
 
 /// A call for [`pulp::Arch::dispatch`]: a closure would not be inlined where the vector instructions are.
 struct Call<'c, 's> {
-    sheet: &'c mut Sheet,
+    target: &'c mut Target,
     job: Job<'s>,
 }
 
@@ -85,31 +86,30 @@ impl pulp::WithSimd for Call<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { sheet, job } = self;
+        let Self { target, job } = self;
         match job.style.profile {
-            Profile::Flat | Profile::Brush => sheet.strokes(simd, &job, 1.0, |pen| Edge::new(pen, &job.style)),
-            Profile::Linear => sheet.strokes(simd, &job, 1.0, |_| Linear),
-            Profile::Smooth => sheet.strokes(simd, &job, 1.0, |_| Smooth),
+            Profile::Flat | Profile::Brush => target.strokes(simd, &job, 1.0, |pen| Edge::new(pen, &job.style)),
+            Profile::Linear => target.strokes(simd, &job, 1.0, |_| Linear),
+            Profile::Smooth => target.strokes(simd, &job, 1.0, |_| Smooth),
             Profile::Gaussian { sigma, cutoff } => {
                 let unit = (128.0 * sigma * sigma).sqrt().recip();
                 let end = (2.0 * cutoff * unit).min(1.0);
-                sheet.strokes(simd, &job, unit, |_| Bell { end: end * end });
+                target.strokes(simd, &job, unit, |_| Gaussian { end: end * end });
             }
         }
     }
 }
 
-impl Sheet {
+impl Target {
     /// Draws strokes with the cross-section that `shape` gives for each, whose half width is `unit` of its units.
     #[inline(always)]
     fn strokes<S: Simd, P: Shape>(&mut self, simd: S, job: &Job<'_>, unit: f32, shape: impl Fn(&Pen) -> P) {
         let style = &job.style;
-        let window = self.window;
-        let view = View::new(&window, job, unit);
+        let pens = Pens::new(&self.frame, job, unit);
         let taper = style.taper > 0.0 || style.tip > 0.0 || style.profile == Profile::Brush;
         let mut scratch = Scratch::NEW;
         for near in job.near {
-            let Some(pen) = view.pen(&job.grooves[near.groove as usize], near.copy) else { continue };
+            let Some(pen) = pens.pen(&job.grooves[near.groove as usize], near.copy) else { continue };
             let shape = shape(&pen);
             match (taper, style.round_caps, self.rule == Rule::Max) {
                 (false, false, true) => self.stroke::<S, false, false, true>(simd, &pen, &shape, &mut scratch),
@@ -131,7 +131,7 @@ impl Sheet {
         shape: &impl Shape,
         scratch: &mut Scratch,
     ) {
-        let height = i32::try_from(self.window.height).unwrap_or(i32::MAX);
+        let height = i32::try_from(self.frame.window.height).unwrap_or(i32::MAX);
         let last = pen.rows[1].min((height - 1).saturating_sub(pen.row));
         let lanes = S::F32_LANES;
         let blocks = (usize::try_from(pen.wide).unwrap_or(0).div_ceil(lanes)).min(self.stride / lanes);
@@ -158,7 +158,7 @@ impl Sheet {
     }
 
     /// Cuts a strip of some rows into blocks, as many as there is room for; returns the next row and how many blocks
-    /// there are. Blocks beyond a row's end are written and then overwritten: that is quicker than to choose.
+    /// there are. Blocks beyond a row's end are written and then overwritten: that is quicker than a branch.
     #[inline(always)]
     fn cut<S: Simd>(
         &self,
@@ -171,7 +171,7 @@ impl Sheet {
         let lanes = S::F32_LANES;
         let (mut row, mut count) = (*rows.start(), 0);
         while row <= *rows.end() && count + LANES * STRIP <= BLOCKS {
-            let spans = pen.spans(simd, row as f32, self.window.width as f32, (strip * STRIP * lanes) as f32);
+            let spans = pen.spans(simd, row as f32, self.frame.window.width as f32, (strip * STRIP * lanes) as f32);
             S::as_mut_simd_u32s(&mut scratch.from).0[0] = spans.from;
             S::as_mut_simd_u32s(&mut scratch.count).0[0] = spans.count;
             S::as_mut_simd_f32s(&mut scratch.column).0[0] = spans.column;
@@ -202,11 +202,11 @@ const BLOCKS: usize = 192;
 /// Some pixels of a row.
 #[derive(Clone, Copy, Default)]
 struct Block {
-    /// Where they begin on the sheet.
+    /// Index of the first one on the target.
     at: usize,
     /// Their first column from the middle of the stroke.
     column: f32,
-    /// Way along and across of the row, see [`Pen::values`].
+    /// The row's offsets along and across, see [`Pen::values`].
     along: f32,
     across: f32,
 }
@@ -240,6 +240,7 @@ mod tests {
     use crate::strokes::style::{Combine, Draw, Stroke, StrokeStyle};
     use glam::Vec2;
     use pulp::WithSimd;
+    use shibo_engine::value::Window;
 
     #[test]
     fn any_width_of_vectors_draws_the_same_bits() {
@@ -251,31 +252,25 @@ mod tests {
             Stroke { ends: [at - half, at + half], half_width: 0.6 * r(5) * r(5), depth: r(6) }
         };
         let strokes: Vec<Stroke> = (0..60).map(stroke).collect();
-        let window = Window {
-            x: -3,
-            y: 2,
-            width: 77,
-            height: 61,
-            step: Vec2::new(0.125, 0.17),
-            origin: glam::DVec2::new(0.4, -0.7),
-        };
+        let window = Window::of(-3, 2, 77, 61);
+        let frame = Frame { window, origin: [0.4, -0.7], step: [0.125, 0.17] };
         let gaussian = Profile::Gaussian { sigma: 0.2, cutoff: 0.64 };
         for profile in [Profile::Flat, Profile::Linear, Profile::Smooth, gaussian, Profile::Brush] {
             for (taper, round_caps, rule) in [(0.0, false, Rule::Max), (0.4, true, Rule::Ids), (0.0, true, Rule::Add)] {
                 let style = StrokeStyle { profile, taper, round_caps, combine: Combine::Add, ..StrokeStyle::default() };
                 let set = StrokeSet::new(&strokes, style, None);
-                let (near, copies) = set.near(&window, true);
+                let (near, copies) = set.near(&frame, true);
                 let draw = |wide: bool| {
-                    let mut sheet = Sheet::new(&window, rule);
+                    let mut target = Target::new(&frame, rule);
                     let (period, draw) = (Vec2::ZERO, Draw::Depth);
                     let job = Job { grooves: set.grooves(), near: &near, copies: &copies, style, period, draw };
                     if wide {
-                        sheet.draw(job);
+                        target.draw(job);
                     } else {
-                        Call { sheet: &mut sheet, job }.with_simd(pulp::Scalar::new());
+                        Call { target: &mut target, job }.with_simd(pulp::Scalar::new());
                     }
                     let (mut out, mut ids) = (vec![0.0; 77 * 61], vec![0; 77 * 61]);
-                    sheet.copy_to(&mut out, &mut ids);
+                    target.copy_to(&mut out, &mut ids);
                     (out.iter().map(|v: &f32| v.to_bits()).collect::<Vec<_>>(), ids)
                 };
                 assert!(draw(true) == draw(false), "{profile:?} {rule:?}");

@@ -1,6 +1,6 @@
 //! Strokes with a cross-section: wrinkle segments as grooves, bands as a scalar field.
 //!
-//! Source: JP4905282B2 §7, claims 17 to 19 (A49 to A56): each segment gets a width W and a cross-section. A
+//! Source: JP4905282B2 §7, claims 17 to 19: each segment gets a width W and a cross-section. A
 //! [`StrokeSet`] is built once, in mm, and fills any window at any resolution; a pixel's value depends on its place
 //! alone, so windows fit together bit by bit. Strokes are combined in their order, so sums do not depend on the cut
 //! either. What is drawn is depth, 0 where there is no stroke; heights are its negative.
@@ -13,4 +13,4 @@ mod set;
 mod style;
 
 pub use set::{StrokeSet, layers};
-pub use style::{Combine, Draw, NO_STROKE, Profile, Stroke, StrokeStyle, Window};
+pub use style::{Combine, Draw, NO_STROKE, Profile, Stroke, StrokeStyle};

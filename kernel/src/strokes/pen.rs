@@ -1,25 +1,28 @@
 //! Strokes as seen from a window: which pixels they touch, and what those have in them.
 //!
-//! A pixel's value is a function of its place from the stroke's middle and does not depend on what else is computed with
-//! it. Written with explicit vectors: whether such loops vectorise by themselves depends on what they are inlined into.
+//! A pixel's value is a function of its place from the stroke's middle and does not depend on what else is computed
+//! with it. Written with explicit vectors: whether such loops vectorise by themselves depends on what they are inlined
+//! into.
 
 use super::job::Groove;
 use super::job::Job;
-use super::style::{Draw, Profile, StrokeStyle, Window, cut};
+use super::style::{Draw, Profile, StrokeStyle, cut};
 use crate::ground::math;
 use crate::ground::number::narrow;
+use crate::ground::window::Frame;
 use glam::{DVec2, IVec2, Vec2};
 use pulp::Simd;
+use shibo_engine::value::Window;
 
 /// The most pixels per block on any machine; rows are padded by as many so that a block may begin in any column.
 pub(super) const LANES: usize = 16;
 /// The numbers of the lanes.
 const LANE: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
-/// Pixels are computed so far beyond the edge of a stroke, in pixels and as a share of its size: more than places are
-/// rounded by, so that those left out would be 0.
-const HAIR: [f32; 2] = [0.02, 1e-6];
-/// A slope of so many columns per row is none.
-const FAR: f32 = 1e9;
+/// Pixels are computed so far beyond the edge of a stroke, in pixels and as a share of its size: more than the rounding
+/// errors of positions, so that all pixels left out would be 0.
+const MARGIN: [f32; 2] = [0.02, 1e-6];
+/// Slopes of more columns per row than this count as horizontal.
+const STEEP: f32 = 1e9;
 /// 1.5·2^23: added to a number below 2^22, it leaves the nearest integer in the low bits.
 const SNAP: f32 = 12_582_912.0;
 
@@ -31,13 +34,13 @@ pub(super) struct Pen {
     pub(super) row: i32,
     /// Rows that it touches, from that of the middle.
     pub(super) rows: [i32; 2],
-    /// Where a row is between its ends, and between its sides: begins by row, and in that of the middle; for how long.
-    /// In columns of the window.
+    /// The columns of a row between the ends of the stroke, and those between its sides: how the first one changes by
+    /// row, the first one in the row of the middle, and their number.
     edges: [[f32; 3]; 2],
     /// Columns that it touches in a row, at the most.
     pub(super) wide: i32,
-    /// Way along and across from the middle by column, by row, and at the centre of the middle's pixel: along in mm,
-    /// across in the units of the cross-section.
+    /// Offset from the middle along and across the stroke: change by column, change by row, and value at the centre of
+    /// the middle's pixel; along in mm, across in the units of the cross-section.
     along: [f32; 3],
     across: [f32; 3],
     half_length: f32,
@@ -54,44 +57,48 @@ pub(super) struct Pen {
     sharp: f32,
 }
 
-/// What all pens of a window have in common.
-pub(super) struct View<'w> {
-    window: &'w Window,
+/// The common part of all pens of a window.
+pub(super) struct Pens {
+    window: Window,
+    /// The size of a pixel in mm.
+    step: Vec2,
     style: StrokeStyle,
     draw: Draw,
     /// Units of the cross-section per half width.
     unit: f32,
-    /// Per copy of the canvas how far it is moved: in mm, and then in whole pixels.
+    /// The shift of each copy of the canvas: in mm, or in whole pixels.
     copies: Vec<(DVec2, DVec2)>,
     per: DVec2,
 }
 
-impl<'w> View<'w> {
-    pub(super) fn new(window: &'w Window, job: &Job<'_>, unit: f32) -> Self {
-        let pitch = window.step.as_dvec2();
+impl Pens {
+    pub(super) fn new(frame: &Frame, job: &Job<'_>, unit: f32) -> Self {
+        let (step, origin) = (DVec2::from_array(frame.step).as_vec2(), DVec2::from_array(frame.origin));
+        let pitch = step.as_dvec2();
         let copy = |&copy: &IVec2| {
-            let shift = job.period.as_dvec2() * copy.as_dvec2() - window.origin;
+            let shift = job.period.as_dvec2() * copy.as_dvec2() - origin;
             // A copy of the canvas is a whole number of pixels away if possible: then copies have the same bits.
             let pixels = shift / pitch;
             let whole = (pixels - pixels.round()).abs().max_element() < 1e-3;
             if whole { (DVec2::ZERO, pixels.round()) } else { (shift, DVec2::ZERO) }
         };
         let copies = job.copies.iter().map(copy).collect();
-        Self { window, style: job.style, draw: job.draw, unit, copies, per: pitch.recip() }
+        let (window, style, draw) = (frame.window, job.style, job.draw);
+        Self { window, step, style, draw, unit, copies, per: pitch.recip() }
     }
 
     /// The widths of a pixel as seen along and across.
     #[inline(always)]
     fn pixel(&self, along: Vec2) -> [f32; 2] {
-        let step = self.window.step;
+        let step = self.step;
         if step.x == step.y { [step.x; 2] } else { [(along * step).length(), (along.perp() * step).length()] }
     }
 
-    /// Nothing if the stroke leaves no trace. Inlined where there are vector instructions: without them rounding is
-    /// a call of a function.
+    /// `None` if the stroke touches no pixel. Inlined into code with vector instructions: without them rounding is a
+    /// function call.
     #[inline(always)]
     pub(super) fn pen(&self, groove: &Groove, copy: u32) -> Option<Pen> {
-        let (style, step) = (&self.style, self.window.step);
+        let (style, step) = (&self.style, self.step);
         let (shift, pixels) = self.copies[copy as usize];
         let middle = groove.middle + shift;
         let corner = (middle * self.per).floor();
@@ -107,14 +114,14 @@ impl<'w> View<'w> {
         // Half a pixel more where edges are soft.
         let soft = if style.antialias { 0.5 } else { 0.0 };
         let edge = if matches!(style.profile, Profile::Flat | Profile::Brush) { soft } else { 0.0 };
-        let hair = HAIR[0] * pixel[0].max(pixel[1]) + HAIR[1] * (half_length + reach);
-        let reach = [half_length + end + soft * pixel[0].max(pixel[1]) + hair, reach + edge * pixel[1] + hair];
+        let margin = MARGIN[0] * pixel[0].max(pixel[1]) + MARGIN[1] * (half_length + reach);
+        let reach = [half_length + end + soft * pixel[0].max(pixel[1]) + margin, reach + edge * pixel[1] + margin];
         let at = corner + pixels - DVec2::new(f64::from(self.window.x), f64::from(self.window.y));
         let size = Vec2::new(tx.abs() * reach[0] + ty.abs() * reach[1], tx.abs() * reach[1] + ty.abs() * reach[0]);
         let span = size / step + 1.0;
         let (low, high) = (at - span.as_dvec2(), at + span.as_dvec2());
-        let inside =
-            low.x < self.window.width as f64 && low.y < self.window.height as f64 && high.cmpge(DVec2::ZERO).all();
+        let size_px = DVec2::new(f64::from(self.window.width), f64::from(self.window.height));
+        let inside = low.cmplt(size_px).all() && high.cmpge(DVec2::ZERO).all();
         if !inside || depth <= 0.0 || (half_length <= 0.0 && !style.round_caps) {
             return None;
         }
@@ -150,8 +157,8 @@ impl<'w> View<'w> {
     }
 }
 
-/// Where rows are within a stroke, see [`Pen::edges`], and over how many columns at the most. `rest` leads from the
-/// middle to the centre of its pixel, which lies in `column`.
+/// Where rows are within a stroke, see [`Pen::edges`], and over how many columns at the most. `rest` is the vector from
+/// the middle to the centre of its pixel, which lies in `column`.
 #[inline(always)]
 fn edges([tx, ty]: [f32; 2], reach: [f32; 2], (column, rest): (f32, Vec2), step: Vec2) -> ([[f32; 3]; 2], i32) {
     let per = step.x.recip();
@@ -160,7 +167,7 @@ fn edges([tx, ty]: [f32; 2], reach: [f32; 2], (column, rest): (f32, Vec2), step:
         let (slope, half) = (s / t, reach / t.abs());
         let by_row = slope * step.y * per;
         let first = (slope * rest.y - half - rest.x) * per + column;
-        if by_row.abs() < FAR { [by_row, first, 2.0 * half * per] } else { [0.0, -FAR, 2.0 * FAR] }
+        if by_row.abs() < STEEP { [by_row, first, 2.0 * half * per] } else { [0.0, -STEEP, 2.0 * STEEP] }
     };
     let (ends, sides) = (edge(tx, -ty, reach[0]), edge(ty, tx, reach[1]));
     ([ends, sides], whole(f64::from(ends[2].min(sides[2]))).saturating_add(1))
@@ -168,7 +175,8 @@ fn edges([tx, ty]: [f32; 2], reach: [f32; 2], (column, rest): (f32, Vec2), step:
 
 /// A cross-section.
 pub(super) trait Shape {
-    /// Its value from the square of the distance in its units, and the square of how much narrower the stroke is.
+    /// Its value, from the square of the distance in its units and the square of the factor by which the stroke is
+    /// narrower.
     fn value<S: Simd>(&self, simd: S, s: S::f32s, narrow: Option<S::f32s>) -> S::f32s;
 }
 
@@ -182,7 +190,7 @@ pub(super) struct Linear;
 /// `(1 - t²)²`, t in half widths.
 pub(super) struct Smooth;
 /// `exp(-16 t²)` for `t² ≤ end ≤ 1`.
-pub(super) struct Bell {
+pub(super) struct Gaussian {
     pub(super) end: f32,
 }
 
@@ -216,7 +224,7 @@ impl Shape for Smooth {
     }
 }
 
-impl Shape for Bell {
+impl Shape for Gaussian {
     #[inline(always)]
     fn value<S: Simd>(&self, simd: S, s: S::f32s, _: Option<S::f32s>) -> S::f32s {
         let inside = simd.less_than_or_equal_f32s(s, simd.splat_f32s(self.end));
@@ -232,7 +240,7 @@ fn ramp<S: Simd>(simd: S, x: S::f32s, [gain, offset, most]: [f32; 3]) -> S::f32s
 }
 
 impl Pen {
-    /// Depths of a block of pixels from `column` on, counted from the middle, in a row where way along and across
+    /// Depths of a block of pixels from `column` on, counted from the middle, in a row whose offsets along and across
     /// begin with `row`. `TAPER`: taper or tip is not 0. `ROUND`: ends are round.
     #[inline(always)]
     pub(super) fn values<S: Simd, const TAPER: bool, const ROUND: bool>(
@@ -276,13 +284,13 @@ pub(super) struct Spans<S: Simd> {
     pub(super) count: S::u32s,
     /// First column from the middle of the stroke.
     pub(super) column: S::f32s,
-    /// Way along and across of the rows, see [`Pen::values`].
+    /// The offsets of the rows along and across, see [`Pen::values`].
     pub(super) along: S::f32s,
     pub(super) across: S::f32s,
 }
 
 impl Pen {
-    /// The rows from `row` on, within a window so wide, `skip` columns into the stroke.
+    /// The rows from `row` on, within a window `width` columns wide, `skip` columns into the stroke.
     #[inline(always)]
     pub(super) fn spans<S: Simd>(&self, simd: S, row: f32, width: f32, skip: f32) -> Spans<S> {
         let splat = |v: f32| simd.splat_f32s(v);
@@ -292,7 +300,7 @@ impl Pen {
         let (end, side) = (line(y, [ends[0], ends[1]]), line(y, [sides[0], sides[1]]));
         let from = simd.max_f32s(end, side);
         let to = simd.min_f32s(simd.add_f32s(end, splat(ends[2])), simd.add_f32s(side, splat(sides[2])));
-        // Half more is the next whole number, half less the last.
+        // Adding a half and rounding gives the next whole number, subtracting one the last.
         let snapped = |v: S::f32s, limit: [f32; 2]| {
             let limited = simd.min_f32s(simd.max_f32s(v, splat(limit[0])), splat(limit[1]));
             simd.add_f32s(limited, splat(SNAP))
@@ -314,7 +322,7 @@ impl Pen {
     }
 }
 
-/// A whole number as such, kept within what pixels can be.
+/// A whole number as an integer, limited to the range of pixels.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "clamped before")]
 fn whole(value: f64) -> i32 {

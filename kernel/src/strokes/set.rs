@@ -1,10 +1,11 @@
-//! Strokes in bins, and how a window asks for those near it.
+//! Strokes in bins, and the search for those near a window.
 
 use super::bins::{Bins, Extent};
-use super::fill::{Rule, Sheet};
+use super::fill::{Rule, Target};
 use super::job::{Groove, Job, Near};
-use super::style::{Combine, Draw, Stroke, StrokeStyle, Window, cut};
+use super::style::{Combine, Draw, Stroke, StrokeStyle, cut};
 use crate::ground::number::{index_u32, narrow};
+use crate::ground::window::Frame;
 use glam::{DVec2, IVec2, Vec2};
 
 /// Strokes in bins.
@@ -31,7 +32,7 @@ impl StrokeSet {
             (draws && e.middle.is_finite() && e.half.is_finite()).then_some(e)
         };
         let (bins, order) = Bins::new(strokes.len(), extent);
-        // Fetched some at a time, so that the memory fetches many at once.
+        // Read some at a time, so that many cache misses overlap.
         let mut grooves = Vec::with_capacity(order.len());
         let mut some = [Stroke { ends: [Vec2::ZERO; 2], half_width: 0.0, depth: 0.0 }; 64];
         for ids in order.chunks(some.len()) {
@@ -48,15 +49,16 @@ impl StrokeSet {
     }
 
     /// The strokes that may touch a window, and the copies of the canvas they lie in; in order if `sorted`.
-    pub(super) fn near(&self, window: &Window, sorted: bool) -> (Vec<Near>, Vec<IVec2>) {
+    pub(super) fn near(&self, frame: &Frame, sorted: bool) -> (Vec<Near>, Vec<IVec2>) {
         // Thin strokes grow to the least width, and edges are half a pixel soft.
         let (all_low, all_high) = (self.bins.low, self.bins.high);
-        let margin = window.step * (1.0 + 0.5 * self.style.min_width) + 1e-5 * (all_high - all_low).max_element();
-        let corner =
-            |x: i64, y: i64| (DVec2::new(x as f64, y as f64) * window.step.as_dvec2() + window.origin).as_vec2();
+        let (step, origin) = (DVec2::from_array(frame.step).as_vec2(), DVec2::from_array(frame.origin));
+        let margin = step * (1.0 + 0.5 * self.style.min_width) + 1e-5 * (all_high - all_low).max_element();
+        let corner = |x: i64, y: i64| (DVec2::new(x as f64, y as f64) * step.as_dvec2() + origin).as_vec2();
+        let window = frame.window;
         let (x, y) = (i64::from(window.x), i64::from(window.y));
         let low = corner(x, y) - margin;
-        let high = corner(x + window.width as i64, y + window.height as i64) + margin;
+        let high = corner(x + i64::from(window.width), y + i64::from(window.height)) + margin;
         let (first, last) = match self.period {
             Some(size) => (((low - all_high) / size).ceil().as_ivec2(), ((high - all_low) / size).floor().as_ivec2()),
             None => (IVec2::ZERO, IVec2::ZERO),
@@ -80,12 +82,12 @@ impl StrokeSet {
     }
 
     /// Fills a window by rows, whatever was in `out` before. O(strokes near + pixels + pixels of strokes).
-    pub fn fill(&self, window: &Window, draw: Draw, out: &mut [f32]) {
-        self.fill_until(&|| false, window, draw, out);
+    pub fn fill(&self, frame: &Frame, draw: Draw, out: &mut [f32]) {
+        self.fill_until(&|| false, frame, draw, out);
     }
 
     /// As [`Self::fill`]; once `stop` is true, with whatever is drawn by then.
-    pub fn fill_until(&self, stop: &dyn Fn() -> bool, window: &Window, draw: Draw, out: &mut [f32]) {
+    pub fn fill_until(&self, stop: &dyn Fn() -> bool, frame: &Frame, draw: Draw, out: &mut [f32]) {
         let rule = match self.style.combine {
             Combine::Max => Rule::Max,
             Combine::Add => Rule::Add,
@@ -94,37 +96,37 @@ impl StrokeSet {
                 Rule::Screen(most.recip())
             }
         };
-        self.paint(stop, window, (draw, rule), (out, &mut []));
+        self.paint(stop, frame, (draw, rule), (out, &mut []));
     }
 
     /// As [`Self::fill_until`], of depths and always by the deepest; `ids` receives the stroke that is deepest in each
     /// pixel, the first of equals, or [`NO_STROKE`](crate::strokes::NO_STROKE).
-    pub fn fill_with_ids(&self, stop: &dyn Fn() -> bool, window: &Window, out: &mut [f32], ids: &mut [u32]) {
-        self.paint(stop, window, (Draw::Depth, Rule::Ids), (out, ids));
+    pub fn fill_with_ids(&self, stop: &dyn Fn() -> bool, frame: &Frame, out: &mut [f32], ids: &mut [u32]) {
+        self.paint(stop, frame, (Draw::Depth, Rule::Ids), (out, ids));
     }
 
     fn paint(
         &self,
         stop: &dyn Fn() -> bool,
-        window: &Window,
+        frame: &Frame,
         (draw, rule): (Draw, Rule),
         (out, ids): (&mut [f32], &mut [u32]),
     ) {
-        let mut sheet = Sheet::new(window, rule);
-        // The deepest is the deepest in any order.
-        let (near, copies) = self.near(window, rule != Rule::Max);
+        let mut target = Target::new(frame, rule);
+        // A maximum does not depend on the order.
+        let (near, copies) = self.near(frame, rule != Rule::Max);
         let period = self.period.unwrap_or_default();
         for near in near.chunks(AT_ONCE) {
             if stop() {
                 break;
             }
-            sheet.draw(Job { grooves: &self.grooves, near, copies: &copies, style: self.style, period, draw });
+            target.draw(Job { grooves: &self.grooves, near, copies: &copies, style: self.style, period, draw });
         }
-        sheet.copy_to(out, ids);
+        target.copy_to(out, ids);
     }
 }
 
-/// How many strokes are drawn between two looks at whether to stop: 30 ms of those that cover a tile.
+/// How many strokes are drawn between two questions whether to stop: 30 ms of those that cover a tile.
 const AT_ONCE: usize = 512;
 
 /// How many strokes lie over each other at a place of the canvas, on average: what drawing them costs per pixel.

@@ -1,6 +1,6 @@
 //! What a stroke is, and what all strokes of a set have in common.
 
-use glam::{DVec2, Vec2};
+use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,20 +18,20 @@ pub struct Stroke {
 /// The cross-section, as a function of the distance t from the middle line in half widths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Profile {
-    /// 1 inside, with a soft edge a pixel wide (A49).
+    /// 1 inside, with a soft edge a pixel wide.
     Flat,
-    /// `1 - t` (A52).
+    /// `1 - t`.
     Linear,
-    /// `(1 - t²)²`: level in the middle and at the edge (A52).
+    /// `(1 - t²)²`: level in the middle and at the edge.
     Smooth,
-    /// Gaussian (A53), across only (L-10).
+    /// Gaussian, across the stroke only; its ends are those of the style.
     Gaussian {
-        /// σ over W; the source's is 1/6, 1/4 reads better.
+        /// σ over W; the source's is 1/6; 1/4 shows better as a wrinkle.
         sigma: f32,
         /// Distance over W beyond which it is 0; the source's is ½, 0.8 goes with σ = W/4.
         cutoff: f32,
     },
-    /// Flat, in the shape of an ellipse with the stroke as its long axis (A54).
+    /// Flat, in the shape of an ellipse with the stroke as its long axis.
     Brush,
 }
 
@@ -66,7 +66,7 @@ pub struct StrokeStyle {
     pub round_caps: bool,
     /// Thinner strokes are drawn this wide, in output pixels, and fade instead; 0 draws them as they are.
     pub min_width: f32,
-    /// Whether strokes below the least width fade; otherwise they keep their depth (A50).
+    /// Whether strokes below the least width fade; otherwise they keep their depth.
     pub fade: bool,
     /// Edges of `Flat` and `Brush` and square ends are a pixel wide; otherwise a pixel is in or out by its centre.
     pub antialias: bool,
@@ -87,23 +87,6 @@ impl Default for StrokeStyle {
             combine: Combine::Max,
         }
     }
-}
-
-/// A part of a picture: pixel (i, j) has its centre at `origin + ((i + ½) step.x, (j + ½) step.y)` mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window {
-    /// First column; may be negative.
-    pub x: i32,
-    /// First row; may be negative.
-    pub y: i32,
-    /// Columns.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Millimetres per pixel, > 0.
-    pub step: Vec2,
-    /// The corner of pixel (0, 0) in mm.
-    pub origin: DVec2,
 }
 
 /// What is drawn.

@@ -4,9 +4,10 @@
 //! one plane in, three out.
 
 use crate::ground::simd;
-use crate::ground::window::{Rect, View};
+use crate::ground::window::{View, WindowExt};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use shibo_engine::value::Window;
 
 /// How slopes are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -42,7 +43,7 @@ pub const HALO: usize = 1;
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by [`HALO`], or a plane is smaller than `rect`.
-pub fn normal(input: &View<'_>, rect: Rect, spec: &NormalSpec, out: [&mut [f32]; 3]) {
+pub fn normal(input: &View<'_>, rect: Window, spec: &NormalSpec, out: [&mut [f32]; 3]) {
     simd::dispatch(
         #[inline(always)]
         || match (spec.slope, spec.encode) {
@@ -58,19 +59,19 @@ pub fn normal(input: &View<'_>, rect: Rect, spec: &NormalSpec, out: [&mut [f32];
 
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "slopes need no more than f32")]
-fn fill<const SLOPE: u8, const ENCODE: bool>(input: &View<'_>, rect: Rect, spec: &NormalSpec, out: [&mut [f32]; 3]) {
+fn fill<const SLOPE: u8, const ENCODE: bool>(input: &View<'_>, rect: Window, spec: &NormalSpec, out: [&mut [f32]; 3]) {
     let (center, side) = [(1.0, 0.0), (0.5, 0.25), (0.625, 0.1875)][usize::from(SLOPE)];
     let kx = (-spec.strength / (2.0 * spec.step[0])) as f32;
     let ky = (-spec.strength / (2.0 * spec.step[1])) as f32 * if spec.y_up { -1.0 } else { 1.0 };
-    let w = rect.w;
+    let w = rect.columns();
     let [nx, ny, nz] = out;
     let rows = nx.chunks_exact_mut(w.max(1)).zip(ny.chunks_exact_mut(w.max(1))).zip(nz.chunks_exact_mut(w.max(1)));
-    for (((nx, ny), nz), y) in rows.take(rect.h).zip(rect.y0..) {
+    for (((nx, ny), nz), y) in rows.take(rect.rows()).zip(rect.y..) {
         // No `map` here: where it is not inlined the lengths are lost, and with them eight pixels at a time.
         let (a, b, c) = (
-            &input.row(y - 1, rect.x0 - 1, w + 2)[..w + 2],
-            &input.row(y, rect.x0 - 1, w + 2)[..w + 2],
-            &input.row(y + 1, rect.x0 - 1, w + 2)[..w + 2],
+            &input.row(rect.x - 1, y - 1, w + 2)[..w + 2],
+            &input.row(rect.x - 1, y, w + 2)[..w + 2],
+            &input.row(rect.x - 1, y + 1, w + 2)[..w + 2],
         );
         let (nx, ny, nz) = (&mut nx[..w], &mut ny[..w], &mut nz[..w]);
         for i in 0..w {
@@ -98,7 +99,7 @@ mod tests {
 
     #[test]
     fn a_plane_has_one_normal() {
-        let (rect, big) = (Rect::new(3, 4, 9, 5), Rect::new(2, 3, 11, 7));
+        let (rect, big) = (Window::of(3, 4, 9, 5), Window::of(2, 3, 11, 7));
         let step = [0.5, 0.25];
         let data: Vec<f32> = (3..10u8)
             .flat_map(|y| (2..13u8).map(move |x| 0.75 * 0.5 * f32::from(x) + 0.4 * 0.25 * f32::from(y)))
@@ -106,11 +107,11 @@ mod tests {
         for slope in [SlopeFilter::Central, SlopeFilter::Sobel, SlopeFilter::Scharr] {
             for y_up in [true, false] {
                 let spec = NormalSpec { step, strength: 2.0, y_up, encode: false, slope };
-                let [mut x, mut y, mut z] = [(); 3].map(|()| vec![0.0; rect.area()]);
+                let [mut x, mut y, mut z] = [(); 3].map(|()| vec![0.0; rect.len()]);
                 normal(&View::new(&data, big), rect, &spec, [&mut x, &mut y, &mut z]);
                 let length = (1.0f32 + 1.5 * 1.5 + 0.8 * 0.8).sqrt();
                 let sign = if y_up { 1.0 } else { -1.0 };
-                for i in 0..rect.area() {
+                for i in 0..rect.len() {
                     assert!((x[i] + 1.5 / length).abs() < 1e-5);
                     assert!((y[i] - sign * 0.8 / length).abs() < 1e-5);
                     assert!((z[i] - 1.0 / length).abs() < 1e-5);

@@ -8,8 +8,9 @@
 use crate::filter::blur;
 use crate::ground::math::max;
 use crate::ground::simd;
-use crate::ground::window::{Rect, View};
+use crate::ground::window::{View, WindowExt};
 use shibo_engine::value::Buffer;
+use shibo_engine::value::Window;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,10 +24,10 @@ pub struct OcclusionSpec {
 }
 
 const SCALES: [f64; 3] = [0.35, 1.0, 2.0];
-/// A Gaussian's mean over a walled groove understates the walls: they stand at one distance, not spread around.
+/// Compensates that the Gaussian mean over a groove underestimates its walls, which all stand at one distance.
 const GAIN: f64 = 2.5;
 
-/// Widths (σ) in mm of the three Gaussians for a radius in mm, which the eye takes for twice the width.
+/// Widths (σ) in mm of the three Gaussians for a radius in mm: a Gaussian looks about twice σ wide.
 pub fn widths(radius: f64) -> [f64; 3] {
     SCALES.map(|scale| 0.5 * scale * radius)
 }
@@ -48,13 +49,13 @@ impl OcclusionSpec {
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by the halo, or `out` is smaller than `rect`.
-pub fn occlusion(input: &View<'_>, rect: Rect, spec: &OcclusionSpec, out: &mut [f32]) {
-    let mut means = SCALES.map(|_| Buffer::zeros(rect.area()));
+pub fn occlusion(input: &View<'_>, rect: Window, spec: &OcclusionSpec, out: &mut [f32]) {
+    let mut means = SCALES.map(|_| Buffer::zeros(rect.len()));
     for (mean, scale) in means.iter_mut().zip(SCALES) {
         blur::blur(input, rect, spec.sigma(scale), mean);
     }
-    let mut height = Vec::with_capacity(rect.area());
-    (rect.y0..).take(rect.h).for_each(|y| height.extend_from_slice(input.row(y, rect.x0, rect.w)));
+    let mut height = Vec::with_capacity(rect.len());
+    (rect.y..).take(rect.rows()).for_each(|y| height.extend_from_slice(input.row(rect.x, y, rect.columns())));
     let [a, b, c] = &means;
     openness(&height, [a, b, c], spec, out);
 }
@@ -86,14 +87,14 @@ mod tests {
 
     #[test]
     fn planes_are_open_and_grooves_dark() {
-        let rect = Rect::new(0, 0, 64, 16);
+        let rect = Window::of(0, 0, 64, 16);
         let spec = OcclusionSpec { radius: 0.8, strength: 1.0, step: [0.1, 0.1] };
-        let big = rect.grow(spec.halo());
+        let big = rect.with_halo(spec.halo());
         let groove = |x: i32| if (30..34).contains(&x) { -0.3 } else { 0.0 };
         let rows = |f: &dyn Fn(i32) -> f32| -> Vec<f32> {
-            (0..big.h).flat_map(|_| (big.x0..).take(big.w).map(f).collect::<Vec<_>>()).collect()
+            (0..big.rows()).flat_map(|_| (big.x..).take(big.columns()).map(f).collect::<Vec<_>>()).collect()
         };
-        let mut out = vec![0.0; rect.area()];
+        let mut out = vec![0.0; rect.len()];
         occlusion(&View::new(&rows(&|x| x as f32 * 0.07), big), rect, &spec, &mut out);
         assert!(out.iter().all(|v| *v > 0.995));
         occlusion(&View::new(&rows(&groove), big), rect, &spec, &mut out);

@@ -3,12 +3,14 @@
 //! Key light from the upper left, a weak fill from the opposite side, and a sky whose brightness grows towards the
 //! upper left; diffuse Lambert, specular GGX with height-correlated Smith shadowing (E. Heitz, 2014) and Schlick's
 //! Fresnel term with 4 % at normal incidence. Ambient occlusion darkens sky and fill fully and the key light by half,
-//! which stands in for cast shadows. Metal reflects its own colour and scatters nothing; sheen is a nap seen from the
-//! side; a coat is a second, smooth surface of 4 %. A filmic curve (K. Narkowicz's fit of ACES) ends it. Output is linear light 0..1.
+//! which stands in for cast shadows. Metal reflects its own colour and scatters nothing; sheen is the light of fine
+//! fibres seen from the side; a coat is a second, smooth surface of 4 %. A filmic curve (K. Narkowicz's fit of ACES)
+//! ends it. Output is linear light 0..1.
 
 use crate::ground::math::{max, min};
 use crate::ground::simd;
-use crate::ground::window::{Rect, View, index};
+use crate::ground::window::{View, WindowExt, index};
+use shibo_engine::value::Window;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,16 +43,16 @@ pub struct Surface<'a> {
     pub roughness: &'a [f32],
     /// Openness 0..1.
     pub occlusion: &'a [f32],
-    /// What few materials have.
+    /// Channels that few materials have.
     pub finish: Option<Finish<'a>>,
 }
 
-/// More planes of a material: shares from 0 to 1.
+/// Further planes of a material: shares from 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Finish<'a> {
-    /// Metal rather than not.
+    /// Metalness.
     pub metallic: &'a [f32],
-    /// Strength of the nap.
+    /// Strength of the sheen.
     pub sheen: &'a [f32],
     /// Strength of the clear coat.
     pub coat: &'a [f32],
@@ -67,7 +69,7 @@ struct Light {
     h: [f32; 3],
     /// How far Schlick's term goes from normal incidence to 1: the same for every pixel since viewer and light are far.
     grazing: f32,
-    /// The term of what is no metal.
+    /// Schlick's term for dielectrics.
     fresnel: f32,
     color: [f32; 3],
 }
@@ -102,7 +104,7 @@ impl Light {
 ///
 /// # Panics
 /// If `height` does not cover `rect` grown by [`HALO`], or a plane is smaller than `rect`.
-pub fn relief(height: &View<'_>, rect: Rect, surface: &Surface<'_>, spec: &ReliefSpec, out: [&mut [f32]; 3]) {
+pub fn relief(height: &View<'_>, rect: Window, surface: &Surface<'_>, spec: &ReliefSpec, out: [&mut [f32]; 3]) {
     let key = Light::new(spec.azimuth, spec.elevation, [2.35, 2.22, 2.05]);
     let fill = Light::new(spec.azimuth + std::f64::consts::PI * 0.9, 0.6, [0.20, 0.24, 0.30]);
     simd::dispatch(
@@ -115,7 +117,7 @@ pub fn relief(height: &View<'_>, rect: Rect, surface: &Surface<'_>, spec: &Relie
 #[expect(clippy::cast_possible_truncation, reason = "slopes need no more than f32")]
 fn render(
     height: &View<'_>,
-    rect: Rect,
+    rect: Window,
     surface: &Surface<'_>,
     spec: &ReliefSpec,
     lights: [Light; 2],
@@ -123,13 +125,13 @@ fn render(
 ) {
     let [kx, ky] = spec.step.map(|s| (-0.5 * spec.strength / s) as f32);
     let exposure = spec.exposure as f32;
-    let w = rect.w;
-    for (j, y) in (0..rect.h).zip(rect.y0..) {
+    let w = rect.columns();
+    for (j, y) in (0..rect.rows()).zip(rect.y..) {
         for start in (0..w).step_by(BLOCK) {
             let n = BLOCK.min(w - start);
             let at = j * w + start;
             let mut block = Block::default();
-            let rows = [y - 1, y, y + 1].map(|y| height.row(y, rect.x0 + index(start) - 1, n + 2));
+            let rows = [y - 1, y, y + 1].map(|y| height.row(rect.x + index(start) - 1, y, n + 2));
             for (block, row) in block.height.iter_mut().zip(rows) {
                 block[..n + 2].copy_from_slice(row);
             }
@@ -153,8 +155,8 @@ fn render(
     }
 }
 
-/// Pixels shaded at a time, in memory of their own: fourteen planes of the caller might overlap, for all the compiler
-/// knows, and would not be taken eight pixels at a time.
+/// Pixels shaded at a time, in local arrays: the compiler cannot know that the caller's fourteen planes do not overlap,
+/// and would not vectorise loops over them.
 const BLOCK: usize = 64;
 
 struct Block {
@@ -211,9 +213,9 @@ struct Pixel {
 struct Lit {
     /// Light that arrives from all sides, by channel.
     diffuse: [f32; 3],
-    /// Specular factors of the key light and of the window beside it, and of the fill light.
+    /// Specular factors of the key light and of the area light beside it, and of the fill light.
     gloss: [f32; 2],
-    /// What the sky's mirror image gives at a reflectance of 1.
+    /// The reflected sky at a reflectance of 1.
     mirror: f32,
 }
 
@@ -223,7 +225,7 @@ impl Pixel {
         let rough = min(max(rough, 0.06), 1.0);
         let a2 = rough * rough * rough * rough;
         let (key_diffuse, key_gloss) = key.shade(self.n, a2);
-        // A window beside the key light: a second, wider highlight makes a sheen rather than points.
+        // An area light beside the key light: a second, wider highlight gives a gloss rather than points.
         let (_, wide) = key.shade(self.n, min(a2 * 4.0 + 0.1, 1.0));
         let (fill_diffuse, fill_gloss) = fill.shade(self.n, a2);
         let shadow = 0.5 + 0.5 * self.open;
@@ -252,7 +254,7 @@ impl Pixel {
     #[inline(always)]
     fn finished(&self, base: [f32; 3], [metal, sheen, coat]: [f32; 3], lights: &[Light; 2]) -> [f32; 3] {
         let (lit, [key, fill]) = (self.lit(self.rough, lights), lights);
-        // Smooth as it is, the coat shows the lights themselves and no veil of the window.
+        // The coat is smooth, so it shows the lights themselves and not the wide highlight.
         let smooth = COAT * COAT * COAT * COAT;
         let shadow = 0.5 + 0.5 * self.open;
         let (over_key, over_fill) = (key.shade(self.n, smooth).1 * shadow, fill.shade(self.n, smooth).1 * self.open);
@@ -287,7 +289,7 @@ mod tests {
 
     #[test]
     fn slopes_towards_the_light_are_brighter() {
-        let (rect, big) = (Rect::new(0, 0, 8, 8), Rect::new(-1, -1, 10, 10));
+        let (rect, big) = (Window::of(0, 0, 8, 8), Window::of(-1, -1, 10, 10));
         let one = vec![1.0; 64];
         let half = vec![0.3; 64];
         let surface = Surface { color: [&half; 3], roughness: &half, occlusion: &one, finish: None };
@@ -304,7 +306,7 @@ mod tests {
 
     /// The picture of a slope up to the lower right, of a colour with a finish. At .33 it mirrors the light.
     fn finished(slope: f32, base: [f32; 3], finish: Option<[f32; 3]>) -> [f32; 3] {
-        let (rect, big) = (Rect::new(0, 0, 8, 8), Rect::new(-1, -1, 10, 10));
+        let (rect, big) = (Window::of(0, 0, 8, 8), Window::of(-1, -1, 10, 10));
         let plane = |v: f32| vec![v; 64];
         let (color, half, one) = (base.map(plane), plane(0.5), plane(1.0));
         let finish = finish.map(|shares| shares.map(plane));
@@ -326,7 +328,7 @@ mod tests {
         // Metal colours its highlight: the share of red in it is that of the metal.
         let metal = finished(0.1, red, Some([1.0, 0.0, 0.0]));
         assert!(metal[0] / metal[1] > 2.0, "{metal:?}");
-        // A coat shines where its own highlight is, white; a nap is bright where it is seen from the side.
+        // A coat shines where its own highlight is, white; sheen is bright where it is seen from the side.
         let coat = finished(0.33, red, Some([0.0, 0.0, 1.0]));
         assert!(coat[1] - finished(0.33, red, None)[1] > 0.05, "{coat:?}");
         let gain = |slope| finished(slope, red, Some([0.0, 1.0, 0.0]))[1] - finished(slope, red, None)[1];

@@ -1,14 +1,16 @@
-//! How far exemplar pixels are from the edges of its features: what keeps thin lines whole, which colours say little of.
+//! The distance of exemplar pixels from the edges of its features: comparing it keeps thin lines whole, which colours
+//! alone hardly do.
 use super::texels::mirrored;
 use crate::filter::distance::{DistanceSpec, distance};
-use crate::ground::window::{Rect, View, index};
+use crate::ground::window::{View, WindowExt, index};
+use shibo_engine::value::Window;
 
 /// The distance of every pixel to the edge of what is above ½, negative inside, at most `radius` pixels either way.
 pub fn signed_distance(plane: &[f32], [w, h]: [usize; 2], wrap: [bool; 2], radius: f64) -> Vec<f32> {
     let spec = DistanceSpec { threshold: 0.5, radius, step: [1.0; 2] };
-    let whole = Rect::new(0, 0, w, h);
-    let padded = whole.grow(spec.halo());
-    let [x, y] = [(padded.w, w, wrap[0], padded.x0), (padded.h, h, wrap[1], padded.y0)]
+    let whole = Window::of(0, 0, w, h);
+    let padded = whole.with_halo(spec.halo());
+    let [x, y] = [(padded.columns(), w, wrap[0], padded.x), (padded.rows(), h, wrap[1], padded.y)]
         .map(|(count, n, wrap, first)| (0..count).map(|k| mirrored(first + index(k), n, wrap)).collect::<Vec<_>>());
     let around = |sign: f32| {
         let values: Vec<f32> =

@@ -4,7 +4,8 @@ use super::magnify;
 use super::plane::Plane;
 use super::texels::{Fetch, Texels};
 use crate::ground::number::narrow;
-use crate::ground::window::{Rect, index};
+use crate::ground::window::{WindowExt, index};
+use shibo_engine::value::Window;
 
 /// A picture over an exemplar.
 pub struct Source {
@@ -21,7 +22,7 @@ impl Source {
     pub fn new(plane: Plane, planes: &[&[f32]], scale: [f32; 2], fetch: Fetch, shrinks: bool) -> Self {
         let data = (0..plane.w * plane.h).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
         let mut levels = vec![Texels::new(plane, planes.len(), data)];
-        // Numbers that name something have no mean.
+        // Numbers that are names must not be averaged.
         while shrinks && fetch != Fetch::Nearest && levels.len() < 8 {
             let Some(half) = levels.last().filter(|l| l.plane.w.min(l.plane.h) > 1).map(Texels::halved) else { break };
             levels.push(half);
@@ -68,10 +69,10 @@ pub struct Area<'a> {
     /// The size of a pixel of the result, in pixels of the map.
     pub step: [f64; 2],
     /// The pixels of the result.
-    pub window: Rect,
+    pub window: Window,
     /// Jacobians of the window's pixels.
     pub jacobians: Option<&'a [Jacobian]>,
-    /// Whether the Jacobian leads from pixel to pixel: equation (6), else (5).
+    /// Whether Δ is multiplied by the Jacobian: equation (6), else (5).
     pub follow: bool,
 }
 
@@ -100,7 +101,7 @@ impl Area<'_> {
 
     #[inline(always)]
     fn fill_all<const C: usize>(&self, source: &Source, out: &mut [f32]) {
-        let n = self.window.area();
+        let n = self.window.len();
         let whole = self.aligned();
         #[expect(clippy::cast_possible_truncation, reason = "limited to a few samples")]
         let parts = match source.fetch {
@@ -109,12 +110,12 @@ impl Area<'_> {
         };
         let mut value = [0.0f32; C];
         let value = &mut value;
-        for y in 0..self.window.h {
-            for x in 0..self.window.w {
-                let pixel = y * self.window.w + x;
+        for y in 0..self.window.rows() {
+            for x in 0..self.window.columns() {
+                let pixel = y * self.window.columns() + x;
                 let j = self.jacobians.map_or(IDENTITY, |list| list[pixel]);
                 value.fill(0.0);
-                let (px, py) = (f64::from(self.window.x0 + index(x)), f64::from(self.window.y0 + index(y)));
+                let (px, py) = (f64::from(self.window.x + index(x)), f64::from(self.window.y + index(y)));
                 if whole {
                     self.one(source, [px, py], &j, value);
                 } else {
@@ -164,7 +165,7 @@ impl Area<'_> {
             source.add(nearest.map_or(first, |nearest| nearest.0), size, weight, value);
             return;
         }
-        // Where the four agree, one look is enough.
+        // Where the four agree, one sample is enough.
         if near(places[1].0) && near(places[2].0) && near(places[3].0) {
             source.add(first, size, weight, value);
             return;
@@ -182,7 +183,7 @@ mod tests {
     use super::*;
 
     fn area(map: &[[f32; 2]], per: f64, n: usize) -> Area<'_> {
-        let (plane, window) = (Plane { w: 4, h: 4, wrap: [true; 2] }, Rect::new(0, 0, n, n));
+        let (plane, window) = (Plane { w: 4, h: 4, wrap: [true; 2] }, Window::of(0, 0, n, n));
         let step = [1.0 / per; 2];
         Area { map, plane, spacing: 1.0, origin: [0.0; 2], step, window, jacobians: None, follow: false }
     }

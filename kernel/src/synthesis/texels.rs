@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// How values between the pixels of a picture are made, where coordinates lie between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Fetch {
-    /// The nearest pixel: for masks, and for numbers that name something.
+    /// The nearest pixel: for masks, and for numbers that are names.
     Nearest,
     /// Linear in x and y: soft.
     Bilinear,
@@ -39,7 +39,7 @@ impl<T: Real> Texels<T> {
         Self { plane, channels, data }
     }
 
-    /// The values of a pixel; outside, what the sides say.
+    /// The values of a pixel; outside, by the rule of the sides.
     #[inline(always)]
     pub fn at(&self, x: i32, y: i32) -> &[T] {
         let i = super::plane::Lookup::index(&self.plane, x, y) * self.channels;
@@ -146,7 +146,7 @@ impl<T: Real> Texels<T> {
                 || {
                     if across {
                         let row = &self.data[y * w * c..(y + 1) * w * c];
-                        // The row with all that its taps reach, so that a tap is one shifted row.
+                        // The row extended by the reach of its taps, so that a tap is one shifted row.
                         let reached = from[0].iter().chain(from[1..].iter().filter_map(|taps| taps.last()));
                         let padded: Vec<T> =
                             reached.flat_map(|&from| &row[from * c..(from + 1) * c]).copied().collect();
@@ -216,7 +216,8 @@ pub(super) fn floor<T: Real>(x: T) -> i32 {
 mod tests {
     use super::*;
     use crate::filter::sample::{Filter, Outside, Sampler};
-    use crate::ground::window::{Rect, View};
+    use crate::ground::window::{View, WindowExt};
+    use shibo_engine::value::Window;
 
     fn picture(wrap: [bool; 2], value: impl Fn(usize, usize) -> f32) -> Texels<f32> {
         let plane = Plane { w: 9, h: 7, wrap };
@@ -250,7 +251,7 @@ mod tests {
         for (wrap, outside) in [([true; 2], Outside::Wrap), ([false; 2], Outside::Clamp)] {
             let random = picture(wrap, noise);
             let plane: Vec<f32> = (0..63).map(|p| noise(p % 9, p / 9)).collect();
-            let sampler = Sampler::new(View::new(&plane, Rect::new(0, 0, 9, 7)), Filter::CatmullRom, [outside; 2]);
+            let sampler = Sampler::new(View::new(&plane, Window::of(0, 0, 9, 7)), Filter::CatmullRom, [outside; 2]);
             let mut limited = 0;
             for k in 0..2000 {
                 let hash = crate::ground::hash::Hash::new(k);

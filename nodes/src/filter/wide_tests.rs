@@ -1,11 +1,12 @@
-//! Wide filters, which are fields made from fields, give what the kernels give in one go.
+//! Wide filters, which are computed by several fields, give the same as one call of the kernel.
 use crate::testing::{canvas, crop, raster};
 use glam::{DVec2, UVec2};
 use shibo_engine::value::{Canvas, Field, Tiling, Type, Window};
 use shibo_kernel::filter::blur;
 use shibo_kernel::filter::distance::{self, DistanceSpec};
 use shibo_kernel::filter::fields::{blurred, distances};
-use shibo_kernel::ground::tile::{self, window};
+use shibo_kernel::ground::tile;
+use shibo_kernel::ground::window::WindowExt;
 
 /// A disc, periodic with the canvas of unit tests.
 fn input() -> Field {
@@ -26,11 +27,11 @@ fn wide_blurs_are_gaussian_on_every_level() {
         let canvas = Canvas { resolution: UVec2::splat(resolution), ..canvas() };
         let narrow = raster(&blurred(&input(), 4.0, canvas.size_mm), &canvas);
         let grid = canvas.grid(canvas.resolution);
-        let rect = tile::rect(Window::full(canvas.resolution));
+        let rect = Window::full(canvas.resolution);
         let sigma = [4.0 / grid.step.x; 2];
-        let big = rect.grow(sigma.map(blur::halo));
-        let whole = crop(&input(), &canvas, window(big));
-        let mut direct = vec![0.0; rect.area()];
+        let big = rect.with_halo(sigma.map(blur::halo));
+        let whole = crop(&input(), &canvas, big);
+        let mut direct = vec![0.0; rect.len()];
         blur::blur(&tile::view(&whole, 0), rect, sigma, &mut direct);
         let worst = direct.iter().zip(narrow.data()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(worst < 0.003, "{resolution}: {worst}");
@@ -46,9 +47,9 @@ fn both_ways_to_a_distance_agree() {
     let spec = DistanceSpec { threshold: 0.5, radius: 7.0, step: grid.step.to_array() };
     // So wide that it takes two passes.
     assert!(spec.halo()[0] > 40);
-    let rect = tile::rect(Window::full(canvas.resolution));
-    let whole = crop(&input(), &canvas, window(rect.grow(spec.halo())));
-    let mut direct = vec![0.0; rect.area()];
+    let rect = Window::full(canvas.resolution);
+    let whole = crop(&input(), &canvas, rect.with_halo(spec.halo()));
+    let mut direct = vec![0.0; rect.len()];
     distance::distance(&tile::view(&whole, 0), rect, &spec, &mut direct);
     assert_eq!(wide.data(), direct);
 }

@@ -50,7 +50,7 @@ struct Decoded {
 }
 
 impl Pixels {
-    /// Nothing is decoded yet; refuses what would not fit into `memory` bytes.
+    /// Decodes nothing yet; refuses files that would not fit into `memory` bytes.
     pub(super) fn new(
         (path, layer): (&Path, Option<&str>),
         space: Option<ColorSpace>,
@@ -165,8 +165,7 @@ impl FieldSource for Source {
         let pixels = self.pixels.get()?;
         let Placement { position, pitch, filter, outside } = self.placement;
         let (origin, step) = ((out.grid.origin - position) / pitch, out.grid.step / pitch);
-        let place =
-            Place { rect: tile::rect(out.window), origin: origin.to_array(), step: step.to_array(), filter, outside };
+        let place = Place { window: out.window, origin: origin.to_array(), step: step.to_array(), filter, outside };
         let channel = |k: usize| &pixels.channels[if k < pixels.data { k } else { 0 }];
         match self.pick {
             Pick::Color => {

@@ -12,6 +12,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Out
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Segments, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile;
 use shibo_kernel::strokes::{self, Combine, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
 use std::sync::{Arc, OnceLock};
 
@@ -289,14 +290,14 @@ impl FieldSource for Grooves {
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        let (window, stop) = (drawing::window(out), || given.check().is_err());
+        let (frame, stop) = (tile::frame(out), || given.check().is_err());
         let set = self.set.get();
         match self.what {
-            What::Mask => set.fill_until(&stop, &window, Draw::Mask, out.plane_mut(0)),
-            What::Height => set.fill_until(&stop, &window, Draw::Depth, out.plane_mut(0)),
+            What::Mask => set.fill_until(&stop, &frame, Draw::Mask, out.plane_mut(0)),
+            What::Height => set.fill_until(&stop, &frame, Draw::Depth, out.plane_mut(0)),
             What::Ids => {
                 let mut ids = vec![NO_STROKE; out.window.len()];
-                set.fill_with_ids(&stop, &window, out.plane_mut(0), &mut ids);
+                set.fill_with_ids(&stop, &frame, out.plane_mut(0), &mut ids);
                 // Whole numbers that f32 holds; with more strokes than that, numbers are used again.
                 let number = |id: u32| if id == NO_STROKE { 0.0 } else { (id % 0x00FF_FFFF + 1) as f32 };
                 out.plane_mut(0).iter_mut().zip(ids).for_each(|(o, id)| *o = number(id));

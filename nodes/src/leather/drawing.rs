@@ -1,38 +1,27 @@
 //! What the nodes that draw strokes share: the field of a set of strokes, and the bounds of what can be drawn.
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::{Field, Tile, Tiling, Type};
-use shibo_kernel::strokes::{self, Draw, Stroke, StrokeSet, StrokeStyle, Window};
+use shibo_engine::value::{Field, Tiling, Type};
+use shibo_kernel::ground::tile;
+use shibo_kernel::strokes::{self, Draw, Stroke, StrokeSet, StrokeStyle};
 
 /// The most strokes that may lie over each other, on average. So many take about a second per million pixels.
 const MOST_LAYERS: f64 = 4096.0;
 
-/// How many times longer or wider than the canvas a stroke may be where the canvas tiles: so often it crosses itself.
+/// How many times longer or wider than the canvas a stroke may be where the canvas tiles: it crosses itself so often.
 const MOST_TIMES: f64 = 16.0;
-
-/// The part of the plane that a tile shows.
-pub(super) fn window(tile: &Tile) -> Window {
-    Window {
-        x: tile.window.x,
-        y: tile.window.y,
-        width: tile.width(),
-        height: tile.height(),
-        step: tile.grid.step.as_vec2(),
-        origin: tile.grid.origin,
-    }
-}
 
 /// The depths of a set of strokes.
 pub(super) fn field(set: StrokeSet, tiling: Tiling) -> Field {
     Field::generate(Type::Gray, tiling, move |out, given| {
-        let window = window(out);
-        set.fill_until(&|| given.check().is_err(), &window, Draw::Depth, out.plane_mut(0));
+        let frame = tile::frame(out);
+        set.fill_until(&|| given.check().is_err(), &frame, Draw::Depth, out.plane_mut(0));
         given.check()
     })
 }
 
-/// Refuses strokes that would take far too long, as with parameters in a wrong unit or with one zero too many. `names` are
-/// the parameters that decide about length and width.
+/// Refuses strokes that would take far too long, as with parameters in a wrong unit or with one zero too many. `names`
+/// are the parameters that decide about length and width.
 pub(super) fn bounded(
     strokes: impl Iterator<Item = Stroke> + Clone,
     style: &StrokeStyle,

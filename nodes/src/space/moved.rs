@@ -60,8 +60,9 @@ impl Moved {
         }
     }
 
-    /// The pixels of the picture that is moved, if they are as large as `step`, and where `point` lies among them. On any
-    /// other pixels of that size the picture would be filtered twice: once to come onto them, and once to be turned.
+    /// The pixels of the picture that is moved, if they are as large as `step`, and where `point` lies among them. On
+    /// any other pixels of that size the picture would be filtered twice: once to resample it to them, and once to
+    /// rotate it.
     fn native(&self, step: DVec2, point: DVec2) -> Option<(Grid, DVec2)> {
         let grid = self.input.native()?;
         let start = (point - grid.center(0, 0)) / grid.step;
@@ -86,12 +87,12 @@ impl Moved {
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels, and f32 for what lies between them")]
     fn resample(input: &Tile, (start, map): (DVec2, DMat2), out: &mut Tile) {
-        let rect = tile::rect(out.window);
+        let window = out.window;
         let views: Vec<_> = (0..out.channels()).map(|channel| tile::view(input, channel)).collect();
         let mut planes = out.planes_mut();
         resample::resample(
             &views,
-            rect,
+            window,
             &mut planes,
             #[inline(always)]
             |x, y, places: &mut Places| {
@@ -107,7 +108,7 @@ impl Moved {
     }
 }
 
-/// Whether pixels lead to whole pixels, as with turns by multiples of 90°: then they are read as they are.
+/// Whether pixels are mapped to whole pixels, as with rotations by multiples of 90°: then they are copied.
 fn is_whole(map: DMat2) -> bool {
     map.abs_diff_eq(DMat2::from_cols(map.x_axis.round(), map.y_axis.round()), 1e-6)
 }
@@ -133,7 +134,7 @@ impl FieldSource for Moved {
     }
 }
 
-/// Turns normals kept as ½ + ½n with y up, as the picture was turned with y down.
+/// Rotates normals stored as ½ + ½n with y up, as the picture was rotated with y down.
 #[expect(clippy::cast_possible_truncation, reason = "a direction needs no more than f32")]
 fn turn_normals(out: &mut Tile, (sin, cos): (f64, f64)) {
     let (sin, cos) = (sin as f32, cos as f32);
@@ -223,14 +224,14 @@ mod tests {
 
     #[test]
     fn moves_and_quarter_turns_show_the_pixels() {
-        // The position and the offset make whole pixels together: ten, and none.
+        // The position and the offset add up to whole pixels: ten in x, none in y.
         let pixels = noise(40);
         let node = Transform { input: port(0), offset: Xy::new(1.7, 5.1), ..Transform::default() };
         let moved = raster(&field(&node, &[picture(&between_pixels(), 40, "gray").into()]), &canvas());
         for (y, row) in (0..64).map(|y| (y, moved.row(0, y))) {
             assert!((0..64).all(|x| row[x] == pixels[(y % 40) * 40 + (x + 30) % 40]), "{y}");
         }
-        // With whatever filter the picture asks for: no values lie between its own.
+        // Whatever the filter of the picture, all values are its own.
         let nearest = Image { filter: Filter::Nearest, ..between_pixels() };
         let node = Transform { input: port(0), angle: 90.0, ..Transform::default() };
         let turned = raster(&field(&node, &[picture(&nearest, 40, "gray").into()]), &canvas());
@@ -246,7 +247,7 @@ mod tests {
                 check_field(&field(&node, &[input.into()]));
             }
         }
-        // 23 pixels on 16 mm are as large as those that a diagonal turn that tiles asks for.
+        // 23 pixels on 16 mm are as large as the pixels that a tiling rotation by 45° reads.
         let diagonal = Xy::new(0.5f64.sqrt(), 0.5f64.sqrt());
         let node = Transform { input: port(0), angle: 45.0, scale: diagonal, ..Transform::default() };
         let input = picture(&Image { size_mm: Some(Xy::new(16.0, 16.0)), ..Image::default() }, 23, "rgb");

@@ -1,7 +1,7 @@
 //! A field seen through displacements: what [`Warp`](super::Warp) makes.
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 use shibo_kernel::filter::warp::{self, WarpSpec};
-use shibo_kernel::ground::tile::{self, window};
+use shibo_kernel::ground::tile;
 
 /// A field seen through displacements.
 pub(super) struct Warped {
@@ -24,19 +24,19 @@ impl FieldSource for Warped {
     }
 
     fn later(&self, grid: &Grid, at: Window) -> Vec<Read<'_>> {
-        vec![Read::new(&self.input, grid, window(self.spec(grid).reach(tile::rect(at))))]
+        vec![Read::new(&self.input, grid, self.spec(grid).reach(at))]
     }
 
     fn narrow(&self, given: &Given<'_>, grid: &Grid, at: Window) -> Vec<Window> {
         let by = given.tile(0);
-        vec![window(self.spec(grid).reads(tile::rect(at), [by.plane(0), by.plane(1)]))]
+        vec![self.spec(grid).reads(at, [by.plane(0), by.plane(1)])]
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let (by, input) = (given.tile(0), given.tile(1));
         let views: Vec<_> = (0..out.channels()).map(|channel| tile::view(input, channel)).collect();
-        let (rect, spec) = (tile::rect(out.window), self.spec(&out.grid));
-        warp::warp(&views, rect, [by.plane(0), by.plane(1)], &spec, &mut out.planes_mut());
+        let (window, spec) = (out.window, self.spec(&out.grid));
+        warp::warp(&views, window, [by.plane(0), by.plane(1)], &spec, &mut out.planes_mut());
         Ok(())
     }
 }

@@ -46,7 +46,7 @@ impl Node for HeightToNormal {
         let inputs = [cx.get(&self.input)?];
         Ok(Outputs::one(Field::map(Type::Normal, inputs, Halo::px(normal::HALO), move |out, [height]| {
             let spec = NormalSpec { step: tile::step(&out.grid), strength, y_up, encode: true, slope };
-            normal::normal(&tile::view(height, 0), tile::rect(out.window), &spec, tile::planes3(out));
+            normal::normal(&tile::view(height, 0), out.window, &spec, tile::planes3(out));
             Ok(())
         })))
     }

@@ -138,7 +138,7 @@ impl FieldSource for Lit {
             elevation: self.node.elevation.to_radians(),
             exposure: self.node.exposure,
         };
-        relief::relief(&tile::view(height, 0), tile::rect(window), &surface, &spec, tile::planes3(out));
+        relief::relief(&tile::view(height, 0), window, &surface, &spec, tile::planes3(out));
         Ok(())
     }
 }

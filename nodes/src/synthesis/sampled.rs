@@ -95,7 +95,7 @@ impl FieldSource for Sampled {
             spacing: f64::from(map.spacing),
             origin: ((out.grid.origin / pitch) - map.start.as_dvec2()).to_array(),
             step: (out.grid.step / pitch).to_array(),
-            window: shibo_kernel::ground::tile::rect(out.window),
+            window: out.window,
             jacobians: jacobians.as_deref(),
             follow: self.jacobian.is_some(),
         };
@@ -137,7 +137,7 @@ impl FieldSource for Sampled {
     }
 }
 
-/// Turns a normal kept as ½ + ½n, y up, as features turn: slopes are multiplied by Jᵀ without its scale.
+/// Rotates a normal stored as ½ + ½n, y up, with its feature: slopes are multiplied by Jᵀ without its scale.
 fn turn(data: &mut [f32], p: usize, n: usize, j: &Jacobian) {
     let (x, y, z) = (data[p] * 2.0 - 1.0, 1.0 - data[n + p] * 2.0, (data[2 * n + p] * 2.0 - 1.0).max(1e-4));
     let scale = 1.0 / shibo_kernel::synthesis::jacobian::det(j).abs().sqrt().max(1e-4);

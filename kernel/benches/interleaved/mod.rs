@@ -1,26 +1,28 @@
-//! Work of several kinds measured in turns: a stretch of each, again and again, so that whatever else the machine does
-//! falls on all of them alike. The medians of many stretches then compare well where single runs do not.
+//! Interleaved measurements: several kinds of work run in short slices, one after another, again and again, so that
+//! other load on the machine affects all of them alike. The medians of many slices can be compared where single runs
+//! cannot.
 use cpu_time::ProcessTime;
 use std::sync::{Condvar, Mutex, PoisonError};
 
-/// CPU seconds of a stretch, at least.
-const STRETCH: f64 = 0.025;
-/// Stretches that are not counted: caches and memory get warm.
+/// CPU seconds of a slice, at least.
+const SLICE: f64 = 0.025;
+/// Slices that are not counted, in which caches and memory get warm.
 const WARM: usize = 2;
 
-/// Work that goes on until what it calls says no. It calls it before each of its units, with how many it has done.
+/// Work in units: before each unit it calls the function with the number of units done, and ends when that returns
+/// false.
 pub(crate) type Work<'w> = Box<dyn FnOnce(&mut (dyn FnMut(u32) -> bool + Send)) + Send + 'w>;
 
-/// Whose turn it is, and what has been measured.
+/// Which work runs, and what has been measured.
 struct State {
     turn: usize,
-    /// How many are ready.
+    /// How many kinds of work are ready.
     ready: usize,
     done: bool,
     times: Vec<Vec<f64>>,
 }
 
-/// Ends the turns of all when one leaves, be it by a panic: none waits for ever.
+/// Ends the measurement when one kind of work leaves, also by a panic, so that none waits for ever.
 struct Leave<'s>(&'s Mutex<State>, &'s Condvar);
 
 impl Drop for Leave<'_> {
@@ -31,7 +33,7 @@ impl Drop for Leave<'_> {
 }
 
 /// CPU seconds of all threads per unit, by work and round.
-pub(crate) fn in_turns(all: Vec<Work<'_>>, rounds: usize) -> Vec<Vec<f64>> {
+pub(crate) fn interleaved(all: Vec<Work<'_>>, rounds: usize) -> Vec<Vec<f64>> {
     let count = all.len();
     let state = State { turn: 0, ready: 0, done: false, times: vec![Vec::new(); count] };
     let (state, changed) = (Mutex::new(state), Condvar::new());
@@ -45,7 +47,7 @@ pub(crate) fn in_turns(all: Vec<Work<'_>>, rounds: usize) -> Vec<Vec<f64>> {
                     let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
                     if let Some((at, first)) = begun {
                         let seconds = at.elapsed().as_secs_f64();
-                        if seconds < STRETCH || units == first {
+                        if seconds < SLICE || units == first {
                             return true;
                         }
                         let mut state = lock();

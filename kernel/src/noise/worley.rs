@@ -18,7 +18,7 @@ use shibo_engine::value::Tiling;
 /// How distances to points are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Metric {
-    /// Euclidean: round cells.
+    /// The straight distance: round cells.
     // √(x² + y²).
     #[default]
     Euclidean,

@@ -22,7 +22,7 @@ impl Source {
     pub fn new(plane: Plane, planes: &[&[f32]], scale: [f32; 2], fetch: Fetch, shrinks: bool) -> Self {
         let data = (0..plane.w * plane.h).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
         let mut levels = vec![Texels::new(plane, planes.len(), data)];
-        // Numbers that are names must not be averaged.
+        // Labels must not be averaged.
         while shrinks && fetch != Fetch::Nearest && levels.len() < 8 {
             let Some(half) = levels.last().filter(|l| l.plane.w.min(l.plane.h) > 1).map(Texels::halved) else { break };
             levels.push(half);

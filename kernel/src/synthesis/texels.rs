@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// How values between the pixels of a picture are made, where coordinates lie between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Fetch {
-    /// The nearest pixel: for masks, and for numbers that are names.
+    /// The nearest pixel: for masks and labels.
     Nearest,
     /// Linear in x and y: soft.
     Bilinear,

@@ -33,7 +33,7 @@ pub enum Refresh {
     EveryStep,
 }
 
-/// Gives the points of springs their masses, from a field: heavy points move little, light ones move much.
+/// Gives the points of springs their masses, from a field: heavy points move little, light ones a lot.
 ///
 /// This is another way than stiffness to make a pattern from a field; both can be used together. On a regular grid
 /// whose springs are all alike nothing moves, whatever the masses are: give `DefineSprings` a `spread`.

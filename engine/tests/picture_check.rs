@@ -336,6 +336,17 @@ fn table_of(bytes: &[u8], count: usize) -> usize {
 }
 
 #[test]
+fn an_exr_that_ends_within_its_header_is_truncated() {
+    let plain = plain_exr();
+    for length in 5..table_of(&plain, 41) {
+        for error in [check_bytes(&plain[..length], &LIMITS).err(), header_bytes(&plain[..length]).err()] {
+            let error = error.unwrap();
+            assert!(matches!(error, ReadError::Truncated(_)), "{length}: {error}");
+        }
+    }
+}
+
+#[test]
 fn blocks_of_exr_are_all_there() {
     let plain = plain_exr();
     let (table, first) = (table_of(&plain, 41), table_of(&plain, 41) + 41 * 8);

@@ -20,6 +20,9 @@ impl Default for ReadLimits {
     }
 }
 
+/// The most bytes that DEFLATE unpacks from one: 258 bytes from 2 bits.
+pub(super) const DEFLATE_RATIO: u64 = 1032;
+
 /// Sizes of a picture as its header tells them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Claim {

@@ -66,7 +66,6 @@ pub(super) fn from_image(error: ImageError) -> ReadError {
             ReadError::corrupt(format!("a row, a text or a profile in it is too large ({error})"))
         }
         error => match std::error::Error::source(&error) {
-            Some(source) if source.to_string().contains("end of file") => ReadError::truncated(source),
             Some(source) => ReadError::corrupt(source),
             None => ReadError::corrupt(error),
         },

@@ -1,7 +1,7 @@
 //! OpenEXR: headers and blocks are taken apart here, with every size checked; the `exr` crate decompresses.
 
 use super::guard::guarded;
-use super::limits::{Claim, ReadError, ReadLimits};
+use super::limits::{Claim, DEFLATE_RATIO, ReadError, ReadLimits};
 use super::{FileFormat, Header, Picture, SampleKind};
 use exr::block::UncompressedBlock;
 use exr::compression::Compression;
@@ -12,15 +12,14 @@ use exr::meta::header::Header as Layer;
 use exr::meta::{BlockDescription, MetaData, Requirements, magic_number};
 use half::f16;
 use rayon::prelude::*;
-use std::io::{Cursor, Read, Seek};
+use std::cell::Cell;
+use std::io::{self, Cursor, Read, Seek};
 
 mod blocks;
 mod select;
 use blocks::Block;
 use select::{Selection, all_names, select};
 
-/// No method but the lossy DWA packs denser: DEFLATE makes at most 258 bytes of 2 bits.
-const BEST_RATIO: u64 = 1032;
 /// Blocks that are decompressed at once, in bytes; one at least.
 const BATCH_BYTES: usize = 32 << 20;
 
@@ -98,8 +97,31 @@ fn header_of(meta: &MetaData, selection: &Selection) -> Result<Header, ReadError
     })
 }
 
+/// A reader that notes when bytes beyond its end are asked for: the error of the `exr` crate does not tell a file that ends
+/// too early from one that contradicts itself.
+struct NotesEnd<'e, R> {
+    reader: R,
+    ended: &'e Cell<bool>,
+}
+
+impl<R: Read> Read for NotesEnd<'_, R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let count = self.reader.read(bytes)?;
+        if count == 0 && !bytes.is_empty() {
+            self.ended.set(true);
+        }
+        Ok(count)
+    }
+}
+
 /// The headers, and where the tables of block offsets begin.
 fn read_meta<R: Read>(reader: R) -> Result<(MetaData, usize), ReadError> {
+    let ended = Cell::new(false);
+    let found = read_headers(NotesEnd { reader, ended: &ended });
+    found.map_err(|error| if ended.get() { ReadError::truncated("it ends within its header") } else { error })
+}
+
+fn read_headers<R: Read>(reader: R) -> Result<(MetaData, usize), ReadError> {
     let mut reader = PeekRead::new(Tracking::new(reader));
     magic_number::validate_exr(&mut reader).map_err(from_exr)?;
     let requirements = Requirements::read(&mut reader).map_err(from_exr)?;
@@ -156,7 +178,8 @@ fn check_plausible(layer: &Layer, blocks: &[Block], length: u64) -> Result<(), R
     let ratio = match layer.compression {
         Compression::DWAA(_) | Compression::DWAB(_) => return Ok(()),
         Compression::Uncompressed => 1,
-        _ => BEST_RATIO,
+        // No other method but the lossy DWA packs denser than DEFLATE.
+        _ => DEFLATE_RATIO,
     };
     if raw > stored.saturating_mul(ratio) {
         let (width, height) = size_of(layer)?;
@@ -228,9 +251,6 @@ fn unsupported(what: &str) -> ReadError {
 fn from_exr(error: exr::error::Error) -> ReadError {
     match error {
         exr::error::Error::NotSupported(what) => unsupported(&what),
-        exr::error::Error::Invalid(what) if what.contains("reached the end") => {
-            ReadError::truncated("it ends within the picture")
-        }
         exr::error::Error::Invalid(what) => ReadError::corrupt(what),
         exr::error::Error::Io(error) => ReadError::from_decoder(&error),
         exr::error::Error::Aborted => ReadError::corrupt("its decoder gave up"),

@@ -2,16 +2,13 @@
 mod chunks;
 
 use super::guard::guarded;
-use super::limits::{ReadError, ReadLimits};
+use super::limits::{DEFLATE_RATIO, ReadError, ReadLimits};
 use super::raster::{from_image, header_of, limited, picture, samples};
 use super::{FileFormat, Header, Picture};
 use chunks::Chunks;
 use image::codecs::png::PngDecoder;
 use image::{ImageDecoder, Limits};
 use std::io::{BufRead, Cursor, Seek};
-
-/// DEFLATE makes at most 258 bytes of 2 bits; no PNG holds more than this many bytes for each of its own.
-const DEFLATE_RATIO: u64 = 1032;
 
 pub(super) fn header<R: BufRead + Seek>(reader: R) -> Result<Header, ReadError> {
     guarded(|| header_of(&decoder(reader)?, FileFormat::Png))

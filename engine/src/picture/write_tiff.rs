@@ -5,7 +5,7 @@
 
 use super::encode::{RowEncoder, Rows, Tally};
 use super::lossless::{Zlib, tiff_predict_f32, tiff_predict_u8, tiff_predict_u16};
-use super::spec::{Depth, PictureSpec};
+use super::spec::{Depth, PictureSpec, described};
 use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
 
@@ -111,8 +111,7 @@ impl<W: Write + Seek> TiffSink<W> {
         directory.shorts(259, &[8]); // DEFLATE
         directory.shorts(262, &[if channels < 3 { 1 } else { 2 }]); // grey or RGB
         if !spec.metadata.is_empty() {
-            let lines: Vec<String> = spec.metadata.iter().map(|(name, text)| format!("{name}: {text}")).collect();
-            directory.text(270, &lines.join("\n"));
+            directory.text(270, &described(&spec.metadata));
         }
         directory.places(273, &places);
         directory.shorts(277, &[u16::try_from(channels).unwrap_or(u16::MAX)]);

@@ -36,13 +36,13 @@ pub fn to_linear(picture: &mut Picture, space: ColorSpace) {
     match source {
         SampleKind::U8 => by_table(planes, 255),
         SampleKind::U16 => by_table(planes, 65535),
-        _ => planes.par_iter_mut().for_each(|sample| *sample = srgb_to_linear(*sample)),
+        _ => planes.par_iter_mut().for_each(|sample| *sample = linear_sample(*sample)),
     }
 }
 
 /// Integer pictures have few distinct values: one table look-up a sample instead of a power.
 fn by_table(samples: &mut [f32], max: u16) {
-    let table: Vec<f32> = (0..=max).map(|code| srgb_to_linear(f32::from(code) / f32::from(max))).collect();
+    let table: Vec<f32> = (0..=max).map(|code| linear_sample(f32::from(code) / f32::from(max))).collect();
     samples.par_chunks_mut(1 << 16).for_each(|chunk| {
         for sample in chunk {
             *sample = table[(code_of(*sample, max) as usize).min(table.len() - 1)];
@@ -56,10 +56,14 @@ fn code_of(sample: f32, max: u16) -> u32 {
     (sample * f32::from(max) + 0.5) as u32
 }
 
-/// Linear value of an sRGB-encoded one (IEC 61966-2-1). Values below 0 are mirrored, values above 1 continue the curve.
+/// The linear value of an sRGB-encoded sample of a picture file (IEC 61966-2-1), computed in double precision. Values below
+/// 0 are mirrored, values above 1 continue the curve.
+///
+/// Colours in graph files are decoded by [`srgb_to_linear`](crate::value::srgb_to_linear), in single precision, which can
+/// differ in the last bit. The keys of all graphs with colours depend on those bits, so the two are not made one.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "rounding to the precision of a sample is meant")]
-pub fn srgb_to_linear(encoded: f32) -> f32 {
+pub fn linear_sample(encoded: f32) -> f32 {
     decode(f64::from(encoded.abs())).copysign(f64::from(encoded)) as f32
 }
 
@@ -179,7 +183,7 @@ mod tests {
     fn all_codes_survive_the_round_trip() {
         let encoder = SrgbEncoder::new();
         for code in 0..=255_u8 {
-            assert_eq!(encoder.code(srgb_to_linear(f32::from(code) / 255.0)), code);
+            assert_eq!(encoder.code(linear_sample(f32::from(code) / 255.0)), code);
         }
     }
 
@@ -231,7 +235,7 @@ mod tests {
             assert!(error < 0.02, "{linear}: off by {error} of a step");
         }
         for code in 0..=65535_u16 {
-            let linear = srgb_to_linear(f32::from(code) / 65535.0);
+            let linear = linear_sample(f32::from(code) / 65535.0);
             assert_eq!((encoder.encode(linear) * 65535.0).round(), f32::from(code));
         }
     }
@@ -250,7 +254,7 @@ mod tests {
         };
         assert_eq!(default_for(&picture), ColorSpace::Srgb);
         to_linear(&mut picture, ColorSpace::Srgb);
-        let expected: Vec<f32> = samples[..192].iter().map(|sample| srgb_to_linear(*sample)).collect();
+        let expected: Vec<f32> = samples[..192].iter().map(|sample| linear_sample(*sample)).collect();
         assert_eq!(picture.planes[..192], expected);
         assert_eq!(picture.planes[192..], samples[192..], "opacity is not colour");
     }

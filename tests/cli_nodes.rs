@@ -90,9 +90,9 @@ fn the_reference_is_markdown() {
             assert!(manual.contains(&format!("{}: {}", field.name, param.written)), "{} {}", info.kind, field.name);
             for choice in &param.choices {
                 choices += 1;
-                let in_table = format!("<br>`{}`: {}", choice.name, words(&choice.doc).replace('|', "\\|"));
+                let in_table = format!("<br>`{choice}`: {}", words(&choice.doc).replace('|', "\\|"));
                 assert!(page.contains(&in_table), "{in_table}");
-                assert!(manual.contains(&format!("- {}: {}", choice.name, words(&choice.doc))), "{}", choice.name);
+                assert!(manual.contains(&format!("- {choice}: {}", words(&choice.doc))), "{choice}");
             }
         }
     }

@@ -4,92 +4,16 @@ mod common;
 
 use common::bad;
 use common::facts::{declares_what_it_reads, reads_only_declared_facts};
+use common::kinds::{STAND_INS, another, arguments, bytes, graph, it, load, made, needed, options, session, stand_in};
 use glam::UVec2;
-use shibo_engine::eval::{CancelToken, Keys, Silent, encode};
-use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
-use shibo_engine::node::{Fact, KindInfo, OutputType, ParamInfo, Role};
+use shibo_engine::eval::{CancelToken, Keys, Silent};
+use shibo_engine::graph::load_text;
+use shibo_engine::node::{Fact, KindInfo, OutputType, ParamType, Role};
 use shibo_engine::registry::{Family, Kind, Registry};
-use shibo_engine::session::{Failure, Session, Settings};
-use shibo_engine::value::{Accepts, ChannelSet, Read, Resolution, Type, Value, Window};
-use std::collections::{BTreeMap, BTreeSet};
+use shibo_engine::session::Failure;
+use shibo_engine::value::{ChannelSet, Read, Type, Value, Window};
+use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::OnceLock;
-
-/// A picture for nodes that read one.
-const PICTURE: &str = "tests/data/ramp.png";
-
-fn options(resolution: UVec2) -> LoadOptions {
-    LoadOptions {
-        preset: None,
-        set: Vec::new(),
-        resolution: Some(Resolution::Exact(resolution)),
-        working_dir: env!("CARGO_MANIFEST_DIR").into(),
-        limits: Limits::default(),
-    }
-}
-
-/// What nodes are connected to.
-const STAND_INS: &str = r##"
-    "gray": Perlin(size: 5),
-    "rgb": GradientMap(input: "gray", stops: [(0.0, "#102030"), (1.0, "#f0c080")]),
-    "normal": HeightToNormal(input: "gray"),
-    "cells": Worley(size: 5),
-    "points": PoissonPoints(pitch: 3),
-    "lattice": ConnectNeighbors(points: "points"),
-    "springs": DefineSprings(lattice: "lattice"),
-    "segments": PlaceWrinkles(lattice: "lattice"),
-    "curve": TrunkNodes(height: (-100, 100), count: 5),
-    "skeleton": FitSkeleton(curve: "curve"),
-    "pattern": ColorPattern(entries: 64),
-    "solid": TrunkTime(skeleton: "skeleton"),
-    "fiber": FiberSpace(time: "solid", skeleton: "skeleton"),
-    "solid_color": RingColor(time: "solid", pattern: "pattern"),
-    "material": Material(base_color: "rgb", roughness: 0.5, height: "gray"),
-    "turned": JacobianFromAngleScale(angle: 20, scale: "stretch"),
-    "stretch": Remap(input: "gray", to: (0.8, 1.3)),
-    "exemplar": Exemplar(input: "rgb", size: (32, 32)),
-    "coords": JitterCoords(coords: "start", amount: 4),
-    "start": StartCoords(size: (8, 8), levels: 2),
-"##;
-
-/// The outputs of [`STAND_INS`] by type: the first of each.
-fn stand_ins() -> &'static BTreeMap<Type, String> {
-    static FOUND: OnceLock<BTreeMap<Type, String>> = OnceLock::new();
-    FOUND.get_or_init(|| {
-        let graph = load(&shibo_nodes::registry(), STAND_INS, UVec2::splat(64)).unwrap();
-        let mut found = BTreeMap::new();
-        for node in graph.nodes.node_weights() {
-            for (output, ty) in node.node.outputs().iter().zip(&node.outputs) {
-                found.entry(*ty).or_insert_with(|| format!("\"{}.{}\"", node.name, output.name));
-            }
-        }
-        found
-    })
-}
-
-/// What a port is connected to, and the nodes that this takes beside [`STAND_INS`].
-fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, String), String> {
-    let ty = match port {
-        Accepts::One(ty) => ty,
-        Accepts::Field => Type::Gray,
-        Accepts::AnySolid => Type::Solid,
-    };
-    match stand_ins().get(&ty) {
-        Some(known) => Ok((known.clone(), String::new())),
-        None => made(registry, ty),
-    }
-}
-
-/// The first kind whose main output is of this type, as a node with its ports connected.
-fn made(registry: &Registry, ty: Type) -> Result<(String, String), String> {
-    let mut infos = registry.kinds().filter_map(|kind| registry.info(kind));
-    let makes = |info: &&KindInfo| {
-        info.outputs[0].ty == OutputType::Fixed(ty) && info.ports().all(|(_, port)| port.ty != Accepts::One(ty))
-    };
-    let info = infos.find(makes).ok_or_else(|| format!("no kind makes {ty} of something else"))?;
-    let (args, nodes) = arguments(registry, info, None)?;
-    Ok((format!("\"made_{ty}\""), format!("{nodes} \"made_{ty}\": {}({args}),", info.kind)))
-}
 
 #[test]
 fn every_type_can_be_made() {
@@ -101,93 +25,6 @@ fn every_type_can_be_made() {
         let node = graph.nodes.node_weights().find(|node| format!("\"{}\"", node.name) == name).unwrap();
         assert_eq!(node.outputs[0], *ty);
     }
-}
-
-/// Arguments without which a node makes no sense.
-fn needed(kind: &str) -> Option<(&'static str, String)> {
-    match kind {
-        "PointList" => Some(("points", "[(3, 4), (10, 7), (5, 12), (13, 13), (8, 2)]".into())),
-        "Relief" => Some(("height", "\"gray\"".into())),
-        "Material" => Some(("base_color", "\"rgb\"".into())),
-        "Image" => Some(("path", format!("\"{PICTURE}\""))),
-        _ => None,
-    }
-}
-
-/// The arguments of a kind with its ports connected and one parameter changed, or left out, and the nodes that this takes beside
-/// [`STAND_INS`].
-fn arguments(
-    registry: &Registry,
-    info: &KindInfo,
-    change: Option<(&str, Option<&str>)>,
-) -> Result<(String, String), String> {
-    let (mut args, mut nodes) = (Vec::new(), String::new());
-    for (field, port) in info.ports().filter(|(_, port)| port.required) {
-        let (text, more) = stand_in(registry, port.ty)?;
-        args.push(if port.list { format!("{}: [{text}]", field.name) } else { format!("{}: {text}", field.name) });
-        if !nodes.contains(&more) {
-            nodes.push_str(&more);
-        }
-    }
-    if let Some((field, text)) = needed(&info.kind).filter(|(field, _)| change.is_none_or(|c| c.0 != *field)) {
-        args.push(format!("{field}: {text}"));
-    }
-    args.extend(change.and_then(|(field, text)| Some(format!("{field}: {}", text?))));
-    Ok((args.join(", "), nodes))
-}
-
-/// A graph of these nodes.
-fn load(registry: &Registry, nodes: &str, size: UVec2) -> Result<Graph, String> {
-    let text = format!("(canvas: (size_mm: 16, resolution: 64, seed: 3), nodes: {{ {nodes} }})");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("contract.ron");
-    let loaded = load_text(&path, &text, registry, &options(size));
-    let errors: Vec<&str> = loaded.diagnostics.iter().filter(|d| !d.warning).map(|d| d.message.as_str()).collect();
-    loaded.graph.ok_or_else(|| errors.join("; "))
-}
-
-/// A graph whose node `it` is a `kind` with its ports connected and one parameter changed.
-fn graph(registry: &Registry, info: &KindInfo, size: UVec2, change: Option<(&str, &str)>) -> Result<Graph, String> {
-    let (args, nodes) = arguments(registry, info, change.map(|(field, text)| (field, Some(text))))?;
-    let node = format!("\"it\": {}({args}),", info.kind);
-    load(registry, &format!("{STAND_INS} {nodes} {node}"), size).map_err(|errors| format!("{node} {errors}"))
-}
-
-fn session(registry: Registry, threads: usize) -> Session {
-    Session::new(registry, &Settings { threads, ..Settings::default() }).unwrap()
-}
-
-fn it(graph: &Graph) -> petgraph::graph::NodeIndex {
-    graph.nodes.node_indices().find(|i| graph.nodes[*i].name == "it").unwrap()
-}
-
-/// Everything that a node makes, as bytes; fields put together from windows of at most `side` pixels.
-fn bytes(session: &Session, graph: &Graph, side: u32) -> Result<Vec<u8>, String> {
-    let fail = |failure: Failure| format!("{failure:?}");
-    let (node, size) = (it(graph), graph.canvas.resolution);
-    let grid = graph.canvas.grid(size);
-    let mut all = Vec::new();
-    for output in 0..graph.nodes[node].outputs.len() {
-        let value = session.value(graph, (node, output), &CancelToken::default(), &Silent).map_err(fail)?;
-        all.extend(encode(&value).unwrap_or_default());
-        for field in value.fields() {
-            let mut whole = shibo_engine::value::Tile::new(grid, Window::full(size), field.channels());
-            let mut windows = Vec::new();
-            for y in (0..size.y).step_by(side as usize) {
-                for x in (0..size.x).step_by(side as usize) {
-                    let (width, height) = (side.min(size.x - x), side.min(size.y - y));
-                    windows.push((grid, Window { x: x.cast_signed(), y: y.cast_signed(), width, height }));
-                }
-            }
-            let token = CancelToken::default();
-            let (tiles, _) = session.rasters(graph, &field, &windows, &token, &Silent).map_err(fail)?;
-            tiles.iter().for_each(|tile| whole.copy_from(tile, 0, 0));
-            if let Some(bad) = whole.data().iter().find(|v| !v.is_finite()) {
-                return Err(format!("output {output} has the value {bad}"));
-            }
-            all.extend(whole.data().iter().flat_map(|v| v.to_bits().to_le_bytes()));
-        }
-    }
-    Ok(all)
 }
 
 /// Runs a check on every kind and gives all complaints.
@@ -234,7 +71,7 @@ fn defaults_can_be_written(registry: &Registry, info: &KindInfo) -> Result<(), S
         if written.is_err() && stands_alone {
             return Err(format!("`{}: {}` is refused: {written:?}", field.name, param.written));
         }
-        if param.required != (written.is_err() && param.ty == "Path") {
+        if param.required != (written.is_err() && param.ty == ParamType::Path) {
             return Err(format!("whether `{}` must be given is wrong", field.name));
         }
     }
@@ -348,34 +185,6 @@ fn states_what_it_reads(registry: &dyn Fn() -> Registry, info: &KindInfo) -> Res
 #[test]
 fn fields_state_what_they_read() {
     assert_eq!(on_all(|_, info| states_what_it_reads(&shibo_nodes::registry, info)), Vec::<String>::new());
-}
-
-/// RON for a value of a parameter other than its default.
-fn another(param: &ParamInfo) -> Option<String> {
-    let number = |default: f64| {
-        let (min, max) = (param.min.unwrap_or(-1e6), param.max.unwrap_or(1e6));
-        let up = default * 1.25 + 0.1;
-        if up <= max { up } else { 0.5 * (default + min) }
-    };
-    let whole = |default: f64| if default < param.max.unwrap_or(1e6) { default + 1.0 } else { default - 1.0 };
-    let default = param.default.as_f64();
-    let list = |i: usize| param.default.get(i).and_then(serde_json::Value::as_f64);
-    match param.ty.as_str() {
-        "Number" => Some(format!("{:?}", number(default.unwrap_or(0.5)))),
-        "Integer" => Some(format!("{}", whole(default.unwrap_or(1.0)))),
-        "Bool" => Some((!param.default.as_bool()?).to_string()),
-        "Choice" => {
-            let mut others = param.choices.iter().map(|choice| &choice.name);
-            others.find(|name| **name != param.written && !name.contains('(')).cloned()
-        }
-        "Range" => match (list(0), list(1)) {
-            (Some(lo), Some(hi)) => Some(format!("({lo:?}, {:?})", number(hi).max(lo))),
-            _ => Some("0.5".into()),
-        },
-        "Linear" | "Xy" => Some(format!("({:?}, {:?})", list(0)?, number(list(1)?))),
-        "Color" => Some("(0.11, 0.07, 0.05)".into()),
-        _ => None,
-    }
 }
 
 fn reads_its_parameters(registry: &Registry, info: &KindInfo) -> Result<(), String> {

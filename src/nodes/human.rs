@@ -79,14 +79,14 @@ fn signature(page: &mut Text, info: &KindInfo, width: usize) {
 
 /// A parameter, what there is to choose from, and of a list of structs the fields of each.
 fn parameter(page: &mut Text, field: &FieldInfo, param: &ParamInfo, indent: &str, width: usize) {
-    let mut facts = vec![param.ty.clone(), spelling::default(param)];
+    let mut facts = vec![param.ty.to_string(), spelling::default(param)];
     let range = spelling::range(param);
     if !range.is_empty() {
         facts.push(range);
     }
     entry(page, field, &facts.join(", "), indent, width);
     for choice in &param.choices {
-        point(page, &format!("{}: {}", choice.name, choice.doc), &format!("{indent}      "), width);
+        point(page, &format!("{choice}: {}", choice.doc), &format!("{indent}      "), width);
     }
     for (field, param) in param.params() {
         parameter(page, field, param, &format!("{indent}      "), width);

@@ -31,11 +31,11 @@ fn port(field: &FieldInfo, port: &PortInfo) -> Json {
 
 fn param(field: &FieldInfo, param: &ParamInfo) -> Json {
     let range = (param.min.is_some() || param.max.is_some()).then(|| json!([param.min, param.max]));
-    let names: Vec<_> = param.choices.iter().map(|choice| &choice.name).collect();
+    let names: Vec<_> = param.choices.iter().map(ToString::to_string).collect();
     let docs: Vec<_> = param.choices.iter().map(|choice| &choice.doc).collect();
     json!({
         "name": field.name,
-        "type": param.ty,
+        "type": param.ty.name(),
         "default": param.default,
         "written": param.written,
         "required": param.required,

@@ -70,7 +70,7 @@ fn parameter(out: &mut String, name: &str, field: &FieldInfo, param: &ParamInfo)
     let default = if param.required { "must be given".to_owned() } else { format!("`{}`", cell(&param.written)) };
     let mut doc = cell(&field.doc);
     for choice in &param.choices {
-        let _ = write!(doc, "<br>`{}`: {}", choice.name, cell(&choice.doc));
+        let _ = write!(doc, "<br>`{choice}`: {}", cell(&choice.doc));
     }
     let _ = writeln!(out, "| `{name}` | {} | {default} | {} | {doc} |", param.ty, cell(&spelling::range(param)));
     for (field, param) in param.params() {

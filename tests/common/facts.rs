@@ -1,5 +1,5 @@
 //! The facts of the canvas in the contract: a node whose result changes with one declares it, and reads no other.
-use crate::{another, bytes, graph, it, session};
+use super::kinds::{another, bytes, graph, it, session};
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::eval::{CancelToken, Silent, encode};
@@ -120,8 +120,7 @@ pub(crate) fn reads_only_declared_facts(registry: &Registry, info: &KindInfo) ->
     let session = session(shibo_nodes::registry(), 1);
     for field in &info.fields {
         let Role::Param(param) = &field.role else { continue };
-        let choices = param.choices.iter().map(|choice| choice.name.clone());
-        let choices = choices.filter(|choice| param.ty == "Choice" && !choice.contains('('));
+        let choices = param.choices.iter().filter(|choice| !choice.has_arguments).map(|choice| choice.name.clone());
         for value in another(param).into_iter().chain(choices) {
             // Some parameters contradict each other, and of some nothing can be made; that is said elsewhere.
             let made = graph(registry, info, UVec2::splat(16), Some((&field.name, &value)))

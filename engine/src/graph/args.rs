@@ -1,13 +1,13 @@
 //! The parameters of a node: their values in force, and whether each is allowed.
 use super::files::check_file;
-use super::lex::{Kind, number};
+use super::lex::{Kind, is_infinity, number};
 use super::part::{Part, Shape};
-use super::read::{not_finite, shorten};
+use super::read::{lower_first, not_finite, shorten};
 use super::scope::{Unit, check_note};
 use super::subst::substitute;
 use super::syntax;
 use crate::diagnostics::{Code, Diagnostic, Problem, suggest};
-use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, Role};
+use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, ParamType, Role};
 
 /// Numbers of this size and more are whole, and too large for a count however they are written.
 const WHOLE: f64 = 1.84e19;
@@ -67,7 +67,7 @@ impl Unit<'_> {
         let mut good = true;
         for (kind, word) in part.words() {
             let Some(value) = (kind == Kind::Number).then(|| number(word.str())).flatten() else { continue };
-            let allowed = info.infinite && value.is_infinite() && word.str().contains("inf");
+            let allowed = info.infinite && is_infinity(word.str());
             if !value.is_finite() && !allowed {
                 self.report.push_value(&word, not_finite(&word, name));
                 good = false;
@@ -76,7 +76,7 @@ impl Unit<'_> {
                 good = false;
             }
         }
-        if let (true, "Range", Shape::Tuple(items)) = (good, info.ty.as_str(), part.shape())
+        if let (true, ParamType::Range, Shape::Tuple(items)) = (good, info.ty, part.shape())
             && let [a, b] = &items[..]
             && let (Shape::Number(lo), Shape::Number(hi)) = (a.shape(), b.shape())
             && lo > hi
@@ -252,32 +252,23 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     let shape = place.shape();
     if let Some(param) = param.filter(|param| !param.choices.is_empty()) {
         // A word that is no choice of an enum whose choices have values is not always said to be one by serde.
-        let choices: Vec<_> = param.choices.iter().map(|choice| choice.name.as_str()).collect();
         if let Some((head, _)) = place.head() {
-            let names: Vec<_> = choices.iter().map(|c| c.trim_end_matches("(…)")).collect();
+            let names: Vec<_> = param.choices.iter().map(|choice| choice.name.as_str()).collect();
             if !names.contains(&head.str()) {
                 let message = format!("{name} has no choice `{}`", shorten(head.str()));
                 return head.error(Code::UnknownVariant, message).help(suggest(head.str(), "choice", &names));
             }
         }
-        let list = choices.iter().map(|c| format!("`{c}`")).collect::<Vec<_>>().join(", ");
+        let list = param.choices.iter().map(|choice| format!("`{choice}`")).collect::<Vec<_>>().join(", ");
         let message = format!("{name} must be a choice; found {} `{}`", shape.describe(), shorten(place.str()));
         return place.error(Code::TypeMismatch, message).help(format!("choices: {list}"));
     }
-    let ty = param.map(|param| param.ty.as_str());
-    let wanted = match ty {
-        Some("Number") => "a number",
-        Some("Integer") => "a whole number",
-        Some("Bool") => "`true` or `false`",
-        Some("Text") => "a text in quotes",
-        Some("Path") => "a path in quotes",
-        Some("Range" | "Linear" | "Xy") => "a number or a pair of numbers",
-        Some("Color") => "a colour, \"#rrggbb\" or (r, g, b)",
-        Some("List") if matches!(shape, Shape::List(_)) => "a list of another kind of values",
-        Some("List") => "a list, `[ ]`",
-        _ => "of another type",
+    let ty = param.map_or(ParamType::Value, |param| param.ty);
+    let wanted = match (ty, &shape) {
+        (ParamType::List, Shape::List(_)) => "a list of another kind of values",
+        _ => ty.expected(),
     };
-    if let (Shape::Number(value), Some("Integer" | "Number")) = (&shape, ty)
+    if let (Shape::Number(value), ParamType::Integer | ParamType::Number) = (&shape, ty)
         && (place.is_given() || value.abs() >= WHOLE)
     {
         let what = if value.abs() >= WHOLE {
@@ -290,10 +281,8 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     let message = format!("{name} must be {wanted}; found {} `{}`", shape.describe(), shorten(place.str()));
     let error = place.error(Code::TypeMismatch, message);
     // The parser's own words help only where a value has parts.
-    if matches!(ty, Some("Number" | "Integer" | "Bool" | "Text" | "Path")) {
-        return error;
+    match ty {
+        ParamType::Number | ParamType::Integer | ParamType::Bool | ParamType::Text | ParamType::Path => error,
+        _ => error.help(lower_first(said)),
     }
-    let mut chars = said.chars();
-    let lower: String = chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect();
-    error.help(lower)
 }

@@ -93,29 +93,29 @@ impl Document {
             check_version(version, report);
         }
         let section = |name: &str, report: &mut Report| {
-            let entries = read::get(&fields, name).map(|part| read::map(part, name, report)).unwrap_or_default();
-            if name == "nodes" { entries } else { read::unique(entries, name.trim_end_matches('s'), report) }
+            read::get(&fields, name).map(|part| read::map(part, name, report)).unwrap_or_default()
         };
+        let unique = |name: &str, one: &str, report: &mut Report| read::unique(section(name, report), one, report);
         let mut document = Self {
             canvas: read::get(&fields, "canvas").cloned(),
             nodes_part: read::get(&fields, "nodes").cloned(),
             ..Self::default()
         };
-        document.imports = section("imports", report);
+        document.imports = unique("imports", "import", report);
         for import in &document.imports {
             read::check_name(&import.key, &import.name, "an import", report);
         }
-        for entry in section("params", report) {
+        for entry in unique("params", "param", report) {
             let decl = params::declare(&entry, report);
             document.params.push((entry, decl));
         }
-        for entry in section("presets", report) {
+        for entry in unique("presets", "preset", report) {
             let values = read::unique(read::map(&entry.value, "presets", report), "parameter", report);
             document.presets.push((entry, values));
         }
-        document.inputs = section("inputs", report).iter().map(|entry| input(entry, report)).collect();
+        document.inputs = unique("inputs", "input", report).iter().map(|entry| input(entry, report)).collect();
         document.read_nodes(section("nodes", report), report);
-        document.outputs = section("outputs", report).iter().map(|entry| output(entry, report)).collect();
+        document.outputs = unique("outputs", "output", report).iter().map(|entry| output(entry, report)).collect();
         document.import_names = Names::of(document.imports.iter().map(|entry| entry.name.as_str()));
         document.param_names = Names::of(document.params.iter().map(|(entry, _)| entry.name.as_str()));
         document.input_names = Names::of(document.inputs.iter().map(|input| input.name.as_str()));

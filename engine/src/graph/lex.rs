@@ -57,10 +57,8 @@ pub(super) fn number(word: &str) -> Option<f64> {
         Some(rest) => (-1.0, rest),
         None => (1.0, word.strip_prefix('+').unwrap_or(word)),
     };
-    match digits {
-        "inf" | "inff32" | "inff64" => return Some(sign * f64::INFINITY),
-        "NaN" | "NaNf32" | "NaNf64" => return Some(f64::NAN),
-        _ => {}
+    if let Some(value) = number_word(digits) {
+        return Some(sign * value);
     }
     for (prefix, base) in [("0x", 16), ("0b", 2), ("0o", 8)] {
         if let Some(rest) = digits.strip_prefix(prefix) {
@@ -70,6 +68,21 @@ pub(super) fn number(word: &str) -> Option<f64> {
     let plain: String = digits.chars().filter(|&c| c != '_').collect();
     let end = plain.find(['i', 'u', 'f']).unwrap_or(plain.len());
     plain[..end].parse::<f64>().ok().map(|value| sign * value)
+}
+
+/// The value of a number that is written as a word, without its sign.
+fn number_word(word: &str) -> Option<f64> {
+    match word {
+        "inf" | "inff32" | "inff64" => Some(f64::INFINITY),
+        "NaN" | "NaNf32" | "NaNf64" => Some(f64::NAN),
+        _ => None,
+    }
+}
+
+/// Whether a number is written as infinity, with or without a sign. One that is merely too large, such as `1e400`, is not.
+pub(super) fn is_infinity(word: &str) -> bool {
+    let unsigned = word.strip_prefix(['+', '-']).unwrap_or(word);
+    number_word(unsigned).is_some_and(f64::is_infinite)
 }
 
 fn radix(digits: &str, base: u32) -> Option<f64> {
@@ -242,8 +255,7 @@ impl<'a> Lexer<'a> {
         }
         let start = self.at;
         self.take_while(|c| c == '_' || c.is_alphanumeric());
-        let special = matches!(&self.text[start..self.at], "inf" | "inff32" | "inff64" | "NaN" | "NaNf32" | "NaNf64");
-        if special { Kind::Number } else { Kind::Ident }
+        if number_word(&self.text[start..self.at]).is_some() { Kind::Number } else { Kind::Ident }
     }
 
     fn raw_string(&mut self, prefix: usize) -> Kind {
@@ -302,6 +314,8 @@ mod tests {
         assert_eq!(number("-inf"), Some(f64::NEG_INFINITY));
         assert_eq!(number("1e400"), Some(f64::INFINITY));
         assert!(number("NaN").is_some_and(f64::is_nan));
+        assert!(["inf", "-inf", "+inff32"].into_iter().all(is_infinity));
+        assert!(!["1e400", "NaN", "--inf", "infinity"].into_iter().any(is_infinity));
         assert_eq!(number("x"), None);
     }
 }

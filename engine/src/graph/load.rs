@@ -208,7 +208,7 @@ fn set(doc: &Doc, options: &LoadOptions, params: &mut Params, sources: &mut Sour
 /// A value from the command line: RON, or bare text where a text is wanted.
 fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
     let ron = syntax::parse(value, syntax::MAX_NESTING).is_ok();
-    let bare = decl.ty.takes_bare_text() && !(ron && value.trim_start().starts_with(['"', '(', 'r']));
+    let bare = decl.takes_bare_text() && !(ron && value.trim_start().starts_with(['"', '(', 'r']));
     let text = if bare || !ron { ron_string(value) } else { value.to_owned() };
     let piece = Piece { end: text.len(), span, copied: text == value, related: Vec::new(), given: true };
     let whole = |text: String| Src::made(span.file, text, vec![piece.clone()]).whole();

@@ -5,53 +5,21 @@ use super::read::{self, mismatch, not_finite, shorten};
 use super::report::Report;
 use super::subst::ron_string;
 use crate::diagnostics::{Code, Span};
-use crate::node::parse_color;
+use crate::node::{ParamType, parse_color};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The type of a parameter of a graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ParamType {
-    Number,
-    Integer,
-    Bool,
-    Color,
-    Text,
-    Path,
-    Choice,
-}
-
-impl ParamType {
-    const NAMES: [&'static str; 7] = ["Number", "Integer", "Bool", "Color", "Text", "Path", "Choice"];
-
-    /// The word that declares it.
-    pub(super) fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-
-    fn from_name(name: &str) -> Option<Self> {
-        use ParamType::*;
-        [Number, Integer, Bool, Color, Text, Path, Choice].into_iter().find(|ty| ty.name() == name)
-    }
-
-    /// Whether a value on the command line may be written without quotes.
-    pub(super) fn takes_bare_text(self) -> bool {
-        matches!(self, Self::Color | Self::Text | Self::Path)
-    }
-
-    fn wanted(self) -> &'static str {
-        match self {
-            Self::Number => "a number",
-            Self::Integer => "a whole number",
-            Self::Bool => "`true` or `false`",
-            Self::Color => "a colour, \"#rrggbb\" or (r, g, b)",
-            Self::Text => "a text in quotes",
-            Self::Path => "a path in quotes",
-            Self::Choice => "one of its options",
-        }
-    }
-}
+/// The types that a parameter of a graph may have.
+const DECLARED: [ParamType; 7] = [
+    ParamType::Number,
+    ParamType::Integer,
+    ParamType::Bool,
+    ParamType::Color,
+    ParamType::Text,
+    ParamType::Path,
+    ParamType::Choice,
+];
 
 /// A parameter as declared.
 #[derive(Debug)]
@@ -122,9 +90,9 @@ pub(super) fn declare(entry: &Entry, report: &mut Report) -> Option<ParamDecl> {
         report.push(mismatch(&entry.value, &format!("parameter `{}`", entry.name), "like `Number(default: 1)`"));
         return None;
     };
-    let Some(ty) = ParamType::from_name(word.str()) else {
+    let Some(ty) = DECLARED.into_iter().find(|ty| ty.name() == word.str()) else {
         let message = format!("there is no type of parameters `{}`", shorten(word.str()));
-        report.unknown(word.error(Code::UnknownVariant, message), word.str(), "type", ParamType::NAMES);
+        report.unknown(word.error(Code::UnknownVariant, message), word.str(), "type", DECLARED.map(ParamType::name));
         return None;
     };
     let known: &[&str] = match ty {
@@ -182,6 +150,11 @@ fn options(part: &Part, report: &mut Report) -> Vec<String> {
 }
 
 impl ParamDecl {
+    /// Whether a value on the command line may be written without quotes.
+    pub(super) fn takes_bare_text(&self) -> bool {
+        matches!(self.ty, ParamType::Color | ParamType::Text | ParamType::Path)
+    }
+
     /// Checks a value; `folder` is what a path is relative to.
     pub(super) fn value(&self, part: &Part, outside: bool, folder: &Path, report: &mut Report) -> Option<ParamValue> {
         let shape = part.shape();
@@ -215,7 +188,7 @@ impl ParamDecl {
                 value.text.clone_from(word);
             }
             _ => {
-                report.push(mismatch(part, &format!("parameter `{}`", self.name), self.ty.wanted()));
+                report.push(mismatch(part, &format!("parameter `{}`", self.name), self.ty.expected()));
                 return None;
             }
         }
@@ -228,7 +201,7 @@ impl ParamDecl {
             return None;
         }
         if self.ty == ParamType::Integer && (number.fract() != 0.0 || part.str().contains(['.', 'e', 'E'])) {
-            report.push(mismatch(part, &format!("parameter `{}`", self.name), self.ty.wanted()));
+            report.push(mismatch(part, &format!("parameter `{}`", self.name), self.ty.expected()));
             return None;
         }
         if let Some((lo, hi)) = self.range.filter(|(lo, hi)| number < *lo || number > *hi) {

@@ -22,7 +22,13 @@ pub(super) fn shorten(text: &str) -> String {
     if line.chars().count() < text.chars().count() { format!("{line}…") } else { line }
 }
 
-/// Drops entries whose key was there before, and says so.
+/// A message of a library as messages are written here: without a capital letter at its beginning.
+pub(super) fn lower_first(message: &str) -> String {
+    let mut chars = message.chars();
+    chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect()
+}
+
+/// Drops entries whose key was there before, and reports them.
 pub(super) fn unique(entries: Vec<Entry>, what: &str, report: &mut Report) -> Vec<Entry> {
     let mut first = std::collections::BTreeMap::new();
     let mut kept = Vec::with_capacity(entries.len());

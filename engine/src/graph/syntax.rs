@@ -1,4 +1,5 @@
 //! Whether a text is RON, and where it stops being it.
+use super::read::lower_first;
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use crate::node::ron_options;
 use serde::de::IgnoredAny;
@@ -37,9 +38,7 @@ pub(super) fn explain(text: &str, file: FileId, error: &ron::error::SpannedError
         }
         code => code.to_string(),
     };
-    let mut chars = said.chars();
-    let lower: String = chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect();
-    let mut diagnostic = Diagnostic::new(Code::Syntax, span, lower);
+    let mut diagnostic = Diagnostic::new(Code::Syntax, span, lower_first(&said));
     diagnostic.unfinished = is_unfinished(text, start, &error.code);
     match hint(&error.code) {
         Some(help) => diagnostic.help(help),

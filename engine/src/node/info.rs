@@ -1,9 +1,10 @@
 //! What can be known of a kind without making one: read from the schema of its struct.
 use super::spelling::{Form, forms, spell};
-use super::{Node, Output};
+use super::{Node, Output, ParamType};
 use crate::value::Accepts;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value as Json};
+use std::fmt;
 
 /// Everything about a kind.
 #[derive(Clone, Debug)]
@@ -57,8 +58,8 @@ pub struct PortInfo {
 /// A parameter.
 #[derive(Clone, Debug, Default)]
 pub struct ParamInfo {
-    /// `Number`, `Integer`, `Bool`, `Text`, `Choice`, `List` or the name of a parameter type.
-    pub ty: String,
+    /// What is written for it.
+    pub ty: ParamType,
     /// The default, as JSON; what JSON cannot say is `"inf"`.
     pub default: Json,
     /// The default as it is written in a graph file.
@@ -84,10 +85,19 @@ pub struct ParamInfo {
 /// One of the words that a parameter may be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// The word; with `(…)` if it takes a value.
+    /// The word.
     pub name: String,
+    /// Whether arguments in brackets follow it.
+    pub has_arguments: bool,
     /// The manual.
     pub doc: String,
+}
+
+impl fmt::Display for Choice {
+    /// The word as the manual shows it: with `(…)` if it takes arguments.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.name, if self.has_arguments { "(…)" } else { "" })
+    }
 }
 
 impl KindInfo {
@@ -173,13 +183,13 @@ fn param(object: &Map<String, Json>) -> ParamInfo {
     let number = |key: &str| object.get(key).or_else(|| inner.get(key)).and_then(Json::as_f64);
     let above = number("exclusiveMinimum");
     let choices = choices(&forms);
-    let ty = if choices.is_empty() { type_name(inner) } else { "Choice".to_owned() };
+    let ty = if choices.is_empty() { ParamType::of(inner) } else { ParamType::Choice };
     let default = object.get("default").unwrap_or(&Json::Null);
     let written = spell(&Json::Object(object.clone()), default);
     ParamInfo {
         default: if written == "inf" { "inf".into() } else { default.clone() },
         // A path is a text, and the empty text names no file.
-        required: ty == "Path" && !default.is_null(),
+        required: ty == ParamType::Path && !default.is_null(),
         written,
         ty,
         min: above.or_else(|| number("minimum")),
@@ -198,39 +208,19 @@ fn fields(object: &Map<String, Json>) -> Vec<FieldInfo> {
     properties.into_iter().flatten().map(|(name, schema)| field(name, schema)).collect()
 }
 
-fn type_name(object: &Map<String, Json>) -> String {
-    if let Some(name) = object.get("param").and_then(Json::as_str) {
-        return name.to_owned();
-    }
-    let word = match object.get("type") {
-        Some(Json::String(word)) => word.as_str(),
-        Some(Json::Array(words)) => words.iter().filter_map(Json::as_str).find(|w| *w != "null").unwrap_or_default(),
-        _ => "",
-    };
-    match word {
-        "number" => "Number",
-        "integer" => "Integer",
-        "boolean" => "Bool",
-        "string" => "Text",
-        "array" => "List",
-        _ => "Value",
-    }
-    .to_owned()
-}
-
-/// The variants of an enum: plain ones, and those with a value in brackets.
+/// The variants of an enum: plain ones, and those with arguments in brackets.
 fn choices(forms: &[Form<'_>]) -> Vec<Choice> {
     let mut found = Vec::new();
     for form in forms {
         let doc = text(form.schema, "description");
         if let Some(word) = form.schema.get("const").and_then(Json::as_str) {
-            found.push(Choice { name: word.to_owned(), doc });
+            found.push(Choice { name: word.to_owned(), has_arguments: false, doc });
         } else if let Some(words) = form.schema.get("enum").and_then(Json::as_array) {
             // Variants without docs are listed together.
-            let undocumented = |word: &str| Choice { name: word.to_owned(), doc: String::new() };
+            let undocumented = |word: &str| Choice { name: word.to_owned(), has_arguments: false, doc: String::new() };
             found.extend(words.iter().filter_map(Json::as_str).map(undocumented));
         } else if let Some((name, _)) = form.variant_with_value() {
-            found.push(Choice { name: format!("{name}(…)"), doc });
+            found.push(Choice { name: name.to_owned(), has_arguments: true, doc });
         }
     }
     found

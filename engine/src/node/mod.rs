@@ -37,6 +37,7 @@ mod channels;
 mod context;
 mod facts;
 mod info;
+mod param_type;
 mod params;
 mod port;
 mod spelling;
@@ -47,6 +48,7 @@ pub use channels::{MaterialInputs, Taken};
 pub use context::{Call, Context, Outputs};
 pub use facts::CanvasFacts;
 pub use info::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
+pub use param_type::ParamType;
 pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};
 pub use port::{
     AnyField, AnySolid, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb, SolidColor, SolidNumber,

@@ -1,4 +1,5 @@
 //! Types of parameters that accept more than one way of writing them.
+use super::ParamType;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -39,7 +40,7 @@ impl<'de> Visitor<'de> for OneOrTwo {
 }
 
 macro_rules! pairs {
-    ($($(#[$doc:meta])* $name:ident { $(#[$doc_a:meta])* $a:ident, $(#[$doc_b:meta])* $b:ident } $label:literal,)*) => {$(
+    ($($(#[$doc:meta])* $name:ident { $(#[$doc_a:meta])* $a:ident, $(#[$doc_b:meta])* $b:ident })*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct $name {
@@ -74,11 +75,11 @@ macro_rules! pairs {
             }
 
             fn schema_name() -> Cow<'static, str> {
-                Cow::Borrowed($label)
+                Cow::Borrowed(ParamType::$name.name())
             }
 
             fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-                json_schema!({ "param": $label })
+                json_schema!({ "param": ParamType::$name.name() })
             }
         }
     )*};
@@ -91,21 +92,21 @@ pairs! {
         lo,
         /// The largest.
         hi
-    } "Range",
+    }
     /// A straight line: the values that stand for 0 and for 1, `(at0, at1)`; one number stands for both. May fall.
     Linear {
         /// What 0 becomes.
         at0,
         /// What 1 becomes.
         at1
-    } "Linear",
+    }
     /// One number for each direction, `(x, y)`; one number stands for both.
     Xy {
         /// Across.
         x,
         /// Down.
         y
-    } "Xy",
+    }
 }
 
 impl Range {
@@ -184,11 +185,11 @@ impl JsonSchema for Color {
     }
 
     fn schema_name() -> Cow<'static, str> {
-        Cow::Borrowed("Color")
+        Cow::Borrowed(ParamType::Color.name())
     }
 
     fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "param": "Color" })
+        json_schema!({ "param": ParamType::Color.name() })
     }
 }
 
@@ -209,10 +210,10 @@ impl JsonSchema for FilePath {
     }
 
     fn schema_name() -> Cow<'static, str> {
-        Cow::Borrowed("Path")
+        Cow::Borrowed(ParamType::Path.name())
     }
 
     fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "param": "Path" })
+        json_schema!({ "param": ParamType::Path.name() })
     }
 }

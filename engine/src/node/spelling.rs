@@ -2,6 +2,7 @@
 //!
 //! A default comes out of the schema as JSON, which cannot tell a list from a tuple, a word from a text, `None` from
 //! `inf`, or a colour from three numbers. The schema of the parameter can.
+use super::ParamType;
 use crate::value::linear_to_srgb;
 use serde_json::{Map, Value as Json};
 
@@ -17,7 +18,7 @@ pub(super) fn spell(schema: &Json, json: &Json) -> String {
     let object = schema.as_object().unwrap_or(&empty);
     if json.is_null() {
         // JSON has no infinity; and types with a notation of their own are never infinite.
-        return if is_optional(object) || object.contains_key("param") { "None" } else { "inf" }.to_owned();
+        return if is_optional(object) || ParamType::named_by(object).is_some() { "None" } else { "inf" }.to_owned();
     }
     let forms = forms(object);
     let word = forms.iter().find_map(|form| variant(*form, json));
@@ -80,11 +81,11 @@ fn variant(form: Form<'_>, json: &Json) -> Option<String> {
 
 /// A value that is no variant of an enum.
 fn plain(kind: &Map<String, Json>, json: &Json) -> String {
-    let param = kind.get("param").and_then(Json::as_str).unwrap_or_default();
+    let ty = ParamType::named_by(kind);
     match json {
-        Json::Array(channels) if param == "Color" => color(channels),
+        Json::Array(channels) if ty == Some(ParamType::Color) => color(channels),
         // One number stands for a pair of equal ones.
-        Json::Array(pair) if matches!(param, "Range" | "Linear" | "Xy") => match &pair[..] {
+        Json::Array(pair) if matches!(ty, Some(ParamType::Range | ParamType::Linear | ParamType::Xy)) => match &pair[..] {
             [a, b] if a == b => scalar(a),
             _ => numbers(pair),
         },

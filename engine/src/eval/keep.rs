@@ -18,8 +18,8 @@
 //!
 //! Objects are few and small, and often cost seconds: one is kept when it took longer than to write it, and at least
 //! [`OBJECT`]. Encoded pictures are kept always: with them a second run computes nothing.
-use super::prepare::reads;
-use crate::value::{Field, FieldId, Grid, GridId, TILE, Window};
+use super::prepare::{At, at, reads};
+use crate::value::{Field, Grid, TILE, Window};
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -39,13 +39,6 @@ const RATE: (f64, f64) = (0.9e-3 / 1_048_576.0, 32.0 * 1_048_576.0);
 const SHARE_OF_ROOM: u64 = 32;
 /// The debts of so many fields are remembered.
 const REMEMBERED: usize = 1 << 16;
-
-/// A field on a grid.
-type At = (FieldId, GridId);
-
-fn at(field: &Field, grid: &Grid) -> At {
-    (field.id(), grid.id())
-}
 
 /// In mm², which all grids have in common.
 fn area(grid: &Grid, window: Window) -> f64 {

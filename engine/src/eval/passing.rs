@@ -5,15 +5,13 @@
 //!
 //! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
 use super::memory::TileKey;
-use super::prepare::reads;
+use super::prepare::{At, at, reads};
 use super::run::Run;
 use crate::value::{Blocks, Field, FieldId, Grid, GridId, Piece, Window};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// What may be read of a field is not followed beyond so many pixels.
 const FARTHEST: u32 = 1 << 18;
-
-type At = (FieldId, GridId);
 
 /// The fields that a render reads, readers before what they read, and which of their tiles it may still want.
 pub struct Passing<'f> {
@@ -125,10 +123,6 @@ impl<'f> Passing<'f> {
         }
         passed
     }
-}
-
-fn at(field: &Field, grid: &Grid) -> At {
-    (field.id(), grid.id())
 }
 
 /// All fields that are read for tiles, each before those that it reads.

@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
-type At = (FieldId, GridId);
+/// A field on a grid.
+pub(super) type At = (FieldId, GridId);
 
 /// What a run knows of the fields that it reads.
 #[derive(Default)]
@@ -31,7 +32,8 @@ impl Known {
     }
 }
 
-fn at(field: &Field, grid: &Grid) -> At {
+/// What tells a field on a grid from others.
+pub(super) fn at(field: &Field, grid: &Grid) -> At {
     (field.id(), grid.id())
 }
 

@@ -1,16 +1,14 @@
 //! The files that a graph reads, and whether the content of any of them has changed.
 use sha2::{Digest, Sha256};
+use shibo_engine::eval::Signature;
 use std::collections::BTreeMap;
 use std::fs::{self, File, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
-/// A file that was changed less than this ago may change again without any sign of it but its content: clocks of file
-/// systems are coarse.
-const RACY: Duration = Duration::from_secs(2);
-/// Files larger than this are not read again for that reason.
-const RACY_BYTES: u64 = 4 << 20;
+/// Larger files are not read again merely because their signature may hide a change.
+const READ_AGAIN: u64 = 4 << 20;
 
 /// What is at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,52 +19,6 @@ pub(super) enum State {
     Missing,
     /// Something that is no file, or one that cannot be read.
     Unreadable,
-}
-
-/// What the system tells of a file without reading it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Signature {
-    is_file: bool,
-    length: u64,
-    modified: Option<SystemTime>,
-    changed: Option<SystemTime>,
-    identity: [u64; 2],
-}
-
-impl Signature {
-    fn of(metadata: &Metadata) -> Self {
-        let (changed, identity) = unix(metadata);
-        Self {
-            is_file: metadata.is_file(),
-            length: metadata.len(),
-            modified: metadata.modified().ok(),
-            changed,
-            identity,
-        }
-    }
-
-    /// Whether the file may have changed since it was read at `read` without another signature.
-    fn is_racy(&self, read: SystemTime) -> bool {
-        let near = |time: SystemTime| {
-            let apart = read.duration_since(time).unwrap_or_else(|e| e.duration());
-            apart < RACY
-        };
-        self.length <= RACY_BYTES && [self.modified, self.changed].into_iter().flatten().any(near)
-    }
-}
-
-#[cfg(unix)]
-fn unix(metadata: &Metadata) -> (Option<SystemTime>, [u64; 2]) {
-    use std::os::unix::fs::MetadataExt;
-    let seconds = u64::try_from(metadata.ctime()).ok();
-    let nanos = u64::try_from(metadata.ctime_nsec()).unwrap_or(0);
-    let changed = seconds.map(|s| SystemTime::UNIX_EPOCH + Duration::from_secs(s) + Duration::from_nanos(nanos));
-    (changed, [metadata.dev(), metadata.ino()])
-}
-
-#[cfg(not(unix))]
-fn unix(_metadata: &Metadata) -> (Option<SystemTime>, [u64; 2]) {
-    (None, [0; 2])
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +45,8 @@ impl Print {
     fn holds(&self, path: &Path) -> bool {
         let signature = fs::metadata(path).ok().as_ref().map(Signature::of);
         let readable = matches!(self.state, State::Content(_) | State::Missing);
-        readable && signature == self.signature && signature.is_none_or(|s| !s.is_racy(self.read))
+        let tells = |signature: Signature| signature.length() > READ_AGAIN || !signature.may_hide_a_change(self.read);
+        readable && signature == self.signature && signature.is_none_or(tells)
     }
 }
 

@@ -1,12 +1,13 @@
 //! The name of every result, derived without computing it.
+use super::files::KeyedFile;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::graph::{Graph, GraphNode, Input};
 use crate::node::Fact;
 use crate::value::{Canvas, Key};
 use petgraph::graph::NodeIndex;
 use petgraph::visit::Topo;
-use std::fs::File;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Names the way in which keys are derived, after the version that began with it. It is not the version of the program: the
 /// same graph has the same keys in every build, and pictures tell of them. What keeps the results of builds apart is the
@@ -18,6 +19,8 @@ const DOMAIN: &str = "shibo 0.1.0";
 pub struct Keys {
     outputs: Vec<Vec<Key>>,
     order: Vec<NodeIndex>,
+    /// The files of the nodes that read some.
+    files: BTreeMap<NodeIndex, Arc<[KeyedFile]>>,
 }
 
 impl Keys {
@@ -26,23 +29,26 @@ impl Keys {
     /// # Errors
     /// A file that cannot be read, at the parameter that names it.
     pub fn of(graph: &Graph) -> Result<Self, Vec<Diagnostic>> {
-        let mut keys = Self { outputs: vec![Vec::new(); graph.nodes.node_count()], order: Vec::new() };
+        let mut keys = Self { outputs: vec![Vec::new(); graph.nodes.node_count()], ..Self::default() };
         let mut errors = Vec::new();
         let mut topo = Topo::new(&graph.nodes);
         while let Some(index) = topo.next(&graph.nodes) {
             let node = &graph.nodes[index];
-            let files = file_hashes(node).unwrap_or_else(|e| {
+            let files = keyed_files(node).unwrap_or_else(|e| {
                 errors.extend(e);
                 Vec::new()
             });
             let outputs = keys.node(graph, node, &files);
             keys.outputs[index.index()] = outputs;
             keys.order.push(index);
+            if !files.is_empty() {
+                keys.files.insert(index, files.into());
+            }
         }
         if errors.is_empty() { Ok(keys) } else { Err(errors) }
     }
 
-    fn node(&self, graph: &Graph, node: &GraphNode, files: &[[u8; 32]]) -> Vec<Key> {
+    fn node(&self, graph: &Graph, node: &GraphNode, files: &[KeyedFile]) -> Vec<Key> {
         let inputs: Vec<Key> = node.inputs.iter().map(|input| self.input(input)).collect();
         let facts = facts(&graph.canvas, node.node.facts());
         let (params, version) = (node.node.canonical(), node.node.version().to_le_bytes());
@@ -51,7 +57,7 @@ impl Keys {
             parts.push(port.as_bytes());
             parts.push(key.as_bytes());
         }
-        parts.extend(files.iter().map(<[u8; 32]>::as_slice));
+        parts.extend(files.iter().map(|file| file.hash().as_slice()));
         let key = Key::of(DOMAIN, &parts);
         let output = |name: &str| Key::of("output", &[key.as_bytes(), name.as_bytes()]);
         let mut outputs: Vec<Key> = node.node.outputs().iter().map(|o| output(o.name)).collect();
@@ -72,6 +78,11 @@ impl Keys {
     /// The key of an output of a node.
     pub fn output(&self, node: NodeIndex, output: usize) -> Key {
         self.outputs[node.index()][output]
+    }
+
+    /// The files of a node, if it reads any.
+    pub(super) fn files(&self, node: NodeIndex) -> Option<Arc<[KeyedFile]>> {
+        self.files.get(&node).cloned()
     }
 
     /// All nodes, each after those that it reads.
@@ -104,26 +115,17 @@ fn facts(canvas: &Canvas, wanted: &[Fact]) -> Vec<u8> {
     bytes
 }
 
-fn file_hashes(node: &GraphNode) -> Result<Vec<[u8; 32]>, Vec<Diagnostic>> {
+fn keyed_files(node: &GraphNode) -> Result<Vec<KeyedFile>, Vec<Diagnostic>> {
     let mut errors = Vec::new();
-    let mut hashes = Vec::new();
+    let mut files = Vec::new();
     for (field, path) in &node.files {
-        match hash_file(path) {
-            Ok(hash) => hashes.push(hash),
+        match KeyedFile::read(field, path) {
+            Ok(file) => files.push(file),
             Err(e) => {
                 let message = format!("cannot read `{}`: {e}", path.display());
                 errors.push(Diagnostic::new(Code::BadFile, node.field_span(Some(field)), message));
             }
         }
     }
-    if errors.is_empty() { Ok(hashes) } else { Err(errors) }
-}
-
-fn hash_file(path: &Path) -> std::io::Result<[u8; 32]> {
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(std::io::Error::other("it is not a regular file"));
-    }
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(File::open(path)?)?;
-    Ok(*hasher.finalize().as_bytes())
+    if errors.is_empty() { Ok(files) } else { Err(errors) }
 }

@@ -1,5 +1,6 @@
 //! One evaluation of a graph.
 use super::evaluators::{Clock, NodeEvaluator};
+use super::files::NodeFiles;
 use super::keep::Keeper;
 use super::prepare::Known;
 use super::stats::{Ledger, Work};
@@ -121,11 +122,15 @@ impl<'g> Run<'g> {
             evaluator: &evaluator,
         };
         let handed_on = keys::no_op_slot(self.graph, node).and_then(|slot| inputs.get(slot)?.convert(node.outputs[0]));
+        let files = self.keys.files(index).map(NodeFiles::new);
         let start = Clock::start(alone);
         // What a node hands on has the key of its input: it must be that, whatever the node would make of it.
         let outputs = match handed_on {
             Some(_) if node.outputs.len() == 1 => Outputs::default(),
-            _ => node.node.evaluate(&call)?,
+            _ => match &files {
+                Some(files) => files.evaluate(|| node.node.evaluate(&call))?,
+                None => node.node.evaluate(&call)?,
+            },
         };
         let time = start.elapsed().saturating_sub(Duration::from_nanos(evaluator.nested.load(Ordering::Relaxed)));
         let mut object = false;
@@ -137,7 +142,9 @@ impl<'g> Run<'g> {
                 return Err(Problem::new(Code::BadValue, message).help("this is a defect of the node").into());
             };
             object |= is_object(value);
-            self.keep(key, keyed(value, key), time);
+            let made = files.as_ref().filter(|_| handed_on.is_none());
+            let supervised = made.map(|files| files.supervise(value));
+            self.keep(key, keyed(supervised.as_ref().unwrap_or(value), key), time);
         }
         self.caches.keeper.made(time);
         let work = Work { time, computed: u64::from(object), ..Work::default() };

@@ -162,7 +162,8 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         Tiling::BOTH
     }
 
-    /// The files it reads, with the parameter that names each.
+    /// The files it reads, with the parameter that names each. They are read while the node is evaluated, or when the first
+    /// tile of one of its fields is filled; its fields keep and share what was read then.
     fn files(&self) -> Vec<(&'static str, &FilePath)> {
         Vec::new()
     }

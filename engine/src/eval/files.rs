@@ -1,0 +1,199 @@
+//! The files that nodes read, and whether they still are what keys say.
+//!
+//! The key of a result contains the hashes of the files that its node reads, taken before the run begins. The node reads its
+//! files later: when it is evaluated, or when the first tile of one of its fields is filled. If a file changes in between,
+//! the result does not belong to the key. So the files are compared with their hashes once more after they were read; a
+//! result of changed files is refused with an error and never kept.
+use crate::diagnostics::{Code, Problem};
+use crate::value::{Cost, Field, FieldSource, Given, Grid, Material, PictureFields, Pictures, Read, Stop, Tile, Value, Window};
+use super::Signature;
+use super::run::lock;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::SystemTime;
+
+/// A file of a node, as it was when the keys were derived.
+#[derive(Debug)]
+pub(super) struct KeyedFile {
+    /// The parameter that names it.
+    field: &'static str,
+    path: PathBuf,
+    hash: [u8; 32],
+    /// The signature of the content with that hash, and when it was read.
+    seen: Mutex<(Signature, SystemTime)>,
+}
+
+impl KeyedFile {
+    /// Reads the file that the parameter `field` names.
+    pub(super) fn read(field: &'static str, path: &Path) -> io::Result<Self> {
+        let now = SystemTime::now();
+        let metadata = fs::metadata(path)?;
+        // Opening a pipe would wait for somebody to write.
+        if !metadata.is_file() {
+            return Err(io::Error::other("it is not a regular file"));
+        }
+        let (seen, hash) = (Mutex::new((Signature::of(&metadata), now)), hash(path)?);
+        Ok(Self { field, path: path.to_owned(), hash, seen })
+    }
+
+    /// The hash of its content.
+    pub(super) fn hash(&self) -> &[u8; 32] {
+        &self.hash
+    }
+
+    /// Whether its content still has the hash. It is read again only if its signature does not tell.
+    fn is_unchanged(&self) -> bool {
+        let now = SystemTime::now();
+        let Some(metadata) = fs::metadata(&self.path).ok().filter(fs::Metadata::is_file) else { return false };
+        let signature = Signature::of(&metadata);
+        let mut seen = lock(&self.seen);
+        if seen.0 == signature && !signature.may_hide_a_change(seen.1) {
+            return true;
+        }
+        let unchanged = hash(&self.path).is_ok_and(|hash| hash == self.hash);
+        if unchanged {
+            *seen = (signature, now);
+        }
+        unchanged
+    }
+
+    fn problem(&self, message: String) -> Problem {
+        Problem::new(Code::BadFile, message).at(self.field)
+    }
+
+    fn check(&self) -> Result<(), Stop> {
+        if self.is_unchanged() {
+            return Ok(());
+        }
+        let message = format!("`{}` was changed after the run had begun", self.path.display());
+        Err(self.problem(message).help("run it again").into())
+    }
+}
+
+fn hash(path: &Path) -> io::Result<[u8; 32]> {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(File::open(path)?)?;
+    Ok(*hasher.finalize().as_bytes())
+}
+
+/// Nothing is known of what fields read.
+const UNKNOWN: u8 = 0;
+/// What they read is what the keys say. They keep it, so that files may change from here on.
+const PROVEN: u8 = 1;
+/// They may have read another content, and keep it.
+const REFUSED: u8 = 2;
+
+/// The files of a node that was evaluated, and what its fields read of them.
+pub(super) struct NodeFiles {
+    files: Arc<[KeyedFile]>,
+    state: AtomicU8,
+}
+
+impl NodeFiles {
+    /// Nothing was read yet.
+    pub(super) fn new(files: Arc<[KeyedFile]>) -> Arc<Self> {
+        Arc::new(Self { files, state: AtomicU8::new(UNKNOWN) })
+    }
+
+    /// What `work` gives, which reads the files, if they are unchanged after that. An error of `work` counts only if they
+    /// are: a file that is being written is easily taken for a damaged one.
+    pub(super) fn evaluate<T>(&self, work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
+        match work() {
+            Err(Stop::Cancelled) => Err(Stop::Cancelled),
+            result => self.check().and(result),
+        }
+    }
+
+    fn check(&self) -> Result<(), Stop> {
+        self.files.iter().try_for_each(KeyedFile::check)
+    }
+
+    /// The same for work on a field, which may read the files unless another field of the node did so before.
+    fn fill<T>(&self, work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
+        if self.state.load(Ordering::Acquire) == PROVEN {
+            return work();
+        }
+        self.check()?;
+        if let (REFUSED, Some(file)) = (self.state.load(Ordering::Acquire), self.files.first()) {
+            let message = format!("`{}` was changed while it was read", file.path.display());
+            return Err(file.problem(message).help("start the program again").into());
+        }
+        let result = work();
+        if matches!(result, Err(Stop::Cancelled)) {
+            return result;
+        }
+        let checked = self.check();
+        let state = if checked.is_ok() { PROVEN } else { REFUSED };
+        match self.state.compare_exchange(UNKNOWN, state, Ordering::AcqRel, Ordering::Acquire) {
+            Err(PROVEN) => result,
+            _ => checked.and(result),
+        }
+    }
+
+    /// A value that the node made, whose fields read files under this supervision.
+    pub(super) fn supervise(self: &Arc<Self>, value: &Value) -> Value {
+        let field = |field: &Field| match field.as_constant() {
+            Some(_) => field.clone(),
+            None => field.clone().wrapped(|field| Supervised { field, files: self.clone() }),
+        };
+        match value {
+            Value::Field(one) => Value::Field(field(one)),
+            Value::Picture(picture) => Value::Picture(Arc::new(PictureFields {
+                gray: field(&picture.gray),
+                rgb: field(&picture.rgb),
+                is_gray: picture.is_gray,
+            })),
+            Value::Material(material) => Value::Material(Arc::new(Material::new(
+                material.channels().iter().map(|(channel, one)| (*channel, field(one))),
+            ))),
+            other => other.clone(),
+        }
+    }
+}
+
+/// The code of a field whose node reads files.
+struct Supervised {
+    field: Field,
+    files: Arc<NodeFiles>,
+}
+
+impl FieldSource for Supervised {
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        self.field.source().inputs(grid, window)
+    }
+
+    fn later(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        self.field.source().later(grid, window)
+    }
+
+    fn narrow(&self, given: &Given<'_>, grid: &Grid, window: Window) -> Vec<Window> {
+        self.field.source().narrow(given, grid, window)
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        self.files.fill(|| self.field.source().fill(given, out))
+    }
+
+    fn cost(&self) -> Cost {
+        self.field.source().cost()
+    }
+
+    fn whole(&self, grid: &Grid) -> Vec<Read<'_>> {
+        self.field.source().whole(grid)
+    }
+
+    fn prepare(&self, grid: &Grid, pictures: &dyn Pictures) -> Result<Option<Tile>, Stop> {
+        self.field.source().prepare(grid, pictures)
+    }
+
+    fn prepare_bytes(&self, grid: &Grid) -> u64 {
+        self.field.source().prepare_bytes(grid)
+    }
+
+    fn bytes(&self) -> usize {
+        self.field.source().bytes()
+    }
+}

@@ -1,4 +1,4 @@
-//! What is read from the environment. Nothing below the command reads any of it.
+//! What is read from the environment. Only the command reads it, not the crates below.
 use std::ffi::OsString;
 use std::path::PathBuf;
 

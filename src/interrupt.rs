@@ -1,7 +1,7 @@
 //! Ctrl-C and SIGTERM: the run ends cleanly; a second one ends it at once.
 use shibo_engine::eval::CancelToken;
 
-/// Lets signals cancel `token`. Where that is not possible, the run can only be killed, and goes on all the same.
+/// Lets signals cancel `token`. If that is not possible, the run continues and can only be killed.
 ///
 /// SIGHUP is left alone, so that `nohup` works.
 #[cfg(unix)]
@@ -12,7 +12,7 @@ pub(crate) fn cancel_on_signals(token: &CancelToken) {
     std::thread::spawn(move || {
         for _ in signals.forever() {
             if token.is_cancelled() {
-                // What is left behind is removed by the next run.
+                // The next run removes what this one leaves behind.
                 std::process::exit(1);
             }
             token.cancel();

@@ -47,7 +47,7 @@ impl<'t> Progress<'t> {
             bar.set_style(style);
         }
         bar.set_prefix(escape(name));
-        // No bar for what is over at once.
+        // Work that is over at once gets no bar.
         bar.enable_steady_tick(Duration::from_millis(100));
         bar
     }

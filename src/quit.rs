@@ -1,4 +1,4 @@
-//! How a command ends when it does not end well.
+//! How a command ends when it fails.
 use crate::terminal::Terminal;
 use std::process::ExitCode;
 
@@ -9,7 +9,7 @@ pub(crate) enum Quit {
     Shown,
     /// Something that could not be done.
     Failed(anyhow::Error),
-    /// The command makes no sense.
+    /// The arguments are wrong.
     Usage(String),
     /// The program that reads stdout has closed it.
     Closed,

@@ -9,12 +9,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::RangeInclusive;
 
-/// Reports with pictures of the text; further ones take a line each.
+/// The number of reports that show the text; further ones take a line each.
 const PICTURES: usize = 40;
 /// Longer lines are not shown, in bytes.
 const LONGEST_LINE: usize = 400;
 
-/// Places so many lines apart are drawn into one picture.
+/// Places at most this many lines apart are drawn into one picture.
 const NEAR: usize = 3;
 
 /// A place, what is said of it, and whether it is the one that a diagnostic is about.

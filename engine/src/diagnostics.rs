@@ -82,7 +82,7 @@ impl fmt::Display for Code {
     }
 }
 
-/// Something wrong in a node or a value, by whoever does not know where it stands in the text.
+/// Something wrong in a node or a value, reported by code that does not know its place in the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// The class of the error.

@@ -1,12 +1,12 @@
 //! Graph files, typed wires, lazy evaluation and caches: the engine of Shibo.
 //!
-//! The engine knows no method and no node. Each module stands on those after it: [`session`] → [`eval`] → [`graph`] →
+//! The engine knows no method and no node. Each module uses those after it: [`session`] → [`eval`] → [`graph`] →
 //! [`registry`] → [`node`] → [`value`]; [`diagnostics`] and [`picture`] stand beside [`value`].
 //!
 //! Rules that hold everywhere, stated once:
 //! - Lengths are millimetres, on the canvas and in heights. Angles are degrees in graph files, radians inside. `y` points
 //!   down.
-//! - Nothing panics on what a user gave; errors are [`diagnostics::Problem`]s that the graph turns into located
+//! - No input of a user causes a panic; errors are [`diagnostics::Problem`]s that the graph turns into located
 //!   diagnostics.
 //! - Results depend on the graph alone: never on threads, tile order, machine or the state of a cache.
 pub mod diagnostics;

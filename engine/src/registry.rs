@@ -5,7 +5,7 @@ use crate::value::Key;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-/// The fingerprint of this crate's code and of the libraries that it stands on.
+/// The fingerprint of this crate's code and of the libraries that it uses.
 const CODE: &[u8] = env!("CODE_FINGERPRINT").as_bytes();
 
 /// A kind of node, as registered.
@@ -66,14 +66,14 @@ impl Registry {
         registry
     }
 
-    /// The same, the code of its kinds having this fingerprint.
+    /// The same registry, with the fingerprint of the code of its kinds.
     #[must_use]
     pub fn with_code(mut self, fingerprint: &str) -> Self {
         self.code = Key::of("code", &[self.code.as_bytes(), fingerprint.as_bytes()]);
         self
     }
 
-    /// What stands for the code of the engine and of the kinds: results of other code are not those of this one.
+    /// A key for the code of the engine and of the kinds: other code may give other results.
     pub fn code(&self) -> Key {
         self.code
     }
@@ -88,7 +88,7 @@ impl Registry {
         self.order.iter().map(String::as_str)
     }
 
-    /// What there is to know of a kind.
+    /// What is known about a kind.
     pub fn info(&self, kind: &str) -> Option<&KindInfo> {
         let entry = self.entries.get(kind)?;
         Some(entry.info.get_or_init(|| (entry.functions.info)(self.families[entry.family].0)))

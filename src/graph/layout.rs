@@ -1,7 +1,7 @@
 //! Where the boxes of a drawing go: in columns, by the longest path to them, so that wires run from left to right and rarely
 //! cross.
 
-/// The number of boxes and bends above which long wires are drawn straight.
+/// The number of bends above which long wires are drawn straight.
 const MOST_BENDS: usize = 100_000;
 /// Sweeps that put boxes near those they are connected to.
 const SWEEPS: usize = 12;

@@ -1,4 +1,4 @@
-//! Who may ask, and what browsers may do with the answers.
+//! Which requests are answered, and what browsers may do with the answers.
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
@@ -57,7 +57,7 @@ impl Guard {
         (!known).then_some(StatusCode::NOT_FOUND)
     }
 
-    /// Compares in a time that does not tell how much is right.
+    /// Compares in a time that does not depend on how much is right.
     fn is_token(&self, given: &str) -> bool {
         let (a, b) = (self.token.as_bytes(), given.as_bytes());
         a.len() == b.len() && a.iter().zip(b).fold(0, |all, (a, b)| all | (a ^ b)) == 0

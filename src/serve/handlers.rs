@@ -1,4 +1,4 @@
-//! What can be asked of the server.
+//! The requests that the server answers.
 use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::scene::{Scene, Target, View};
@@ -25,16 +25,16 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// The most bytes that a page may send.
 const BODY: usize = 64 << 10;
-/// Pages that listen at a time; further ones must ask.
+/// Pages that can listen at a time; further ones must poll.
 const LISTENERS: usize = 128;
-/// Looks that are at work at a time.
+/// Looks that run at a time.
 const LOOKS: usize = 3;
 /// Looks that may wait.
 const WAITING: usize = 512;
-/// A sign of life on a stream without news.
+/// The time after which a stream without news sends a comment, so that it is not taken for dead.
 const ALIVE: Duration = Duration::from_secs(10);
 
-/// Takes the values that pages ask for; whether somebody heard it.
+/// Takes the values that pages ask for; whether the loop that reads the files has received them.
 type Wishes = Arc<dyn Fn(Values) -> bool + Send + Sync>;
 
 /// What the handlers share.
@@ -47,7 +47,7 @@ pub(super) struct App {
     waiting: Arc<Semaphore>,
 }
 
-/// The server's table of contents.
+/// The routes of the server.
 pub(super) fn router(stage: Arc<Stage>, wishes: Wishes, who: Guard) -> Router {
     let app = App {
         stage,
@@ -78,11 +78,11 @@ pub(super) fn router(stage: Arc<Stage>, wishes: Wishes, who: Guard) -> Router {
 
 /// Why there is no answer.
 pub(super) enum No {
-    /// The question makes no sense.
+    /// The request is malformed.
     Bad(String),
     /// There is no such thing.
     Unknown,
-    /// The question is about a graph that is no longer shown.
+    /// The request is about a graph that is no longer shown.
     Superseded,
     /// Too much is asked at once.
     Busy,
@@ -121,14 +121,14 @@ impl From<QueryRejection> for No {
     }
 }
 
-/// Which graph a question is about.
+/// Which graph a request is about.
 #[derive(Debug, Deserialize)]
 pub(super) struct Of {
     /// The generation.
     pub(super) g: u64,
 }
 
-/// A question about a target.
+/// A request about a target.
 #[derive(Debug, Deserialize)]
 pub(super) struct About {
     /// The generation.
@@ -144,7 +144,7 @@ impl App {
         if scene.generation == generation { Ok(scene) } else { Err(No::Superseded) }
     }
 
-    /// What a question is about.
+    /// The scene and the target that a request is about.
     pub(super) fn about(&self, about: &About) -> Result<(Arc<Scene>, Target), No> {
         let scene = self.scene(about.g)?;
         let target = scene.target(&about.t).ok_or(No::Unknown)?;
@@ -249,5 +249,5 @@ async fn values(
     if (app.wishes)(values) { Ok(StatusCode::ACCEPTED) } else { Err(No::Busy.into_response()) }
 }
 
-/// The query of a question about a target.
+/// The query of a request about a target.
 pub(super) type AboutQuery = Result<Query<About>, QueryRejection>;

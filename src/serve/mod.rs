@@ -52,7 +52,7 @@ impl Server {
     }
 }
 
-/// Serves `stage` on a port. `wishes` takes the values that pages ask for, and says whether somebody heard it.
+/// Serves `stage` on a port. `wishes` takes the values that pages ask for; whether they were received.
 pub(crate) fn start(
     port: u16,
     stage: Arc<Stage>,

@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3, Vec2};
 use serde_json::{Value as Data, json};
 use shibo_engine::value::{Canvas, Shapes, Sketch, Type};
 
-/// What is in space is drawn so much taller than wide at the most: the bends of a trunk would not be seen.
+/// Objects in space are drawn at most this many times as tall as wide; otherwise the bends of a trunk could not be seen.
 const SLENDER: f64 = 4.0;
 
 /// What is to be drawn of an object of type `ty`; nothing of a picture, which is sent as such.
@@ -33,8 +33,8 @@ fn flat(ty: Type, shapes: &Shapes<Vec2>, size_mm: DVec2) -> Data {
     data
 }
 
-/// Points and lines in space from the front, x to the right, and beside it from the side, y to the right; z points up. What
-/// is very slender is drawn wider.
+/// Points and lines in space from the front, x to the right, and beside it from the side, y to the right; z points up. Very
+/// slender objects are drawn wider.
 fn views(ty: Type, shapes: &Shapes<DVec3>) -> Data {
     let counts: Vec<String> = shapes.counts.iter().map(|(count, unit)| format!("{count} {unit}")).collect();
     let note = counts.join(" · ");

@@ -54,13 +54,13 @@ impl Manner {
     }
 }
 
-/// What is to be seen of a target.
+/// What is shown for a target.
 pub(crate) enum Sight {
     /// A picture of it.
     Field(Field, Manner),
-    /// A picture with pixels of its own, that lies nowhere on the canvas.
+    /// A picture with pixels of its own, which has no place on the canvas.
     Pixels(Pixels),
-    /// An object of this type, and the shapes that are to be seen of it, if any are.
+    /// An object of this type, and the shapes that are drawn for it, if there are any.
     Object(Type, Option<Sketch>),
 }
 
@@ -186,7 +186,7 @@ impl Scene {
         }
     }
 
-    /// What is to be seen of a target; of a material without a channel, its first one.
+    /// What is shown for a target; for a material without a channel, its first channel.
     ///
     /// # Errors
     /// What goes wrong while it is made.
@@ -270,7 +270,7 @@ impl Scene {
         Ok(stored)
     }
 
-    /// A picture that lies nowhere on the canvas, at most `longest` pixels wide and high.
+    /// A picture without a place on the canvas, at most `longest` pixels wide and high.
     pub(crate) fn pixels(&self, store: &Store, target: &Target, pixels: &Pixels, longest: u32) -> Arc<Stored> {
         let key = self.keys.output(target.node, target.output);
         let id = Key::of("flat preview", &[key.as_bytes(), &longest.to_le_bytes()]).to_string();
@@ -285,7 +285,7 @@ impl Scene {
         })
     }
 
-    /// A name for what a field looks like on a grid.
+    /// The name of the picture of a field on a grid.
     fn id(&self, target: &Target, field: &Field, grid: &Grid) -> String {
         let key = field.key().unwrap_or_else(|| {
             let channel = target.channel.map_or("", Channel::name);
@@ -321,7 +321,7 @@ impl Scene {
         }
     }
 
-    /// How pages are told of a picture that lies nowhere on the canvas.
+    /// How pages are told of a picture without a place on the canvas.
     pub(crate) fn shown_pixels(&self, target: &Target, stored: Arc<Stored>) -> Shown {
         Shown { own: true, is_final: true, ..self.shown(target, "", stored) }
     }

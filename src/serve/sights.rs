@@ -1,4 +1,4 @@
-//! Pictures of what is no field: solids by a cut, and what has pixels of its own.
+//! Pictures of values that are not fields: solids by a cut, and objects that have pixels of their own.
 use glam::{DVec2, DVec3};
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;

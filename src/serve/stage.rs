@@ -1,4 +1,5 @@
-//! What the watcher, the evaluation and the pages share: the last good scene, what is wrong at present, and the news.
+//! What the loop that follows the files, the evaluation and the pages share: the last good scene, the current errors, and
+//! the news for pages.
 use super::scene::{Scene, Shown, lock};
 use super::store::{Store, Stored};
 use serde::{Deserialize, Serialize};
@@ -52,7 +53,7 @@ struct Present {
     done: Option<Json>,
 }
 
-/// What all share.
+/// The state that all share.
 pub(crate) struct Stage {
     /// The engine.
     pub(crate) session: Session,
@@ -143,7 +144,7 @@ impl Stage {
         self.tell("shown", &news);
     }
 
-    /// What is wrong at present; the pictures stay.
+    /// Sets the current errors; the pictures stay.
     pub(crate) fn fail(&self, generation: u64, errors: &[Diagnostic], sources: &SourceMap) {
         let errors = diagnostics(errors, sources);
         let mut present = lock(&self.present);
@@ -199,8 +200,8 @@ impl Stage {
         self.tell("done", &done);
     }
 
-    /// Shows a node as taken from memory if it did not run because the pictures that need it were known already, and not as one
-    /// that no output needs.
+    /// Marks a node as taken from memory if it did not run because the pictures that need it were known already. Otherwise
+    /// it would look like a node that no output needs.
     fn remember(&self, scene: &Scene, stats: &mut [NodeStats]) {
         let mut made = lock(&self.made);
         if made.len() > MADE {

@@ -34,7 +34,7 @@ struct Slot {
     closed: bool,
 }
 
-/// The place where jobs are left; there is room for the newest only.
+/// Holds the next job; a newer one replaces it.
 #[derive(Default)]
 pub(super) struct Desk {
     slot: Mutex<Slot>,
@@ -46,7 +46,7 @@ impl Desk {
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Leaves a job. The one that runs is cancelled, and one that waits is dropped.
+    /// Puts a job here. The one that runs is cancelled, and one that waits is dropped.
     pub(super) fn put(&self, job: Job, stage: &Stage) {
         let mut slot = self.lock();
         if let Some(running) = &slot.running {
@@ -202,7 +202,7 @@ impl Evaluation<'_> {
             return Ok(());
         }
         let Some(Sight::Field(field, manner)) = scene.sight(look, target)? else { return Ok(()) };
-        // What has not changed is there already, and sharp.
+        // A picture that has not changed is known already, at full size.
         let stored = match scene.known(&self.stage.store, target, &field, scene.size(WHOLE)) {
             Some(sharp) => sharp,
             None => scene.picture(look, &self.stage.store, target, (&field, manner), scene.size(longest))?,

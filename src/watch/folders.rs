@@ -1,5 +1,5 @@
 //! Hints that files may have changed. Folders are watched and not files, since an atomic save replaces the file; targets of
-//! symbolic links live in folders of their own. A hint may be missing or wrong: contents decide (see [`super::files`]).
+//! symbolic links are in folders of their own. A hint may be missing or wrong; the contents decide (see [`super::files`]).
 use super::follow::Signal;
 use notify::event::{AccessKind, AccessMode, EventKind, ModifyKind};
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};

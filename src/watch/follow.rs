@@ -32,12 +32,12 @@ pub(super) enum Signal {
     Stop,
 }
 
-/// Errors that are kept back for a moment, since the file may be half written.
+/// Errors that are not shown for a moment, since the file may be half written.
 struct Held {
     loaded: Loaded,
     generation: u64,
     sha256: Option<String>,
-    /// Whether the save has been told of.
+    /// Whether the save has been reported.
     told: bool,
     due: Instant,
 }
@@ -124,7 +124,7 @@ impl<'a> Watch<'a> {
         self.follow();
     }
 
-    /// A page wants other values: the newest wish counts.
+    /// A page wants other values; the newest request counts.
     fn set(&mut self, mut values: Values, signals: &Receiver<Signal>) {
         while let Ok(signal) = signals.try_recv() {
             match signal {
@@ -192,7 +192,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// The file has been as it is for long enough: its errors are told.
+    /// Shows the errors of a file that has not changed for long enough.
     fn tell_held(&mut self) {
         let Some(held) = self.held.take() else { return };
         if !held.told {

@@ -9,11 +9,11 @@ use std::io::Read;
 use std::path::Path;
 use std::time::Duration;
 
-/// How long a file that ends too early, or is missing, is not reported: it is probably being written.
+/// For how long a file that ends too early, or is missing, is not reported: it is probably being written.
 const UNFINISHED: Duration = Duration::from_millis(1000);
 /// The same once the program that wrote it has closed it.
 const UNFINISHED_CLOSED: Duration = Duration::from_millis(500);
-/// How long other errors are not reported: the file may be half old and half new.
+/// For how long other errors are not reported: the file may be half old and half new.
 const DOUBTFUL: Duration = Duration::from_millis(120);
 /// The same once the program that wrote it has closed it.
 const DOUBTFUL_CLOSED: Duration = Duration::from_millis(30);
@@ -92,7 +92,7 @@ fn refuse(loaded: &Loaded, options: &mut LoadOptions) -> Vec<String> {
 }
 
 impl Reading {
-    /// How long errors are not reported, since the file may be half written. `closed`: the program that wrote it has closed
+    /// For how long errors are not reported, since the file may be half written. `closed`: the program that wrote it has closed
     /// it.
     pub(super) fn hold(&self, closed: bool) -> Duration {
         if !self.loaded.has_errors() {

@@ -55,7 +55,7 @@ impl Teller<'_> {
         self.log(&json!({ "event": "error", "sha256": sha256, "errors": errors }));
     }
 
-    /// A save was dealt with: what changed, the nodes that ran out of how many, when something was shown, and when all was.
+    /// A save was evaluated: what changed, the nodes that ran out of how many, when something was shown, and when all was.
     pub(super) fn done(&self, cause: &str, ran: &[&str], nodes: usize, first: Duration, all: Duration) {
         let names = match ran.len() {
             0 => String::new(),

@@ -20,7 +20,7 @@ pub struct Span {
 /// Where a text comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// A file, or what somebody holds in its place.
+    /// A file, or a text given in its place.
     File,
     /// The command line: the preset that was asked for.
     Preset,

@@ -1,8 +1,8 @@
-//! What somebody may have meant who wrote a word that means nothing.
+//! Suggestions for unknown words.
 
-/// Longer words, in bytes, are not compared: nobody mistypes them, and it would take long.
+/// Longer words, in bytes, are not compared: that would take long, and such words are no typing errors.
 const LONGEST: usize = 64;
-/// So many candidates are listed if none is near.
+/// The most candidates that are listed if none is near.
 const LISTED: usize = 16;
 
 /// The candidate nearest to `word`, if any is near enough to be meant: one that begins with it, or of which it is a part

@@ -7,7 +7,7 @@ pub(super) const fn is_data(ty: Type) -> bool {
     !ty.is_field() && !ty.is_solid() && !matches!(ty, Type::Picture | Type::Material)
 }
 
-/// Changes with the fields of any object.
+/// The version of the encoding; it must change when the fields of any object do.
 const FORM: u8 = 3;
 
 macro_rules! codec {
@@ -20,7 +20,7 @@ macro_rules! codec {
             }
         }
 
-        /// The object of [`encode`]; `None` for bytes that are not its.
+        /// The object that [`encode`] made these bytes of; `None` for other bytes.
         pub fn decode(bytes: &[u8]) -> Option<Value> {
             let (name, body) = postcard::take_from_bytes::<&str>(bytes.strip_prefix(&[FORM])?).ok()?;
             match Type::from_name(name)? {

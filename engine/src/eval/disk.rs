@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
-/// So much is written at once where it may be stopped: about a millisecond's work.
+/// Bytes that are written before asking again whether to stop: about a millisecond's work.
 const PART: usize = 1 << 20;
 
 /// A cache folder that cannot be used.
@@ -70,7 +70,7 @@ impl DiskCache {
 
     /// An entry that looks whole: the file at its content, the content's length, and the seal. One that does not is removed.
     fn look(&self, path: &Path) -> Option<(File, u64, [u8; Seal::BYTES])> {
-        // Opening what is no file might wait for ever.
+        // Opening something that is not a file could block forever.
         let length = fs::metadata(path).ok().filter(fs::Metadata::is_file)?.len();
         let look = || -> io::Result<Option<_>> {
             let Some(content) = length.checked_sub(Seal::BYTES as u64) else { return Ok(None) };
@@ -79,7 +79,7 @@ impl DiskCache {
             file.seek(SeekFrom::Start(content))?;
             file.read_exact(&mut seal)?;
             file.rewind()?;
-            // Nothing is kept that is larger than the cache, however large it says that it is.
+            // No entry is larger than the cache, so one that says so is damaged.
             Ok(Some((file, content, seal)).filter(|_| Seal::length(&seal) == Some(content) && content <= self.bound))
         };
         look().ok()?.or_else(|| {
@@ -106,7 +106,7 @@ impl DiskCache {
         Ok(content.length)
     }
 
-    /// A failure costs time later, nothing else, so it is only counted.
+    /// A failure only costs time later, so it is only counted.
     fn account(&self, written: io::Result<u64>) {
         match written {
             Ok(bytes) => self.written.fetch_add(bytes, Ordering::Relaxed),

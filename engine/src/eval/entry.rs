@@ -1,8 +1,8 @@
 //! The form of a kept result: its content, then a seal that says what it is the content of.
 //!
 //! The seal is a magic word, the content's length, and a tag over the build, the shelf, the key, the length and the content.
-//! An entry that was cut, altered, moved to another key or shelf, or made by another build does not match, and is not
-//! believed. The tag is taken of the content's hash: who knows that hash can seal the same content for another place.
+//! An entry that was cut, altered, moved to another key or shelf, or made by another build does not match and is not used.
+//! The tag is computed from the hash of the content, so a content whose hash is known can be sealed without reading it.
 use crate::value::Key;
 
 /// Changes when the form of entries does, and tells byte orders apart.
@@ -36,7 +36,7 @@ impl Shelf {
     }
 }
 
-/// What entries of one build have in common: names that no other build uses, and tags that no other build believes.
+/// What the entries of one build have in common: names that no other build uses, and tags that no other build accepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seal {
     build: Key,

@@ -1,4 +1,4 @@
-//! The engine as code sees it that computes whole pictures, with a clock that leaves out the time of what it reads.
+//! The engine as seen by code that computes whole pictures. The time that its inputs take is measured apart.
 use super::Event;
 use super::run::Run;
 use crate::diagnostics::{Code, Problem};
@@ -9,7 +9,7 @@ use cpu_time::ProcessTime;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// The clock of the process where only one node runs, else that on the wall.
+/// A clock: CPU time of the process if only one node runs, otherwise wall time.
 pub(super) enum Clock {
     Process(ProcessTime),
     Wall(Instant),

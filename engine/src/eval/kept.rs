@@ -1,4 +1,4 @@
-//! Results on their way into the store and out of it. What is worth it says [`Keeper`](super::keep::Keeper).
+//! Puts results into the store and takes them out. The [`Keeper`](super::keep::Keeper) decides which are worth keeping.
 use super::run::Run;
 use super::{Shelf, TileKey, codec, keep};
 use crate::value::{Field, Grid, Key, Tile, Type, Value, Window};
@@ -6,7 +6,7 @@ use cpu_time::ThreadTime;
 use std::time::Duration;
 
 impl Run<'_> {
-    /// An object out of the store. One of another type than it should have is not believed.
+    /// An object from the store. One of a wrong type is removed.
     pub(super) fn stored_object(&self, key: Key, ty: Type) -> Option<Value> {
         let store = self.caches.store.as_ref().filter(|_| codec::is_data(ty))?;
         let value = codec::decode(&store.get(Shelf::Objects, key)?).filter(|value| value.ty() == ty);
@@ -28,7 +28,7 @@ impl Run<'_> {
         }
     }
 
-    /// A tile out of the store. One of another size is not believed.
+    /// A tile from the store. One of a wrong size is removed.
     pub(super) fn stored_tile(&self, at: &TileKey, field: &Field, grid: &Grid, window: Window) -> Option<Tile> {
         let store = self.caches.store.as_ref().filter(|store| keep::fits(field, grid, store.room()))?;
         let bytes = store.get(Shelf::Tiles, at.name())?;

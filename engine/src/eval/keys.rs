@@ -1,4 +1,4 @@
-//! The name of every result, derived without computing it.
+//! The keys of all results, derived without computing them.
 use super::files::KeyedFile;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::graph::{Graph, GraphNode, Input};
@@ -91,8 +91,8 @@ impl Keys {
     }
 }
 
-/// The slot whose value a node hands on as its main output, if it does. A picture that comes out as a field is another
-/// value than the picture, and has a key of its own.
+/// The slot whose value a node passes on as its main output, if it does. A picture that becomes a field is another value
+/// and has a key of its own.
 pub(super) fn no_op_slot(graph: &Graph, node: &GraphNode) -> Option<usize> {
     let port = node.node.no_op()?;
     let slot = node.slots.iter().position(|name| name == port)?;

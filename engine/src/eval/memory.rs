@@ -44,12 +44,13 @@ impl Weighter<Key, Value> for Bytes {
 }
 
 pub(super) type Tiles = Cache<TileKey, Arc<Tile>, Bytes>;
-/// The promise to make a tile; others that want it wait.
+/// Held while a tile is made; others that want the tile wait.
 pub(super) type Guard<'c> =
     PlaceholderGuard<'c, TileKey, Arc<Tile>, Bytes, DefaultHashBuilder, DefaultLifecycle<TileKey, Arc<Tile>>>;
 pub(super) type Objects = Cache<Key, Value, Bytes>;
 
-/// Results by key, within a budget of bytes. Objects, dear to make, have a share of their own that no tile can take.
+/// Results by key, within a budget of bytes. Objects are expensive to make and have a share of their own, which tiles cannot
+/// use.
 pub struct MemoryCache {
     pub(super) tiles: Tiles,
     pub(super) objects: Objects,

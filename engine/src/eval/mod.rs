@@ -64,7 +64,7 @@ pub trait Observer: Sync {
     fn event(&self, event: Event);
 }
 
-/// An observer that does not care.
+/// An observer that ignores all events.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 

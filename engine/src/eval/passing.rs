@@ -1,7 +1,7 @@
-//! Letting go of tiles while a picture is computed from top to bottom: those that no row to come can read.
+//! Frees tiles while a picture is computed from top to bottom: those that no later row can read.
 //!
 //! Every field says which windows of others it reads for a window of its own ([`FieldSource::inputs`]). From the rows that
-//! are still to be computed follows what may be read of every field on the way, and all other tiles are needed no more.
+//! are still to be computed follows what may be read of every field, and all other tiles are no longer needed.
 //!
 //! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
 use super::memory::TileKey;
@@ -10,10 +10,10 @@ use super::run::Run;
 use crate::value::{Blocks, Field, FieldId, Grid, GridId, Piece, Window};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-/// What may be read of a field is not followed beyond so many pixels.
+/// A larger window, in pixels, counts as the whole field.
 const FARTHEST: u32 = 1 << 18;
 
-/// The fields that a render reads, readers before what they read, and which of their tiles it may still want.
+/// The fields that a render reads, each before those that it reads, and which of their tiles may still be read.
 pub struct Passing<'f> {
     parts: Vec<Part<'f>>,
     places: HashMap<At, usize>,
@@ -48,7 +48,7 @@ impl Wanted {
 }
 
 impl<'f> Passing<'f> {
-    /// For pictures of `fields` in `window`; to be told to [`Run::pass`] row by row.
+    /// For pictures of `fields` in `window`; to be given to [`Run::pass`] after each band.
     pub fn new(fields: &[&'f Field], grid: &Grid, window: Window) -> Self {
         let order = readers_first(fields, grid);
         let shown: HashSet<FieldId> = fields.iter().map(|field| field.id()).collect();
@@ -108,7 +108,7 @@ impl<'f> Passing<'f> {
         blocks
     }
 
-    /// The tiles that are not wanted any more once only the rows `rest` of the pictures are to be computed; each is told
+    /// The tiles that are not wanted any more once only the rows `rest` of the pictures are to be computed; each is given
     /// once.
     fn passed(&mut self, rest: Window) -> Vec<(&'f Field, GridId, (i32, i32))> {
         let wanted = self.wanted(rest);
@@ -147,7 +147,7 @@ fn numbers(pieces: &[Piece]) -> BTreeSet<i32> {
 }
 
 impl Run<'_> {
-    /// Forgets the tiles that are not wanted any more once only the rows `rest` of the pictures are to be computed.
+    /// Frees the tiles that are not wanted any more once only the rows `rest` of the pictures are to be computed.
     pub fn pass(&self, passing: &mut Passing<'_>, rest: Window) {
         for (field, grid, at) in passing.passed(rest) {
             if let Some(field) = field.key() {

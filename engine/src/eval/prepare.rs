@@ -45,8 +45,8 @@ pub(super) fn reads<'f>(field: &'f Field, grid: &Grid) -> impl Iterator<Item = R
 }
 
 impl Run<'_> {
-    /// Computes what `field` and all that it reads need of whole pictures before their tiles can be filled. By a
-    /// work-list: fields may read each other in long chains.
+    /// Computes what `field` and all that it reads need of whole pictures before their tiles can be filled. Uses a
+    /// work-list, because fields may read each other in long chains.
     ///
     /// # Errors
     /// As the fields' code says.

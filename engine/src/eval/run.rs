@@ -81,7 +81,7 @@ impl<'g> Run<'g> {
         self.keys
     }
 
-    /// Takes the value of an output out of the caches.
+    /// Takes the value of an output from the caches; whether it is there.
     pub(super) fn fetch(&self, node: NodeIndex, output: usize) -> bool {
         let key = self.keys.output(node, output);
         if lock(&self.values).contains_key(&key) {
@@ -124,7 +124,7 @@ impl<'g> Run<'g> {
         let handed_on = keys::no_op_slot(self.graph, node).and_then(|slot| inputs.get(slot)?.convert(node.outputs[0]));
         let files = self.keys.files(index).map(NodeFiles::new);
         let start = Clock::start(alone);
-        // What a node hands on has the key of its input: it must be that, whatever the node would make of it.
+        // A value that is passed on has the key of the input, so it must be the input itself.
         let outputs = match handed_on {
             Some(_) if node.outputs.len() == 1 => Outputs::default(),
             _ => match &files {
@@ -166,7 +166,7 @@ impl<'g> Run<'g> {
             Input::Constant(field) => Value::Field(field.clone()),
             Input::Wire { .. } => match lock(&self.values).get(&self.keys.input(input)) {
                 Some(value) => value.clone(),
-                // The schedule runs a node after those that it reads; a constant keeps this from being a panic.
+                // Not reached, since the schedule runs a node after those that it reads. A constant avoids a panic.
                 None => Value::Field(Field::constant(crate::value::Type::Gray, &[0.0])),
             },
         }
@@ -180,7 +180,7 @@ impl<'g> Run<'g> {
         self.prepare(field, grid)?;
         let owner = field.owner().or(field.key()).unwrap_or_else(|| Key::of("raster", &[]));
         let blocks: Vec<Window> = Blocks::endless(window).iter().map(|(x, y)| Piece::window(x, y)).collect();
-        // Each part is let go of as soon as it is copied.
+        // Each part is freed as soon as it is copied.
         let out = Mutex::new(Tile::new(*grid, window, field.channels()));
         blocks.par_iter().try_for_each(|block| {
             let part = self.read(field, grid, block.intersection(&window), owner)?;
@@ -198,7 +198,7 @@ impl<'g> Run<'g> {
     pub fn diagnose(&self, stop: Stop, fallback: crate::diagnostics::Span) -> Option<Diagnostic> {
         let Stop::Failed(problem) = stop else { return None };
         let failures = lock(&self.failures);
-        // Which thread failed first is chance; which node comes first in the graph is not.
+        // Which thread fails first is random; which node comes first in the graph is not.
         let nodes = self.graph.nodes.node_indices();
         let found = nodes.filter_map(|index| {
             let outputs = 0..self.graph.nodes[index].node.outputs().len();
@@ -242,7 +242,7 @@ impl<'g> Run<'g> {
 
     fn node_stats(&self, index: NodeIndex) -> NodeStats {
         let node = &self.graph.nodes[index];
-        // What a node merely hands on is the work of another.
+        // A value that a node only passes on is the work of another one.
         let own = usize::from(keys::no_op_slot(self.graph, node).is_some())..node.node.outputs().len();
         let mut work = Work::default();
         own.for_each(|output| work.add(self.ledger.get(self.keys.output(index, output))));

@@ -15,17 +15,17 @@ use std::time::Duration;
 
 /// Results by shelf and key.
 ///
-/// No method fails a run: a store that is full, slow or gone costs time, nothing else. Whoever asks in vain makes the result
-/// and then puts it, so a store that machines share may note on a miss that somebody is at work on it.
+/// No method fails a run: a store that is full, slow or gone only costs time. After a miss the caller makes the result and
+/// puts it, so a store that several machines share may note that somebody is working on it.
 pub trait Store: Send + Sync {
     /// The content under `key`, if it is there and whole.
     fn get(&self, shelf: Shelf, key: Key) -> Option<Vec<u8>>;
 
-    /// Keeps `content` under `key`, for those who would else spend `spared` of CPU time to make it. It is given up when
-    /// `stopped` becomes true: a large result takes many milliseconds to write.
+    /// Keeps `content` under `key`; to make it again would take `spared` of CPU time. Nothing is kept if `stopped` becomes
+    /// true meanwhile, since a large result takes many milliseconds to write.
     fn put(&self, shelf: Shelf, key: Key, content: &[u8], spared: Duration, stopped: &dyn Fn() -> bool);
 
-    /// Removes what is under `key`: it was whole, but not what it should be.
+    /// Removes the content under `key`, which was whole but not what it must be.
     fn remove(&self, shelf: Shelf, key: Key);
 
     /// Writes the content under `key` to the file `to`, which appears when it is complete. `false` if it is not there or not
@@ -50,7 +50,7 @@ pub trait Store: Send + Sync {
     /// The most bytes that it keeps.
     fn room(&self) -> u64;
 
-    /// Called now and then, when nobody waits: the time to remove what is too much.
+    /// Removes what exceeds the bound. Called from time to time, when nothing waits for it.
     fn tidy(&self) {}
 }
 
@@ -134,7 +134,7 @@ impl Store for Layers {
     }
 }
 
-/// A store that lasts as long as the process: where there is no folder to write to. It refuses what has no room any more.
+/// A store that lasts as long as the process, for use without a folder. It refuses content for which there is no room.
 pub struct MemoryStore {
     room: u64,
     held: Mutex<Held>,

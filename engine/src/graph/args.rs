@@ -28,7 +28,7 @@ impl Unit<'_> {
                 Some(_) => {}
             }
         }
-        // Slots are numbered as declared, so that the order in the file means nothing.
+        // Slots are numbered in the order of the declaration, so the order in the file has no effect.
         for field in &info.fields {
             let arg = args.iter().find(|arg| arg.name == field.name);
             match (&field.role, arg) {
@@ -89,7 +89,7 @@ impl Unit<'_> {
         good
     }
 
-    /// Makes the struct of a node, and has it check itself.
+    /// Makes the struct of a node and lets it check itself.
     pub(super) fn build(&mut self, flat: usize) {
         let node = &self.flats[flat];
         let Some(info) = node.info else { return };
@@ -221,7 +221,7 @@ fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildError) -> Diag
         }
         _ => {
             let place = if single { part.clone() } else { element(part, at) };
-            // What is wanted inside of a choice, its schema does not say.
+            // The schema of a choice does not tell the types of its arguments.
             let inside = place.tokens().len() < part.tokens().len();
             let param = param.filter(|param| !inside || param.choices.is_empty());
             wrong_type(name, param, &place, &error.message)
@@ -229,7 +229,7 @@ fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildError) -> Diag
     }
 }
 
-/// The element of a list or tuple that byte `at` lies in; the whole if there is none.
+/// The element of a list or tuple that byte `at` lies in; the whole value if there is none.
 fn element(part: &Part, at: usize) -> Part {
     let items = match part.shape() {
         Shape::List(items) | Shape::Tuple(items) => items,
@@ -251,7 +251,7 @@ fn element(part: &Part, at: usize) -> Part {
 fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -> Diagnostic {
     let shape = place.shape();
     if let Some(param) = param.filter(|param| !param.choices.is_empty()) {
-        // A word that is no choice of an enum whose choices have values is not always said to be one by serde.
+        // Where choices have arguments, serde does not always report an unknown word as unknown.
         if let Some((head, _)) = place.head() {
             let names: Vec<_> = param.choices.iter().map(|choice| choice.name.as_str()).collect();
             if !names.contains(&head.str()) {
@@ -280,7 +280,7 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     }
     let message = format!("{name} must be {wanted}; found {} `{}`", shape.describe(), shorten(place.str()));
     let error = place.error(Code::TypeMismatch, message);
-    // The parser's own words help only where a value has parts.
+    // The message of the parser helps only where a value has parts.
     match ty {
         ParamType::Number | ParamType::Integer | ParamType::Bool | ParamType::Text | ParamType::Path => error,
         _ => error.help(lower_first(said)),

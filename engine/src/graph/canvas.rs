@@ -8,7 +8,7 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::value::{Canvas, Resolution, TileMode};
 use glam::{DVec2, UVec2};
 
-/// What holds where a graph says nothing.
+/// The canvas of a graph that does not describe one.
 pub(super) const DEFAULT: Canvas =
     Canvas { size_mm: DVec2::splat(100.0), resolution: UVec2::splat(1024), tile: TileMode::Both.tiling(), seed: 0 };
 
@@ -18,7 +18,7 @@ pub(super) struct Asked {
     pub(super) span: Option<Span>,
 }
 
-/// Reads a canvas and the resolution that it asks for; what is in error keeps its default.
+/// Reads a canvas and the resolution that it asks for; fields in error keep their defaults.
 pub(super) fn read(part: Option<&Part>, params: &Params, report: &mut Report) -> (Canvas, Asked) {
     let mut asked = Asked { resolution: Resolution::Longer(DEFAULT.resolution.x), span: None };
     let mut canvas = DEFAULT;
@@ -112,7 +112,7 @@ fn resolution(part: &Part, report: &mut Report) -> Option<Resolution> {
     good.then_some(if is_pair { Resolution::Exact(size) } else { Resolution::Longer(size.x) })
 }
 
-/// What is said of a resolution beyond all measure.
+/// The message for a resolution that is too large.
 pub(super) fn too_large(found: &str) -> String {
     format!("resolution is `{found}`; it must be at most {} pixels", Canvas::MAX_RESOLUTION)
 }

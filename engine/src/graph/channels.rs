@@ -1,4 +1,4 @@
-//! The channels of materials: which each node's has, and where one is asked for that is not there.
+//! The channels of materials: which ones the material of each node has, and where a node takes one that is missing.
 use super::part::{Part, Shape};
 use super::scope::{Bound, Entity, Slot, Target, Unit};
 use crate::diagnostics::{Code, Diagnostic};
@@ -6,7 +6,7 @@ use crate::node::{MaterialInputs, Taken};
 use crate::value::{Accepts, ChannelSet, Type};
 
 impl Unit<'_> {
-    /// Finds the channels of all materials, in the given order, and warns of those that are missed.
+    /// Finds the channels of all materials, in the given order, and warns where a node takes one that is missing.
     pub(super) fn check_channels(&mut self, order: &[usize]) {
         for &flat in order {
             self.flats[flat].channels = self.channels_of(flat);
@@ -63,7 +63,7 @@ impl Unit<'_> {
         }
     }
 
-    /// Where a `Use` gives what `part`, written in `scope`, refers to: the outermost, if several hand it on.
+    /// Where a `Use` gives what `part`, written in `scope`, refers to: the outermost one, if several pass it on.
     fn given_by_use(&self, scope: usize, part: &Part) -> Option<(usize, Part)> {
         let (mut scope, mut part, mut given) = (scope, part.clone(), None);
         loop {

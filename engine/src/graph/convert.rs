@@ -1,4 +1,4 @@
-//! The node that stands for an input of a sub-graph where what is given may be of another type than what is declared.
+//! The node of an input of a sub-graph whose value may have another type than the declared one.
 use crate::node::{Arg, DynNode};
 use crate::node::{Context, Fact, Gray, In, Node, Output, Outputs, PortType, Rgb, build};
 use crate::value::{Accepts, Field, Stop, Type};
@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// The port of the node.
 pub(super) const PORT: &str = "input";
 
-/// Hands on its input as the type `T`.
+/// Passes on its input as the type `T`.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "", default)]
 struct Convert<T: PortType> {
@@ -48,7 +48,7 @@ impl<T: PortType<Got = Field>> Node for Convert<T> {
     }
 }
 
-/// What it hands on.
+/// The type of its output.
 const fn given<T: PortType>() -> Type {
     match T::ACCEPTS.only() {
         Some(ty) => ty,
@@ -56,7 +56,7 @@ const fn given<T: PortType>() -> Type {
     }
 }
 
-/// The node that makes `ty` of its input; `same` if that is what it gets.
+/// The node that converts its input to `ty`; `same` if it has that type already.
 pub(super) fn node(ty: Accepts, same: bool) -> Option<Arc<dyn DynNode>> {
     let same = if same { "true" } else { "false" };
     let args = [(PORT, Arg::Slot(0)), ("same", Arg::Ron(same))];

@@ -67,7 +67,7 @@ pub(super) struct NodeDecl {
     pub(super) kind: Option<Part>,
     /// Its arguments; `None` after an error.
     pub(super) args: Option<Vec<Entry>>,
-    /// Whether references by its name mean it: not so for the second of a name.
+    /// Whether references to its name mean this node: not so for the second node of the same name.
     pub(super) named: bool,
 }
 

@@ -34,7 +34,7 @@ impl Doc {
     }
 }
 
-/// What nodes said of their files. A picture that is used in many places is looked through once.
+/// What is wrong with the files of nodes. A picture that is used in many places is checked once.
 #[derive(Default)]
 pub(super) struct FileChecks {
     known: BTreeMap<(String, Vec<u8>, Vec<PathBuf>), Vec<Problem>>,
@@ -49,7 +49,7 @@ impl FileChecks {
     }
 }
 
-/// All graph files of a run. An import stands before what imports it.
+/// All graph files of a run. An imported file comes before those that import it.
 pub(super) struct Files<'a> {
     pub(super) limits: &'a Limits,
     pub(super) sources: SourceMap,
@@ -58,7 +58,7 @@ pub(super) struct Files<'a> {
     /// Everything looked at.
     pub(super) looked_at: Vec<PathBuf>,
     pub(super) file_checks: FileChecks,
-    /// What became of a file: `None` while its imports are being read.
+    /// The number of each file; `None` while its imports are being read.
     by_path: BTreeMap<PathBuf, Option<usize>>,
 }
 
@@ -172,7 +172,7 @@ impl Fault {
     }
 }
 
-/// Whether a path leads to a file that can be read. What is not a regular file is not opened: that could wait for ever.
+/// Opens a file that can be read. Anything but a regular file is not opened, since opening a pipe could block forever.
 pub(super) fn check_file(path: &Path) -> Result<std::fs::File, Fault> {
     let shown = path.display();
     let explain = |error: std::io::Error| match error.kind() {

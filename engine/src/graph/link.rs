@@ -23,7 +23,7 @@ impl Unit<'_> {
                 self.resolve_pass(flat);
             }
         }
-        // What a picture file holds decides the types of what reads it.
+        // The content of a picture file decides the types of what reads it, so these nodes are built first.
         for flat in (0..self.flats.len()).filter(|flat| self.is_picture(*flat)).collect::<Vec<_>>() {
             self.enter(self.flats[flat].scope);
             self.build(flat);
@@ -166,7 +166,7 @@ impl Unit<'_> {
                 let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
                 let types: Vec<_> = read.map(|slot| self.field_type(&slot.target)).collect();
                 let wide = types.iter().any(|ty| matches!(ty, Some(Type::Rgb | Type::SolidColor | Type::SolidVector)));
-                // What is given to a port but in error could be of either type.
+                // What is given to a port, but is in error, could be of any of these types.
                 let unknown = types.contains(&None) || (!node.good && types.is_empty());
                 match (types.contains(&Some(Type::Normal)), wide, unknown) {
                     (true, ..) => Some(Type::Normal),

@@ -6,7 +6,7 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A checked graph: every reference is resolved, every parameter is in range, and no node needs itself.
+/// A checked graph: every reference is resolved, every parameter is in range, and there are no cycles.
 pub struct Graph {
     /// The graph file.
     pub path: PathBuf,

@@ -42,7 +42,7 @@ fn run(path: &Path, text: Option<String>, registry: &Registry, options: &LoadOpt
     Loaded { graph, diagnostics, sources: files.sources, files: looked_at }
 }
 
-/// Links the main graph, then each import by itself, so that what is not used is checked too.
+/// Links the main graph and then each import by itself, so that graphs that are not used are checked, too.
 fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadOptions) -> Option<Graph> {
     let sizes = sizes(&files.docs, options.limits.max_nodes, &mut files.report);
     if !files.docs[main].readable {
@@ -139,7 +139,7 @@ fn link_imports(
 /// The number of nodes of each document with all its sub-graphs; `None`, and an error, where there are too many.
 fn sizes(docs: &[Doc], limit: usize, report: &mut Report) -> Vec<Option<usize>> {
     let mut sizes = Vec::with_capacity(docs.len());
-    // An import stands before what imports it.
+    // An imported file comes before those that import it.
     for doc in docs {
         let size = size(doc, docs, &sizes, limit, report);
         sizes.push(size);
@@ -161,7 +161,7 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
         let used = index.and_then(|index| *doc.imports.get(index)?);
         let inputs = used.and_then(|used| docs.get(used)).map_or(0, |used| used.document.inputs.len());
         let nodes = match used.and_then(|used| sizes.get(used)) {
-            // What uses too large a graph is too large, too, and need not be told again.
+            // A graph that uses one that is too large is too large itself; that is not reported again.
             Some(None) => return None,
             // Each of its inputs may need a conversion, which is a node.
             Some(Some(nodes)) => (*nodes + inputs).max(1),
@@ -216,7 +216,7 @@ fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
     whole(text).or_else(|| whole(ron_string(value))).unwrap_or_else(|| decl.default.clone())
 }
 
-/// The resolution of the command line, if it is one.
+/// The resolution of the command line, if it is valid.
 fn resolution(options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) -> Option<Asked> {
     let resolution = options.resolution?;
     let (text, size) = match resolution {
@@ -254,7 +254,6 @@ fn graph_params(doc: &Doc, params: &Params) -> Vec<GraphParam> {
     decls.filter_map(param).collect()
 }
 
-/// What can be said about a graph beyond its nodes.
 impl Loaded {
     /// Whether there is an error, which means that there is no graph.
     pub fn has_errors(&self) -> bool {

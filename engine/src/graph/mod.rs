@@ -2,13 +2,13 @@
 //!
 //! [`load()`] reads a file and all that it imports and reports every error of all of them, each at its place:
 //! 1. `files` reads the texts; `ron` decides whether they are RON (`syntax`).
-//! 2. `part` cuts a text into values that know where they stand; `document` finds the parts of a graph file among them.
+//! 2. `part` cuts a text into values that know their places; `document` finds the parts of a graph file among them.
 //! 3. `scope` gives the names of a file, and of every use of a sub-graph, their meanings; `subst` puts parameters and
 //!    expressions (`expr`) into values and remembers where each byte came from.
 //! 4. `ports` and `args` read the fields of nodes, `link` finds types and cycles and builds the nodes, `outputs` checks
 //!    what is rendered.
 //!
-//! What merely follows from another error is not reported: whatever refers to something in error is silent.
+//! An error that only follows from another one is not reported: references to something in error give no messages.
 //!
 //! A text is parsed once, by `ron`, and then cut by its tokens. Cutting by `ron`'s raw values was tried: they carry the
 //! comments around a value, and every level of nesting is parsed again, twice.

@@ -1,4 +1,4 @@
-//! What of a graph can be rendered.
+//! The outputs of a graph: what can be rendered.
 use super::document::OutputDecl;
 use super::part::{Part, Shape};
 use super::read::shorten;
@@ -77,7 +77,7 @@ impl Unit<'_> {
     /// Takes the names of the files of an output, which must differ by more than case.
     fn claim(&mut self, decl: &OutputDecl, flat: usize, ty: Type, names: &mut BTreeMap<String, (Span, String)>) {
         let files: Vec<String> = if ty == Type::Material && !decl.combined {
-            // Of a material in error, nothing is known.
+            // The channels of a material in error are not known.
             let channels = self.flats[flat].channels.unwrap_or_default();
             channels.iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect()
         } else {

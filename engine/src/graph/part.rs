@@ -1,10 +1,10 @@
-//! Pieces of a text that know where they stand.
+//! Parts of a text that know their places.
 use super::lex::{self, Kind, Token};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use std::sync::Arc;
 
-/// A text with its tokens. The text may have been made from another one by putting in the values of parameters; places
-/// are always those of the original.
+/// A text with its tokens. It may be made from another text by inserting the values of parameters; places are always
+/// those of the original text.
 #[derive(Debug)]
 pub(super) struct Src {
     file: FileId,
@@ -25,7 +25,7 @@ pub(super) struct Piece {
     pub(super) copied: bool,
     /// Other places that matter, if the value came from elsewhere.
     pub(super) related: Vec<(Span, &'static str)>,
-    /// Whether it stands for a value that was given from outside of the graph file that puts it in.
+    /// Whether its value was given from outside of the graph file that uses it.
     pub(super) given: bool,
 }
 
@@ -92,7 +92,7 @@ pub(super) struct Entry {
     pub(super) value: Part,
 }
 
-/// How a value is put together.
+/// The form of a value.
 #[derive(Debug)]
 pub(super) enum Shape {
     /// `(a: 1)`, or `()`.
@@ -204,7 +204,7 @@ impl Part {
         Some((self.part(self.lo, self.lo + 1), rest))
     }
 
-    /// How it is put together.
+    /// The form of its value.
     pub(super) fn shape(&self) -> Shape {
         let Some(first) = self.tokens().first() else { return Shape::Other };
         let word = &self.src.text[first.start..first.end];

@@ -86,12 +86,12 @@ pub(super) struct Meaning {
 }
 
 impl Unit<'_> {
-    /// Finds what `name`, written at `part` in `scope`, means. Errors of the name itself are reported; others were or will
-    /// be where they are.
+    /// Finds what `name`, written at `part` in `scope`, means. Errors of the name itself are reported here, all others at
+    /// their own places.
     pub(super) fn resolve(&mut self, scope: usize, part: &Part, name: &str) -> Meaning {
         let mut passed = Vec::new();
         let target = self.follow((scope, part.clone(), name.to_owned()), &mut passed);
-        // Many references may lead through the same inputs: the way is walked once.
+        // Many references may lead through the same inputs, so what an input leads to is remembered.
         for (scope, input) in passed {
             self.scopes[scope].resolved[input] = Some(target.clone());
         }

@@ -1,10 +1,10 @@
-//! Reading the parts of a document, one kind of value at a time; what does not fit is reported and left out.
+//! Reads the parts of a document, with a function for each kind of value; what does not fit is reported and left out.
 use super::lex;
 use super::part::{Entry, Part, Shape};
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic};
 
-/// What was found where something else should be.
+/// The error for a value that is not what it must be.
 pub(super) fn mismatch(part: &Part, what: &str, wanted: &str) -> Diagnostic {
     let found = part.shape();
     let message = match found {
@@ -125,13 +125,13 @@ pub(super) fn pair(part: &Part, what: &str, report: &mut Report) -> Option<(f64,
     }
 }
 
-/// A number that is none.
+/// The error for a number that is not finite.
 pub(super) fn not_finite(part: &Part, what: &str) -> Diagnostic {
     let message = format!("{what} is `{}`; it must be a finite number", shorten(part.str()));
     part.error(Code::NotFinite, message)
 }
 
-/// Reports a name that may not be one.
+/// Reports a name that is not allowed.
 pub(super) fn check_name(key: &Part, name: &str, what: &str, report: &mut Report) -> bool {
     let good = lex::is_name(name);
     if !good {

@@ -5,19 +5,19 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// The most diagnostics of one file. Nobody reads so many, and each takes its time.
+/// The most diagnostics of one file. More would not be read, and each one takes time.
 const MOST: usize = 1000;
 /// How many candidates are compared with unknown words in a run; the words after that get no suggestion.
 const COMPARED: usize = 500_000;
 
-/// The diagnostics of a run. What a sub-graph that is used several times says several times is kept once.
+/// The diagnostics of a run. What is repeated for every use of a sub-graph is kept once.
 #[derive(Default)]
 pub(super) struct Report {
     diagnostics: Vec<Diagnostic>,
     said: BTreeSet<(Code, Span, u64)>,
-    /// Which instance of a graph was the first to say something of a place.
+    /// The first instance of a graph that reported something at a place.
     first: BTreeMap<(Code, Span), usize>,
-    /// The values given from outside that something was said of.
+    /// The values given from outside for which an error was reported.
     values: BTreeSet<(Code, Span)>,
     files: BTreeMap<FileId, Count>,
     instance: usize,
@@ -27,12 +27,12 @@ pub(super) struct Report {
     compared: Cell<usize>,
 }
 
-/// How much was said of a file.
+/// How many diagnostics a file has.
 #[derive(Clone, Copy, Default)]
 struct Count {
     errors: usize,
     warnings: usize,
-    /// What is left out: the first of it, and whether there are errors among it.
+    /// How many are left out; the place of the first of them, and whether there are errors among them.
     left_out: usize,
     first: Option<Span>,
     has_errors: bool,
@@ -47,15 +47,15 @@ impl Count {
 }
 
 impl Report {
-    /// What follows is about instance number `instance` of a graph, which is used at `used`.
+    /// The diagnostics that follow are about the instance `instance` of a graph, which is used at `used`.
     pub(super) fn enter(&mut self, instance: usize, used: Option<Span>) {
         self.instance = instance;
         self.used = used;
     }
 
-    /// Adds a diagnostic unless it was said before.
+    /// Adds a diagnostic unless it was reported before.
     pub(super) fn push(&mut self, mut diagnostic: Diagnostic) {
-        // What is wrong must count even where it was said before.
+        // Errors count even if they were reported before.
         self.errors += usize::from(!diagnostic.warning);
         let place = (diagnostic.code, diagnostic.span);
         let first = *self.first.entry(place).or_insert(self.instance);
@@ -75,8 +75,8 @@ impl Report {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Adds an error about the value at `part`. One that was given from outside may be wrong in many places, and is told
-    /// of once.
+    /// Adds an error about the value at `part`. A value that was given from outside may be wrong in many places; it is
+    /// reported once.
     pub(super) fn push_value(&mut self, part: &Part, error: Diagnostic) {
         if part.is_given() && !self.values.insert((error.code, error.span)) {
             self.errors += 1;
@@ -111,8 +111,8 @@ impl Report {
         }
     }
 
-    /// What may have been meant by a word that is none of `names`. After a great many of them nothing is suggested any
-    /// more, since comparing every word with every name takes longer than all the rest.
+    /// What may have been meant by a word that is none of `names`. After many such words nothing is suggested any more,
+    /// because comparing every word with every name would take longer than everything else.
     pub(super) fn suggest<'n>(
         &self,
         word: &str,

@@ -49,7 +49,7 @@ pub(super) struct Scope {
     pub(super) params: Params,
     pub(super) names: BTreeMap<String, Entity>,
     pub(super) inputs: Vec<Bound>,
-    /// What each input leads to, once somebody has asked.
+    /// What each input leads to, once that was needed.
     pub(super) resolved: Vec<Option<Target>>,
     /// Where it is used.
     pub(super) used: Option<Span>,
@@ -118,7 +118,7 @@ impl Slot {
     }
 }
 
-/// A node of all scopes together.
+/// A node. Those of all scopes are in one list.
 pub(super) struct Flat<'a> {
     pub(super) scope: usize,
     pub(super) name: String,
@@ -130,7 +130,7 @@ pub(super) struct Flat<'a> {
     pub(super) slots: Vec<Slot>,
     /// The parameters, with the parameters of the graph put in, and what a path in them is relative to.
     pub(super) params: Vec<(String, Part, Option<PathBuf>)>,
-    /// Whether all of it is in order so far.
+    /// Whether no error was found in it so far.
     pub(super) good: bool,
     pub(super) node: Option<Arc<dyn DynNode>>,
     /// `None` for a type that is unknown because of an error.
@@ -155,7 +155,7 @@ pub(super) struct Unit<'a> {
     pub(super) canvas: Canvas,
     pub(super) scopes: Vec<Scope>,
     pub(super) flats: Vec<Flat<'a>>,
-    /// Wires that must fit but lead to no node: values given to inputs that need no conversion.
+    /// Wires that must be checked but lead to no node: values given to inputs that need no conversion.
     pub(super) checks: Vec<(usize, Slot)>,
     /// The number of the first scope among those of all units.
     pub(super) first_instance: usize,
@@ -164,12 +164,12 @@ pub(super) struct Unit<'a> {
 }
 
 impl<'a> Unit<'a> {
-    /// What is reported from here on is about `scope`.
+    /// The diagnostics that follow are about `scope`.
     pub(super) fn enter(&mut self, scope: usize) {
         self.report.enter(self.first_instance + scope, self.scopes[scope].used);
     }
 
-    /// Adds a scope with all its nodes and sub-graphs. `given` are the inputs that are given a value.
+    /// Adds the scope of a document, without names; see [`fill`](Self::fill).
     pub(super) fn declare(&mut self, doc: usize, prefix: String, params: Params, used: Option<Span>) -> usize {
         let scope = self.scopes.len();
         let count = self.docs[doc].document.inputs.len();
@@ -178,7 +178,8 @@ impl<'a> Unit<'a> {
         scope
     }
 
-    /// Fills a scope: what its names mean. Inputs that were given a value are known already.
+    /// Fills a scope: adds its nodes and sub-graphs, and finds what its names mean. `given` are the inputs that are given a
+    /// value.
     pub(super) fn fill(&mut self, scope: usize, given: &[Option<Bound>]) {
         let docs = self.docs;
         let doc = &docs[self.scopes[scope].doc];
@@ -276,7 +277,7 @@ impl<'a> Unit<'a> {
     fn with_params(&mut self, scope: usize, doc: usize, with: &[Entry]) -> Params {
         let docs = self.docs;
         let (child, folder) = (&docs[doc], docs[self.scopes[scope].doc].folder());
-        // Its defaults are checked when it is looked at by itself.
+        // Its defaults are checked when the document is linked by itself.
         let defaults = self.defaults.entry(doc).or_insert_with(|| Arc::new(defaults(child, &mut Report::default())));
         let mut params = Params::new(defaults.clone());
         for entry in with {
@@ -399,7 +400,7 @@ pub(super) fn presets(doc: &Doc, wanted: Option<&str>, report: &mut Report) -> V
     params
 }
 
-/// A note is a text and means nothing.
+/// A note is a text for readers, without effect.
 pub(super) fn check_note(part: &Part, report: &mut Report) {
     if !matches!(part.shape(), Shape::Text(_)) {
         report.push(mismatch(part, "`note`", "a text in quotes"));

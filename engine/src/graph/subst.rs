@@ -1,4 +1,4 @@
-//! Putting the values of parameters in the place of `"$name"` and `"= expression"`.
+//! Replaces `"$name"` and `"= expression"` by the values of parameters.
 use super::expr::{self, Lookup};
 use super::lex::Kind;
 use super::params::{ParamValue, Params};
@@ -9,7 +9,7 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// What fits into the largest whole numbers of parameters.
+/// The numbers that fit into the largest integers of parameters.
 const INTEGERS: Range<f64> = -9.2e18..1.84e19;
 /// The most values that a problem of an expression points at.
 const OTHERS: usize = 4;
@@ -100,7 +100,7 @@ impl Made {
     }
 }
 
-/// What stands in the text itself.
+/// The piece for what is written in the text itself.
 fn own(word: &Part) -> Piece {
     Piece { end: 0, span: word.span(), copied: false, related: Vec::new(), given: false }
 }

@@ -1,4 +1,4 @@
-//! Whether a text is RON, and where it stops being it.
+//! Whether a text is RON, and where it is not.
 use super::read::lower_first;
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use crate::node::ron_options;
@@ -23,7 +23,7 @@ pub(super) fn offset(text: &str, position: ron::error::Position) -> usize {
     line.char_indices().nth(position.col.saturating_sub(1)).map_or(text.len(), |(i, _)| line_start + i)
 }
 
-/// The error at the place where RON stops.
+/// The error at the place where the text is not RON.
 pub(super) fn explain(text: &str, file: FileId, error: &ron::error::SpannedError) -> Diagnostic {
     let start = offset(text, error.span.end);
     let end = start + text[start..].chars().next().filter(|&c| c != '\n').map_or(0, char::len_utf8);
@@ -46,7 +46,7 @@ pub(super) fn explain(text: &str, file: FileId, error: &ron::error::SpannedError
     }
 }
 
-/// Whether more should follow where the text ends. Of what is left open, the beginning is said to be at fault.
+/// Whether the text ends too early. For a string or a comment without an end, `ron` reports the beginning.
 fn is_unfinished(text: &str, at: usize, error: &ron::Error) -> bool {
     let open = matches!(error, ron::Error::Eof | ron::Error::ExpectedStringEnd | ron::Error::UnclosedBlockComment);
     open || at >= text.trim_end().len()

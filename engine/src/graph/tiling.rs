@@ -34,7 +34,7 @@ impl Graph {
         at_fault
     }
 
-    /// For each node the first few outputs that come from it; not of what a node at fault reads, which is in order.
+    /// For each node the first few outputs that depend on it. What a node at fault reads is left out, since it does repeat.
     fn outputs_of(&self, order: &[NodeIndex], at_fault: &[bool]) -> Vec<Vec<usize>> {
         let mut outputs = vec![Vec::new(); self.nodes.node_count()];
         for (index, output) in self.outputs.iter().enumerate() {

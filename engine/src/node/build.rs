@@ -1,4 +1,4 @@
-//! From the arguments of a node in a graph file to its struct, and the struct without its type.
+//! Makes the struct of a node from its arguments in a graph file, and hides the type of that struct.
 use super::{Call, CanvasFacts, Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, Taken};
 use crate::diagnostics::Problem;
 use crate::value::{Canvas, ChannelSet, Stop, Tiling};
@@ -19,7 +19,7 @@ pub enum Arg<'a> {
     Ron(&'a str),
 }
 
-/// Why a struct could not be made of its arguments.
+/// Why a struct could not be made from its arguments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildError {
     /// Which of the arguments is at fault; `None` for the struct as a whole.
@@ -44,7 +44,7 @@ impl serde::de::Error for BuildError {
     }
 }
 
-/// A node without its type.
+/// A node of any struct.
 pub trait DynNode: Send + Sync {
     /// Its parameters in a form that is equal for equal parameters.
     fn canonical(&self) -> Vec<u8>;
@@ -98,7 +98,7 @@ impl<T: Node> DynNode for T {
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {
         let facts = CanvasFacts::of::<T>(canvas);
         let mut problems = Node::check(self, &facts);
-        // Where it tiles is part of its result too, and what it reads for that is checked here once for all.
+        // Where a node tiles is part of its result, too: this call finds facts that it reads for that but does not declare.
         Node::tiling(self, &facts);
         problems.extend(facts.defect(&T::schema_name()));
         problems
@@ -156,7 +156,7 @@ impl<T: Node> DynNode for T {
 /// A node, or the first argument that does not fit.
 pub type Built = Result<Arc<dyn DynNode>, BuildError>;
 
-/// Makes a node of its arguments. Ports that are missing keep their defaults.
+/// Makes a node from its arguments. Ports that are missing keep their defaults.
 ///
 /// # Errors
 /// The first argument that does not fit.

@@ -1,4 +1,4 @@
-//! Which channels materials have, followed from node to node without making any.
+//! Which channels materials have, derived from node to node without evaluating any.
 use crate::value::{Channel, ChannelSet};
 
 /// The channels of the materials at a node's ports.
@@ -8,12 +8,12 @@ pub struct MaterialInputs<'a> {
 }
 
 impl<'a> MaterialInputs<'a> {
-    /// Those of these slots: the name of the port that each belongs to, and the channels of its material.
+    /// From the slots of a node: for each the name of its port, and the channels of the material there.
     pub fn new(slots: &'a [(&'a str, ChannelSet)]) -> Self {
         Self { slots }
     }
 
-    /// The channels of the materials at a port: none if there is none, those of all if it takes a list.
+    /// The channels of the materials at a port: none if nothing is connected, those of all materials if it takes a list.
     pub fn at(&self, port: &str) -> ChannelSet {
         let slots = self.slots.iter().filter(|(name, _)| *name == port);
         slots.fold(ChannelSet::NONE, |all, (_, channels)| all.union(*channels))

@@ -5,7 +5,7 @@ use crate::value::{Accepts, Canvas, Cut, Evaluator, Field, Key, Solid, Stop, Til
 use glam::DVec2;
 use std::path::{Path, PathBuf};
 
-/// What the engine hands over to have a node evaluated. The node sees a [`Context`] of it.
+/// What the engine passes to a node to evaluate it. The node sees it as a [`Context`].
 pub struct Call<'a> {
     /// The kind of the node.
     pub kind: &'a str,
@@ -21,7 +21,7 @@ pub struct Call<'a> {
 
 /// What a node sees while it is evaluated: its inputs, its files, the facts of the canvas that it declares, and the engine.
 pub struct Context<'a> {
-    /// What it may know of the canvas.
+    /// The facts of the canvas that it declares.
     pub canvas: &'a CanvasFacts,
     /// The engine.
     pub evaluator: &'a dyn Evaluator,
@@ -78,8 +78,8 @@ impl Context<'_> {
         u64::from_le_bytes(word)
     }
 
-    /// A part of the node's result that several of its outputs share and that is none of them: it gets a key of its own, so
-    /// that its cuts are kept, and its work counts as the node's.
+    /// Gives a key to a solid that several outputs of the node share and that is not an output itself. So its cuts can be
+    /// cached, and the work on them counts as the node's.
     pub fn shared(&self, name: &str, solid: Solid) -> Solid {
         match self.evaluator.key() {
             Some(key) => solid.keyed(Key::of("shared part", &[key.as_bytes(), name.as_bytes()])).owned_by(key),
@@ -87,7 +87,7 @@ impl Context<'_> {
         }
     }
 
-    /// The field that `cut` shows of `solid`; nodes that cut alike share it.
+    /// The field of a cut through `solid`; nodes that make the same cut share it.
     pub fn cut(&self, solid: &Solid, cut: &Cut) -> Field {
         self.evaluator.cuts().map_or_else(|| solid.cut(cut), |cuts| cuts.cut(solid, cut))
     }

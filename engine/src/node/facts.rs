@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicU8, Ordering};
 ///
 /// The key of a result holds the declared facts only, so a node that knew another one would give different results under
 /// one key. Such a fact cannot be read: instead of it a node gets what does not depend on the canvas (a size of 1 mm, no
-/// tiling, the seed 0), and the engine reports the defect in place of the result. The resolution is no fact at all: results
-/// may not depend on it.
+/// tiling, the seed 0), and the engine reports the defect in place of the result. The resolution is not among the facts:
+/// results must not depend on it.
 #[derive(Debug)]
 pub struct CanvasFacts {
     canvas: Canvas,
@@ -53,7 +53,7 @@ impl CanvasFacts {
         Canvas { size_mm: self.size_mm(), ..self.canvas }.grid(resolution)
     }
 
-    /// The defect of the node that was shown these facts, if it read another one.
+    /// The defect to report, if the node has read a fact that it does not declare.
     pub fn defect(&self, kind: &str) -> Option<Problem> {
         let misread = self.misread.load(Ordering::Relaxed);
         let fact = Fact::ALL.into_iter().find(|fact| misread & (1 << *fact as u8) != 0)?;

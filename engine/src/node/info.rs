@@ -1,4 +1,4 @@
-//! What can be known of a kind without making one: read from the schema of its struct.
+//! What is known about a kind of nodes, read from the schema of its struct.
 use super::spelling::{Form, forms, spell};
 use super::{Node, Output, ParamType};
 use crate::value::Accepts;
@@ -28,7 +28,7 @@ pub struct FieldInfo {
     pub name: String,
     /// The manual.
     pub doc: String,
-    /// Which of the two.
+    /// Whether it is a port or a parameter.
     pub role: Role,
 }
 
@@ -36,9 +36,9 @@ pub struct FieldInfo {
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "one for each field of each kind, made once")]
 pub enum Role {
-    /// A wire goes in.
+    /// A port, which takes a wire.
     Port(PortInfo),
-    /// A value is written.
+    /// A parameter, which takes a value.
     Param(ParamInfo),
 }
 
@@ -51,7 +51,7 @@ pub struct PortInfo {
     pub required: bool,
     /// Whether it takes a list of wires.
     pub list: bool,
-    /// What it stands for when nothing is connected, if anything.
+    /// Its value when nothing is connected, if it has one.
     pub default: Option<f64>,
 }
 
@@ -60,11 +60,11 @@ pub struct PortInfo {
 pub struct ParamInfo {
     /// What is written for it.
     pub ty: ParamType,
-    /// The default, as JSON; what JSON cannot say is `"inf"`.
+    /// The default, as JSON. Infinity, which JSON does not have, is `"inf"`.
     pub default: Json,
     /// The default as it is written in a graph file.
     pub written: String,
-    /// Whether it must be given: its default is no value that a node could work with.
+    /// Whether it must be given, since a node cannot work with its default.
     pub required: bool,
     /// The smallest number allowed.
     pub min: Option<f64>,
@@ -76,9 +76,9 @@ pub struct ParamInfo {
     pub infinite: bool,
     /// The unit, for people.
     pub unit: Option<String>,
-    /// What there is to choose from.
+    /// The words to choose from, if it is a choice.
     pub choices: Vec<Choice>,
-    /// Of a list of structs, the fields of each.
+    /// For a list of structs: the fields of each struct.
     pub fields: Vec<FieldInfo>,
 }
 
@@ -136,7 +136,7 @@ impl KindInfo {
 }
 
 impl ParamInfo {
-    /// The fields of each struct, of a list of structs.
+    /// For a list of structs: the fields of each struct.
     pub fn params(&self) -> impl Iterator<Item = (&FieldInfo, &Self)> {
         params(&self.fields)
     }

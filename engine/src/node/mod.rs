@@ -78,7 +78,7 @@ impl Fact {
     /// All facts.
     pub const ALL: [Self; 3] = [Self::Size, Self::Tile, Self::Seed];
 
-    /// As it is called in messages.
+    /// The name in messages.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Size => "the size",
@@ -94,7 +94,7 @@ pub enum OutputType {
     /// Always the same.
     Fixed(Type),
     /// The widest of the types at these ports: `Normal` if any is, else `Rgb` if any is (or a picture), else `Gray`.
-    /// Of solids, the field that a cut through them shows: `Rgb` for colours and vectors.
+    /// For solids, the type of the field that a cut through them gives: `Rgb` for colours and vectors.
     Like(&'static [&'static str]),
     /// The widest of the types of the solids at these ports: that of the first one that is not `Solid`, else `Solid`.
     SolidLike(&'static [&'static str]),
@@ -138,7 +138,7 @@ impl Output {
 
 /// A kind of node. The struct's name is the kind, its doc comment the manual, its fields ports and parameters.
 pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Sync + 'static {
-    /// To be raised when the same parameters give another result than before.
+    /// Raise it when the same parameters give another result than before.
     const VERSION: u32 = 1;
 
     /// What it makes.
@@ -147,17 +147,17 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     /// The facts of the canvas that it reads; others cannot be read, see [`CanvasFacts`].
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
 
-    /// Checks what a single parameter's range cannot say. Ranges of single parameters were checked before.
+    /// Checks what the range of a single parameter cannot express. Ranges of single parameters were checked before.
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         Vec::new()
     }
 
-    /// Advice about parameters that work but are unlikely to be meant; reported as warnings.
+    /// Advice about parameters that are valid but probably not intended; reported as warnings.
     fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         Vec::new()
     }
 
-    /// The directions in which it lets a picture repeat: its outputs tile where this does and all inputs do.
+    /// The directions in which it keeps pictures periodic: its outputs tile in those of them in which all inputs tile.
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
     }
@@ -168,7 +168,7 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         Vec::new()
     }
 
-    /// Of a node that makes a `Picture`: whether it has one channel, so that ports for any field take it as `Gray`. Reads no
+    /// For a node that makes a `Picture`: whether it has one channel, so that ports for any field take it as `Gray`. Reads no
     /// more of its files than their headers; a file that cannot be read is reported by others.
     fn makes_gray(&self, _files: &[(&'static str, PathBuf)]) -> bool {
         false
@@ -191,12 +191,12 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     }
 
     /// The single channels that it takes from materials at its ports. A material that lacks one is reported before
-    /// anything is made, and the channel's default serves in its place.
+    /// anything is made, and the channel's default is used instead.
     fn takes(&self) -> Vec<Taken> {
         Vec::new()
     }
 
-    /// The port whose value the main output hands on unchanged with these parameters, if there is one.
+    /// The port whose value the main output passes on unchanged with these parameters, if there is one.
     fn no_op(&self) -> Option<&'static str> {
         None
     }

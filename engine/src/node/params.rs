@@ -1,4 +1,4 @@
-//! Types of parameters that accept more than one way of writing them.
+//! Types of parameters that can be written in more than one way.
 use super::ParamType;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, SeqAccess, Visitor};

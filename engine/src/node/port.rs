@@ -45,7 +45,7 @@ field_ports! {
     JacobianField = Accepts::One(Type::Jacobian),
     /// A port for region numbers.
     IdsField = Accepts::One(Type::Ids),
-    /// A port for `Gray` or `Rgb`, whichever comes.
+    /// A port for `Gray` or `Rgb`, whichever is connected.
     AnyField = Accepts::Field,
 }
 
@@ -107,7 +107,7 @@ impl<T> Default for In<T> {
 }
 
 impl<T> In<T> {
-    /// The default of a field port that stands for `value` everywhere when nothing is connected.
+    /// The default of a field port that is `value` everywhere when nothing is connected.
     pub fn constant(value: f32) -> Self {
         Self { constant: Some(value), ..Self::default() }
     }
@@ -117,7 +117,7 @@ impl<T> In<T> {
         self.slot
     }
 
-    /// What it stands for when nothing is connected.
+    /// Its value when nothing is connected.
     pub fn default_value(&self) -> Option<f32> {
         self.constant
     }
@@ -148,7 +148,7 @@ impl<T: PortType> JsonSchema for In<T> {
     }
 
     fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-        // The type lets `Option` leave its mark: it adds "null".
+        // `Option` adds "null" to this type, which shows that the port is optional.
         json_schema!({ "type": "integer", "port": T::ACCEPTS.name() })
     }
 }

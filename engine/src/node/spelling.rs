@@ -57,7 +57,7 @@ impl<'a> Form<'a> {
     }
 }
 
-/// The forms that a value of a schema may have, but for `None`.
+/// The forms that a value of a schema may have, except `None`.
 pub(super) fn forms(object: &Map<String, Json>) -> Vec<Form<'_>> {
     let is_null = |object: &Map<String, Json>| object.get("type").and_then(Json::as_str) == Some("null");
     let mut found: Vec<_> = list(object, "anyOf").filter(|object| !is_null(object)).flat_map(forms).collect();

@@ -1,4 +1,4 @@
-//! Names for what people mistake for a picture that is read here.
+//! Names of files that cannot be read as pictures, for messages.
 use super::limits::ReadError;
 use std::io::{BufRead, Read, Seek, SeekFrom};
 
@@ -45,7 +45,7 @@ const BRANDS: &[(&[u8], &str)] = &[
 /// The last bytes of a TGA.
 const TGA_END: &[u8] = b"TRUEVISION-XFILE.\0";
 
-/// What a file of so many bytes is, which begins like none that is read.
+/// The name of the format of a file of `length` bytes, which is none of those that are read.
 pub(super) fn name<R: BufRead + Seek>(reader: &mut R, length: u64) -> Result<String, ReadError> {
     let start = reader.fill_buf().map_err(ReadError::Io)?.to_vec();
     let mut end = Vec::new();

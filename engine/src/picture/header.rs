@@ -139,7 +139,7 @@ pub(super) fn position(names: &[String], wanted: &str) -> Result<usize, ReadErro
     names.iter().position(|own| own == wanted).ok_or_else(missing)
 }
 
-/// Names in backticks, for messages; not more than a reader can take.
+/// Names in backticks, for messages; only the first ones of long lists.
 pub(super) fn list(names: &[String]) -> String {
     const MOST: usize = 40;
     let mut quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("`{}`", name.escape_debug())).collect();
@@ -149,7 +149,7 @@ pub(super) fn list(names: &[String]) -> String {
     quoted.join(", ")
 }
 
-/// Opens a regular file and gives its length. What it is, is asked before it is opened: opening a pipe would wait for ever.
+/// Opens a regular file and gives its length. Its type is checked before it is opened: opening a pipe could block forever.
 pub(super) fn open(path: &Path, limits: &ReadLimits) -> Result<(File, u64), ReadError> {
     let metadata = path.metadata().map_err(ReadError::Io)?;
     if !metadata.is_file() {
@@ -185,7 +185,7 @@ pub(super) fn load(path: &Path, limits: &ReadLimits) -> Result<Vec<u8>, ReadErro
     let mut bytes = Vec::new();
     let capacity = usize::try_from(length).map_err(ReadError::corrupt)?;
     bytes.try_reserve_exact(capacity).map_err(|error| ReadError::Io(std::io::Error::other(error)))?;
-    // A file that grows meanwhile does not get more than it had.
+    // If the file grows meanwhile, only the first `length` bytes are read.
     file.take(length).read_to_end(&mut bytes).map_err(ReadError::Io)?;
     Ok(bytes)
 }

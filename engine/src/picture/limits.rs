@@ -177,7 +177,7 @@ impl ReadError {
     }
 }
 
-/// Decoders quote the file in their messages: no line breaks and control characters from there, and no essay.
+/// Decoders quote the file in their messages: control characters are replaced, and long messages are cut.
 fn clean(message: &str) -> String {
     let message = message.trim_end_matches('.');
     message.chars().map(|c| if c.is_control() { ' ' } else { c }).take(200).collect()

@@ -151,7 +151,7 @@ fn kind_of(meta: &MetaData, selection: &Selection) -> SampleKind {
         SampleType::F32 => SampleKind::F32,
         SampleType::U32 => SampleKind::U32,
     });
-    // Of mixed channels the one that says most.
+    // If the channels have different types, the largest one.
     kinds.max_by_key(|kind| kind.bytes()).unwrap_or(SampleKind::F32)
 }
 

@@ -36,7 +36,7 @@ pub struct Writer {
     spec: PictureSpec,
     path: PathBuf,
     encoder: RowEncoder,
-    // Before `output`, so that what a dropped sink still writes finds a file.
+    // Declared before `output`: a sink that is dropped may still write to it.
     sink: Sink,
     output: Output,
     next_row: u32,

@@ -12,9 +12,9 @@ use crate::value::{Field, Grid, TILE, Tile, Window};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Rows of tiles that a field's readers may still want: the one they are at, and those above and below.
+/// Rows of tiles that the readers of a field may still read: the current one, the one above and the one below.
 const ROWS: u64 = 3;
-/// Strips are at least so wide: at their edges some tiles are computed twice.
+/// The least width of strips: at their edges some tiles are computed twice.
 const NARROWEST: u32 = 4 * TILE;
 
 impl Render<'_, '_> {
@@ -104,7 +104,7 @@ impl Render<'_, '_> {
     }
 }
 
-/// How high bands of so many columns are: enough tiles at once that every thread has some.
+/// The height of bands of this width: high enough that every thread has tiles to compute.
 fn band_height(width: u32) -> u32 {
     let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
     (4 * threads).div_ceil(width.div_ceil(TILE).max(1)) * TILE
@@ -128,8 +128,8 @@ fn write(writer: &mut Writer, tiles: &[Tile], band: Window) -> Result<(), Failur
     writer.write_rows(&planes, band.height).map_err(|e| Failure::File(e.to_string()))
 }
 
-/// What is computed of a picture and cannot be written yet: strip after strip, band after band, plane after plane, in a
-/// file that never gets a name and is removed when it is dropped.
+/// The part of a picture that is computed but cannot be written yet: strip after strip, band after band, plane after plane,
+/// in a temporary file that is removed when it is dropped.
 struct Waiting<'p> {
     file: AtomicFile,
     picture: &'p Path,

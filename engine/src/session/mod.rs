@@ -19,7 +19,7 @@ use petgraph::graph::NodeIndex;
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 
-/// How much a session may take.
+/// The resources that a session may use.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// Threads that compute; 0 is one per core.
@@ -202,7 +202,7 @@ impl Session {
     }
 }
 
-/// A stop at its place; at the canvas if nothing better is known.
+/// The failure for a stop, at its place; at the canvas if no better place is known.
 fn located(run: &Run<'_>, graph: &Graph, stop: Stop) -> Failure {
     run.diagnose(stop, graph.canvas_span).map_or(Failure::Cancelled, |d| Failure::Errors(vec![d]))
 }

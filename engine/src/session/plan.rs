@@ -7,7 +7,7 @@ use crate::picture::{Depth, Format};
 use crate::value::{Channel, Key, Renders, Type, Window};
 use std::path::PathBuf;
 
-/// What of an output goes into a picture.
+/// Which part of an output a picture shows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     /// The field itself.
@@ -21,7 +21,7 @@ pub(super) enum Part {
 }
 
 impl Part {
-    /// A name of its own for each.
+    /// A different name for each, for keys.
     const fn name(&self) -> &'static str {
         match self {
             Self::Field => "field",
@@ -80,7 +80,7 @@ fn one_wanted<'g>(graph: &'g Graph, name: &str) -> Result<Wanted<'g>, Failure> {
     }
 }
 
-/// What is known of all pictures of a render.
+/// What all pictures of a render have in common.
 pub(super) struct Planner<'a> {
     pub(super) graph: &'a Graph,
     pub(super) keys: &'a Keys,

@@ -104,7 +104,7 @@ fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
     let dir = if dir.as_os_str().is_empty() { std::path::Path::new(".") } else { dir };
     std::fs::create_dir_all(dir)
         .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
-    // What killed processes left behind is nobody's.
+    // Processes that were killed may have left temporary files.
     let _ = remove_stale_temporaries(dir);
     Ok(())
 }
@@ -162,13 +162,13 @@ impl<'r> Render<'r, '_> {
         let keyed = |(channel, field): &(Channel, Field)| Some((*channel, field.key()?));
         let channels: Vec<_> = material.channels().iter().filter_map(keyed).collect();
         if let Some(store) = store {
-            // Without it a second run would evaluate the nodes, if not their fields.
+            // Always kept: without it a second run would have to evaluate the nodes.
             store.put(Shelf::Channels, key, &encode_channels(&channels), Duration::ZERO, &|| false);
         }
         Ok(channels)
     }
 
-    /// Copies what the cache has and makes the fields of the rest.
+    /// Copies the files that the cache has, and makes the fields of the others.
     fn jobs(&self, pictures: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
         let mut missing = Vec::new();
         for planned in pictures {

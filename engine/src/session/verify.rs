@@ -1,4 +1,4 @@
-//! Proof that the cache is honest: everything is computed again without it and compared.
+//! A check that the caches are right: everything is computed once more without them and compared.
 use super::{Failure, Session};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Caches, CancelToken, Keys, MemoryCache, Observer, Run, encode};

@@ -7,7 +7,7 @@ use std::fmt;
 pub enum Accepts {
     /// Values of one type, and those that can be converted to it.
     One(Type),
-    /// A field of numbers or colours, whichever comes: `Gray`, `Rgb` or `Normal`.
+    /// A field of numbers or colours, whichever is connected: `Gray`, `Rgb` or `Normal`.
     Field,
     /// Any solid.
     AnySolid,
@@ -34,7 +34,7 @@ impl Accepts {
         }
     }
 
-    /// What has that name.
+    /// The one of that name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::all().find(|accepts| accepts.name() == name)
     }
@@ -47,8 +47,8 @@ impl Accepts {
         }
     }
 
-    /// Whether everything that it accepts may go on into the port `other`. What several types may come out of goes only into
-    /// its like.
+    /// Whether everything that it accepts may also go into the port `other`. A port that accepts several types fits only
+    /// into a port that accepts the same ones.
     pub fn fits(self, other: Self) -> bool {
         match self {
             Self::One(ty) => ty.fits(other),

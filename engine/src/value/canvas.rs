@@ -23,7 +23,7 @@ impl Tiling {
         Self { x: self.x && other.x, y: self.y && other.y }
     }
 
-    /// Repeats wherever `other` does, and perhaps more.
+    /// Whether it repeats in every direction in which `other` does.
     pub const fn covers(self, other: Self) -> bool {
         (self.x || !other.x) && (self.y || !other.y)
     }
@@ -58,7 +58,7 @@ impl TileMode {
 /// How many pixels a picture of the canvas is to have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolution {
-    /// So many along its longer side; the other one follows from the shape of the canvas.
+    /// The number along the longer side; the other one follows from the shape of the canvas.
     Longer(u32),
     /// Width and height, whatever the shape of the canvas.
     Exact(UVec2),
@@ -78,7 +78,7 @@ impl Resolution {
         }
     }
 
-    /// Whether pixels are as wide as high on a canvas of that size, but for rounding.
+    /// Whether pixels are square on a canvas of that size, apart from rounding.
     pub fn fits(self, size_mm: DVec2) -> bool {
         let size = self.of(size_mm).as_dvec2();
         let apart = size - DVec2::new(size.y * size_mm.x / size_mm.y, size.x * size_mm.y / size_mm.x);
@@ -86,7 +86,7 @@ impl Resolution {
     }
 }
 
-/// What a graph says about its surface.
+/// The surface that a graph describes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Canvas {
     /// Width and height in mm.
@@ -235,7 +235,7 @@ impl Window {
         Self { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
     }
 
-    /// What this window and `other`, which meet, have in common.
+    /// The pixels that this window and `other` have in common; the two must overlap.
     #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
         let (x, y) = (self.x.max(other.x), self.y.max(other.y));

@@ -13,7 +13,7 @@ pub struct CoordMap {
     pub start: IVec2,
     /// The size of a pixel in mm.
     pub pitch: DVec2,
-    /// The directions in which it joins itself.
+    /// The directions in which it repeats.
     pub periodic: Tiling,
     /// How many pixels of the finest level a pixel stands for, in x and in y.
     pub spacing: u32,

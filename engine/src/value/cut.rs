@@ -23,7 +23,7 @@ impl fmt::Debug for Cut {
 
 impl Cut {
     /// A cut with the x, y and z of each point of the canvas in the three channels of `place`. Equal keys mean equal
-    /// cuts. `spacing` bounds the distance in mm of the points of neighbouring pixels of a grid.
+    /// cuts. `spacing` gives an upper bound, in mm, of the distance between the points of neighbouring pixels of a grid.
     pub fn new(key: Key, place: Field, spacing: impl Fn(&Grid) -> f64 + Send + Sync + 'static) -> Self {
         Self { place, key: Some(key), level: false, flat: None, spacing: Arc::new(spacing) }
     }
@@ -35,15 +35,15 @@ impl Cut {
         self
     }
 
-    /// The same with the promise that it is a plane on whose pictures these directions of length 1 run to the right and
-    /// down.
+    /// The same with the promise that it is a plane, and that these directions of length 1 run to the right and down in its
+    /// pictures.
     #[must_use]
     pub fn with_flat(mut self, right: [f32; 3], down: [f32; 3]) -> Self {
         self.flat = Some([right, down]);
         self
     }
 
-    /// The cut through the points that the `SolidVector` `by` gives for those of this cut, `place` being its cut.
+    /// This cut with each point moved to where the `SolidVector` `by` says; `place` is the cut through `by`.
     #[must_use]
     pub(super) fn moved(&self, by: &Solid, place: Field, keeps_z: bool) -> Self {
         let key = self.key.zip(by.key()).map(|(own, by)| Key::of("moved cut", &[own.as_bytes(), by.as_bytes()]));
@@ -60,7 +60,7 @@ impl Cut {
         self.key
     }
 
-    /// What tells it from other cuts.
+    /// The identity of the cut.
     pub(super) fn id(&self) -> FieldId {
         self.key.map_or_else(|| self.place.id(), FieldId::Key)
     }
@@ -80,7 +80,7 @@ impl Cut {
         self.flat
     }
 
-    /// A bound of the distance in mm of the points of neighbouring pixels.
+    /// An upper bound, in mm, of the distance between the points of neighbouring pixels.
     #[expect(clippy::cast_possible_truncation, reason = "a bound in mm")]
     pub fn pixel(&self, grid: &Grid) -> f32 {
         (self.spacing)(grid) as f32

@@ -1,7 +1,7 @@
-//! The fields that cuts through solids show.
+//! The fields of cuts through solids.
 //!
-//! Every solid on the way to the one that is cut becomes a field with a key of its own, so that tiles of what several
-//! solids or outputs read, the growth time of a tree above all, are computed once and kept by the engine's cache.
+//! Every solid that the cut one reads, directly or not, becomes a field with a key of its own. So the tiles of a solid that
+//! several solids or outputs read, such as the growth time of a tree, are computed once and cached.
 use super::solid::{Body, Patch, Planes, Solid, SolidSource};
 use super::{Cost, Cut, Field, FieldId, FieldSource, Given, Grid, Halo, Key, Read, Stop, Tile, Type, Window};
 use std::collections::HashMap;
@@ -15,7 +15,7 @@ pub struct Cuts(Mutex<Known>);
 
 #[derive(Default)]
 struct Known {
-    /// The fields, and the solids and cuts that they belong to, which keep what the identities stand for alive.
+    /// The fields, with their solids and cuts. These are held because an identity can be an address in memory.
     fields: HashMap<Id, (Field, Solid, Cut)>,
     /// By what moves the points, and from which cut.
     moved: HashMap<Id, Cut>,
@@ -33,7 +33,7 @@ impl Known {
         self.fields.get(&(solid.id(), cut.id())).map(|known| &known.0)
     }
 
-    /// By a work-list: solids may read each other in long chains.
+    /// Uses a work-list instead of recursion, because solids may read each other in long chains.
     fn cut(&mut self, solid: &Solid, cut: &Cut) -> Field {
         let mut open = vec![(solid.clone(), cut.clone())];
         loop {
@@ -51,7 +51,7 @@ impl Known {
         }
         match self.get(solid, cut) {
             Some(field) => field.clone(),
-            // The loop ends when it is known, so this is not reached; a constant keeps it from being a panic.
+            // Not reached, since the loop ends when the field is known. A constant avoids a panic.
             None => Field::constant(Type::Gray, &[0.0]),
         }
     }
@@ -115,7 +115,7 @@ const fn field_type(solid: &Solid) -> Type {
     }
 }
 
-/// A solid on a cut.
+/// The code of the field of a cut through a solid.
 struct Shown {
     source: Arc<dyn SolidSource>,
     inputs: Vec<Field>,
@@ -130,7 +130,7 @@ fn quads(window: Window) -> Window {
 }
 
 impl Shown {
-    /// The window that is computed: of whole quads, where the code wants them.
+    /// The window that is computed: of whole quads, where the code needs them.
     fn window(&self, grid: &Grid, window: Window) -> Window {
         if self.source.wants().quads && self.cut.pixel(grid) != 0.0 { quads(window) } else { window }
     }

@@ -2,11 +2,11 @@
 use super::{Object, Type, Value, objects};
 use serde::{Serialize, Serializer};
 
-/// A number that reads back exactly; what JSON cannot say is a word: `nan`, `inf`, `-inf`.
+/// A number that is read back exactly. Numbers that JSON does not have are words: `nan`, `inf`, `-inf`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Number<T = f32>(pub T);
 
-/// The word for what is not a finite number.
+/// The word for a number that is not finite.
 fn word(n: f64) -> Option<&'static str> {
     match n {
         n if n.is_nan() => Some("nan"),

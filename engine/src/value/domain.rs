@@ -1,4 +1,4 @@
-//! Where a field lies: what its pixels repeat with or end at, and the blocks that it is computed in.
+//! The domain of a field: where its pixels repeat or end, and the blocks in which it is computed.
 use super::{Grid, Tiling, Window};
 
 /// The width and height of a block in pixels: fields are computed and kept in tiles of one block each.
@@ -6,8 +6,8 @@ pub const TILE: u32 = 256;
 
 /// The domain of a field: the canvas, repeated where the field tiles and going on beyond its edges where it does not.
 ///
-/// All that the engine knows of edges, repeats and blocks it asks here, so that a field on something else than the
-/// canvas needs no second way of evaluation.
+/// The engine learns about edges, repeats and blocks only from here. So a field on something else than the canvas would
+/// not need a second way of evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Domain {
     tiling: Tiling,
@@ -88,7 +88,7 @@ pub struct Piece {
     pub start: i32,
     /// Its number of pixels.
     pub length: u32,
-    /// By how many pixels it is to be shifted to where it is wanted.
+    /// By how many pixels it must be shifted to the place where it is wanted.
     pub shift: i32,
 }
 
@@ -116,7 +116,7 @@ enum Extent {
     Endless,
     /// It repeats after so many.
     Repeats(i32),
-    /// It has so many; beyond them little is wanted, so blocks are small next to its edges.
+    /// It ends after so many. Few pixels beyond an edge are read, so blocks are small there.
     Ends(i32),
 }
 

@@ -26,6 +26,6 @@ pub trait Evaluator: Sync {
         None
     }
 
-    /// Something that the user should know although the node goes on.
+    /// Reports something that the user should know; the node continues.
     fn warn(&self, problem: Problem);
 }

@@ -14,7 +14,7 @@ pub struct ExemplarFrame {
     pub origin: DVec2,
     /// The size of a pixel in mm.
     pub pitch: DVec2,
-    /// The directions in which it joins itself.
+    /// The directions in which it repeats: its opposite sides fit.
     pub periodic: Tiling,
 }
 
@@ -64,7 +64,7 @@ pub struct ExemplarLevel {
     /// Those eight numbers of every pixel.
     pub neighborhoods: Vec<[f32; 8]>,
     /// For every pixel the number of another that looks alike, then for every pixel that of a further one, and so on;
-    /// its own number where there is none, empty if none were sought.
+    /// its own number where there is none. Empty if none were searched.
     pub second: Vec<u32>,
 }
 

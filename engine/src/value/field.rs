@@ -8,12 +8,12 @@ use super::{Cost, Domain, FieldSource, Given, Grid, Key, Read, Stop, Tile, Tilin
 use std::fmt;
 use std::sync::Arc;
 
-/// What tells one field from another.
+/// The identity of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FieldId {
     /// Its key.
     Key(Key),
-    /// Where its code lies in memory.
+    /// The address of its code.
     Code(usize),
 }
 
@@ -84,7 +84,7 @@ impl Field {
         Self::new(ty, tiling, Generate(fill))
     }
 
-    /// The same with another promise of where it tiles.
+    /// The same, declared to tile in these directions.
     #[must_use]
     pub fn tiled(mut self, tiling: Tiling) -> Self {
         self.domain = Domain::canvas(tiling);
@@ -112,7 +112,7 @@ impl Field {
         self
     }
 
-    /// Which kind of field.
+    /// Its type.
     pub fn ty(&self) -> Type {
         self.ty
     }
@@ -122,7 +122,7 @@ impl Field {
         self.domain.tiling()
     }
 
-    /// Where it lies.
+    /// Its domain.
     pub fn domain(&self) -> Domain {
         self.domain
     }
@@ -159,14 +159,14 @@ impl Field {
         self
     }
 
-    /// The same, its work to be counted as that of the result `owner`, of which it is a part.
+    /// The same as a part of the result `owner`: work on it counts as work on that result.
     #[must_use]
     pub fn owned_by(mut self, owner: Key) -> Self {
         self.owner = Some(owner);
         self
     }
 
-    /// The result as whose work its own counts, if that is another.
+    /// The result that it is a part of, if there is one: work on the field counts as work on that result.
     pub fn owner(&self) -> Option<Key> {
         self.owner
     }
@@ -176,8 +176,8 @@ impl Field {
         self.source.get()
     }
 
-    /// What tells this field from others: its key, or its code where it has none. Equal identities of living fields mean
-    /// equal values.
+    /// The identity of the field: its key, or the address of its code if it has none. Fields that exist at the same time
+    /// and have the same identity have equal values.
     pub fn id(&self) -> FieldId {
         self.key.map_or_else(|| FieldId::Code(self.source.address()), FieldId::Key)
     }

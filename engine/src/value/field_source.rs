@@ -84,20 +84,21 @@ pub trait Pictures: Sync {
 
 /// The code behind a field.
 ///
-/// It states what it reads, and the engine hands it that and nothing else; so reading ahead, letting go of memory and
-/// computing a tile on another machine all follow from one statement. For a grid, the fields and grids that are stated
+/// It states what it reads, and the engine passes it that and nothing else. Reading ahead, freeing memory early and
+/// computing a tile on another machine all follow from this statement. For a grid, the fields and grids that are stated
 /// are the same for every window, and a part of a window needs no more than the whole.
 pub trait FieldSource: Send + Sync {
     /// What [`fill`](Self::fill) reads for `window` of `grid`.
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>>;
 
-    /// What it reads besides, where the window depends on the values of the [`inputs`](Self::inputs): a bound of it.
+    /// What it reads in addition, where the windows depend on the values of the [`inputs`](Self::inputs): windows that
+    /// contain everything that may be read.
     fn later(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
         Vec::new()
     }
 
-    /// The windows that it does read of [`later`](Self::later), one for each and within it, now that the tiles of the
-    /// inputs are given. The bounds themselves, if the code does not say.
+    /// The windows that it really reads of those of [`later`](Self::later), one for each and within it, found from the
+    /// tiles of the inputs. By default these are the whole windows.
     fn narrow(&self, _given: &Given<'_>, grid: &Grid, window: Window) -> Vec<Window> {
         self.later(grid, window).iter().map(|read| read.window).collect()
     }

@@ -16,7 +16,7 @@ pub struct GridLinks {
     pub diagonals: bool,
 }
 
-/// Points and links between them. A link outlives the motion of its ends and the breaking of its spring.
+/// Points and links between them. A link remains when its ends move and when its spring breaks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Lattice {
     /// The points.

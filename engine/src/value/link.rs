@@ -3,7 +3,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 thread_local! {
-    /// What is to be dropped once the drop that is under way on this thread has returned.
+    /// Values to be dropped after the drop that is running on this thread.
     static LATER: RefCell<Option<Vec<Box<dyn Send>>>> = const { RefCell::new(None) };
 }
 
@@ -35,7 +35,7 @@ impl<T: ?Sized + Send + Sync + 'static> Clone for Link<T> {
 impl<T: ?Sized + Send + Sync + 'static> Drop for Link<T> {
     fn drop(&mut self) {
         let Some(last) = self.0.take().filter(|shared| Arc::strong_count(shared) == 1) else { return };
-        // While the thread ends its list is gone; what is left then is dropped as it comes.
+        // When a thread ends, its list no longer exists; values are then dropped directly.
         let _ = LATER.try_with(|later| {
             let mut list = later.borrow_mut();
             if let Some(list) = list.as_mut() {

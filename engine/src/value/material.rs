@@ -25,7 +25,7 @@ macro_rules! channels {
                 match self { $(Channel::$name => Type::$ty,)* }
             }
 
-            /// What it counts as in a material that lacks it.
+            /// Its value in a material that lacks it.
             pub const fn default_values(self) -> &'static [f32] {
                 match self { $(Channel::$name => &$default,)* }
             }
@@ -78,7 +78,7 @@ impl Channel {
     }
 }
 
-/// Channels, without what they carry: those that a material has, known before it is made.
+/// A set of channels, such as those of a material that is not made yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ChannelSet(u16);
 

@@ -66,8 +66,8 @@ pub use ty::Type;
 
 use std::sync::Arc;
 
-/// The table of all types of objects: their names, their colours on drawings of graphs, what they are. It hands its lines,
-/// after those of the caller, to the macro `$make`, which makes of them what it needs.
+/// The table of all types of objects: their names, their colours on drawings of graphs, what they are. It passes its lines,
+/// after those of the caller, to the macro `$make`, which generates code from them.
 macro_rules! objects {
     ($make:ident! { $($before:tt)* }) => {
         $make! {
@@ -86,7 +86,7 @@ macro_rules! objects {
 }
 pub(crate) use objects;
 
-/// A picture file on the canvas, as the two fields it can serve as.
+/// A picture file on the canvas, as the two fields that it can be used as.
 #[derive(Clone, Debug)]
 pub struct PictureFields {
     /// Its only channel, or its luminance.
@@ -137,7 +137,7 @@ macro_rules! values {
                 }
             }
 
-            /// The field that is shown and rendered of it, if that is one.
+            /// The field that is shown and rendered for it, if there is one.
             pub fn field(&self) -> Option<Field> {
                 match self {
                     Self::Field(field) => Some(field.clone()),
@@ -147,7 +147,7 @@ macro_rules! values {
                 }
             }
 
-            /// The lines that are rendered of it, if it is rendered to lines.
+            /// The lines that are rendered for it, if it is rendered to lines.
             pub fn lines(&self) -> Option<Arc<Segments>> {
                 match self {
                     $(Self::$name(object) => object.lines(),)*
@@ -155,7 +155,7 @@ macro_rules! values {
                 }
             }
 
-            /// What is to be seen of an object; nothing of other values.
+            /// What is drawn for an object; nothing for other values.
             pub fn sketch(&self) -> Option<Sketch> {
                 match self {
                     $(Self::$name(object) => object.sketch(),)*

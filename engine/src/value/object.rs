@@ -1,4 +1,4 @@
-//! What the engine and the command must know of every type of objects, beside its data.
+//! What the engine and the command must know about every type of objects, besides its data.
 use super::{Field, Material, Segments, Sketch, Type, Value, objects};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -15,7 +15,7 @@ pub trait Object: Carried + Serialize + DeserializeOwned {
     /// What `shibo dump` prints of it, besides the name of its type: a struct whose numbers are [`Number`](super::Number)s.
     fn data(&self) -> impl Serialize;
 
-    /// What is to be seen of it.
+    /// What is drawn for it.
     fn sketch(&self) -> Option<Sketch> {
         None
     }
@@ -31,7 +31,7 @@ pub trait Object: Carried + Serialize + DeserializeOwned {
     }
 }
 
-/// What goes through wires behind an `Arc`: the way into a [`Value`] and out of it. The table of objects makes this.
+/// A type that wires carry behind an `Arc`, and its conversions to and from [`Value`]. The table of objects implements it.
 pub trait Carried: Send + Sync + Sized + 'static {
     /// The type of the wire.
     const TYPE: Type;

@@ -39,7 +39,7 @@ pub struct Points {
     pub size_mm: DVec2,
     /// The directions in which the set repeats with the canvas.
     pub periodic: Tiling,
-    /// The mean distance between neighbours in mm, as wished.
+    /// The mean distance between neighbours in mm, as asked for.
     pub pitch: f32,
     /// Present when the points are in grid order.
     pub grid: Option<GridOrder>,
@@ -67,7 +67,7 @@ impl Points {
         self.regular.as_deref().unwrap_or(&self.positions)
     }
 
-    /// The same positions as a set of their own, which remembers no layout.
+    /// The same positions without their layout.
     #[must_use]
     pub fn alone(&self) -> Self {
         Self { regular: None, grid: None, edges: None, sites: None, ..self.clone() }

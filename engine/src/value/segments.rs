@@ -32,8 +32,8 @@ impl Segments {
         self.ends.is_empty()
     }
 
-    /// What of them lies within the rectangle from `low` to `high`, in order, with their widths (0 if they have none), cut
-    /// at its edges. Where the set repeats, copies that reach into the rectangle are there too.
+    /// The segments within the rectangle from `low` to `high`, in order and cut at its edges, with their widths (0 if they
+    /// have none). Where the set repeats, copies that reach into the rectangle are included.
     pub fn within(&self, low: Vec2, high: Vec2) -> Vec<([Vec2; 2], f32)> {
         let size = self.size_mm.as_vec2();
         let mut pieces = Vec::with_capacity(self.ends.len());

@@ -1,4 +1,4 @@
-//! What trees grow along.
+//! Skeletons of trees.
 use super::{Number, Object, Shapes, Sketch, data};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -47,9 +47,9 @@ struct BranchData {
     lifetime: Number<f64>,
 }
 
-/// A branch is drawn so long at the most, in mm.
+/// The greatest length at which a branch is drawn, in mm.
 const LONGEST: f64 = 3000.0;
-/// Lines to a cubic of a trunk.
+/// The number of lines that each cubic segment of a trunk is drawn with.
 const PIECES: usize = 12;
 
 impl Object for Skeleton {

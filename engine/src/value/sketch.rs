@@ -1,15 +1,15 @@
-//! What is to be seen of objects: simple shapes, for whoever draws them.
+//! Sketches of objects: simple shapes for all that draw them.
 use super::Type;
 use glam::{DVec3, Vec2};
 
-/// What is to be seen of an object.
+/// What is drawn for an object.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sketch {
     /// Points and lines on the canvas, in mm.
     Canvas(Shapes<Vec2>),
     /// Points and lines in space, in mm; z points up.
     Space(Shapes<DVec3>),
-    /// A picture with pixels of its own, that lies nowhere on the canvas.
+    /// A picture with pixels of its own, which has no place on the canvas.
     Pixels(Pixels),
 }
 
@@ -20,9 +20,9 @@ pub struct Shapes<P> {
     pub points: Vec<P>,
     /// Lines, thinned out in the same way.
     pub lines: Vec<[P; 2]>,
-    /// For each line, whether what it stands for is broken; empty if nothing of the sort can break.
+    /// For each line, whether what it represents is broken; empty if that cannot break.
     pub broken: Vec<bool>,
-    /// How many there are of what, such as 12 and `links`.
+    /// Counts and what is counted, such as 12 and `links`.
     pub counts: Vec<(usize, &'static str)>,
 }
 

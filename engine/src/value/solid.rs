@@ -1,9 +1,8 @@
 //! Solids: functions of a point in space, in millimetres.
 //!
-//! A solid is evaluated for many points at once. It says how its values follow from the point and from those of other
-//! solids at the same point; [`Solid::moved`] takes a solid at other points. Cutting a solid ([`Solid::cut`]) gives a
-//! field: every solid on the way becomes a field with a key of its own, so that tiles of what several solids or outputs
-//! read, the growth time of a tree above all, are computed once and kept by the engine's cache.
+//! A solid is evaluated for many points at once. Its code computes its values from the points and from the values of other
+//! solids at the same points; [`Solid::moved`] evaluates a solid at other points. A cut through a solid ([`Solid::cut`]) is
+//! a field, see [`Cuts`].
 use super::link::Link;
 use super::{Cost, Cut, Cuts, Field, FieldId, Key, Type};
 use glam::DVec3;
@@ -65,13 +64,13 @@ impl<'a> Planes<'a> {
     }
 }
 
-/// What the code of a solid wants to be given.
+/// What the code of a solid needs to be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wants {
     /// The points themselves, besides the values of the inputs.
     pub place: bool,
     /// Patches of whole quads, 2×2 points, whose upper left ones have even numbers, so that differences between the
-    /// points of a quad tell the footprint of a pixel. Single points come without.
+    /// points of a quad tell the footprint of a pixel. Single points are not in quads.
     pub quads: bool,
 }
 
@@ -81,12 +80,12 @@ pub trait SolidSource: Send + Sync {
     /// The value at a point (in a quad) depends on that point (that quad) alone.
     fn fill(&self, patch: &Patch<'_>, inputs: &[Planes<'_>], out: &mut [&mut [f32]]);
 
-    /// The same in double precision, from the inputs' values one channel after another, if there is a way.
+    /// The same in double precision, from the inputs' values one channel after another, if that is possible.
     fn exact(&self, _at: &[DVec3], _inputs: &[Vec<f64>]) -> Option<Vec<f64>> {
         None
     }
 
-    /// What it wants to be given.
+    /// What it needs to be given.
     fn wants(&self) -> Wants {
         Wants { place: true, quads: false }
     }
@@ -102,7 +101,7 @@ pub trait SolidSource: Send + Sync {
     }
 }
 
-/// How a solid's values come about.
+/// How the values of a solid are computed.
 pub(super) enum Body {
     /// Computed from inputs at the same point.
     Computed { source: Arc<dyn SolidSource>, inputs: Vec<Solid> },
@@ -177,7 +176,7 @@ impl Solid {
         self.note.as_deref()?.downcast_ref()
     }
 
-    /// Which kind of solid.
+    /// Its type.
     pub const fn ty(&self) -> Type {
         self.ty
     }
@@ -199,19 +198,19 @@ impl Solid {
         self
     }
 
-    /// The same, the work on its cuts to be counted as that of the result `owner`, of which it is a part.
+    /// The same as a part of the result `owner`: work on its cuts counts as work on that result.
     #[must_use]
     pub const fn owned_by(mut self, owner: Key) -> Self {
         self.owner = Some(owner);
         self
     }
 
-    /// What tells this solid from others: its key, or its code where it has none.
+    /// The identity of the solid: its key, or the address of its code if it has none.
     pub(super) fn id(&self) -> FieldId {
         self.key.map_or_else(|| FieldId::Code(self.body.address()), FieldId::Key)
     }
 
-    /// The result as whose work the work on its cuts counts, if that is another.
+    /// The result that it is a part of, if there is one.
     pub(super) const fn owner(&self) -> Option<Key> {
         self.owner
     }
@@ -228,13 +227,13 @@ impl Solid {
         }
     }
 
-    /// The field that a cut through it shows. What several solids on the way read is one field; to share it with other
-    /// cuts too, keep the [`Cuts`].
+    /// The field of a cut through it. A solid that several others read becomes one field; to share it with other cuts,
+    /// keep the [`Cuts`].
     pub fn cut(&self, cut: &Cut) -> Field {
         Cuts::default().cut(self, cut)
     }
 
-    /// Its values at single points, one channel after another; in double precision wherever there is a way. A solid that
+    /// Its values at single points, one channel after another, in double precision wherever that is possible. A solid that
     /// several others read is evaluated once.
     pub fn at(&self, points: &[DVec3]) -> Vec<f64> {
         At::new(points).values(self)
@@ -255,7 +254,7 @@ impl At {
         Self { points: vec![points.into()], moved: HashMap::new(), known: HashMap::new() }
     }
 
-    /// The values of `solid` at the points, by a work-list: solids may read each other in long chains.
+    /// The values of `solid` at the points. Uses a work-list, because solids may read each other in long chains.
     fn values(mut self, solid: &Solid) -> Vec<f64> {
         let mut open = vec![(0, solid)];
         while let Some(&(set, top)) = open.last() {

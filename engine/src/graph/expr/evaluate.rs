@@ -36,7 +36,7 @@ fn look_up(tree: &Tree<'_>, mut lookup: impl FnMut(&str) -> Lookup) -> Result<Ve
     if broken || !errors.is_empty() { Err(errors) } else { Ok(values) }
 }
 
-/// Walks over the tree once, parts before what is made of them.
+/// Computes the parts of the tree in order; each comes after those that it is made of.
 fn compute(tree: &Tree<'_>, params: Vec<f64>) -> f64 {
     let mut params = params.into_iter();
     let mut values: Vec<f64> = Vec::new();

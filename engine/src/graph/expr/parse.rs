@@ -3,21 +3,21 @@
 //! Operators by how tightly they bind, all from left to right but for the power: `+ -`, then `* / %`, then a sign in
 //! front, then `^`. So `-2^2` is -4, `2^3^2` is 512 and `7 * 29 % 90` is 23.
 //!
-//! What is not complete yet waits in a list of its own, not on the stack of the program: any text is read in time
-//! proportional to its length, and no nesting can use up the stack.
+//! Parts that are not complete yet are in a list, not on the stack of the program. So any text is read in time proportional
+//! to its length, and no nesting can overflow the stack.
 use super::functions::{self, Function};
 use super::scan::{Kind, Word, scan};
 use super::{ExprError, MOST_ERRORS, bad};
 use crate::diagnostics::suggest;
 use std::ops::Range;
 
-/// How many brackets, signs and operators may wait for their right end at once.
+/// How many brackets, signs and operators may be open at once.
 const MAX_DEPTH: usize = 256;
 
 /// An expression as a tree.
 #[derive(Debug, PartialEq)]
 pub(super) struct Tree<'t> {
-    /// Every part after the parts that it is made of; the last one is the whole. Nobody needs recursion to walk over it.
+    /// Every part after the parts that it is made of; the last one is the whole. No recursion is needed to walk over it.
     pub(super) nodes: Vec<Node<'t>>,
 }
 
@@ -81,7 +81,7 @@ impl Binary {
 /// How tightly a sign in front binds.
 const SIGN: u8 = 3;
 
-/// What waits for its right end.
+/// A part whose right end was not reached yet.
 enum Open {
     /// A sign in front.
     Sign { start: usize, minus: bool },

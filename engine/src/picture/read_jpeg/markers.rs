@@ -1,7 +1,8 @@
 //! The markers of a JPEG file, followed to its end without decoding: every segment whole, every scan with its tables, and
-//! an end. Decoders fill what is missing with grey; so it is looked for here.
+//! an end. Decoders fill what is missing with grey, so it must be found here.
 //!
-//! Source: ITU-T T.81, annex B. Where `zune-jpeg` asks for more than the standard, so does this: what passes here, it takes.
+//! Source: ITU-T T.81, annex B. Where `zune-jpeg` is stricter than the standard, so is this check: `zune-jpeg` accepts every
+//! file that passes it.
 use super::super::limits::ReadError;
 use super::tables::Tables;
 

@@ -1,5 +1,5 @@
 //! Where a TIFF file keeps its samples, checked without unpacking any: every strip or tile lies within the file, is packed
-//! by a known method, and together they can hold the picture. What passes here, the `tiff` crate takes.
+//! by a known method, and together they can hold the picture. The `tiff` crate accepts every file that passes.
 use super::super::SampleKind;
 use super::super::limits::ReadError;
 use super::{Layout, from_tiff, unsupported};

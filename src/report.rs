@@ -17,7 +17,7 @@ const LONGEST_LINE: usize = 400;
 /// Places at most this many lines apart are drawn into one picture.
 const NEAR: usize = 3;
 
-/// A place, what is said of it, and whether it is the one that a diagnostic is about.
+/// A place, its message, and whether it is the main place of a diagnostic.
 type Place = (Span, String, bool);
 
 /// Shows diagnostics, errors and warnings.

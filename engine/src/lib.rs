@@ -1,7 +1,7 @@
 //! Graph files, typed wires, lazy evaluation and caches: the engine of Shibo.
 //!
 //! The engine knows no method and no node. Each module uses those after it: [`session`] → [`eval`] → [`graph`] →
-//! [`registry`] → [`node`] → [`value`]; [`diagnostics`] and [`picture`] stand beside [`value`].
+//! [`registry`] → [`node`] → [`value`]; [`diagnostics`] and [`picture`] are on the same level as [`value`].
 //!
 //! Rules that hold everywhere, stated once:
 //! - Lengths are millimetres, on the canvas and in heights. Angles are degrees in graph files, radians inside. `y` points

@@ -84,7 +84,7 @@ pub(super) enum No {
     Unknown,
     /// The request is about a graph that is no longer shown.
     Superseded,
-    /// Too much is asked at once.
+    /// There are too many requests at once.
     Busy,
     /// It cannot be made; the reason is among the errors that are shown.
     Failed(String),

@@ -6,7 +6,7 @@ use shibo_engine::value::{Canvas, Shapes, Sketch, Type};
 /// Objects in space are drawn at most this many times as tall as wide; otherwise the bends of a trunk could not be seen.
 const SLENDER: f64 = 4.0;
 
-/// What is to be drawn of an object of type `ty`; nothing of a picture, which is sent as such.
+/// The drawing of an object of type `ty`; nothing for a picture, which is sent as such.
 pub(super) fn object(ty: Type, sketch: &Sketch, canvas: &Canvas) -> Option<Data> {
     match sketch {
         Sketch::Canvas(shapes) => Some(flat(ty, shapes, canvas.size_mm)),

@@ -9,7 +9,7 @@ const BUDGET: usize = 192 << 20;
 /// A picture as pages get it.
 #[derive(Debug)]
 pub(crate) struct Stored {
-    /// The name, which stands for the content.
+    /// The name, which identifies the content.
     pub(crate) id: String,
     /// The file.
     pub(crate) png: axum::body::Bytes,

@@ -14,12 +14,12 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
-/// The files are looked at so often even if there is no hint that they changed.
+/// The time after which the files are compared even if there is no hint that they changed.
 const IDLE: Duration = Duration::from_millis(250);
 /// The same where there are no hints.
 const POLL: Duration = Duration::from_millis(100);
 
-/// What the loop is told.
+/// A message to the loop.
 pub(super) enum Signal {
     /// Something happened in a folder; `closed`: it ended a save.
     Touched {
@@ -28,7 +28,7 @@ pub(super) enum Signal {
     },
     /// A page wants other values of parameters.
     Values(Values),
-    /// It is over.
+    /// The program ends.
     Stop,
 }
 

@@ -1,11 +1,11 @@
 //! When to look at files that somebody is writing: an event is a hint, and a save is many of them.
 use std::time::{Duration, Instant};
 
-/// After so long without an event, the save is probably over.
+/// After this time without an event, the save is probably over.
 const QUIET: Duration = Duration::from_millis(15);
 /// The same when a file was closed or moved into place, which ends a save.
 const CLOSED: Duration = Duration::from_millis(3);
-/// The files are looked at after so long even while events go on.
+/// The files are compared after this time even while events continue.
 const CAP: Duration = Duration::from_millis(200);
 
 /// What has happened to the files since they were looked at.

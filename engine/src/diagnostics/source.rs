@@ -33,9 +33,9 @@ pub enum Origin {
     Resolution,
 }
 
-/// What stands in the place of a path for texts of the command line.
+/// The path of texts from the command line.
 const COMMAND_LINE: &str = "<command line>";
-/// Characters are counted once in so many bytes.
+/// The number of characters is stored once per this many bytes.
 const BLOCK: usize = 1024;
 
 /// A text and where it came from.

@@ -33,7 +33,7 @@ impl CancelToken {
         self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether somebody asked to stop.
+    /// Whether the work was cancelled.
     pub fn is_cancelled(&self) -> bool {
         if let Some(asked) = &self.0.asked
             && asked.fetch_add(1, Ordering::Relaxed) + 1 == self.0.last
@@ -43,7 +43,7 @@ impl CancelToken {
         self.0.cancelled.load(Ordering::Relaxed)
     }
 
-    /// Fails if somebody asked to stop.
+    /// Fails if the work was cancelled.
     ///
     /// # Errors
     /// [`Stop::Cancelled`].

@@ -39,8 +39,8 @@ pub struct DiskCache {
 }
 
 impl DiskCache {
-    /// The cache in `dir`, made if need be, kept below `bound` bytes. It reads and writes the entries of the build that
-    /// `seal` stands for, and counts and removes those of all builds.
+    /// The cache in `dir`, which is made if it does not exist, kept below `bound` bytes. It reads and writes the entries of
+    /// the build of `seal`, and counts and removes those of all builds.
     ///
     /// # Errors
     /// A folder that cannot be made or written.

@@ -8,7 +8,7 @@ use crate::value::Key;
 /// Changes when the form of entries does, and tells byte orders apart.
 const MAGIC: u64 = 0x5348_4942_4f00_0002;
 
-/// A kind of results. Each has a folder, or whatever a store has in its place.
+/// A kind of results. In a folder each has a folder of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shelf {
     /// Objects.

@@ -76,12 +76,12 @@ impl Evaluator for NodeEvaluator<'_, '_> {
 }
 
 impl Run<'_> {
-    /// Whether somebody asked to stop.
+    /// Whether the work was cancelled.
     pub fn is_over(&self) -> bool {
         self.cancel.is_cancelled()
     }
 
-    /// What a node makes of other inputs than its own; `key` stands for them.
+    /// What a node makes of other inputs than its own; `key` identifies them.
     ///
     /// # Errors
     /// As the node says.

@@ -107,7 +107,7 @@ impl<'g> Run<'g> {
         lock(&self.values).contains_key(&key)
     }
 
-    /// Runs a node whose inputs are there. `alone`: nothing else runs, so that the process' clock is the node's.
+    /// Runs a node whose inputs are there. `alone`: no other node runs, so the CPU time of the process is that of the node.
     pub(super) fn make(&self, index: NodeIndex, alone: bool) -> Result<(), Stop> {
         self.cancel.check()?;
         let node = &self.graph.nodes[index];

@@ -12,7 +12,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Numbers of so many characters certainly fit into RON's largest types.
+/// Numbers of at most this many characters always fit into RON's largest types.
 const SHORT: usize = 16;
 
 /// A graph file that was read.
@@ -76,7 +76,7 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// Reads the main file and all that it imports; `text` is its text, if it is not to be read.
+    /// Reads the main file and all that it imports; `text` replaces the content of the file, if it is given.
     pub(super) fn read_main(&mut self, path: &Path, text: Option<String>) -> Option<usize> {
         self.looked_at.push(path.to_owned());
         let text = match text.map_or_else(|| read_text(path, self.limits.max_file_bytes), Ok) {

@@ -21,7 +21,7 @@ pub fn load(path: &Path, registry: &Registry, options: &LoadOptions) -> Loaded {
     run(path, None, registry, options)
 }
 
-/// The same with `text` in the place of what the file says; the file need not exist.
+/// The same with `text` instead of the content of the file, which need not exist.
 pub fn load_text(path: &Path, text: &str, registry: &Registry, options: &LoadOptions) -> Loaded {
     run(path, Some(text.to_owned()), registry, options)
 }

@@ -1,4 +1,4 @@
-//! Graph files: from text, by way of a checked document, to nodes that can be evaluated.
+//! Graph files: from text, through a checked document, to nodes that can be evaluated.
 //!
 //! [`load()`] reads a file and all that it imports and reports every error of all of them, each at its place:
 //! 1. `files` reads the texts; `ron` decides whether they are RON (`syntax`).
@@ -48,15 +48,15 @@ pub struct LoadOptions {
     pub preset: Option<String>,
     /// Values of parameters: RON, or bare text for `Text`, `Path` and `Color`. They replace those of the preset.
     pub set: Vec<(String, String)>,
-    /// The resolution in the place of the canvas' own.
+    /// The resolution to use instead of the canvas' own.
     pub resolution: Option<Resolution>,
     /// What paths in [`set`](Self::set) are relative to.
     pub working_dir: PathBuf,
-    /// How much is too much.
+    /// How large a graph may be.
     pub limits: Limits,
 }
 
-/// How much is too much for a graph.
+/// How large a graph may be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// The largest graph file in bytes.
@@ -65,7 +65,7 @@ pub struct Limits {
     pub max_nesting: usize,
     /// The most nodes, those of sub-graphs counted at every use.
     pub max_nodes: usize,
-    /// The most files imported, directly or by way of others.
+    /// The most files imported, directly or through others.
     pub max_imports: usize,
     /// The longest chain of imports.
     pub max_import_depth: usize,
@@ -77,7 +77,7 @@ impl Default for Limits {
     }
 }
 
-/// What became of a graph file.
+/// The result of loading a graph file.
 pub struct Loaded {
     /// The graph, unless there is an error.
     pub graph: Option<Graph>,

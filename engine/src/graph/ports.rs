@@ -273,7 +273,7 @@ impl Unit<'_> {
         })
     }
 
-    /// Another output of the same node that would fit, or a kind that makes what is wanted of what is there.
+    /// Another output of the same node that would fit, or a kind that converts what is given to what is wanted.
     fn remedy(&self, slot: &Slot, ty: Accepts) -> Option<String> {
         if let Target::Out { flat, output } = &slot.target
             && let Some(info) = self.flats[*flat].info

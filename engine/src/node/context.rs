@@ -97,13 +97,13 @@ impl Context<'_> {
         self.files.iter().find(|(name, _)| *name == field).map(|(_, path)| path.as_path())
     }
 
-    /// Fails if somebody asked to stop; call it about every millisecond of long work.
+    /// Fails if the work was cancelled; call it about every millisecond of long work.
     pub fn check(&self) -> Result<(), Stop> {
         self.evaluator.check()
     }
 }
 
-/// The field that a number stands for in a port.
+/// The constant field for the default number of a port.
 fn constant(port: Accepts, value: f32) -> Field {
     let ty = port.only().unwrap_or(Type::Gray);
     Field::constant(ty, &vec![value; ty.channels().max(1)])

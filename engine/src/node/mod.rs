@@ -157,7 +157,7 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         Vec::new()
     }
 
-    /// The directions in which it keeps pictures periodic: its outputs tile in those of them in which all inputs tile.
+    /// The directions in which it keeps pictures periodic. Its outputs tile in those of them in which all inputs tile.
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
     }

@@ -40,8 +40,8 @@ fn install_hook() {
     });
 }
 
-/// Runs a decoder. None is known to panic on what passes the checks made before; should one, the file is corrupt and
-/// nothing else has happened: the process goes on, and the panic's message is not printed.
+/// Runs a decoder. None is known to panic on files that pass the checks before. If one does, the file is taken to be
+/// corrupt: the process continues, and the message of the panic is not printed.
 ///
 /// `decode` must not wait for other threads. A thread that waits in a pool takes up other work meanwhile, and a panic of
 /// that work would be silent too.

@@ -80,8 +80,8 @@ fn of_reader<R: BufRead + Seek>(mut reader: R, layer: Option<&str>) -> Result<He
     of_layer(header, layer)
 }
 
-/// Checks a file to its end without decoding it: all that [`read`](super::read) would refuse but damage of the compressed
-/// samples. Gives the header, of what [`read_layer`](super::read_layer) gives if a layer is named.
+/// Checks a file to its end without decoding it. It finds everything that [`read`](super::read) would refuse, except damage
+/// of the compressed samples. Gives the header, of what [`read_layer`](super::read_layer) gives if a layer is named.
 ///
 /// # Errors
 /// See [`ReadError`]; the file is named.

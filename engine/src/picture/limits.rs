@@ -150,7 +150,7 @@ impl ReadError {
         }
     }
 
-    /// So many bytes are too few for so many pixels.
+    /// A file of `bytes` bytes is too short for its pixels.
     pub(super) fn implausible(bytes: u64, width: u32, height: u32) -> Self {
         Self::Corrupt(format!("{bytes} bytes cannot hold the `{width}x{height}` pixels of its header"))
     }

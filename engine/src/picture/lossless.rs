@@ -4,7 +4,7 @@ use super::spec::Compression;
 use flate2::{Compress, FlushCompress, Status};
 use std::sync::{Mutex, PoisonError};
 
-/// Makes zlib streams, several at a time. A compressor holds a third of a megabyte, so each serves for one block after
+/// Makes zlib streams, several at a time. A compressor holds a third of a megabyte, so each is used for one block after
 /// another.
 pub(super) struct Zlib {
     level: flate2::Compression,

@@ -25,7 +25,7 @@ pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Resu
     Ok(Header { format, width, height, channels, kind, names: default_names(channels), has_alpha })
 }
 
-/// What decoding takes, with so many bytes for a sample while it is decoded.
+/// The memory that decoding takes, with `sample_bytes` for each sample while it is decoded.
 pub(super) fn limited(header: &Header, sample_bytes: u64) -> Claim {
     let (width, height) = (u64::from(header.width), u64::from(header.height));
     Claim { width, height, channels: u64::from(header.channels), sample_bytes }

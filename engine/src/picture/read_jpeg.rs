@@ -31,7 +31,7 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadErr
 fn checked(bytes: &[u8], limits: &ReadLimits) -> Result<(Header, Orientation), ReadError> {
     markers::walk(bytes)?;
     let (header, orientation) = guarded(|| look(Cursor::new(bytes)))?;
-    // A progressive file is decoded by way of 16-bit coefficients.
+    // A progressive file is decoded through 16-bit coefficients.
     limits.check(limited(&header, 3))?;
     let pixels = u64::from(header.width) * u64::from(header.height);
     if pixels > (bytes.len() as u64).saturating_mul(PIXELS_PER_BYTE) {

@@ -107,7 +107,7 @@ fn layout<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Layout, ReadError>
 }
 
 fn planes_of(samples: &DecodingResult, layout: &Layout) -> Result<Vec<f32>, ReadError> {
-    // Planes that are stored one after the other are one channel of so many more pixels.
+    // Planes that are stored one after the other are read as one channel with more pixels.
     let channels = if layout.planes_apart { 1 } else { usize::from(layout.header.channels) };
     Ok(match samples {
         DecodingResult::U8(samples) => planar(samples, channels, |sample| f32::from(sample) / 255.0),

@@ -1,8 +1,8 @@
 //! The pixels of pictures, computed and written from top to bottom.
 //!
-//! Pictures are computed in bands a tile high or a few, so that what they share is still in memory and so is the row of
-//! tiles above. Of a very wide picture those rows alone would fill the memory: it is computed in vertical strips, which
-//! wait in temporary files beside the pictures until whole rows can be written.
+//! Pictures are computed in bands that are one or a few tiles high, so that what they share is still in memory, and so is the
+//! row of tiles above. For a very wide picture those rows alone would fill the memory. It is computed in vertical strips,
+//! which are kept in temporary files beside the pictures until whole rows can be written.
 use super::render::{Job, Render};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
@@ -42,7 +42,7 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// The same in strips of so many columns.
+    /// The same in strips of `width` columns.
     fn strips(&self, jobs: &[&Job<'_>], writers: &mut [Writer], grid: &Grid, width: u32) -> Result<(), Failure> {
         let window = self.planner.window;
         let height = band_height(width);

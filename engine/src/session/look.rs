@@ -92,7 +92,7 @@ impl Look<'_> {
         self.run.raster(field, grid, window).map_err(|stop: Stop| located(self.run, self.graph, stop))
     }
 
-    /// Whether somebody asked to stop.
+    /// Whether the work was cancelled.
     pub fn is_over(&self) -> bool {
         self.run.is_over()
     }

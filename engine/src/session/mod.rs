@@ -54,7 +54,7 @@ pub enum SessionError {
 /// Why there is no result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// Somebody asked to stop.
+    /// The work was cancelled.
     Cancelled,
     /// Errors in the graph, at their places.
     Errors(Vec<Diagnostic>),

@@ -114,9 +114,9 @@ impl Piece {
 enum Extent {
     /// It has no edge.
     Endless,
-    /// It repeats after so many.
+    /// It repeats after this many.
     Repeats(i32),
-    /// It ends after so many. Few pixels beyond an edge are read, so blocks are small there.
+    /// It ends after this many. Few pixels beyond an edge are read, so blocks are small there.
     Ends(i32),
 }
 

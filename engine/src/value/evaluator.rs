@@ -7,7 +7,7 @@ pub trait Evaluator: Sync {
     /// The values of `field` in `window` of `grid`.
     fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop>;
 
-    /// Fails if somebody asked to stop; call it about every millisecond.
+    /// Fails if the work was cancelled; call it about every millisecond.
     fn check(&self) -> Result<(), Stop>;
 
     /// Tells how far the node has come.

@@ -63,7 +63,7 @@ pub struct ExemplarLevel {
     pub matrix: Vec<[f32; 8]>,
     /// Those eight numbers of every pixel.
     pub neighborhoods: Vec<[f32; 8]>,
-    /// For every pixel the number of another that looks alike, then for every pixel that of a further one, and so on;
+    /// For every pixel the number of another one that looks similar, then for every pixel that of a further one, and so on;
     /// its own number where there is none. Empty if none were searched.
     pub second: Vec<u32>,
 }

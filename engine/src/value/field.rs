@@ -98,7 +98,7 @@ impl Field {
         self
     }
 
-    /// The same, made from a picture of so many pixels, placed at the grid's origin.
+    /// The same, made from a picture of `size` pixels at the origin of the grid.
     #[must_use]
     pub fn with_pixels(mut self, size: glam::UVec2) -> Self {
         self.pixels = Some(size);

@@ -38,7 +38,7 @@ pub struct Given<'a> {
 
 impl<'a> Given<'a> {
     /// The tiles of [`FieldSource::inputs`], then those of [`FieldSource::later`]; the result of
-    /// [`FieldSource::prepare`]; and whether somebody asked to stop.
+    /// [`FieldSource::prepare`]; and whether the work was cancelled.
     pub fn new(tiles: &'a [Arc<Tile>], prepared: Option<&'a Tile>, stopped: &'a dyn Fn() -> bool) -> Self {
         Self { tiles, prepared, stopped }
     }
@@ -58,7 +58,7 @@ impl<'a> Given<'a> {
         self.prepared
     }
 
-    /// Fails if somebody asked to stop; call it about every millisecond.
+    /// Fails if the work was cancelled; call it about every millisecond.
     ///
     /// # Errors
     /// [`Stop::Cancelled`].
@@ -75,7 +75,7 @@ pub trait Pictures: Sync {
     /// As the code of the fields says.
     fn read(&self, number: usize, window: Window) -> Result<Tile, Stop>;
 
-    /// Fails if somebody asked to stop; call it about every millisecond.
+    /// Fails if the work was cancelled; call it about every millisecond.
     ///
     /// # Errors
     /// [`Stop::Cancelled`].
@@ -106,7 +106,7 @@ pub trait FieldSource: Send + Sync {
     /// Computes every value of `out`, for its window and grid. Runs on one thread.
     ///
     /// # Errors
-    /// Values that cannot be computed, or that somebody asked to stop.
+    /// Values that cannot be computed, or that the work was cancelled.
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop>;
 
     /// How to treat its tiles.
@@ -122,7 +122,7 @@ pub trait FieldSource: Send + Sync {
     /// Computes what [`fill`](Self::fill) needs of whole pictures, once per grid and before any tile.
     ///
     /// # Errors
-    /// Values that cannot be computed, or that somebody asked to stop.
+    /// Values that cannot be computed, or that the work was cancelled.
     fn prepare(&self, _grid: &Grid, _pictures: &dyn Pictures) -> Result<Option<Tile>, Stop> {
         Ok(None)
     }

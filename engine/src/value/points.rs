@@ -24,7 +24,7 @@ pub struct Edges {
     pub links: Arc<Vec<[u32; 2]>>,
     /// By how many canvases the second end of each edge is shifted; empty if none is.
     pub offsets: Arc<Vec<[i8; 2]>>,
-    /// Columns and rows, if the points, by rows, are so many and the edges lead to the next one and to the one below.
+    /// Columns and rows, if the points are a grid by rows and the edges lead to the next point and to the one below.
     pub grid: Option<[u32; 2]>,
 }
 

@@ -11,7 +11,7 @@ pub struct ScalarMap {
     pub values: Vec<f32>,
     /// What 0 and 1 of the samples stand for.
     pub range: [f32; 2],
-    /// What is read: the samples within so many mm of a place, or, if it is `None`, the one on which the place lies.
+    /// The samples within this distance of a place, in mm, are read; if it is `None`, the one on which the place lies.
     pub radius: Option<f32>,
     /// Whether these samples are summed up rather than averaged.
     pub sum: bool,

@@ -5,7 +5,7 @@ use std::fmt;
 /// Why a computation ended without a result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stop {
-    /// Somebody asked it to.
+    /// It was cancelled.
     Cancelled,
     /// It could not be done.
     Failed(Box<Problem>),

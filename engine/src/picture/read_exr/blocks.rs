@@ -104,7 +104,7 @@ impl<R: Read + Seek> Numbers<'_, R> {
     }
 }
 
-/// The blocks of every part at its full resolution. `tables` tells where the tables begin in a file of so many bytes.
+/// The blocks of every part at its full resolution, in a file of `length` bytes whose tables begin at `tables`.
 pub(super) fn find<R: Read + Seek>(
     reader: &mut R,
     (tables, length): (u64, u64),

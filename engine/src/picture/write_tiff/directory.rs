@@ -80,7 +80,7 @@ impl Directory {
     }
 }
 
-/// Appends a number of so many bytes.
+/// Appends a number in `bytes` bytes.
 fn put(out: &mut Vec<u8>, number: u64, bytes: usize) -> io::Result<()> {
     let all = number.to_le_bytes();
     if all[bytes..].iter().any(|byte| *byte != 0) {

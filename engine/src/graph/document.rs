@@ -266,8 +266,8 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         let help = "write `from: \"node\"`";
         report.push(word.error(Code::MissingInput, "`File` has no `from`").help(help));
     }
-    let formats = [("Png", Format::Png), ("Tiff", Format::Tiff), ("Exr", Format::Exr), ("Svg", Format::Svg)];
-    let depths = [("U8", Depth::U8), ("U16", Depth::U16), ("F16", Depth::F16), ("F32", Depth::F32)];
+    let formats = Format::ALL.map(|format| (format.name(), format));
+    let depths = Depth::ALL.map(|depth| (depth.name(), depth));
     decl.format = read::get(&fields, "format").and_then(|part| choice(part, "format", &formats, report));
     decl.depth = read::get(&fields, "depth").and_then(|part| choice(part, "depth", &depths, report));
     let combined = [("true", true), ("false", false)];
@@ -299,12 +299,12 @@ fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], report: &mut 
 fn check_depth(format: Format, depth: Depth, part: &Part, report: &mut Report) {
     let possible = format.depths();
     if !possible.contains(&depth) {
-        let words: Vec<_> = possible.iter().map(|d| format!("`{d:?}`")).collect();
-        let message = format!("`{format:?}` cannot hold `{depth:?}`");
+        let words: Vec<_> = possible.iter().map(|d| format!("`{d}`")).collect();
+        let message = format!("`{format}` cannot hold `{depth}`");
         report.push(part.error(Code::BadValue, message).help(if words.is_empty() {
             "it holds lines; leave `depth` out".to_owned()
         } else {
-            format!("depths of `{format:?}`: {}", words.join(", "))
+            format!("depths of `{format}`: {}", words.join(", "))
         }));
     }
 }

@@ -17,6 +17,20 @@ pub enum Format {
 }
 
 impl Format {
+    /// All formats.
+    pub const ALL: [Self; 4] = [Self::Png, Self::Tiff, Self::Exr, Self::Svg];
+
+    /// The word for it in graph files and messages.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Png => "Png",
+            Self::Tiff => "Tiff",
+            Self::Exr => "Exr",
+            Self::Svg => "Svg",
+        }
+    }
+
     /// The depths that the format can have here, the default first.
     #[must_use]
     pub fn depths(self) -> &'static [Depth] {
@@ -52,12 +66,7 @@ impl Format {
 
 impl fmt::Display for Format {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Png => "Png",
-            Self::Tiff => "Tiff",
-            Self::Exr => "Exr",
-            Self::Svg => "Svg",
-        })
+        formatter.write_str(self.name())
     }
 }
 
@@ -75,6 +84,20 @@ pub enum Depth {
 }
 
 impl Depth {
+    /// All depths.
+    pub const ALL: [Self; 4] = [Self::U8, Self::U16, Self::F16, Self::F32];
+
+    /// The word for it in graph files and messages.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::U8 => "U8",
+            Self::U16 => "U16",
+            Self::F16 => "F16",
+            Self::F32 => "F32",
+        }
+    }
+
     /// Bytes of a sample.
     #[must_use]
     pub fn bytes(self) -> usize {
@@ -94,7 +117,7 @@ impl Depth {
 
 impl fmt::Display for Depth {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(self, formatter)
+        formatter.write_str(self.name())
     }
 }
 

@@ -1,4 +1,4 @@
-//! The command line of `shibo watch`, and how its parties are started.
+//! The command line of `shibo watch`, and how its parts are started.
 use super::evaluate::{Desk, evaluate};
 use super::follow::{Signal, Watch};
 use super::tell::Teller;

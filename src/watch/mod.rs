@@ -1,7 +1,7 @@
 //! `shibo watch`: a page that shows a graph, and follows every save of it.
 //!
-//! Three parties: a loop (`follow`), which knows the files and reads the graph; a thread that evaluates the newest graph
-//! (`evaluate`); and the server of the page. They meet on the [`Stage`](crate::serve::Stage).
+//! It has three parts: a loop (`follow`), which knows the files and reads the graph; a thread that evaluates the newest graph
+//! (`evaluate`); and the server of the page. They share the [`Stage`](crate::serve::Stage).
 mod command;
 mod evaluate;
 mod files;

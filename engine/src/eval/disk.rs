@@ -369,7 +369,7 @@ mod tests {
         assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
         assert_eq!(cache.get(Shelf::Objects, key("a")), None);
         fs::remove_file(&path).unwrap();
-        // A file that is longer than any memory, and says so.
+        // A file that is longer than any memory, with a seal that confirms it.
         put(&cache, Shelf::Objects, "a", b"content");
         let seal = fs::read(&path).unwrap().split_off(7);
         let length = 1_u64 << 43;

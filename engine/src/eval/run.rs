@@ -32,7 +32,7 @@ impl Caches {
     }
 }
 
-/// One evaluation of a graph. To be used inside the thread pool that shall do the work.
+/// One evaluation of a graph. Use it inside the thread pool that is to do the work.
 pub struct Run<'g> {
     pub(super) graph: &'g Graph,
     pub(super) keys: &'g Keys,

@@ -56,8 +56,8 @@ impl Object for CoordMap {
         }
     }
 
-    /// Where in the exemplar each pixel comes from: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow. Pieces that
-    /// lie there as they do here run from colour to colour smoothly; where pieces meet, colours jump.
+    /// Where in the exemplar each pixel comes from: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow. Within
+    /// a piece colours change smoothly; where pieces meet, they jump.
     fn sketch(&self) -> Option<Sketch> {
         let finite = || self.coords.iter().filter(|c| c[0].is_finite() && c[1].is_finite());
         let frame = self.exemplar.map(|frame| frame.size.as_vec2().to_array());

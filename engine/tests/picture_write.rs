@@ -4,7 +4,7 @@
 
 use shibo_engine::picture::{
     Compression, Depth, Encoding, Format, Picture, PictureSpec, ReadLimits, SampleKind, Transfer, WriteError, Writer,
-    Written, default_for, read, read_layer, remove_stale_temporaries, linear_sample,
+    Written, default_for, linear_sample, read, read_layer, remove_stale_temporaries,
 };
 use std::path::Path;
 

@@ -129,7 +129,12 @@ pub(crate) fn load(registry: &Registry, nodes: &str, size: UVec2) -> Result<Grap
 }
 
 /// A graph whose node `it` is a `kind` with its ports connected and one parameter changed.
-pub(crate) fn graph(registry: &Registry, info: &KindInfo, size: UVec2, change: Option<(&str, &str)>) -> Result<Graph, String> {
+pub(crate) fn graph(
+    registry: &Registry,
+    info: &KindInfo,
+    size: UVec2,
+    change: Option<(&str, &str)>,
+) -> Result<Graph, String> {
     let (args, nodes) = arguments(registry, info, change.map(|(field, text)| (field, Some(text))))?;
     let node = format!("\"it\": {}({args}),", info.kind);
     load(registry, &format!("{STAND_INS} {nodes} {node}"), size).map_err(|errors| format!("{node} {errors}"))

@@ -4,10 +4,12 @@
 //! files later: when it is evaluated, or when the first tile of one of its fields is filled. If a file changes in between,
 //! the result does not belong to the key. So the files are compared with their hashes once more after they were read; a
 //! result of changed files is refused with an error and never kept.
-use crate::diagnostics::{Code, Problem};
-use crate::value::{Cost, Field, FieldSource, Given, Grid, Material, PictureFields, Pictures, Read, Stop, Tile, Value, Window};
 use super::Signature;
 use super::run::lock;
+use crate::diagnostics::{Code, Problem};
+use crate::value::{
+    Cost, Field, FieldSource, Given, Grid, Material, PictureFields, Pictures, Read, Stop, Tile, Value, Window,
+};
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};

@@ -97,7 +97,9 @@ impl ParamType {
     pub(super) fn of(schema: &Map<String, Json>) -> Self {
         let word = match schema.get("type") {
             Some(Json::String(word)) => word.as_str(),
-            Some(Json::Array(words)) => words.iter().filter_map(Json::as_str).find(|w| *w != "null").unwrap_or_default(),
+            Some(Json::Array(words)) => {
+                words.iter().filter_map(Json::as_str).find(|w| *w != "null").unwrap_or_default()
+            }
             _ => "",
         };
         Self::named_by(schema).unwrap_or(match word {

@@ -85,10 +85,12 @@ fn plain(kind: &Map<String, Json>, json: &Json) -> String {
     match json {
         Json::Array(channels) if ty == Some(ParamType::Color) => color(channels),
         // One number stands for a pair of equal ones.
-        Json::Array(pair) if matches!(ty, Some(ParamType::Range | ParamType::Linear | ParamType::Xy)) => match &pair[..] {
-            [a, b] if a == b => scalar(a),
-            _ => numbers(pair),
-        },
+        Json::Array(pair) if matches!(ty, Some(ParamType::Range | ParamType::Linear | ParamType::Xy)) => {
+            match &pair[..] {
+                [a, b] if a == b => scalar(a),
+                _ => numbers(pair),
+            }
+        }
         Json::Array(items) => sequence(kind, items),
         Json::Object(fields) => {
             let schemas = kind.get("properties").and_then(Json::as_object);

@@ -59,8 +59,8 @@ fn code_of(sample: f32, max: u16) -> u32 {
 /// The linear value of an sRGB-encoded sample of a picture file (IEC 61966-2-1), computed in double precision. Values below
 /// 0 are mirrored, values above 1 continue the curve.
 ///
-/// Colours in graph files are decoded by [`srgb_to_linear`](crate::value::srgb_to_linear), in single precision, which can
-/// differ in the last bit. The keys of all graphs with colours depend on those bits, so the two are not made one.
+/// Colours in graph files are decoded by [`srgb_to_linear`](crate::value::srgb_to_linear), in single precision: the last bits
+/// of 198 of the 256 codes differ. Keys and pictures of all graphs with colours depend on those bits, so both are kept.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "rounding to the precision of a sample is meant")]
 pub fn linear_sample(encoded: f32) -> f32 {

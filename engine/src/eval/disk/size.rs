@@ -76,6 +76,7 @@ impl DiskCache {
 mod tests {
     use super::super::tests::{open, put};
     use super::*;
+    use crate::eval::Store;
 
     #[test]
     fn stays_below_its_bound() {

@@ -34,7 +34,6 @@ pub struct FieldInfo {
 
 /// What a field of a node struct is.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one for each field of each kind, made once")]
 pub enum Role {
     /// A port, which takes a wire.
     Port(PortInfo),

@@ -146,7 +146,7 @@ impl Keeper {
     }
 }
 
-/// Whether all tiles of a field have room beside those of others. What has no end has not.
+/// Whether all tiles of a field fit into its share of the store. A field on a grid without a period has no bound: no.
 pub(super) fn fits(field: &Field, grid: &Grid, room: u64) -> bool {
     let pixels = grid.period.map(|p| u64::from(p.x) * u64::from(p.y));
     pixels.is_some_and(|pixels| pixels * 4 * field.channels() as u64 <= room / SHARE_OF_ROOM)

@@ -89,6 +89,8 @@ pub struct Problem {
     pub code: Code,
     /// The port or parameter at fault; the node itself if `None`.
     pub field: Option<String>,
+    /// Which bytes of the field, if that is a text and a part of it is at fault.
+    pub within: Option<std::ops::Range<usize>>,
     /// What is wrong and what must be, one line, lower case.
     pub message: String,
     /// What to do about it.
@@ -98,13 +100,20 @@ pub struct Problem {
 impl Problem {
     /// A problem of a whole node.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
-        Self { code, field: None, message: message.into(), help: None }
+        Self { code, field: None, within: None, message: message.into(), help: None }
     }
 
     /// The same at the port or parameter `field`.
     #[must_use]
     pub fn at(mut self, field: impl Into<String>) -> Self {
         self.field = Some(field.into());
+        self
+    }
+
+    /// The same at these bytes of the text that is its field.
+    #[must_use]
+    pub fn within(mut self, range: std::ops::Range<usize>) -> Self {
+        self.within = Some(range);
         self
     }
 

@@ -11,6 +11,7 @@
 //! - Results depend on the graph alone: never on threads, tile order, machine or the state of a cache.
 pub mod diagnostics;
 pub mod eval;
+pub mod expression;
 pub mod graph;
 pub mod node;
 pub mod picture;

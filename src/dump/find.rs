@@ -6,7 +6,7 @@ use shibo_engine::graph::{Graph, GraphNode};
 
 /// The output that is meant.
 pub(super) fn output(graph: &Graph, name: &str) -> Result<(NodeIndex, usize), Quit> {
-    let (node, port) = name.split_once('.').map_or((name, None), |(node, port)| (node, Some(port)));
+    let (node, port) = split(graph, name);
     let Some(index) = graph.nodes.node_indices().find(|&i| graph.nodes[i].name == node) else {
         let inside = format!("{node}/");
         if let Some(inner) = graph.nodes.node_weights().find(|n| n.name.starts_with(&inside)) {
@@ -18,6 +18,22 @@ pub(super) fn output(graph: &Graph, name: &str) -> Result<(NodeIndex, usize), Qu
     };
     let Some(port) = port else { return Ok((index, 0)) };
     Ok((index, output_of(&graph.nodes[index], port)?))
+}
+
+/// The node and the port that a name means. A node without a name of its own is called after its place, `node.port`; an output of
+/// that name comes first.
+fn split<'n>(graph: &Graph, name: &'n str) -> (&'n str, Option<&'n str>) {
+    let find = |name: &str| graph.nodes.node_weights().find(|node| node.name == name);
+    if let Some((node, port)) = name.rsplit_once('.')
+        && let Some(found) = find(node)
+        && (find(name).is_none() || found.node.outputs().iter().any(|output| output.name == port))
+    {
+        return (node, Some(port));
+    }
+    match find(name) {
+        Some(_) => (name, None),
+        None => name.split_once('.').map_or((name, None), |(node, port)| (node, Some(port))),
+    }
 }
 
 fn output_of(node: &GraphNode, port: &str) -> Result<usize, Quit> {

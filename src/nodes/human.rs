@@ -88,8 +88,12 @@ fn parameter(page: &mut Text, field: &FieldInfo, param: &ParamInfo, indent: &str
     for choice in &param.choices {
         point(page, &format!("{choice}: {}", choice.doc), &format!("{indent}      "), width);
     }
-    for (field, param) in param.params() {
-        parameter(page, field, param, &format!("{indent}      "), width);
+    for inner in &param.fields {
+        let indent = format!("{indent}      ");
+        match &inner.role {
+            Role::Port(port) => entry(page, inner, &spelling::port(port), &indent, width),
+            Role::Param(param) => parameter(page, inner, param, &indent, width),
+        }
     }
 }
 

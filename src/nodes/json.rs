@@ -1,6 +1,6 @@
 //! The manual for programs.
 use serde_json::{Value as Json, json};
-use shibo_engine::node::{FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo};
+use shibo_engine::node::{FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo, Role};
 
 /// The kinds as JSON.
 pub(super) fn nodes<'a>(kinds: impl IntoIterator<Item = &'a KindInfo>) -> Json {
@@ -45,9 +45,18 @@ fn param(field: &FieldInfo, param: &ParamInfo) -> Json {
         "unit": param.unit,
         "choices": names,
         "choice_docs": docs,
+        "ports": param.fields.iter().filter_map(inner_port).collect::<Vec<_>>(),
         "fields": param.params().map(|(field, info)| self::param(field, info)).collect::<Vec<_>>(),
         "doc": field.doc,
     })
+}
+
+/// A port in a list of structs.
+fn inner_port(field: &FieldInfo) -> Option<Json> {
+    match &field.role {
+        Role::Port(info) => Some(port(field, info)),
+        Role::Param(_) => None,
+    }
 }
 
 fn output(output: &Output) -> Json {
@@ -59,6 +68,7 @@ fn output_type(output: &Output) -> &'static str {
     match output.ty {
         OutputType::Fixed(ty) => ty.name(),
         OutputType::Like(_) => "Field",
+        OutputType::Told => "EveryField",
         OutputType::SolidLike(_) => "AnySolid",
     }
 }

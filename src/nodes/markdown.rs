@@ -1,6 +1,6 @@
 //! The reference page, `docs/nodes.md`.
 use super::spelling;
-use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo};
+use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo, Role};
 use shibo_engine::registry::Registry;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -73,8 +73,15 @@ fn parameter(out: &mut String, name: &str, field: &FieldInfo, param: &ParamInfo)
         let _ = write!(doc, "<br>`{choice}`: {}", cell(&choice.doc));
     }
     let _ = writeln!(out, "| `{name}` | {} | {default} | {} | {doc} |", param.ty, cell(&spelling::range(param)));
-    for (field, param) in param.params() {
-        parameter(out, &format!("{name}.{}", field.name), field, param);
+    for field in &param.fields {
+        let name = format!("{name}.{}", field.name);
+        match &field.role {
+            Role::Port(port) => {
+                let _ =
+                    writeln!(out, "| `{name}` | port: {} | | | {} |", cell(&spelling::port(port)), cell(&field.doc));
+            }
+            Role::Param(param) => parameter(out, &name, field, param),
+        }
     }
 }
 

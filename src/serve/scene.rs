@@ -172,6 +172,10 @@ impl Scene {
         let target = |node, output, channel| Some(Target { name: name.to_owned(), node, output, channel });
         let split = |name| str::rsplit_once(name, '.').and_then(|(rest, c)| Some((rest, Channel::from_name(c)?)));
         if let Some(name) = name.strip_prefix('@') {
+            // A node without a name of its own is called after its place, `node.port`.
+            if let Some(node) = self.names.get(name) {
+                return target(*node, 0, None);
+            }
             let (rest, channel) = split(name).map_or((name, None), |(rest, channel)| (rest, Some(channel)));
             let (node, port) = rest.rsplit_once(':').map_or((rest, None), |(node, port)| (node, Some(port)));
             let node = *self.names.get(node)?;

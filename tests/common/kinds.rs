@@ -66,7 +66,7 @@ fn stand_ins() -> &'static BTreeMap<Type, String> {
 pub(crate) fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, String), String> {
     let ty = match port {
         Accepts::One(ty) => ty,
-        Accepts::Field => Type::Gray,
+        Accepts::Field | Accepts::EveryField => Type::Gray,
         Accepts::AnySolid => Type::Solid,
     };
     match stand_ins().get(&ty) {
@@ -92,6 +92,7 @@ pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
         "PointList" => Some(("points", "[(3, 4), (10, 7), (5, 12), (13, 13), (8, 2)]".into())),
         "Relief" => Some(("height", "\"gray\"".into())),
         "Material" => Some(("base_color", "\"rgb\"".into())),
+        "Expression" => Some(("formula", "\"random(floor(x)) + noise(u * 4, y) + v\"".into())),
         "Image" => Some(("path", format!("\"{PICTURE}\""))),
         _ => None,
     }

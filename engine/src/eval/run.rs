@@ -11,7 +11,7 @@ use crate::node::{Call, Outputs};
 use crate::value::{Blocks, Cuts, Field, Grid, Key, Material, PictureFields, Piece, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Duration;
@@ -45,6 +45,8 @@ pub struct Run<'g> {
     pub(super) known: RwLock<Known>,
     pub(super) cuts: Cuts,
     failures: Mutex<Vec<(Key, Problem)>>,
+    /// The results whose tiles have given a warning.
+    warned: Mutex<BTreeSet<Key>>,
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -73,6 +75,7 @@ impl<'g> Run<'g> {
             known: RwLock::default(),
             cuts: Cuts::default(),
             failures: Mutex::default(),
+            warned: Mutex::default(),
         }
     }
 
@@ -192,6 +195,21 @@ impl<'g> Run<'g> {
 
     pub(super) fn failed(&self, owner: Key, problem: &Problem) {
         lock(&self.failures).push((owner, problem.clone()));
+    }
+
+    /// Reports a warning about the values of a result, once.
+    pub(super) fn warned(&self, owner: Key, problem: Problem) {
+        if !lock(&self.warned).insert(owner) {
+            return;
+        }
+        let makes = |index: &NodeIndex| {
+            let outputs = 0..self.graph.nodes[*index].node.outputs().len();
+            outputs.into_iter().any(|output| self.keys.output(*index, output) == owner)
+        };
+        if let Some(index) = self.graph.nodes.node_indices().find(makes) {
+            let warning = self.at_node(&self.graph.nodes[index], problem).as_warning();
+            self.observer.event(Event::Warning(warning));
+        }
     }
 
     /// What stopped the work on a field, at its place; `None` if it was cancelled.

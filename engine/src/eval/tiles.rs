@@ -257,7 +257,8 @@ impl<'f> Fill<'f, '_> {
 
     fn with_given<T>(&self, run: &Run<'_>, work: impl FnOnce(&Given<'_>) -> T) -> T {
         let prepared = run.prepared(self.read.field, &self.read.grid);
-        work(&Given::new(&self.tiles, prepared.as_deref(), &|| run.cancel.is_cancelled()))
+        let (stopped, warn) = (|| run.cancel.is_cancelled(), |problem| run.warned(self.owner, problem));
+        work(&Given::new(&self.tiles, prepared.as_deref(), &stopped).warning(&warn))
     }
 
     /// What must be there before the tile can be filled: the inputs, and then what follows from them.

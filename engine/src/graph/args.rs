@@ -4,7 +4,8 @@ use super::lex::{Kind, is_infinity, number};
 use super::part::{Part, Shape};
 use super::read::{lower_first, not_finite, shorten};
 use super::scope::{Unit, check_note};
-use super::subst::substitute;
+use super::structs::has_ports;
+use super::subst::{formula, substitute};
 use super::syntax;
 use crate::diagnostics::{Code, Diagnostic, Problem, suggest};
 use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, ParamType, Role};
@@ -15,9 +16,9 @@ const WHOLE: f64 = 1.84e19;
 impl Unit<'_> {
     /// Reads the fields of a node: its wires, and its parameters with those of the graph put in.
     pub(super) fn read_fields(&mut self, flat: usize) {
-        let (args, scope) = (self.flats[flat].args, self.flats[flat].scope);
+        let (args, scope) = (self.flats[flat].args.clone(), self.flats[flat].scope);
         let Some(info) = self.flats[flat].info else { return };
-        for arg in args {
+        for arg in args.iter() {
             match info.field(&arg.name) {
                 None if arg.name == "note" => check_note(&arg.value, self.report),
                 None => {
@@ -40,7 +41,12 @@ impl Unit<'_> {
                 },
                 (Role::Port(port), None) if port.required => self.missing(flat, info, &field.name),
                 (Role::Param(param), Some(arg)) => {
-                    let value = substitute(&arg.value, &self.scopes[scope].params, self.report);
+                    let params = &self.scopes[scope].params;
+                    let value = match param.ty {
+                        ParamType::Formula => formula(&arg.value, params, self.report),
+                        _ if has_ports(param) => self.read_structs(flat, &field.name, param, &arg.value),
+                        _ => substitute(&arg.value, params, self.report),
+                    };
                     let checked = value.filter(|value| self.check_param(&field.name, param, &value.part));
                     match checked {
                         Some(value) => self.flats[flat].params.push((field.name.clone(), value.part, value.base)),
@@ -116,7 +122,8 @@ impl Unit<'_> {
                         errors.push((node.kind.clone(), node.kind.error(Code::BadValue, error.message)));
                         break None;
                     };
-                    errors.push((part.clone(), explain(info, name, part, &error)));
+                    let explained = explain(info, name, part, &error);
+                    errors.push((part.clone(), self.or_ports(flat, name, part, explained)));
                     params.remove(wrong.unwrap_or_default());
                 }
                 None => break None,
@@ -131,13 +138,38 @@ impl Unit<'_> {
         }
     }
 
+    /// An error about a parameter, with the way that works if a node is written there.
+    fn or_ports(&self, flat: usize, name: &str, part: &Part, error: Diagnostic) -> Diagnostic {
+        let node = &self.flats[flat];
+        let is_name = |text: &str| {
+            let first = text.split('.').next().unwrap_or(text);
+            self.scopes[node.scope].names.contains_key(first)
+        };
+        let is_node = match part.shape() {
+            Shape::Text(text) => is_name(&text),
+            Shape::Call | Shape::Word(_) => {
+                part.head().is_some_and(|(kind, _)| self.registry.info(kind.str()).is_some())
+            }
+            _ => false,
+        };
+        let has_choices = node
+            .info
+            .is_some_and(|info| info.params().any(|(field, param)| field.name == name && !param.choices.is_empty()));
+        if !is_node || has_choices {
+            return error;
+        }
+        let ports: Vec<_> =
+            node.info.iter().flat_map(|info| info.ports()).map(|(field, _)| format!("`{}`", field.name)).collect();
+        let which =
+            if ports.is_empty() { "this kind has none".to_owned() } else { format!("here: {}", ports.join(", ")) };
+        error.help(format!("`{name}` is a parameter, one value for the whole picture; only ports take nodes ({which})"))
+    }
+
     fn check_node(&mut self, flat: usize, built: &dyn DynNode) {
         let node = &self.flats[flat];
         let locate = |problem: &Problem| {
             let place = problem.field.as_deref().and_then(|field| node.field(field)).unwrap_or(&node.kind);
-            let mut diagnostic = place.error(problem.code, problem.message.clone());
-            diagnostic.help.clone_from(&problem.help);
-            diagnostic
+            at(place, problem)
         };
         let mut found: Vec<Diagnostic> = built.check(&self.canvas).iter().map(locate).collect();
         found.extend(built.advice(&self.canvas).iter().map(|problem| locate(problem).as_warning()));
@@ -169,6 +201,18 @@ impl Unit<'_> {
         self.flats[flat].good &= found.iter().all(|diagnostic| diagnostic.warning);
         found.into_iter().for_each(|diagnostic| self.report.push(diagnostic));
     }
+}
+
+/// A problem at `place`, or within the text that stands there.
+pub(super) fn at(place: &Part, problem: &Problem) -> Diagnostic {
+    let mut diagnostic = place.error(problem.code, problem.message.clone());
+    diagnostic.help.clone_from(&problem.help);
+    // Bytes of a plain literal are those of its text, after the quote.
+    let plain = matches!(place.shape(), Shape::Text(text) if place.str().len() == text.len() + 2);
+    if let Some(range) = problem.within.as_ref().filter(|_| plain) {
+        diagnostic.span = place.sub_span(1 + range.start, 1 + range.end.max(range.start + 1));
+    }
+    diagnostic
 }
 
 fn out_of_range(name: &str, info: &ParamInfo, word: &Part, value: f64) -> Option<Diagnostic> {
@@ -282,7 +326,12 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     let error = place.error(Code::TypeMismatch, message);
     // The message of the parser helps only where a value has parts.
     match ty {
-        ParamType::Number | ParamType::Integer | ParamType::Bool | ParamType::Text | ParamType::Path => error,
+        ParamType::Number
+        | ParamType::Integer
+        | ParamType::Bool
+        | ParamType::Text
+        | ParamType::Path
+        | ParamType::Formula => error,
         _ => error.help(lower_first(said)),
     }
 }

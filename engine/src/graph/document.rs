@@ -181,7 +181,8 @@ fn check_version(part: &Part, report: &mut Report) {
     }
 }
 
-fn node(entry: &Entry, named: bool, report: &mut Report) -> NodeDecl {
+/// A node, written as `Kind(field: value)`.
+pub(super) fn node(entry: &Entry, named: bool, report: &mut Report) -> NodeDecl {
     let mut decl = NodeDecl { name: entry.name.clone(), kind: None, args: None, named };
     let Some((kind, body)) = entry.value.head() else {
         report.push(mismatch(&entry.value, &format!("node `{}`", entry.name), "a kind with its fields, `Kind(a: 1)`"));

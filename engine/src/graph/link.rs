@@ -1,8 +1,8 @@
 //! From scopes to a graph: wires, cycles, types and nodes.
 use super::ports::Literal;
 use super::scope::{Flat, Port, Target, Unit};
-use super::{convert, ports};
-use crate::diagnostics::{Code, Diagnostic, Span};
+use super::{args, convert};
+use crate::diagnostics::{Code, Diagnostic, Problem, Span};
 use crate::graph::{GraphNode, Input};
 use crate::node::OutputType;
 use crate::value::{Accepts, Type};
@@ -15,16 +15,20 @@ const SHOWN: usize = 8;
 impl Unit<'_> {
     /// Checks all that was declared, and builds the nodes.
     pub(super) fn link(&mut self) {
-        for flat in 0..self.flats.len() {
+        // Reading a node adds those that are written in its ports.
+        let mut flat = 0;
+        while flat < self.flats.len() {
             self.enter(self.flats[flat].scope);
             if self.flats[flat].info.is_some() {
                 self.read_fields(flat);
             } else {
                 self.resolve_pass(flat);
             }
+            flat += 1;
         }
-        // The content of a picture file decides the types of what reads it, so these nodes are built first.
-        for flat in (0..self.flats.len()).filter(|flat| self.is_picture(*flat)).collect::<Vec<_>>() {
+        // The content of a picture file decides the types of what reads it, and some nodes tell the types of their outputs,
+        // so these nodes are built first.
+        for flat in (0..self.flats.len()).filter(|flat| self.is_built_first(*flat)).collect::<Vec<_>>() {
             self.enter(self.flats[flat].scope);
             self.build(flat);
             let built = &self.flats[flat];
@@ -40,7 +44,7 @@ impl Unit<'_> {
         for flat in 0..self.flats.len() {
             self.enter(self.flats[flat].scope);
             match self.flats[flat].info {
-                Some(_) if self.is_picture(flat) => {}
+                Some(_) if self.is_built_first(flat) => {}
                 Some(_) => self.build(flat),
                 None => self.build_pass(flat),
             }
@@ -48,10 +52,32 @@ impl Unit<'_> {
         self.check_channels(&order);
     }
 
-    /// Whether a node makes a picture.
-    fn is_picture(&self, flat: usize) -> bool {
+    /// Whether a node makes a picture, or tells the types of its outputs.
+    fn is_built_first(&self, flat: usize) -> bool {
         let outputs = self.flats[flat].info.map_or(&[][..], |info| info.outputs);
-        outputs.iter().any(|output| output.ty == OutputType::Fixed(Type::Picture))
+        outputs.iter().any(|output| matches!(output.ty, OutputType::Fixed(Type::Picture) | OutputType::Told))
+    }
+
+    /// The type that a node tells; `None` after an error.
+    fn told_type(&mut self, flat: usize) -> Option<Type> {
+        let node = &self.flats[flat];
+        let built = node.node.clone().filter(|_| node.good)?;
+        let types: Vec<_> = node
+            .slots
+            .iter()
+            .map(|slot| Some((slot.port.name(), self.field_type(&slot.target)?)))
+            .collect::<Option<_>>()?;
+        let problems = match built.type_of_output(&types) {
+            Ok(ty) => return Some(ty),
+            Err(problems) => problems,
+        };
+        let place =
+            |problem: &Problem| problem.field.as_deref().and_then(|field| node.field(field)).unwrap_or(&node.kind);
+        let errors: Vec<_> = problems.iter().map(|problem| args::at(place(problem), problem)).collect();
+        self.enter(self.flats[flat].scope);
+        self.flats[flat].good = false;
+        errors.into_iter().for_each(|error| self.report.push(error));
+        None
     }
 
     /// The type of what goes into a port for any field; `None` if it is unknown because of an error.
@@ -68,7 +94,7 @@ impl Unit<'_> {
     fn resolve_pass(&mut self, flat: usize) {
         let node = &self.flats[flat];
         let (scope, part, slot) = (node.scope, node.slots[0].part.clone(), &node.slots[0]);
-        if let Ok(Literal::Reference(name)) = ports::literal(&part, slot.wants, &slot.port, false) {
+        if let Ok(Literal::Reference(name)) = self.written(scope, &part, slot.wants, &slot.port) {
             let meaning = self.resolve(scope, &part, &name);
             self.flats[flat].slots[0].target = meaning.target;
             self.flats[flat].slots[0].declared = meaning.declared;
@@ -79,7 +105,7 @@ impl Unit<'_> {
         let mut checks = std::mem::take(&mut self.checks);
         for (scope, slot) in &mut checks {
             self.enter(*scope);
-            if let Ok(Literal::Reference(name)) = ports::literal(&slot.part, slot.wants, &slot.port, false) {
+            if let Ok(Literal::Reference(name)) = self.written(*scope, &slot.part, slot.wants, &slot.port) {
                 let meaning = self.resolve(*scope, &slot.part, &name);
                 slot.target = meaning.target;
                 slot.declared = meaning.declared;
@@ -144,7 +170,12 @@ impl Unit<'_> {
         }
     }
 
+    fn is_told(&self, flat: usize) -> bool {
+        self.flats[flat].info.is_some_and(|info| info.outputs.iter().any(|output| output.ty == OutputType::Told))
+    }
+
     fn find_types(&mut self, flat: usize) {
+        let told = self.is_told(flat).then(|| self.told_type(flat)).flatten();
         let node = &self.flats[flat];
         let Some(info) = node.info else {
             self.flats[flat].outputs = vec![node.slots[0].wants.only()];
@@ -152,6 +183,7 @@ impl Unit<'_> {
         };
         let outputs = info.outputs.iter().map(|output| match output.ty {
             OutputType::Fixed(ty) => Some(ty),
+            OutputType::Told => told,
             OutputType::SolidLike(ports) => {
                 let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
                 let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();

@@ -1,12 +1,13 @@
 //! Loading a graph: all the steps, in order.
 use super::canvas::{self, Asked};
+use super::defaults;
 use super::files::{Doc, Files};
-use super::params::{ParamDecl, Params};
+use super::params::{Facts, ParamDecl, Params};
 use super::part::{Part, Piece, Shape, Src};
 use super::read::{self, shorten};
 use super::report::Report;
-use super::scope::{Unit, defaults, presets};
-use super::subst::ron_string;
+use super::scope::{Unit, presets};
+use super::subst::{is_driven, ron_string};
 use super::{Graph, GraphParam, LoadOptions, Loaded, syntax};
 use crate::diagnostics::{Code, Diagnostic, FileId, Origin, SourceMap, Span};
 use crate::registry::Registry;
@@ -14,7 +15,6 @@ use crate::value::{Canvas, Resolution};
 use glam::UVec2;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Loads the graph file at `path`, with everything that it imports.
 pub fn load(path: &Path, registry: &Registry, options: &LoadOptions) -> Loaded {
@@ -50,13 +50,13 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         return None;
     }
     let doc = &files.docs[main];
-    let mut params = Params::new(Arc::new(defaults(doc, &mut files.report)));
+    let mut params = defaults::params(doc, None, &mut files.report);
     for (name, value) in presets(doc, options.preset.as_deref(), &mut files.report) {
         params.give(name, value);
     }
     check_preset(doc, options, &mut files.sources, &mut files.report);
     set(doc, options, &mut params, &mut files.sources, &mut files.report);
-    let (mut canvas, asked) = canvas::read(doc.document.canvas.as_ref(), &params, &mut files.report);
+    let (mut canvas, asked) = canvas_of(doc, &mut params, &mut files.report);
     let typed = resolution(options, &mut files.sources, &mut files.report);
     canvas::resize(&mut canvas, typed.as_ref().unwrap_or(&asked), typed.is_some(), &mut files.report);
     let mut linked = None;
@@ -88,6 +88,15 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
     })
 }
 
+/// The canvas, and then the parameters that come from it.
+fn canvas_of(doc: &Doc, params: &mut Params, report: &mut Report) -> (Canvas, Asked) {
+    let mut before = params.clone();
+    defaults::follow(doc, &mut before, &mut Report::default());
+    let (canvas, asked) = canvas::read(doc.document.canvas.as_ref(), &before, report);
+    defaults::settle(doc, params, Facts::of(&canvas), report);
+    (canvas, asked)
+}
+
 fn unit<'a>(
     files: &'a mut Files<'_>,
     registry: &'a Registry,
@@ -104,6 +113,7 @@ fn unit<'a>(
         file_checks: &mut files.file_checks,
         canvas,
         scopes: Vec::new(),
+        inlines: BTreeMap::new(),
         flats: Vec::new(),
         checks: Vec::new(),
         first_instance,
@@ -124,9 +134,9 @@ fn link_imports(
             continue;
         }
         files.report.enter(instances, None);
-        let params = Params::new(Arc::new(defaults(doc, &mut files.report)));
+        let mut params = defaults::params(doc, None, &mut files.report);
         presets(doc, None, &mut files.report);
-        let (canvas, _) = canvas::read(doc.document.canvas.as_ref(), &params, &mut files.report);
+        let (canvas, _) = canvas_of(doc, &mut params, &mut files.report);
         let mut unit = unit(files, registry, sizes, canvas, instances);
         unit.declare(index, String::new(), params, None);
         unit.fill(0, &[]);
@@ -167,6 +177,8 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
             Some(Some(nodes)) => (*nodes + inputs).max(1),
             None => 1,
         };
+        // Every word with brackets among its values may be a node without a name.
+        let nodes = nodes + node.args.iter().flatten().map(|arg| arg.value.calls()).sum::<usize>();
         total = total.saturating_add(nodes);
         if total > limit {
             let message = format!("the graph has more than {limit} nodes, those of its sub-graphs included");
@@ -239,11 +251,12 @@ fn graph_params(doc: &Doc, params: &Params) -> Vec<GraphParam> {
     let decls = doc.document.params.iter().filter_map(|(_, decl)| decl.as_ref());
     let param = |decl: &ParamDecl| {
         let value = params.get(&decl.name).flatten()?;
+        let default = params.default_of(&decl.name).filter(|_| is_driven(&decl.default));
         Some(GraphParam {
             name: decl.name.clone(),
             ty: decl.ty.name(),
             value: value.text.clone(),
-            default: decl.default.str().to_owned(),
+            default: default.map_or(decl.default.str(), |value| &value.text).to_owned(),
             range: decl.range,
             unit: decl.unit.clone(),
             doc: decl.doc.clone(),

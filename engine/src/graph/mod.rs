@@ -4,7 +4,7 @@
 //! 1. `files` reads the texts; `ron` decides whether they are RON (`syntax`).
 //! 2. `part` cuts a text into values that know their places; `document` finds the parts of a graph file among them.
 //! 3. `scope` gives the names of a file, and of every use of a sub-graph, their meanings; `subst` puts parameters and
-//!    expressions (`expr`) into values and remembers where each byte came from.
+//!    expressions ([`expression`](crate::expression)) into values and remembers where each byte came from.
 //! 4. `ports` and `args` read the fields of nodes, `link` finds types and cycles and builds the nodes, `outputs` checks
 //!    what is rendered.
 //!
@@ -16,9 +16,10 @@ mod args;
 mod canvas;
 mod channels;
 mod convert;
+mod defaults;
 mod document;
-mod expr;
 mod files;
+mod inline;
 mod lex;
 mod link;
 mod linked;
@@ -30,6 +31,7 @@ mod ports;
 mod read;
 mod report;
 mod scope;
+mod structs;
 mod subst;
 mod syntax;
 mod tiling;

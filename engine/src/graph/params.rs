@@ -5,8 +5,11 @@ use super::read::{self, mismatch, not_finite, shorten};
 use super::report::Report;
 use super::subst::ron_string;
 use crate::diagnostics::{Code, Span};
+use crate::expression::{Meaning, Value};
 use crate::node::{ParamType, parse_color};
-use std::collections::BTreeMap;
+use crate::value::Canvas;
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -39,8 +42,8 @@ pub(super) struct ParamDecl {
 pub(super) struct ParamValue {
     /// As RON.
     pub(super) text: String,
-    /// If it is a number.
-    pub(super) number: Option<f64>,
+    /// What it is in an expression; `None` for a text.
+    pub(super) meaning: Option<Meaning>,
     /// Whether it is a text or a path.
     pub(super) is_text: bool,
     /// Where it is written.
@@ -54,17 +57,54 @@ pub(super) struct ParamValue {
 /// Values by name; `None` for a parameter in error.
 pub(super) type Values = BTreeMap<String, Option<ParamValue>>;
 
+/// What expressions know of the canvas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Facts {
+    pub(super) size_mm: [f64; 2],
+    pub(super) seed: u64,
+}
+
+impl Facts {
+    /// Those of a canvas.
+    pub(super) fn of(canvas: &Canvas) -> Self {
+        Self { size_mm: canvas.size_mm.to_array(), seed: canvas.seed }
+    }
+}
+
 /// The values in force. All uses of a graph share its defaults.
 #[derive(Clone, Default)]
 pub(super) struct Params {
     defaults: Arc<Values>,
     given: Values,
+    /// `None` while the canvas itself is read.
+    pub(super) facts: Option<Facts>,
+    /// Those that come from the canvas, while the canvas itself is read.
+    pub(super) late: BTreeSet<String>,
+    /// The names of the nodes of the graph that the parameters are of.
+    pub(super) nodes: Arc<BTreeSet<String>>,
+    /// Whether something was asked for that is not known before the canvas is.
+    pub(super) asked_early: Cell<bool>,
 }
 
 impl Params {
     /// The defaults alone, of all parameters that there are.
     pub(super) fn new(defaults: Arc<Values>) -> Self {
-        Self { defaults, given: Values::new() }
+        Self { defaults, ..Self::default() }
+    }
+
+    /// Replaces the defaults.
+    pub(super) fn set_defaults(&mut self, defaults: Arc<Values>) {
+        self.defaults = defaults;
+    }
+
+    /// Which parameters were given another value.
+    pub(super) fn is_given(&self, name: &str) -> bool {
+        self.given.contains_key(name)
+    }
+
+    /// The default of a parameter.
+    pub(super) fn default_of(&self, name: &str) -> Option<&ParamValue> {
+        self.defaults.get(name)?.as_ref()
     }
 
     /// Gives a parameter another value.
@@ -75,6 +115,15 @@ impl Params {
     /// The value of a parameter, if there is one of that name, unless it is in error.
     pub(super) fn get(&self, name: &str) -> Option<Option<&ParamValue>> {
         self.given.get(name).or_else(|| self.defaults.get(name)).map(Option::as_ref)
+    }
+
+    /// Whether a parameter comes from the canvas, which is not known yet.
+    pub(super) fn is_late(&self, name: &str) -> bool {
+        let late = self.late.contains(name) && !self.given.contains_key(name);
+        if late {
+            self.asked_early.set(true);
+        }
+        late
     }
 
     /// All names.
@@ -160,7 +209,7 @@ impl ParamDecl {
         let shape = part.shape();
         let mut value = ParamValue {
             text: part.str().to_owned(),
-            number: None,
+            meaning: None,
             is_text: false,
             span: part.span(),
             outside,
@@ -169,14 +218,21 @@ impl ParamDecl {
         match (self.ty, &shape) {
             (ParamType::Number | ParamType::Integer, Shape::Number(number)) => {
                 self.check_number(part, *number, report)?;
-                value.number = Some(*number);
+                value.meaning = Some(Meaning::Known(Value::Number(*number)));
             }
-            (ParamType::Bool, Shape::Word(word)) if word == "true" || word == "false" => {}
-            (ParamType::Color, Shape::Text(color)) if parse_color(color).is_some() => {}
+            (ParamType::Bool, Shape::Word(word)) if word == "true" || word == "false" => {
+                value.meaning = Some(Meaning::Known(Value::Bool(word == "true")));
+            }
+            (ParamType::Color, Shape::Text(color)) if parse_color(color).is_some() => {
+                let rgb = parse_color(color).unwrap_or_default().map(f64::from);
+                value.meaning = Some(Meaning::Known(Value::Vector(rgb.to_vec())));
+            }
             (ParamType::Color, Shape::Tuple(items)) if items.len() == 3 => {
+                let mut rgb = Vec::with_capacity(3);
                 for item in items {
-                    read::number(item, &self.name, report)?;
+                    rgb.push(read::number(item, &self.name, report)?);
                 }
+                value.meaning = Some(Meaning::Known(Value::Vector(rgb)));
             }
             (ParamType::Text | ParamType::Path, Shape::Text(text)) => {
                 value.text = ron_string(text);
@@ -186,6 +242,7 @@ impl ParamDecl {
             (ParamType::Choice, Shape::Text(word) | Shape::Word(word)) => {
                 self.check_choice(part, word, report)?;
                 value.text.clone_from(word);
+                value.meaning = Some(Meaning::Choice(word.clone(), self.options.clone()));
             }
             _ => {
                 report.push(mismatch(part, &format!("parameter `{}`", self.name), self.ty.expected()));

@@ -172,6 +172,17 @@ impl Part {
         (self.lo..self.hi).map(|i| (self.src.tokens[i].kind, self.part(i, i + 1)))
     }
 
+    /// How many words with brackets are in it.
+    pub(super) fn calls(&self) -> usize {
+        let is_call = |pair: &&[Token]| pair[0].kind == Kind::Ident && pair[1].kind == Kind::Open;
+        self.tokens().windows(2).filter(is_call).count()
+    }
+
+    /// Whether it begins with the same token as another part.
+    pub(super) fn begins_with(&self, other: &Part) -> bool {
+        Arc::ptr_eq(&self.src, &other.src) && self.lo == other.lo
+    }
+
     /// Byte offset of a token of [`tokens`](Self::tokens) within [`str`](Self::str).
     pub(super) fn offset(&self, token: &Token) -> usize {
         token.start - self.tokens().first().map_or(0, |t| t.start)

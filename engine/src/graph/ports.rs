@@ -22,7 +22,7 @@ pub(super) fn literal(part: &Part, accepts: Accepts, port: &Port, is_text: bool)
         let message = format!("{port} takes {accepts}; found {found} `{}`", shorten(part.str()));
         Box::new(part.error(Code::TypeMismatch, message).help(how_to_write(accepts)))
     };
-    let colour = matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Field);
+    let colour = matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField);
     let values = match part.shape() {
         Shape::Text(_) if is_text => return Err(wrong("a parameter that is a text")),
         Shape::Text(text) if text.starts_with('#') => match parse_color(&text) {
@@ -42,9 +42,9 @@ pub(super) fn literal(part: &Part, accepts: Accepts, port: &Port, is_text: bool)
         shape => return Err(wrong(shape.describe())),
     };
     let constant = match (accepts, values.len()) {
-        (Accepts::One(Type::Gray) | Accepts::Field, 1) => Type::Gray,
-        (Accepts::One(Type::Rgb), 1 | 3) | (Accepts::Field, 3) => Type::Rgb,
-        (Accepts::One(Type::Vec2), 2) => Type::Vec2,
+        (Accepts::One(Type::Gray) | Accepts::Field | Accepts::EveryField, 1) => Type::Gray,
+        (Accepts::One(Type::Rgb), 1 | 3) | (Accepts::Field | Accepts::EveryField, 3) => Type::Rgb,
+        (Accepts::One(Type::Vec2) | Accepts::EveryField, 2) => Type::Vec2,
         (Accepts::One(Type::Jacobian), 4) => Type::Jacobian,
         (_, 1) => return Err(wrong("a number")),
         _ => return Err(wrong("values in brackets")),
@@ -71,7 +71,7 @@ fn narrow(value: f64) -> f32 {
 fn how_to_write(accepts: Accepts) -> &'static str {
     match accepts {
         Accepts::One(Type::Gray) => "write a number, or the name of a node, \"node\" or \"node.port\"",
-        Accepts::One(Type::Rgb) | Accepts::Field => {
+        Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField => {
             "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node"
         }
         Accepts::One(Type::Vec2) => "write a pair of numbers, or the name of a node",
@@ -109,7 +109,9 @@ impl Unit<'_> {
             let (scope, part, name) = &at;
             let first = seen.is_empty();
             let (node, port) = name.split_once('.').map_or((name.as_str(), None), |(node, port)| (node, Some(port)));
-            let entity = self.scopes[*scope].names.get(node).copied();
+            let inline = self.inlines.get(&(*scope, part.span())).copied();
+            let (port, named) = (port.filter(|_| inline.is_none()), self.scopes[*scope].names.get(node).copied());
+            let entity = inline.or(named);
             if !seen.insert((*scope, name.clone())) {
                 let message = format!("`{}` leads back to itself", shorten(name));
                 self.report.push(part.error(Code::Cycle, message));
@@ -217,23 +219,39 @@ impl Unit<'_> {
     /// Reads what is written at a port into slots; `None` after an error.
     pub(super) fn read_port(&mut self, flat: usize, name: &str, port: &PortInfo, value: &Part) -> Option<Vec<Slot>> {
         let scope = self.flats[flat].scope;
-        let value = substitute(value, &self.scopes[scope].params, self.report)?;
-        let items = match (port.list, value.part.shape()) {
+        let items = match (port.list, value.shape()) {
             (true, Shape::List(items)) => items,
             (true, _) => {
-                let message = format!("`{name}` takes a list of {}; found `{}`", port.ty, shorten(value.part.str()));
-                let help = format!("write `{name}: [{}]`", shorten(value.part.str()));
-                self.report.push(value.part.error(Code::TypeMismatch, message).help(help));
+                let message = format!("`{name}` takes a list of {}; found `{}`", port.ty, shorten(value.str()));
+                let help = format!("write `{name}: [{}]`", shorten(value.str()));
+                self.report.push(value.error(Code::TypeMismatch, message).help(help));
                 return None;
             }
-            (false, _) => vec![value.part],
+            (false, _) => vec![value.clone()],
         };
         let takes = Port::Node(name.to_owned());
         let mut slots = Vec::with_capacity(items.len());
         let mut good = true;
-        for part in items {
-            let slot =
-                |target, declared| Slot { port: takes.clone(), wants: port.ty, part: part.clone(), target, declared };
+        for (index, item) in (1..).zip(items) {
+            let slot = |part: &Part, target, declared| {
+                let (port, wants, part) = (takes.clone(), port.ty, part.clone());
+                Slot { port, wants, part, target, declared }
+            };
+            // What is in the node is not put in here, but when that node is read.
+            if self.is_node(&item) {
+                let place = if port.list { format!("{name}.{index}") } else { name.to_owned() };
+                let inner = format!("{}.{place}", self.local_name(flat));
+                self.add_inline(scope, &inner, &item);
+                let meaning = self.resolve(scope, &item, &inner);
+                slots.push(slot(&item, meaning.target, meaning.declared));
+                continue;
+            }
+            let Some(value) = substitute(&item, &self.scopes[scope].params, self.report) else {
+                good = false;
+                continue;
+            };
+            let part = value.part;
+            let slot = |target, declared| slot(&part, target, declared);
             match literal(&part, port.ty, &takes, value.is_text) {
                 Ok(Literal::Constant(field)) => slots.push(slot(Target::Constant(field), None)),
                 Ok(Literal::Reference(reference)) => {
@@ -285,6 +303,12 @@ impl Unit<'_> {
                 let text = slot.part.str().trim_matches('"');
                 let node = text.split('.').next().unwrap_or(text);
                 let fitting = types[i].map_or(slot.wants, Accepts::One);
+                if !matches!(slot.part.shape(), Shape::Text(_)) {
+                    let output = info.outputs[i].name;
+                    return Some(format!(
+                        "its output `{output}` is {fitting}; give the node a name to take that, \"name.{output}\""
+                    ));
+                }
                 return Some(format!("`{node}.{}` is {fitting}", info.outputs[i].name));
             }
         }

@@ -1,7 +1,8 @@
 //! Scopes: a graph file, and every use of a sub-graph, with what the names in it mean.
+use super::defaults;
 use super::document::NodeDecl;
 use super::files::{Doc, FileChecks};
-use super::params::{ParamDecl, Params, Values};
+use super::params::{Facts, Params, Values};
 use super::part::{Entry, Part, Shape};
 use super::ports::{self, Literal};
 use super::read::{self, mismatch};
@@ -11,7 +12,8 @@ use crate::diagnostics::{Code, Span};
 use crate::node::{DynNode, KindInfo};
 use crate::registry::Registry;
 use crate::value::{Accepts, Canvas, ChannelSet, Field, Type};
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -126,7 +128,7 @@ pub(super) struct Flat<'a> {
     pub(super) kind_name: String,
     /// `None` for the conversion at an input.
     pub(super) info: Option<&'a KindInfo>,
-    pub(super) args: &'a [Entry],
+    pub(super) args: Cow<'a, [Entry]>,
     pub(super) slots: Vec<Slot>,
     /// The parameters, with the parameters of the graph put in, and what a path in them is relative to.
     pub(super) params: Vec<(String, Part, Option<PathBuf>)>,
@@ -154,13 +156,15 @@ pub(super) struct Unit<'a> {
     pub(super) file_checks: &'a mut FileChecks,
     pub(super) canvas: Canvas,
     pub(super) scopes: Vec<Scope>,
+    /// Nodes without a name, by the scope and the place where they are written.
+    pub(super) inlines: BTreeMap<(usize, Span), Entity>,
     pub(super) flats: Vec<Flat<'a>>,
     /// Wires that must be checked but lead to no node: values given to inputs that need no conversion.
     pub(super) checks: Vec<(usize, Slot)>,
     /// The number of the first scope among those of all units.
     pub(super) first_instance: usize,
     /// The defaults of the documents in use.
-    pub(super) defaults: BTreeMap<usize, Arc<Values>>,
+    pub(super) defaults: BTreeMap<usize, Params>,
 }
 
 impl<'a> Unit<'a> {
@@ -192,17 +196,28 @@ impl<'a> Unit<'a> {
         }
         for decl in &doc.document.nodes {
             self.enter(scope);
-            let entity = self.entity(scope, decl);
+            let entity = match &decl.args {
+                Some(args) => self.entity(scope, decl, &Cow::Borrowed(args)),
+                None => Entity::Broken,
+            };
             if decl.named {
                 self.scopes[scope].names.insert(decl.name.clone(), entity);
             }
         }
+        let names: BTreeSet<String> = self.scopes[scope].names.keys().cloned().collect();
+        self.scopes[scope].params.nodes = Arc::new(names);
     }
 
     fn default_input(&mut self, scope: usize, index: usize) -> Bound {
         let docs = self.docs;
         let input = &docs[self.scopes[scope].doc].document.inputs[index];
         let (Some(ty), Some(default)) = (input.ty, &input.default) else { return Bound::Broken };
+        if self.is_node(default) {
+            let name = format!("{}.default", input.name);
+            self.add_inline(scope, &name, default);
+            self.checks.push((scope, Slot::unresolved(Port::Input(input.name.clone()), ty, default.clone())));
+            return Bound::Wire { scope, part: default.clone(), name };
+        }
         let Some(value) = substitute(default, &self.scopes[scope].params, self.report) else { return Bound::Broken };
         let port = Port::Input(input.name.clone());
         match ports::literal(&value.part, ty, &port, value.is_text) {
@@ -218,8 +233,8 @@ impl<'a> Unit<'a> {
         }
     }
 
-    fn entity(&mut self, scope: usize, decl: &'a NodeDecl) -> Entity {
-        let (Some(kind), Some(args)) = (&decl.kind, &decl.args) else { return Entity::Broken };
+    pub(super) fn entity(&mut self, scope: usize, decl: &NodeDecl, args: &Cow<'a, [Entry]>) -> Entity {
+        let Some(kind) = &decl.kind else { return Entity::Broken };
         if kind.str() == "Use" {
             return self.declare_use(scope, decl, kind, args).map_or(Entity::Broken, Entity::Use);
         }
@@ -231,7 +246,7 @@ impl<'a> Unit<'a> {
         };
         let name = format!("{}{}", self.scopes[scope].prefix, decl.name);
         let kind_name = info.kind.clone();
-        Entity::Node(self.add_flat(Flat::new(scope, name, kind.clone(), kind_name, Some(info), args)))
+        Entity::Node(self.add_flat(Flat::new(scope, name, kind.clone(), kind_name, Some(info), args.clone())))
     }
 
     pub(super) fn add_flat(&mut self, flat: Flat<'a>) -> usize {
@@ -278,8 +293,9 @@ impl<'a> Unit<'a> {
         let docs = self.docs;
         let (child, folder) = (&docs[doc], docs[self.scopes[scope].doc].folder());
         // Its defaults are checked when the document is linked by itself.
-        let defaults = self.defaults.entry(doc).or_insert_with(|| Arc::new(defaults(child, &mut Report::default())));
-        let mut params = Params::new(defaults.clone());
+        let facts = Facts::of(&self.canvas);
+        let new = || defaults::params(child, Some(facts), &mut Report::default());
+        let mut params = self.defaults.entry(doc).or_insert_with(new).clone();
         for entry in with {
             let Some(decl) = child.document.param(&entry.name).flatten() else { continue };
             let outer = &self.scopes[scope].params;
@@ -289,6 +305,7 @@ impl<'a> Unit<'a> {
             });
             params.give(entry.name.clone(), value);
         }
+        defaults::follow(child, &mut params, self.report);
         params
     }
 
@@ -314,27 +331,33 @@ impl<'a> Unit<'a> {
     }
 
     fn bind(&mut self, scope: usize, child: usize, entry: &Entry, ty: Accepts) -> Bound {
-        let Some(value) = substitute(&entry.value, &self.scopes[scope].params, self.report) else {
-            return Bound::Broken;
-        };
         let port = Port::Input(entry.name.clone());
-        let name = match ports::literal(&value.part, ty, &port, value.is_text) {
-            Ok(Literal::Constant(field)) => return Bound::Constant(field),
-            Ok(Literal::Reference(name)) => name,
-            Err(error) => {
-                self.report.push(*error);
+        let (part, name) = if self.is_node(&entry.value) {
+            let name = format!("{}.{}", self.name_of_use(scope, child), entry.name);
+            self.add_inline(scope, &name, &entry.value);
+            (entry.value.clone(), name)
+        } else {
+            let Some(value) = substitute(&entry.value, &self.scopes[scope].params, self.report) else {
                 return Bound::Broken;
+            };
+            match ports::literal(&value.part, ty, &port, value.is_text) {
+                Ok(Literal::Constant(field)) => return Bound::Constant(field),
+                Ok(Literal::Reference(name)) => (value.part, name),
+                Err(error) => {
+                    self.report.push(*error);
+                    return Bound::Broken;
+                }
             }
         };
-        let slot = Slot::unresolved(port, ty, value.part.clone());
+        let slot = Slot::unresolved(port, ty, part.clone());
         if matches!(ty, Accepts::One(Type::Gray | Type::Rgb)) {
             let path = format!("{}{}", self.scopes[child].prefix, entry.name);
-            let mut flat = Flat::new(scope, path, entry.key.clone(), "Input".to_owned(), None, &[]);
+            let mut flat = Flat::new(scope, path, entry.key.clone(), "Input".to_owned(), None, Cow::Borrowed(&[]));
             flat.slots.push(slot);
             return Bound::Pass(self.add_flat(flat));
         }
         self.checks.push((scope, slot));
-        Bound::Wire { scope, part: value.part, name }
+        Bound::Wire { scope, part, name }
     }
 }
 
@@ -345,7 +368,7 @@ impl<'a> Flat<'a> {
         kind: Part,
         kind_name: String,
         info: Option<&'a KindInfo>,
-        args: &'a [Entry],
+        args: Cow<'a, [Entry]>,
     ) -> Self {
         Self {
             scope,
@@ -370,13 +393,6 @@ impl<'a> Flat<'a> {
         let param = self.params.iter().find(|(param, ..)| param == name).map(|(_, part, _)| part);
         param.or_else(|| self.args.iter().find(|arg| arg.name == name).map(|arg| &arg.value))
     }
-}
-
-/// The parameters of a document with their defaults.
-pub(super) fn defaults(doc: &Doc, report: &mut Report) -> Values {
-    let params = doc.document.params.iter();
-    let value = |decl: &ParamDecl, report: &mut Report| decl.value(&decl.default, false, doc.folder(), report);
-    params.map(|(entry, decl)| (entry.name.clone(), decl.as_ref().and_then(|decl| value(decl, report)))).collect()
 }
 
 /// Checks the presets of a document, and gives the values of the one named `wanted`.

@@ -1,11 +1,11 @@
 //! Replaces `"$name"` and `"= expression"` by the values of parameters.
-use super::expr::{self, Lookup};
 use super::lex::Kind;
 use super::params::{ParamValue, Params};
 use super::part::{Part, Piece, Shape, Src};
 use super::read::shorten;
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::expression::{self, Fault, Meaning, Names, Value};
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -26,14 +26,29 @@ pub(super) struct Substituted {
 
 /// Replaces all parameters in `part`; `None` after errors.
 pub(super) fn substitute(part: &Part, params: &Params, report: &mut Report) -> Option<Substituted> {
-    let driven = |word: &str| word.starts_with("\"$") || word.starts_with("\"=");
-    if !part.words().any(|(kind, word)| kind == Kind::Str && driven(word.str())) {
+    substitute_with(part, params, report, &[])
+}
+
+/// The same, with other texts in the place of some parts.
+pub(super) fn substitute_with(
+    part: &Part,
+    params: &Params,
+    report: &mut Report,
+    replaced: &[(Part, String)],
+) -> Option<Substituted> {
+    if replaced.is_empty() && !is_driven(part) {
         return Some(Substituted { part: part.clone(), base: None, is_text: false });
     }
     let mut made = Made { text: String::new(), pieces: Vec::new(), base: None, ok: true };
     let mut is_text = false;
-    for (kind, word) in part.words() {
-        if kind == Kind::Str && driven(word.str()) {
+    let mut words = part.words();
+    while let Some((kind, word)) = words.next() {
+        if let Some((whole, text)) = replaced.iter().find(|(whole, _)| whole.begins_with(&word)) {
+            made.add(text, own(whole));
+            words.by_ref().take(whole.tokens().len() - 1).for_each(drop);
+            continue;
+        }
+        if kind == Kind::Str && drives(word.str()) {
             is_text |= made.replace(&word, params, report);
         } else {
             made.copy(&word);
@@ -46,6 +61,15 @@ pub(super) fn substitute(part: &Part, params: &Params, report: &mut Report) -> O
         base: made.base,
         is_text: is_text && part_is_one_word,
     })
+}
+
+fn drives(word: &str) -> bool {
+    word.starts_with("\"$") || word.starts_with("\"=")
+}
+
+/// Whether there is a parameter or an expression in a value.
+pub(super) fn is_driven(part: &Part) -> bool {
+    part.words().any(|(kind, word)| kind == Kind::Str && drives(word.str()))
 }
 
 struct Made {
@@ -63,6 +87,14 @@ impl Made {
         self.pieces.push(Piece { end: self.text.len(), copied: false, ..piece });
     }
 
+    /// Adds a run of bytes without anything after it.
+    fn run(&mut self, text: &str, piece: Piece) {
+        if !text.is_empty() {
+            self.text.push_str(text);
+            self.pieces.push(Piece { end: self.text.len(), ..piece });
+        }
+    }
+
     fn copy(&mut self, word: &Part) {
         self.add(word.str(), Piece { copied: true, ..own(word) });
     }
@@ -76,7 +108,7 @@ impl Made {
         }
         if let Some(expression) = text.strip_prefix('=') {
             match compute(word, expression, params, report) {
-                Ok((value, piece)) => self.add(&number_text(value), piece),
+                Ok((value, piece)) => self.add(&value_text(&value), piece),
                 Err(errors) => {
                     errors.into_iter().for_each(|e| report.push(e));
                     self.ok = false;
@@ -85,6 +117,11 @@ impl Made {
             return false;
         }
         let name = text[1..].trim();
+        if params.is_late(name) {
+            report.push(word.error(Code::BadExpression, too_early(name)));
+            self.ok = false;
+            return false;
+        }
         let Some(param) = params.get(name) else {
             report.unknown(word.error(Code::UnknownParam, unknown(name)), name, "parameter", params.names());
             self.ok = false;
@@ -125,36 +162,169 @@ fn unknown(name: &str) -> String {
     format!("there is no parameter `{}`", shorten(name))
 }
 
-/// The value of an expression, and what it comes from.
-fn compute(word: &Part, expression: &str, params: &Params, report: &Report) -> Result<(f64, Piece), Vec<Diagnostic>> {
-    let mut spans = Vec::new();
-    let lookup = |name: &str| match params.get(name) {
-        None => Lookup::Wrong(Code::UnknownParam, unknown(name), report.suggest(name, "parameter", params.names())),
-        Some(None) => Lookup::Broken,
-        Some(Some(value)) => match value.number {
-            Some(number) => {
-                if value.outside && !spans.contains(&value.span) && spans.len() < OTHERS {
-                    spans.push(value.span);
-                }
-                Lookup::Number(number)
+fn too_early(name: &str) -> String {
+    format!("`${}` comes from the canvas, so the canvas cannot use it", shorten(name))
+}
+
+/// What names in the expression of a parameter stand for.
+struct InParams<'p> {
+    params: &'p Params,
+    report: &'p Report,
+    /// Where the values come from that were given from outside.
+    spans: Vec<Span>,
+}
+
+/// The names of expressions in parameters.
+const CANVAS: [&str; 3] = ["canvas.width", "canvas.height", "canvas.seed"];
+
+impl Names for InParams<'_> {
+    fn param(&mut self, name: &str) -> Meaning {
+        let params = self.params;
+        if params.is_late(name) {
+            return Meaning::Wrong(Code::BadExpression, too_early(name), None);
+        }
+        match params.get(name) {
+            None => {
+                let help = self.report.suggest(name, "parameter", params.names());
+                Meaning::Wrong(Code::UnknownParam, unknown(name), help)
             }
-            None => Lookup::Wrong(Code::BadExpression, format!("`${name}` is not a number"), None),
-        },
-    };
+            Some(None) => Meaning::Broken,
+            Some(Some(value)) => match &value.meaning {
+                Some(meaning) => {
+                    if value.outside && !self.spans.contains(&value.span) && self.spans.len() < OTHERS {
+                        self.spans.push(value.span);
+                    }
+                    meaning.clone()
+                }
+                None => Meaning::Wrong(Code::BadExpression, format!("`${name}` is not a number"), None),
+            },
+        }
+    }
+
+    fn name(&mut self, name: &str) -> Option<Meaning> {
+        let index = CANVAS.iter().position(|fact| *fact == name)?;
+        let Some(facts) = self.params.facts else {
+            self.params.asked_early.set(true);
+            return Some(Meaning::Wrong(Code::BadExpression, "the canvas cannot refer to itself".to_owned(), None));
+        };
+        let value = [facts.size_mm[0], facts.size_mm[1], facts.seed as f64][index];
+        Some(Meaning::Known(Value::Number(value)))
+    }
+
+    fn all(&self) -> Vec<String> {
+        CANVAS.map(str::to_owned).into()
+    }
+
+    fn has_words(&self) -> bool {
+        true
+    }
+
+    fn instead(&mut self, name: &str) -> Option<(String, String)> {
+        let node = name.split('.').next().filter(|node| self.params.nodes.contains(*node))?;
+        let message = format!("`{}` is a node; an expression here is one number for the whole picture", shorten(node));
+        let help = format!("to compute with nodes write `Expression(a: \"{name}\", formula: \"…\")`");
+        Some((message, help))
+    }
+
+    fn seed(&mut self) -> Option<u64> {
+        if self.params.facts.is_none() {
+            self.params.asked_early.set(true);
+        }
+        self.params.facts.map(|facts| facts.seed)
+    }
+}
+
+/// The value of an expression, and what it comes from.
+fn compute(word: &Part, expression: &str, params: &Params, report: &Report) -> Result<(Value, Piece), Vec<Diagnostic>> {
+    let mut names = InParams { params, report, spans: Vec::new() };
+    let value = expression::evaluate(expression, &mut names);
     // Bytes of a plain literal are those of its text, after the quote and the equals sign.
     let plain = word.str().len() == expression.len() + 3;
-    let value = expr::evaluate(expression, lookup);
-    value.map(|value| (value, given(word, &spans))).map_err(|errors| {
-        let place = |e: expr::ExprError| {
-            let mut error = word.error(e.code, e.message);
-            error.help = e.help;
-            // A place past the last character is the closing quote.
-            let (start, end) = (2 + e.range.start, 2 + e.range.end.max(e.range.start + 1));
-            let inside = plain && e.range != (0..expression.len());
-            if inside { error.related(word.sub_span(start, end), "here in the expression") } else { error }
-        };
-        errors.into_iter().map(place).collect()
-    })
+    let place = |fault: Fault| {
+        let inside = (plain && fault.range != (0..expression.len())).then_some((2, &fault.range));
+        located(word, &fault, inside)
+    };
+    let value = value.map_err(|faults| faults.into_iter().map(place).collect::<Vec<_>>())?;
+    Ok((value, given(word, &names.spans)))
+}
+
+/// A fault of an expression at its place: in `word`, or, if the place in it is known, there.
+fn located(word: &Part, fault: &Fault, inside: Option<(usize, &Range<usize>)>) -> Diagnostic {
+    let mut error = word.error(fault.code, fault.message.clone());
+    error.help.clone_from(&fault.help);
+    if let Some((offset, range)) = inside {
+        // A place past the last character is the closing quote.
+        error.span = word.sub_span(offset + range.start, offset + range.end.max(range.start + 1));
+    }
+    error
+}
+
+/// Puts the values of parameters into a formula, a text in which `$name` may stand anywhere. The bytes of the formula know where they
+/// come from. `None` after errors.
+pub(super) fn formula(part: &Part, params: &Params, report: &mut Report) -> Option<Substituted> {
+    let literal = part.str();
+    let Shape::Text(text) = part.shape() else { return substitute(part, params, report) };
+    let name = text.strip_prefix('$').unwrap_or_default().trim();
+    let is_text = params.get(name).flatten().is_some_and(|value| value.is_text);
+    if is_text || !text.contains('$') || literal.len() != text.len() + 2 {
+        let whole = Substituted { part: part.clone(), base: None, is_text: true };
+        return if is_text { substitute(part, params, report) } else { Some(whole) };
+    }
+    let mut made = Made { text: String::new(), pieces: Vec::new(), base: None, ok: true };
+    let mut rest = 0;
+    let is_name = |c: char| c == '_' || c == '.' || c.is_ascii_alphanumeric();
+    while let Some(at) = literal[rest..].find('$').map(|at| rest + at) {
+        let end = literal[at + 1..].find(|c| !is_name(c)).map_or(literal.len(), |len| at + 1 + len);
+        made.run(&literal[rest..at], Piece { span: part.sub_span(rest, at), copied: true, ..own(part) });
+        let mut names = InParams { params, report, spans: Vec::new() };
+        match expression::evaluate(&literal[at..end], &mut names) {
+            Ok(value) => {
+                let text = value_text(&value);
+                let piece = Piece { span: part.sub_span(at, end), ..given(part, &names.spans) };
+                made.run(&if text.starts_with('-') { format!("({text})") } else { text }, piece);
+            }
+            Err(faults) => {
+                let errors: Vec<_> =
+                    faults.iter().map(|fault| located(part, fault, Some((at, &fault.range)))).collect();
+                errors.into_iter().for_each(|error| report.push(error));
+                made.ok = false;
+            }
+        }
+        rest = end;
+    }
+    made.run(&literal[rest..], Piece { span: part.sub_span(rest, literal.len()), copied: true, ..own(part) });
+    let whole = Src::made(part.file(), made.text, made.pieces).whole();
+    made.ok.then_some(whole).flatten().map(|part| Substituted { part, base: None, is_text: true })
+}
+
+/// The names of the parameters that a value refers to.
+pub(super) fn refers_to(part: &Part) -> Vec<String> {
+    let mut names = Vec::new();
+    for (_, word) in part.words().filter(|(kind, word)| *kind == Kind::Str && drives(word.str())) {
+        let text = word.str();
+        if text.starts_with("\"$$") || text.starts_with("\"==") {
+            continue;
+        }
+        for (at, _) in text.match_indices('$') {
+            let name = text[at + 1..].trim_start();
+            let end = name.find(|c: char| c != '_' && !c.is_ascii_alphanumeric()).unwrap_or(name.len());
+            names.push(name[..end].to_owned());
+        }
+    }
+    names
+}
+
+/// The value of an expression as RON.
+fn value_text(value: &Value) -> String {
+    match value {
+        Value::Number(number) => number_text(*number),
+        Value::Bool(yes) => yes.to_string(),
+        Value::Word(word) => word.clone(),
+        Value::Vector(numbers) => {
+            let numbers: Vec<_> = numbers.iter().map(|number| number_text(*number)).collect();
+            format!("({})", numbers.join(", "))
+        }
+    }
 }
 
 /// A number as RON; whole numbers without a point, so that they also serve as counts.

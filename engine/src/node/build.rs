@@ -1,7 +1,7 @@
 //! Makes the struct of a node from its arguments in a graph file, and hides the type of that struct.
 use super::{Call, CanvasFacts, Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, Taken};
 use crate::diagnostics::Problem;
-use crate::value::{Canvas, ChannelSet, Stop, Tiling};
+use crate::value::{Canvas, ChannelSet, Stop, Tiling, Type};
 use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, Visitor};
 use std::fmt;
@@ -64,6 +64,8 @@ pub trait DynNode: Send + Sync {
     fn files(&self) -> Vec<(&'static str, &FilePath)>;
     /// See [`Node::makes_gray`].
     fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool;
+    /// See [`Node::type_of_output`].
+    fn type_of_output(&self, inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>>;
     /// See [`Node::unit`].
     fn unit(&self, output: &Output) -> Option<&'static str>;
     /// See [`Node::check_files`].
@@ -121,6 +123,10 @@ impl<T: Node> DynNode for T {
 
     fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool {
         Node::makes_gray(self, files)
+    }
+
+    fn type_of_output(&self, inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
+        Node::type_of_output(self, inputs)
     }
 
     fn unit(&self, output: &Output) -> Option<&'static str> {

@@ -31,7 +31,7 @@
 //! Everything about a node follows from that one declaration: parsing, type check, range check, cache key, manual.
 //! Attributes that the engine reads from the schema of a parameter: `range(min, max)` or, for parameters that are not
 //! plain numbers, `extend("minimum" = …, "maximum" = …)`; `extend("exclusiveMinimum" = …)`; `extend("unit" = "mm")`;
-//! `extend("infinite" = true)` where `inf` is allowed. A list of ports may be empty with `extend("optional" = true)`.
+//! `extend("infinite" = true)` where `inf` is allowed. Fields of structs in a list may be ports. A list of ports may be empty with `extend("optional" = true)`.
 mod build;
 mod channels;
 mod context;
@@ -49,10 +49,10 @@ pub use context::{Call, Context, Outputs};
 pub use facts::CanvasFacts;
 pub use info::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use param_type::ParamType;
-pub use params::{Color, FilePath, Linear, Range, Xy, parse_color};
+pub use params::{Color, FilePath, Formula, Linear, Range, Xy, parse_color};
 pub use port::{
-    AnyField, AnySolid, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb, SolidColor, SolidNumber,
-    SolidVector, Vec2Field,
+    AnyField, AnySolid, EveryField, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb, SolidColor,
+    SolidNumber, SolidVector, Vec2Field,
 };
 pub use spelling::spell_number;
 
@@ -96,6 +96,8 @@ pub enum OutputType {
     /// The widest of the types at these ports: `Normal` if any is, else `Rgb` if any is (or a picture), else `Gray`.
     /// For solids, the type of the field that a cut through them gives: `Rgb` for colours and vectors.
     Like(&'static [&'static str]),
+    /// What the node tells from the types at its ports, see [`Node::type_of_output`].
+    Told,
     /// The widest of the types of the solids at these ports: that of the first one that is not `Solid`, else `Solid`.
     SolidLike(&'static [&'static str]),
 }
@@ -122,6 +124,11 @@ impl Output {
     /// An output whose type follows those of the ports named.
     pub const fn like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
         Self { name, ty: OutputType::Like(ports), unit: None, doc }
+    }
+
+    /// An output whose type the node tells.
+    pub const fn told(name: &'static str, doc: &'static str) -> Self {
+        Self { name, ty: OutputType::Told, unit: None, doc }
     }
 
     /// An output that is a solid of the type of those at the ports named.
@@ -172,6 +179,12 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     /// more of its files than their headers; a file that cannot be read is reported by others.
     fn makes_gray(&self, _files: &[(&'static str, PathBuf)]) -> bool {
         false
+    }
+
+    /// The type of the outputs that are [told](OutputType::Told), from the names and types of the ports that are connected; or
+    /// what is wrong with these types.
+    fn type_of_output(&self, _inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
+        Ok(Type::Gray)
     }
 
     /// The unit of an output's values, where parameters can change what is declared.

@@ -15,6 +15,8 @@ pub enum ParamType {
     Text,
     /// The path of a file, in quotes: [`FilePath`](super::FilePath).
     Path,
+    /// A formula, in quotes: [`Formula`](super::Formula).
+    Formula,
     /// A colour: [`Color`](super::Color).
     Color,
     /// The smallest and the largest number: [`Range`](super::Range).
@@ -34,12 +36,13 @@ pub enum ParamType {
 
 impl ParamType {
     /// All types.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Number,
         Self::Integer,
         Self::Bool,
         Self::Text,
         Self::Path,
+        Self::Formula,
         Self::Color,
         Self::Range,
         Self::Linear,
@@ -57,6 +60,7 @@ impl ParamType {
             Self::Bool => "Bool",
             Self::Text => "Text",
             Self::Path => "Path",
+            Self::Formula => "Formula",
             Self::Color => "Color",
             Self::Range => "Range",
             Self::Linear => "Linear",
@@ -80,6 +84,7 @@ impl ParamType {
             Self::Bool => "`true` or `false`",
             Self::Text => "a text in quotes",
             Self::Path => "a path in quotes",
+            Self::Formula => "a formula in quotes",
             Self::Color => "a colour, \"#rrggbb\" or (r, g, b)",
             Self::Range | Self::Linear | Self::Xy => "a number or a pair of numbers",
             Self::Choice => "one of its options",

@@ -1,5 +1,6 @@
 //! The code behind fields: what it states that it reads, and what it is given.
 use super::{Field, Grid, Stop, Tile, Window};
+use crate::diagnostics::Problem;
 use std::sync::Arc;
 
 /// How the engine should treat a field's tiles.
@@ -34,13 +35,27 @@ pub struct Given<'a> {
     tiles: &'a [Arc<Tile>],
     prepared: Option<&'a Tile>,
     stopped: &'a dyn Fn() -> bool,
+    warn: Option<&'a dyn Fn(Problem)>,
 }
 
 impl<'a> Given<'a> {
     /// The tiles of [`FieldSource::inputs`], then those of [`FieldSource::later`]; the result of
     /// [`FieldSource::prepare`]; and whether the work was cancelled.
     pub fn new(tiles: &'a [Arc<Tile>], prepared: Option<&'a Tile>, stopped: &'a dyn Fn() -> bool) -> Self {
-        Self { tiles, prepared, stopped }
+        Self { tiles, prepared, stopped, warn: None }
+    }
+
+    /// The same, with something to do with warnings.
+    #[must_use]
+    pub fn warning(self, warn: &'a dyn Fn(Problem)) -> Self {
+        Self { warn: Some(warn), ..self }
+    }
+
+    /// Reports something that the user should know about the values; only the first report of a field counts.
+    pub fn warn(&self, problem: Problem) {
+        if let Some(warn) = self.warn {
+            warn(problem);
+        }
     }
 
     /// The tile of the read with this number, which the field must have stated.

@@ -3,8 +3,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{
-    AnyField, CanvasFacts, Color, Context, FilePath, Gray, In, Linear, MaterialInputs, Node, Output, Outputs, Range,
-    Rgb, Taken, Vec2Field, Xy,
+    AnyField, CanvasFacts, Color, Context, EveryField, FilePath, Formula, Gray, In, Linear, MaterialInputs, Node,
+    Output, Outputs, Range, Rgb, Taken, Vec2Field, Xy,
 };
 use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::value::{Channel, ChannelSet, Lattice, Material, Points, Stop, Tiling, Type};
@@ -203,6 +203,43 @@ pub(crate) struct Sum {
 }
 node!(Sum, [Output::new("value", Type::Gray, "Sum.")]);
 
+/// A formula, which is wrong where it has a question mark.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Compute {
+    /// One.
+    pub(crate) a: Option<In<EveryField>>,
+    /// What.
+    pub(crate) formula: Formula,
+}
+
+impl Node for Compute {
+    const OUTPUTS: &'static [Output] = &[Output::told("value", "The result.")];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        count();
+        let wrong = self.formula.0.find('?');
+        wrong
+            .map(|at| Problem::new(Code::BadExpression, "what?").at("formula").within(at..at + 1))
+            .into_iter()
+            .collect()
+    }
+
+    fn type_of_output(&self, inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
+        let given = inputs.first().map_or(Type::Gray, |(_, ty)| *ty);
+        match self.formula.0.find("a.r") {
+            Some(at) if given == Type::Gray => {
+                Err(vec![Problem::new(Code::BadExpression, "a is Gray").at("formula").within(at..at + 3)])
+            }
+            _ => Ok(given),
+        }
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
 /// A displacement.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -292,6 +329,63 @@ pub(crate) struct Layers {
 }
 node!(Layers, [Output::new("material", Type::Material, "M.")]);
 
+/// A layer.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Layer {
+    /// Of what.
+    pub(crate) material: In<Material>,
+    /// Where.
+    pub(crate) mask: Option<In<Gray>>,
+    /// How much.
+    pub(crate) opacity: In<Gray>,
+    /// How often.
+    pub(crate) count: u32,
+}
+
+impl Default for Layer {
+    fn default() -> Self {
+        Self { material: In::default(), mask: None, opacity: In::constant(1.0), count: 1 }
+    }
+}
+
+/// Layers with ports.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Stack {
+    /// Below all.
+    pub(crate) base: Option<In<Material>>,
+    /// Them.
+    pub(crate) layers: Vec<Layer>,
+    /// Above all.
+    pub(crate) top: Option<In<Material>>,
+}
+
+impl Node for Stack {
+    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "M.")];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        count();
+        // Which slots each got, for tests to read.
+        let slots = self.layers.iter().map(|layer| {
+            let mask = layer.mask.as_ref().and_then(In::slot);
+            format!("{:?} {mask:?} {:?} {}", layer.material.slot(), layer.opacity.slot(), layer.count)
+        });
+        let text = format!(
+            "{:?} {:?} {:?}",
+            self.base.as_ref().and_then(In::slot),
+            slots.collect::<Vec<_>>(),
+            self.top.as_ref().and_then(In::slot)
+        );
+        let told = self.layers.iter().any(|layer| layer.count == 77);
+        if told { vec![Problem::new(Code::BadValue, text).at("layers")] } else { Vec::new() }
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
 /// A channel of a material.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -329,11 +423,13 @@ pub(crate) fn registry() -> Registry {
         Kind::of::<Springs>(),
         Kind::of::<Mix>(),
         Kind::of::<Sum>(),
+        Kind::of::<Compute>(),
         Kind::of::<Warp>(),
         Kind::of::<Image>(),
         Kind::of::<Ramp>(),
         Kind::of::<Surface>(),
         Kind::of::<Layers>(),
+        Kind::of::<Stack>(),
         Kind::of::<Take>(),
     ];
     Registry::new([Family { name: "Test", doc: "For tests.", kinds }])

@@ -1,13 +1,14 @@
 //! From words to a tree.
 //!
-//! Operators by how tightly they bind, all from left to right but for the power: `+ -`, then `* / %`, then a sign in
-//! front, then `^`. So `-2^2` is -4, `2^3^2` is 512 and `7 * 29 % 90` is 23.
+//! Operators by how tightly they bind, all from left to right but for the power: `||`, then `&&`, then comparisons, which do
+//! not chain, then `+ -`, then `* / %`, then a sign or `!` in front, then `^`. So `-2^2` is -4, `2^3^2` is 512 and
+//! `7 * 29 % 90` is 23.
 //!
 //! Parts that are not complete yet are in a list, not on the stack of the program. So any text is read in time proportional
 //! to its length, and no nesting can overflow the stack.
 use super::functions::{self, Function};
 use super::scan::{Kind, Word, scan};
-use super::{ExprError, MOST_ERRORS, bad};
+use super::{Fault, MOST_ERRORS, Op, bad};
 use crate::diagnostics::suggest;
 use std::ops::Range;
 
@@ -37,66 +38,83 @@ pub(super) enum NodeKind<'t> {
     Number(f64),
     /// The parameter of that name.
     Param(&'t str),
-    /// Minus the part before.
-    Negate,
-    /// Two parts.
-    Binary(Binary),
+    /// Something else of that name.
+    Name(&'t str),
+    /// An operation on one part.
+    Unary(Op),
+    /// An operation on two parts; the other way round, if the operation is the mirror of what is written.
+    Binary(Op, bool),
     /// So many parts.
     Call(&'static Function, usize),
+    /// A vector of so many parts.
+    Tuple(usize),
 }
 
-/// What is made of two parts.
+impl NodeKind<'_> {
+    /// How many parts it is made of.
+    pub(super) fn parts(self) -> usize {
+        match self {
+            Self::Number(_) | Self::Param(_) | Self::Name(_) => 0,
+            Self::Unary(_) => 1,
+            Self::Binary(..) => 2,
+            Self::Call(_, parts) | Self::Tuple(parts) => parts,
+        }
+    }
+}
+
+/// What stands between two parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Binary {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Remainder,
-    Power,
+struct Binary {
+    op: Op,
+    swapped: bool,
+    /// Higher numbers bind tighter.
+    binds: u8,
 }
 
 impl Binary {
-    fn of(operator: char) -> Self {
-        match operator {
-            '+' => Self::Add,
-            '-' => Self::Subtract,
-            '*' => Self::Multiply,
-            '/' => Self::Divide,
-            '%' => Self::Remainder,
-            _ => Self::Power,
-        }
-    }
-
-    /// Higher numbers bind tighter.
-    fn binds(self) -> u8 {
-        match self {
-            Self::Add | Self::Subtract => 1,
-            Self::Multiply | Self::Divide | Self::Remainder => 2,
-            Self::Power => 4,
-        }
+    fn of(operator: &str) -> Self {
+        let (op, swapped, binds) = match operator {
+            "||" => (Op::Or, false, 1),
+            "&&" => (Op::And, false, 2),
+            "<" => (Op::Less, false, COMPARES),
+            "<=" => (Op::LessEqual, false, COMPARES),
+            ">" => (Op::Less, true, COMPARES),
+            ">=" => (Op::LessEqual, true, COMPARES),
+            "==" => (Op::Equal, false, COMPARES),
+            "!=" => (Op::NotEqual, false, COMPARES),
+            "+" => (Op::Add, false, 4),
+            "-" => (Op::Subtract, false, 4),
+            "*" => (Op::Multiply, false, 5),
+            "/" => (Op::Divide, false, 5),
+            "%" => (Op::Modulo, false, 5),
+            _ => (Op::Power, false, 7),
+        };
+        Self { op, swapped, binds }
     }
 }
 
+/// How tightly comparisons bind.
+const COMPARES: u8 = 3;
 /// How tightly a sign in front binds.
-const SIGN: u8 = 3;
+const SIGN: u8 = 6;
 
 /// A part whose right end was not reached yet.
 enum Open {
-    /// A sign in front.
-    Sign { start: usize, minus: bool },
+    /// A sign or a negation in front; nothing to do for a plus.
+    Sign { start: usize, op: Option<Op> },
     /// An operator; its left side is complete.
     Operator(Binary),
-    /// A bracket.
-    Bracket { start: usize },
+    /// A bracket, with the parts of a vector that are complete.
+    Bracket { start: usize, items: usize },
     /// The bracket of a function, with the arguments that are complete.
     Call { name: Range<usize>, function: &'static Function, args: usize },
 }
 
 /// Reads an expression. All unknown functions are reported at once, anything else is reported alone.
-pub(super) fn parse(text: &str) -> Result<Tree<'_>, Vec<ExprError>> {
+pub(super) fn parse(text: &str) -> Result<Tree<'_>, Vec<Fault>> {
     let words = scan(text).map_err(|error| vec![error])?;
-    let unknown: Vec<_> = words.iter().filter_map(|word| unknown_name(text, word)).take(MOST_ERRORS).collect();
+    let called = words.windows(2).filter(|pair| pair[1].kind == Kind::Open).map(|pair| &pair[0]);
+    let unknown: Vec<_> = called.filter_map(|word| unknown_function(text, word)).take(MOST_ERRORS).collect();
     if !unknown.is_empty() {
         return Err(unknown);
     }
@@ -105,15 +123,15 @@ pub(super) fn parse(text: &str) -> Result<Tree<'_>, Vec<ExprError>> {
     Ok(Tree { nodes: parser.nodes })
 }
 
-fn unknown_name(text: &str, word: &Word) -> Option<ExprError> {
+fn unknown_function(text: &str, word: &Word) -> Option<Fault> {
     let name = &text[word.range.clone()];
     if word.kind != Kind::Name || functions::find(name).is_some() {
         return None;
     }
     let names: Vec<_> = functions::ALL.iter().map(|f| f.name).collect();
-    let name = super::shorten(name);
-    let message = format!("there is no function `{name}`; a parameter is written `${name}`");
-    Some(ExprError { help: Some(suggest(&name, "function", &names)), ..bad(word.range.clone(), message) })
+    let help = functions::elsewhere(name).map_or_else(|| suggest(name, "function", &names), str::to_owned);
+    let message = format!("there is no function `{}`", super::shorten(name));
+    Some(Fault { help: Some(help), ..bad(word.range.clone(), message) })
 }
 
 struct Parser<'t> {
@@ -128,7 +146,7 @@ struct Parser<'t> {
 }
 
 impl<'t> Parser<'t> {
-    fn run(&mut self) -> Result<(), ExprError> {
+    fn run(&mut self) -> Result<(), Fault> {
         if self.words.is_empty() {
             return Err(bad(0..self.text.len(), "the expression is empty"));
         }
@@ -149,25 +167,34 @@ impl<'t> Parser<'t> {
     }
 
     /// Takes a word where a value must begin; whether the value is complete.
-    fn operand(&mut self) -> Result<bool, ExprError> {
+    fn operand(&mut self) -> Result<bool, Fault> {
         let Some((kind, range)) = self.next() else { return Err(self.too_early()) };
         match kind {
             Kind::Number(value) => self.push(NodeKind::Number(value), range),
             Kind::Param => self.push(NodeKind::Param(&self.text[range.start + 1..range.end]), range),
             Kind::Name => return self.name(range),
-            Kind::Open => return self.wait(Open::Bracket { start: range.start }, range).map(|()| false),
-            Kind::Operator(sign @ ('+' | '-')) => {
-                let sign = Open::Sign { start: range.start, minus: sign == '-' };
-                return self.wait(sign, range).map(|()| false);
+            Kind::Open => return self.wait(Open::Bracket { start: range.start, items: 0 }, range).map(|()| false),
+            Kind::Operator("+") => {
+                return self.wait(Open::Sign { start: range.start, op: None }, range).map(|()| false);
             }
+            Kind::Operator("-") => return self.sign(Op::Negate, range),
+            Kind::Not => return self.sign(Op::Not, range),
             Kind::Close | Kind::Comma | Kind::Operator(_) => return Err(self.misplaced(range)),
         }
         Ok(true)
     }
 
-    /// A constant, or the beginning of a call; whether it is complete.
-    fn name(&mut self, name: Range<usize>) -> Result<bool, ExprError> {
-        let Some(function) = functions::find(&self.text[name.clone()]) else { return Err(self.misplaced(name)) };
+    fn sign(&mut self, op: Op, range: Range<usize>) -> Result<bool, Fault> {
+        self.wait(Open::Sign { start: range.start, op: Some(op) }, range).map(|()| false)
+    }
+
+    /// A name, or the beginning of a call; whether it is complete.
+    fn name(&mut self, name: Range<usize>) -> Result<bool, Fault> {
+        let text = &self.text[name.clone()];
+        let Some(function) = functions::find(text) else {
+            self.push(NodeKind::Name(text), name);
+            return Ok(true);
+        };
         let follows = |i: usize, kind: Kind| self.words.get(i).is_some_and(|word| word.kind == kind);
         let (has_bracket, is_empty) = (follows(self.at, Kind::Open), follows(self.at + 1, Kind::Close));
         if has_bracket && !is_empty {
@@ -180,14 +207,19 @@ impl<'t> Parser<'t> {
     }
 
     /// Takes a word where a value is complete; whether another one must follow.
-    fn after_operand(&mut self) -> Result<bool, ExprError> {
+    fn after_operand(&mut self) -> Result<bool, Fault> {
         let Some((kind, range)) = self.next() else { return Ok(false) };
         match kind {
             Kind::Operator(operator) => {
                 let operator = Binary::of(operator);
-                // The power groups from the right.
-                let least = if operator == Binary::Power { operator.binds() + 1 } else { operator.binds() };
-                self.complete(least);
+                // The power groups from the right, and comparisons do not group at all.
+                let rightwards = operator.op == Op::Power || operator.binds == COMPARES;
+                self.complete(operator.binds + u8::from(rightwards));
+                let chained = matches!(self.open.last(), Some(Open::Operator(left)) if left.binds == COMPARES);
+                if chained && operator.binds == COMPARES {
+                    let help = Some("write `a < b && b < c`".to_owned());
+                    return Err(Fault { help, ..bad(range, "comparisons do not chain") });
+                }
                 self.wait(Open::Operator(operator), range)?;
                 Ok(true)
             }
@@ -195,6 +227,7 @@ impl<'t> Parser<'t> {
                 self.complete(0);
                 match self.open.last_mut() {
                     Some(Open::Call { args, .. }) => *args += 1,
+                    Some(Open::Bracket { items, .. }) => *items += 1,
                     _ => return Err(self.misplaced(range)),
                 }
                 Ok(true)
@@ -202,7 +235,8 @@ impl<'t> Parser<'t> {
             Kind::Close => {
                 self.complete(0);
                 match self.open.pop() {
-                    Some(Open::Bracket { start }) => self.widen(start..range.end),
+                    Some(Open::Bracket { start, items: 0 }) => self.widen(start..range.end),
+                    Some(Open::Bracket { start, items }) => self.tuple(items + 1, start..range.end)?,
                     Some(Open::Call { name, function, args }) => self.call(function, args + 1, name, range.end)?,
                     _ => return Err(self.misplaced(range)),
                 }
@@ -212,7 +246,7 @@ impl<'t> Parser<'t> {
         }
     }
 
-    fn end(&mut self) -> Result<(), ExprError> {
+    fn end(&mut self) -> Result<(), Fault> {
         self.complete(0);
         if self.open.is_empty() { Ok(()) } else { Err(self.too_early()) }
     }
@@ -221,17 +255,16 @@ impl<'t> Parser<'t> {
     fn complete(&mut self, least: u8) {
         loop {
             match self.open.last() {
-                Some(Open::Sign { start, minus }) if SIGN >= least => {
+                Some(Open::Sign { start, op }) if SIGN >= least => {
                     let range = *start..self.done.last().map_or(*start, |range| range.end);
-                    if *minus {
-                        self.make(NodeKind::Negate, 1, range);
-                    } else {
-                        self.widen(range);
+                    match *op {
+                        Some(op) => self.make(NodeKind::Unary(op), 1, range),
+                        None => self.widen(range),
                     }
                 }
-                Some(Open::Operator(operator)) if operator.binds() >= least => {
+                Some(Open::Operator(operator)) if operator.binds >= least => {
                     let [.., left, right] = &self.done[..] else { return };
-                    let (kind, range) = (NodeKind::Binary(*operator), left.start..right.end);
+                    let (kind, range) = (NodeKind::Binary(operator.op, operator.swapped), left.start..right.end);
                     self.make(kind, 2, range);
                 }
                 _ => return,
@@ -240,18 +273,21 @@ impl<'t> Parser<'t> {
         }
     }
 
-    fn call(
-        &mut self,
-        function: &'static Function,
-        args: usize,
-        name: Range<usize>,
-        end: usize,
-    ) -> Result<(), ExprError> {
+    fn call(&mut self, function: &'static Function, args: usize, name: Range<usize>, end: usize) -> Result<(), Fault> {
         if !function.args.contains(&args) {
             let message = format!("`{}` takes {}; found {args}", function.name, function.takes());
             return Err(bad(name, message));
         }
         self.make(NodeKind::Call(function, args), args, name.start..end);
+        Ok(())
+    }
+
+    fn tuple(&mut self, parts: usize, range: Range<usize>) -> Result<(), Fault> {
+        if parts > 4 {
+            let message = format!("a vector has at most 4 components; found {parts}");
+            return Err(bad(range, message));
+        }
+        self.make(NodeKind::Tuple(parts), parts, range);
         Ok(())
     }
 
@@ -273,7 +309,7 @@ impl<'t> Parser<'t> {
         }
     }
 
-    fn wait(&mut self, open: Open, at: Range<usize>) -> Result<(), ExprError> {
+    fn wait(&mut self, open: Open, at: Range<usize>) -> Result<(), Fault> {
         if self.open.len() >= MAX_DEPTH {
             return Err(bad(at, format!("the expression nests deeper than {MAX_DEPTH} levels")));
         }
@@ -281,12 +317,12 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    fn misplaced(&self, range: Range<usize>) -> ExprError {
+    fn misplaced(&self, range: Range<usize>) -> Fault {
         let word = super::shorten(&self.text[range.clone()]);
         bad(range, format!("`{word}` cannot stand here"))
     }
 
-    fn too_early(&self) -> ExprError {
+    fn too_early(&self) -> Fault {
         bad(self.text.len()..self.text.len(), "the expression ends too early")
     }
 }

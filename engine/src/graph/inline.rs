@@ -1,0 +1,59 @@
+//! Nodes without a name, written where they are read: `input: Perlin(size: 3)`. Their names follow from the place:
+//! `node.input`, and `node.layers.2` for the second of a list.
+use super::document;
+use super::part::{Entry, Part, Shape};
+use super::ports::{self, Literal};
+use super::scope::{Entity, Port, Unit};
+use crate::diagnostics::Diagnostic;
+use crate::value::Accepts;
+use std::borrow::Cow;
+
+impl Unit<'_> {
+    /// Whether a node is written at `part`.
+    pub(super) fn is_node(&self, part: &Part) -> bool {
+        match part.shape() {
+            Shape::Call => true,
+            Shape::Word(word) => word == "Use" || self.registry.info(&word).is_some(),
+            _ => false,
+        }
+    }
+
+    /// Adds the node that is written at `part`, and all that is written in it later. Its name in its scope is `name`.
+    pub(super) fn add_inline(&mut self, scope: usize, name: &str, part: &Part) {
+        let entry = Entry { name: name.to_owned(), key: part.clone(), value: part.clone() };
+        let decl = document::node(&entry, false, self.report);
+        let entity = match &decl.args {
+            Some(args) => self.entity(scope, &decl, &Cow::Owned(args.clone())),
+            None => Entity::Broken,
+        };
+        self.inlines.insert((scope, part.span()), entity);
+        self.enter(scope);
+    }
+
+    /// What is written at a port that was read before: a node, or what [`ports::literal`] says.
+    pub(super) fn written(
+        &self,
+        scope: usize,
+        part: &Part,
+        wants: Accepts,
+        port: &Port,
+    ) -> Result<Literal, Box<Diagnostic>> {
+        if self.inlines.contains_key(&(scope, part.span())) {
+            return Ok(Literal::Reference(part.str().to_owned()));
+        }
+        ports::literal(part, wants, port, false)
+    }
+
+    /// The name of a node in its scope.
+    pub(super) fn local_name(&self, flat: usize) -> String {
+        let node = &self.flats[flat];
+        let prefix = &self.scopes[node.scope].prefix;
+        node.name.strip_prefix(prefix.as_str()).unwrap_or(&node.name).to_owned()
+    }
+
+    /// The name of a sub-graph in the scope that uses it.
+    pub(super) fn name_of_use(&self, scope: usize, child: usize) -> String {
+        let (outer, inner) = (&self.scopes[scope].prefix, &self.scopes[child].prefix);
+        inner.strip_prefix(outer.as_str()).unwrap_or(inner).trim_end_matches('/').to_owned()
+    }
+}

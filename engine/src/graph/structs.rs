@@ -1,0 +1,62 @@
+//! Lists of structs whose fields are ports: `layers: [(material: "a"), (material: "b", mask: "m", opacity: 0.5)]`.
+//!
+//! What is connected to such a port is a slot of the node like any other, of the port `layers.2.mask`; the struct is told the
+//! number of the slot.
+use super::part::{Part, Shape};
+use super::scope::Unit;
+use super::subst::{Substituted, substitute, substitute_with};
+use crate::diagnostics::Code;
+use crate::node::{ParamInfo, PortInfo, Role};
+
+impl Unit<'_> {
+    /// Reads such a list: the values of the ports become slots of the node, and their numbers stand in the list in their place. `None`
+    /// after an error.
+    pub(super) fn read_structs(
+        &mut self,
+        flat: usize,
+        name: &str,
+        param: &ParamInfo,
+        value: &Part,
+    ) -> Option<Substituted> {
+        let scope = self.flats[flat].scope;
+        let Shape::List(items) = value.shape() else {
+            return substitute(value, &self.scopes[scope].params, self.report);
+        };
+        let (mut replaced, mut good) = (Vec::new(), true);
+        for (index, item) in (1..).zip(&items) {
+            let Shape::Named(entries) = item.shape() else { continue };
+            for field in &param.fields {
+                let Role::Port(port) = &field.role else { continue };
+                let Some(entry) = entries.iter().find(|entry| entry.name == field.name) else {
+                    good &= !port.required || self.missing_in(flat, name, &field.name, port, item);
+                    continue;
+                };
+                let first = self.flats[flat].slots.len();
+                match self.read_port(flat, &format!("{name}.{index}.{}", field.name), port, &entry.value) {
+                    Some(slots) => {
+                        let numbers: Vec<_> = (first..first + slots.len()).map(|slot| slot.to_string()).collect();
+                        let text = if port.list { format!("[{}]", numbers.join(", ")) } else { numbers.concat() };
+                        replaced.push((entry.value.clone(), text));
+                        self.flats[flat].slots.extend(slots);
+                    }
+                    None => good = false,
+                }
+            }
+        }
+        let value = substitute_with(value, &self.scopes[scope].params, self.report, &replaced);
+        value.filter(|_| good)
+    }
+
+    fn missing_in(&mut self, flat: usize, name: &str, field: &str, port: &PortInfo, item: &Part) -> bool {
+        let kind = &self.flats[flat].kind_name;
+        let message = format!("each of the `{name}` of `{kind}` needs `{field}` ({})", port.ty);
+        let help = format!("write `{field}: \"node\"`");
+        self.report.push(item.error(Code::MissingInput, message).help(help));
+        false
+    }
+}
+
+/// Whether a parameter is a list of structs in which there are ports.
+pub(super) fn has_ports(param: &ParamInfo) -> bool {
+    param.fields.iter().any(|field| matches!(field.role, Role::Port(_)))
+}

@@ -9,6 +9,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::DVec2;
+use shibo_engine::expression::{self, Meaning, Names};
 use shibo_engine::value::Tiling;
 use shibo_engine::value::Window;
 use shibo_kernel::filter::blur;
@@ -20,6 +21,7 @@ use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 use shibo_kernel::noise::worley::{Metric, Worley, WorleyOut, WorleySpec};
 use shibo_kernel::pointwise::blend;
+use shibo_kernel::pointwise::expression as kernel_expression;
 use shibo_kernel::pointwise::tone::{self, Gradient, Interpolation, Levels};
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 use shibo_kernel::surface::occlusion::{self, OcclusionSpec};
@@ -207,6 +209,45 @@ fn points() -> (f64, f64, f64) {
     (power, blended, warped)
 }
 
+/// The planes that the names in a formula stand for: `a`, `b` and `x`.
+struct Planes;
+
+impl Names for Planes {
+    fn param(&mut self, _name: &str) -> Meaning {
+        Meaning::Broken
+    }
+
+    fn name(&mut self, name: &str) -> Option<Meaning> {
+        let first = ["a", "b", "x"].iter().position(|plane| *plane == name)?;
+        Some(Meaning::Planes { first, count: 1 })
+    }
+
+    fn all(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn has_words(&self) -> bool {
+        false
+    }
+
+    fn seed(&mut self) -> Option<u64> {
+        Some(1)
+    }
+}
+
+/// A formula on tiles; and how many operations it has.
+fn formula(text: &str) -> (f64, usize) {
+    let compiled = expression::compile(text, &mut Planes).expect("a formula");
+    let program = compiled.program(&[], [false; 2]).expect("a short one");
+    let data = picture(Window::of(0, 0, TILE, TILE));
+    let planes: Vec<&[f32]> = program.planes.iter().map(|_| data.as_slice()).collect();
+    let mut out = vec![0.0; TILE * TILE];
+    let rate = rate(TILE * TILE, || {
+        kernel_expression::run(&program, black_box(&planes), &mut [black_box(out.as_mut_slice())]);
+    });
+    (rate, program.instructions.len())
+}
+
 fn table() {
     println!("Mpx per CPU second, one thread");
     let peer = fastnoise();
@@ -229,6 +270,15 @@ fn table() {
     println!("occlusion {occluded:.0}; relief {lit:.0}");
     let (power, blended, warped) = points();
     println!("levels with gamma {power:.0}; overlay with mask {blended:.0}; warp {warped:.0}");
+    for text in [
+        "if(a > 0.5, a * b + x, clamp(b - a, 0, 1)) * (a + b) - abs(x - 0.5)",
+        "a * b + x * 0.1 - a * a + b * (x + 1) - b",
+        "sin(360 * a) + cos(360 * b)",
+        "noise(8 * a, 8 * b)",
+    ] {
+        let (rate, operations) = formula(text);
+        println!("expression of {operations} operations: {rate:.0} (at least 150 for ten): {text}");
+    }
 }
 
 #[divan::bench]

@@ -13,6 +13,9 @@ use shibo_kernel::pointwise::math_ops::{self as kernel, Operand, Operation};
 
 /// Computes with fields and numbers, channel by channel. Results that are not finite become 0.
 ///
+/// The value comes first, `a`: `Smoothstep` of `a` between the edges `b` and `c`, `Step` of `a` at the edge `b`. In `Expression` the order is that of
+/// GLSL, `smoothstep(e0, e1, x)` and `step(edge, x)`. `Expression` says in one line what takes several of these nodes.
+///
 /// ```ron
 /// "cells": Worley(size: 9),
 /// "gap": Math(operation: Subtract, a: "cells.f2", b: "cells.f1"),

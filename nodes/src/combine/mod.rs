@@ -1,8 +1,11 @@
 //! Combine: point-wise operations on several fields.
 mod blend;
+mod expression;
+mod formula;
 mod math;
 
 pub use blend::Blend;
+pub use expression::Expression;
 pub use math::Math;
 
 use shibo_engine::registry::{Family, Kind};
@@ -12,6 +15,6 @@ pub fn family() -> Family {
     Family {
         name: "Combine",
         doc: "Point-wise operations on several fields; where one is a colour, grey counts as a colour too.",
-        kinds: vec![Kind::of::<Blend>(), Kind::of::<Math>()],
+        kinds: vec![Kind::of::<Blend>(), Kind::of::<Math>(), Kind::of::<Expression>()],
     }
 }

@@ -19,8 +19,11 @@ mod bounds;
 #[cfg(test)]
 mod conform;
 mod csv_points;
+mod masked;
+mod moved;
 #[cfg(test)]
 mod testing;
+mod warped;
 
 use shibo_engine::registry::{Family, Registry};
 

@@ -1,8 +1,6 @@
 //! Space: fields moved, rotated, scaled and bent.
-mod moved;
 mod transform;
 mod warp;
-mod warped;
 
 pub use transform::Transform;
 pub use warp::Warp;

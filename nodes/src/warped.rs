@@ -1,15 +1,15 @@
-//! A field seen through displacements: what [`Warp`](super::Warp) makes.
+//! A field seen through displacements: what [`Warp`](crate::space::Warp) makes.
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 use shibo_kernel::filter::warp::{self, WarpSpec};
 use shibo_kernel::ground::tile;
 
 /// A field seen through displacements.
-pub(super) struct Warped {
-    pub(super) input: Field,
+pub(crate) struct Warped {
+    pub(crate) input: Field,
     /// Displacements in x and y, mm.
-    pub(super) by: Field,
+    pub(crate) by: Field,
     /// Longest displacement, mm.
-    pub(super) limit: f64,
+    pub(crate) limit: f64,
 }
 
 impl Warped {

@@ -1,23 +1,95 @@
-//! A field as it looks through an affine map: what [`Transform`](super::Transform) makes.
+//! A field as it looks through an affine map: what [`Transform`](crate::space::Transform) and
+//! [`TransformMaterial`](crate::material::TransformMaterial) make.
 use glam::{DMat2, DVec2};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Type, Window};
+use shibo_engine::node::Xy;
+use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::filter::resample::{self, Places};
 use shibo_kernel::ground::tile;
 
+/// How features are laid out anew: scaled, then rotated about the pivot, then moved.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement {
+    /// mm.
+    pub(crate) offset: Xy,
+    /// Degrees from +x towards +y.
+    pub(crate) angle: f64,
+    pub(crate) scale: Xy,
+    /// mm; the middle of the canvas if not given.
+    pub(crate) pivot: Option<Xy>,
+}
+
+/// The sine and cosine of an angle in degrees, exact at multiples of 90°.
+fn sin_cos(degrees: f64) -> (f64, f64) {
+    let quarters = degrees / 90.0;
+    if quarters.fract() != 0.0 {
+        return (libm::sin(degrees.to_radians()), libm::cos(degrees.to_radians()));
+    }
+    match quarters.rem_euclid(4.0) {
+        0.0 => (0.0, 1.0),
+        1.0 => (1.0, 0.0),
+        2.0 => (0.0, -1.0),
+        _ => (-1.0, 0.0),
+    }
+}
+
+impl Placement {
+    /// S⁻¹·R⁻¹: from the result to the input.
+    fn inverse(&self) -> DMat2 {
+        let (sin, cos) = sin_cos(self.angle);
+        let (x, y) = (1.0 / self.scale.x, 1.0 / self.scale.y);
+        DMat2::from_cols(DVec2::new(cos * x, -sin * y), DVec2::new(sin * x, cos * y))
+    }
+
+    /// The directions in which the result repeats if the input repeats in those of `input`: where a side of the canvas
+    /// leads to a whole number of sides in the input.
+    pub(crate) fn repeats(&self, size: DVec2, input: Tiling) -> Tiling {
+        let whole = |side: DVec2| {
+            let sides = self.inverse() * side / size;
+            let near = (sides - sides.round()).abs().max_element() < 1e-9 * sides.abs().max_element().max(1.0);
+            near && (input.x || sides.x.round() == 0.0) && (input.y || sides.y.round() == 0.0)
+        };
+        Tiling { x: whole(DVec2::new(size.x, 0.0)), y: whole(DVec2::new(0.0, size.y)) }
+    }
+
+    /// Whether everything stays where it is.
+    pub(crate) fn is_identity(&self) -> bool {
+        let Self { offset, angle, scale, .. } = self;
+        *offset == Xy::new(0.0, 0.0) && angle % 360.0 == 0.0 && *scale == Xy::new(1.0, 1.0)
+    }
+
+    /// `input` laid out anew on a canvas of that size; normals are rotated with it.
+    pub(crate) fn place(&self, input: &Field, size: DVec2) -> Field {
+        let turned = input.ty() == Type::Normal && self.angle % 360.0 != 0.0;
+        if self.is_identity() || (input.as_constant().is_some() && !turned) {
+            return input.clone();
+        }
+        let pivot = self.pivot.map_or(size * 0.5, |p| DVec2::new(p.x, p.y));
+        let moved = Moved {
+            input: input.clone(),
+            inverse: self.inverse(),
+            turn: sin_cos(self.angle),
+            shift: pivot + DVec2::new(self.offset.x, self.offset.y),
+            pivot,
+            size,
+        };
+        Field::new(input.ty(), self.repeats(size, input.tiling()), moved)
+    }
+}
+
 /// A field moved by an affine map.
-pub(super) struct Moved {
+struct Moved {
     /// What is moved.
-    pub(super) input: Field,
+    input: Field,
     /// From the result to the input, without its shift.
-    pub(super) inverse: DMat2,
+    inverse: DMat2,
     /// Sine and cosine of the angle.
-    pub(super) turn: (f64, f64),
+    turn: (f64, f64),
     /// Where the pivot goes.
-    pub(super) shift: DVec2,
+    shift: DVec2,
     /// The point of the input that goes there.
-    pub(super) pivot: DVec2,
+    pivot: DVec2,
     /// The canvas.
-    pub(super) size: DVec2,
+    size: DVec2,
 }
 
 /// How the input's pixels lie relative to those of the result.

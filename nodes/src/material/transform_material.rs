@@ -17,7 +17,7 @@ use shibo_kernel::surface::layers::scale_slopes;
 /// when it is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
 ///
 /// ```ron
-/// "wave":    Gradient(kind: Linear, repeat: 6),
+/// "wave":    Gradient(times: 8, repeat: Mirror),
 /// "bump":    Remap(input: "wave", from: (0, 1), to: (0, 0.8)),
 /// "normal":  HeightToNormal(input: "bump"),
 /// "ribs":    Material(base_color: "#6a7d8a", roughness: 0.4, height: "bump", normal: "normal"),

@@ -14,7 +14,7 @@ use shibo_kernel::ground::number::narrow;
 /// Bends a material, all its channels at once, by fields that are connected.
 ///
 /// ```ron
-/// "wave":    Gradient(kind: Linear, repeat: 6),
+/// "wave":    Gradient(times: 8, repeat: Mirror),
 /// "bump":    Remap(input: "wave", from: (0, 1), to: (0, 0.8)),
 /// "ribs":    Material(base_color: "#6a7d8a", roughness: 0.4, height: "bump"),
 /// "bend":    Perlin(size: 12),

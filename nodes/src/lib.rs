@@ -19,6 +19,8 @@ mod bounds;
 #[cfg(test)]
 mod conform;
 mod csv_points;
+mod distances;
+mod measured;
 #[cfg(test)]
 mod testing;
 

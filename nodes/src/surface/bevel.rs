@@ -28,8 +28,7 @@ pub enum BevelSide {
 ///
 /// ```ron
 /// "cells": Worley(size: 10),
-/// "stones": Threshold(input: "cells.border", level: 0.5),
-/// "height": Bevel(mask: "stones", width: 1.2, height: 1),
+/// "height": Bevel(mask: "cells.border", threshold: 0.5, width: 1.2, height: 1),
 /// "example": Relief(height: "height"),
 /// ```
 ///
@@ -37,7 +36,8 @@ pub enum BevelSide {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Bevel {
-    /// The shape is where this is above the threshold.
+    /// The shape is where this is above the threshold. Its edge is found between pixels: a mask that is soft there gives
+    /// smoother slopes than one of black and white.
     pub mask: In<Gray>,
     /// The value at the shape's edge.
     #[schemars(range(min = -1e6, max = 1e6))]

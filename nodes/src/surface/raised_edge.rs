@@ -16,8 +16,7 @@ use shibo_kernel::surface::profile::{self, Profile};
 ///
 /// ```ron
 /// "noise": Fractal(size: 18, octaves: 2),
-/// "islands": Threshold(input: "noise", level: 0.5),
-/// "height": RaisedEdge(mask: "islands", width: 1.6, height: 0.8),
+/// "height": RaisedEdge(mask: "noise", threshold: 0.5, width: 1.6, height: 0.8),
 /// "example": Relief(height: "height"),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]

@@ -13,7 +13,7 @@ use shibo_kernel::ground::tile;
 ///
 /// ```ron
 /// "noise": Fractal(size: 20, octaves: 3),
-/// "hills": Remap(input: "noise", to: (0, 12)),
+/// "hills": Remap(input: "noise", to: (0, 30)),
 /// "example": SlopeMap(input: "hills", normalize: true),
 /// ```
 ///

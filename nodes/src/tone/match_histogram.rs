@@ -22,7 +22,7 @@ use std::sync::OnceLock;
 /// ```ron
 /// "cells": Worley(size: 9),
 /// "noise": Fractal(size: 8, octaves: 6),
-/// "levels": Levels(input: "noise", low: 0.55, high: 0.7),
+/// "levels": Levels(input: "noise", low: 0.35, high: 0.75),
 /// "example": MatchHistogram(input: "cells.f1", to: "levels"),
 /// ```
 ///

@@ -14,7 +14,7 @@ use shibo_kernel::pointwise::color;
 ///
 /// ```ron
 /// "cells": Worley(size: 6),
-/// "stones": GradientMap(input: "cells.value", stops: [(0.33, "#7d8a4a"), (0.33, "#b08a5a"), (0.66, "#b08a5a"), (0.66, "#5a4a42")], interpolation: Constant),
+/// "stones": GradientMap(input: "cells.value", stops: [(0.33, "#3f5f3a"), (0.33, "#b08a5a"), (0.66, "#b08a5a"), (0.66, "#5a4a42")], interpolation: Constant),
 /// "shade": Remap(input: "cells.border", from: (0, 1), to: (0.6, 1), clamp: true),
 /// "shaded": Blend(base: "stones", top: "shade", mode: Multiply),
 /// "example": ReplaceColor(input: "shaded", from: "#b08a5a", to: "#2a6a9a", tolerance: 0.12),

@@ -1,7 +1,7 @@
 //! [`Median`]: specks away, edges kept.
 //!
 //! Exact, over the pixels whose centres lie within the radius; see [`kernel::median`](shibo_kernel::filter::median). Cost:
-//! a few ns a pixel up to a radius of 3 pixels, above that about 3 ns for each pixel of the radius.
+//! about 20 ns a pixel for a radius of 2 pixels, 200 for 4 and 270 for 8; above that in proportion to the radius.
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

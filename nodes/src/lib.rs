@@ -19,7 +19,9 @@ mod bounds;
 #[cfg(test)]
 mod conform;
 mod csv_points;
+mod distances;
 mod masked;
+mod measured;
 mod moved;
 #[cfg(test)]
 mod testing;

@@ -67,6 +67,7 @@ pub(crate) fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, St
     let ty = match port {
         Accepts::One(ty) => ty,
         Accepts::Field => Type::Gray,
+        Accepts::AnyVector => Type::Rgb,
         Accepts::AnySolid => Type::Solid,
     };
     match stand_ins().get(&ty) {

@@ -47,6 +47,8 @@ field_ports! {
     IdsField = Accepts::One(Type::Ids),
     /// A port for `Gray` or `Rgb`, whichever is connected.
     AnyField = Accepts::Field,
+    /// A port for `Rgb`, `Normal` or `Vec2`, whichever comes.
+    AnyVector = Accepts::AnyVector,
 }
 
 /// A port for objects of one type, or for materials.

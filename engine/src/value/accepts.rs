@@ -9,6 +9,8 @@ pub enum Accepts {
     One(Type),
     /// A field of numbers or colours, whichever is connected: `Gray`, `Rgb` or `Normal`.
     Field,
+    /// A field of several numbers that are taken apart: `Rgb`, `Normal` or `Vec2`.
+    AnyVector,
     /// Any solid.
     AnySolid,
 }
@@ -22,7 +24,7 @@ impl From<Type> for Accepts {
 impl Accepts {
     /// All that a port may accept.
     pub fn all() -> impl Iterator<Item = Self> {
-        Type::ALL.iter().copied().map(Self::One).chain([Self::Field, Self::AnySolid])
+        Type::ALL.iter().copied().map(Self::One).chain([Self::Field, Self::AnyVector, Self::AnySolid])
     }
 
     /// The name as users read it.
@@ -30,6 +32,7 @@ impl Accepts {
         match self {
             Self::One(ty) => ty.name(),
             Self::Field => "Field",
+            Self::AnyVector => "AnyVector",
             Self::AnySolid => "AnySolid",
         }
     }
@@ -43,7 +46,7 @@ impl Accepts {
     pub const fn only(self) -> Option<Type> {
         match self {
             Self::One(ty) => Some(ty),
-            Self::Field | Self::AnySolid => None,
+            Self::Field | Self::AnyVector | Self::AnySolid => None,
         }
     }
 
@@ -52,7 +55,7 @@ impl Accepts {
     pub fn fits(self, other: Self) -> bool {
         match self {
             Self::One(ty) => ty.fits(other),
-            Self::Field | Self::AnySolid => self == other,
+            Self::Field | Self::AnyVector | Self::AnySolid => self == other,
         }
     }
 }
@@ -69,11 +72,13 @@ impl Type {
     /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
     /// `Picture` → `Rgb` its colour; `Normal` and `Rgb` go into each other as they are, and so does `Picture` → `Normal`;
     /// a `Field` port takes `Gray`, `Rgb`, `Normal` and `Picture`, as `Gray` if the picture has one channel and as `Rgb` if
-    /// it has more; an `AnySolid` port takes every solid.
+    /// it has more; an `AnyVector` port takes `Rgb`, `Normal`, `Vec2` and `Picture`, as `Rgb`; an `AnySolid` port takes every
+    /// solid.
     /// Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields.
     pub const fn fits(self, port: Accepts) -> bool {
         match port {
             Accepts::Field => matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture),
+            Accepts::AnyVector => matches!(self, Self::Rgb | Self::Normal | Self::Vec2 | Self::Picture),
             Accepts::AnySolid => self.is_solid(),
             Accepts::One(ty) => {
                 self as usize == ty as usize
@@ -100,7 +105,7 @@ impl Value {
             (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal)) => Self::Field(field.to_rgb()),
             (Self::Picture(picture), Accepts::One(Type::Gray)) => Self::Field(picture.gray.clone()),
             (Self::Picture(picture), Accepts::Field) if picture.is_gray => Self::Field(picture.gray.clone()),
-            (Self::Picture(picture), Accepts::One(Type::Rgb | Type::Normal) | Accepts::Field) => {
+            (Self::Picture(picture), Accepts::One(Type::Rgb | Type::Normal) | Accepts::Field | Accepts::AnyVector) => {
                 Self::Field(picture.rgb.clone())
             }
             (value, _) => value.clone(),

@@ -2,8 +2,11 @@
 //!
 //! A weight of 0 shows the base, 1 the top layer. Heights are in mm, normals are stored as ½ + ½n.
 
+use super::combine_normals::{NormalBlend, combine};
 use crate::ground::math::{atan2_degrees, cos_degrees, lerp, max, saturate, sin_degrees, smooth};
 use crate::ground::simd::{self, inlined};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// How two heights decide which layer shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,17 +88,18 @@ fn mix(base: f32, top: f32, weight: f32) -> f32 {
 /// # Panics
 /// If the slices differ in length.
 pub fn mix_values(weight: &[f32], base: &[f32], top: &[f32], out: &mut [f32]) {
-    mix_heights(Heights::Replace, 0.0, weight, base, top, out);
+    mix_heights(HeightMode::Replace, 0.0, weight, base, top, out);
 }
 
-/// How the height of a blend follows from those of its layers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heights {
-    /// The top layer's height.
+/// What becomes of the heights of two layers where the upper one shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum HeightMode {
+    /// The upper height: one thing set into another
+    #[default]
     Replace,
-    /// The sum.
+    /// The sum of both: a coat, cloth over a form
     Add,
-    /// The larger.
+    /// The larger of both: one thing that sticks out of another
     Max,
 }
 
@@ -103,27 +107,27 @@ pub enum Heights {
 ///
 /// # Panics
 /// If the slices differ in length.
-pub fn mix_heights(how: Heights, offset: f32, weight: &[f32], base: &[f32], top: &[f32], out: &mut [f32]) {
+pub fn mix_heights(how: HeightMode, offset: f32, weight: &[f32], base: &[f32], top: &[f32], out: &mut [f32]) {
     assert!(weight.len() == out.len() && base.len() == out.len() && top.len() == out.len());
     let layers = Layers { weight, base, top, offset };
     simd::dispatch(
         #[inline(always)]
         || match how {
-            Heights::Replace => layers.mix(
+            HeightMode::Replace => layers.mix(
                 out,
                 inlined(
                     #[inline(always)]
                     |_, top| top,
                 ),
             ),
-            Heights::Add => layers.mix(
+            HeightMode::Add => layers.mix(
                 out,
                 inlined(
                     #[inline(always)]
                     |base, top| base + top,
                 ),
             ),
-            Heights::Max => layers.mix(out, max),
+            HeightMode::Max => layers.mix(out, max),
         },
     );
 }
@@ -155,23 +159,14 @@ pub fn multiply(weight: &[f32], base: &[f32], top: &[f32], out: &mut [f32]) {
     }
 }
 
-/// How two normals become one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Normals {
-    /// Slopes are mixed by the weight.
-    Mix,
-    /// The top layer's normal, its slopes scaled by the weight, is tilted with the base (reoriented normal mapping).
-    Detail,
-}
-
 /// Planes of x, y and z.
 pub type Planes<'a> = [&'a [f32]; 3];
 
-/// Normals of two layers mixed by a weight.
+/// Normals of two layers whose slopes are mixed by a weight.
 ///
 /// # Panics
 /// If a slice is shorter than `weight`.
-pub fn mix_normals(how: Normals, weight: &[f32], base: Planes<'_>, top: Planes<'_>, out: [&mut [f32]; 3]) {
+pub fn mix_normals(weight: &[f32], base: Planes<'_>, top: Planes<'_>, out: [&mut [f32]; 3]) {
     let n = weight.len();
     let (base, top) = (base.map(|plane| &plane[..n]), top.map(|plane| &plane[..n]));
     let [x, y, z] = out.map(|plane| &mut plane[..n]);
@@ -181,14 +176,10 @@ pub fn mix_normals(how: Normals, weight: &[f32], base: Planes<'_>, top: Planes<'
             for i in 0..n {
                 let (b, t) = (slopes(base, i), slopes(top, i));
                 let w = weight[i];
-                let normal = match how {
-                    Normals::Mix => of_slopes(lerp(b[0], t[0], w), lerp(b[1], t[1], w)),
-                    Normals::Detail => reorient(of_slopes(b[0], b[1]), of_slopes(t[0] * w, t[1] * w)),
-                };
-                let covered = how == Normals::Mix && w >= 1.0;
+                let normal = of_slopes(lerp(b[0], t[0], w), lerp(b[1], t[1], w));
                 for (k, out) in [&mut *x, &mut *y, &mut *z].into_iter().enumerate() {
                     let mixed = 0.5 + 0.5 * normal[k];
-                    let mixed = if covered { top[k][i] } else { mixed };
+                    let mixed = if w >= 1.0 { top[k][i] } else { mixed };
                     out[i] = if w <= 0.0 { base[k][i] } else { mixed };
                 }
             }
@@ -225,16 +216,17 @@ pub fn scale_slopes(by: [f32; 2], normals: Planes<'_>, out: [&mut [f32]; 3]) {
     }
 }
 
-/// The normal `detail` turned from the direction of z to that of `base` (C. Barré-Brisebois and S. Hill, *Blending in
-/// Detail*, 2012).
-#[inline(always)]
-fn reorient(base: [f32; 3], detail: [f32; 3]) -> [f32; 3] {
-    let t = [base[0], base[1], base[2] + 1.0];
-    let u = [-detail[0], -detail[1], detail[2]];
-    let dot = (t[0] * u[0] + t[1] * u[1] + t[2] * u[2]) / t[2];
-    let r = [t[0] * dot - u[0], t[1] * dot - u[1], max(t[2] * dot - u[2], LEAST_Z)];
-    let length = 1.0 / (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]).sqrt();
-    r.map(|v| v * length)
+/// The top layer's normals, their slopes scaled by the weight, tilted with those of the base: detail over a form.
+///
+/// # Panics
+/// If a slice is shorter than `weight`.
+pub fn detail_normals(weight: &[f32], base: Planes<'_>, top: Planes<'_>, mut out: [&mut [f32]; 3]) {
+    combine(NormalBlend::Reoriented, base, top, weight, out.each_mut().map(|plane| &mut **plane));
+    for (out, base) in out.iter_mut().zip(base) {
+        for ((out, base), weight) in out.iter_mut().zip(base).zip(weight) {
+            *out = if *weight <= 0.0 { *base } else { *out };
+        }
+    }
 }
 
 /// A direction without a sense: its strength and its angle in degrees, as planes.
@@ -320,18 +312,19 @@ mod tests {
             mix_heights(how, 0.5, &[weight], &[2.0], &[1.0], &mut out);
             out[0]
         };
-        assert_eq!([0.0, 0.5, 1.0].map(|w| mix(Heights::Replace, w)), [2.0, 1.75, 1.5]);
-        assert_eq!([0.0, 0.5, 1.0].map(|w| mix(Heights::Add, w)), [2.0, 2.75, 3.5]);
-        assert_eq!([0.0, 0.5, 1.0].map(|w| mix(Heights::Max, w)), [2.0, 2.0, 2.0]);
+        assert_eq!([0.0, 0.5, 1.0].map(|w| mix(HeightMode::Replace, w)), [2.0, 1.75, 1.5]);
+        assert_eq!([0.0, 0.5, 1.0].map(|w| mix(HeightMode::Add, w)), [2.0, 2.75, 3.5]);
+        assert_eq!([0.0, 0.5, 1.0].map(|w| mix(HeightMode::Max, w)), [2.0, 2.0, 2.0]);
     }
 
-    fn mixed(how: Normals, weight: f32, base: [f32; 3], top: [f32; 3]) -> [f32; 3] {
+    fn mixed(detail: bool, weight: f32, base: [f32; 3], top: [f32; 3]) -> [f32; 3] {
         let encode = |n: [f32; 3]| n.map(|v| 0.5 + 0.5 * v);
         let (b, t, mut out) = (encode(base), encode(top), [[0.0]; 3]);
         let [x, y, z] = &mut out;
         let planes = |n: &[f32; 3]| [[n[0]], [n[1]], [n[2]]];
         let (b, t) = (planes(&b), planes(&t));
-        mix_normals(how, &[weight], [&b[0], &b[1], &b[2]], [&t[0], &t[1], &t[2]], [x, y, z]);
+        let mix = if detail { detail_normals } else { mix_normals };
+        mix(&[weight], [&b[0], &b[1], &b[2]], [&t[0], &t[1], &t[2]], [x, y, z]);
         out.map(|v| 2.0 * v[0] - 1.0)
     }
 
@@ -345,15 +338,15 @@ mod tests {
         let steep = [std::f32::consts::FRAC_1_SQRT_2, 0.0, std::f32::consts::FRAC_1_SQRT_2];
         let level = [0.0, 0.0, 1.0];
         let root = 1.25_f32.sqrt();
-        near(mixed(Normals::Mix, 0.5, level, steep), [0.5 / root, 0.0, 1.0 / root]);
-        near(mixed(Normals::Mix, 0.0, level, steep), level);
-        near(mixed(Normals::Mix, 1.0, level, steep), steep);
+        near(mixed(false, 0.5, level, steep), [0.5 / root, 0.0, 1.0 / root]);
+        near(mixed(false, 0.0, level, steep), level);
+        near(mixed(false, 1.0, level, steep), steep);
         // On level ground detail is itself; level detail changes nothing; 30° on 30° about one axis are 60°.
-        near(mixed(Normals::Detail, 1.0, level, steep), steep);
-        near(mixed(Normals::Detail, 1.0, steep, level), steep);
-        near(mixed(Normals::Detail, 0.0, steep, steep), steep);
+        near(mixed(true, 1.0, level, steep), steep);
+        near(mixed(true, 1.0, steep, level), steep);
+        near(mixed(true, 0.0, steep, steep), steep);
         let tilt = |degrees: f32| [sin_degrees(degrees), 0.0, cos_degrees(degrees)];
-        near(mixed(Normals::Detail, 1.0, tilt(30.0), tilt(30.0)), tilt(60.0));
+        near(mixed(true, 1.0, tilt(30.0), tilt(30.0)), tilt(60.0));
     }
 
     #[test]

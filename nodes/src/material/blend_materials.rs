@@ -4,11 +4,12 @@
 //! the opacity, `c` being the contrast. Colours are mixed scene-linear, normals by their slopes or by reorientation
 //! (C. Barré-Brisebois and S. Hill, *Blending in Detail*, 2012), anisotropy by twice its angle. Cost: O(pixels), bound by
 //! memory; a tile that shows one layer alone computes nothing of the other.
-use super::layers::{BlendBy, BlendHeight, BlendNormals, Over};
+use super::layers::{BlendBy, BlendNormals, Over};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
 use shibo_engine::value::{ChannelSet, Material, Stop, Type};
+use shibo_kernel::surface::layers::HeightMode;
 
 /// Lays one material over another, all channels at once.
 ///
@@ -59,7 +60,7 @@ pub struct BlendMaterials {
     #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
     pub range: f64,
     /// What becomes of the heights.
-    pub height: BlendHeight,
+    pub height: HeightMode,
     /// Where the normals come from.
     pub normals: BlendNormals,
 }
@@ -75,7 +76,7 @@ impl Default for BlendMaterials {
             contrast: 0.1,
             offset: 0.0,
             range: 1.0,
-            height: BlendHeight::default(),
+            height: HeightMode::default(),
             normals: BlendNormals::default(),
         }
     }
@@ -170,7 +171,7 @@ mod tests {
         // Raised by 0.25, the top layer lies at 0.75 where it shows; the sum is 1.25 with a base of 0.5.
         let raised = |height| BlendMaterials { offset: 0.25, height, ..node() };
         let level = [with(number(0.5)).into(), with(number(0.5)).into(), number(1.0).into()];
-        for (height, expected) in [(BlendHeight::Replace, 0.75), (BlendHeight::Add, 1.25), (BlendHeight::Max, 0.75)] {
+        for (height, expected) in [(HeightMode::Replace, 0.75), (HeightMode::Add, 1.25), (HeightMode::Max, 0.75)] {
             assert_eq!(first(&blend(&raised(height), &level), Channel::Height), [expected]);
         }
     }

@@ -13,7 +13,7 @@ use shibo_engine::value::{
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
-use shibo_kernel::surface::layers::{self as kernel, ByHeight, Grain, Heights, Normals};
+use shibo_kernel::surface::layers::{self as kernel, ByHeight, Grain, HeightMode, Planes};
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 
 /// What decides which layer shows.
@@ -25,18 +25,6 @@ pub enum BlendBy {
     /// The heights: the higher layer shows, and the mask lifts or lowers the top one. Where it is 0 the base shows and
     /// where it is 1 the top layer; ½, which it is if none is connected, leaves the choice to the heights.
     Height,
-}
-
-/// What becomes of the heights of two layers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum BlendHeight {
-    /// Where the top layer shows its height counts: one thing set into another.
-    #[default]
-    Replace,
-    /// The top layer's height is added to that of the base: a coat, cloth over a form.
-    Add,
-    /// The larger counts: one thing that sticks out of another.
-    Max,
 }
 
 /// Where the normals of a blend come from.
@@ -60,7 +48,7 @@ pub(super) struct Over {
     pub(super) offset: f64,
     /// mm.
     pub(super) range: f64,
-    pub(super) height: BlendHeight,
+    pub(super) height: HeightMode,
     pub(super) normals: BlendNormals,
 }
 
@@ -109,27 +97,26 @@ impl Over {
         };
         let offset = narrow(self.offset);
         let height = given(Channel::Height).then(|| {
-            let (how, covers) = match self.height {
-                BlendHeight::Replace => (Heights::Replace, Some(offset)),
-                BlendHeight::Add => (Heights::Add, None),
-                BlendHeight::Max => (Heights::Max, None),
-            };
+            let how = self.height;
+            let covers = (how == HeightMode::Replace).then_some(offset);
             let mix: Mix = Box::new(move |out, weight, base, top| {
                 kernel::mix_heights(how, offset, weight, base[0].plane(0), top[0].plane(0), out.data_mut());
             });
             cx.shared_field(&format!("{name} height"), masked(Channel::Height, covers, &[], mix))
         });
-        let adds = height.is_some() && self.height == BlendHeight::Add;
+        let adds = height.is_some() && self.height == HeightMode::Add;
         let channel = |channel: Channel| match channel {
             Channel::Height => height.clone(),
             Channel::Normal => match &height {
                 Some(height) if self.normals == BlendNormals::FromHeight => Some(normals(height)),
                 _ if !given(channel) => None,
-                _ if self.normals == BlendNormals::Detail => Some(masked(channel, None, &[], normal(Normals::Detail))),
-                _ => Some(masked(channel, Some(0.0), &[], normal(Normals::Mix))),
+                _ if self.normals == BlendNormals::Detail => {
+                    Some(masked(channel, None, &[], normal(kernel::detail_normals)))
+                }
+                _ => Some(masked(channel, Some(0.0), &[], normal(kernel::mix_normals))),
             },
             _ if !given(channel) => None,
-            Channel::CoatNormal => Some(masked(channel, Some(0.0), &[], normal(Normals::Mix))),
+            Channel::CoatNormal => Some(masked(channel, Some(0.0), &[], normal(kernel::mix_normals))),
             Channel::Ao if adds => Some(masked(channel, None, &[], Box::new(occlusion))),
             Channel::Anisotropy => Some(masked(channel, Some(0.0), &[Channel::AnisotropyAngle], Box::new(strength))),
             Channel::AnisotropyAngle => Some(masked(channel, Some(0.0), &[Channel::Anisotropy], Box::new(angle))),
@@ -148,10 +135,10 @@ fn normals(height: &Field) -> Field {
     })
 }
 
-fn normal(how: Normals) -> Mix {
+fn normal(mix: fn(&[f32], Planes<'_>, Planes<'_>, [&mut [f32]; 3])) -> Mix {
     Box::new(move |out, weight, base, top| {
         let (base, top) = ([0, 1, 2].map(|k| base[0].plane(k)), [0, 1, 2].map(|k| top[0].plane(k)));
-        kernel::mix_normals(how, weight, base, top, tile::planes3(out));
+        mix(weight, base, top, tile::planes3(out));
     })
 }
 

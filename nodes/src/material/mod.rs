@@ -14,7 +14,7 @@ mod worn;
 pub use blend_materials::BlendMaterials;
 pub use dirt::Dirt;
 pub use edge_wear::EdgeWear;
-pub use layers::{BlendBy, BlendHeight, BlendNormals};
+pub use layers::{BlendBy, BlendNormals};
 pub use material::Material;
 pub use material_channel::MaterialChannel;
 pub use set_channels::SetChannels;

@@ -1,9 +1,10 @@
 //! What [`EdgeWear`](super::EdgeWear) and [`Dirt`](super::Dirt) have in common: a material that shows where another stands
 //! out of its surroundings, or lies below them.
-use super::layers::{BlendBy, BlendHeight, BlendNormals, Over};
+use super::layers::{BlendBy, BlendNormals, Over};
 use shibo_engine::node::Context;
 use shibo_engine::value::{Channel, Field, Halo, Material, Tile, Type};
 use shibo_kernel::filter::fields::blurred;
+use shibo_kernel::surface::layers::HeightMode;
 use shibo_kernel::surface::wear::WearSpec;
 
 /// A weight from the difference between a height and its surroundings.
@@ -58,7 +59,7 @@ pub(super) fn cover(cx: &Context<'_>, base: &Material, top: &Material, weight: &
         contrast: 0.0,
         offset: 0.0,
         range: 0.0,
-        height: BlendHeight::Replace,
+        height: HeightMode::Replace,
         normals: BlendNormals::Mix,
     };
     let form = |channel: &Channel| matches!(channel, Channel::Height | Channel::Normal);

@@ -1,7 +1,11 @@
 //! Space: fields moved, rotated, scaled and bent.
+mod directional_warp;
+mod mirror;
 mod transform;
 mod warp;
 
+pub use directional_warp::DirectionalWarp;
+pub use mirror::{Mirror, MirrorAxis};
 pub use transform::Transform;
 pub use warp::Warp;
 
@@ -12,6 +16,6 @@ pub fn family() -> Family {
     Family {
         name: "Space",
         doc: "Fields moved, turned, scaled and bent; lengths in mm.",
-        kinds: vec![Kind::of::<Transform>(), Kind::of::<Warp>()],
+        kinds: vec![Kind::of::<Transform>(), Kind::of::<Mirror>(), Kind::of::<Warp>(), Kind::of::<DirectionalWarp>()],
     }
 }

@@ -406,8 +406,8 @@ mod tests {
 
     #[test]
     fn windows_are_crops() {
-        let whole = Frame::new(Rect::new(-20, -10, 280, 190), [0.125, 0.125]);
-        let part = Frame::new(Rect::new(33, 7, 71, 50), [0.125, 0.125]);
+        let whole = Frame::new(Rect::new(-20, -10, 280, 190), [0.1237, 0.1291]);
+        let part = Frame::new(Rect::new(33, 7, 71, 50), [0.1237, 0.1291]);
         for overlap in [Overlap::Max, Overlap::Add, Overlap::Over, Overlap::ByHeight] {
             let (a, b) = (drawn(overlap, &whole, 0.1, false), drawn(overlap, &part, 0.1, false));
             for (k, b) in b.iter().enumerate() {

@@ -134,11 +134,12 @@ impl Placed {
         span.n = n;
         let dy = (y - self.pixel[1]) as f32 - self.rest[1];
         let (row, column) = (self.by_y[0] * dy + self.half[0], self.by_y[1] * dy + self.half[1]);
-        let start = (x - self.pixel[0]) as f32 - self.rest[0];
+        let start = (x - self.pixel[0]) as f32;
         let (w, h) = (2.0 * self.half[0], 2.0 * self.half[1]);
         let (stride, begin) = (index(self.level.stride()), index(self.level.start()));
         for k in 0..n.next_multiple_of(LANES).min(BLOCK) {
-            let dx = start + index_f32(k);
+            // Whole numbers first, so that a pixel has the same place whatever the run began with.
+            let dx = (start + index_f32(k)) - self.rest[0];
             let (tx, ty) = (self.by_x[0] * dx + row, self.by_x[1] * dx + column);
             let across = clamp(min(tx, w - tx) * self.scale[0] + 0.5, 0.0, 1.0);
             let down = clamp(min(ty, h - ty) * self.scale[1] + 0.5, 0.0, 1.0);

@@ -3,3 +3,4 @@
 pub mod combine;
 pub mod figure;
 pub mod mask;
+pub mod outline;

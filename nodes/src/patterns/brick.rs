@@ -1,6 +1,6 @@
 //! [`Brick`]: rectangles and other pieces laid side by side.
 //!
-//! See [`kernel::layout`](shibo_kernel::pattern::layout). Each output is computed separately. Cost: O(pixels), about 15 ns each.
+//! See [`kernel::layout`](shibo_kernel::pattern::layout). Each output is computed separately. Cost: O(pixels).
 use super::{fitted, pieces};
 use crate::degrees::sin_cos;
 use glam::DVec2;
@@ -23,7 +23,7 @@ use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
 /// "example": Relief(height: "floor"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Brick Generator*, *Tile Generator*, *Herringbone*; Material Maker *Bricks*, *Bricks 2*; Blender *Brick Texture*.
+/// Elsewhere: Substance Designer *Brick Generator*, *Tile Generator*; Material Maker *Bricks*; Blender *Brick Texture*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Brick {

@@ -1,6 +1,6 @@
 //! [`Hex`]: regular hexagons.
 //!
-//! The hexagons of [`kernel::layout`](shibo_kernel::pattern::layout). Cost: O(pixels), about 20 ns for each output.
+//! The hexagons of [`kernel::layout`](shibo_kernel::pattern::layout). Cost: O(pixels).
 use super::{fitted, pieces};
 use crate::degrees::sin_cos;
 use glam::DVec2;
@@ -22,7 +22,7 @@ use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
 /// "example": Relief(height: "comb"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Hexagon Tile*; Material Maker *Beehive*.
+/// Elsewhere: Material Maker *Beehive*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Hex {

@@ -1,6 +1,6 @@
 //! [`Truchet`]: square tiles turned at random.
 //!
-//! See [`kernel::truchet`](shibo_kernel::pattern::truchet). Cost: O(pixels), about 20 ns for each output.
+//! See [`kernel::truchet`](shibo_kernel::pattern::truchet). Cost: O(pixels) for each output.
 use super::fitted;
 use crate::degrees::sin_cos;
 use glam::DVec2;

@@ -1,6 +1,6 @@
 //! [`Weave`]: woven cloth.
 //!
-//! See [`kernel::weave`](shibo_kernel::pattern::weave). Cost: O(pixels), about 40 ns for each output.
+//! See [`kernel::weave`](shibo_kernel::pattern::weave). Cost: O(pixels) for each output.
 use super::fitted;
 use crate::degrees::sin_cos;
 use glam::DVec2;

@@ -23,7 +23,7 @@ use shibo_kernel::strokes::Profile;
 /// "example": Relief(height: "fibers"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Fibers 1*, *Fur*; Blender *Hair Curves*; Houdini *Hair Generate*.
+/// Elsewhere: Substance Designer *Fibers 1*, *Fur 1*; Blender *Hair Curves*; Houdini *Hair Generate*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fibers {

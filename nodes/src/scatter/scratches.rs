@@ -17,7 +17,7 @@ use shibo_kernel::strokes::Profile;
 /// Those thinner than a pixel are drawn as wide as one, and fade. A canvas that tiles in both directions is crossed at its border.
 ///
 /// ```ron
-/// "scratches": Scratches(density: 60, length: (4, 25), width: (0.08, 0.3), depth: (0.05, 0.3), angle: (-25, 25), curl: 2),
+/// "scratches": Scratches(density: 9, length: (4, 25), width: (0.08, 0.4), depth: (0.05, 0.3), angle: (-25, 25), curl: 2),
 /// "example": Relief(height: "scratches", strength: 2),
 /// ```
 ///

@@ -1,7 +1,7 @@
 //! [`TileSampler`]: one field stamped many times, on a grid or on points.
 //!
 //! The stamp is read once for each resolution, with as many pixels as the largest stamp has, and its halves serve the smaller ones; between
-//! pixels it is interpolated. Then a tile costs what overlaps it: about 2 ns for each pixel of each stamp. Steering fields are read at
+//! pixels it is interpolated. Then a tile costs what overlaps it. Steering fields are read at
 //! the middle of each stamp, with four samples per pitch. See [`kernel::paint`](shibo_kernel::scatter::paint).
 use super::plan::{Order, PLACE, Plan};
 use super::sown::{self, Sown};

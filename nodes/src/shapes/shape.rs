@@ -1,7 +1,7 @@
 //! [`Shape`]: one geometric figure.
 //!
 //! Signed distances in closed form, see [`kernel::figure`](shibo_kernel::shape::figure); where the canvas tiles, that of
-//! the nearest copy. Cost: O(pixels · copies near), about 5 ns each; ellipses and stars 20 ns.
+//! the nearest copy. Cost: O(pixels · copies near).
 use super::masked;
 use crate::degrees::sin_cos;
 use glam::DVec2;
@@ -51,7 +51,7 @@ pub enum Form {
 /// "example": Relief(height: "slope"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Shape*, *Polygon*; Material Maker *Shape*, *SDF Circle*, *SDF Box*, *SDF Rhombus*.
+/// Elsewhere: Substance Designer *Shape*, *Polygon*; Material Maker *Shape*, *Circle*, *Box*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shape {

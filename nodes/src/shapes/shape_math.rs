@@ -1,7 +1,7 @@
 //! [`ShapeMath`]: shapes combined, by their distances.
 //!
 //! See [`kernel::combine`](shibo_kernel::shape::combine). `Repeat` shows the nearest four copies of what lies in two cells about the
-//! middle of the canvas; between pixels it is read by Catmull-Rom. Cost: O(pixels), bound by memory; `Repeat` 10 ns each, and that of the
+//! middle of the canvas; between pixels it is read by Catmull-Rom. Cost: O(pixels), bound by memory; `Repeat` also that of the
 //! input over two cells.
 use super::masked;
 use glam::DVec2;
@@ -29,7 +29,7 @@ use shibo_kernel::shape::combine::{self, Operation};
 /// "example": Invert(input: "outline.mask"),
 /// ```
 ///
-/// Elsewhere: Material Maker *SDF Boolean*, *SDF Smooth Boolean*, *SDF Rounded Shape*, *SDF Annular Shape*, *SDF Repeat*; Blender *Boolean Math*, *Math* (Smooth Minimum).
+/// Elsewhere: Material Maker *Boolean*, *Smooth Boolean*, *Rounded Shape*, *Annular Shape*; Blender *Boolean Math*, *Math* (Smooth Minimum).
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShapeMath {

@@ -28,17 +28,16 @@ pub enum Fit {
 /// A vector picture from an SVG file, drawn anew at every resolution: ornaments, logos, drawings.
 ///
 /// Shapes, strokes, gradients, clips and masks are drawn. Text, pictures, filters and patterns in the file are refused with their place in it, and
-/// nothing outside of the file is read. On a canvas that tiles, the picture repeats with it.
+/// nothing outside of the file is read. On a canvas that tiles, the picture repeats with it. With a black `background`, `color + ground·(1 - alpha)`
+/// lays the picture on a ground without dark edges, as in the example.
 ///
 /// ```ron
-/// "drawing": Svg(path: "leaf.svg", size_mm: 34, background: "#8a6a45"),
+/// "drawing": Svg(path: "leaf.svg", size_mm: 34),
 /// "rest": Invert(input: "drawing.alpha"),
-/// "paper": Math(operation: Multiply, a: "rest", b: 0.75),
-/// "inked": Math(operation: Multiply, a: "drawing", b: "drawing.alpha"),
-/// "example": Math(operation: Add, a: "inked", b: "paper"),
+/// "example": Math(operation: MultiplyAdd, a: "rest", b: 0.75, c: "drawing"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *SVG*; Blender *Import SVG*; Houdini *Trace*.
+/// Elsewhere: Substance Designer *SVG*; Blender *Import SVG*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Svg {
@@ -52,7 +51,7 @@ pub struct Svg {
     /// Where the middle of its place lies; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub center: Option<Xy>,
-    /// The colour where nothing is drawn; use `alpha` to lay the picture on something else.
+    /// The colour on which it is drawn.
     pub background: Color,
 }
 
@@ -64,7 +63,7 @@ impl Default for Svg {
 
 impl Node for Svg {
     const OUTPUTS: &'static [Output] = &[
-        Output::new("color", Type::Rgb, "The colour of what is drawn, not darkened at its edges."),
+        Output::new("color", Type::Rgb, "The picture on `background`, scene-linear."),
         Output::new("alpha", Type::Gray, "How much of the place is drawn on, 0..1."),
         Output::new("mask", Type::Gray, "How light it is, 0..1, as the eye sees it; 0 where nothing is drawn."),
     ];
@@ -201,8 +200,10 @@ impl Shown {
             What::Alpha => [a; 3],
             // Luma of the encoded colour.
             What::Mask => [0.2126 * r + 0.7152 * g + 0.0722 * b; 3],
-            What::Color if a <= 0.0 => self.background,
-            What::Color => [r, g, b].map(|v| srgb_to_linear((v / a).min(1.0))),
+            What::Color => {
+                let drawn = [r, g, b].map(|v| if a > 0.0 { a * srgb_to_linear((v / a).min(1.0)) } else { 0.0 });
+                std::array::from_fn(|c| drawn[c] + (1.0 - a) * self.background[c])
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Outlines of the font, as [`kernel::outline`](shibo_kernel::shape::outline): the distance is exact, and the mask follows from it. Letters
 //! follow each other by their widths and by the pairs that the font kerns; other features of fonts (ligatures, scripts that join) are left out.
-//! Cost: O(pixels · edges near), about 50 ns each.
+//! Cost: O(pixels · edges near).
 use super::glyphs::{self, Setting};
 use super::masked;
 use crate::degrees::sin_cos;

@@ -7,9 +7,9 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::{DVec2, Vec2};
-use shibo_engine::value::Tiling;
+use shibo_engine::value::{Tiling, Window};
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::ground::window::{Frame, Rect};
+use shibo_kernel::ground::window::{Frame, WindowExt as _};
 use shibo_kernel::scatter::atlas::Layout;
 use shibo_kernel::scatter::paint::{Overlap, Source, Target, paint};
 use shibo_kernel::scatter::set::{Stamp, StampSet};
@@ -75,7 +75,7 @@ fn main() {
             for j in 0..SIDE / TILE {
                 for i in 0..SIDE / TILE {
                     out.fill(0.0);
-                    let frame = Frame::new(Rect::new((i * TILE) as i32, (j * TILE) as i32, TILE, TILE), [1.0; 2]);
+                    let frame = Frame::new(Window::of((i * TILE) as i32, (j * TILE) as i32, TILE, TILE), [1.0; 2]);
                     paint(&|| false, (&set, &source, overlap), &frame, Target::Values(vec![black_box(&mut out)]));
                 }
             }

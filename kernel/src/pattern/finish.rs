@@ -1,7 +1,7 @@
 //! What is shown of pieces: gaps, bevels, numbers, places and angles.
 use super::layout::{Grid, Piece};
 use crate::ground::number::narrow;
-use crate::ground::window::Frame;
+use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -84,10 +84,10 @@ pub fn degrees(direction: DVec2) -> f64 {
 /// Visits the pixels of a window with the piece at each.
 #[inline(always)]
 fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &Piece)) {
-    let rect = frame.rect;
+    let rect = frame.window;
     let mut k = 0;
-    for (_, y) in (0..rect.h).zip(rect.y0..) {
-        for (_, x) in (0..rect.w).zip(rect.x0..) {
+    for (_, y) in (0..rect.rows()).zip(rect.y..) {
+        for (_, x) in (0..rect.columns()).zip(rect.x..) {
             let at = grid.fit.to_unit * DVec2::from(frame.center(x, y));
             visit(k, at, &grid.piece(at));
             k += 1;
@@ -135,9 +135,10 @@ pub fn local(grid: &Grid, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::Rect;
+    use crate::ground::window::WindowExt as _;
     use crate::pattern::layout::{Layout, Pieces};
     use shibo_engine::value::Tiling;
+    use shibo_engine::value::Window;
 
     fn bricks(angle: f64) -> Grid {
         let pieces = Pieces { layout: Layout::Stack, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.0, slant: 1.0 };
@@ -148,7 +149,7 @@ mod tests {
     fn gaps_and_bevels_are_where_they_should_be() {
         let finish = Finish { gap: 1.0, bevel: 2.0, profile: BevelProfile::Chamfer, radius: 0.0 };
         // Pixels of 0.1 mm along the middle of a brick from its border: centres at 0.05, 0.15 …
-        let frame = Frame::new(Rect::new(0, 24, 50, 1), [0.1, 0.1]);
+        let frame = Frame::new(Window::of(0, 24, 50, 1), [0.1, 0.1]);
         let (mut gap, mut height) = ([0.0; 50], [0.0; 50]);
         fill(&bricks(0.0), &finish, Plane::Gap, &frame, &mut gap);
         fill(&bricks(0.0), &finish, Plane::Height(3.0), &frame, &mut height);
@@ -176,7 +177,7 @@ mod tests {
     fn places_are_measured_from_the_middle_along_the_long_side() {
         for angle in [0.0, 90.0, -90.0] {
             let grid = bricks(angle);
-            let frame = Frame::new(Rect::new(0, 0, 40, 40), [1.0, 1.0]);
+            let frame = Frame::new(Window::of(0, 0, 40, 40), [1.0, 1.0]);
             let (mut x, mut y) = (vec![0.0; 1600], vec![0.0; 1600]);
             local(&grid, &frame, [&mut x, &mut y]);
             let most = |v: &[f32]| v.iter().copied().fold(0.0, f32::max);

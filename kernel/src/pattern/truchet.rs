@@ -6,7 +6,7 @@ use super::finish::{BevelProfile, degrees, id};
 use super::fit::{Fit, Wanted};
 use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
-use crate::ground::window::Frame;
+use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -112,11 +112,11 @@ impl Tiles {
 
     /// Fills a window. O(pixels).
     pub fn fill(&self, plane: Plane, frame: &Frame, out: &mut [f32]) {
-        let rect = frame.rect;
+        let rect = frame.window;
         let pixel = (frame.step[0] * frame.step[1]).sqrt();
         let mut out = out.iter_mut();
-        for (_, y) in (0..rect.h).zip(rect.y0..) {
-            for ((_, x), out) in (0..rect.w).zip(rect.x0..).zip(&mut out) {
+        for (_, y) in (0..rect.rows()).zip(rect.y..) {
+            for ((_, x), out) in (0..rect.columns()).zip(rect.x..).zip(&mut out) {
                 let p = self.fit.to_unit * DVec2::from(frame.center(x, y));
                 *out = match plane {
                     Plane::Height => {
@@ -134,10 +134,10 @@ impl Tiles {
 
     /// Fills a window with the places within tiles: mm from the middle, turned with the tile.
     pub fn local(&self, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
-        let rect = frame.rect;
+        let rect = frame.window;
         let mut k = 0;
-        for (_, y) in (0..rect.h).zip(rect.y0..) {
-            for (_, x) in (0..rect.w).zip(rect.x0..) {
+        for (_, y) in (0..rect.rows()).zip(rect.y..) {
+            for (_, x) in (0..rect.columns()).zip(rect.x..) {
                 let p = self.fit.to_unit * DVec2::from(frame.center(x, y));
                 let (_, quarters, q) = self.tile(p);
                 let (away, direction) = (self.fit.from_unit * q, self.directions[quarters]);
@@ -152,7 +152,8 @@ impl Tiles {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::Rect;
+    use crate::ground::window::WindowExt as _;
+    use shibo_engine::value::Window;
 
     fn tiles(motif: Motif) -> Tiles {
         let canvas = (DVec2::splat(40.0), Tiling::BOTH);
@@ -182,7 +183,7 @@ mod tests {
     #[test]
     fn all_turns_come_up_and_repeat() {
         let tiles = tiles(Motif::Triangles);
-        let frame = Frame::new(Rect::new(-16, -16, 32, 32), [2.5, 2.5]);
+        let frame = Frame::new(Window::of(-16, -16, 32, 32), [2.5, 2.5]);
         let [mut angle, mut x, mut y] = [(); 3].map(|()| vec![0.0; 1024]);
         tiles.fill(Plane::Angle, &frame, &mut angle);
         tiles.local(&frame, [&mut x, &mut y]);

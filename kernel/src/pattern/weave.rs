@@ -5,7 +5,7 @@
 use super::finish::{degrees, id};
 use super::fit::{Fit, Wanted};
 use crate::ground::number::narrow;
-use crate::ground::window::Frame;
+use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -200,10 +200,10 @@ impl Woven {
 
     #[inline(always)]
     fn each(&self, frame: &Frame, mut visit: impl FnMut(usize, DVec2)) {
-        let rect = frame.rect;
+        let rect = frame.window;
         let mut k = 0;
-        for (_, y) in (0..rect.h).zip(rect.y0..) {
-            for (_, x) in (0..rect.w).zip(rect.x0..) {
+        for (_, y) in (0..rect.rows()).zip(rect.y..) {
+            for (_, x) in (0..rect.columns()).zip(rect.x..) {
                 visit(k, self.fit.to_unit * DVec2::from(frame.center(x, y)));
                 k += 1;
             }
@@ -261,7 +261,8 @@ fn whole(x: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::Rect;
+    use crate::ground::window::WindowExt as _;
+    use shibo_engine::value::Window;
     use std::collections::{BTreeMap, BTreeSet};
 
     fn woven(binding: Binding, over: i64, under: i64) -> Woven {
@@ -309,7 +310,7 @@ mod tests {
             [(Binding::Plain, 1, 1), (Binding::Twill, 3, 1), (Binding::Satin, 4, 1), (Binding::Basket, 2, 2)]
         {
             let cloth = woven(binding, over, under);
-            let frame = Frame::new(Rect::new(0, 0, 160, 160), [0.25, 0.25]);
+            let frame = Frame::new(Window::of(0, 0, 160, 160), [0.25, 0.25]);
             let [mut ids, mut x, mut y, mut angle] = [(); 4].map(|()| vec![0.0; 160 * 160]);
             cloth.fill(Plane::Ids, &frame, &mut ids);
             cloth.fill(Plane::Angle, &frame, &mut angle);

@@ -5,7 +5,7 @@ use super::span::{BLOCK, Placed, Span};
 use crate::ground::math::lerp;
 use crate::ground::number::narrow;
 use crate::ground::simd;
-use crate::ground::window::{Frame, index, offset};
+use crate::ground::window::{Frame, WindowExt as _, index, offset};
 use glam::{DVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -133,7 +133,7 @@ impl Painter<'_> {
     /// Visits the rows of all stamps near, some pixels at a time: `visit(number, value, first pixel in the window, span)`.
     #[inline(always)]
     fn each(&self, stop: &dyn Fn() -> bool, mut visit: impl FnMut(u32, f32, usize, &mut Span)) {
-        let (rect, stamps) = (self.frame.rect, self.set.stamps());
+        let (rect, stamps) = (self.frame.window, self.set.stamps());
         let mut span = Span::new();
         for (n, near) in self.set.near(self.frame).iter().enumerate() {
             if n % AT_ONCE == 0 && stop() {
@@ -144,11 +144,11 @@ impl Painter<'_> {
             let placed = Placed::new(stamp, shift, self.source.layout.levels(), self.frame);
             for y in placed.rows(self.frame) {
                 let mut columns = placed.columns(y, self.frame);
-                let row = offset(y - rect.y0) * rect.w;
+                let row = offset(y - rect.y) * rect.columns();
                 while columns.start < columns.end {
                     let n = offset(columns.end - columns.start).min(BLOCK);
                     placed.find(columns.start, y, n, &mut span);
-                    visit(near.stamp, stamp.value, row + offset(columns.start - rect.x0), &mut span);
+                    visit(near.stamp, stamp.value, row + offset(columns.start - rect.x), &mut span);
                     columns.start += index(n);
                 }
             }
@@ -235,7 +235,7 @@ impl Painter<'_> {
 
     /// By height: the highest so far is seen, softly at the edges of what lies over others.
     fn highest(&self, stop: &dyn Fn() -> bool, planes: &mut [&mut [f32]]) {
-        let mut tops = vec![f32::NEG_INFINITY; self.frame.rect.area()];
+        let mut tops = vec![f32::NEG_INFINITY; self.frame.window.len()];
         let mut values = [0.0; BLOCK];
         self.each(stop, |_, factor, at, span| {
             let texels = self.texels(factor, span);
@@ -267,7 +267,7 @@ impl Painter<'_> {
 
     /// The stamp that is seen at each pixel: the last, the highest, or the one of the largest value.
     fn seen(&self, stop: &dyn Fn() -> bool) -> Vec<u32> {
-        let area = self.frame.rect.area();
+        let area = self.frame.window.len();
         let (mut tops, mut seen) = (vec![f32::NEG_INFINITY; area], vec![NONE; area]);
         let last = self.overlap == Overlap::Over;
         self.each(stop, |number, factor, at, span| {
@@ -290,10 +290,11 @@ impl Painter<'_> {
     }
 
     fn local(&self, stop: &dyn Fn() -> bool, [along, across]: [&mut [f32]; 2]) {
-        let (rect, period) = (self.frame.rect, self.set.period());
+        let (rect, period) = (self.frame.window, self.set.period());
         for (k, number) in self.seen(stop).into_iter().enumerate() {
             let Some(stamp) = self.set.stamps().get(number as usize) else { continue };
-            let at = DVec2::from(self.frame.center(rect.x0 + index(k % rect.w), rect.y0 + index(k / rect.w)));
+            let at =
+                DVec2::from(self.frame.center(rect.x + index(k % rect.columns()), rect.y + index(k / rect.columns())));
             // The copy that is nearest; a stamp larger than the canvas is seen by its nearest copy too.
             let away = at - stamp.center;
             let turns =
@@ -318,8 +319,9 @@ pub fn resolution(half: Vec2, step: [f64; 2], most: u32) -> [u32; 2] {
 mod tests {
     use super::super::set::Stamp;
     use super::*;
-    use crate::ground::window::Rect;
+    use crate::ground::window::WindowExt as _;
     use shibo_engine::value::Tiling;
+    use shibo_engine::value::Window;
 
     /// A dome: 1 in the middle, 0 at the border.
     fn dome(side: usize) -> Vec<f32> {
@@ -355,7 +357,7 @@ mod tests {
         layout.build(vec![1.0; side * side], &mut ones);
         let source = Source { layout: &layout, values: vec![&data], shape: shape.then_some(&ones[..]), height: None };
         let set = StampSet::new(stamps(), (DVec2::new(30.0, 20.0), Tiling::BOTH));
-        let mut out = vec![background; frame.rect.area()];
+        let mut out = vec![background; frame.window.len()];
         paint(&|| false, (&set, &source, overlap), frame, Target::Values(vec![&mut out]));
         out
     }
@@ -389,7 +391,7 @@ mod tests {
 
     #[test]
     fn stamps_are_those_of_the_formula() {
-        let frame = Frame::new(Rect::new(0, 0, 240, 160), [0.125, 0.125]);
+        let frame = Frame::new(Window::of(0, 0, 240, 160), [0.125, 0.125]);
         for overlap in [Overlap::Max, Overlap::Add, Overlap::Over, Overlap::ByHeight] {
             for shape in [false, true] {
                 let got = drawn(overlap, &frame, 0.0, shape);
@@ -406,8 +408,8 @@ mod tests {
 
     #[test]
     fn windows_are_crops() {
-        let whole = Frame::new(Rect::new(-20, -10, 280, 190), [0.1237, 0.1291]);
-        let part = Frame::new(Rect::new(33, 7, 71, 50), [0.1237, 0.1291]);
+        let whole = Frame::new(Window::of(-20, -10, 280, 190), [0.1237, 0.1291]);
+        let part = Frame::new(Window::of(33, 7, 71, 50), [0.1237, 0.1291]);
         for overlap in [Overlap::Max, Overlap::Add, Overlap::Over, Overlap::ByHeight] {
             let (a, b) = (drawn(overlap, &whole, 0.1, false), drawn(overlap, &part, 0.1, false));
             for (k, b) in b.iter().enumerate() {
@@ -419,13 +421,13 @@ mod tests {
 
     #[test]
     fn numbers_and_places_are_those_of_the_stamp_on_top() {
-        let frame = Frame::new(Rect::new(0, 0, 240, 160), [0.125, 0.125]);
+        let frame = Frame::new(Window::of(0, 0, 240, 160), [0.125, 0.125]);
         let layout = Layout::new(8, 8);
         let mut data = vec![0.0; layout.len()];
         layout.build(vec![1.0; 64], &mut data);
         let source = Source { layout: &layout, values: vec![&data], shape: None, height: None };
         let set = StampSet::new(stamps(), (DVec2::new(30.0, 20.0), Tiling::BOTH));
-        let [mut ids, mut x, mut y, mut cover] = [(); 4].map(|()| vec![0.0; frame.rect.area()]);
+        let [mut ids, mut x, mut y, mut cover] = [(); 4].map(|()| vec![0.0; frame.window.len()]);
         paint(&|| false, (&set, &source, Overlap::Over), &frame, Target::Ids(&mut ids));
         paint(&|| false, (&set, &source, Overlap::Over), &frame, Target::Local([&mut x, &mut y]));
         paint(&|| false, (&set, &source, Overlap::Over), &frame, Target::Cover(&mut cover));

@@ -1,6 +1,6 @@
 //! Stamps in bins, and how a window asks for those that touch it.
 use crate::ground::number::index_u32;
-use crate::ground::window::{Frame, index};
+use crate::ground::window::Frame;
 use glam::{DVec2, Vec2};
 use shibo_engine::value::Tiling;
 
@@ -134,9 +134,11 @@ impl StampSet {
         if self.stamps.is_empty() {
             return found;
         }
-        let (rect, margin) = (frame.rect, DVec2::splat(self.reach) + DVec2::from(frame.step));
-        let first = DVec2::from(frame.center(rect.x0, rect.y0)) - margin;
-        let last = DVec2::from(frame.center(rect.x0 + index(rect.w) - 1, rect.y0 + index(rect.h) - 1)) + margin;
+        let (rect, margin) = (frame.window, DVec2::splat(self.reach) + DVec2::from(frame.step));
+        let first = DVec2::from(frame.center(rect.x, rect.y)) - margin;
+        let last =
+            DVec2::from(frame.center(rect.x + rect.width.cast_signed() - 1, rect.y + rect.height.cast_signed() - 1))
+                + margin;
         let copies = |k: usize| {
             let period = self.period[k];
             if period > 0.0 {
@@ -179,7 +181,8 @@ impl StampSet {
 mod tests {
     use super::*;
     use crate::ground::hash::Hash;
-    use crate::ground::window::Rect;
+    use crate::ground::window::WindowExt as _;
+    use shibo_engine::value::Window;
 
     #[test]
     fn all_that_touch_a_window_are_found() {
@@ -192,7 +195,7 @@ mod tests {
         for tiling in [Tiling::BOTH, Tiling { x: true, y: false }, Tiling::NONE] {
             let set = StampSet::new((0..500).map(stamp).collect(), (size, tiling));
             for (x, y) in [(0, 0), (-7, 95), (250, 190)] {
-                let frame = Frame::new(Rect::new(x, y, 40, 30), [0.1, 0.1]);
+                let frame = Frame::new(Window::of(x, y, 40, 30), [0.1, 0.1]);
                 let found = set.near(&frame);
                 assert!(found.is_sorted());
                 let (low, high) = (DVec2::from(frame.center(x, y)), DVec2::from(frame.center(x + 39, y + 29)));

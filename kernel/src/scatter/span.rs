@@ -93,9 +93,9 @@ impl Placed {
 
     /// The rows that it may touch.
     pub(super) fn rows(&self, frame: &Frame) -> std::ops::Range<i32> {
-        let rect = frame.rect;
+        let rect = frame.window;
         let (first, last) = (self.pixel[1].saturating_sub(self.reach), self.pixel[1].saturating_add(self.reach + 1));
-        first.max(rect.y0)..last.min(rect.y0 + index(rect.h))
+        first.max(rect.y)..last.min(rect.y + rect.height.cast_signed())
     }
 
     /// The columns of row `y` that it may touch.
@@ -121,10 +121,10 @@ impl Placed {
         if low > high {
             return 0..0;
         }
-        let rect = frame.rect;
+        let rect = frame.window;
         let middle = f64::from(self.pixel[0]) + f64::from(self.rest[0]);
         let (first, last) = ((f64::from(low) + middle).floor() as i32, (f64::from(high) + middle).ceil() as i32);
-        first.max(rect.x0)..last.saturating_add(1).min(rect.x0 + index(rect.w))
+        first.max(rect.x)..last.saturating_add(1).min(rect.x + rect.width.cast_signed())
     }
 
     /// Finds where `n` pixels from (x, y) lie.

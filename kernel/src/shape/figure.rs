@@ -6,7 +6,7 @@
 use crate::ground::math::{self, clamp, max, min};
 use crate::ground::number::narrow;
 use crate::ground::simd;
-use crate::ground::window::{Frame, index};
+use crate::ground::window::{Frame, WindowExt as _};
 use glam::{DVec2, Vec2};
 use shibo_engine::value::Tiling;
 
@@ -270,9 +270,11 @@ impl Placed {
     /// # Panics
     /// If `out` is shorter than the window.
     pub fn fill(&self, frame: &Frame, out: &mut [f32]) {
-        let rect = frame.rect;
-        let (first, last) =
-            (frame.center(rect.x0, rect.y0), frame.center(rect.x0 + index(rect.w) - 1, rect.y0 + index(rect.h) - 1));
+        let rect = frame.window;
+        let (first, last) = (
+            frame.center(rect.x, rect.y),
+            frame.center(rect.x + rect.width.cast_signed() - 1, rect.y + rect.height.cast_signed() - 1),
+        );
         let (first, last) = (DVec2::from(first), DVec2::from(last));
         let centers = self.copies(0.5 * (first + last), 0.5 * (last - first).length());
         for (n, center) in centers.into_iter().enumerate() {
@@ -285,10 +287,10 @@ impl Placed {
 
     #[inline(always)]
     fn one(&self, frame: &Frame, center: DVec2, first: bool, out: &mut [f32]) {
-        let (rect, (sin, cos)) = (frame.rect, self.turn);
-        for (row, y) in out.chunks_exact_mut(rect.w.max(1)).zip(rect.y0..).take(rect.h) {
+        let (rect, (sin, cos)) = (frame.window, self.turn);
+        for (row, y) in out.chunks_exact_mut(rect.columns().max(1)).zip(rect.y..).take(rect.rows()) {
             let dy = frame.origin[1] + (f64::from(y) + 0.5) * frame.step[1] - center.y;
-            for (out, x) in row.iter_mut().zip(rect.x0..) {
+            for (out, x) in row.iter_mut().zip(rect.x..) {
                 let dx = frame.origin[0] + (f64::from(x) + 0.5) * frame.step[0] - center.x;
                 #[expect(clippy::cast_possible_truncation, reason = "places near a figure need no more than f32")]
                 let (u, v) = ((cos * dx + sin * dy) as f32, (cos * dy - sin * dx) as f32);
@@ -302,7 +304,8 @@ impl Placed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::Rect;
+    use crate::ground::window::WindowExt as _;
+    use shibo_engine::value::Window;
 
     /// Points on the outline, by hand: the nearest of them is the distance.
     fn nearest(outline: &[DVec2], p: DVec2) -> f64 {
@@ -402,7 +405,7 @@ mod tests {
         let (sin, cos) = (30.0f64.to_radians().sin(), 30.0f64.to_radians().cos());
         let center = DVec2::new(3.0, 14.0);
         let placed = Placed::new(figure, center, (sin, cos), (size, Tiling::BOTH));
-        let frame = Frame::new(Rect::new(-7, 5, 30, 21), [0.9, 0.8]);
+        let frame = Frame::new(Window::of(-7, 5, 30, 21), [0.9, 0.8]);
         let mut out = vec![0.0; 30 * 21];
         placed.fill(&frame, &mut out);
         for (k, got) in (0..).zip(&out) {

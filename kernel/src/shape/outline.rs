@@ -3,9 +3,9 @@
 //! A place is inside where the outlines wind around it (the non-zero rule of fonts). Distances are exact: a window is cut into small blocks,
 //! and for each only the edges count that can be nearest to one of its pixels. O(edges · blocks + pixels · edges near).
 use crate::ground::number::narrow;
-use crate::ground::window::{Frame, Rect, index};
+use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
-use shibo_engine::value::Tiling;
+use shibo_engine::value::{Tiling, Window};
 
 /// Pixels of a block's side.
 const BLOCK: usize = 16;
@@ -86,30 +86,38 @@ impl Outline {
     /// # Panics
     /// If `out` is shorter than the window.
     pub fn fill(&self, stop: &dyn Fn() -> bool, frame: &Frame, far: f32, out: &mut [f32]) {
-        let rect = frame.rect;
+        let rect = frame.window;
         if self.edges.is_empty() {
             out.fill(far);
             return;
         }
         let corner = |x: i32, y: i32| DVec2::from(frame.center(x, y));
-        let (first, last) =
-            (corner(rect.x0, rect.y0), corner(rect.x0 + index(rect.w) - 1, rect.y0 + index(rect.h) - 1));
+        let (first, last) = (
+            corner(rect.x, rect.y),
+            corner(rect.x + rect.width.cast_signed() - 1, rect.y + rect.height.cast_signed() - 1),
+        );
         let copies = self.copies(first, last);
         let all: Vec<Edge> = copies.iter().flat_map(|shift| self.edges.iter().map(|e| e.moved(*shift))).collect();
         let near = nearest(&all, first, last);
-        for y in (0..rect.h).step_by(BLOCK) {
+        for y in (0..rect.rows()).step_by(BLOCK) {
             if stop() {
                 return;
             }
-            for x in (0..rect.w).step_by(BLOCK) {
-                let block =
-                    Rect::new(rect.x0 + index(x), rect.y0 + index(y), BLOCK.min(rect.w - x), BLOCK.min(rect.h - y));
-                let (low, high) =
-                    (corner(block.x0, block.y0), corner(block.x0 + index(block.w) - 1, block.y0 + index(block.h) - 1));
+            for x in (0..rect.columns()).step_by(BLOCK) {
+                let block = Window::of(
+                    rect.x + index(x),
+                    rect.y + index(y),
+                    BLOCK.min(rect.columns() - x),
+                    BLOCK.min(rect.rows() - y),
+                );
+                let (low, high) = (
+                    corner(block.x, block.y),
+                    corner(block.x + block.width.cast_signed() - 1, block.y + block.height.cast_signed() - 1),
+                );
                 let edges = nearest(&near, low, high);
-                for (j, at_y) in (0..block.h).zip(block.y0..) {
-                    let row = &mut out[(y + j) * rect.w + x..][..block.w];
-                    for (out, at_x) in row.iter_mut().zip(block.x0..) {
+                for (j, at_y) in (0..block.rows()).zip(block.y..) {
+                    let row = &mut out[(y + j) * rect.columns() + x..][..block.columns()];
+                    for (out, at_x) in row.iter_mut().zip(block.x..) {
                         let p = corner(at_x, at_y);
                         let d = edges.iter().map(|e| e.distance_squared(p)).fold(f64::INFINITY, f64::min);
                         *out = narrow(d.sqrt());
@@ -132,12 +140,12 @@ fn nearest(edges: &[Edge], low: DVec2, high: DVec2) -> Vec<Edge> {
 
 /// Makes the distances of pixels negative that lie inside.
 fn inside(edges: &[Edge], frame: &Frame, out: &mut [f32]) {
-    let rect = frame.rect;
+    let rect = frame.window;
     let mut crossings: Vec<(f64, i32)> = Vec::new();
-    let (top, bottom) = (frame.center(0, rect.y0)[1], frame.center(0, rect.y0 + index(rect.h) - 1)[1]);
+    let (top, bottom) = (frame.center(0, rect.y)[1], frame.center(0, rect.y + rect.height.cast_signed() - 1)[1]);
     let around = |e: &&Edge| e.from.y.min(e.to.y) <= bottom && e.from.y.max(e.to.y) > top;
     let edges: Vec<&Edge> = edges.iter().filter(around).collect();
-    for (row, y) in out.chunks_exact_mut(rect.w.max(1)).zip(rect.y0..) {
+    for (row, y) in out.chunks_exact_mut(rect.columns().max(1)).zip(rect.y..) {
         let at = frame.center(0, y)[1];
         crossings.clear();
         for e in &edges {
@@ -148,7 +156,7 @@ fn inside(edges: &[Edge], frame: &Frame, out: &mut [f32]) {
         }
         crossings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let (mut next, mut winding) = (crossings.iter().peekable(), 0);
-        for (out, x) in row.iter_mut().zip(rect.x0..) {
+        for (out, x) in row.iter_mut().zip(rect.x..) {
             let at = frame.center(x, 0)[0];
             while let Some((_, turns)) = next.next_if(|(place, _)| *place <= at) {
                 winding += turns;
@@ -198,7 +206,7 @@ mod tests {
         let size = DVec2::new(20.0, 15.0);
         for tiling in [Tiling::NONE, Tiling::BOTH] {
             let outline = Outline::new(edges.clone(), (size, tiling));
-            let frame = Frame::new(Rect::new(-30, -20, 130, 111), [0.17, 0.19]);
+            let frame = Frame::new(Window::of(-30, -20, 130, 111), [0.17, 0.19]);
             let mut out = vec![0.0; 130 * 111];
             outline.fill(&|| false, &frame, 1e6, &mut out);
             for (k, got) in (0..).zip(&out) {
@@ -231,12 +239,12 @@ mod tests {
         flatten(&arc, 1e-3, &mut edges);
         flatten(&[arc[3], arc[0]], 1e-3, &mut edges);
         let outline = Outline::new(edges, (DVec2::splat(10.0), Tiling::BOTH));
-        let fill = |rect: Rect| {
-            let mut out = vec![0.0; rect.area()];
+        let fill = |rect: Window| {
+            let mut out = vec![0.0; rect.len()];
             outline.fill(&|| false, &Frame::new(rect, [0.1, 0.1]), 0.0, &mut out);
             out
         };
-        let (whole, part) = (fill(Rect::new(-5, -9, 120, 119)), fill(Rect::new(31, 20, 40, 37)));
+        let (whole, part) = (fill(Window::of(-5, -9, 120, 119)), fill(Window::of(31, 20, 40, 37)));
         for (k, v) in part.iter().enumerate() {
             assert_eq!(v.to_bits(), whole[(20 + 9 + k / 40) * 120 + 31 + 5 + k % 40].to_bits());
         }

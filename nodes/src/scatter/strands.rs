@@ -3,11 +3,12 @@ use super::map::Map;
 use glam::{DVec2, Vec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Gray, In, Range};
-use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
+use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile;
 use shibo_kernel::scatter::strand::{Ends, Strand};
-use shibo_kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle, Window};
+use shibo_kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
 use std::sync::Arc;
 
 /// The most strokes that strands are cut into.
@@ -120,17 +121,6 @@ impl Plan<'_> {
     }
 }
 
-fn window(tile: &Tile) -> Window {
-    Window {
-        x: tile.window.x,
-        y: tile.window.y,
-        width: tile.width(),
-        height: tile.height(),
-        step: tile.grid.step.as_vec2(),
-        origin: tile.grid.origin,
-    }
-}
-
 impl Strands {
     /// The depths times `sign`, the mask, and the numbers of strands from 1.
     pub(super) fn fields(self, sign: f32) -> [Field; 3] {
@@ -139,8 +129,8 @@ impl Strands {
         let drawn = |draw: Draw, sign: f32| {
             let strands = shared.clone();
             Field::generate(Type::Gray, tiling, move |out, given| {
-                let window = window(out);
-                strands.set.fill_until(&|| given.check().is_err(), &window, draw, out.plane_mut(0));
+                let frame = tile::frame(out);
+                strands.set.fill_until(&|| given.check().is_err(), &frame, draw, out.plane_mut(0));
                 if sign < 0.0 {
                     out.data_mut().iter_mut().for_each(|v| *v = if *v == 0.0 { 0.0 } else { -*v });
                 }
@@ -150,9 +140,9 @@ impl Strands {
         let ids = {
             let strands = shared.clone();
             Field::generate(Type::Ids, tiling, move |out, given| {
-                let window = window(out);
+                let frame = tile::frame(out);
                 let mut ids = vec![NO_STROKE; out.window.len()];
-                strands.set.fill_with_ids(&|| given.check().is_err(), &window, out.plane_mut(0), &mut ids);
+                strands.set.fill_with_ids(&|| given.check().is_err(), &frame, out.plane_mut(0), &mut ids);
                 for (out, id) in out.data_mut().iter_mut().zip(ids) {
                     *out = if id == NO_STROKE { 0.0 } else { (id / strands.pieces + 1) as f32 };
                 }

@@ -135,7 +135,6 @@ pub fn local(grid: &Grid, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::WindowExt as _;
     use crate::pattern::layout::{Layout, Pieces};
     use shibo_engine::value::Tiling;
     use shibo_engine::value::Window;

@@ -152,7 +152,6 @@ impl Tiles {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::WindowExt as _;
     use shibo_engine::value::Window;
 
     fn tiles(motif: Motif) -> Tiles {

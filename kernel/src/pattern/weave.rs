@@ -261,7 +261,6 @@ fn whole(x: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::WindowExt as _;
     use shibo_engine::value::Window;
     use std::collections::{BTreeMap, BTreeSet};
 

@@ -319,7 +319,6 @@ pub fn resolution(half: Vec2, step: [f64; 2], most: u32) -> [u32; 2] {
 mod tests {
     use super::super::set::Stamp;
     use super::*;
-    use crate::ground::window::WindowExt as _;
     use shibo_engine::value::Tiling;
     use shibo_engine::value::Window;
 

@@ -304,7 +304,6 @@ impl Placed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::window::WindowExt as _;
     use shibo_engine::value::Window;
 
     /// Points on the outline, by hand: the nearest of them is the distance.

@@ -9,6 +9,9 @@ pub mod generators;
 pub mod image;
 pub mod leather;
 pub mod material;
+pub mod patterns;
+pub mod scatter;
+pub mod shapes;
 pub mod space;
 pub mod surface;
 pub mod synthesis;
@@ -19,6 +22,7 @@ mod bounds;
 #[cfg(test)]
 mod conform;
 mod csv_points;
+mod degrees;
 mod distances;
 mod masked;
 mod measured;
@@ -35,6 +39,9 @@ pub fn families() -> Vec<Family> {
         leather::family(),
         wood::family(),
         generators::family(),
+        shapes::family(),
+        patterns::family(),
+        scatter::family(),
         image::family(),
         tone::family(),
         combine::family(),

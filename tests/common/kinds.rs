@@ -13,6 +13,9 @@ use std::sync::OnceLock;
 /// A picture for nodes that read one.
 const PICTURE: &str = "tests/data/ramp.png";
 
+/// A drawing, likewise.
+const DRAWING: &str = "tests/data/leaf.svg";
+
 pub(crate) fn options(resolution: UVec2) -> LoadOptions {
     LoadOptions {
         preset: None,
@@ -94,6 +97,7 @@ pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
         "Relief" => Some(("height", "\"gray\"".into())),
         "Material" => Some(("base_color", "\"rgb\"".into())),
         "Image" => Some(("path", format!("\"{PICTURE}\""))),
+        "Svg" => Some(("path", format!("\"{DRAWING}\""))),
         _ => None,
     }
 }

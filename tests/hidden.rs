@@ -10,7 +10,7 @@ use std::path::Path;
 fn tiles(nodes: &str, output: &str, of: &[&str]) -> Vec<u64> {
     let text = format!(
         "(version: 1, canvas: (size_mm: 64, resolution: 1024, tile: Both), nodes: {{ \
-         \"ramp\": Gradient(shape: Linear), \"half\": Threshold(input: \"ramp\", level: 0.5), {nodes} }}, \
+         \"ramp\": Gradient(shape: Linear), \"half\": Threshold(input: \"ramp\", level: 0.5, softness: 0), {nodes} }}, \
          outputs: {{ \"it\": \"{output}\" }})"
     );
     let session = Session::new(shibo_nodes::registry(), &Settings { threads: 2, ..Settings::default() }).unwrap();

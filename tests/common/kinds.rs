@@ -31,6 +31,7 @@ pub(crate) const STAND_INS: &str = r##"
     "gray": Perlin(size: 5),
     "rgb": GradientMap(input: "gray", stops: [(0.0, "#102030"), (1.0, "#f0c080")]),
     "normal": HeightToNormal(input: "gray"),
+    "vector": MakeVector(x: "gray", y: 0.5),
     "cells": Worley(size: 5),
     "points": PoissonPoints(pitch: 3),
     "lattice": ConnectNeighbors(points: "points"),

@@ -131,6 +131,8 @@ struct Drawn {
     period: DVec2,
 }
 
+/// A pixel is drawn as so many by so many: the coverage of one alone is known in steps of 1/16.
+const FINE: usize = 2;
 /// Pixels of a block.
 const SIDE: usize = shibo_engine::value::TILE as usize;
 
@@ -159,17 +161,23 @@ impl Drawn {
                 if low.cmpgt(last).any() || high.cmplt(first).any() {
                     continue;
                 }
-                let place = (self.scale / grid.step, (self.corner + shift - first) / grid.step);
-                let pixels = self.vector.draw(place, SIDE as u32).ok_or_else(|| {
+                let fine = grid.step / FINE as f64;
+                let place = (self.scale / fine, (self.corner + shift - first) / fine);
+                let pixels = self.vector.draw(place, (SIDE * FINE) as u32).ok_or_else(|| {
                     Problem::new(Code::BadFile, "the picture cannot be drawn: its decoder gave up").at("path")
                 })?;
                 let out = all.get_or_insert_with(|| vec![[0.0; 4]; SIDE * SIDE]);
-                for (k, (out, pixel)) in out.iter_mut().zip(pixels.chunks_exact(4)).enumerate() {
+                for (k, out) in out.iter_mut().enumerate() {
                     // How much of the pixel lies in the picture's place.
                     let at = corner(x, y) + (DVec2::new((k % SIDE) as f64, (k / SIDE) as f64) + 0.5) * grid.step;
                     let within = ((at - low).min(high - at) / grid.step + 0.5).clamp(DVec2::ZERO, DVec2::ONE);
                     let cover = narrow(within.element_product());
-                    let above = [0, 1, 2, 3].map(|c| f32::from(pixel[c]) * (cover / 255.0));
+                    let first_part = (k / SIDE * FINE * SIDE + k % SIDE) * FINE;
+                    let parts = (0..FINE * FINE).map(|part| first_part + part / FINE * FINE * SIDE + part % FINE);
+                    let sum = parts
+                        .fold([0_u32; 4], |sum, part| [0, 1, 2, 3].map(|c| sum[c] + u32::from(pixels[4 * part + c])));
+                    let scale = cover / (255 * FINE * FINE) as f32;
+                    let above = sum.map(|sum| sum as f32 * scale);
                     let rest = 1.0 - above[3];
                     out.iter_mut().zip(above).for_each(|(out, above)| *out = *out * rest + above);
                 }

@@ -22,7 +22,7 @@ mod csv_points;
 #[cfg(test)]
 mod testing;
 
-use shibo_engine::registry::{Family, Registry};
+use shibo_engine::registry::{Family, Kind, Registry};
 
 /// All nodes, by family.
 pub fn families() -> Vec<Family> {
@@ -46,5 +46,6 @@ pub const CODE: &str = env!("CODE_FINGERPRINT");
 
 /// All nodes.
 pub fn registry() -> Registry {
-    Registry::new(families()).with_code(shibo_kernel::CODE).with_code(CODE)
+    let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>());
+    Registry::new(families()).with_layout(layout.0, layout.1).with_code(shibo_kernel::CODE).with_code(CODE)
 }

@@ -121,7 +121,13 @@ impl Unit<'_> {
                 Some(Entity::Node(flat)) => {
                     self.output_of(flat, part, node, port).map(|output| Next::Found(Target::Out { flat, output }))
                 }
-                Some(Entity::Use(child)) => self.output_of_use(child, part, node, port),
+                Some(Entity::Use(child)) => match self.output_of_use(child, part, node, port) {
+                    Ok(Next::Go((inner, from, name))) => Ok(match self.laid_out(child, port, &from) {
+                        Some(flat) => Next::Found(Target::Out { flat, output: 0 }),
+                        None => Next::Go((inner, from, name)),
+                    }),
+                    other => other,
+                },
                 Some(Entity::Input(index)) => {
                     let found = self.input_of(*scope, index, part, node, port);
                     if found.is_ok() {

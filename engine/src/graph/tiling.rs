@@ -27,7 +27,7 @@ impl Graph {
         for &index in order {
             let node = &self.nodes[index];
             let reads = wires(node).fold(Tiling::BOTH, |tiling, from| tiling.and(tilings[from.index()]));
-            let own = node.node.tiling(&self.canvas);
+            let own = node.node.tiling(&node.canvas);
             at_fault[index.index()] = !own.covers(wanted) && reads.covers(wanted);
             tilings[index.index()] = reads.and(own);
         }

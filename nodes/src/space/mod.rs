@@ -1,9 +1,11 @@
 //! Space: fields moved, rotated, scaled and bent.
+mod laid_material;
 mod moved;
 mod transform;
 mod warp;
 mod warped;
 
+pub use laid_material::LaidMaterial;
 pub use transform::Transform;
 pub use warp::Warp;
 

@@ -79,6 +79,29 @@ impl Transform {
         Tiling { x: whole(DVec2::new(size.x, 0.0)), y: whole(DVec2::new(0.0, size.y)) }
     }
 
+    /// A field, moved on a canvas of that size.
+    pub(super) fn apply(&self, input: Field, size: DVec2) -> Field {
+        let turned = input.ty() == Type::Normal && self.angle % 360.0 != 0.0;
+        if self.is_identity() || (input.as_constant().is_some() && !turned) {
+            return input;
+        }
+        let pivot = self.pivot.map_or(size * 0.5, |p| DVec2::new(p.x, p.y));
+        let moved = Moved {
+            input: input.clone(),
+            inverse: self.inverse(),
+            turn: sin_cos(self.angle),
+            shift: pivot + DVec2::new(self.offset.x, self.offset.y),
+            pivot,
+            size,
+        };
+        Field::new(input.ty(), self.repeats(size, input.tiling()), moved)
+    }
+
+    /// The directions in which what repeats as the canvas does still repeats.
+    pub(super) fn keeps(&self, canvas: &CanvasFacts) -> Tiling {
+        self.repeats(canvas.size_mm(), canvas.tile())
+    }
+
     fn is_identity(&self) -> bool {
         let Self { offset, angle, scale, .. } = self;
         *offset == Xy::new(0.0, 0.0) && angle % 360.0 == 0.0 && *scale == Xy::new(1.0, 1.0)
@@ -91,7 +114,7 @@ impl Node for Transform {
     const VERSION: u32 = 2;
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
-        self.repeats(canvas.size_mm(), canvas.tile())
+        self.keeps(canvas)
     }
 
     fn no_op(&self) -> Option<&'static str> {
@@ -99,22 +122,7 @@ impl Node for Transform {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let input = cx.get(&self.input)?;
-        let turned = input.ty() == Type::Normal && self.angle % 360.0 != 0.0;
-        if self.is_identity() || (input.as_constant().is_some() && !turned) {
-            return Ok(Outputs::one(input));
-        }
-        let size = cx.size_mm();
-        let pivot = self.pivot.map_or(size * 0.5, |p| DVec2::new(p.x, p.y));
-        let moved = Moved {
-            input: input.clone(),
-            inverse: self.inverse(),
-            turn: sin_cos(self.angle),
-            shift: pivot + DVec2::new(self.offset.x, self.offset.y),
-            pivot,
-            size,
-        };
-        Ok(Outputs::one(Field::new(input.ty(), self.repeats(size, input.tiling()), moved)))
+        Ok(Outputs::one(self.apply(cx.get(&self.input)?, cx.size_mm())))
     }
 }
 

@@ -60,7 +60,10 @@ fn unknown(graph: &Graph, name: &str) -> Quit {
         let outputs = graph.uses.iter().filter(|found| found.name == owner).flat_map(|found| &found.outputs);
         let mut names: Vec<&str> = inside.filter(|name| !name.contains('/')).collect();
         names.extend(outputs.map(|(name, ..)| name.as_str()));
-        return Quit::Usage(format!("`{owner}` is a sub-graph without `{last}`; {}", suggest(last, "node", &names)));
+        let help = suggest(last, "node", &names);
+        // Those are made only where they are needed.
+        let note = "of `Each`, and of a `Use` with `canvas`, there are the outputs that something reads";
+        return Quit::Usage(format!("`{owner}` is a sub-graph without `{last}`; {help} ({note})"));
     }
     let nodes = graph.nodes.node_weights().map(|node| node.name.as_str());
     let names: Vec<&str> = nodes.chain(graph.uses.iter().map(|found| found.name.as_str())).collect();

@@ -162,13 +162,13 @@ fn set_reaches_into_nested_instances() {
 fn an_instance_is_laid_out_as_transform_does() {
     let nodes = r#""a": Use(graph: "part", canvas: (angle: 90, scale: 0.5, offset: (3, 1))), "b": Use(graph: "part"),
         "moved": Transform(input: "b.bumps", angle: 90, scale: 0.5, offset: (3, 1)),
-        "n": MaterialChannel(material: "a.material", channel: Normal), "n0": MaterialChannel(material: "b.material", channel: Normal),
+        "n": MaterialChannel(material: "a.material", channel: Normal), "n0": HeightToNormal(input: "b.bumps"),
         "moved_n": Transform(input: "n0", angle: 90, scale: 0.5, offset: (3, 1)),
         "h": MaterialChannel(material: "a.material", channel: Height), "same": Use(graph: "part", canvas: ())"#;
     let desk = desk("tile: Both, seed: 1", nodes, r#""a": "a.material", "b": "a.bumps""#);
     assert_eq!(values(&desk, "a.bumps", &[]), values(&desk, "moved", &[]));
     assert_eq!(values(&desk, "h", &[]), values(&desk, "moved", &[]));
-    assert_eq!(values(&desk, "n", &[]), values(&desk, "moved_n", &[]));
+    assert_eq!(values(&desk, "n.rgb", &[]), values(&desk, "moved_n", &[]));
     assert_eq!(values(&desk, "same.bumps", &[]), values(&desk, "b.bumps", &[]));
     assert_eq!(desk.shibo("check main.ron --format json").expect(0).json()["warnings"], Json::Array(Vec::new()));
     desk.shibo("check main.ron --verify").expect(0);
@@ -366,4 +366,69 @@ fn imports_are_found_without_extension_and_along_a_path() {
     let json = desk.shibo("check work/main.ron --format json").expect(1).json();
     let error = &json["errors"][0];
     assert!(error["file"].as_str().unwrap().ends_with("shibo.toml") && error["line"] == 2, "{json}");
+}
+
+#[test]
+fn each_piece_shows_one_of_several_instances() {
+    // What an instance is asked for in the graph is there to be looked at.
+    const OUTPUTS: &str = r#""m": "four.material", "d": "four.dots", "b": "four.bumps", "n": "four.number", "o": "one.bumps", "s": "seeded.bumps""#;
+    let nodes = r#""cells": Worley(size: 4), "four": Each(graph: "part", over: 4, ids: "cells.ids", with: { "gap": "= 1 + $index" }),
+        "one": Each(graph: "part", over: 1, ids: "cells.ids"), "seeded": Each(graph: "part", over: "= 2 + 2", seed: 9, ids: "cells.ids"),
+        "i0": Use(graph: "part", seed: 0), "c": MaterialChannel(material: "four.material", channel: Height)"#;
+    let desk = desk("tile: Both, seed: 1", nodes, OUTPUTS);
+    let fine = |node: &str| values(&desk, node, &["--resolution", "64"]);
+    let (ids, gaps) = (fine("cells.ids"), fine("four.number"));
+    // The same piece is always of the same instance, and all instances show.
+    let mut of_piece = std::collections::BTreeMap::new();
+    for (id, gap) in ids.iter().zip(&gaps) {
+        assert_eq!(of_piece.entry(id.to_bits()).or_insert(*gap), gap);
+    }
+    let shown: std::collections::BTreeSet<u64> = gaps.iter().map(|gap| gap.to_bits()).collect();
+    assert_eq!(shown, [1.0_f64, 2.0, 3.0, 4.0].map(f64::to_bits).into());
+    // Each instance has a seed of its own, and shows what it is by itself.
+    let instances: Vec<Vec<f64>> = (0..4).map(|i| fine(&format!("four/{i}/bumps"))).collect();
+    assert!((1..4).all(|i| !instances[..i].contains(&instances[i])));
+    for (k, value) in fine("c").iter().enumerate() {
+        assert_eq!(*value, instances[gaps[k] as usize - 1][k], "{k}");
+    }
+    assert_eq!(fine("four.bumps"), fine("c"));
+    assert_eq!(fine("one.bumps"), fine("one/0/bumps"));
+    assert_ne!(fine("seeded.bumps"), fine("four.bumps"));
+    let all = values(&desk, "four.number", &["--set", "four.gap=9"]);
+    assert!(all.iter().all(|gap| *gap == 9.0));
+    let one = values(&desk, "four.number", &["--set", "four.2.gap=9"]);
+    assert!(one.contains(&9.0) && !one.contains(&3.0) && one.contains(&4.0));
+    desk.shibo("check main.ron --verify").expect(0);
+    desk.shibo("render main.ron --resolution 300 -q").expect(0);
+    let dot = desk.shibo("graph main.ron --format dot").expect(0).stdout;
+    assert!(dot.contains("Use part\\nfour") && !dot.contains("four/"), "{dot}");
+}
+
+#[test]
+fn what_each_cannot_do_is_refused_at_its_place() {
+    let desk = desk("tile: Both", "", "");
+    for (each, wanted, help) in [
+        ("over: 2, graph: \"part\"", "has no `ids`", "ids: \"node.ids\""),
+        ("ids: \"c.ids\", graph: \"part\"", "has no `over`", "over: 4"),
+        ("ids: \"c.ids\", over: 0, graph: \"part\"", "between 1 and 64", ""),
+        ("ids: \"c.ids\", over: 2.5, graph: \"part\"", "between 1 and 64", ""),
+        ("ids: \"c\", over: 2, graph: \"part\"", "takes Ids", ""),
+        ("ids: 3, over: 2, graph: \"part\"", "takes Ids", ""),
+        ("ids: \"c.ids\", over: 2, graph: \"part\", evr: 1", "`Each` has no field `evr`", "over"),
+        ("ids: \"c.ids\", over: 2", "`Each` has no `graph`", "imports"),
+    ] {
+        main(
+            &desk,
+            "main.ron",
+            "tile: Both",
+            &format!("\"c\": Worley(size: 4),\n\"e\": Each({each})"),
+            "\"e\": \"e.bumps\"",
+        );
+        let (line, message, found) = first(&desk, "errors");
+        assert!(line == 6 && message.contains(wanted) && found.contains(help), "{each}: {line}: {message}; {found}");
+    }
+    let points = "\"c\": Worley(size: 4), \"e\": Each(graph: \"points\", over: 2, ids: \"c.ids\"),\n\"d\": Dots(points: \"e.points\", diameter: 1)";
+    main(&desk, "main.ron", "tile: Both", points, "");
+    let (line, message, _) = first(&desk, "errors");
+    assert!(line == 6 && message.contains("Points"), "{line}: {message}");
 }

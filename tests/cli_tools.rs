@@ -180,6 +180,7 @@ fn nodes_are_found_by_words() {
         ("Poisson Disk", "PoissonPoints"),
         ("pixel processor", "Math"),
         ("node group", "Use"),
+        ("for-each", "Each"),
         ("drawwrinkle", "DrawWrinkles"),
     ] {
         let out = found(words);
@@ -196,6 +197,7 @@ fn nodes_are_found_by_words() {
     for word in ["with", "preset", "seed", "canvas", "shibo:walnut", "shibo.toml"] {
         assert!(manual.contains(word), "{word}: {manual}");
     }
+    assert!(found("Each").contains("$index"));
     assert!(desk.shibo("nodes Use --format markdown").expect(0).stdout.starts_with("### Use\n"));
     assert_eq!(desk.shibo("nodes Use --format json").expect(0).json()["nodes"][0]["kind"], "Use");
 }

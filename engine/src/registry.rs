@@ -64,6 +64,8 @@ pub struct Registry {
     code: Key,
     /// What lays out the fields and the materials of instances.
     layout: Option<[Kind; 2]>,
+    /// What chooses among the fields and the materials of several instances.
+    choice: Option<[Kind; 2]>,
     library: Option<Arc<dyn Library>>,
 }
 
@@ -75,6 +77,7 @@ impl Default for Registry {
             entries: BTreeMap::new(),
             code: Key::of("code", &[CODE]),
             layout: None,
+            choice: None,
             library: None,
         }
     }
@@ -110,6 +113,14 @@ impl Registry {
         self
     }
 
+    /// The same registry, with the kinds that choose among fields and materials of several instances. Both have the ports
+    /// `ids` and, a list, `inputs`.
+    #[must_use]
+    pub fn with_choice(mut self, field: Kind, material: Kind) -> Self {
+        self.choice = Some([field, material]);
+        self
+    }
+
     /// The same registry, with graphs that can be imported by name.
     #[must_use]
     pub fn with_library(mut self, library: Arc<dyn Library>) -> Self {
@@ -124,7 +135,19 @@ impl Registry {
 
     /// Makes the node that lays out a field, or a material; and its kind.
     pub(crate) fn lay_out(&self, material: bool, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
-        let [field, of_material] = self.layout.as_ref()?;
+        Self::one_of(self.layout.as_ref()?, material, args)
+    }
+
+    /// Makes the node that chooses among fields, or among materials; and its kind.
+    pub(crate) fn choose(&self, material: bool, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
+        Self::one_of(self.choice.as_ref()?, material, args)
+    }
+
+    fn one_of<'k>(
+        [field, of_material]: &'k [Kind; 2],
+        material: bool,
+        args: &[(&str, Arg<'_>)],
+    ) -> Option<(&'k str, Built)> {
         let kind = if material { of_material } else { field };
         Some((&kind.name, (kind.functions.build)(args)))
     }

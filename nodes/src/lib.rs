@@ -47,5 +47,7 @@ pub const CODE: &str = env!("CODE_FINGERPRINT");
 /// All nodes.
 pub fn registry() -> Registry {
     let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>());
-    Registry::new(families()).with_layout(layout.0, layout.1).with_code(shibo_kernel::CODE).with_code(CODE)
+    let choice = (Kind::of::<combine::Choose>(), Kind::of::<combine::ChooseMaterial>());
+    let registry = Registry::new(families()).with_layout(layout.0, layout.1).with_choice(choice.0, choice.1);
+    registry.with_code(shibo_kernel::CODE).with_code(CODE)
 }

@@ -1,10 +1,14 @@
-//! The manual of composition: `Use` is no node, so what it takes is written here.
+//! The manual of composition: `Use` and `Each` are no nodes, so what they take is written here.
 
-/// Its name.
-pub(super) const KIND: &str = "Use";
+/// The words, with their manuals as the doc comments of nodes.
+pub(super) const KINDS: [(&str, &str); 2] = [("Use", USE), ("Each", EACH)];
 
-/// The manual, as the doc comment of a node.
-pub(super) const DOC: &str = r#"Puts another graph into this one: an instance of it. Its outputs are the ports of the instance.
+/// The manual of a word.
+pub(super) fn doc(kind: &str) -> Option<&'static str> {
+    KINDS.iter().find(|(name, _)| *name == kind).map(|(_, doc)| *doc)
+}
+
+const USE: &str = r#"Puts another graph into this one: an instance of it. Its outputs are the ports of the instance.
 
 ```ron
 imports: { "walnut": "shibo:walnut", "inlay": "lib/inlay" },
@@ -30,3 +34,23 @@ On a canvas that tiles, an instance that is turned by 90° or made smaller by a 
 A sub-graph says what it takes in `inputs`: `"height": Gray(default: 0.5)`, `"ground": Material()`. A default is a literal or one of the graph's own nodes. A material without a default must be given; rendered alone, the graph uses the defaults of channels that are missing.
 
 Nodes inside of an instance are `wood/year` for `dump` and `render --node`; an output of it is `wood.material`."#;
+
+const EACH: &str = r#"Several instances of another graph, of which one shows in every piece: the boards of a floor, the scales of a skin.
+
+```ron
+imports: { "walnut": "shibo:walnut" },
+nodes: {
+  "cells":  Worley(size: 30),
+  "boards": Each(graph: "walnut", over: 4, ids: "cells.ids", with: { "distance": "= 20 + 25 * $index" }),
+},
+outputs: { "material": "boards.material" },
+```
+
+What can be given besides the fields of `Use`, which hold for all instances:
+
+- over: how many instances there are, 1 to 64. Each costs as much as it shows.
+- ids: the numbers of the pieces. A hash of the number decides which instance shows, so that neighbours are unlike.
+
+In `with` and `preset`, `$index` is the number of the instance, from 0. Instances differ by their seeds even if nothing else differs. Fields and materials can be chosen among.
+
+`--set boards.tone=2` reaches all instances, `--set boards.3.tone=2` the fourth; its nodes are `boards/3/year`."#;

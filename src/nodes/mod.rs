@@ -53,8 +53,10 @@ pub(crate) fn run(args: &NodesArgs, terminal: &Terminal) -> Result<(), Quit> {
     match registry.info(&words) {
         _ if words.is_empty() => all(&registry, args.format, terminal),
         Some(info) => one(info, args.format, terminal),
-        None if words == composition::KIND => about_use(args.format, terminal),
-        None => found(&registry, &words, args.format, terminal),
+        None => match composition::doc(&words) {
+            Some(doc) => composed(&words, doc, args.format, terminal),
+            None => found(&registry, &words, args.format, terminal),
+        },
     }
 }
 
@@ -82,9 +84,8 @@ fn one(info: &KindInfo, format: FormatArg, terminal: &Terminal) -> Result<(), Qu
     }
 }
 
-/// The manual of composition.
-fn about_use(format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
-    let (kind, doc) = (composition::KIND, composition::DOC);
+/// The manual of a word of composition.
+fn composed(kind: &str, doc: &str, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
     match format {
         FormatArg::Json => terminal.json(&json!({ "nodes": [{ "kind": kind, "doc": doc }] })),
         FormatArg::Markdown => terminal.data(&format!("### {kind}\n\n{doc}\n")),
@@ -100,7 +101,7 @@ fn about_use(format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
 fn found(registry: &Registry, words: &str, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
     let found = search::search(registry, words);
     if found.is_empty() {
-        let kinds: Vec<&str> = registry.kinds().chain([composition::KIND]).collect();
+        let kinds: Vec<&str> = registry.kinds().chain(composition::KINDS.map(|(kind, _)| kind)).collect();
         let help = suggest(words, "node", &kinds);
         return Err(Quit::Usage(format!("no node has `{words}` in its name, summary or names elsewhere; {help}")));
     }

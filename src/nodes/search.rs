@@ -9,6 +9,7 @@ const ELSEWHERE: &str = "Elsewhere:";
 /// Names of other programs for kinds whose manual has no such paragraph, and for the use of sub-graphs.
 const OTHERS: &[(&str, &str)] = &[
     ("Use", "Substance Designer Graph Instance, Blender Node Group, Houdini Subnet, Material Maker Group"),
+    ("Each", "Houdini For-Each, Copy to Points, Blender Instance on Points, Substance Designer Multi Switch"),
     ("Math", "Blender Math, Substance Designer Pixel Processor, Houdini Math, Unreal Add Multiply"),
     ("Expression", "Substance Designer Pixel Processor, Houdini VEX Wrangle, Material Maker Custom Shader"),
     ("Blend", "Substance Designer Blend, Blender Mix Color, Photoshop Layer, Material Maker Blend"),
@@ -90,10 +91,11 @@ pub(super) fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> 
     let kinds =
         registry.kinds().filter_map(|kind| registry.info(kind)).map(|info: &KindInfo| (&*info.kind, &*info.doc));
     let mut found = Vec::new();
-    for (kind, doc) in kinds.chain([(super::composition::KIND, super::composition::DOC)]) {
+    for (kind, doc) in kinds.chain(super::composition::KINDS) {
         let (summary, names) = (summary(doc), elsewhere(kind, doc));
         if let Some(rank) = rank(query, kind, &summary, &names) {
-            found.push((rank, Found { kind, summary, elsewhere: (rank.0 == 2 || rank.0 == 4).then_some(names) }));
+            let elsewhere = (matches!(rank.0, 2 | 4) && !names.is_empty()).then_some(names);
+            found.push((rank, Found { kind, summary, elsewhere }));
         }
     }
     found.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.kind.cmp(b.1.kind)));

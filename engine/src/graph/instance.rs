@@ -115,6 +115,15 @@ pub(super) fn can_move(ty: Type) -> bool {
     ty == Type::Material || ty.fits(Accepts::Field)
 }
 
+/// Which of the instances of an `Each` it is.
+#[derive(Clone, Copy)]
+pub(super) struct Spread<'n> {
+    /// The name of the `Each`.
+    pub(super) name: &'n str,
+    /// The number, from 0.
+    pub(super) index: usize,
+}
+
 /// What a `Use` says of its instance.
 pub(super) struct Instance {
     /// The names of its presets and where they are written.
@@ -127,7 +136,7 @@ pub(super) struct Instance {
 
 impl Unit<'_> {
     /// Reads `preset`, `seed` and `canvas` of a `Use` in `scope`.
-    pub(super) fn instance(&mut self, scope: usize, args: &[Entry]) -> Instance {
+    pub(super) fn instance(&mut self, scope: usize, args: &[Entry], spread: Option<Spread<'_>>) -> Instance {
         let mut instance = Instance { presets: None, canvas: self.scopes[scope].canvas, layout: None };
         let value = |unit: &mut Self, name: &str| {
             let part = read::get(args, name)?;
@@ -144,6 +153,9 @@ impl Unit<'_> {
         }
         if let Some(seed) = value(self, "seed").and_then(|part| super::canvas::seed(&part, self.report)) {
             instance.canvas.seed = instance_seed(instance.canvas.seed, seed);
+        }
+        if let Some(Spread { index, .. }) = spread {
+            instance.canvas.seed = instance_seed(instance.canvas.seed, index as u64);
         }
         instance
     }
@@ -238,6 +250,12 @@ impl Unit<'_> {
     /// The error for a reference, written at `part`, to an output of an instance that cannot be laid out.
     pub(super) fn check_movable(&self, part: &Part, target: &Target) -> Option<Diagnostic> {
         let Target::Out { flat, .. } = *target else { return None };
+        if self.flats[flat].chooses.is_some() {
+            let ty = self.type_of(target).filter(|ty| !can_move(*ty))?;
+            let message = format!("`Each` chooses among fields and materials; {} is {ty}", shorten(part.str()));
+            let help = "draw it in the sub-graph";
+            return Some(part.error(Code::TypeMismatch, message).help(help));
+        }
         let layout = self.flats[flat].layout.as_ref()?;
         let ty = self.type_of(target).filter(|ty| !can_move(*ty))?;
         let message = format!("`canvas` moves fields and materials; {} is {ty}", shorten(part.str()));
@@ -272,6 +290,7 @@ impl Unit<'_> {
             uses.push(GraphUse { name, path: doc.path.clone(), outputs });
         }
         self.flats.truncate(made);
+        uses.extend(self.eaches());
         uses
     }
 

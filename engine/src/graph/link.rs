@@ -2,7 +2,7 @@
 use super::part::Shape;
 use super::ports::Literal;
 use super::scope::{Flat, Port, Target, Unit};
-use super::{convert, instance, ports};
+use super::{convert, each, instance, ports};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::graph::{GraphNode, Input};
 use crate::node::OutputType;
@@ -76,6 +76,9 @@ impl Unit<'_> {
 
     /// Finds what is given to an input of a sub-graph that converts it.
     fn resolve_pass(&mut self, flat: usize) {
+        if let Some((chooser, output)) = self.flats[flat].chooses.clone() {
+            return self.resolve_chosen(flat, chooser, &output);
+        }
         let node = &self.flats[flat];
         let Some(slot) = node.slots.first() else { return };
         let (scope, part) = (node.scope, slot.part.clone());
@@ -171,6 +174,9 @@ impl Unit<'_> {
     fn find_types(&mut self, flat: usize) {
         let node = &self.flats[flat];
         let Some(info) = node.info else {
+            if node.chooses.is_some() {
+                return self.find_chosen_type(flat);
+            }
             let slot = node.slots.first();
             let ty = match (&node.layout, slot) {
                 (Some(_), Some(slot)) => self.field_type(&slot.target),
@@ -212,6 +218,17 @@ impl Unit<'_> {
         self.flats[flat].outputs = outputs.collect();
     }
 
+    /// The type of what is chosen among, which is the same for all instances.
+    fn find_chosen_type(&mut self, flat: usize) {
+        let slots = self.flats[flat].slots.iter().skip(1);
+        let types: Vec<_> = slots.map(|slot| self.field_type(&slot.target)).collect();
+        let ty = types.first().copied().flatten();
+        if let Some(ty) = ty {
+            self.flats[flat].slots.iter_mut().skip(1).for_each(|slot| slot.wants = Accepts::One(ty));
+        }
+        self.flats[flat].outputs = vec![ty];
+    }
+
     fn check_types(&mut self) {
         for flat in 0..self.flats.len() {
             let check = |slot| self.check_type(slot).or_else(|| self.check_movable(&slot.part, &slot.target));
@@ -238,6 +255,16 @@ impl Unit<'_> {
             self.flats[flat].node = convert::no_material();
             return;
         };
+        if node.chooses.is_some() {
+            let ty = node.outputs.first().copied().flatten().filter(|ty| instance::can_move(*ty));
+            if let Some((kind, made)) = ty.and_then(|ty| each::node(self.registry, ty, node.slots.len())) {
+                (self.flats[flat].kind_name, self.flats[flat].node) = (kind, Some(made));
+            } else if let Some(ty) = ty {
+                let message = format!("there is no node that chooses among {ty}");
+                self.report.push(node.kind.error(Code::BadValue, message));
+            }
+            return;
+        }
         if let Some(layout) = &node.layout {
             let ty = slot.wants.only().filter(|ty| instance::can_move(*ty));
             if let Some((kind, made)) = ty.and_then(|ty| layout.node(self.registry, ty)) {

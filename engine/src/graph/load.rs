@@ -1,5 +1,7 @@
 //! Loading a graph: all the steps, in order.
 use super::canvas::{self, Asked};
+use super::document::NodeDecl;
+use super::each;
 use super::files::{Doc, Files};
 use super::instance::{Setting, preset_names};
 use super::params::{ParamDecl, Params};
@@ -116,6 +118,8 @@ fn unit<'a>(
         flats: Vec::new(),
         checks: Vec::new(),
         laid: BTreeMap::new(),
+        choosers: Vec::new(),
+        chosen: BTreeMap::new(),
         first_instance,
         defaults: BTreeMap::new(),
     }
@@ -161,7 +165,9 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
     let mut total = 0_usize;
     for node in &doc.document.nodes {
         let graph = match &node.kind {
-            Some(kind) if kind.str() == "Use" => node.args.as_deref().and_then(|args| read::get(args, "graph")),
+            Some(kind) if matches!(kind.str(), "Use" | each::KIND) => {
+                node.args.as_deref().and_then(|args| read::get(args, "graph"))
+            }
             _ => None,
         };
         let index = graph.and_then(|graph| match graph.shape() {
@@ -176,7 +182,7 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
         let nodes = match used.and_then(|used| sizes.get(used)) {
             // A graph that uses one that is too large is too large itself; that is not reported again.
             Some(None) => return None,
-            Some(Some(nodes)) => (*nodes + inputs).max(1),
+            Some(Some(nodes)) => copies(node).saturating_mul(*nodes + inputs).max(1),
             None => 1,
         };
         total = total.saturating_add(nodes);
@@ -188,6 +194,16 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
         }
     }
     Some(total)
+}
+
+/// How many instances of a sub-graph a node makes at most.
+fn copies(node: &NodeDecl) -> usize {
+    if !node.kind.as_ref().is_some_and(|kind| kind.str() == each::KIND) {
+        return 1;
+    }
+    let over = node.args.as_deref().and_then(|args| read::get(args, "over")).map(Part::shape);
+    let written = (1..=each::MOST).find(|n| matches!(over, Some(Shape::Number(over)) if over == *n as f64));
+    written.unwrap_or(each::MOST) + 1
 }
 
 fn check_preset(doc: &Doc, options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) {

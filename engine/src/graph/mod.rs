@@ -17,6 +17,7 @@ mod canvas;
 mod channels;
 mod convert;
 mod document;
+mod each;
 mod expr;
 mod files;
 mod imports;

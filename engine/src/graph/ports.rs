@@ -128,6 +128,16 @@ impl Unit<'_> {
                     }),
                     other => other,
                 },
+                Some(Entity::Each(chooser)) => match self.choosers[chooser].children.first().copied() {
+                    // The outputs of all instances are called alike.
+                    Some(child) => {
+                        self.output_of_use(child, part, node, port).map(|_| match self.chosen(chooser, port) {
+                            Some(flat) => Next::Found(Target::Out { flat, output: 0 }),
+                            None => Next::Found(Target::Broken),
+                        })
+                    }
+                    None => return Target::Broken,
+                },
                 Some(Entity::Input(index)) => {
                     let found = self.input_of(*scope, index, part, node, port);
                     if found.is_ok() {

@@ -1,7 +1,8 @@
 //! Scopes: a graph file, and every use of a sub-graph, with what the names in it mean.
 use super::document::NodeDecl;
+use super::each::{self, Chooser};
 use super::files::{Doc, FileChecks};
-use super::instance::{self, Layout, Setting};
+use super::instance::{self, Layout, Setting, Spread};
 use super::params::{ParamDecl, Params, Values};
 use super::part::{Entry, Part, Shape};
 use super::ports::{self, Literal};
@@ -24,6 +25,8 @@ pub(super) enum Entity {
     Node(usize),
     /// A sub-graph: its scope.
     Use(usize),
+    /// Several sub-graphs of which one shows at every pixel: which of the `Each`.
+    Each(usize),
     /// An input of the graph.
     Input(usize),
     /// Something in error.
@@ -149,6 +152,8 @@ pub(super) struct Flat<'a> {
     pub(super) channels: Option<ChannelSet>,
     /// How it lays out what it reads, if that is what it does.
     pub(super) layout: Option<Layout>,
+    /// The `Each` among whose instances it chooses, and the output, if that is what it does.
+    pub(super) chooses: Option<(usize, String)>,
 }
 
 /// One graph with all its sub-graphs while it is linked.
@@ -170,6 +175,9 @@ pub(super) struct Unit<'a> {
     pub(super) checks: Vec<(usize, Slot)>,
     /// The nodes that lay out outputs of instances.
     pub(super) laid: BTreeMap<(usize, String), usize>,
+    /// Every `Each`, and the nodes that choose among their instances.
+    pub(super) choosers: Vec<Chooser>,
+    pub(super) chosen: BTreeMap<(usize, String), usize>,
     /// The number of the first scope among those of all units.
     pub(super) first_instance: usize,
     /// The defaults of the documents in use.
@@ -249,10 +257,13 @@ impl<'a> Unit<'a> {
     fn entity(&mut self, scope: usize, decl: &'a NodeDecl) -> Entity {
         let (Some(kind), Some(args)) = (&decl.kind, &decl.args) else { return Entity::Broken };
         if kind.str() == "Use" {
-            return self.declare_use(scope, decl, kind, args).map_or(Entity::Broken, Entity::Use);
+            return self.declare_use(scope, &decl.name, kind, args, None).map_or(Entity::Broken, Entity::Use);
+        }
+        if kind.str() == each::KIND {
+            return self.declare_each(scope, &decl.name, kind, args).unwrap_or(Entity::Broken);
         }
         let Some(info) = self.registry.info(kind.str()) else {
-            let kinds = self.registry.kinds().chain(["Use"]);
+            let kinds = self.registry.kinds().chain(["Use", each::KIND]);
             let message = format!("there is no node kind `{}`", read::shorten(kind.str()));
             self.report.unknown(kind.error(Code::UnknownKind, message), kind.str(), "kind", kinds);
             return Entity::Broken;
@@ -267,16 +278,26 @@ impl<'a> Unit<'a> {
         self.flats.len() - 1
     }
 
-    fn declare_use(&mut self, scope: usize, decl: &NodeDecl, kind: &Part, args: &[Entry]) -> Option<usize> {
-        let known = instance::FIELDS;
+    /// Declares an instance of a sub-graph: that of a `Use`, or one of those of an `Each`.
+    pub(super) fn declare_use(
+        &mut self,
+        scope: usize,
+        name: &str,
+        kind: &Part,
+        args: &[Entry],
+        spread: Option<Spread<'_>>,
+    ) -> Option<usize> {
+        let of_each = if spread.is_some() { &each::FIELDS[..] } else { &[] };
+        let known: Vec<&str> = of_each.iter().copied().chain(instance::FIELDS).collect();
+        let what = kind.str();
         for arg in args.iter().filter(|arg| !known.contains(&arg.name.as_str())) {
-            let message = format!("`Use` has no field `{}`", read::shorten(&arg.name));
+            let message = format!("`{what}` has no field `{}`", read::shorten(&arg.name));
             let error = arg.key.error(Code::UnknownField, message);
-            self.report.unknown(error, &arg.name, "field", known[..5].iter().copied());
+            self.report.unknown(error, &arg.name, "field", known.iter().copied().filter(|name| *name != "note"));
         }
         let Some(graph) = read::get(args, "graph") else {
             let help = "write `graph: \"name\"`, a name from `imports`";
-            self.report.push(kind.error(Code::MissingInput, "`Use` has no `graph`").help(help));
+            self.report.push(kind.error(Code::MissingInput, format!("`{what}` has no `graph`")).help(help));
             return None;
         };
         let import = read::text(graph, "graph", self.report)?;
@@ -293,12 +314,16 @@ impl<'a> Unit<'a> {
             Some(with) => read::unique(read::map(with, "with", self.report), "value", self.report),
             None => Vec::new(),
         };
-        let instance = self.instance(scope, args);
+        let instance = self.instance(scope, args, spread);
         let mut params = Params::new(self.defaults_of(doc));
         let preset = self.preset_values(&instance, &docs[doc], &import);
         params.give_all(preset);
         self.with_params(scope, doc, &with, &mut params);
-        let prefix = format!("{}{}/", self.scopes[scope].prefix, decl.name);
+        let prefix = format!("{}{name}/", self.scopes[scope].prefix);
+        if let Some(Spread { name, .. }) = spread {
+            let all = format!("{}{name}/", self.scopes[scope].prefix);
+            params.give_all(self.settings_of(&all, &docs[doc].document));
+        }
         params.give_all(self.settings_of(&prefix, &docs[doc].document));
         let child = self.declare(doc, prefix, params, Some(kind.span()));
         (self.scopes[child].canvas, self.scopes[child].layout) = (instance.canvas, instance.layout);
@@ -400,6 +425,7 @@ impl<'a> Flat<'a> {
             gray: None,
             channels: None,
             layout: None,
+            chooses: None,
         }
     }
 

@@ -1,8 +1,10 @@
 //! Combine: point-wise operations on several fields.
 mod blend;
+mod choose;
 mod math;
 
 pub use blend::Blend;
+pub use choose::{Choose, ChooseMaterial};
 pub use math::Math;
 
 use shibo_engine::registry::{Family, Kind};

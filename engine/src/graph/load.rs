@@ -198,7 +198,7 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
 
 /// How many instances of a sub-graph a node makes at most.
 fn copies(node: &NodeDecl) -> usize {
-    if !node.kind.as_ref().is_some_and(|kind| kind.str() == each::KIND) {
+    if node.kind.as_ref().is_none_or(|kind| kind.str() != each::KIND) {
         return 1;
     }
     let over = node.args.as_deref().and_then(|args| read::get(args, "over")).map(Part::shape);

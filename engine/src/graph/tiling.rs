@@ -57,7 +57,12 @@ impl Graph {
             names => format!("the outputs {} do", names.join(", ")),
         };
         let message = format!("{what} not tile: node `{}` does not repeat with the canvas", node.name);
-        let help = "make that node periodic, or say `tile: None` in the canvas";
+        // The names of nodes have no dots, but those of what lays out the output of an instance do.
+        let help = if node.name.contains('.') {
+            "turn it by a multiple of 90° and make it smaller by a whole number, or say `tile: None` in the canvas"
+        } else {
+            "make that node periodic, or say `tile: None` in the canvas"
+        };
         Diagnostic::new(Code::Advice, node.span, message).help(help).as_warning()
     }
 }

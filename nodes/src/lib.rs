@@ -31,7 +31,7 @@ mod moved;
 mod testing;
 mod warped;
 
-use shibo_engine::registry::{Family, Registry};
+use shibo_engine::registry::{Family, Kind, Registry};
 
 /// All nodes, by family.
 pub fn families() -> Vec<Family> {
@@ -58,5 +58,8 @@ pub const CODE: &str = env!("CODE_FINGERPRINT");
 
 /// All nodes.
 pub fn registry() -> Registry {
-    Registry::new(families()).with_code(shibo_kernel::CODE).with_code(CODE)
+    let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>());
+    let choice = (Kind::of::<combine::Choose>(), Kind::of::<combine::ChooseMaterial>());
+    let registry = Registry::new(families()).with_layout(layout.0, layout.1).with_choice(choice.0, choice.1);
+    registry.with_code(shibo_kernel::CODE).with_code(CODE)
 }

@@ -17,8 +17,11 @@ mod canvas;
 mod channels;
 mod convert;
 mod document;
+mod each;
 mod expr;
 mod files;
+mod imports;
+mod instance;
 mod lex;
 mod link;
 mod linked;
@@ -34,7 +37,7 @@ mod subst;
 mod syntax;
 mod tiling;
 
-pub use linked::{Graph, GraphNode, GraphOutput, GraphParam, Input};
+pub use linked::{Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
 pub use load::{load, load_text};
 
 use crate::diagnostics::{Diagnostic, SourceMap};

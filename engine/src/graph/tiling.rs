@@ -27,7 +27,7 @@ impl Graph {
         for &index in order {
             let node = &self.nodes[index];
             let reads = wires(node).fold(Tiling::BOTH, |tiling, from| tiling.and(tilings[from.index()]));
-            let own = node.node.tiling(&self.canvas);
+            let own = node.node.tiling(&node.canvas);
             let reads = if node.node.makes_tile() { Tiling::BOTH } else { reads };
             at_fault[index.index()] = !own.covers(wanted) && reads.covers(wanted);
             tilings[index.index()] = reads.and(own);
@@ -60,7 +60,12 @@ impl Graph {
             names => format!("the outputs {} do", names.join(", ")),
         };
         let message = format!("{what} not tile: node `{}` does not repeat with the canvas", node.name);
-        let help = "make that node periodic, or say `tile: None` in the canvas";
+        // The names of nodes have no dots, but those of what lays out the output of an instance do.
+        let help = if node.name.contains('.') {
+            "turn it by a multiple of 90° and make it smaller by a whole number, or say `tile: None` in the canvas"
+        } else {
+            "make that node periodic, or say `tile: None` in the canvas"
+        };
         Diagnostic::new(Code::Advice, node.span, message).help(help).as_warning()
     }
 }

@@ -1,5 +1,6 @@
 //! Combine: point-wise operations on several fields.
 mod blend;
+mod choose;
 mod height_blend;
 mod make_vector;
 mod math;
@@ -7,6 +8,7 @@ mod pack_channels;
 mod split_channels;
 
 pub use blend::Blend;
+pub use choose::{Choose, ChooseMaterial};
 pub use height_blend::HeightBlend;
 pub use make_vector::MakeVector;
 pub use math::Math;

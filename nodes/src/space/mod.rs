@@ -1,10 +1,12 @@
 //! Space: fields moved, rotated, scaled and bent.
 mod directional_warp;
+mod laid_material;
 mod mirror;
 mod transform;
 mod warp;
 
 pub use directional_warp::DirectionalWarp;
+pub use laid_material::LaidMaterial;
 pub use mirror::{Mirror, MirrorAxis};
 pub use transform::Transform;
 pub use warp::Warp;

@@ -6,10 +6,11 @@
 //! interpolated by Catmull-Rom, exactly at multiples of 90°. A picture whose pixels have that size is read at its own
 //! pixels, so that it is filtered only once. Cost: O(pixels), and that of the input on another grid.
 use crate::moved::Placement;
+use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Stop, Tiling};
+use shibo_engine::value::{Field, Stop, Tiling};
 
 /// Moves, rotates and scales a field. Normals are rotated with it.
 ///
@@ -50,6 +51,16 @@ impl Transform {
         let Self { offset, angle, scale, pivot, .. } = *self;
         Placement { offset, angle, scale, pivot }
     }
+
+    /// A field, moved on a canvas of that size.
+    pub(super) fn apply(&self, input: &Field, size: DVec2) -> Field {
+        self.placement().place(input, size)
+    }
+
+    /// The directions in which what repeats as the canvas does still repeats.
+    pub(super) fn keeps(&self, canvas: &CanvasFacts) -> Tiling {
+        self.placement().repeats(canvas.size_mm(), canvas.tile())
+    }
 }
 
 impl Node for Transform {
@@ -58,7 +69,7 @@ impl Node for Transform {
     const VERSION: u32 = 2;
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
-        self.placement().repeats(canvas.size_mm(), canvas.tile())
+        self.keeps(canvas)
     }
 
     fn no_op(&self) -> Option<&'static str> {
@@ -66,8 +77,7 @@ impl Node for Transform {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let input = cx.get(&self.input)?;
-        Ok(Outputs::one(self.placement().place(&input, cx.size_mm())))
+        Ok(Outputs::one(self.apply(&cx.get(&self.input)?, cx.size_mm())))
     }
 }
 

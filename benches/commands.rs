@@ -79,7 +79,7 @@ fn main() {
     let cached = (0..5).map(|_| calf(&out, "2048", &["--cache-dir", &cache])).collect();
     report("calf 2048², all cached", median(cached));
     if std::env::var_os("SHIBO_BENCH_LARGE").is_some() {
-        let args = ["--no-cache", "--output", "calf.height"];
+        let args = ["--no-cache", "--output", "material.height"];
         let (small, large) = (calf(&out, "4096", &args), calf(&out, "16384", &args));
         report("calf height 4096²", small);
         report("calf height 16384²", large);

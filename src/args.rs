@@ -1,5 +1,5 @@
 //! The command line.
-use crate::{cache, check, completions, dump, graph, new, nodes, render, watch};
+use crate::{cache, check, completions, dump, graph, new, nodes, pack, render, watch};
 use clap::{Args, Parser, Subcommand};
 use shibo_engine::value::Resolution;
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ pub(crate) enum Command {
     Watch(watch::WatchArgs),
     /// Report all errors of graph files.
     Check(check::CheckArgs),
-    /// List the kinds of nodes, or show the manual of one.
+    /// List the kinds of nodes, show the manual of one, or search them.
     Nodes(nodes::NodesArgs),
     /// Print what a node makes, as JSON.
     Dump(dump::DumpArgs),
@@ -40,6 +40,8 @@ pub(crate) enum Command {
     New(new::NewArgs),
     /// Draw a graph.
     Graph(graph::GraphArgs),
+    /// Put a graph and all that it reads into one file.
+    Pack(pack::PackArgs),
     /// Look at, or empty, the cache of results.
     Cache(cache::CacheArgs),
     /// Print a completion script for a shell.
@@ -49,10 +51,10 @@ pub(crate) enum Command {
 /// Values of a graph's parameters.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct ValueArgs {
-    /// Give a parameter of the graph a value; may be repeated.
+    /// Give a parameter of the graph, or of a sub-graph (USE.PARAM), a value; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(crate) set: Vec<(String, String)>,
-    /// Use the values of a preset of the graph.
+    /// Use the values of a preset of the graph, or of several: `a+b`.
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
 }
@@ -77,7 +79,7 @@ pub(crate) struct EngineArgs {
     pub(crate) cache_size: u32,
 }
 
-fn assignment(text: &str) -> Result<(String, String), String> {
+pub(crate) fn assignment(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().to_owned(), value.to_owned())),
         _ => Err("write NAME=VALUE".to_owned()),

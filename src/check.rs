@@ -1,6 +1,7 @@
 //! `shibo check`: all errors of graph files.
 use crate::args::{EngineArgs, ValueArgs};
 use crate::interrupt;
+use crate::library;
 use crate::open;
 use crate::progress::Progress;
 use crate::quit::Quit;
@@ -72,7 +73,7 @@ pub(crate) fn run(args: &CheckArgs, terminal: &Terminal) -> Result<(), Quit> {
 }
 
 fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Quit> {
-    let loaded = open::load(path, &shibo_nodes::registry(), &args.values, None);
+    let loaded = open::load(path, &library::registry(), &args.values, None);
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
         diagnostics.extend(graph.advice());
@@ -87,7 +88,7 @@ fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Qu
 fn verify(graph: &Graph, args: &CheckArgs, terminal: &Terminal) -> Result<Vec<Diagnostic>, Quit> {
     let cancel = CancelToken::default();
     interrupt::cancel_on_signals(&cancel);
-    let session = open::session(shibo_nodes::registry(), &args.engine, terminal)?;
+    let session = open::session(library::registry(), &args.engine, terminal)?;
     let progress = Progress::new(terminal, args.format == FormatArg::Json);
     let result = session.verify(graph, &cancel, &progress);
     let mut found = progress.finish();

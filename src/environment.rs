@@ -11,6 +11,12 @@ pub(crate) fn colors() -> bool {
     variable("NO_COLOR").is_none() && variable("TERM").is_none_or(|term| term != "dumb")
 }
 
+/// The folder for pictures of the library, beside that for results; that for temporary files if there is no home.
+pub(crate) fn library_dir() -> PathBuf {
+    let beside = cache_dir().and_then(|dir| Some(dir.parent()?.join("shibo-library")));
+    beside.unwrap_or_else(|| std::env::temp_dir().join("shibo-library"))
+}
+
 /// The folder for results: `$XDG_CACHE_HOME/shibo`, else `~/.cache/shibo`.
 pub(crate) fn cache_dir() -> Option<PathBuf> {
     // The specification says that relative paths are to be ignored.

@@ -8,11 +8,14 @@ mod check;
 mod completions;
 mod dump;
 mod environment;
+mod find;
 mod graph;
 mod interrupt;
+mod library;
 mod new;
 mod nodes;
 mod open;
+mod pack;
 mod progress;
 mod quit;
 mod render;
@@ -52,6 +55,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Dump(args) => dump::run(&args, terminal),
         Command::New(args) => new::run(&args, terminal),
         Command::Graph(args) => graph::run(&args, terminal),
+        Command::Pack(args) => pack::run(&args, terminal),
         Command::Cache(args) => cache::run(&args, terminal),
         Command::Completions(args) => completions::run(&args, terminal),
     }

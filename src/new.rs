@@ -1,6 +1,7 @@
 //! `shibo new`: a commented graph file to start from.
+use crate::library;
 use crate::quit::Quit;
-use crate::templates::{TEMPLATES, Template};
+use crate::templates::TEMPLATES;
 use crate::terminal::{Style, Terminal};
 use clap::Args;
 use shibo_engine::diagnostics::suggest;
@@ -11,7 +12,9 @@ use std::path::{Path, PathBuf};
 const EXAMPLES: &str = "\
 Examples:
   shibo new                            list the templates
-  shibo new calf --from leather        make calf.ron";
+  shibo new --list                     also list the graphs that others can import
+  shibo new calf --from leather        make calf.ron
+  shibo new wood --from walnut         a copy of a graph that comes with the program, to change";
 
 /// Make a commented graph file to start from.
 #[derive(Args, Debug)]
@@ -19,22 +22,25 @@ Examples:
 pub(crate) struct NewArgs {
     /// The graph file to make; `.ron` is added if it is missing. Nothing is ever overwritten.
     name: Option<PathBuf>,
-    /// The template to start from; without it, the templates are listed.
+    /// The template, or the graph of `--list`, to start from; without it, the templates are listed.
     #[arg(long, value_name = "TEMPLATE", requires = "name")]
     from: Option<String>,
+    /// List the graphs that come with the program: templates, materials and sub-graphs.
+    #[arg(long, conflicts_with_all = ["name", "from"])]
+    list: bool,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &NewArgs, terminal: &Terminal) -> Result<(), Quit> {
+    if args.list {
+        return everything(terminal);
+    }
     let Some(from) = &args.from else { return list(args, terminal) };
-    let Some(template) = TEMPLATES.iter().find(|t| t.name == from) else {
-        let names: Vec<&str> = TEMPLATES.iter().map(|t| t.name).collect();
-        return Err(Quit::Usage(format!("there is no template `{from}`; {}", suggest(from, "template", &names))));
-    };
+    let text = text(from)?;
     let Some(path) = args.name.as_deref().and_then(file) else {
         return Err(Quit::Usage("the name of the graph file is missing".to_owned()));
     };
-    create(&path, template).map_err(|e| match e.kind() {
+    create(&path, &text).map_err(|e| match e.kind() {
         ErrorKind::AlreadyExists => Quit::failed(format!("`{}` exists already; it was left alone", path.display())),
         _ => Quit::failed(format!("cannot write `{}`: {e}", path.display())),
     })?;
@@ -56,6 +62,54 @@ fn list(args: &NewArgs, terminal: &Terminal) -> Result<(), Quit> {
     }
 }
 
+/// Lists all graphs that come with the program.
+fn everything(terminal: &Terminal) -> Result<(), Quit> {
+    let mut page = terminal.page();
+    let graphs = library::graphs();
+    let widest = graphs.iter().map(|graph| graph.name.len()).max().unwrap_or(0);
+    let mut section = |title: &str, rows: &mut dyn Iterator<Item = (&str, &str)>| {
+        page.styled(Style::Bold, title).end();
+        for (name, doc) in rows {
+            page.push("  ").styled(Style::Accent, &format!("{name:widest$}  ")).push(doc).end();
+        }
+        page.end();
+    };
+    section("Templates: shibo new NAME --from TEMPLATE", &mut TEMPLATES.iter().map(|t| (t.name, t.doc)));
+    let mut whole = graphs.iter().filter(|graph| !graph.is_part()).map(|graph| (graph.name, graph.doc()));
+    section("Graphs to render and to import: \"shibo:NAME\"", &mut whole);
+    let mut parts = graphs.iter().filter(|graph| graph.is_part()).map(|graph| (graph.name, graph.doc()));
+    section("Sub-graphs to import: \"shibo:NAME\"", &mut parts);
+    page.push("For example `imports: { \"walnut\": \"shibo:walnut\" }`; `shibo nodes Use` tells more.").end();
+    terminal.print(&page)
+}
+
+/// The text of a template, or of a graph that comes with the program. A copy imports what lay beside the original by name.
+fn text(from: &str) -> Result<String, Quit> {
+    if let Some(template) = TEMPLATES.iter().find(|t| t.name == from) {
+        return Ok(template.text.to_owned());
+    }
+    let graphs = library::graphs();
+    let Some(graph) = graphs.iter().find(|graph| graph.name == from) else {
+        let names: Vec<&str> = TEMPLATES.iter().map(|t| t.name).chain(graphs.iter().map(|graph| graph.name)).collect();
+        return Err(Quit::Usage(format!("there is no template `{from}`; {}", suggest(from, "template", &names))));
+    };
+    if graph.text.contains("\"pictures/") {
+        let help = format!("import it: `imports: {{ \"{from}\": \"shibo:{from}\" }}`");
+        return Err(Quit::Usage(format!(
+            "`{from}` reads a picture that lies beside it, so it cannot be copied; {help}"
+        )));
+    }
+    let mut text = graph.text.to_owned();
+    for part in graphs.iter().filter(|graph| graph.is_part()) {
+        let named = format!("\"shibo:{}\"", part.name);
+        text = text.replace(&format!("\"{}\"", part.path), &named);
+        if graph.is_part() {
+            text = text.replace(&format!("\"{}.ron\"", part.name), &named);
+        }
+    }
+    Ok(text)
+}
+
 /// The path with its extension.
 fn file(name: &Path) -> Option<PathBuf> {
     let mut file = name.file_name()?.to_os_string();
@@ -65,9 +119,9 @@ fn file(name: &Path) -> Option<PathBuf> {
     Some(name.with_file_name(file))
 }
 
-fn create(path: &Path, template: &Template) -> std::io::Result<()> {
+fn create(path: &Path, text: &str) -> std::io::Result<()> {
     let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
-    file.write_all(template.text.as_bytes()).inspect_err(|_| {
+    file.write_all(text.as_bytes()).inspect_err(|_| {
         // A file that could be written only in part is removed.
         let _ = fs::remove_file(path);
     })

@@ -92,8 +92,12 @@ fn nodes_inside_sub_graphs() {
     desk.write("outer.ron", outer);
     let points = desk.shibo("dump outer.ron use/points").expect(0).json();
     assert_eq!(points["type"], "Points");
-    let ran = desk.shibo("dump outer.ron use").expect(2);
-    assert!(ran.stderr.contains("use/NODE"), "{}", ran.stderr);
+    let bumps = |name: &str| desk.run(["dump", "outer.ron", name]).expect(0).json();
+    // By itself, the name of a sub-graph means its main output.
+    assert_eq!(bumps("use"), bumps("use/bumps"));
+    assert_eq!((bumps("use.bumps"), bumps("use.mask")), (bumps("use"), bumps("use/strokes.mask")));
+    let ran = desk.shibo("dump outer.ron use/nothing").expect(2);
+    assert!(ran.stderr.contains("`use` is a sub-graph without `nothing`"), "{}", ran.stderr);
 }
 
 /// Pictures of one channel go as grey into ports for any field, pictures of more as colour; and what a node hands on

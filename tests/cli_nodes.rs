@@ -26,7 +26,7 @@ fn one_kind_has_a_manual() {
     ] {
         assert!(ran.stdout.contains(word), "{word}: {}", ran.stdout);
     }
-    let ran = Desk::new().shibo("nodes drawwrinkle").expect(2);
+    let ran = Desk::new().shibo("nodes DrowWrinkles").expect(2);
     assert!(ran.stderr.contains("did you mean `DrawWrinkles`?") && ran.stdout.is_empty(), "{}", ran.stderr);
     let desk = Desk::new();
     let mut colored = desk.command(["nodes", "Perlin"]);

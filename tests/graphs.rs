@@ -133,7 +133,7 @@ fn shown(session: &Session, path: &Path) -> Vec<(String, Picture)> {
     };
     for (name, field, tile) in pictures(session, &small, Window::full(UVec2::splat(SIDE))) {
         // Of a material the lit picture shows all; of what is not lit, its colour or its normals.
-        let lit = name.ends_with("_lit") || !small.outputs.iter().any(|o| o.name.ends_with("_lit"));
+        let lit = is_lit(&name) || !small.outputs.iter().any(|o| is_lit(&o.name));
         let seen = lit && matches!(field.ty(), Type::Gray | Type::Rgb | Type::Normal);
         if seen && field.as_constant().is_none() {
             if is_plain(&tile) {
@@ -157,6 +157,11 @@ fn shown(session: &Session, path: &Path) -> Vec<(String, Picture)> {
         }
     }
     shown
+}
+
+/// Whether an output is a picture of a material in light.
+fn is_lit(name: &str) -> bool {
+    name == "lit" || name.ends_with("_lit")
 }
 
 /// Whether nothing is to be seen.

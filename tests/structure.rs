@@ -175,8 +175,21 @@ fn kernels_know_only_values() {
 fn rooms_of_the_kernel_use_only_rooms_before_them() {
     let kernel = root("kernel/src");
     // As `kernel/src/lib.rs` names them.
-    let order =
-        ["ground", "noise", "filter", "pointwise", "surface", "strokes", "leather", "springs", "wood", "synthesis"];
+    let order = [
+        "ground",
+        "noise",
+        "filter",
+        "pointwise",
+        "surface",
+        "strokes",
+        "shape",
+        "pattern",
+        "scatter",
+        "leather",
+        "springs",
+        "wood",
+        "synthesis",
+    ];
     let folders: BTreeSet<String> = fs::read_dir(&kernel)
         .unwrap()
         .map(|e| e.unwrap().path())

@@ -336,7 +336,7 @@ fn figures_of_latency() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
-    page.wait(&format!("{ROOT}.target == 'calf_lit' && {ROOT}.done"));
+    page.wait(&format!("{ROOT}.target == 'lit' && {ROOT}.done"));
     page.eval(&format!(
         "new MutationObserver(() => {{ if ({ROOT}.sha !== window.last) {{ window.last = {ROOT}.sha; window.at = Date.now(); }} }}) \
          .observe(document.documentElement, {{ attributes: true, attributeFilter: ['data-picture', 'data-sha'] }})"

@@ -3,7 +3,8 @@ use crate::node::Functions;
 use crate::node::{Arg, Built, KindInfo, Node};
 use crate::value::Key;
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
 
 /// The fingerprint of this crate's code and of the libraries that it uses.
 const CODE: &[u8] = env!("CODE_FINGERPRINT").as_bytes();
@@ -37,17 +38,48 @@ struct Entry {
     info: OnceLock<KindInfo>,
 }
 
+/// Texts and pictures that a program brings along: graphs that can be imported by name.
+pub trait Library: Send + Sync {
+    /// The names of its graphs, without folder and extension.
+    fn names(&self) -> Vec<&str>;
+
+    /// The path of the graph of that name within the library.
+    fn find(&self, name: &str) -> Option<String>;
+
+    /// The text of the graph at that path.
+    fn text(&self, path: &str) -> Option<&str>;
+
+    /// A file on disk with the content of the file at that path, which a node reads.
+    ///
+    /// # Errors
+    /// Why there is none, in words.
+    fn file(&self, path: &str) -> Result<PathBuf, String>;
+}
+
 /// All kinds that graph files may use.
 pub struct Registry {
     families: Vec<(&'static str, &'static str)>,
     order: Vec<String>,
     entries: BTreeMap<String, Entry>,
     code: Key,
+    /// What lays out the fields and the materials of instances.
+    layout: Option<[Kind; 2]>,
+    /// What chooses among the fields and the materials of several instances.
+    choice: Option<[Kind; 2]>,
+    library: Option<Arc<dyn Library>>,
 }
 
 impl Default for Registry {
     fn default() -> Self {
-        Self { families: Vec::new(), order: Vec::new(), entries: BTreeMap::new(), code: Key::of("code", &[CODE]) }
+        Self {
+            families: Vec::new(),
+            order: Vec::new(),
+            entries: BTreeMap::new(),
+            code: Key::of("code", &[CODE]),
+            layout: None,
+            choice: None,
+            library: None,
+        }
     }
 }
 
@@ -71,6 +103,53 @@ impl Registry {
     pub fn with_code(mut self, fingerprint: &str) -> Self {
         self.code = Key::of("code", &[self.code.as_bytes(), fingerprint.as_bytes()]);
         self
+    }
+
+    /// The same registry, with the kinds that lay out fields and materials of instances. Both have a port `input` and the
+    /// parameters `scale`, `angle`, `offset` and `pivot`.
+    #[must_use]
+    pub fn with_layout(mut self, field: Kind, material: Kind) -> Self {
+        self.layout = Some([field, material]);
+        self
+    }
+
+    /// The same registry, with the kinds that choose among fields and materials of several instances. Both have the ports
+    /// `ids` and, a list, `inputs`.
+    #[must_use]
+    pub fn with_choice(mut self, field: Kind, material: Kind) -> Self {
+        self.choice = Some([field, material]);
+        self
+    }
+
+    /// The same registry, with graphs that can be imported by name.
+    #[must_use]
+    pub fn with_library(mut self, library: Arc<dyn Library>) -> Self {
+        self.library = Some(library);
+        self
+    }
+
+    /// The graphs that can be imported by name.
+    pub fn library(&self) -> Option<&dyn Library> {
+        self.library.as_deref()
+    }
+
+    /// Makes the node that lays out a field, or a material; and its kind.
+    pub(crate) fn lay_out(&self, material: bool, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
+        Self::one_of(self.layout.as_ref()?, material, args)
+    }
+
+    /// Makes the node that chooses among fields, or among materials; and its kind.
+    pub(crate) fn choose(&self, material: bool, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
+        Self::one_of(self.choice.as_ref()?, material, args)
+    }
+
+    fn one_of<'k>(
+        [field, of_material]: &'k [Kind; 2],
+        material: bool,
+        args: &[(&str, Arg<'_>)],
+    ) -> Option<(&'k str, Built)> {
+        let kind = if material { of_material } else { field };
+        Some((&kind.name, (kind.functions.build)(args)))
     }
 
     /// A key for the code of the engine and of the kinds: other code may give other results.

@@ -107,3 +107,16 @@ fn every_node_at_fault_is_told_of() {
     };
     assert_eq!(found, [(expected("`o0`, `o2`", "x"), 6), (expected("`o0`, `o1`", "y"), 19)]);
 }
+
+#[test]
+fn a_node_can_make_its_input_tile() {
+    let nodes = "\"x\": Ramp(), \"s\": Seamless(input: \"x\"), \"after\": Mix(a: \"s\")";
+    assert_eq!(advice("Both", nodes, &["s", "after"]), []);
+    let ramp =
+        |outputs: &str, does: &str| format!("the {outputs} {does} not tile: node `x` does not repeat with the canvas");
+    assert_eq!(advice("Both", nodes, &["after", "x"]), [(ramp("output `o1`", "does"), 6)]);
+    // What it does not make repeat is its own fault.
+    let nodes = "\"s\": Seamless(input: \"x\", x_only: true), \"x\": Ramp()";
+    let found = advice("Both", nodes, &["s"]);
+    assert_eq!(found, [("the output `o0` does not tile: node `s` does not repeat with the canvas".to_owned(), 6)]);
+}

@@ -13,9 +13,12 @@ use shibo_engine::expression::{self, Meaning, Names};
 use shibo_engine::value::Tiling;
 use shibo_engine::value::Window;
 use shibo_kernel::filter::blur;
+use shibo_kernel::filter::disk::Disk;
 use shibo_kernel::filter::distance::{self, DistanceSpec};
 use shibo_kernel::filter::warp::{self, WarpSpec};
+use shibo_kernel::filter::{median, morphology};
 use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::stop::NEVER;
 use shibo_kernel::ground::window::{Frame, View, WindowExt};
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
@@ -25,6 +28,7 @@ use shibo_kernel::pointwise::expression as kernel_expression;
 use shibo_kernel::pointwise::tone::{self, Gradient, Interpolation, Levels};
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 use shibo_kernel::surface::occlusion::{self, OcclusionSpec};
+use shibo_kernel::surface::poisson::Poisson;
 use shibo_kernel::surface::relief::{self, ReliefSpec, Surface};
 
 /// Seconds this thread has run, or wall time where the system does not tell.
@@ -126,6 +130,43 @@ fn distances(radius: f64) -> f64 {
         for rect in tiles() {
             distance::distance(&view, rect, &spec, black_box(&mut out));
         }
+    })
+}
+
+/// The median of a disk, and its greatest value, by tiles.
+fn disks(radius: f64) -> (f64, f64) {
+    let disk = Disk::new(radius, [1.0; 2]);
+    let big = WHOLE.with_halo(disk.halo());
+    let data = picture(big);
+    let view = View::new(&data, big);
+    let mut out = vec![0.0; TILE * TILE];
+    let middle = rate(SIDE * SIDE, || {
+        for rect in tiles() {
+            median::median(&view, rect, &disk, black_box(&mut out));
+        }
+    });
+    let greatest = rate(SIDE * SIDE, || {
+        for rect in tiles() {
+            morphology::extreme(&view, rect, &disk, false, black_box(&mut out));
+        }
+    });
+    (middle, greatest)
+}
+
+/// A height from slopes that repeat, with all that belongs to it, on one thread.
+fn heights(side: usize) -> f64 {
+    let data = picture(WHOLE);
+    let row = |y: usize, d: usize| -> Vec<f32> {
+        (0..side).map(|x| data[(y + d) % SIDE * SIDE + (x + d) % SIDE] - 0.5).collect()
+    };
+    let rows: Vec<[Vec<f32>; 2]> = (0..side).map(|y| [row(y, 0), row(y, 77)]).collect();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    pool.install(|| {
+        rate(side * side, || {
+            let mut poisson = Poisson::new([side; 2], [1.0; 2], [true; 2]);
+            rows.iter().enumerate().for_each(|(y, [p, q])| poisson.set_row(y, p, q));
+            black_box(poisson.solve(NEVER));
+        })
     })
 }
 
@@ -262,6 +303,13 @@ fn table() {
     }
     for radius in [8.0, 32.0, 128.0] {
         println!("distance up to {radius} px, by tiles: {:.0}", distances(radius));
+    }
+    for radius in [1.0, 2.0, 3.0, 4.0, 8.0, 32.0] {
+        let (middle, greatest) = disks(radius);
+        println!("disk of {radius} px, by tiles: median {middle:.0}; greatest value {greatest:.0}");
+    }
+    for side in [1024, 2000, 2048] {
+        println!("height from slopes {side}²: {:.0}", heights(side));
     }
     let (own, triad) = normals();
     println!("normal 4096²: {own:.0}; triad of equal traffic {triad:.0}; share {:.2}", own / triad);

@@ -9,6 +9,9 @@ pub mod generators;
 pub mod image;
 pub mod leather;
 pub mod material;
+pub mod patterns;
+pub mod scatter;
+pub mod shapes;
 pub mod space;
 pub mod surface;
 pub mod synthesis;
@@ -19,10 +22,16 @@ mod bounds;
 #[cfg(test)]
 mod conform;
 mod csv_points;
+mod degrees;
+mod distances;
+mod masked;
+mod measured;
+mod moved;
 #[cfg(test)]
 mod testing;
+mod warped;
 
-use shibo_engine::registry::{Family, Registry};
+use shibo_engine::registry::{Family, Kind, Registry};
 
 /// All nodes, by family.
 pub fn families() -> Vec<Family> {
@@ -30,6 +39,9 @@ pub fn families() -> Vec<Family> {
         leather::family(),
         wood::family(),
         generators::family(),
+        shapes::family(),
+        patterns::family(),
+        scatter::family(),
         image::family(),
         tone::family(),
         combine::family(),
@@ -46,5 +58,8 @@ pub const CODE: &str = env!("CODE_FINGERPRINT");
 
 /// All nodes.
 pub fn registry() -> Registry {
-    Registry::new(families()).with_code(shibo_kernel::CODE).with_code(CODE)
+    let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>());
+    let choice = (Kind::of::<combine::Choose>(), Kind::of::<combine::ChooseMaterial>());
+    let registry = Registry::new(families()).with_layout(layout.0, layout.1).with_choice(choice.0, choice.1);
+    registry.with_code(shibo_kernel::CODE).with_code(CODE)
 }

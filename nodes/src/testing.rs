@@ -32,6 +32,9 @@ pub(crate) fn write_tiff(path: &std::path::Path, width: u32, channels: &[&str], 
 pub(crate) struct Plain;
 
 fn fill(field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
+    if window.is_empty() {
+        return Ok(Tile::new(*grid, window, field.channels()));
+    }
     let source = field.source();
     let prepared = source.prepare(grid, &PlainPictures(source.whole(grid)))?;
     let read = |read: &Read<'_>| fill(read.field, &read.grid, read.window).map(Arc::new);

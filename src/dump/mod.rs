@@ -1,10 +1,11 @@
 //! `shibo dump`: what a node makes, as JSON.
 mod at;
 mod data;
-mod find;
 
 use crate::args::{EngineArgs, ValueArgs, resolution};
+use crate::find;
 use crate::interrupt;
+use crate::library;
 use crate::open;
 use crate::progress::Progress;
 use crate::quit::Quit;
@@ -70,7 +71,7 @@ pub(crate) fn run(args: &DumpArgs, terminal: &Terminal) -> Result<(), Quit> {
     let FormatArg::Json = args.format;
     let cancel = CancelToken::default();
     interrupt::cancel_on_signals(&cancel);
-    let registry = shibo_nodes::registry();
+    let registry = library::registry();
     let graph = open::graph(open::load(&args.graph, &registry, &args.values, args.resolution), terminal)?;
     let place = find::output(&graph, &args.node)?;
     let solid = graph.nodes[place.0].outputs[place.1].is_solid();

@@ -1,9 +1,11 @@
 //! `shibo graph`: a drawing of a graph.
 mod dot;
+mod fold;
 pub(crate) mod layout;
 mod svg;
 
 use crate::args::ValueArgs;
+use crate::library;
 use crate::open;
 use crate::quit::Quit;
 use crate::terminal::Terminal;
@@ -14,7 +16,8 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
-  shibo graph calf.ron --format svg > calf.svg
+  shibo graph calf.ron --format svg > calf.svg             sub-graphs as boxes
+  shibo graph calf.ron --format svg --unfold > calf.svg    with the nodes inside of them
   shibo graph calf.ron --format dot | dot -Tpdf -o calf.pdf";
 
 /// Draw a graph.
@@ -26,6 +29,9 @@ pub(crate) struct GraphArgs {
     /// What to draw it in.
     #[arg(long)]
     format: FormatArg,
+    /// Draw the nodes of sub-graphs, too, instead of a box for each.
+    #[arg(long)]
+    unfold: bool,
     #[command(flatten)]
     values: ValueArgs,
 }
@@ -39,9 +45,9 @@ enum FormatArg {
 
 /// Runs the command.
 pub(crate) fn run(args: &GraphArgs, terminal: &Terminal) -> Result<(), Quit> {
-    let registry = shibo_nodes::registry();
+    let registry = library::registry();
     let graph = open::graph(open::load(&args.graph, &registry, &args.values, None), terminal)?;
-    let drawing = Drawing::of(&graph);
+    let drawing = if args.unfold { Drawing::of(&graph) } else { fold::folded(&graph, Drawing::of(&graph)) };
     terminal.data(&match args.format {
         FormatArg::Dot => dot::dot(&drawing),
         FormatArg::Svg => svg::svg(&drawing),
@@ -53,7 +59,17 @@ struct Item {
     name: String,
     /// The kind of a node; of an output, what it carries.
     kind: String,
-    is_output: bool,
+    shape: Shape,
+}
+
+/// What a box stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shape {
+    Node,
+    /// A sub-graph with all that is in it.
+    Use,
+    /// An output of the graph.
+    Output,
 }
 
 /// A wire between boxes.
@@ -61,7 +77,7 @@ struct Wire {
     from: usize,
     to: usize,
     /// The output it leaves, unless that is the main one.
-    output: Option<&'static str>,
+    output: Option<String>,
     /// The port it goes into; empty for outputs of the graph.
     port: String,
     ty: Type,
@@ -79,12 +95,12 @@ impl Drawing {
         let mut items: Vec<Item> = graph
             .nodes
             .node_weights()
-            .map(|n| Item { name: n.name.clone(), kind: n.kind.clone(), is_output: false })
+            .map(|n| Item { name: n.name.clone(), kind: n.kind.clone(), shape: Shape::Node })
             .collect();
         let mut wires = Vec::new();
         let port_of = |node: usize, output: usize| {
             let node = &graph.nodes[petgraph::graph::NodeIndex::new(node)];
-            let name = node.node.outputs().get(output).filter(|_| output > 0).map(|o| o.name);
+            let name = node.node.outputs().get(output).filter(|_| output > 0).map(|o| o.name.to_owned());
             (name, node.outputs.get(output).copied().unwrap_or(Type::Gray))
         };
         for index in graph.nodes.node_indices() {
@@ -99,7 +115,7 @@ impl Drawing {
         for out in &graph.outputs {
             let (output, ty) = port_of(out.node.index(), out.output);
             wires.push(Wire { from: out.node.index(), to: items.len(), output, port: String::new(), ty });
-            items.push(Item { name: out.name.clone(), kind: out.ty.to_string(), is_output: true });
+            items.push(Item { name: out.name.clone(), kind: out.ty.to_string(), shape: Shape::Output });
         }
         let title = graph.path.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
         Self { title, items, wires }

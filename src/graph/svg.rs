@@ -1,6 +1,6 @@
 //! A graph as a picture.
 use super::layout::{Layout, Place, layout};
-use super::{Drawing, Item, Wire};
+use super::{Drawing, Item, Shape, Wire};
 use std::fmt::Write;
 
 const MARGIN: f64 = 24.0;
@@ -42,7 +42,7 @@ fn middle(place: Place) -> f64 {
 /// The graph in SVG.
 pub(super) fn svg(drawing: &Drawing) -> String {
     let pairs: Vec<(usize, usize)> = drawing.wires.iter().map(|w| (w.from, w.to)).collect();
-    let layout = layout(drawing.items.len(), &pairs, |i| drawing.items[i].is_output);
+    let layout = layout(drawing.items.len(), &pairs, |i| drawing.items[i].shape == Shape::Output);
     let columns = Columns::of(drawing, &layout);
     let full = columns.starts.last().copied().unwrap_or(MARGIN) - GAP + MARGIN;
     let height = 2.0 * MARGIN + layout.rows * ROW + BOX_HEIGHT;
@@ -111,7 +111,7 @@ fn path(wire: &Wire, bends: &[Place], layout: &Layout, columns: &Columns, arriva
 
 fn wire(out: &mut String, drawing: &Drawing, wire: &Wire, path: &str) {
     let from = &drawing.items[wire.from].name;
-    let output = wire.output.map_or(String::new(), |output| format!(".{output}"));
+    let output = wire.output.as_ref().map_or(String::new(), |output| format!(".{output}"));
     let to = &drawing.items[wire.to].name;
     let port = if wire.port.is_empty() { String::new() } else { format!(".{}", wire.port) };
     let title = escaped(&format!("{from}{output} → {to}{port}: {}", wire.ty));
@@ -124,7 +124,11 @@ fn wire(out: &mut String, drawing: &Drawing, wire: &Wire, path: &str) {
 
 fn item(out: &mut String, item: &Item, x: f64, middle: f64) {
     let (w, top) = (width(item), middle - BOX_HEIGHT / 2.0);
-    let (fill, line) = if item.is_output { ("#e6eef8", "#6f8fb5") } else { ("#ffffff", "#b9b3a8") };
+    let (fill, line) = match item.shape {
+        Shape::Node => ("#ffffff", "#b9b3a8"),
+        Shape::Use => ("#f3ead6", "#a98f55"),
+        Shape::Output => ("#e6eef8", "#6f8fb5"),
+    };
     let (kind, name) = (escaped(&item.kind), escaped(&item.name));
     let _ = writeln!(
         out,

@@ -1,5 +1,6 @@
 //! The manual for people.
 use super::doc::{Block, blocks, summary};
+use super::search::Found;
 use super::spelling;
 use crate::terminal::{Style, Text};
 use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo, Role};
@@ -13,16 +14,37 @@ pub(super) fn families(page: &mut Text, registry: &Registry, width: usize) {
         paragraph(page, doc, "  ", width);
         let kinds = registry.kinds().filter_map(|kind| registry.info(kind)).filter(|info| info.family == *name);
         for info in kinds {
-            let indent = " ".repeat(widest + 6);
-            let room = width.max(widest + 26);
-            let options = textwrap::Options::new(room).initial_indent(&indent).subsequent_indent(&indent);
-            let lines = textwrap::fill(&summary(&info.doc), options);
-            page.push("    ").styled(Style::Accent, &format!("{:widest$}  ", info.kind));
-            page.push(lines.get(widest + 6..).unwrap_or_default()).end();
+            row(page, &info.kind, &summary(&info.doc), widest, width);
         }
         page.end();
     }
-    page.push("`shibo nodes KIND` shows the manual of one.").end();
+    page.push("`shibo nodes KIND` shows the manual of one, `shibo nodes Use` how graphs are put into others,").end();
+    page.push("`shibo nodes WORDS` what fits some words, also those of other programs.").end();
+}
+
+/// A kind and what it does.
+fn row(page: &mut Text, kind: &str, text: &str, widest: usize, width: usize) {
+    let indent = " ".repeat(widest + 6);
+    let room = width.max(widest + 26);
+    let options = textwrap::Options::new(room).initial_indent(&indent).subsequent_indent(&indent);
+    let lines = textwrap::fill(text, options);
+    page.push("    ").styled(Style::Accent, &format!("{kind:widest$}  "));
+    page.push(lines.get(widest + 6..).unwrap_or_default()).end();
+}
+
+/// The kinds that a search found.
+pub(super) fn found(page: &mut Text, found: &[Found<'_>], width: usize) {
+    let widest = found.iter().map(|found| found.kind.len()).max().unwrap_or(0);
+    for one in found {
+        let names = one.elsewhere.as_ref().map(|names| format!(" Elsewhere: {names}"));
+        row(page, one.kind, &format!("{}{}", one.summary, names.unwrap_or_default()), widest, width);
+    }
+}
+
+/// A manual that is no kind's.
+pub(super) fn text(page: &mut Text, name: &str, family: &str, doc: &str, width: usize) {
+    page.styled(Style::Bold, name).styled(Style::Dim, &format!("  {family}")).end().end();
+    document(page, doc, "  ", width);
 }
 
 /// The manual of one kind.

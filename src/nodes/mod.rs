@@ -1,13 +1,17 @@
 //! `shibo nodes`: the manual.
+mod composition;
 mod doc;
 mod human;
 mod json;
 mod markdown;
+mod search;
 mod spelling;
 
+use crate::library;
 use crate::quit::Quit;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
+use serde_json::json;
 use shibo_engine::diagnostics::suggest;
 use shibo_engine::node::KindInfo;
 use shibo_engine::registry::Registry;
@@ -16,6 +20,9 @@ const EXAMPLES: &str = "\
 Examples:
   shibo nodes                          all kinds, by family
   shibo nodes SimulateSprings          the manual of one
+  shibo nodes Use                      how graphs are put into others
+  shibo nodes noise                    all whose name or summary has the word
+  shibo nodes color ramp               also what other programs call them
   shibo nodes --format json            the same for programs
   shibo nodes --format markdown        the reference, docs/nodes.md";
 
@@ -23,8 +30,9 @@ Examples:
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct NodesArgs {
-    /// The kind to show.
-    kind: Option<String>,
+    /// The kind to show, or words to look for.
+    #[arg(value_name = "KIND|WORDS")]
+    words: Vec<String>,
     /// How to print.
     #[arg(long, default_value = "human")]
     format: FormatArg,
@@ -40,31 +48,73 @@ enum FormatArg {
 
 /// Runs the command.
 pub(crate) fn run(args: &NodesArgs, terminal: &Terminal) -> Result<(), Quit> {
-    let registry = shibo_nodes::registry();
-    let one = args.kind.as_deref().map(|kind| find(&registry, kind)).transpose()?;
-    match args.format {
-        FormatArg::Json => terminal.json(&match one {
-            Some(info) => json::nodes([info]),
-            None => json::nodes(registry.kinds().filter_map(|kind| registry.info(kind))),
-        }),
-        FormatArg::Markdown => terminal.data(&match one {
-            Some(info) => markdown::node(info),
-            None => markdown::reference(&registry),
-        }),
+    let registry = library::registry();
+    let words = args.words.join(" ");
+    match registry.info(&words) {
+        _ if words.is_empty() => all(&registry, args.format, terminal),
+        Some(info) => one(info, args.format, terminal),
+        None => match composition::doc(&words) {
+            Some(doc) => composed(&words, doc, args.format, terminal),
+            None => found(&registry, &words, args.format, terminal),
+        },
+    }
+}
+
+fn all(registry: &Registry, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
+    match format {
+        FormatArg::Json => terminal.json(&json::nodes(registry.kinds().filter_map(|kind| registry.info(kind)))),
+        FormatArg::Markdown => terminal.data(&markdown::reference(registry)),
         FormatArg::Human => {
             let mut page = terminal.page();
-            match one {
-                Some(info) => human::node(&mut page, info, terminal.width()),
-                None => human::families(&mut page, &registry, terminal.width()),
-            }
+            human::families(&mut page, registry, terminal.width());
             terminal.print(&page)
         }
     }
 }
 
-fn find<'r>(registry: &'r Registry, kind: &str) -> Result<&'r KindInfo, Quit> {
-    registry.info(kind).ok_or_else(|| {
-        let kinds: Vec<&str> = registry.kinds().collect();
-        Quit::Usage(format!("there is no node `{kind}`; {}", suggest(kind, "node", &kinds)))
-    })
+fn one(info: &KindInfo, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
+    match format {
+        FormatArg::Json => terminal.json(&json::nodes([info])),
+        FormatArg::Markdown => terminal.data(&markdown::node(info)),
+        FormatArg::Human => {
+            let mut page = terminal.page();
+            human::node(&mut page, info, terminal.width());
+            terminal.print(&page)
+        }
+    }
+}
+
+/// The manual of a word of composition.
+fn composed(kind: &str, doc: &str, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
+    match format {
+        FormatArg::Json => terminal.json(&json!({ "nodes": [{ "kind": kind, "doc": doc }] })),
+        FormatArg::Markdown => terminal.data(&format!("### {kind}\n\n{doc}\n")),
+        FormatArg::Human => {
+            let mut page = terminal.page();
+            human::text(&mut page, kind, "Composition", doc, terminal.width());
+            terminal.print(&page)
+        }
+    }
+}
+
+/// The kinds that fit some words.
+fn found(registry: &Registry, words: &str, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
+    let found = search::search(registry, words);
+    if found.is_empty() {
+        let kinds: Vec<&str> = registry.kinds().chain(composition::KINDS.map(|(kind, _)| kind)).collect();
+        let help = suggest(words, "node", &kinds);
+        return Err(Quit::Usage(format!("no node has `{words}` in its name, summary or names elsewhere; {help}")));
+    }
+    match format {
+        FormatArg::Json => terminal.json(&json::nodes(found.iter().filter_map(|found| registry.info(found.kind)))),
+        FormatArg::Markdown => {
+            let nodes = found.iter().filter_map(|found| registry.info(found.kind)).map(markdown::node);
+            terminal.data(&nodes.collect::<Vec<_>>().join("\n"))
+        }
+        FormatArg::Human => {
+            let mut page = terminal.page();
+            human::found(&mut page, &found, terminal.width());
+            terminal.print(&page)
+        }
+    }
 }

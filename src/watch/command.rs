@@ -4,6 +4,7 @@ use super::follow::{Signal, Watch};
 use super::tell::Teller;
 use crate::args::{EngineArgs, ValueArgs};
 use crate::interrupt;
+use crate::library;
 use crate::open;
 use crate::quit::Quit;
 use crate::serve::{self, Stage};
@@ -54,7 +55,7 @@ enum LogArg {
 /// Runs the command.
 pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
     let (sender, signals) = channel();
-    let session = open::session(shibo_nodes::registry(), &args.engine, terminal)?;
+    let session = open::session(library::registry(), &args.engine, terminal)?;
     let name = args.graph.file_name().map_or_else(|| "graph".to_owned(), |n| n.to_string_lossy().into_owned());
     let stage = Arc::new(Stage::new(session, name));
     let wishes = sender.clone();

@@ -125,7 +125,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.ron");
         fs::write(&path, text).unwrap();
-        load(&path, &shibo_nodes::registry(), values)
+        load(&path, &crate::library::registry(), values)
     }
 
     #[test]

@@ -13,6 +13,9 @@ use std::sync::OnceLock;
 /// A picture for nodes that read one.
 const PICTURE: &str = "tests/data/ramp.png";
 
+/// A drawing, likewise.
+const DRAWING: &str = "tests/data/leaf.svg";
+
 pub(crate) fn options(resolution: UVec2) -> LoadOptions {
     LoadOptions {
         preset: None,
@@ -28,6 +31,7 @@ pub(crate) const STAND_INS: &str = r##"
     "gray": Perlin(size: 5),
     "rgb": GradientMap(input: "gray", stops: [(0.0, "#102030"), (1.0, "#f0c080")]),
     "normal": HeightToNormal(input: "gray"),
+    "vector": MakeVector(x: "gray", y: 0.5),
     "cells": Worley(size: 5),
     "points": PoissonPoints(pitch: 3),
     "lattice": ConnectNeighbors(points: "points"),
@@ -67,6 +71,7 @@ pub(crate) fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, St
     let ty = match port {
         Accepts::One(ty) => ty,
         Accepts::Field | Accepts::EveryField => Type::Gray,
+        Accepts::AnyVector => Type::Rgb,
         Accepts::AnySolid => Type::Solid,
     };
     match stand_ins().get(&ty) {
@@ -94,6 +99,7 @@ pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
         "Material" => Some(("base_color", "\"rgb\"".into())),
         "Expression" => Some(("formula", "\"random(floor(x)) + noise(u * 4, y) + v\"".into())),
         "Image" => Some(("path", format!("\"{PICTURE}\""))),
+        "Svg" => Some(("path", format!("\"{DRAWING}\""))),
         _ => None,
     }
 }

@@ -87,7 +87,7 @@ impl Run<'_> {
     /// As the node says.
     pub fn apply(&self, node: &GraphNode, inputs: &[Value], key: Key) -> Result<Outputs, Stop> {
         let evaluator = NodeEvaluator { run: self, node, key, alone: false, nested: AtomicU64::new(0) };
-        let (canvas, files) = (&self.graph.canvas, &node.files);
+        let (canvas, files) = (&node.canvas, &node.files);
         node.node.evaluate(&Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator })
     }
 }

@@ -50,7 +50,7 @@ impl Keys {
 
     fn node(&self, graph: &Graph, node: &GraphNode, files: &[KeyedFile]) -> Vec<Key> {
         let inputs: Vec<Key> = node.inputs.iter().map(|input| self.input(input)).collect();
-        let facts = facts(&graph.canvas, node.node.facts());
+        let facts = facts(&node.canvas, node.node.facts());
         let (params, version) = (node.node.canonical(), node.node.version().to_le_bytes());
         let mut parts: Vec<&[u8]> = vec![node.kind.as_bytes(), &version, &params, &facts];
         for (key, port) in inputs.iter().zip(&node.slots) {

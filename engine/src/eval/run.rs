@@ -117,13 +117,8 @@ impl<'g> Run<'g> {
         let inputs: Vec<Value> = node.inputs.iter().map(|input| self.input(input)).collect();
         let evaluator =
             NodeEvaluator { run: self, node, key: self.keys.output(index, 0), alone, nested: AtomicU64::new(0) };
-        let call = Call {
-            kind: &node.kind,
-            canvas: &self.graph.canvas,
-            inputs: &inputs,
-            files: &node.files,
-            evaluator: &evaluator,
-        };
+        let call =
+            Call { kind: &node.kind, canvas: &node.canvas, inputs: &inputs, files: &node.files, evaluator: &evaluator };
         let handed_on = keys::no_op_slot(self.graph, node).and_then(|slot| inputs.get(slot)?.convert(node.outputs[0]));
         let files = self.keys.files(index).map(NodeFiles::new);
         let start = Clock::start(alone);

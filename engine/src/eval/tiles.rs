@@ -116,6 +116,10 @@ impl Run<'_> {
     /// The tile that is wanted, if it is at hand, or what must be done for it.
     fn begin<'f, 's>(&'s self, want: Want<'f>) -> Result<Result<Arc<Tile>, Frame<'f, 's>>, Stop> {
         let Want { read: Read { field, grid, window }, owner, how } = want;
+        // What a field does without here, as it found when it had its first tiles.
+        if window.is_empty() {
+            return Ok(Ok(Arc::new(Tile::new(grid, window, field.channels()))));
+        }
         let (key, how) = match (field.key(), how) {
             (None, _) | (_, How::Bare) => return self.fill(want.read, owner, None, false).map(Err),
             (Some(key), how) => (key, how),

@@ -1,5 +1,6 @@
 //! The parameters of a node: their values in force, and whether each is allowed.
 use super::files::check_file;
+use super::imports;
 use super::lex::{Kind, is_infinity, number};
 use super::part::{Part, Shape};
 use super::read::{lower_first, not_finite, shorten};
@@ -9,6 +10,7 @@ use super::subst::{formula, substitute};
 use super::syntax;
 use crate::diagnostics::{Code, Diagnostic, Problem, suggest};
 use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, ParamType, Role};
+use std::path::PathBuf;
 
 /// Numbers of this size and more are whole, and too large for a count however they are written.
 const WHOLE: f64 = 1.84e19;
@@ -171,8 +173,9 @@ impl Unit<'_> {
             let place = problem.field.as_deref().and_then(|field| node.field(field)).unwrap_or(&node.kind);
             at(place, problem)
         };
-        let mut found: Vec<Diagnostic> = built.check(&self.canvas).iter().map(locate).collect();
-        found.extend(built.advice(&self.canvas).iter().map(|problem| locate(problem).as_warning()));
+        let canvas = self.scopes[node.scope].canvas;
+        let mut found: Vec<Diagnostic> = built.check(&canvas).iter().map(locate).collect();
+        found.extend(built.advice(&canvas).iter().map(|problem| locate(problem).as_warning()));
         let folder = self.docs[self.scopes[node.scope].doc].folder();
         let mut files = Vec::new();
         let mut readable = true;
@@ -186,7 +189,15 @@ impl Unit<'_> {
                 readable = false;
                 continue;
             }
-            let path = base.unwrap_or(folder).join(&path.0);
+            let named = base.unwrap_or(folder).join(&path.0);
+            let path = match self.on_disk(named) {
+                Ok(path) => path,
+                Err(message) => {
+                    found.push(place.error(Code::FileNotFound, message));
+                    readable = false;
+                    continue;
+                }
+            };
             if let Err(fault) = check_file(&path) {
                 found.push(place.error(fault.code, fault.message));
                 readable = false;
@@ -213,6 +224,16 @@ pub(super) fn at(place: &Part, problem: &Problem) -> Diagnostic {
         diagnostic.span = place.sub_span(1 + range.start, 1 + range.end.max(range.start + 1));
     }
     diagnostic
+}
+
+impl Unit<'_> {
+    /// The file on disk for a path, which may be one of the library.
+    fn on_disk(&self, path: PathBuf) -> Result<PathBuf, String> {
+        match (imports::within(&path), self.registry.library()) {
+            (Some(inside), Some(library)) => library.file(&inside),
+            _ => Ok(path),
+        }
+    }
 }
 
 fn out_of_range(name: &str, info: &ParamInfo, word: &Part, value: f64) -> Option<Diagnostic> {

@@ -136,7 +136,8 @@ fn tile(part: &Part, report: &mut Report) -> Option<TileMode> {
     }
 }
 
-fn seed(part: &Part, report: &mut Report) -> Option<u64> {
+/// A seed of random numbers.
+pub(super) fn seed(part: &Part, report: &mut Report) -> Option<u64> {
     let value = read::number(part, "seed", report)?;
     if value.fract() != 0.0 {
         report.push(mismatch(part, "`seed`", "a whole number"));

@@ -8,10 +8,13 @@ use crate::value::{Accepts, ChannelSet, Type};
 impl Unit<'_> {
     /// Finds the channels of all materials, in the given order, and warns where a node takes one that is missing.
     pub(super) fn check_channels(&mut self, order: &[usize]) {
+        // What a graph that is rendered alone is not given has no channels yet: nothing is said of those.
+        let mut open = vec![false; self.flats.len()];
         for &flat in order {
             self.flats[flat].channels = self.channels_of(flat);
+            open[flat] = self.is_open(flat, &open);
         }
-        for flat in 0..self.flats.len() {
+        for flat in (0..self.flats.len()).filter(|flat| !open[*flat]).collect::<Vec<_>>() {
             for taken in self.flats[flat].node.iter().flat_map(|node| node.takes()).collect::<Vec<_>>() {
                 self.check_taken(flat, &taken);
             }
@@ -26,6 +29,14 @@ impl Unit<'_> {
             inputs.push((slot.port.name(), self.channels_at(slot)?));
         }
         node.node.as_ref().map(|node| node.channels(&MaterialInputs::new(&inputs)))
+    }
+
+    /// Whether a node makes or reads a material that is not given.
+    fn is_open(&self, flat: usize, open: &[bool]) -> bool {
+        let node = &self.flats[flat];
+        let reads = |slot: &Slot| matches!(slot.target, Target::Out { flat, .. } if open[flat]);
+        let mut materials = node.slots.iter().filter(|slot| slot.wants == Accepts::One(Type::Material));
+        (node.info.is_none() && node.slots.is_empty()) || materials.any(reads)
     }
 
     fn channels_at(&self, slot: &Slot) -> Option<ChannelSet> {

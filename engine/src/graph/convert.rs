@@ -1,7 +1,7 @@
 //! The node of an input of a sub-graph whose value may have another type than the declared one.
 use crate::node::{Arg, DynNode};
 use crate::node::{Context, Fact, Gray, In, Node, Output, Outputs, PortType, Rgb, build};
-use crate::value::{Accepts, Field, Stop, Type};
+use crate::value::{Accepts, Field, Stop, Type, Value};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -54,6 +54,34 @@ const fn given<T: PortType>() -> Type {
         Some(ty) => ty,
         None => Type::Gray,
     }
+}
+
+/// Makes a material without channels, for an input that is given none.
+#[derive(Default, Serialize, Deserialize)]
+struct NoMaterial {}
+
+impl JsonSchema for NoMaterial {
+    fn schema_name() -> Cow<'static, str> {
+        Cow::Borrowed("Input")
+    }
+
+    fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({})
+    }
+}
+
+impl Node for NoMaterial {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Material, "A material without channels.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Ok(Outputs::one(Value::Material(Arc::default())))
+    }
+}
+
+/// The node of a material input that is given none.
+pub(super) fn no_material() -> Option<Arc<dyn DynNode>> {
+    build::<NoMaterial>(&[]).ok()
 }
 
 /// The node that converts its input to `ty`; `same` if it has that type already.

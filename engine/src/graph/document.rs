@@ -5,7 +5,7 @@ use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use crate::diagnostics::Code;
 use crate::picture::{Depth, Format};
-use crate::value::Accepts;
+use crate::value::{Accepts, Type};
 use std::collections::BTreeMap;
 
 const FIELDS: &[&str] = &["version", "canvas", "imports", "params", "presets", "inputs", "nodes", "outputs"];
@@ -228,7 +228,8 @@ fn input(entry: &Entry, report: &mut Report) -> InputDecl {
     decl.default = read::get(&fields, "default").cloned();
     decl.kind = word.clone();
     decl.ty = Some(ty);
-    if decl.default.is_none() {
+    // A material of no channels counts as one of their defaults; of fields there is no such thing.
+    if decl.default.is_none() && decl.ty != Some(Accepts::One(Type::Material)) {
         let message = format!("input `{}` has no `default`", entry.name);
         let help = "a graph with inputs must also run by itself: give a literal, or the name of a node as a stand-in";
         report.push(word.error(Code::MissingInput, message).help(help));

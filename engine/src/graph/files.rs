@@ -1,12 +1,14 @@
 //! Reading graph files and what they import.
 use super::document::Document;
+use super::imports;
 use super::lex::Kind;
-use super::part::Src;
+use super::part::{Entry, Src};
 use super::read;
 use super::report::Report;
 use super::{Limits, lex};
 use crate::diagnostics::{Code, Diagnostic, FileId, Problem, SourceMap, Span};
 use crate::node::DynNode;
+use crate::registry::Library;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -58,15 +60,21 @@ pub(super) struct Files<'a> {
     /// Everything looked at.
     pub(super) looked_at: Vec<PathBuf>,
     pub(super) file_checks: FileChecks,
+    /// The graphs that can be imported by name.
+    library: Option<&'a dyn Library>,
+    /// Further folders of imports.
+    paths: Vec<PathBuf>,
     /// The number of each file; `None` while its imports are being read.
     by_path: BTreeMap<PathBuf, Option<usize>>,
 }
 
 impl<'a> Files<'a> {
     /// No files yet.
-    pub(super) fn new(limits: &'a Limits) -> Self {
+    pub(super) fn new(limits: &'a Limits, library: Option<&'a dyn Library>) -> Self {
         Self {
             limits,
+            library,
+            paths: Vec::new(),
             sources: SourceMap::default(),
             report: Report::default(),
             docs: Vec::new(),
@@ -78,8 +86,13 @@ impl<'a> Files<'a> {
 
     /// Reads the main file and all that it imports; `text` replaces the content of the file, if it is given.
     pub(super) fn read_main(&mut self, path: &Path, text: Option<String>) -> Option<usize> {
-        self.looked_at.push(path.to_owned());
-        let text = match text.map_or_else(|| read_text(path, self.limits.max_file_bytes), Ok) {
+        let named = path.to_str().and_then(|path| path.strip_prefix(imports::LIBRARY));
+        let of_library = named.and_then(|name| imports::in_library(name, self.library));
+        let path = of_library.as_deref().unwrap_or(path);
+        if of_library.is_none() {
+            self.looked_at.push(path.to_owned());
+        }
+        let text = match text.map_or_else(|| self.read(path), Ok) {
             Ok(text) => text,
             Err(fault) => {
                 let file = self.sources.add(path, fault.prefix);
@@ -90,14 +103,27 @@ impl<'a> Files<'a> {
         };
         let identity = identity(path);
         self.by_path.insert(identity.clone(), None);
-        let doc = self.read_document(path, text, 0);
+        // The graph itself is the first of the texts.
+        let file = self.sources.add(path, text.clone());
+        self.paths = imports::search_paths(path, &mut self.looked_at, &mut self.sources, &mut self.report);
+        let doc = self.read_document(path, (file, text.into()), 0);
         self.by_path.insert(identity, Some(doc));
         Some(doc)
     }
 
-    fn read_document(&mut self, path: &Path, text: String, depth: usize) -> usize {
-        let text: Arc<str> = text.into();
-        let file = self.sources.add(path, text.clone());
+    /// The text of a file on disk or in the library.
+    fn read(&self, path: &Path) -> Result<String, Fault> {
+        let text = |library: &dyn Library, inside: &str| library.text(inside).map(str::to_owned);
+        match imports::within(path) {
+            Some(inside) => self
+                .library
+                .and_then(|library| text(library, &inside))
+                .ok_or_else(|| Fault::new(Code::FileNotFound, format!("there is no file `{}`", path.display()))),
+            None => read_text(path, self.limits.max_file_bytes),
+        }
+    }
+
+    fn read_document(&mut self, path: &Path, (file, text): (FileId, Arc<str>), depth: usize) -> usize {
         let mut doc =
             Doc { path: path.to_owned(), document: Document::default(), imports: Vec::new(), readable: false };
         match check_syntax(&text, file, self.limits.max_nesting) {
@@ -120,8 +146,7 @@ impl<'a> Files<'a> {
     fn import(&mut self, doc: &Doc, index: usize, depth: usize) -> Option<usize> {
         let entry = &doc.document.imports[index];
         let name = read::text(&entry.value, "an import", &mut self.report)?;
-        let path = doc.folder().join(&name);
-        self.looked_at.push(path.clone());
+        let path = self.path_of(doc, entry, &name)?;
         let identity = identity(&path);
         match self.by_path.get(&identity) {
             Some(Some(known)) => return Some(*known),
@@ -140,17 +165,40 @@ impl<'a> Files<'a> {
             self.report.push(entry.value.error(Code::TooLarge, message));
             return None;
         }
-        let text = match read_text(&path, self.limits.max_file_bytes) {
+        let text = match self.read(&path) {
             Ok(text) => text,
             Err(fault) => {
-                self.report.push(entry.value.error(fault.code, fault.message));
+                let error = entry.value.error(fault.code, fault.message);
+                let missing = fault.code == Code::FileNotFound;
+                let help = missing.then(|| imports::help(&name, &self.paths, self.library));
+                self.report.push(help.map_or(error.clone(), |help| error.help(help)));
                 return None;
             }
         };
         self.by_path.insert(identity.clone(), None);
-        let imported = self.read_document(&path, text, depth + 1);
+        let file = self.sources.add(path.clone(), text.clone());
+        let imported = self.read_document(&path, (file, text.into()), depth + 1);
         self.by_path.insert(identity, Some(imported));
         Some(imported)
+    }
+
+    /// The file that the import `name` means.
+    fn path_of(&mut self, doc: &Doc, entry: &Entry, name: &str) -> Option<PathBuf> {
+        if let Some(name) = name.strip_prefix(imports::LIBRARY) {
+            let found = imports::in_library(name, self.library);
+            if found.is_none() {
+                let names = self.library.map_or(Vec::new(), |library| library.names());
+                let message = format!("no graph `{}` comes with the program", read::shorten(name));
+                self.report.unknown(entry.value.error(Code::FileNotFound, message), name, "graph", names);
+            }
+            return found;
+        }
+        let found = imports::find(name, doc.folder(), &self.paths, self.library);
+        self.looked_at.extend(found.missing);
+        if imports::within(&found.path).is_none() {
+            self.looked_at.push(found.path.clone());
+        }
+        Some(found.path)
     }
 }
 
@@ -191,7 +239,8 @@ pub(super) fn check_file(path: &Path) -> Result<std::fs::File, Fault> {
     std::fs::File::open(path).map_err(explain)
 }
 
-fn read_text(path: &Path, limit: u64) -> Result<String, Fault> {
+/// Reads a text that is not too long.
+pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, Fault> {
     let file = check_file(path)?;
     let shown = path.display();
     let mut bytes = Vec::new();

@@ -1,11 +1,12 @@
 //! From scopes to a graph: wires, cycles, types and nodes.
+use super::part::Shape;
 use super::ports::Literal;
 use super::scope::{Flat, Port, Target, Unit};
-use super::{args, convert};
+use super::{args, convert, each, instance};
 use crate::diagnostics::{Code, Diagnostic, Problem, Span};
 use crate::graph::{GraphNode, Input};
 use crate::node::OutputType;
-use crate::value::{Accepts, Type};
+use crate::value::{Accepts, Canvas, Type};
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
@@ -15,17 +16,7 @@ const SHOWN: usize = 8;
 impl Unit<'_> {
     /// Checks all that was declared, and builds the nodes.
     pub(super) fn link(&mut self) {
-        // Reading a node adds those that are written in its ports.
-        let mut flat = 0;
-        while flat < self.flats.len() {
-            self.enter(self.flats[flat].scope);
-            if self.flats[flat].info.is_some() {
-                self.read_fields(flat);
-            } else {
-                self.resolve_pass(flat);
-            }
-            flat += 1;
-        }
+        let read = self.read_from(0);
         // The content of a picture file decides the types of what reads it, and some nodes tell the types of their outputs,
         // so these nodes are built first.
         for flat in (0..self.flats.len()).filter(|flat| self.is_built_first(*flat)).collect::<Vec<_>>() {
@@ -36,6 +27,8 @@ impl Unit<'_> {
             self.flats[flat].gray = gray;
         }
         self.resolve_checks();
+        self.resolve_outputs();
+        self.read_from(read);
         let order = self.order();
         for &flat in &order {
             self.find_types(flat);
@@ -50,6 +43,20 @@ impl Unit<'_> {
             }
         }
         self.check_channels(&order);
+    }
+
+    /// Reads the fields of all nodes from the number `flat` on, those included that are added on the way; how many there are.
+    fn read_from(&mut self, mut flat: usize) -> usize {
+        while flat < self.flats.len() {
+            self.enter(self.flats[flat].scope);
+            if self.flats[flat].info.is_some() {
+                self.read_fields(flat);
+            } else {
+                self.resolve_pass(flat);
+            }
+            flat += 1;
+        }
+        flat
     }
 
     /// Whether a node makes a picture, or tells the types of its outputs.
@@ -92,12 +99,29 @@ impl Unit<'_> {
 
     /// Finds what is given to an input of a sub-graph that converts it.
     fn resolve_pass(&mut self, flat: usize) {
+        if let Some((chooser, output)) = self.flats[flat].chooses.clone() {
+            return self.resolve_chosen(flat, chooser, &output);
+        }
         let node = &self.flats[flat];
-        let (scope, part, slot) = (node.scope, node.slots[0].part.clone(), &node.slots[0]);
+        let Some(slot) = node.slots.first() else { return };
+        let (scope, part) = (node.scope, slot.part.clone());
         if let Ok(Literal::Reference(name)) = self.written(scope, &part, slot.wants, &slot.port) {
             let meaning = self.resolve(scope, &part, &name);
-            self.flats[flat].slots[0].target = meaning.target;
-            self.flats[flat].slots[0].declared = meaning.declared;
+            let node = &mut self.flats[flat];
+            node.slots[0].target = meaning.target;
+            // What is laid out is of the type that it has.
+            node.slots[0].declared = meaning.declared.filter(|_| node.layout.is_none());
+        }
+    }
+
+    /// Finds what the outputs of the graph lead to, so that instances are laid out for them, too.
+    fn resolve_outputs(&mut self) {
+        let docs = self.docs;
+        self.enter(0);
+        for output in &docs[self.scopes[0].doc].document.outputs {
+            if let Some((from, Shape::Text(name))) = output.from.as_ref().map(|from| (from, from.shape())) {
+                self.resolve(0, from, &name);
+            }
         }
     }
 
@@ -178,7 +202,19 @@ impl Unit<'_> {
         let told = self.is_told(flat).then(|| self.told_type(flat)).flatten();
         let node = &self.flats[flat];
         let Some(info) = node.info else {
-            self.flats[flat].outputs = vec![node.slots[0].wants.only()];
+            if node.chooses.is_some() {
+                return self.find_chosen_type(flat);
+            }
+            let slot = node.slots.first();
+            let ty = match (&node.layout, slot) {
+                (Some(_), Some(slot)) => self.field_type(&slot.target),
+                (_, Some(slot)) => slot.wants.only(),
+                (_, None) => Some(Type::Material),
+            };
+            if let (Some(ty), Some(_)) = (ty, &node.layout) {
+                self.flats[flat].slots[0].wants = Accepts::One(ty);
+            }
+            self.flats[flat].outputs = vec![ty];
             return;
         };
         let outputs = info.outputs.iter().map(|output| match output.ty {
@@ -211,9 +247,21 @@ impl Unit<'_> {
         self.flats[flat].outputs = outputs.collect();
     }
 
+    /// The type of what is chosen among, which is the same for all instances.
+    fn find_chosen_type(&mut self, flat: usize) {
+        let slots = self.flats[flat].slots.iter().skip(1);
+        let types: Vec<_> = slots.map(|slot| self.field_type(&slot.target)).collect();
+        let ty = types.first().copied().flatten();
+        if let Some(ty) = ty {
+            self.flats[flat].slots.iter_mut().skip(1).for_each(|slot| slot.wants = Accepts::One(ty));
+        }
+        self.flats[flat].outputs = vec![ty];
+    }
+
     fn check_types(&mut self) {
         for flat in 0..self.flats.len() {
-            let errors: Vec<_> = self.flats[flat].slots.iter().filter_map(|slot| self.check_type(slot)).collect();
+            let check = |slot| self.check_type(slot).or_else(|| self.check_movable(&slot.part, &slot.target));
+            let errors: Vec<_> = self.flats[flat].slots.iter().filter_map(check).collect();
             if !errors.is_empty() {
                 self.enter(self.flats[flat].scope);
                 self.flats[flat].good = false;
@@ -223,14 +271,39 @@ impl Unit<'_> {
         let checks = std::mem::take(&mut self.checks);
         for (scope, slot) in &checks {
             self.enter(*scope);
-            if let Some(error) = self.check_type(slot) {
+            let error = self.check_type(slot).or_else(|| self.check_movable(&slot.part, &slot.target));
+            if let Some(error) = error {
                 self.report.push(error);
             }
         }
     }
 
     fn build_pass(&mut self, flat: usize) {
-        let slot = &self.flats[flat].slots[0];
+        let node = &self.flats[flat];
+        let Some(slot) = node.slots.first() else {
+            self.flats[flat].node = convert::no_material();
+            return;
+        };
+        if node.chooses.is_some() {
+            let ty = node.outputs.first().copied().flatten().filter(|ty| instance::can_move(*ty));
+            if let Some((kind, made)) = ty.and_then(|ty| each::node(self.registry, ty, node.slots.len())) {
+                (self.flats[flat].kind_name, self.flats[flat].node) = (kind, Some(made));
+            } else if let Some(ty) = ty {
+                let message = format!("there is no node that chooses among {ty}");
+                self.report.push(node.kind.error(Code::BadValue, message));
+            }
+            return;
+        }
+        if let Some(layout) = &node.layout {
+            let ty = slot.wants.only().filter(|ty| instance::can_move(*ty));
+            if let Some((kind, made)) = ty.and_then(|ty| layout.node(self.registry, ty)) {
+                (self.flats[flat].kind_name, self.flats[flat].node) = (kind, Some(made));
+            } else if let Some(ty) = ty {
+                let message = format!("there is no node that lays out {ty}");
+                self.report.push(node.kind.error(Code::BadValue, message));
+            }
+            return;
+        }
         let same = self.type_of(&slot.target).map(Accepts::One) == Some(slot.wants);
         self.flats[flat].node = convert::node(slot.wants, same);
     }
@@ -245,7 +318,8 @@ impl Unit<'_> {
                     edges.push((flat, reader));
                 }
             }
-            graph.add_node(graph_node(flat)?);
+            let canvas = flat.layout.as_ref().map_or(self.scopes[flat.scope].canvas, |layout| layout.canvas);
+            graph.add_node(graph_node(flat, canvas)?);
         }
         edges.sort_unstable();
         edges.dedup();
@@ -256,7 +330,7 @@ impl Unit<'_> {
     }
 }
 
-fn graph_node(flat: Flat<'_>) -> Option<GraphNode> {
+fn graph_node(flat: Flat<'_>, canvas: Canvas) -> Option<GraphNode> {
     let mut inputs = Vec::with_capacity(flat.slots.len());
     let mut slots = Vec::with_capacity(flat.slots.len());
     let mut fields: Vec<_> = flat.args.iter().map(|arg| (arg.name.clone(), arg.value.span())).collect();
@@ -280,6 +354,7 @@ fn graph_node(flat: Flat<'_>) -> Option<GraphNode> {
         name: flat.name,
         kind: flat.kind_name,
         node: flat.node?,
+        canvas,
         inputs,
         slots,
         outputs: flat.outputs.into_iter().collect::<Option<Vec<_>>>()?,

@@ -16,6 +16,8 @@ pub struct Graph {
     pub canvas: Canvas,
     /// The nodes of the file and of all sub-graphs in use. An edge goes from a node to one that reads it.
     pub nodes: DiGraph<GraphNode, ()>,
+    /// The sub-graphs in use, those inside of others included.
+    pub uses: Vec<GraphUse>,
     /// What can be rendered, in the order of the file.
     pub outputs: Vec<GraphOutput>,
     /// The parameters with the values in force.
@@ -28,6 +30,18 @@ pub struct Graph {
     pub canvas_span: Span,
 }
 
+/// The use of a sub-graph.
+#[derive(Clone, Debug)]
+pub struct GraphUse {
+    /// Its name; those inside of another one are `use/inner`.
+    pub name: String,
+    /// The file of the sub-graph.
+    pub path: PathBuf,
+    /// Its outputs, the main one first: the name, the node, and which output of that. One that is a literal, or that an
+    /// instance is not laid out for, is left out.
+    pub outputs: Vec<(String, NodeIndex, usize)>,
+}
+
 /// A node of a graph.
 pub struct GraphNode {
     /// Its name; nodes inside a sub-graph are `use/inner`.
@@ -36,6 +50,8 @@ pub struct GraphNode {
     pub kind: String,
     /// The node itself.
     pub node: Arc<dyn DynNode>,
+    /// The canvas that it works on: an instance may have a seed of its own, and a larger canvas.
+    pub canvas: Canvas,
     /// What goes into its slots.
     pub inputs: Vec<Input>,
     /// For each slot, the name of the port it belongs to.

@@ -1,7 +1,10 @@
 //! Loading a graph: all the steps, in order.
 use super::canvas::{self, Asked};
 use super::defaults;
+use super::document::NodeDecl;
+use super::each;
 use super::files::{Doc, Files};
+use super::instance::{Setting, preset_names};
 use super::params::{Facts, ParamDecl, Params};
 use super::part::{Part, Piece, Shape, Src};
 use super::read::{self, shorten};
@@ -13,6 +16,7 @@ use crate::diagnostics::{Code, Diagnostic, FileId, Origin, SourceMap, Span};
 use crate::registry::Registry;
 use crate::value::{Canvas, Resolution};
 use glam::UVec2;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -27,7 +31,7 @@ pub fn load_text(path: &Path, text: &str, registry: &Registry, options: &LoadOpt
 }
 
 fn run(path: &Path, text: Option<String>, registry: &Registry, options: &LoadOptions) -> Loaded {
-    let mut files = Files::new(&options.limits);
+    let mut files = Files::new(&options.limits, registry.library());
     let graph = files.read_main(path, text).and_then(|main| link(main, &mut files, registry, options));
     let errors = files.report.errors();
     let diagnostics = files.report.finish();
@@ -55,7 +59,7 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         params.give(name, value);
     }
     check_preset(doc, options, &mut files.sources, &mut files.report);
-    set(doc, options, &mut params, &mut files.sources, &mut files.report);
+    let settings = set(doc, options, &mut params, &mut files.sources, &mut files.report);
     let (mut canvas, asked) = canvas_of(doc, &mut params, &mut files.report);
     let typed = resolution(options, &mut files.sources, &mut files.report);
     canvas::resize(&mut canvas, typed.as_ref().unwrap_or(&asked), typed.is_some(), &mut files.report);
@@ -63,16 +67,20 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
     let mut instances = 0;
     if sizes[main].is_some() {
         let mut unit = unit(files, registry, &sizes, canvas, 0);
+        (unit.settings, unit.working_dir) = (&settings, &options.working_dir);
         unit.declare(main, String::new(), params.clone(), None);
         unit.fill(0, &[]);
+        unit.check_settings();
         unit.link();
         let outputs = unit.outputs(true);
         instances = unit.scopes.len();
-        let nodes = (unit.report.errors() == 0).then(|| unit.into_nodes()).flatten();
-        linked = nodes.map(|nodes| (nodes, outputs));
+        if unit.report.errors() == 0 {
+            let uses = unit.uses();
+            linked = unit.into_nodes().map(|nodes| (nodes, outputs, uses));
+        }
     }
     link_imports(main, files, registry, &sizes, instances);
-    let (nodes, outputs) = linked?;
+    let (nodes, outputs, uses) = linked?;
     let doc = &files.docs[main];
     let start = Span { file: FileId(0), start: 0, end: 0 };
     Some(Graph {
@@ -81,6 +89,7 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         canvas,
         nodes,
         outputs,
+        uses,
         params: graph_params(doc, &params),
         presets: doc.document.presets.iter().map(|(entry, _)| entry.name.clone()).collect(),
         warnings: Vec::new(),
@@ -112,10 +121,15 @@ fn unit<'a>(
         looked_at: &mut files.looked_at,
         file_checks: &mut files.file_checks,
         canvas,
+        settings: &[],
+        working_dir: Path::new(""),
         scopes: Vec::new(),
         inlines: BTreeMap::new(),
         flats: Vec::new(),
         checks: Vec::new(),
+        laid: BTreeMap::new(),
+        choosers: Vec::new(),
+        chosen: BTreeMap::new(),
         first_instance,
         defaults: BTreeMap::new(),
     }
@@ -161,7 +175,9 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
     let mut total = 0_usize;
     for node in &doc.document.nodes {
         let graph = match &node.kind {
-            Some(kind) if kind.str() == "Use" => node.args.as_deref().and_then(|args| read::get(args, "graph")),
+            Some(kind) if matches!(kind.str(), "Use" | each::KIND) => {
+                node.args.as_deref().and_then(|args| read::get(args, "graph"))
+            }
             _ => None,
         };
         let index = graph.and_then(|graph| match graph.shape() {
@@ -169,12 +185,14 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
             _ => None,
         });
         let used = index.and_then(|index| *doc.imports.get(index)?);
-        let inputs = used.and_then(|used| docs.get(used)).map_or(0, |used| used.document.inputs.len());
+        let document = used.and_then(|used| docs.get(used)).map(|used| &used.document);
+        // Each input may need a conversion, and each output a node that lays it out.
+        let laid_out = node.args.as_deref().is_some_and(|args| read::get(args, "canvas").is_some());
+        let inputs = document.map_or(0, |used| used.inputs.len() + if laid_out { used.outputs.len() } else { 0 });
         let nodes = match used.and_then(|used| sizes.get(used)) {
             // A graph that uses one that is too large is too large itself; that is not reported again.
             Some(None) => return None,
-            // Each of its inputs may need a conversion, which is a node.
-            Some(Some(nodes)) => (*nodes + inputs).max(1),
+            Some(Some(nodes)) => copies(node).saturating_mul(*nodes + inputs).max(1),
             None => 1,
         };
         // Every word with brackets among its values may be a node without a name.
@@ -190,19 +208,49 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
     Some(total)
 }
 
+/// How many instances of a sub-graph a node makes at most.
+fn copies(node: &NodeDecl) -> usize {
+    if node.kind.as_ref().is_none_or(|kind| kind.str() != each::KIND) {
+        return 1;
+    }
+    let over = node.args.as_deref().and_then(|args| read::get(args, "over")).map(Part::shape);
+    let written = (1..=each::MOST).find(|n| matches!(over, Some(Shape::Number(over)) if over == *n as f64));
+    written.unwrap_or(each::MOST) + 1
+}
+
 fn check_preset(doc: &Doc, options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) {
     let Some(wanted) = &options.preset else { return };
-    let mut names = doc.document.presets.iter().map(|(entry, _)| entry.name.as_str());
-    if !names.clone().any(|name| name == wanted) {
+    let names = doc.document.presets.iter().map(|(entry, _)| entry.name.as_str());
+    for name in preset_names(wanted).filter(|name| !names.clone().any(|known| known == *name)) {
         let span = sources.add_argument(Origin::Preset, "--preset ", wanted);
-        let message = format!("there is no preset `{}`", shorten(wanted));
-        report.unknown(Diagnostic::new(Code::UnknownVariant, span, message), wanted, "preset", &mut names);
+        let message = format!("there is no preset `{}`", shorten(name));
+        report.unknown(Diagnostic::new(Code::UnknownVariant, span, message), name, "preset", names.clone());
     }
 }
 
-fn set(doc: &Doc, options: &LoadOptions, params: &mut Params, sources: &mut SourceMap, report: &mut Report) {
+/// Gives parameters the values of the command line. Those of instances are returned.
+fn set(
+    doc: &Doc,
+    options: &LoadOptions,
+    params: &mut Params,
+    sources: &mut SourceMap,
+    report: &mut Report,
+) -> Vec<Setting> {
+    let mut settings = Vec::new();
     for (name, value) in &options.set {
         let origin = Origin::Param { name: name.clone() };
+        if let Some((instance, param)) = name.rsplit_once(['.', '/']) {
+            let span = sources.add_argument(origin, &format!("--set {name}="), value);
+            settings.push(Setting {
+                prefix: format!("{}/", instance.replace('.', "/")),
+                param: param.to_owned(),
+                value: value.clone(),
+                span,
+                path: Span { start: "--set ".len(), end: "--set ".len() + name.len(), ..span },
+                used: Cell::new(false),
+            });
+            continue;
+        }
         let Some(decl) = doc.document.param(name) else {
             let span = sources.add_argument(origin, "--set ", &format!("{name}={value}"));
             let names = doc.document.params.iter().map(|(entry, _)| entry.name.as_str());
@@ -215,10 +263,11 @@ fn set(doc: &Doc, options: &LoadOptions, params: &mut Params, sources: &mut Sour
         let read = decl.and_then(|decl| decl.value(&argument(decl, value, span), true, &options.working_dir, report));
         params.give(name.clone(), read);
     }
+    settings
 }
 
 /// A value from the command line: RON, or bare text where a text is wanted.
-fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
+pub(super) fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
     let ron = syntax::parse(value, syntax::MAX_NESTING).is_ok();
     let bare = decl.takes_bare_text() && !(ron && value.trim_start().starts_with(['"', '(', 'r']));
     let text = if bare || !ron { ron_string(value) } else { value.to_owned() };

@@ -18,8 +18,11 @@ mod channels;
 mod convert;
 mod defaults;
 mod document;
+mod each;
 mod files;
+mod imports;
 mod inline;
+mod instance;
 mod lex;
 mod link;
 mod linked;
@@ -36,7 +39,7 @@ mod subst;
 mod syntax;
 mod tiling;
 
-pub use linked::{Graph, GraphNode, GraphOutput, GraphParam, Input};
+pub use linked::{Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
 pub use load::{load, load_text};
 
 use crate::diagnostics::{Diagnostic, SourceMap};

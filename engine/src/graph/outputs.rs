@@ -25,6 +25,10 @@ impl Unit<'_> {
             let Shape::Text(reference) = from.shape() else { continue };
             let meaning = self.resolve(0, from, &reference);
             let Some(ty) = self.type_of(&meaning.target) else { continue };
+            if let Some(error) = self.check_movable(from, &meaning.target) {
+                self.report.push(error);
+                continue;
+            }
             if rendered && ty.renders().is_none() {
                 let message =
                     format!("an output must be a picture, a material or segments; `{}` is {ty}", shorten(&reference));

@@ -112,6 +112,11 @@ impl Params {
         self.given.insert(name, value);
     }
 
+    /// Gives several parameters other values.
+    pub(super) fn give_all(&mut self, values: Values) {
+        self.given.extend(values);
+    }
+
     /// The value of a parameter, if there is one of that name, unless it is in error.
     pub(super) fn get(&self, name: &str) -> Option<Option<&ParamValue>> {
         self.given.get(name).or_else(|| self.defaults.get(name)).map(Option::as_ref)

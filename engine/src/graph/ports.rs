@@ -123,7 +123,23 @@ impl Unit<'_> {
                 Some(Entity::Node(flat)) => {
                     self.output_of(flat, part, node, port).map(|output| Next::Found(Target::Out { flat, output }))
                 }
-                Some(Entity::Use(child)) => self.output_of_use(child, part, node, port),
+                Some(Entity::Use(child)) => match self.output_of_use(child, part, node, port) {
+                    Ok(Next::Go((inner, from, name))) => Ok(match self.laid_out(child, port, &from) {
+                        Some(flat) => Next::Found(Target::Out { flat, output: 0 }),
+                        None => Next::Go((inner, from, name)),
+                    }),
+                    other => other,
+                },
+                Some(Entity::Each(chooser)) => match self.choosers[chooser].children.first().copied() {
+                    // The outputs of all instances are called alike.
+                    Some(child) => {
+                        self.output_of_use(child, part, node, port).map(|_| match self.chosen(chooser, port) {
+                            Some(flat) => Next::Found(Target::Out { flat, output: 0 }),
+                            None => Next::Found(Target::Broken),
+                        })
+                    }
+                    None => return Target::Broken,
+                },
                 Some(Entity::Input(index)) => {
                     let found = self.input_of(*scope, index, part, node, port);
                     if found.is_ok() {

@@ -1,7 +1,9 @@
 //! Scopes: a graph file, and every use of a sub-graph, with what the names in it mean.
 use super::defaults;
 use super::document::NodeDecl;
+use super::each::{self, Chooser};
 use super::files::{Doc, FileChecks};
+use super::instance::{self, Layout, Setting, Spread};
 use super::params::{Facts, Params, Values};
 use super::part::{Entry, Part, Shape};
 use super::ports::{self, Literal};
@@ -15,7 +17,7 @@ use crate::value::{Accepts, Canvas, ChannelSet, Field, Type};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What a name of a scope means.
@@ -25,6 +27,8 @@ pub(super) enum Entity {
     Node(usize),
     /// A sub-graph: its scope.
     Use(usize),
+    /// Several sub-graphs of which one shows at every pixel: which of the `Each`.
+    Each(usize),
     /// An input of the graph.
     Input(usize),
     /// Something in error.
@@ -55,6 +59,10 @@ pub(super) struct Scope {
     pub(super) resolved: Vec<Option<Target>>,
     /// Where it is used.
     pub(super) used: Option<Span>,
+    /// The canvas of its nodes.
+    pub(super) canvas: Canvas,
+    /// How its outputs are laid out, if they are.
+    pub(super) layout: Option<Layout>,
 }
 
 /// What goes into a slot.
@@ -115,7 +123,7 @@ pub(super) struct Slot {
 }
 
 impl Slot {
-    fn unresolved(port: Port, wants: Accepts, part: Part) -> Self {
+    pub(super) fn unresolved(port: Port, wants: Accepts, part: Part) -> Self {
         Self { port, wants, part, target: Target::Broken, declared: None }
     }
 }
@@ -126,7 +134,8 @@ pub(super) struct Flat<'a> {
     pub(super) name: String,
     pub(super) kind: Part,
     pub(super) kind_name: String,
-    /// `None` for the conversion at an input.
+    /// `None` for what the graph itself makes: the conversion at an input, a material input that is given nothing (it has no
+    /// slot), and what lays out an instance.
     pub(super) info: Option<&'a KindInfo>,
     pub(super) args: Cow<'a, [Entry]>,
     pub(super) slots: Vec<Slot>,
@@ -143,6 +152,10 @@ pub(super) struct Flat<'a> {
     pub(super) gray: Option<bool>,
     /// The channels of the material that it makes; `None` where they are unknown because of an error.
     pub(super) channels: Option<ChannelSet>,
+    /// How it lays out what it reads, if that is what it does.
+    pub(super) layout: Option<Layout>,
+    /// The `Each` among whose instances it chooses, and the output, if that is what it does.
+    pub(super) chooses: Option<(usize, String)>,
 }
 
 /// One graph with all its sub-graphs while it is linked.
@@ -155,12 +168,20 @@ pub(super) struct Unit<'a> {
     pub(super) looked_at: &'a mut Vec<PathBuf>,
     pub(super) file_checks: &'a mut FileChecks,
     pub(super) canvas: Canvas,
+    /// Values of the command line for parameters of instances, and what paths in them are relative to.
+    pub(super) settings: &'a [Setting],
+    pub(super) working_dir: &'a Path,
     pub(super) scopes: Vec<Scope>,
     /// Nodes without a name, by the scope and the place where they are written.
     pub(super) inlines: BTreeMap<(usize, Span), Entity>,
     pub(super) flats: Vec<Flat<'a>>,
     /// Wires that must be checked but lead to no node: values given to inputs that need no conversion.
     pub(super) checks: Vec<(usize, Slot)>,
+    /// The nodes that lay out outputs of instances.
+    pub(super) laid: BTreeMap<(usize, String), usize>,
+    /// Every `Each`, and the nodes that choose among their instances.
+    pub(super) choosers: Vec<Chooser>,
+    pub(super) chosen: BTreeMap<(usize, String), usize>,
     /// The number of the first scope among those of all units.
     pub(super) first_instance: usize,
     /// The defaults of the documents in use.
@@ -178,7 +199,17 @@ impl<'a> Unit<'a> {
         let scope = self.scopes.len();
         let count = self.docs[doc].document.inputs.len();
         let (inputs, resolved) = (vec![Bound::Broken; count], vec![None; count]);
-        self.scopes.push(Scope { doc, prefix, params, names: BTreeMap::new(), inputs, resolved, used });
+        self.scopes.push(Scope {
+            doc,
+            prefix,
+            params,
+            names: BTreeMap::new(),
+            inputs,
+            resolved,
+            used,
+            canvas: self.canvas,
+            layout: None,
+        });
         scope
     }
 
@@ -191,7 +222,8 @@ impl<'a> Unit<'a> {
         for (i, input) in doc.document.inputs.iter().enumerate() {
             // The default is checked even where it is not used.
             let default = self.default_input(scope, i);
-            self.scopes[scope].inputs[i] = given.get(i).cloned().flatten().unwrap_or(default);
+            let value = given.get(i).cloned().flatten().or(default);
+            self.scopes[scope].inputs[i] = value.unwrap_or_else(|| self.without_default(scope, input));
             self.scopes[scope].names.insert(input.name.clone(), Entity::Input(i));
         }
         for decl in &doc.document.nodes {
@@ -208,19 +240,23 @@ impl<'a> Unit<'a> {
         self.scopes[scope].params.nodes = Arc::new(names);
     }
 
-    fn default_input(&mut self, scope: usize, index: usize) -> Bound {
+    /// The default of an input; `None` if it has none.
+    fn default_input(&mut self, scope: usize, index: usize) -> Option<Bound> {
         let docs = self.docs;
         let input = &docs[self.scopes[scope].doc].document.inputs[index];
-        let (Some(ty), Some(default)) = (input.ty, &input.default) else { return Bound::Broken };
+        let Some(ty) = input.ty else { return Some(Bound::Broken) };
+        let default = input.default.as_ref()?;
         if self.is_node(default) {
             let name = format!("{}.default", input.name);
             self.add_inline(scope, &name, default);
             self.checks.push((scope, Slot::unresolved(Port::Input(input.name.clone()), ty, default.clone())));
-            return Bound::Wire { scope, part: default.clone(), name };
+            return Some(Bound::Wire { scope, part: default.clone(), name });
         }
-        let Some(value) = substitute(default, &self.scopes[scope].params, self.report) else { return Bound::Broken };
+        let Some(value) = substitute(default, &self.scopes[scope].params, self.report) else {
+            return Some(Bound::Broken);
+        };
         let port = Port::Input(input.name.clone());
-        match ports::literal(&value.part, ty, &port, value.is_text) {
+        Some(match ports::literal(&value.part, ty, &port, value.is_text) {
             Ok(Literal::Constant(field)) => Bound::Constant(field),
             Ok(Literal::Reference(name)) => {
                 self.checks.push((scope, Slot::unresolved(port, ty, value.part.clone())));
@@ -230,16 +266,19 @@ impl<'a> Unit<'a> {
                 self.report.push(*error);
                 Bound::Broken
             }
-        }
+        })
     }
 
     pub(super) fn entity(&mut self, scope: usize, decl: &NodeDecl, args: &Cow<'a, [Entry]>) -> Entity {
         let Some(kind) = &decl.kind else { return Entity::Broken };
         if kind.str() == "Use" {
-            return self.declare_use(scope, decl, kind, args).map_or(Entity::Broken, Entity::Use);
+            return self.declare_use(scope, &decl.name, kind, args, None).map_or(Entity::Broken, Entity::Use);
+        }
+        if kind.str() == each::KIND {
+            return self.declare_each(scope, &decl.name, kind, args).unwrap_or(Entity::Broken);
         }
         let Some(info) = self.registry.info(kind.str()) else {
-            let kinds = self.registry.kinds().chain(["Use"]);
+            let kinds = self.registry.kinds().chain(["Use", each::KIND]);
             let message = format!("there is no node kind `{}`", read::shorten(kind.str()));
             self.report.unknown(kind.error(Code::UnknownKind, message), kind.str(), "kind", kinds);
             return Entity::Broken;
@@ -254,16 +293,26 @@ impl<'a> Unit<'a> {
         self.flats.len() - 1
     }
 
-    fn declare_use(&mut self, scope: usize, decl: &NodeDecl, kind: &Part, args: &[Entry]) -> Option<usize> {
-        let known = ["graph", "with", "note"];
+    /// Declares an instance of a sub-graph: that of a `Use`, or one of those of an `Each`.
+    pub(super) fn declare_use(
+        &mut self,
+        scope: usize,
+        name: &str,
+        kind: &Part,
+        args: &[Entry],
+        spread: Option<Spread<'_>>,
+    ) -> Option<usize> {
+        let of_each = if spread.is_some() { &each::FIELDS[..] } else { &[] };
+        let known: Vec<&str> = of_each.iter().copied().chain(instance::FIELDS).collect();
+        let what = kind.str();
         for arg in args.iter().filter(|arg| !known.contains(&arg.name.as_str())) {
-            let message = format!("`Use` has no field `{}`", read::shorten(&arg.name));
+            let message = format!("`{what}` has no field `{}`", read::shorten(&arg.name));
             let error = arg.key.error(Code::UnknownField, message);
-            self.report.unknown(error, &arg.name, "field", known[..2].iter().copied());
+            self.report.unknown(error, &arg.name, "field", known.iter().copied().filter(|name| *name != "note"));
         }
         let Some(graph) = read::get(args, "graph") else {
             let help = "write `graph: \"name\"`, a name from `imports`";
-            self.report.push(kind.error(Code::MissingInput, "`Use` has no `graph`").help(help));
+            self.report.push(kind.error(Code::MissingInput, format!("`{what}` has no `graph`")).help(help));
             return None;
         };
         let import = read::text(graph, "graph", self.report)?;
@@ -280,22 +329,37 @@ impl<'a> Unit<'a> {
             Some(with) => read::unique(read::map(with, "with", self.report), "value", self.report),
             None => Vec::new(),
         };
-        let params = self.with_params(scope, doc, &with);
-        let prefix = format!("{}{}/", self.scopes[scope].prefix, decl.name);
+        let instance = self.instance(scope, args, spread);
+        let mut params = self.defaults_of(doc);
+        params.facts = Some(Facts::of(&instance.canvas));
+        let preset = self.preset_values(&instance, &docs[doc], &import);
+        params.give_all(preset);
+        self.with_params(scope, doc, &with, &mut params);
+        let prefix = format!("{}{name}/", self.scopes[scope].prefix);
+        if let Some(Spread { name, .. }) = spread {
+            let all = format!("{}{name}/", self.scopes[scope].prefix);
+            params.give_all(self.settings_of(&all, &docs[doc].document));
+        }
+        params.give_all(self.settings_of(&prefix, &docs[doc].document));
+        defaults::follow(&docs[doc], &mut params, self.report);
         let child = self.declare(doc, prefix, params, Some(kind.span()));
+        (self.scopes[child].canvas, self.scopes[child].layout) = (instance.canvas, instance.layout);
         let given = self.with_inputs(scope, child, &import, &with);
+        self.check_given(child, kind, &given);
         self.fill(child, &given);
         Some(child)
     }
 
-    /// The parameters of a sub-graph: its defaults, and what `with` says.
-    fn with_params(&mut self, scope: usize, doc: usize, with: &[Entry]) -> Params {
+    /// The defaults of the parameters of a sub-graph, which are checked when the document is linked by itself.
+    fn defaults_of(&mut self, doc: usize) -> Params {
+        let (child, facts) = (&self.docs[doc], Facts::of(&self.canvas));
+        self.defaults.entry(doc).or_insert_with(|| defaults::params(child, Some(facts), &mut Report::default())).clone()
+    }
+
+    /// The parameters of a sub-graph that `with` gives a value.
+    fn with_params(&mut self, scope: usize, doc: usize, with: &[Entry], params: &mut Params) {
         let docs = self.docs;
         let (child, folder) = (&docs[doc], docs[self.scopes[scope].doc].folder());
-        // Its defaults are checked when the document is linked by itself.
-        let facts = Facts::of(&self.canvas);
-        let new = || defaults::params(child, Some(facts), &mut Report::default());
-        let mut params = self.defaults.entry(doc).or_insert_with(new).clone();
         for entry in with {
             let Some(decl) = child.document.param(&entry.name).flatten() else { continue };
             let outer = &self.scopes[scope].params;
@@ -305,8 +369,6 @@ impl<'a> Unit<'a> {
             });
             params.give(entry.name.clone(), value);
         }
-        defaults::follow(child, &mut params, self.report);
-        params
     }
 
     /// The inputs of a sub-graph that `with` gives a value.
@@ -362,7 +424,7 @@ impl<'a> Unit<'a> {
 }
 
 impl<'a> Flat<'a> {
-    fn new(
+    pub(super) fn new(
         scope: usize,
         name: String,
         kind: Part,
@@ -385,6 +447,8 @@ impl<'a> Flat<'a> {
             files: Vec::new(),
             gray: None,
             channels: None,
+            layout: None,
+            chooses: None,
         }
     }
 
@@ -395,10 +459,11 @@ impl<'a> Flat<'a> {
     }
 }
 
-/// Checks the presets of a document, and gives the values of the one named `wanted`.
+/// Checks the presets of a document, and gives the values of those named `wanted`, the later ones over the earlier ones.
 pub(super) fn presets(doc: &Doc, wanted: Option<&str>, report: &mut Report) -> Values {
-    let mut params = Values::new();
+    let mut known = BTreeMap::new();
     for (preset, values) in &doc.document.presets {
+        let params: &mut Values = known.entry(preset.name.as_str()).or_default();
         for entry in values {
             let Some(decl) = doc.document.param(&entry.name) else {
                 let names = doc.document.params.iter().map(|(param, _)| param.name.as_str());
@@ -407,13 +472,11 @@ pub(super) fn presets(doc: &Doc, wanted: Option<&str>, report: &mut Report) -> V
                 continue;
             };
             let Some(decl) = decl else { continue };
-            let value = decl.value(&entry.value, false, doc.folder(), report);
-            if wanted == Some(preset.name.as_str()) {
-                params.insert(entry.name.clone(), value);
-            }
+            params.insert(entry.name.clone(), decl.value(&entry.value, false, doc.folder(), report));
         }
     }
-    params
+    let wanted = wanted.into_iter().flat_map(instance::preset_names);
+    wanted.filter_map(|name| known.get(name)).flat_map(|values| values.clone()).collect()
 }
 
 /// A note is a text for readers, without effect.

@@ -27,20 +27,23 @@ impl Graph {
         for &index in order {
             let node = &self.nodes[index];
             let reads = wires(node).fold(Tiling::BOTH, |tiling, from| tiling.and(tilings[from.index()]));
-            let own = node.node.tiling(&self.canvas);
+            let own = node.node.tiling(&node.canvas);
+            let reads = if node.node.makes_tile() { Tiling::BOTH } else { reads };
             at_fault[index.index()] = !own.covers(wanted) && reads.covers(wanted);
             tilings[index.index()] = reads.and(own);
         }
         at_fault
     }
 
-    /// For each node the first few outputs that depend on it. What a node at fault reads is left out, since it does repeat.
+    /// For each node the first few outputs that depend on it. What a node at fault reads is left out, since it does repeat;
+    /// so is what a node reads that makes it tile.
     fn outputs_of(&self, order: &[NodeIndex], at_fault: &[bool]) -> Vec<Vec<usize>> {
         let mut outputs = vec![Vec::new(); self.nodes.node_count()];
         for (index, output) in self.outputs.iter().enumerate() {
             add(&mut outputs[output.node.index()], &[index]);
         }
-        for &index in order.iter().rev().filter(|index| !at_fault[index.index()]) {
+        let hands_on = |index: NodeIndex| !at_fault[index.index()] && !self.nodes[index].node.makes_tile();
+        for &index in order.iter().rev().filter(|index| hands_on(**index)) {
             let of_reader = outputs[index.index()].clone();
             for from in wires(&self.nodes[index]) {
                 add(&mut outputs[from.index()], &of_reader);
@@ -57,7 +60,12 @@ impl Graph {
             names => format!("the outputs {} do", names.join(", ")),
         };
         let message = format!("{what} not tile: node `{}` does not repeat with the canvas", node.name);
-        let help = "make that node periodic, or say `tile: None` in the canvas";
+        // The names of nodes have no dots, but those of what lays out the output of an instance do.
+        let help = if node.name.contains('.') {
+            "turn it by a multiple of 90° and make it smaller by a whole number, or say `tile: None` in the canvas"
+        } else {
+            "make that node periodic, or say `tile: None` in the canvas"
+        };
         Diagnostic::new(Code::Advice, node.span, message).help(help).as_warning()
     }
 }

@@ -60,6 +60,8 @@ pub trait DynNode: Send + Sync {
     fn advice(&self, canvas: &Canvas) -> Vec<Problem>;
     /// See [`Node::tiling`].
     fn tiling(&self, canvas: &Canvas) -> Tiling;
+    /// See [`Node::makes_tile`].
+    fn makes_tile(&self) -> bool;
     /// See [`Node::files`].
     fn files(&self) -> Vec<(&'static str, &FilePath)>;
     /// See [`Node::makes_gray`].
@@ -115,6 +117,10 @@ impl<T: Node> DynNode for T {
 
     fn tiling(&self, canvas: &Canvas) -> Tiling {
         Node::tiling(self, &CanvasFacts::of::<T>(canvas))
+    }
+
+    fn makes_tile(&self) -> bool {
+        Node::makes_tile(self)
     }
 
     fn files(&self) -> Vec<(&'static str, &FilePath)> {

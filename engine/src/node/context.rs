@@ -87,6 +87,14 @@ impl Context<'_> {
         }
     }
 
+    /// As [`shared`](Self::shared), of a field: its tiles are kept if several read it.
+    pub fn shared_field(&self, name: &str, field: Field) -> Field {
+        match self.evaluator.key() {
+            Some(key) => field.keyed(Key::of("shared part", &[key.as_bytes(), name.as_bytes()])).owned_by(key),
+            None => field,
+        }
+    }
+
     /// The field of a cut through `solid`; nodes that make the same cut share it.
     pub fn cut(&self, solid: &Solid, cut: &Cut) -> Field {
         self.evaluator.cuts().map_or_else(|| solid.cut(cut), |cuts| cuts.cut(solid, cut))

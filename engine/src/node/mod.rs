@@ -51,8 +51,8 @@ pub use info::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use param_type::ParamType;
 pub use params::{Color, FilePath, Formula, Linear, Range, Xy, parse_color};
 pub use port::{
-    AnyField, AnySolid, EveryField, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb, SolidColor,
-    SolidNumber, SolidVector, Vec2Field,
+    AnyField, AnySolid, AnyVector, EveryField, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb,
+    SolidColor, SolidNumber, SolidVector, Vec2Field,
 };
 pub use spelling::spell_number;
 
@@ -164,9 +164,15 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         Vec::new()
     }
 
-    /// The directions in which it keeps pictures periodic. Its outputs tile in those of them in which all inputs tile.
+    /// The directions in which it keeps pictures periodic. Its outputs tile in those of them in which all inputs tile. But see
+    /// [`makes_tile`](Self::makes_tile).
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
+    }
+
+    /// Whether it repeats as [`tiling`](Self::tiling) says even where its inputs do not: it makes them tile.
+    fn makes_tile(&self) -> bool {
+        false
     }
 
     /// The files it reads, with the parameter that names each. They are read while the node is evaluated, or when the first

@@ -49,6 +49,8 @@ field_ports! {
     AnyField = Accepts::Field,
     /// A port for any field at all.
     EveryField = Accepts::EveryField,
+    /// A port for `Rgb`, `Normal` or `Vec2`, whichever comes.
+    AnyVector = Accepts::AnyVector,
 }
 
 /// A port for objects of one type, or for materials.

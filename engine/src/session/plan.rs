@@ -100,7 +100,7 @@ impl Planner<'_> {
         let mut planned = Planned {
             output,
             part,
-            path: self.request.dir.join(format!("{stem}.{}", format.extension())),
+            path: self.request.dir.join(format!("{}{stem}.{}", self.request.prefix, format.extension())),
             format,
             depth,
             range,

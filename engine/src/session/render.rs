@@ -20,6 +20,8 @@ use std::time::Duration;
 pub struct RenderRequest {
     /// The folder that the files go into; made if need be.
     pub dir: PathBuf,
+    /// What the names of all files begin with.
+    pub prefix: String,
     /// The outputs, as `NAME` or, of a material, `NAME.CHANNEL`; all, if empty.
     pub outputs: Vec<String>,
     /// A part of the picture instead of the whole: x, y, width, height in pixels.

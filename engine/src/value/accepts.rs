@@ -11,6 +11,8 @@ pub enum Accepts {
     Field,
     /// Any field at all.
     EveryField,
+    /// A field of several numbers that are taken apart: `Rgb`, `Normal` or `Vec2`.
+    AnyVector,
     /// Any solid.
     AnySolid,
 }
@@ -24,7 +26,8 @@ impl From<Type> for Accepts {
 impl Accepts {
     /// All that a port may accept.
     pub fn all() -> impl Iterator<Item = Self> {
-        Type::ALL.iter().copied().map(Self::One).chain([Self::Field, Self::EveryField, Self::AnySolid])
+        let several = [Self::Field, Self::EveryField, Self::AnyVector, Self::AnySolid];
+        Type::ALL.iter().copied().map(Self::One).chain(several)
     }
 
     /// The name as users read it.
@@ -33,6 +36,7 @@ impl Accepts {
             Self::One(ty) => ty.name(),
             Self::Field => "Field",
             Self::EveryField => "EveryField",
+            Self::AnyVector => "AnyVector",
             Self::AnySolid => "AnySolid",
         }
     }
@@ -46,7 +50,7 @@ impl Accepts {
     pub const fn only(self) -> Option<Type> {
         match self {
             Self::One(ty) => Some(ty),
-            Self::Field | Self::EveryField | Self::AnySolid => None,
+            Self::Field | Self::EveryField | Self::AnyVector | Self::AnySolid => None,
         }
     }
 
@@ -56,6 +60,7 @@ impl Accepts {
         match self {
             Self::One(ty) => ty.fits(other),
             Self::Field => matches!(other, Self::Field | Self::EveryField),
+            Self::AnyVector => matches!(other, Self::AnyVector | Self::EveryField),
             Self::EveryField | Self::AnySolid => self == other,
         }
     }
@@ -73,12 +78,14 @@ impl Type {
     /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
     /// `Picture` → `Rgb` its colour; `Normal` and `Rgb` go into each other as they are, and so does `Picture` → `Normal`;
     /// a `Field` port takes `Gray`, `Rgb`, `Normal` and `Picture`, as `Gray` if the picture has one channel and as `Rgb` if
-    /// it has more; an `EveryField` port takes all these and every other field; an `AnySolid` port takes every solid.
+    /// it has more; an `EveryField` port takes all these and every other field; an `AnyVector` port takes `Rgb`, `Normal`,
+    /// `Vec2` and `Picture`, as `Rgb`; an `AnySolid` port takes every solid.
     /// Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields.
     pub const fn fits(self, port: Accepts) -> bool {
         match port {
             Accepts::Field => matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture),
             Accepts::EveryField => self.is_field() || matches!(self, Self::Picture),
+            Accepts::AnyVector => matches!(self, Self::Rgb | Self::Normal | Self::Vec2 | Self::Picture),
             Accepts::AnySolid => self.is_solid(),
             Accepts::One(ty) => {
                 self as usize == ty as usize
@@ -107,9 +114,10 @@ impl Value {
             (Self::Picture(picture), Accepts::Field | Accepts::EveryField) if picture.is_gray => {
                 Self::Field(picture.gray.clone())
             }
-            (Self::Picture(picture), Accepts::One(Type::Rgb | Type::Normal) | Accepts::Field | Accepts::EveryField) => {
-                Self::Field(picture.rgb.clone())
-            }
+            (
+                Self::Picture(picture),
+                Accepts::One(Type::Rgb | Type::Normal) | Accepts::Field | Accepts::EveryField | Accepts::AnyVector,
+            ) => Self::Field(picture.rgb.clone()),
             (value, _) => value.clone(),
         })
     }

@@ -56,6 +56,18 @@ channels! {
     Anisotropy "anisotropy" Gray [0.0],
     /// Angle of the anisotropy in degrees; 0 in a material without one.
     AnisotropyAngle "anisotropy_angle" Gray [0.0],
+    /// Roughness of the clear coat, 0..1; 0 in a material without one.
+    CoatRoughness "coat_roughness" Gray [0.0],
+    /// Normal of the clear coat, which lies level over a rough ground; straight up, (0.5, 0.5, 1), in a material without one.
+    CoatNormal "coat_normal" Normal [0.5, 0.5, 1.0],
+    /// Light that the surface gives off, scene-linear; none in a material without one.
+    Emission "emission" Rgb [0.0; 3],
+    /// Index of refraction; 1.5 in a material without one.
+    Ior "ior" Gray [1.5],
+    /// Strength of the reflections of a dielectric, 0..1; 1 in a material without one.
+    Specular "specular" Gray [1.0],
+    /// How much light is scattered below the surface, 0..1; 0 in a material without one.
+    Subsurface "subsurface" Gray [0.0],
 }
 
 impl Channel {
@@ -80,7 +92,7 @@ impl Channel {
 
 /// A set of channels, such as those of a material that is not made yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ChannelSet(u16);
+pub struct ChannelSet(u32);
 
 impl ChannelSet {
     /// No channel.
@@ -91,7 +103,7 @@ impl ChannelSet {
 
     /// Whether a channel is among them.
     pub const fn has(self, channel: Channel) -> bool {
-        self.0 & (1 << channel as u16) != 0
+        self.0 & (1 << channel as u32) != 0
     }
 
     /// The channels of both.
@@ -108,7 +120,7 @@ impl ChannelSet {
 
 impl FromIterator<Channel> for ChannelSet {
     fn from_iter<I: IntoIterator<Item = Channel>>(channels: I) -> Self {
-        Self(channels.into_iter().fold(0, |set, channel| set | (1 << channel as u16)))
+        Self(channels.into_iter().fold(0, |set, channel| set | (1 << channel as u32)))
     }
 }
 

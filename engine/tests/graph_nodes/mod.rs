@@ -291,6 +291,32 @@ impl Node for Ramp {
     }
 }
 
+/// What makes its input repeat, across only if `x_only`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Seamless {
+    /// What.
+    pub(crate) input: In<AnyField>,
+    /// Whether only across.
+    pub(crate) x_only: bool,
+}
+
+impl Node for Seamless {
+    const OUTPUTS: &'static [Output] = &[Output::like("value", &["input"], "The same, without seams.")];
+
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
+        Tiling { x: true, y: !self.x_only }
+    }
+
+    fn makes_tile(&self) -> bool {
+        true
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
 /// A material.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -427,6 +453,7 @@ pub(crate) fn registry() -> Registry {
         Kind::of::<Warp>(),
         Kind::of::<Image>(),
         Kind::of::<Ramp>(),
+        Kind::of::<Seamless>(),
         Kind::of::<Surface>(),
         Kind::of::<Layers>(),
         Kind::of::<Stack>(),

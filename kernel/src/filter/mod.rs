@@ -1,10 +1,15 @@
-//! Filters, whose pixels depend on a neighbourhood: blur, distance, halving, resampling, warps.
+//! Filters, whose pixels depend on a neighbourhood: blur, median, morphology, slopes, distance, halving, resampling, warps.
 
 pub mod blur;
+pub mod disk;
 pub mod distance;
 pub mod fields;
+pub mod median;
+pub mod morphology;
+pub mod paths;
 pub mod placed;
 pub mod pyramid;
 pub mod resample;
 pub mod sample;
+pub mod slopes;
 pub mod warp;

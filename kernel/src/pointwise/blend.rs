@@ -90,7 +90,10 @@ impl Mix<'_> {
         let pairs = out.iter_mut().zip(self.base.iter().zip(self.top));
         if let Some(mask) = self.mask {
             for ((out, (a, b)), m) in pairs.zip(mask) {
-                *out = a + (f(*a, *b) - a) * (saturate(*m) * self.opacity);
+                let weight = saturate(*m) * self.opacity;
+                let (full, between) = (f(*a, *b), a + (f(*a, *b) - a) * weight);
+                // With the bits of what shows alone, so that a window may do without what is hidden.
+                *out = if weight >= 1.0 { full } else { between };
             }
         } else if self.opacity == 1.0 {
             for (out, (a, b)) in pairs {

@@ -1,7 +1,12 @@
-//! Point-wise operations: arithmetic, blending, tones, and ramps, which depend on the position alone.
+//! Point-wise operations: arithmetic, blending, tones, colours, histograms, and ramps, which depend on the position alone.
 
 pub mod blend;
+pub mod color;
+pub mod curve;
 pub mod expression;
 pub mod gradient;
+pub mod histogram;
 pub mod math_ops;
+pub mod normal_scores;
+pub mod steps;
 pub mod tone;

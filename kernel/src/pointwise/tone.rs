@@ -1,6 +1,6 @@
 //! Point-wise changes of tone: levels, remapping, thresholds and gradient maps.
 
-use crate::ground::math::{self, clamp, lerp, max, saturate, smooth};
+use crate::ground::math::{self, lerp, max, saturate, smooth};
 use crate::ground::simd;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,7 +42,7 @@ pub fn levels(input: &[f32], out: &mut [f32], spec: &Levels) {
 }
 
 /// 1/x; for 0 and its neighbours a number so large that the result is a step.
-fn inverse(x: f32) -> f32 {
+pub(super) fn inverse(x: f32) -> f32 {
     if x.abs() < 1e-30 { 1e30 } else { 1.0 / x }
 }
 
@@ -102,67 +102,6 @@ pub fn smoothstep(input: &[f32], out: &mut [f32], edges: [f32; 2]) {
         #[inline(always)]
         || map(input, out, |x| smooth((x - edges[0]) * scale)),
     );
-}
-
-/// A curve through points (x ascending), monotone cubic between them (F. Fritsch, R. Carlson, 1980), level outside.
-#[derive(Clone, Debug)]
-pub struct Curve {
-    table: Vec<f32>,
-    range: [f32; 2],
-}
-
-impl Curve {
-    /// Entries of the table.
-    const STEPS: u16 = 4096;
-
-    /// Tabulates the curve; without points it is the identity on 0..1.
-    pub fn new(points: &[[f32; 2]]) -> Self {
-        let points = if points.is_empty() { &[[0.0, 0.0], [1.0, 1.0]] } else { points };
-        let range = [points[0][0], points[points.len() - 1][0]];
-        let slopes = monotone_slopes(points);
-        let width = range[1] - range[0];
-        let table = (0..=Self::STEPS)
-            .map(|k| hermite(points, &slopes, range[0] + width * f32::from(k) / f32::from(Self::STEPS)))
-            .collect();
-        Self { table, range }
-    }
-
-    /// Applies the curve.
-    pub fn apply(&self, input: &[f32], out: &mut [f32]) {
-        let scale = f32::from(Self::STEPS) * inverse(self.range[1] - self.range[0]);
-        let last = f32::from(Self::STEPS);
-        map(input, out, |x| {
-            let t = clamp((x - self.range[0]) * scale, 0.0, last);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the table")]
-            let k = (t as usize).min(self.table.len() - 2);
-            lerp(self.table[k], self.table[k + 1], t - k as f32)
-        });
-    }
-}
-
-fn monotone_slopes(points: &[[f32; 2]]) -> Vec<f32> {
-    let secant: Vec<f32> = points.windows(2).map(|p| (p[1][1] - p[0][1]) * inverse(p[1][0] - p[0][0])).collect();
-    (0..points.len())
-        .map(|k| {
-            let before = if k > 0 { secant.get(k - 1) } else { secant.first() };
-            let (a, b) = (before.copied().unwrap_or(0.0), secant.get(k).or(before).copied().unwrap_or(0.0));
-            if a * b <= 0.0 { 0.0 } else { 2.0 * a * b / (a + b) }
-        })
-        .collect()
-}
-
-fn hermite(points: &[[f32; 2]], slopes: &[f32], x: f32) -> f32 {
-    let k = points.partition_point(|p| p[0] <= x);
-    if k == 0 {
-        return points[0][1];
-    }
-    if k == points.len() {
-        return points[k - 1][1];
-    }
-    let ([x0, y0], [x1, y1]) = (points[k - 1], points[k]);
-    let (h, t) = (x1 - x0, (x - x0) / (x1 - x0));
-    let (u, s) = (1.0 - t, t * t * (3.0 - 2.0 * t));
-    y0 + (y1 - y0) * s + h * t * u * (slopes[k - 1] * u - slopes[k] * t)
 }
 
 /// How colour runs from stop to stop.
@@ -313,7 +252,6 @@ pub fn decode_srgb(input: &[f32], out: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     #[test]
     fn ramps_hit_their_stops() {
@@ -334,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_and_curves() {
+    fn levels_and_steps() {
         let x = [0.0, 0.2, 0.5, 0.8, 1.0];
         let mut out = [0.0; 5];
         levels(&x, &mut out, &Levels { input: [0.2, 0.8], gamma: 2.0, output: [1.0, 0.0] });
@@ -343,19 +281,5 @@ mod tests {
         assert_eq!(out[4], 5.0);
         threshold(&x, &mut out, 0.5, 0.0);
         assert_eq!(out, [0.0, 0.0, 0.0, 1.0, 1.0]);
-        Curve::new(&[]).apply(&x, &mut out);
-        assert!(out.iter().zip(x).all(|(a, b)| (a - b).abs() < 1e-6));
-    }
-
-    proptest! {
-        #[test]
-        fn curves_do_not_overshoot(y in proptest::collection::vec(0f32..1.0, 2..6)) {
-            let points: Vec<[f32; 2]> = y.iter().enumerate().map(|(k, y)| [k as f32 / 4.0, *y]).collect();
-            let x: Vec<f32> = (0..200u8).map(|k| f32::from(k) / 150.0).collect();
-            let mut out = vec![0.0; x.len()];
-            Curve::new(&points).apply(&x, &mut out);
-            let (low, high) = y.iter().fold((1f32, 0f32), |(l, h), y| (l.min(*y), h.max(*y)));
-            prop_assert!(out.iter().all(|v| *v >= low - 1e-5 && *v <= high + 1e-5));
-        }
     }
 }

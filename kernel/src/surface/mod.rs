@@ -1,5 +1,11 @@
-//! Heights as surfaces: normals, occlusion, lit relief.
+//! Heights as surfaces: normals, curvature, edges, occlusion, lit relief; and heights from normals.
 
+pub mod combine_normals;
+pub mod curvature;
+pub mod layers;
 pub mod normal;
 pub mod occlusion;
+pub mod poisson;
+pub mod profile;
 pub mod relief;
+pub mod wear;

@@ -56,6 +56,19 @@ pub struct Finish<'a> {
     pub sheen: &'a [f32],
     /// Strength of the clear coat.
     pub coat: &'a [f32],
+    /// What fewer still have.
+    pub lacquer: Option<Lacquer<'a>>,
+}
+
+/// A coat with a roughness and a normal of its own, and light that the surface gives off.
+#[derive(Clone, Copy, Debug)]
+pub struct Lacquer<'a> {
+    /// Roughness of the coat, 0..1.
+    pub roughness: &'a [f32],
+    /// Normal of the coat, ½ + ½n with y up; that of the ground if there is none.
+    pub normal: Option<[&'a [f32]; 3]>,
+    /// Emission, linear light.
+    pub emission: [&'a [f32]; 3],
 }
 
 /// Pixels of height read beyond the window.
@@ -144,9 +157,14 @@ fn render(
                 for (block, plane) in block.finish.iter_mut().zip([finish.metallic, finish.sheen, finish.coat]) {
                     block[..n].copy_from_slice(&plane[at..at + n]);
                 }
-                block.shade::<true>([kx, ky], exposure, &lights);
+                if let Some(lacquer) = finish.lacquer {
+                    block.lacquer(&lacquer, at, n);
+                    block.shade::<2>([kx, ky], exposure, &lights);
+                } else {
+                    block.shade::<1>([kx, ky], exposure, &lights);
+                }
             } else {
-                block.shade::<false>([kx, ky], exposure, &lights);
+                block.shade::<0>([kx, ky], exposure, &lights);
             }
             for (plane, block) in out.iter_mut().zip(&block.out) {
                 plane[at..at + n].copy_from_slice(&block[..n]);
@@ -165,6 +183,10 @@ struct Block {
     rough: [f32; BLOCK],
     open: [f32; BLOCK],
     finish: [[f32; BLOCK]; 3],
+    coat_rough: [f32; BLOCK],
+    /// Of the coat, with y down; of no length where it is that of the ground.
+    coat_normal: [[f32; BLOCK]; 3],
+    emission: [[f32; BLOCK]; 3],
     out: [[f32; BLOCK]; 3],
 }
 
@@ -176,6 +198,9 @@ impl Default for Block {
             rough: [1.0; BLOCK],
             open: [1.0; BLOCK],
             finish: [[0.0; BLOCK]; 3],
+            coat_rough: [COAT; BLOCK],
+            coat_normal: [[0.0; BLOCK]; 3],
+            emission: [[0.0; BLOCK]; 3],
             out: [[0.0; BLOCK]; 3],
         }
     }
@@ -183,7 +208,22 @@ impl Default for Block {
 
 impl Block {
     #[inline(always)]
-    fn shade<const FINISH: bool>(&mut self, [kx, ky]: [f32; 2], exposure: f32, lights: &[Light; 2]) {
+    fn lacquer(&mut self, lacquer: &Lacquer<'_>, at: usize, n: usize) {
+        self.coat_rough[..n].copy_from_slice(&lacquer.roughness[at..at + n]);
+        for (block, plane) in self.emission.iter_mut().zip(lacquer.emission) {
+            block[..n].copy_from_slice(&plane[at..at + n]);
+        }
+        if let Some(normal) = lacquer.normal {
+            for ((block, plane), sign) in self.coat_normal.iter_mut().zip(normal).zip([1.0, -1.0, 1.0]) {
+                for (block, stored) in block[..n].iter_mut().zip(&plane[at..at + n]) {
+                    *block = sign * (2.0 * stored - 1.0);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn shade<const FINISH: u8>(&mut self, [kx, ky]: [f32; 2], exposure: f32, lights: &[Light; 2]) {
         let [a, b, c] = &self.height;
         let [red, green, blue] = &mut self.out;
         for i in 0..BLOCK {
@@ -191,10 +231,16 @@ impl Block {
             let z = 1.0 / (1.0 + x * x + y * y).sqrt();
             let pixel = Pixel { n: [x * z, y * z, z], rough: self.rough[i], open: self.open[i] };
             let base = [self.color[0][i], self.color[1][i], self.color[2][i]];
-            let color = if FINISH {
-                pixel.finished(base, [self.finish[0][i], self.finish[1][i], self.finish[2][i]], lights)
-            } else {
-                pixel.color(base, lights)
+            let finish = [self.finish[0][i], self.finish[1][i], self.finish[2][i]];
+            let color = match FINISH {
+                0 => pixel.color(base, lights),
+                1 => pixel.finished(base, finish, (pixel.n, COAT), lights),
+                _ => {
+                    let own = [self.coat_normal[0][i], self.coat_normal[1][i], self.coat_normal[2][i]];
+                    let normal = if own[2] > 0.0 { own } else { pixel.n };
+                    let lit = pixel.finished(base, finish, (normal, self.coat_rough[i]), lights);
+                    [lit[0] + self.emission[0][i], lit[1] + self.emission[1][i], lit[2] + self.emission[2][i]]
+                }
             };
             red[i] = filmic(color[0] * exposure);
             green[i] = filmic(color[1] * exposure);
@@ -250,14 +296,21 @@ impl Pixel {
         [channel(0), channel(1), channel(2)]
     }
 
-    /// With metal, sheen and coat.
+    /// With metal, sheen and a coat of that normal and roughness.
     #[inline(always)]
-    fn finished(&self, base: [f32; 3], [metal, sheen, coat]: [f32; 3], lights: &[Light; 2]) -> [f32; 3] {
+    fn finished(
+        &self,
+        base: [f32; 3],
+        [metal, sheen, coat]: [f32; 3],
+        (normal, rough): ([f32; 3], f32),
+        lights: &[Light; 2],
+    ) -> [f32; 3] {
         let (lit, [key, fill]) = (self.lit(self.rough, lights), lights);
         // The coat is smooth, so it shows the lights themselves and not the wide highlight.
-        let smooth = COAT * COAT * COAT * COAT;
+        let rough = min(max(rough, 0.06), 1.0);
+        let smooth = rough * rough * rough * rough;
         let shadow = 0.5 + 0.5 * self.open;
-        let (over_key, over_fill) = (key.shade(self.n, smooth).1 * shadow, fill.shade(self.n, smooth).1 * self.open);
+        let (over_key, over_fill) = (key.shade(normal, smooth).1 * shadow, fill.shade(normal, smooth).1 * self.open);
         let away = 1.0 - min(max(self.n[2], 0.0), 1.0);
         let nap = sheen * away * away;
         let channel = |k: usize| {
@@ -273,8 +326,8 @@ impl Pixel {
     }
 }
 
-/// Roughness of a coat.
-const COAT: f32 = 0.25;
+/// Roughness of a coat that has none of its own.
+pub const COAT: f32 = 0.25;
 
 /// Narkowicz's fit of the ACES curve, 0..∞ → 0..1.
 #[inline(always)]
@@ -306,11 +359,29 @@ mod tests {
 
     /// The picture of a slope up to the lower right, of a colour with a finish. At .33 it mirrors the light.
     fn finished(slope: f32, base: [f32; 3], finish: Option<[f32; 3]>) -> [f32; 3] {
+        lacquered(slope, base, finish, None)
+    }
+
+    /// The same, with the coat's roughness, its normal and the emission.
+    fn lacquered(
+        slope: f32,
+        base: [f32; 3],
+        finish: Option<[f32; 3]>,
+        lacquer: Option<(f32, Option<[f32; 3]>, f32)>,
+    ) -> [f32; 3] {
+        let own = lacquer.map(|(rough, normal, glow)| {
+            (vec![rough; 64], normal.map(|n| n.map(|v| vec![0.5 + 0.5 * v; 64])), vec![glow; 64])
+        });
+        let lacquer = own.as_ref().map(|(roughness, normal, glow)| Lacquer {
+            roughness,
+            normal: normal.as_ref().map(|n| n.each_ref().map(|plane| &plane[..])),
+            emission: [glow; 3],
+        });
         let (rect, big) = (Window::of(0, 0, 8, 8), Window::of(-1, -1, 10, 10));
         let plane = |v: f32| vec![v; 64];
         let (color, half, one) = (base.map(plane), plane(0.5), plane(1.0));
         let finish = finish.map(|shares| shares.map(plane));
-        let finish = finish.as_ref().map(|[metallic, sheen, coat]| Finish { metallic, sheen, coat });
+        let finish = finish.as_ref().map(|[metallic, sheen, coat]| Finish { metallic, sheen, coat, lacquer });
         let surface = Surface { color: color.each_ref().map(|c| &c[..]), roughness: &half, occlusion: &one, finish };
         let data: Vec<f32> = (0..100u8).map(|k| slope * f32::from(k % 10 + k / 10)).collect();
         let mut out = [plane(0.0), plane(0.0), plane(0.0)];
@@ -333,5 +404,23 @@ mod tests {
         assert!(coat[1] - finished(0.33, red, None)[1] > 0.05, "{coat:?}");
         let gain = |slope| finished(slope, red, Some([0.0, 1.0, 0.0]))[1] - finished(slope, red, None)[1];
         assert!(gain(2.0) > 0.01 && gain(0.0).abs() < 1e-6, "{} {}", gain(2.0), gain(0.0));
+    }
+
+    #[test]
+    fn a_lacquer_has_a_surface_of_its_own() {
+        let (gray, coat) = ([0.2; 3], Some([0.0, 0.0, 1.0]));
+        // As the ground where it has no normal, and as rough as a coat is.
+        let same = lacquered(0.33, gray, coat, Some((COAT, None, 0.0)));
+        assert!(same.iter().zip(finished(0.33, gray, coat)).all(|(a, b)| (a - b).abs() < 1e-6));
+        // A level coat on a slope that mirrors the light does not; one that slopes so on level ground does.
+        let level = lacquered(0.33, gray, coat, Some((COAT, Some([0.0, 0.0, 1.0]), 0.0)));
+        assert!(same[1] - level[1] > 0.05, "{same:?} {level:?}");
+        // The ground falls towards the upper left: the normal points there, which is up with y up.
+        let z = 1.0 / (1.0 + 2.0 * 0.33_f32 * 0.33).sqrt();
+        let sloping = Some([-0.33 * z, 0.33 * z, z]);
+        let tilted = lacquered(0.0, gray, coat, Some((COAT, sloping, 0.0)));
+        assert!(tilted[1] - finished(0.0, gray, coat)[1] > 0.05, "{tilted:?}");
+        let glowing = lacquered(0.0, gray, None.or(Some([0.0; 3])), Some((COAT, None, 0.3)));
+        assert!(glowing[1] > finished(0.0, gray, None)[1] + 0.05, "{glowing:?}");
     }
 }

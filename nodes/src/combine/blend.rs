@@ -2,7 +2,8 @@
 //!
 //! Source of the modes: the compositing rules of the W3C and of picture editors; see
 //! [`kernel::blend`](shibo_kernel::pointwise::blend). Differs in that colours are blended scene-linear and nothing is cut to 0..1.
-//! Cost: O(pixels), bound by memory.
+//! Cost: O(pixels), bound by memory; what a mask hides in a whole tile is not computed.
+use crate::masked::{Masked, Mix};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs};
@@ -55,11 +56,17 @@ struct Layers {
 }
 
 impl Layers {
-    fn fill(self, out: &mut Tile, base: &Tile, top: &Tile, mask: Option<&[f32]>) -> Result<(), Stop> {
+    fn fill(self, out: &mut Tile, base: &Tile, top: &Tile, mask: Option<&[f32]>) {
         for (k, out) in out.planes_mut().into_iter().enumerate() {
             kernel::blend(self.mode, channel(base, k), channel(top, k), mask, self.opacity, out);
         }
-        Ok(())
+    }
+
+    /// `top` over `base` through a mask. A window that shows only one of them asks only for that one.
+    fn masked(self, mask: Field, base: Field, top: Field, ty: Type) -> Field {
+        let covering = (self.mode == BlendMode::Normal && self.opacity == 1.0).then_some(0.0);
+        let mix: Mix = Box::new(move |out, mask, base, top| self.fill(out, base[0], top[0], Some(mask)));
+        Masked { weight: mask, base: vec![base], top: vec![top], covering, mix }.field(ty)
     }
 }
 
@@ -82,21 +89,17 @@ impl Node for Blend {
         let field = match masks.as_slice() {
             _ if layers.opacity == 0.0 => as_type(base, ty),
             [] => Field::map(ty, [base, top], Halo::NONE, move |out: &mut Tile, [base, top]: [&Tile; 2]| {
-                layers.fill(out, base, top, None)
+                layers.fill(out, base, top, None);
+                Ok(())
             }),
-            [mask] => {
-                let fill = move |out: &mut Tile, [base, top, mask]: [&Tile; 3]| {
-                    layers.fill(out, base, top, Some(mask.plane(0)))
-                };
-                Field::map(ty, [base, top, mask.clone()], Halo::NONE, fill)
-            }
+            [mask] => layers.masked(mask.clone(), base, top, ty),
             [mask, opacity, ..] => {
-                let fill = move |out: &mut Tile, [base, top, mask, opacity]: [&Tile; 4]| {
-                    let mut both = vec![0.0; mask.data().len()];
-                    kernel::both_masks(mask.plane(0), opacity.plane(0), &mut both);
-                    layers.fill(out, base, top, Some(&both))
-                };
-                Field::map(ty, [base, top, mask.clone(), opacity.clone()], Halo::NONE, fill)
+                let inputs = [mask.clone(), opacity.clone()];
+                let both = Field::map(Type::Gray, inputs, Halo::NONE, |out: &mut Tile, [mask, opacity]: [&Tile; 2]| {
+                    kernel::both_masks(mask.plane(0), opacity.plane(0), out.data_mut());
+                    Ok(())
+                });
+                layers.masked(cx.shared_field("mask", both), base, top, ty)
             }
         };
         Ok(Outputs::one(field))

@@ -4,12 +4,12 @@
 //! interpolation (T. Saito, J. Toriwaki, 1994; see [`kernel::distance`](shibo_kernel::filter::distance)). Cost:
 //! O(pixels · least of distance and radius, in pixels).
 use crate::bounds::at_most_half;
+use crate::distances;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Key, Stop, Tile, Type};
-use shibo_kernel::filter::fields;
+use shibo_engine::value::{Field, Halo, Stop, Type};
 
 /// On which side of the shape's edge distances are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -52,27 +52,6 @@ impl Default for DistanceField {
     }
 }
 
-impl DistanceField {
-    /// Distance from where `input` is above the threshold, or below it.
-    #[expect(clippy::cast_possible_truncation, reason = "fields are f32")]
-    fn from(&self, input: &Field, below: bool) -> Field {
-        let threshold = self.threshold as f32;
-        if !below {
-            return fields::distances(input, threshold, self.radius);
-        }
-        let negate = |out: &mut Tile, [input]: [&Tile; 1]| {
-            out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = -v);
-            Ok(())
-        };
-        let negative = Field::map(Type::Gray, [input.clone()], Halo::NONE, negate);
-        let negative = match input.key() {
-            Some(key) => negative.keyed(Key::of("negative", &[key.as_bytes()])),
-            None => negative,
-        };
-        fields::distances(&negative, -threshold, self.radius)
-    }
-}
-
 impl Node for DistanceField {
     const OUTPUTS: &'static [Output] =
         &[Output::new("distance", Type::Gray, "Distance to the shape's edge; 0..1 with `normalize`.").in_unit("mm")];
@@ -97,7 +76,8 @@ impl Node for DistanceField {
                 Ok(())
             })
         };
-        let (outside, inside) = (|| self.from(&input, false), || self.from(&input, true));
+        let away = |inside: bool| distances::to_edge(&input, self.threshold, self.radius, inside);
+        let (outside, inside) = (|| away(false), || away(true));
         Ok(Outputs::one(match self.side {
             Side::Outside if !self.normalize => outside(),
             Side::Outside => scaled(outside(), 1.0),

@@ -45,11 +45,23 @@ pub struct Material {
     pub anisotropy: Option<In<Gray>>,
     /// Angle of the anisotropy in degrees, from +x towards +y.
     pub anisotropy_angle: Option<In<Gray>>,
+    /// Roughness of the clear coat, 0..1.
+    pub coat_roughness: Option<In<Gray>>,
+    /// Normal of the clear coat; if it is left out, a coat lies level.
+    pub coat_normal: Option<In<NormalField>>,
+    /// Light that the surface gives off, scene-linear.
+    pub emission: Option<In<Rgb>>,
+    /// Index of refraction.
+    pub ior: Option<In<Gray>>,
+    /// Strength of the reflections of a dielectric, 0..1.
+    pub specular: Option<In<Gray>>,
+    /// How much light is scattered below the surface, 0..1.
+    pub subsurface: Option<In<Gray>>,
 }
 
 impl Material {
     /// Every channel, and whether it is connected.
-    fn connected(&self) -> [(Channel, bool); 11] {
+    fn connected(&self) -> [(Channel, bool); 17] {
         [
             (Channel::BaseColor, self.base_color.is_some()),
             (Channel::Roughness, self.roughness.is_some()),
@@ -62,28 +74,25 @@ impl Material {
             (Channel::Coat, self.coat.is_some()),
             (Channel::Anisotropy, self.anisotropy.is_some()),
             (Channel::AnisotropyAngle, self.anisotropy_angle.is_some()),
+            (Channel::CoatRoughness, self.coat_roughness.is_some()),
+            (Channel::CoatNormal, self.coat_normal.is_some()),
+            (Channel::Emission, self.emission.is_some()),
+            (Channel::Ior, self.ior.is_some()),
+            (Channel::Specular, self.specular.is_some()),
+            (Channel::Subsurface, self.subsurface.is_some()),
         ]
     }
 }
 
-impl Node for Material {
-    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The channels that are connected.")];
-    const FACTS: &'static [Fact] = &[];
-
-    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
-        if self.connected().iter().any(|(_, connected)| *connected) {
-            return Vec::new();
-        }
-        let problem = Problem::new(Code::Advice, "no channel is connected; the material is empty");
-        vec![problem.help("write for example `base_color: \"#7a4526\", roughness: 0.5`")]
+impl Material {
+    /// Whether any channel is connected.
+    pub(super) fn is_connected(&self) -> bool {
+        self.connected().iter().any(|(_, connected)| *connected)
     }
 
-    fn channels(&self, _inputs: &MaterialInputs<'_>) -> ChannelSet {
-        self.connected().into_iter().filter_map(|(channel, connected)| connected.then_some(channel)).collect()
-    }
-
-    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let channels: [(Channel, Option<Field>); 11] = [
+    /// The channels that are connected.
+    pub(super) fn given(&self, cx: &Context<'_>) -> Result<Vec<(Channel, Field)>, Stop> {
+        let channels: [(Channel, Option<Field>); 17] = [
             (Channel::BaseColor, cx.get_opt(&self.base_color)?),
             (Channel::Roughness, cx.get_opt(&self.roughness)?),
             (Channel::Metallic, cx.get_opt(&self.metallic)?),
@@ -95,9 +104,35 @@ impl Node for Material {
             (Channel::Coat, cx.get_opt(&self.coat)?),
             (Channel::Anisotropy, cx.get_opt(&self.anisotropy)?),
             (Channel::AnisotropyAngle, cx.get_opt(&self.anisotropy_angle)?),
+            (Channel::CoatRoughness, cx.get_opt(&self.coat_roughness)?),
+            (Channel::CoatNormal, cx.get_opt(&self.coat_normal)?),
+            (Channel::Emission, cx.get_opt(&self.emission)?),
+            (Channel::Ior, cx.get_opt(&self.ior)?),
+            (Channel::Specular, cx.get_opt(&self.specular)?),
+            (Channel::Subsurface, cx.get_opt(&self.subsurface)?),
         ];
-        let given = channels.into_iter().filter_map(|(channel, field)| Some((channel, field?)));
-        Ok(Outputs::one(value::Material::new(given)))
+        Ok(channels.into_iter().filter_map(|(channel, field)| Some((channel, field?))).collect())
+    }
+}
+
+impl Node for Material {
+    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The channels that are connected.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        if self.is_connected() {
+            return Vec::new();
+        }
+        let problem = Problem::new(Code::Advice, "no channel is connected; the material is empty");
+        vec![problem.help("write for example `base_color: \"#7a4526\", roughness: 0.5`")]
+    }
+
+    fn channels(&self, _inputs: &MaterialInputs<'_>) -> ChannelSet {
+        self.connected().into_iter().filter_map(|(channel, connected)| connected.then_some(channel)).collect()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Ok(Outputs::one(value::Material::new(self.given(cx)?)))
     }
 }
 

@@ -1,10 +1,25 @@
 //! Materials: named channels of a surface.
+mod blend_materials;
+mod dirt;
+mod edge_wear;
+mod layers;
 #[expect(clippy::module_inception, reason = "a file is named after its node")]
 mod material;
 mod material_channel;
+mod set_channels;
+mod transform_material;
+mod warp_material;
+mod worn;
 
+pub use blend_materials::BlendMaterials;
+pub use dirt::Dirt;
+pub use edge_wear::EdgeWear;
+pub use layers::{BlendBy, BlendNormals};
 pub use material::Material;
 pub use material_channel::MaterialChannel;
+pub use set_channels::SetChannels;
+pub use transform_material::TransformMaterial;
+pub use warp_material::WarpMaterial;
 
 use shibo_engine::registry::{Family, Kind};
 
@@ -13,6 +28,15 @@ pub fn family() -> Family {
     Family {
         name: "Material",
         doc: "Named channels of a surface, put together and taken apart.",
-        kinds: vec![Kind::of::<Material>(), Kind::of::<MaterialChannel>()],
+        kinds: vec![
+            Kind::of::<Material>(),
+            Kind::of::<MaterialChannel>(),
+            Kind::of::<SetChannels>(),
+            Kind::of::<BlendMaterials>(),
+            Kind::of::<TransformMaterial>(),
+            Kind::of::<WarpMaterial>(),
+            Kind::of::<EdgeWear>(),
+            Kind::of::<Dirt>(),
+        ],
     }
 }

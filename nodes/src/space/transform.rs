@@ -5,12 +5,12 @@
 //! one coarser and does not alias. Without rotation its pixels are copied; with one they are
 //! interpolated by Catmull-Rom, exactly at multiples of 90°. A picture whose pixels have that size is read at its own
 //! pixels, so that it is filtered only once. Cost: O(pixels), and that of the input on another grid.
-use super::moved::Moved;
-use glam::{DMat2, DVec2};
+use crate::moved::Placement;
+use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
+use shibo_engine::value::{Field, Stop, Tiling};
 
 /// Moves, rotates and scales a field. Normals are rotated with it.
 ///
@@ -46,42 +46,20 @@ impl Default for Transform {
     }
 }
 
-/// The sine and cosine of an angle in degrees, exact at multiples of 90°.
-fn sin_cos(degrees: f64) -> (f64, f64) {
-    let quarters = degrees / 90.0;
-    if quarters.fract() != 0.0 {
-        return (libm::sin(degrees.to_radians()), libm::cos(degrees.to_radians()));
-    }
-    match quarters.rem_euclid(4.0) {
-        0.0 => (0.0, 1.0),
-        1.0 => (1.0, 0.0),
-        2.0 => (0.0, -1.0),
-        _ => (-1.0, 0.0),
-    }
-}
-
 impl Transform {
-    /// S⁻¹·R⁻¹: from the result to the input.
-    fn inverse(&self) -> DMat2 {
-        let (sin, cos) = sin_cos(self.angle);
-        let (x, y) = (1.0 / self.scale.x, 1.0 / self.scale.y);
-        DMat2::from_cols(DVec2::new(cos * x, -sin * y), DVec2::new(sin * x, cos * y))
+    fn placement(&self) -> Placement {
+        let Self { offset, angle, scale, pivot, .. } = *self;
+        Placement { offset, angle, scale, pivot }
     }
 
-    /// The directions in which the result repeats if the input repeats in those of `input`: where a side of the canvas
-    /// leads to a whole number of sides in the input.
-    fn repeats(&self, size: DVec2, input: Tiling) -> Tiling {
-        let whole = |side: DVec2| {
-            let sides = self.inverse() * side / size;
-            let near = (sides - sides.round()).abs().max_element() < 1e-9 * sides.abs().max_element().max(1.0);
-            near && (input.x || sides.x.round() == 0.0) && (input.y || sides.y.round() == 0.0)
-        };
-        Tiling { x: whole(DVec2::new(size.x, 0.0)), y: whole(DVec2::new(0.0, size.y)) }
+    /// A field, moved on a canvas of that size.
+    pub(super) fn apply(&self, input: &Field, size: DVec2) -> Field {
+        self.placement().place(input, size)
     }
 
-    fn is_identity(&self) -> bool {
-        let Self { offset, angle, scale, .. } = self;
-        *offset == Xy::new(0.0, 0.0) && angle % 360.0 == 0.0 && *scale == Xy::new(1.0, 1.0)
+    /// The directions in which what repeats as the canvas does still repeats.
+    pub(super) fn keeps(&self, canvas: &CanvasFacts) -> Tiling {
+        self.placement().repeats(canvas.size_mm(), canvas.tile())
     }
 }
 
@@ -91,30 +69,15 @@ impl Node for Transform {
     const VERSION: u32 = 2;
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
-        self.repeats(canvas.size_mm(), canvas.tile())
+        self.keeps(canvas)
     }
 
     fn no_op(&self) -> Option<&'static str> {
-        self.is_identity().then_some("input")
+        self.placement().is_identity().then_some("input")
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let input = cx.get(&self.input)?;
-        let turned = input.ty() == Type::Normal && self.angle % 360.0 != 0.0;
-        if self.is_identity() || (input.as_constant().is_some() && !turned) {
-            return Ok(Outputs::one(input));
-        }
-        let size = cx.size_mm();
-        let pivot = self.pivot.map_or(size * 0.5, |p| DVec2::new(p.x, p.y));
-        let moved = Moved {
-            input: input.clone(),
-            inverse: self.inverse(),
-            turn: sin_cos(self.angle),
-            shift: pivot + DVec2::new(self.offset.x, self.offset.y),
-            pivot,
-            size,
-        };
-        Ok(Outputs::one(Field::new(input.ty(), self.repeats(size, input.tiling()), moved)))
+        Ok(Outputs::one(self.apply(&cx.get(&self.input)?, cx.size_mm())))
     }
 }
 
@@ -122,7 +85,8 @@ impl Node for Transform {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
-    use shibo_engine::value::Canvas;
+    use glam::DVec2;
+    use shibo_engine::value::{Canvas, Field, Type};
 
     fn node() -> Transform {
         Transform { input: port(0), ..Transform::default() }
@@ -167,7 +131,7 @@ mod tests {
     #[test]
     fn says_where_it_tiles() {
         let (square, wide) = (DVec2::splat(32.0), DVec2::new(64.0, 32.0));
-        let tiles = |node: Transform, size| node.repeats(size, Tiling::BOTH);
+        let tiles = |node: Transform, size| node.placement().repeats(size, Tiling::BOTH);
         assert_eq!(tiles(Transform { offset: Xy::new(1.3, 7.7), ..node() }, wide), Tiling::BOTH);
         assert_eq!(tiles(Transform { angle: 90.0, ..node() }, square), Tiling::BOTH);
         assert_eq!(tiles(Transform { angle: 90.0, ..node() }, wide), Tiling { x: true, y: false });
@@ -178,7 +142,10 @@ mod tests {
         let diagonal = Xy::new(0.5f64.sqrt(), 0.5f64.sqrt());
         assert_eq!(tiles(Transform { angle: 45.0, scale: diagonal, ..node() }, square), Tiling::BOTH);
         let only_x = Tiling { x: true, y: false };
-        assert_eq!(Transform { angle: 90.0, ..node() }.repeats(square, only_x), Tiling { x: false, y: true });
+        assert_eq!(
+            Transform { angle: 90.0, ..node() }.placement().repeats(square, only_x),
+            Tiling { x: false, y: true }
+        );
     }
 
     #[test]

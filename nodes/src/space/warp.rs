@@ -3,8 +3,8 @@
 //! A point p of the result shows the input at p + d(p), read by Catmull-Rom. Without other displacements d is noise: two
 //! independent sums of gradient noise, each scaled from 0..1 to ±amount, so its root mean square is 0.31·amount. A tile
 //! reads its input only as far as its own displacements lead. Cost: O(pixels).
-use super::warped::Warped;
 use crate::bounds::at_most_half;
+use crate::warped::Warped;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};

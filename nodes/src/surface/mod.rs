@@ -1,15 +1,29 @@
 //! Surface detail: what follows from a height in mm.
 mod ambient_occlusion;
+mod bevel;
+mod blend_normals;
+mod cavity;
+mod curvature_map;
 mod emboss;
 mod height_to_normal;
+mod normal_to_height;
 mod pillow;
+mod raised_edge;
 mod relief;
+mod slope_map;
 
 pub use ambient_occlusion::AmbientOcclusion;
+pub use bevel::{Bevel, BevelSide};
+pub use blend_normals::BlendNormals;
+pub use cavity::Cavity;
+pub use curvature_map::CurvatureMap;
 pub use emboss::{Emboss, EmbossCurve};
 pub use height_to_normal::HeightToNormal;
+pub use normal_to_height::NormalToHeight;
 pub use pillow::Pillow;
+pub use raised_edge::RaisedEdge;
 pub use relief::Relief;
+pub use slope_map::SlopeMap;
 
 use shibo_engine::registry::{Family, Kind};
 
@@ -17,11 +31,18 @@ use shibo_engine::registry::{Family, Kind};
 pub fn family() -> Family {
     Family {
         name: "Surface detail",
-        doc: "Shapes of a surface and what follows from its height in mm: domes, normals, occlusion, a lit picture.",
+        doc: "Shapes of a surface and what follows from its height in mm: domes, edges, normals, curvature, occlusion, a lit picture.",
         kinds: vec![
             Kind::of::<Emboss>(),
             Kind::of::<Pillow>(),
+            Kind::of::<Bevel>(),
+            Kind::of::<RaisedEdge>(),
             Kind::of::<HeightToNormal>(),
+            Kind::of::<NormalToHeight>(),
+            Kind::of::<BlendNormals>(),
+            Kind::of::<CurvatureMap>(),
+            Kind::of::<SlopeMap>(),
+            Kind::of::<Cavity>(),
             Kind::of::<AmbientOcclusion>(),
             Kind::of::<Relief>(),
         ],

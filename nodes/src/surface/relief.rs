@@ -9,7 +9,7 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
 use shibo_engine::value::{Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::tile;
-use shibo_kernel::surface::relief::{self, Finish, ReliefSpec, Surface};
+use shibo_kernel::surface::relief::{self, Finish, Lacquer, ReliefSpec, Surface};
 
 /// A lit picture of a surface seen from above: of a height, or of a whole material. Scene-linear colour, for looking at.
 ///
@@ -92,19 +92,32 @@ impl Node for Relief {
         let roughness = channel(cx.get_opt(&self.roughness)?, Channel::Roughness, &[0.45]);
         let ao = channel(cx.get_opt(&self.ao)?, Channel::Ao, &[1.0]);
         let finish = [Channel::Metallic, Channel::Sheen, Channel::Coat];
-        let finished = material.as_ref().is_some_and(|m| finish.iter().any(|channel| m.get(*channel).is_some()));
+        let has = |channels: &[Channel]| {
+            material.as_ref().is_some_and(|m| channels.iter().any(|channel| m.get(*channel).is_some()))
+        };
+        let lacquer = [Channel::CoatRoughness, Channel::CoatNormal, Channel::Emission];
         let mut inputs = vec![height, color, roughness, ao];
-        if finished {
+        if has(&finish) || has(&lacquer) {
             inputs.extend(finish.map(|of| channel(None, of, &[0.0])));
+        }
+        if has(&lacquer) {
+            inputs.push(channel(None, Channel::CoatRoughness, &[relief::COAT]));
+            inputs.push(channel(None, Channel::Emission, &[0.0; 3]));
+            inputs.extend(material.as_ref().and_then(|m| m.get(Channel::CoatNormal)).cloned());
         }
         let tiling = inputs.iter().fold(Tiling::BOTH, |tiling, input| tiling.and(input.tiling()));
         Ok(Outputs::one(Field::new(Type::Rgb, tiling, Lit { inputs, node: self.clone() })))
     }
 }
 
+fn planes(tile: &Tile) -> [&[f32]; 3] {
+    [tile.plane(0), tile.plane(1), tile.plane(2)]
+}
+
 /// The lit picture; reads only the height beyond the window.
 struct Lit {
-    /// Height, colour, roughness, occlusion; of some materials also metal, sheen and coat.
+    /// Height, colour, roughness, occlusion; of some materials also metal, sheen and coat; of some the
+    /// coat's roughness, the emission, and the coat's normal.
     inputs: Vec<Field>,
     node: Relief,
 }
@@ -125,9 +138,19 @@ impl FieldSource for Lit {
             roughness: roughness.plane(0),
             occlusion: ao.plane(0),
             finish: match finish {
-                [metallic, sheen, coat] => {
-                    Some(Finish { metallic: metallic.plane(0), sheen: sheen.plane(0), coat: coat.plane(0) })
-                }
+                [metallic, sheen, coat, lacquer @ ..] => Some(Finish {
+                    metallic: metallic.plane(0),
+                    sheen: sheen.plane(0),
+                    coat: coat.plane(0),
+                    lacquer: match lacquer {
+                        [roughness, emission, normal @ ..] => Some(Lacquer {
+                            roughness: roughness.plane(0),
+                            emission: planes(emission),
+                            normal: normal.first().map(|normal| planes(normal)),
+                        }),
+                        _ => None,
+                    },
+                }),
                 _ => None,
             },
         };

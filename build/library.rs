@@ -1,0 +1,35 @@
+//! Build script of the command: lists the graphs that we ship, with the pictures that they read, so that they are part of
+//! the program and are found by name wherever it is installed.
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::{env, fs, io};
+
+fn main() -> io::Result<()> {
+    let folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default()).join("graphs");
+    println!("cargo::rerun-if-changed={}", folder.display());
+    let mut files = Vec::new();
+    list(&folder, "", &mut files)?;
+    files.sort();
+    let mut code = String::from("&[\n");
+    for (name, path) in files {
+        println!("cargo::rerun-if-changed={}", path.display());
+        let _ = writeln!(code, "    ({name:?}, include_bytes!({:?})),", path.display().to_string());
+    }
+    code.push_str("]\n");
+    fs::write(PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default()).join("library.rs"), code)
+}
+
+/// All files below a folder by their paths in it, with `/` on every system; not what editors leave beside them.
+fn list(folder: &Path, prefix: &str, files: &mut Vec<(String, PathBuf)>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let file = entry.file_name().to_string_lossy().into_owned();
+        let name = format!("{prefix}{file}");
+        if entry.file_type()?.is_dir() {
+            list(&entry.path(), &format!("{name}/"), files)?;
+        } else if !file.starts_with('.') && !file.ends_with('~') {
+            files.push((name, entry.path()));
+        }
+    }
+    Ok(())
+}

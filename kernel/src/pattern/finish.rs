@@ -1,0 +1,203 @@
+//! What is shown of pieces: gaps, bevels, numbers, places and angles.
+use super::layout::{Grid, Piece};
+use crate::ground::number::narrow;
+use crate::ground::window::{Frame, WindowExt as _};
+use glam::DVec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The cross-section of a bevelled edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum BevelProfile {
+    /// Straight.
+    #[default]
+    Chamfer,
+    /// A quarter of a circle, level at the top.
+    Round,
+    /// Level at the top and at the foot.
+    Smooth,
+}
+
+impl BevelProfile {
+    /// The height at a share of the bevel, 0..1.
+    #[inline]
+    pub fn at(self, t: f64) -> f64 {
+        let t = t.clamp(0.0, 1.0);
+        match self {
+            Self::Chamfer => t,
+            Self::Round => (t * (2.0 - t)).sqrt(),
+            Self::Smooth => t * t * (3.0 - 2.0 * t),
+        }
+    }
+}
+
+/// Edges of pieces, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finish {
+    /// Between pieces.
+    pub gap: f64,
+    /// Width of the bevel.
+    pub bevel: f64,
+    /// Its cross-section.
+    pub profile: BevelProfile,
+    /// Radius of the corners of rectangles.
+    pub radius: f64,
+}
+
+/// What is filled in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Plane {
+    /// The bevel less 1, times this depth in mm.
+    Height(f32),
+    /// 0 in the gap, 1 on the piece, between them over the bevel.
+    Bevel,
+    /// 1 in the gap.
+    Gap,
+    /// Numbers of pieces.
+    Ids,
+    /// Degrees of the long side.
+    Angle,
+}
+
+impl Finish {
+    /// mm from the edge of a piece, negative in the gap.
+    #[inline]
+    pub fn inside(&self, piece: &Piece) -> f64 {
+        let q = DVec2::from(piece.edges.map(|e| self.radius + 0.5 * self.gap - e));
+        self.radius - q.max(DVec2::ZERO).length() - q.max_element().min(0.0)
+    }
+
+    #[inline]
+    fn bevel(&self, inside: f64, pixel: f64) -> f64 {
+        let width = self.bevel.max(pixel);
+        self.profile.at((inside + 0.5 * (width - self.bevel)) / width)
+    }
+}
+
+/// The angle of a direction in degrees, -180..180.
+pub fn degrees(direction: DVec2) -> f64 {
+    let angle = libm::atan2(direction.y, direction.x).to_degrees();
+    // Right angles are exact.
+    if (angle - angle.round()).abs() < 1e-9 { angle.round() } else { angle }
+}
+
+/// Visits the pixels of a window with the piece at each.
+#[inline(always)]
+fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &Piece)) {
+    let rect = frame.window;
+    let mut k = 0;
+    for (_, y) in (0..rect.rows()).zip(rect.y..) {
+        for (_, x) in (0..rect.columns()).zip(rect.x..) {
+            let at = grid.fit.to_unit * DVec2::from(frame.center(x, y));
+            visit(k, at, &grid.piece(at));
+            k += 1;
+        }
+    }
+}
+
+/// Fills a window. O(pixels).
+pub fn fill(grid: &Grid, finish: &Finish, plane: Plane, frame: &Frame, out: &mut [f32]) {
+    let pixel = (frame.step[0] * frame.step[1]).sqrt();
+    let angles = grid.directions.map(|d| narrow(degrees(d)));
+    match plane {
+        Plane::Height(depth) => each(grid, frame, |k, _, piece| {
+            out[k] = depth * narrow(finish.bevel(finish.inside(piece), pixel) - 1.0);
+        }),
+        Plane::Bevel => each(grid, frame, |k, _, piece| {
+            out[k] = narrow(finish.bevel(finish.inside(piece), pixel));
+        }),
+        Plane::Gap => each(grid, frame, |k, _, piece| {
+            out[k] = narrow((0.5 - finish.inside(piece) / pixel).clamp(0.0, 1.0));
+        }),
+        Plane::Ids => each(grid, frame, |k, _, piece| {
+            out[k] = id(grid.fit.id(piece.cell, piece.number));
+        }),
+        Plane::Angle => each(grid, frame, |k, _, piece| out[k] = angles[piece.direction]),
+    }
+}
+
+/// A number below 2^24 as fields carry it.
+#[inline]
+pub fn id(number: u32) -> f32 {
+    number as f32
+}
+
+/// Fills a window with the places within the pieces: mm from the middle, along the long side and across it.
+pub fn local(grid: &Grid, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
+    each(grid, frame, |k, at, piece| {
+        let away = grid.fit.from_unit * (at - piece.center);
+        let direction = grid.directions[piece.direction];
+        along[k] = narrow(direction.dot(away));
+        across[k] = narrow(direction.perp_dot(away));
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pattern::layout::{Layout, Pieces};
+    use shibo_engine::value::Tiling;
+    use shibo_engine::value::Window;
+
+    fn bricks(angle: f64) -> Grid {
+        let pieces = Pieces { layout: Layout::Stack, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.0, slant: 1.0 };
+        pieces.lay(angle.to_radians().sin_cos(), (DVec2::splat(40.0), Tiling::BOTH)).unwrap()
+    }
+
+    #[test]
+    fn gaps_and_bevels_are_where_they_should_be() {
+        let finish = Finish { gap: 1.0, bevel: 2.0, profile: BevelProfile::Chamfer, radius: 0.0 };
+        // Pixels of 0.1 mm along the middle of a brick from its border: centres at 0.05, 0.15 …
+        let frame = Frame::new(Window::of(0, 24, 50, 1), [0.1, 0.1]);
+        let (mut gap, mut height) = ([0.0; 50], [0.0; 50]);
+        fill(&bricks(0.0), &finish, Plane::Gap, &frame, &mut gap);
+        fill(&bricks(0.0), &finish, Plane::Height(3.0), &frame, &mut height);
+        for k in 0..50 {
+            let x = 0.05 + 0.1 * f64::from(u8::try_from(k).unwrap());
+            let want = (0.5 - (x - 0.5) / 0.1).clamp(0.0, 1.0);
+            assert!((f64::from(gap[k]) - want).abs() < 1e-5, "{x}");
+            // y is 2.45 mm, 1.95 mm inside the piece: the bevel along the long side is not quite over there.
+            let want = 3.0 * (((x - 0.5) / 2.0).clamp(0.0, 1.0).min(0.975) - 1.0);
+            assert!((f64::from(height[k]) - want).abs() < 1e-5, "{x} {} {want}", height[k]);
+        }
+    }
+
+    #[test]
+    fn corners_are_round() {
+        let finish = Finish { gap: 0.0, bevel: 0.0, profile: BevelProfile::Round, radius: 1.0 };
+        let piece =
+            |x: f64, y: f64| Piece { cell: [0, 0], number: 0, center: DVec2::ZERO, direction: 0, edges: [x, y] };
+        assert!((finish.inside(&piece(0.0, 0.0)) - (1.0 - 2f64.sqrt())).abs() < 1e-12);
+        assert!((finish.inside(&piece(0.5, 3.0)) - 0.5).abs() < 1e-12);
+        assert!((finish.inside(&piece(2.0, 3.0)) - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn places_are_measured_from_the_middle_along_the_long_side() {
+        for angle in [0.0, 90.0, -90.0] {
+            let grid = bricks(angle);
+            let frame = Frame::new(Window::of(0, 0, 40, 40), [1.0, 1.0]);
+            let (mut x, mut y) = (vec![0.0; 1600], vec![0.0; 1600]);
+            local(&grid, &frame, [&mut x, &mut y]);
+            let most = |v: &[f32]| v.iter().copied().fold(0.0, f32::max);
+            assert_eq!((most(&x), most(&y)), (4.5, 2.0), "{angle}");
+            let mut angles = vec![0.0; 1600];
+            fill(
+                &grid,
+                &Finish { gap: 1.0, bevel: 0.0, profile: BevelProfile::Chamfer, radius: 0.0 },
+                Plane::Angle,
+                &frame,
+                &mut angles,
+            );
+            assert!(angles.iter().all(|a| f64::from(*a) == angle));
+            // One pixel along the long side is one mm of the place, and never mirrored.
+            let along = |k: usize| DVec2::new(f64::from(x[k]), f64::from(y[k]));
+            let turn = DVec2::from_angle(angle.to_radians());
+            let (right, down) = (along(41 + 1) - along(41), along(41 + 40) - along(41));
+            if right.length() < 1.5 && down.length() < 1.5 {
+                assert!((right - DVec2::new(turn.x, -turn.y)).length() < 1e-6, "{right}");
+                assert!((down - DVec2::new(turn.y, turn.x)).length() < 1e-6, "{down}");
+            }
+        }
+    }
+}

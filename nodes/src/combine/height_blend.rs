@@ -1,0 +1,133 @@
+//! [`HeightBlend`]: one height over another, the higher one on top.
+//!
+//! With c the contrast, w = smoothstep(−c/2, c/2, top + offset − base + (2·mask − 1)·(range + c/2)), times the opacity; see
+//! [`kernel::layers`](shibo_kernel::surface::layers). `range` is a parameter, never measured, so a tile needs
+//! nothing but itself. Cost: O(pixels), bound by memory.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::surface::layers::{ByHeight, HeightMode, mix_heights};
+
+/// Blends two heights so that the higher one shows: mortar fills gaps, dust lies in grooves.
+///
+/// The mask raises one against the other: at ½ the heights alone decide, at 0 only the base shows and at 1 only the top.
+/// Colours and other channels follow with `weight` as the mask of `Blend`.
+///
+/// ```ron
+/// "cells": Worley(size: 9),
+/// "stones": Remap(input: "cells.border", from: (0, 2), to: (0, 1.5), clamp: true),
+/// "noise": Fractal(size: 6, octaves: 6),
+/// "sand": Remap(input: "noise", from: (0.3, 0.7), to: (0.4, 0.9)),
+/// "blend": HeightBlend(base: "stones", top: "sand", contrast: 0.05),
+/// "example": Relief(height: "blend"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Height Blend*, Houdini *HeightField Layer*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct HeightBlend {
+    /// The height below, mm.
+    pub base: In<Gray>,
+    /// The height above, mm.
+    pub top: In<Gray>,
+    /// Where the top shows, 0..1: at ½ where it is higher, with 1 everywhere.
+    pub mask: In<Gray>,
+    /// How soft the border is, as a difference of height; 0 is a hard edge.
+    #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
+    pub contrast: f64,
+    /// Added to the height above.
+    #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    pub offset: f64,
+    /// By how much the mask can raise one against the other: heights should not differ by more.
+    #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
+    pub range: f64,
+    /// How much of the top shows where it shows.
+    #[schemars(range(min = 0, max = 1))]
+    pub opacity: f64,
+    /// What becomes of the heights where the top shows.
+    pub mode: HeightMode,
+}
+
+impl Default for HeightBlend {
+    fn default() -> Self {
+        Self {
+            base: In::default(),
+            top: In::default(),
+            mask: In::constant(0.5),
+            contrast: 0.1,
+            offset: 0.0,
+            range: 1.0,
+            opacity: 1.0,
+            mode: HeightMode::Replace,
+        }
+    }
+}
+
+impl Node for HeightBlend {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("height", Type::Gray, "The blended height.").in_unit("mm"),
+        Output::new("weight", Type::Gray, "How much of the top shows, 0..1."),
+    ];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let inputs = [cx.get(&self.base)?, cx.get(&self.top)?, cx.get(&self.mask)?];
+        let by = ByHeight { contrast: narrow(self.contrast), offset: narrow(self.offset), range: narrow(self.range) };
+        let (mode, opacity) = (self.mode, narrow(self.opacity));
+        let weights = move |[base, top, mask]: [&Tile; 3], out: &mut [f32]| {
+            by.weights(mask.data(), base.data(), top.data(), out);
+            out.iter_mut().for_each(|weight| *weight *= opacity);
+        };
+        let height = move |out: &mut Tile, [base, top, mask]: [&Tile; 3]| {
+            let mut weight = vec![0.0; base.window.len()];
+            weights([base, top, mask], &mut weight);
+            mix_heights(mode, by.offset, &weight, base.data(), top.data(), out.data_mut());
+            Ok(())
+        };
+        let weight = move |out: &mut Tile, inputs: [&Tile; 3]| {
+            weights(inputs, out.data_mut());
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(Type::Gray, inputs.clone(), Halo::NONE, height))
+            .with("weight", Field::map(Type::Gray, inputs, Halo::NONE, weight)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, field, gray, pairs};
+    use crate::testing::{lumps, port};
+
+    fn node() -> HeightBlend {
+        HeightBlend { base: port(0), top: port(1), ..HeightBlend::default() }
+    }
+
+    #[test]
+    fn without_a_mask_the_larger_height_is_left() {
+        let node = HeightBlend { contrast: 0.0, ..node() };
+        let inputs = [gray().into(), lumps().into()];
+        let above = pairs(&lumps(), &field(&node, &inputs, "height"));
+        let below = pairs(&gray(), &field(&node, &inputs, "height"));
+        assert!(above.iter().zip(&below).all(|((top, out), (base, _))| *out == top.max(*base)));
+    }
+
+    #[test]
+    fn masks_decide_at_their_ends() {
+        let masked = HeightBlend { mask: port(2), range: 2.0, ..node() };
+        for (mask, weight) in [(0.0, 0.0), (1.0, 1.0)] {
+            let mask = Field::constant(Type::Gray, &[mask]);
+            let inputs = [gray().into(), lumps().into(), mask.into()];
+            let found = pairs(&gray(), &field(&masked, &inputs, "weight"));
+            assert!(found.iter().all(|(_, w)| *w == weight));
+        }
+        for mode in [HeightMode::Replace, HeightMode::Add, HeightMode::Max] {
+            for (contrast, offset) in [(0.0, 0.0), (1e4, -1e4)] {
+                let node = HeightBlend { mode, contrast, offset, opacity: 0.3, ..masked.clone() };
+                conforms(&node, &[gray().into(), lumps().into(), lumps().into()]);
+            }
+        }
+    }
+}

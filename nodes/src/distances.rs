@@ -1,0 +1,23 @@
+//! Distances to the edge of a shape, which several families measure.
+use shibo_engine::value::{Field, Halo, Key, Tile, Type};
+use shibo_kernel::filter::fields;
+use shibo_kernel::ground::number::narrow;
+
+/// Distance in mm, up to `radius`, to the edge of the shape where `input` is above `threshold`: from outside of it and 0
+/// within, or the other way round.
+pub(crate) fn to_edge(input: &Field, threshold: f64, radius: f64, inside: bool) -> Field {
+    let threshold = narrow(threshold);
+    if !inside {
+        return fields::distances(input, threshold, radius);
+    }
+    let negate = |out: &mut Tile, [input]: [&Tile; 1]| {
+        out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = -v);
+        Ok(())
+    };
+    let negative = Field::map(Type::Gray, [input.clone()], Halo::NONE, negate);
+    let negative = match input.key() {
+        Some(key) => negative.keyed(Key::of("negative", &[key.as_bytes()])),
+        None => negative,
+    };
+    fields::distances(&negative, -threshold, radius)
+}

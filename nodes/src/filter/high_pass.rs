@@ -1,0 +1,95 @@
+//! [`HighPass`]: detail without what is large.
+//!
+//! input − input blurred + middle. Cost: that of one blur, O(pixels), nearly independent of the radius.
+use crate::bounds::at_most_half;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::Problem;
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile};
+use shibo_kernel::filter::fields;
+use shibo_kernel::ground::number::narrow;
+
+/// Takes away what is larger than a radius: uneven light of a photograph, hills under a relief.
+///
+/// ```ron
+/// "clouds": Fractal(size: 20, octaves: 8),
+/// "flat": HighPass(input: "clouds", radius: 1.5),
+/// "example": Levels(input: "flat", low: 0.4, high: 0.6),
+/// ```
+///
+/// Elsewhere: Substance Designer *Highpass*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct HighPass {
+    /// What to flatten.
+    pub input: In<AnyField>,
+    /// What is larger goes: standard deviation σ of a Gaussian; at most half the canvas' longer side.
+    #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub radius: f64,
+    /// What an even input becomes; 0 leaves detail around 0.
+    #[schemars(range(min = -1e6, max = 1e6))]
+    pub middle: f64,
+}
+
+impl Default for HighPass {
+    fn default() -> Self {
+        Self { input: In::default(), radius: 2.0, middle: 0.5 }
+    }
+}
+
+impl Node for HighPass {
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The detail, around the middle.")];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        at_most_half("radius", self.radius, canvas)
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let (soft, middle) = (fields::blurred(&input, self.radius, cx.size_mm()), narrow(self.middle));
+        let fill = move |out: &mut Tile, [input, soft]: [&Tile; 2]| {
+            let planes = input.data().iter().zip(soft.data());
+            out.data_mut().iter_mut().zip(planes).for_each(|(out, (v, soft))| *out = (v - soft) + middle);
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(input.ty(), [input, soft], Halo::NONE, fill)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{check_field, field, lumps, port, render};
+    use shibo_engine::value::{Tiling, Type};
+
+    #[test]
+    fn hills_go_and_ripples_stay() {
+        // A wave as long as the canvas and one of 2 mm: a Gaussian of 2 mm keeps 0.93 of the first and nothing of the second.
+        let waves = Field::generate(Type::Gray, Tiling::BOTH, |out, _| {
+            let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
+            for (k, v) in (0..).zip(out.plane_mut(0)) {
+                let x = grid.center(window.x + k % width, 0).x * std::f64::consts::TAU;
+                #[expect(clippy::cast_possible_truncation, reason = "a test picture")]
+                let value = ((x / 32.0).sin() + 0.1 * (x / 2.0).sin()) as f32;
+                *v = value;
+            }
+            Ok(())
+        });
+        let out = render(&HighPass { input: port(0), radius: 2.0, middle: 0.5 }, &[waves.into()]);
+        let keeps = 1.0 - (-0.5 * (2.0 * std::f64::consts::TAU / 32.0_f64).powi(2)).exp();
+        for (k, v) in (0..64).zip(out.row(0, 9)) {
+            let x = (f64::from(k) + 0.5) * 0.5 * std::f64::consts::TAU;
+            let want = 0.5 + keeps * (x / 32.0).sin() + 0.1 * (x / 2.0).sin();
+            assert!((f64::from(*v) - want).abs() < 0.01, "{v} {want}");
+        }
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        for (radius, middle) in [(1e-9, 0.0), (0.4, 0.5), (16.0, 1e6)] {
+            check_field(&field(&HighPass { input: port(0), radius, middle }, &[lumps().to_rgb().into()]));
+        }
+    }
+}

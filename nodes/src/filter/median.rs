@@ -1,0 +1,106 @@
+//! [`Median`]: specks away, edges kept.
+//!
+//! Exact, over the pixels whose centres lie within the radius; see [`kernel::median`](shibo_kernel::filter::median). Cost:
+//! about 20 ns a pixel for a radius of 2 pixels, 200 for 4 and 270 for 8; above that in proportion to the radius.
+use crate::bounds::at_most_half;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::Problem;
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile};
+use shibo_kernel::filter::disk::Disk;
+use shibo_kernel::filter::median;
+use shibo_kernel::ground::tile;
+
+/// Gives each place the middle value of a disk around it: takes specks and thin lines away and leaves edges sharp.
+///
+/// Each channel of a colour by itself. A radius of less than a pixel changes nothing.
+///
+/// ```ron
+/// "noise": Fractal(size: 8, octaves: 8, gain: 0.8),
+/// "spots": Threshold(input: "noise", level: 0.52, softness: 0.03),
+/// "example": Median(input: "spots", radius: 0.8),
+/// ```
+///
+/// Elsewhere: Blender *Despeckle*, Houdini *Median*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Median {
+    /// What to clean.
+    pub input: In<AnyField>,
+    /// Radius of the disk; at most half the canvas' longer side.
+    #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    pub radius: f64,
+}
+
+impl Default for Median {
+    fn default() -> Self {
+        Self { input: In::default(), radius: 0.2 }
+    }
+}
+
+impl Node for Median {
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The medians.")];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        at_most_half("radius", self.radius, canvas)
+    }
+
+    fn no_op(&self) -> Option<&'static str> {
+        (self.radius == 0.0).then_some("input")
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        if self.no_op().is_some() || input.as_constant().is_some() {
+            return Ok(Outputs::one(input));
+        }
+        let radius = self.radius;
+        let halo = Halo::new(move |grid| Disk::new(radius, tile::step(grid)).halo());
+        Ok(Outputs::one(Field::map(input.ty(), [input], halo, move |out: &mut Tile, [input]: [&Tile; 1]| {
+            let (disk, rect) = (Disk::new(radius, tile::step(&out.grid)), out.window);
+            for (k, out) in out.planes_mut().into_iter().enumerate() {
+                median::median(&tile::view(input, k), rect, &disk, out);
+            }
+            Ok(())
+        })))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::OnCanvas as _;
+    use crate::testing::{canvas, check_field, field, lumps, port, render};
+    use shibo_engine::value::{Tiling, Type};
+
+    #[test]
+    fn specks_go_and_edges_stay() {
+        // A half plane, and a speck of one pixel in a hundred.
+        let input = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
+            let (window, width) = (out.window, out.window.width.cast_signed());
+            for (k, v) in (0..).zip(out.plane_mut(0)) {
+                let (x, y) = (window.x + k % width, window.y + k / width);
+                let speck = x.rem_euclid(10) == 3 && y.rem_euclid(10) == 7;
+                *v = if (x < 32) != speck { 1.0 } else { 0.0 };
+            }
+            Ok(())
+        });
+        let out = render(&Median { input: port(0), radius: 1.0 }, &[input.into()]);
+        assert!((0..64).all(|y| (0..64).all(|x| out.row(0, y)[x] == if x < 32 { 1.0 } else { 0.0 })));
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        for radius in [0.0, 0.3, 1.0, 2.2, 6.0, 16.0] {
+            let node = Median { input: port(0), radius };
+            check_field(&field(&node, &[lumps().into()]));
+            check_field(&field(&node, &[lumps().to_rgb().into()]));
+        }
+        assert_eq!(
+            Median { radius: 17.0, ..Median::default() }.check_on(&canvas())[0].field.as_deref(),
+            Some("radius")
+        );
+    }
+}

@@ -1,0 +1,99 @@
+//! [`Sharpen`]: an unsharp mask.
+//!
+//! input + amount·(input − input blurred). Cost: that of one blur, O(pixels), nearly independent of the radius.
+use crate::bounds::at_most_half;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::Problem;
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile};
+use shibo_kernel::filter::fields;
+use shibo_kernel::ground::number::narrow;
+
+/// Makes detail of a certain size stand out, by its difference from what lies around it.
+///
+/// Nothing is cut off: beside a strong edge values may leave the range that they had.
+///
+/// ```ron
+/// "clouds": Fractal(size: 12, octaves: 7),
+/// "example": Sharpen(input: "clouds", radius: 0.8, amount: 2.5),
+/// ```
+///
+/// Elsewhere: Substance Designer *Sharpen*, Material Maker *Sharpen*, Blender *Filter* (Sharpen), Houdini *Sharpen*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sharpen {
+    /// What to sharpen.
+    pub input: In<AnyField>,
+    /// Size of the detail: standard deviation σ of the blur that it is compared with; at most half the canvas' longer side.
+    #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    pub radius: f64,
+    /// How much: 0 changes nothing, 1 doubles the finest detail; below 0 softens.
+    #[schemars(range(min = -1, max = 100))]
+    pub amount: f64,
+}
+
+impl Default for Sharpen {
+    fn default() -> Self {
+        Self { input: In::default(), radius: 0.2, amount: 1.0 }
+    }
+}
+
+impl Node for Sharpen {
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input, sharpened.")];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        at_most_half("radius", self.radius, canvas)
+    }
+
+    fn no_op(&self) -> Option<&'static str> {
+        (self.radius == 0.0 || self.amount == 0.0).then_some("input")
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        if self.no_op().is_some() || input.as_constant().is_some() {
+            return Ok(Outputs::one(input));
+        }
+        let (soft, amount) = (fields::blurred(&input, self.radius, cx.size_mm()), narrow(self.amount));
+        let fill = move |out: &mut Tile, [input, soft]: [&Tile; 2]| {
+            let planes = input.data().iter().zip(soft.data());
+            out.data_mut().iter_mut().zip(planes).for_each(|(out, (v, soft))| *out = v + amount * (v - soft));
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(input.ty(), [input, soft], Halo::NONE, fill)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
+
+    #[test]
+    fn differences_from_the_mean_grow() {
+        let node = Sharpen { input: port(0), radius: 1.0, amount: 2.0 };
+        let out = render(&node, &[lumps().into()]);
+        // The kernel of the blur, summed up by hand in the middle of the canvas.
+        let input = raster(&lumps(), &canvas());
+        let (mut sum, mut all) = (0.0, 0.0);
+        for dy in -12..=12_i32 {
+            for dx in -12..=12_i32 {
+                let weight = (-f64::from(dx * dx + dy * dy) / 8.0).exp();
+                let at = |k: i32, d: i32| usize::try_from(k + d).unwrap();
+                all += weight;
+                sum += weight * f64::from(input.row(0, at(30, dy))[at(27, dx)]);
+            }
+        }
+        let v = f64::from(input.row(0, 30)[27]);
+        assert!((f64::from(out.row(0, 30)[27]) - (v + 2.0 * (v - sum / all))).abs() < 0.01);
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        for (radius, amount) in [(0.0, 1.0), (0.3, 100.0), (16.0, -1.0)] {
+            check_field(&field(&Sharpen { input: port(0), radius, amount }, &[lumps().to_rgb().into()]));
+        }
+    }
+}

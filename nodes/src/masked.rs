@@ -1,0 +1,77 @@
+//! A field made of two others by a weight. What the weight hides in a window is not computed there.
+use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
+use shibo_kernel::ground::tile::channel;
+use shibo_kernel::surface::layers::bounds;
+
+/// The tiles of one side of a blend.
+pub(crate) type Side<'a> = &'a [&'a Tile];
+
+/// What to do with the two sides: fills the tile from the weights, the base and the top. Where the weight is 0 or 1, the
+/// result must have the bits of the side that shows, as if the other had not been there.
+pub(crate) type Mix = Box<dyn Fn(&mut Tile, &[f32], Side<'_>, Side<'_>) + Send + Sync>;
+
+/// Two sides, mixed by a weight from 0 (the base) to 1 (the top).
+pub(crate) struct Masked {
+    pub(crate) weight: Field,
+    /// The fields below; the first is what shows where the weight is 0.
+    pub(crate) base: Vec<Field>,
+    /// The fields above.
+    pub(crate) top: Vec<Field>,
+    /// Where the weight is 1 the first field of the top shows, with this added to it; `None` if the base shows even there.
+    pub(crate) covering: Option<f32>,
+    pub(crate) mix: Mix,
+}
+
+impl Masked {
+    /// The field.
+    pub(crate) fn field(self, ty: Type) -> Field {
+        let inputs = self.base.iter().chain(&self.top).chain([&self.weight]);
+        let tiling = inputs.fold(Tiling::BOTH, |tiling, input| tiling.and(input.tiling()));
+        Field::new(ty, tiling, self)
+    }
+
+    /// Whether the base and the top show anywhere.
+    fn shown(&self, weight: &Tile) -> (bool, bool) {
+        let (low, high) = bounds(weight.data());
+        (self.covering.is_none() || low < 1.0, high > 0.0)
+    }
+}
+
+impl FieldSource for Masked {
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        vec![Read::new(&self.weight, grid, window)]
+    }
+
+    fn later(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        self.base.iter().chain(&self.top).map(|field| Read::new(field, grid, window)).collect()
+    }
+
+    fn narrow(&self, given: &Given<'_>, _grid: &Grid, window: Window) -> Vec<Window> {
+        let (base, top) = self.shown(given.tile(0));
+        let part = |shown: bool| if shown { window } else { Window { width: 0, height: 0, ..window } };
+        let of = |fields: &[Field], shown| vec![part(shown); fields.len()];
+        [of(&self.base, base), of(&self.top, top)].concat()
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let tiles: Vec<&Tile> = given.tiles().collect();
+        let (weight, sides) = (tiles[0], &tiles[1..]);
+        let (base, top) = sides.split_at(self.base.len());
+        match (self.shown(weight), self.covering) {
+            ((_, false), _) => copy(out, base[0], |value| value),
+            ((false, _), Some(shift)) => copy(out, top[0], |value| value + shift),
+            _ => (self.mix)(out, weight.plane(0), base, top),
+        }
+        Ok(())
+    }
+
+    fn cost(&self) -> Cost {
+        Cost::Pointwise
+    }
+}
+
+fn copy(out: &mut Tile, from: &Tile, change: impl Fn(f32) -> f32) {
+    for (k, plane) in out.planes_mut().into_iter().enumerate() {
+        plane.iter_mut().zip(channel(from, k)).for_each(|(out, value)| *out = change(*value));
+    }
+}

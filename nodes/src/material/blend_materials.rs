@@ -1,0 +1,189 @@
+//! [`BlendMaterials`]: one material over another.
+//!
+//! Weight: the mask times the opacity, or `smoothstep(-c/2, c/2, top + offset - base + (2·mask - 1)·(range + c/2))` times
+//! the opacity, `c` being the contrast. Colours are mixed scene-linear, normals by their slopes or by reorientation
+//! (C. Barré-Brisebois and S. Hill, *Blending in Detail*, 2012), anisotropy by twice its angle. Cost: O(pixels), bound by
+//! memory; a tile that shows one layer alone computes nothing of the other.
+use super::layers::{BlendBy, BlendNormals, Over};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
+use shibo_engine::value::{ChannelSet, Material, Stop, Type};
+use shibo_kernel::surface::layers::HeightMode;
+
+/// Lays one material over another, all channels at once.
+///
+/// The result has every channel that one of the two has; a layer that lacks it counts as having the channel's default.
+/// Whatever a mask hides is not computed: a floor of many materials costs about as much as one.
+///
+/// By `Height` the higher layer shows, as mortar fills the gaps between stones and dust lies in grooves. The mask
+/// then lifts the top layer (above ½) or lowers it (below ½) by up to `range`; 0 and 1 decide alone.
+///
+/// `opacity` acts last, on the weight. `offset` moves the top layer up, for the choice by height and in the result.
+/// Normals are made from the blended height, so that the step from one layer to the other has an edge that catches light.
+///
+/// ```ron
+/// "cells":   Worley(size: 7),
+/// "flat":    Remap(input: "cells.border", from: (0, 2), to: (0, 1), clamp: true),
+/// "bump":    Math(operation: Smoothstep, a: "flat", b: 0, c: 1),
+/// "stone":   Material(base_color: "#8a8276", roughness: 0.75, height: "bump"),
+/// "grain":   Fractal(size: 1.5),
+/// "sand_h":  Remap(input: "grain", from: (0, 1), to: (0, 0.12)),
+/// "sand":    Material(base_color: "#c9ad7c", roughness: 0.9, height: "sand_h"),
+/// "both":    BlendMaterials(base: "stone", top: "sand", by: Height, offset: 0.3, contrast: 0.1),
+/// "example": Relief(material: "both"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Material Blend* and *Material Height Blend*, Material Maker *Blend* of materials, Blender
+/// *Mix Shader*, Houdini *Layer Mix*, Unreal *Material Layer Blend*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BlendMaterials {
+    /// The layer below.
+    pub base: In<Material>,
+    /// The layer above.
+    pub top: In<Material>,
+    /// Where the layer above shows, 0..1; what lies outside counts as 0 or 1. If not given: everywhere, or, by height,
+    /// wherever it is the higher.
+    pub mask: Option<In<Gray>>,
+    /// How much of the layer above shows, 0..1.
+    pub opacity: In<Gray>,
+    /// What decides which layer shows.
+    pub by: BlendBy,
+    /// By height: the difference of heights over which one layer passes into the other; 0 is a sharp edge.
+    #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
+    pub contrast: f64,
+    /// How far the layer above is raised.
+    #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    pub offset: f64,
+    /// By height: the difference of heights that the mask can outweigh.
+    #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
+    pub range: f64,
+    /// What becomes of the heights.
+    pub height: HeightMode,
+    /// Where the normals come from.
+    pub normals: BlendNormals,
+}
+
+impl Default for BlendMaterials {
+    fn default() -> Self {
+        Self {
+            base: In::default(),
+            top: In::default(),
+            mask: None,
+            opacity: In::constant(1.0),
+            by: BlendBy::default(),
+            contrast: 0.1,
+            offset: 0.0,
+            range: 1.0,
+            height: HeightMode::default(),
+            normals: BlendNormals::default(),
+        }
+    }
+}
+
+impl BlendMaterials {
+    fn over(&self) -> Over {
+        let Self { by, contrast, offset, range, height, normals, .. } = *self;
+        Over { by, contrast, offset, range, height, normals }
+    }
+}
+
+impl Node for BlendMaterials {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("material", Type::Material, "The blend, with the channels of both."),
+        Output::new("weight", Type::Gray, "How much of the layer above shows, 0..1."),
+    ];
+    const FACTS: &'static [Fact] = &[];
+
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        self.over().channels(inputs.at("base"), inputs.at("top"))
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (base, top) = (cx.get(&self.base)?, cx.get(&self.top)?);
+        let over = self.over();
+        let weight = over.weight(cx.get_opt(&self.mask)?, &cx.get(&self.opacity)?, &base, &top);
+        let weight = cx.shared_field("weight", weight);
+        let blend = over.blend(cx, "blend", &base, &top, &weight);
+        Ok(Outputs::one(blend).with("weight", weight))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, lumps, outputs, port, raster};
+    use shibo_engine::value::{Channel, Field, Value};
+
+    fn number(value: f32) -> Field {
+        Field::constant(Type::Gray, &[value])
+    }
+
+    fn blend(node: &BlendMaterials, inputs: &[Value]) -> Material {
+        let made = outputs(node, inputs, &canvas()).unwrap();
+        let Some(Value::Material(material)) = made.take("material", true) else { panic!("no material") };
+        let known =
+            node.channels(&MaterialInputs::new(&[("base", channels(&inputs[0])), ("top", channels(&inputs[1]))]));
+        assert_eq!(known.iter().collect::<Vec<_>>(), material.channels().iter().map(|c| c.0).collect::<Vec<_>>());
+        (**material).clone()
+    }
+
+    fn channels(value: &Value) -> ChannelSet {
+        let Value::Material(material) = value else { return ChannelSet::NONE };
+        material.channels().iter().map(|c| c.0).collect()
+    }
+
+    fn first(material: &Material, channel: Channel) -> Vec<f32> {
+        let tile = raster(material.get(channel).unwrap(), &canvas());
+        (0..tile.channels()).map(|k| tile.plane(k)[0]).collect()
+    }
+
+    fn node() -> BlendMaterials {
+        BlendMaterials { base: port(0), top: port(1), mask: Some(port(2)), ..BlendMaterials::default() }
+    }
+
+    #[test]
+    fn channels_of_both_are_mixed_with_defaults_for_those_that_lack() {
+        let base = Material::new([
+            (Channel::BaseColor, Field::constant(Type::Rgb, &[1.0, 0.0, 0.0])),
+            (Channel::Roughness, number(0.2)),
+        ]);
+        let top = Material::new([(Channel::Metallic, number(1.0)), (Channel::Roughness, number(0.6))]);
+        let blend = blend(&node(), &[base.into(), top.into(), number(0.25).into()]);
+        assert_eq!(first(&blend, Channel::BaseColor), [0.875, 0.125, 0.125]);
+        assert!((first(&blend, Channel::Roughness)[0] - 0.3).abs() < 1e-6);
+        assert_eq!(first(&blend, Channel::Metallic), [0.25]);
+        assert!(blend.get(Channel::Normal).is_none() && blend.get(Channel::Height).is_none());
+    }
+
+    #[test]
+    fn heights_bring_their_normals() {
+        let with = |height| Material::new([(Channel::Height, height)]);
+        let inputs = [with(lumps()).into(), with(number(0.5)).into(), number(0.0).into()];
+        let blended = blend(&node(), &inputs);
+        let plain = raster(&lumps(), &canvas());
+        assert_eq!(raster(blended.get(Channel::Height).unwrap(), &canvas()).data(), plain.data());
+        assert!(blended.get(Channel::Normal).is_some());
+        // Mixed normals need normals.
+        let mixed = BlendMaterials { normals: BlendNormals::Mix, ..node() };
+        assert!(blend(&mixed, &inputs).get(Channel::Normal).is_none());
+        // Raised by 0.25, the top layer lies at 0.75 where it shows; the sum is 1.25 with a base of 0.5.
+        let raised = |height| BlendMaterials { offset: 0.25, height, ..node() };
+        let level = [with(number(0.5)).into(), with(number(0.5)).into(), number(1.0).into()];
+        for (height, expected) in [(HeightMode::Replace, 0.75), (HeightMode::Add, 1.25), (HeightMode::Max, 0.75)] {
+            assert_eq!(first(&blend(&raised(height), &level), Channel::Height), [expected]);
+        }
+    }
+
+    #[test]
+    fn by_height_the_higher_layer_shows_its_color() {
+        let of = |height: f32, red: f32| {
+            let color = Field::constant(Type::Rgb, &[red, 0.0, 0.0]);
+            Value::from(Material::new([(Channel::Height, number(height)), (Channel::BaseColor, color)]))
+        };
+        let node = BlendMaterials { by: BlendBy::Height, mask: None, ..node() };
+        let red = |base, top| first(&blend(&node, &[of(base, 0.0), of(top, 1.0)]), Channel::BaseColor)[0];
+        assert_eq!((red(0.0, 1.0), red(1.0, 0.0), red(0.3, 0.3)), (1.0, 0.0, 0.5));
+    }
+}

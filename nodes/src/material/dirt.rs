@@ -1,0 +1,169 @@
+//! [`Dirt`]: dirt in grooves and corners.
+//!
+//! Dirt gathers where the height lies below its Gaussian surroundings: a cheap measure of concave curvature at the scale of
+//! `radius`. Cost: that of a blur of the height, and O(pixels).
+use super::worn::{Worn, cover, height};
+use crate::bounds::at_most_half;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::Problem;
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Taken};
+use shibo_engine::value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb_to_linear};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::surface::wear::WearSpec;
+
+/// Lets dirt gather in what lies below its surroundings: grooves, pores, inner corners.
+///
+/// Height and normal of the material stay; all other channels are blended. Connect a noise to make the dirt patchy, or the
+/// inverse of an occlusion as `mask`.
+///
+/// ```ron
+/// "cells":   Worley(size: 9),
+/// "tiles":   Remap(input: "cells.border", from: (0, 0.7), to: (0, 0.6), clamp: true),
+/// "normal":  HeightToNormal(input: "tiles"),
+/// "stone":   Material(base_color: "#a39a88", roughness: 0.5, height: "tiles", normal: "normal"),
+/// "noise":   Fractal(size: 3, octaves: 5),
+/// "dirty":   Dirt(material: "stone", noise: "noise", radius: 0.8, depth: 0.2, amount: 0.45),
+/// "example": Relief(material: "dirty"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Dirt* masks, Substance Painter *Dirt* generator, Blender *Dirty Vertex Colors*, Houdini
+/// *Ambient Occlusion* masks.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Dirt {
+    /// The material that gets dirty.
+    pub material: In<Material>,
+    /// The dirt; dark earth, rough and without coat or metal, if not given. Its height and its normal are not used.
+    pub dirt: Option<In<Material>>,
+    /// The height in whose grooves it gathers, in mm, instead of the material's.
+    pub height: Option<In<Gray>>,
+    /// Where dirt may lie at all, 0..1.
+    pub mask: Option<In<Gray>>,
+    /// What makes it patchy, 0..1: bright places get dirty first.
+    pub noise: Option<In<Gray>>,
+    /// How large the surroundings are: the standard deviation of a Gaussian. At most half the canvas' longer side.
+    #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub radius: f64,
+    /// How far a place must lie below its surroundings to get dirty by the least amount.
+    #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub depth: f64,
+    /// How much dirt: 0 is none, 1 covers everything that lies below its surroundings at all.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub amount: f64,
+    /// How soft the border is, in units of `depth`.
+    #[schemars(range(min = 0.0, max = 100.0))]
+    pub softness: f64,
+    /// How far the noise moves the border, in units of `depth`.
+    #[schemars(range(min = 0.0, max = 100.0))]
+    pub breakup: f64,
+}
+
+impl Default for Dirt {
+    fn default() -> Self {
+        Self {
+            material: In::default(),
+            dirt: None,
+            height: None,
+            mask: None,
+            noise: None,
+            radius: 0.5,
+            depth: 0.1,
+            amount: 0.5,
+            softness: 0.3,
+            breakup: 0.5,
+        }
+    }
+}
+
+/// Dark, rough and dull.
+fn earth() -> Material {
+    let color = [0x3a, 0x2f, 0x24].map(|byte: u8| srgb_to_linear(f32::from(byte) / 255.0));
+    let gray = |value: f32| Field::constant(Type::Gray, &[value]);
+    Material::new([
+        (Channel::BaseColor, Field::constant(Type::Rgb, &color)),
+        (Channel::Roughness, gray(0.9)),
+        (Channel::Metallic, gray(0.0)),
+        (Channel::Coat, gray(0.0)),
+    ])
+}
+
+impl Dirt {
+    fn dirt_channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        if self.dirt.is_some() { inputs.at("dirt") } else { earth().channels().iter().map(|c| c.0).collect() }
+    }
+}
+
+impl Node for Dirt {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("material", Type::Material, "The dirty material."),
+        Output::new("weight", Type::Gray, "Where the dirt lies, 0..1."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        at_most_half("radius", self.radius, canvas)
+    }
+
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        let form: ChannelSet = [Channel::Height, Channel::Normal].into_iter().collect();
+        let dirt = self.dirt_channels(inputs).iter().filter(|channel| !form.has(*channel)).collect();
+        inputs.at("material").union(dirt)
+    }
+
+    fn takes(&self) -> Vec<Taken> {
+        let taken = Taken { port: "material", field: "material", channel: Channel::Height };
+        if self.height.is_none() { vec![taken] } else { Vec::new() }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let material = cx.get(&self.material)?;
+        let dirt = cx.get_opt(&self.dirt)?;
+        let dirt = dirt.as_deref().cloned().unwrap_or_else(earth);
+        let worn = Worn {
+            height: height(cx.get_opt(&self.height)?, &material),
+            radius: self.radius,
+            noise: cx.get_opt(&self.noise)?,
+            mask: cx.get_opt(&self.mask)?,
+            spec: WearSpec {
+                sign: -1.0,
+                depth: narrow(self.depth),
+                amount: narrow(self.amount),
+                softness: narrow(self.softness),
+                breakup: narrow(self.breakup),
+            },
+        };
+        let weight = cx.shared_field("weight", worn.weight(cx));
+        let covered = cover(cx, &material, &dirt, &weight);
+        Ok(Outputs::one(covered).with("weight", weight))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
+    use shibo_engine::value::Value;
+
+    #[test]
+    fn gathers_in_what_lies_low_and_keeps_the_form() {
+        let material = Material::new([(Channel::Height, lumps())]);
+        let node = Dirt { material: port(0), radius: 2.0, amount: 0.9, ..Dirt::default() };
+        let made = outputs(&node, &[material.into()], &canvas()).unwrap();
+        let Some(Value::Material(dirty)) = made.take("material", true) else { panic!("no material") };
+        let Some(Value::Field(weight)) = made.take("weight", false) else { panic!("no weight") };
+        check_field(weight);
+        let (height, weight) = (raster(&lumps(), &canvas()), raster(weight, &canvas()));
+        assert_eq!(raster(dirty.get(Channel::Height).unwrap(), &canvas()).data(), height.data());
+        let roughness = raster(dirty.get(Channel::Roughness).unwrap(), &canvas());
+        for (rough, weight) in roughness.data().iter().zip(weight.data()) {
+            // From 0.5, which counts where there is none, to 0.9.
+            assert!((rough - (0.5 + 0.4 * weight)).abs() < 1e-6);
+        }
+        let at = |find: fn(f32, f32) -> bool| {
+            (0..height.data().len())
+                .fold(0, |best, i| if find(height.data()[i], height.data()[best]) { i } else { best })
+        };
+        assert!(weight.data()[at(|a, b| a < b)] > 0.9 && weight.data()[at(|a, b| a > b)] == 0.0);
+    }
+}

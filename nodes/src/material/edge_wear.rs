@@ -1,0 +1,149 @@
+//! [`EdgeWear`]: another material where edges are worn.
+//!
+//! An edge is where the height stands out of its Gaussian surroundings: a cheap measure of convex curvature at the scale of
+//! `radius`. Cost: that of a blur of the height, and O(pixels).
+use super::worn::{Worn, cover, height};
+use crate::bounds::at_most_half;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::Problem;
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Taken};
+use shibo_engine::value::{Channel, ChannelSet, Material, Stop, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::surface::wear::WearSpec;
+
+/// Shows the material under a coat where edges are worn: what stands out of its surroundings is rubbed first.
+///
+/// Height and normal of the material stay; all other channels are blended. Connect a noise to break up the border.
+///
+/// ```ron
+/// "cells":   Worley(size: 9),
+/// "tiles":   Remap(input: "cells.border", from: (0, 0.7), to: (0, 0.6), clamp: true),
+/// "normal":  HeightToNormal(input: "tiles"),
+/// "paint":   Material(base_color: "#2c4a5a", roughness: 0.35, height: "tiles", normal: "normal"),
+/// "brass":   Material(base_color: "#c9a253", roughness: 0.3, metallic: 1),
+/// "noise":   Fractal(size: 3, octaves: 5),
+/// "worn":    EdgeWear(material: "paint", under: "brass", noise: "noise", radius: 0.8, depth: 0.1, amount: 0.45),
+/// "example": Relief(material: "worn"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Metal Edge Wear*, Substance Painter *Edges Wear* masks, Blender *Geometry: Pointiness*,
+/// Houdini *Curvature* masks.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct EdgeWear {
+    /// The material that is worn.
+    pub material: In<Material>,
+    /// What shows where it is worn. Its height and its normal are not used.
+    pub under: In<Material>,
+    /// The height whose edges are worn, in mm, instead of the material's.
+    pub height: Option<In<Gray>>,
+    /// Where it may be worn at all, 0..1.
+    pub mask: Option<In<Gray>>,
+    /// What breaks up the border, 0..1: bright places are worn first.
+    pub noise: Option<In<Gray>>,
+    /// How large the surroundings are: the standard deviation of a Gaussian. At most half the canvas' longer side.
+    #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub radius: f64,
+    /// How far an edge must stand out of its surroundings to be worn by the least amount.
+    #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub depth: f64,
+    /// How much is worn: 0 is nothing, 1 is everything that stands out at all.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub amount: f64,
+    /// How soft the border is, in units of `depth`.
+    #[schemars(range(min = 0.0, max = 100.0))]
+    pub softness: f64,
+    /// How far the noise moves the border, in units of `depth`.
+    #[schemars(range(min = 0.0, max = 100.0))]
+    pub breakup: f64,
+}
+
+impl Default for EdgeWear {
+    fn default() -> Self {
+        Self {
+            material: In::default(),
+            under: In::default(),
+            height: None,
+            mask: None,
+            noise: None,
+            radius: 0.5,
+            depth: 0.1,
+            amount: 0.5,
+            softness: 0.3,
+            breakup: 0.5,
+        }
+    }
+}
+
+impl Node for EdgeWear {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("material", Type::Material, "The worn material."),
+        Output::new("weight", Type::Gray, "Where it is worn, 0..1."),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        at_most_half("radius", self.radius, canvas)
+    }
+
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        let form: ChannelSet = [Channel::Height, Channel::Normal].into_iter().collect();
+        let under = inputs.at("under").iter().filter(|channel| !form.has(*channel)).collect();
+        inputs.at("material").union(under)
+    }
+
+    fn takes(&self) -> Vec<Taken> {
+        let taken = Taken { port: "material", field: "material", channel: Channel::Height };
+        if self.height.is_none() { vec![taken] } else { Vec::new() }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (material, under) = (cx.get(&self.material)?, cx.get(&self.under)?);
+        let worn = Worn {
+            height: height(cx.get_opt(&self.height)?, &material),
+            radius: self.radius,
+            noise: cx.get_opt(&self.noise)?,
+            mask: cx.get_opt(&self.mask)?,
+            spec: WearSpec {
+                sign: 1.0,
+                depth: narrow(self.depth),
+                amount: narrow(self.amount),
+                softness: narrow(self.softness),
+                breakup: narrow(self.breakup),
+            },
+        };
+        let weight = cx.shared_field("weight", worn.weight(cx));
+        let covered = cover(cx, &material, &under, &weight);
+        Ok(Outputs::one(covered).with("weight", weight))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
+    use shibo_engine::value::{Field, Value};
+
+    #[test]
+    fn wears_what_stands_out_and_keeps_the_form() {
+        let gray = |v: f32| Field::constant(Type::Gray, &[v]);
+        let material = Material::new([(Channel::Height, lumps()), (Channel::Roughness, gray(0.8))]);
+        let under = Material::new([(Channel::Metallic, gray(1.0)), (Channel::Height, gray(7.0))]);
+        let node = EdgeWear { material: port(0), under: port(1), radius: 2.0, amount: 0.9, ..EdgeWear::default() };
+        let made = outputs(&node, &[material.into(), under.into()], &canvas()).unwrap();
+        let Some(Value::Material(worn)) = made.take("material", true) else { panic!("no material") };
+        let Some(Value::Field(weight)) = made.take("weight", false) else { panic!("no weight") };
+        check_field(weight);
+        let (height, weight) = (raster(&lumps(), &canvas()), raster(weight, &canvas()));
+        assert_eq!(raster(worn.get(Channel::Height).unwrap(), &canvas()).data(), height.data());
+        let metallic = raster(worn.get(Channel::Metallic).unwrap(), &canvas());
+        assert_eq!(metallic.data(), weight.data());
+        // The highest place is worn, the lowest is not.
+        let at = |find: fn(f32, f32) -> bool| {
+            (0..height.data().len())
+                .fold(0, |best, i| if find(height.data()[i], height.data()[best]) { i } else { best })
+        };
+        assert!(weight.data()[at(|a, b| a > b)] > 0.9 && weight.data()[at(|a, b| a < b)] == 0.0);
+    }
+}

@@ -1,0 +1,161 @@
+//! [`TransformMaterial`]: all channels of a material moved, rotated and scaled at once.
+//!
+//! Each channel as by [`Transform`](crate::space::Transform). Normals and the angle of the anisotropy are rotated; slopes
+//! become flatter where features become larger and the height does not. Cost: that of a transform for each channel.
+use crate::moved::Placement;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Tiling, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile::planes3;
+use shibo_kernel::surface::layers::scale_slopes;
+
+/// Moves, rotates and scales a material, all its channels at once.
+///
+/// On a canvas that tiles, the result tiles if the canvas then holds a whole number of repeats of the material: always
+/// when it is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
+///
+/// ```ron
+/// "wave":    Gradient(times: 8, repeat: Mirror),
+/// "bump":    Remap(input: "wave", from: (0, 1), to: (0, 0.8)),
+/// "normal":  HeightToNormal(input: "bump"),
+/// "ribs":    Material(base_color: "#6a7d8a", roughness: 0.4, height: "bump", normal: "normal"),
+/// "small":   TransformMaterial(material: "ribs", scale: 0.5, angle: 90, scale_height: true),
+/// "example": Relief(material: "small"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Material Transform*, Material Maker *Transform*, Blender *Mapping*, Houdini *UV Transform*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct TransformMaterial {
+    /// What to move.
+    pub material: In<Material>,
+    /// How far features move, to the right and down.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
+    pub offset: Xy,
+    /// By how much features are rotated, from +x towards +y.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub angle: f64,
+    /// How much larger features become: 2 is twice as large. Applied before the rotation.
+    #[schemars(extend("minimum" = 1e-3, "maximum" = 1e3))]
+    pub scale: Xy,
+    /// The point that stays in place when features are rotated and scaled; the canvas' centre by default.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
+    pub pivot: Option<Xy>,
+    /// Whether heights grow with the features, by the mean of both scales: slopes then stay what they are. Otherwise
+    /// heights stay, and larger features are flatter.
+    pub scale_height: bool,
+}
+
+impl Default for TransformMaterial {
+    fn default() -> Self {
+        let (offset, scale) = (Xy::new(0.0, 0.0), Xy::new(1.0, 1.0));
+        Self { material: In::default(), offset, angle: 0.0, scale, pivot: None, scale_height: false }
+    }
+}
+
+impl TransformMaterial {
+    fn placement(&self) -> Placement {
+        let Self { offset, angle, scale, pivot, .. } = *self;
+        Placement { offset, angle, scale, pivot }
+    }
+
+    fn channel(&self, channel: Channel, field: &Field, cx: &Context<'_>) -> Field {
+        let place = |field: &Field| self.placement().place(field, cx.size_mm());
+        let height = if self.scale_height { (self.scale.x * self.scale.y).sqrt() } else { 1.0 };
+        let change = |field: &Field, change: fn(f32, f32) -> f32, by: f64| {
+            let by = narrow(by);
+            Field::map(field.ty(), [field.clone()], Halo::NONE, move |out: &mut Tile, [input]| {
+                out.data_mut().iter_mut().zip(input.data()).for_each(|(out, value)| *out = change(*value, by));
+                Ok(())
+            })
+        };
+        match channel {
+            Channel::Height if height != 1.0 => change(&place(field), |value, by| value * by, height),
+            Channel::AnisotropyAngle if self.angle != 0.0 => change(&place(field), |value, by| value + by, self.angle),
+            Channel::Normal | Channel::CoatNormal => {
+                let by = [narrow(height / self.scale.x), narrow(height / self.scale.y)];
+                if by == [1.0, 1.0] {
+                    return place(field);
+                }
+                let scaled = Field::map(Type::Normal, [field.clone()], Halo::NONE, move |out: &mut Tile, [normal]| {
+                    scale_slopes(by, [0, 1, 2].map(|k| normal.plane(k)), planes3(out));
+                    Ok(())
+                });
+                place(&scaled)
+            }
+            _ => place(field),
+        }
+    }
+}
+
+impl Node for TransformMaterial {
+    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The material, moved.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        self.placement().repeats(canvas.size_mm(), canvas.tile())
+    }
+
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        inputs.at("material")
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let material = cx.get(&self.material)?;
+        let moved = material.channels().iter().map(|(channel, field)| (*channel, self.channel(*channel, field, cx)));
+        Ok(Outputs::one(Material::new(moved)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, lumps, outputs, port, raster};
+    use shibo_engine::value::Value;
+
+    fn made(node: &TransformMaterial, material: Material) -> Material {
+        let made = outputs(node, &[material.into()], &canvas()).unwrap();
+        let Some(Value::Material(material)) = made.take("material", true) else { panic!("no material") };
+        (**material).clone()
+    }
+
+    #[test]
+    fn turns_what_has_a_direction() {
+        let slope = |x: f32, y: f32| {
+            let z = 1.0 / (1.0 + x * x + y * y).sqrt();
+            Field::constant(Type::Normal, &[0.5 + 0.5 * x * z, 0.5 + 0.5 * y * z, 0.5 + 0.5 * z])
+        };
+        let angle = Field::constant(Type::Gray, &[10.0]);
+        let material = Material::new([(Channel::Normal, slope(1.0, 0.0)), (Channel::AnisotropyAngle, angle)]);
+        let node = TransformMaterial {
+            material: port(0),
+            angle: 90.0,
+            scale: Xy::new(2.0, 2.0),
+            ..TransformMaterial::default()
+        };
+        let turned = made(&node, material.clone());
+        let normal = |material: &Material| {
+            let tile = raster(material.get(Channel::Normal).unwrap(), &canvas());
+            [0, 1, 2].map(|k| 2.0 * tile.plane(k)[0] - 1.0)
+        };
+        // Twice as large at the same height is half as steep: slope ½, which pointed right and points down (y is up).
+        let n = normal(&turned);
+        assert!((n[1] / n[2] + 0.5).abs() < 1e-5 && n[0].abs() < 1e-5, "{n:?}");
+        let angle = raster(turned.get(Channel::AnisotropyAngle).unwrap(), &canvas()).data()[0];
+        assert!((angle - 100.0).abs() < 1e-4);
+        // As steep as before if the height grows too.
+        let n = normal(&made(&TransformMaterial { scale_height: true, ..node }, material));
+        assert!((n[1] / n[2] + 1.0).abs() < 1e-5, "{n:?}");
+    }
+
+    #[test]
+    fn heights_grow_if_asked() {
+        let material = || Material::new([(Channel::Height, lumps())]);
+        let plain = TransformMaterial { material: port(0), scale: Xy::new(0.5, 0.5), ..TransformMaterial::default() };
+        let height = |node: &TransformMaterial| raster(made(node, material()).get(Channel::Height).unwrap(), &canvas());
+        let (same, scaled) = (height(&plain), height(&TransformMaterial { scale_height: true, ..plain.clone() }));
+        assert!(same.data().iter().zip(scaled.data()).all(|(a, b)| (0.5 * a - b).abs() < 1e-6));
+    }
+}

@@ -1,0 +1,116 @@
+//! [`Hex`]: regular hexagons.
+//!
+//! The hexagons of [`kernel::layout`](shibo_kernel::pattern::layout). Cost: O(pixels).
+use super::{fitted, pieces};
+use crate::degrees::sin_cos;
+use glam::DVec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Stop, Tiling};
+use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
+use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
+
+/// Regular hexagons: honeycombs, tiles, scales.
+///
+/// At angle 0 two sides of each lie level, and two corners left and right. On a canvas that tiles they are stretched a little so that
+/// whole ones fit, and a warning tells by how much; a canvas of 1.732 times the height of its width fits exactly.
+///
+/// ```ron
+/// "comb": Hex(size: 3.5, gap: 0.5, bevel: 1.2, profile: Round, depth: 0.8),
+/// "example": Relief(height: "comb"),
+/// ```
+///
+/// Elsewhere: Material Maker *Beehive*.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Hex {
+    /// Distance of opposite sides of a hexagon, without the gap.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub size: f64,
+    /// Width of the gap between hexagons.
+    #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    pub gap: f64,
+    /// Width of the slope at the edge of a hexagon; 0 is a sharp edge.
+    #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    pub bevel: f64,
+    /// The cross-section of the slope.
+    pub profile: BevelProfile,
+    /// How much lower the gap is than the hexagons.
+    #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    pub depth: f64,
+    /// By how much the whole pattern is turned, from +x towards +y.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub angle: f64,
+}
+
+impl Default for Hex {
+    fn default() -> Self {
+        Self { size: 4.5, gap: 0.5, bevel: 0.5, profile: BevelProfile::Chamfer, depth: 0.5, angle: 0.0 }
+    }
+}
+
+impl Hex {
+    fn pieces(&self) -> Pieces {
+        let size = DVec2::new(self.size * 2.0 / 3f64.sqrt(), self.size);
+        Pieces { layout: Layout::Hexagonal, size, gap: self.gap, stagger: 0.0, slant: 0.0 }
+    }
+
+    fn lay(&self, canvas: &CanvasFacts) -> Option<Grid> {
+        self.pieces().lay(sin_cos(self.angle), (canvas.size_mm(), canvas.tile()))
+    }
+}
+
+impl Node for Hex {
+    const OUTPUTS: &'static [Output] = pieces::OUTPUTS;
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        match self.lay(canvas) {
+            None => vec![fitted::too_many("size")],
+            Some(grid) if self.pieces().laid(&grid).min_element() <= 0.0 => {
+                let message = format!("gap is `{}` mm; nothing is left of hexagons that fit the canvas", self.gap);
+                vec![Problem::new(Code::OutOfRange, message).at("gap").help("make it smaller")]
+            }
+            Some(_) => Vec::new(),
+        }
+    }
+
+    fn advice(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        let Some(grid) = self.lay(canvas) else { return Vec::new() };
+        let (pieces, turned) = (self.pieces(), degrees(grid.directions[0]));
+        let laid = pieces.laid(&grid);
+        // A canvas of another shape than the pattern's stretches it always: that is worth a word only where it shows.
+        if ((laid - pieces.size) / pieces.size).abs().max_element() < 0.05 && (turned - self.angle).abs() < 0.05 {
+            return Vec::new();
+        }
+        fitted::advice("size", [pieces.size, laid], [self.angle, turned], fitted::FITS)
+    }
+
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        canvas.tile()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let grid = self.lay(cx.canvas).ok_or_else(|| fitted::too_many("size"))?;
+        let finish = Finish { gap: self.gap, bevel: self.bevel, profile: self.profile, radius: 0.0 };
+        Ok(pieces::outputs(grid, finish, self.depth, cx.tiling()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::conforms;
+    use crate::testing::{OnCanvas as _, canvas};
+
+    #[test]
+    fn hexagons_conform() {
+        for angle in [0.0, 30.0, 77.0] {
+            conforms(&Hex { angle, ..Hex::default() }, &[]);
+        }
+        assert_eq!(Hex { gap: 40.0, ..Hex::default() }.check_on(&canvas()).len(), 1);
+        assert_eq!(Hex { size: 30.0, ..Hex::default() }.advice_on(&canvas()).len(), 1);
+    }
+}

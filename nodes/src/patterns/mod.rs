@@ -1,0 +1,24 @@
+//! Patterns: bricks, tiles, hexagons, cloth; pieces with numbers, places and angles.
+mod brick;
+mod fitted;
+mod hex;
+mod pieces;
+mod truchet;
+mod weave;
+
+pub use brick::Brick;
+pub use hex::Hex;
+pub use truchet::Truchet;
+pub use weave::Weave;
+
+use shibo_engine::registry::{Family, Kind};
+
+/// The nodes of this family.
+pub fn family() -> Family {
+    Family {
+        name: "Patterns",
+        doc: "Pieces that repeat with the canvas. Each has a height, a mask of the gaps, and for every piece its number (`ids`), \
+              the place within it in mm (`local`) and the angle of its long side.",
+        kinds: vec![Kind::of::<Brick>(), Kind::of::<Hex>(), Kind::of::<Weave>(), Kind::of::<Truchet>()],
+    }
+}

@@ -1,0 +1,58 @@
+//! Fields that steer what is scattered: read at its places before anything is drawn.
+use glam::{DVec2, UVec2};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Gray, In};
+use shibo_engine::value::{Field, Stop, Tiling, Window};
+
+/// The most columns or rows at which a field is read.
+const MOST: f64 = 2048.0;
+
+/// A field over the canvas.
+pub(super) struct Map {
+    size: UVec2,
+    values: Vec<f32>,
+    size_mm: DVec2,
+    tiling: Tiling,
+}
+
+impl Map {
+    /// Reads what is connected to `port`, with about four samples per `pitch` mm.
+    pub(super) fn read(
+        cx: &Context<'_>,
+        (port, name): (&Option<In<Gray>>, &'static str),
+        pitch: f64,
+    ) -> Result<Option<Self>, Stop> {
+        let Some(field) = cx.get_opt(port)? else { return Ok(None) };
+        let map = match field.as_constant() {
+            Some(values) => {
+                Self { size: UVec2::ONE, values: values.to_vec(), size_mm: cx.size_mm(), tiling: Tiling::BOTH }
+            }
+            None => Self::sampled(cx, &field, pitch)?,
+        };
+        match map.values.iter().find(|v| !v.is_finite()) {
+            None => Ok(Some(map)),
+            Some(bad) => {
+                let message = format!("{name} has the value `{bad}`; it must be finite everywhere");
+                Err(Problem::new(Code::NotFinite, message).at(name).into())
+            }
+        }
+    }
+
+    fn sampled(cx: &Context<'_>, field: &Field, pitch: f64) -> Result<Self, Stop> {
+        let wanted = cx.size_mm() / pitch.max(1e-9) * 4.0;
+        let size = wanted.ceil().clamp(DVec2::splat(16.0), DVec2::splat(MOST)).as_uvec2();
+        let tile = cx.evaluator.raster(field, &cx.canvas.grid(size), Window::full(size))?;
+        Ok(Self { size, values: tile.plane(0).to_vec(), size_mm: cx.size_mm(), tiling: field.tiling() })
+    }
+
+    /// The value of the sample that is nearest to a place.
+    pub(super) fn at(&self, place: DVec2) -> f32 {
+        let at = (place / self.size_mm * self.size.as_dvec2()).floor().as_ivec2();
+        let bring = |i: i32, n: u32, wraps: bool| {
+            let n = n.cast_signed();
+            (if wraps { i.rem_euclid(n) } else { i.clamp(0, n - 1) }).unsigned_abs()
+        };
+        let (x, y) = (bring(at.x, self.size.x, self.tiling.x), bring(at.y, self.size.y, self.tiling.y));
+        self.values[y as usize * self.size.x as usize + x as usize]
+    }
+}

@@ -1,0 +1,88 @@
+//! Where stamps go: what `TileSampler` and `Scatter` share.
+use super::map::Map;
+use crate::degrees::sin_cos;
+use glam::{DVec2, Vec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Gray, In, Range};
+use shibo_engine::value::{Stop, Tiling};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::scatter::set::{Stamp, StampSet};
+
+/// The order in which stamps are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Order {
+    /// That of the rows, or of the points.
+    #[default]
+    Rows,
+    /// The other way round: the first ones lie on top.
+    Reverse,
+    /// Any.
+    Random,
+}
+
+/// What varies from stamp to stamp.
+pub(super) struct Plan<'a> {
+    pub(super) size: DVec2,
+    pub(super) scale: Range,
+    pub(super) turn: Range,
+    pub(super) value: Range,
+    pub(super) share: f64,
+    pub(super) order: Order,
+    pub(super) density: &'a Option<In<Gray>>,
+    pub(super) scale_by: &'a Option<In<Gray>>,
+    pub(super) direction: &'a Option<In<Gray>>,
+}
+
+/// Draws of a stamp; others are the places of its layout.
+const KEEP: u64 = 0;
+const SCALE: u64 = 1;
+const TURN: u64 = 2;
+const VALUE: u64 = 3;
+const ORDER: u64 = 4;
+/// The first of two draws for its place.
+pub(super) const PLACE: u64 = 5;
+
+impl Plan<'_> {
+    /// The stamps at these places, of which place n draws the numbers of `hash.with(n)`; on a canvas that repeats as `tiling`
+    /// says. `pitch` is about the distance of places.
+    pub(super) fn stamps(
+        &self,
+        cx: &Context<'_>,
+        places: impl Iterator<Item = DVec2>,
+        (hash, pitch, tiling): (Hash, f64, Tiling),
+    ) -> Result<StampSet, Stop> {
+        let density = Map::read(cx, (self.density, "density"), pitch)?;
+        let scale_by = Map::read(cx, (self.scale_by, "scale_by"), pitch)?;
+        let direction = Map::read(cx, (self.direction, "direction"), pitch)?;
+        let mut stamps = Vec::new();
+        for (n, (id, center)) in (0u64..).zip((1u32..).zip(places)) {
+            if n % 65_536 == 0 {
+                cx.check()?;
+            }
+            let hash = hash.with(n);
+            let keep = self.share * density.as_ref().map_or(1.0, |map| f64::from(map.at(center)));
+            if hash.unit(KEEP) >= keep {
+                continue;
+            }
+            let by = scale_by.as_ref().map_or(1.0, |map| f64::from(map.at(center).clamp(0.0, 1.0)));
+            let scale = self.scale.at(hash.unit(SCALE)) * by;
+            let turn = self.turn.at(hash.unit(TURN)) + direction.as_ref().map_or(0.0, |map| f64::from(map.at(center)));
+            let (sin, cos) = sin_cos(turn);
+            stamps.push(Stamp {
+                center,
+                half: (self.size * 0.5 * scale).as_vec2(),
+                turn: Vec2::new(narrow(cos), narrow(sin)),
+                value: narrow(self.value.at(hash.unit(VALUE))),
+                id,
+            });
+        }
+        match self.order {
+            Order::Rows => {}
+            Order::Reverse => stamps.reverse(),
+            Order::Random => stamps.sort_by_key(|s| (hash.with(u64::from(s.id) - 1).u64(ORDER), s.id)),
+        }
+        Ok(StampSet::new(stamps, (cx.size_mm(), tiling)))
+    }
+}

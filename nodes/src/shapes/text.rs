@@ -1,0 +1,192 @@
+//! [`Text`]: lettering.
+//!
+//! Outlines of the font, as [`kernel::outline`](shibo_kernel::shape::outline): the distance is exact, and the mask follows from it. Letters
+//! follow each other by their widths and by the pairs that the font kerns; other features of fonts (ligatures, scripts that join) are left out.
+//! Cost: O(pixels · edges near).
+use super::glyphs::{self, Setting};
+use super::masked;
+use crate::degrees::sin_cos;
+use glam::{DMat2, DVec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Field, Stop, Tiling, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile;
+use shibo_kernel::shape::outline::{Edge, Outline};
+use std::path::{Path, PathBuf};
+
+/// Where lines begin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Align {
+    /// Together on the left.
+    Left,
+    /// So that their middles lie above each other.
+    #[default]
+    Center,
+    /// So that they end together on the right.
+    Right,
+}
+
+/// Lettering as a mask and as the distance from its edge in mm: monograms, labels, engravings.
+///
+/// Without `font` it is set in Quattrocento by Pablo Impallari (SIL Open Font License). On a canvas that tiles it repeats with the canvas.
+///
+/// ```ron
+/// "letters": Text(text: "Shibo", size_mm: 13),
+/// "edge": Remap(input: "letters.distance", from: (-0.6, 0), to: (-0.6, 0), clamp: true),
+/// "example": Relief(height: "edge", strength: 2),
+/// ```
+///
+/// Elsewhere: Substance Designer *Text*; Material Maker *Text*; Blender *String to Curves*; Houdini *Font*.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Text {
+    /// What is written; `\n` begins another line. At most 2000 letters.
+    pub text: String,
+    /// A TrueType or OpenType font, relative to the graph file; the embedded font without it.
+    pub font: Option<FilePath>,
+    /// Size of the font; capital letters are about 0.7 times as high.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub size_mm: f64,
+    /// How lines lie to each other.
+    pub align: Align,
+    /// Space between letters, in shares of the size, besides that of the font.
+    #[schemars(range(min = -1, max = 10))]
+    pub tracking: f64,
+    /// From one line to the next, in shares of the size.
+    #[schemars(range(min = 0, max = 10))]
+    pub leading: f64,
+    /// Where the middle of the text lies; the canvas' centre by default.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
+    pub center: Option<Xy>,
+    /// By how much it is turned, from +x towards +y.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub angle: f64,
+    /// Over how many mm the mask fades, half of them inside; at least over one pixel.
+    #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    pub softness: f64,
+}
+
+impl Default for Text {
+    fn default() -> Self {
+        Self {
+            text: "Text".into(),
+            font: None,
+            size_mm: 10.0,
+            align: Align::Center,
+            tracking: 0.0,
+            leading: 1.2,
+            center: None,
+            angle: 0.0,
+            softness: 0.0,
+        }
+    }
+}
+
+impl Text {
+    fn edges(&self, font: Option<&Path>) -> Result<Vec<Edge>, Problem> {
+        let align = match self.align {
+            Align::Left => 0.0,
+            Align::Center => 0.5,
+            Align::Right => 1.0,
+        };
+        let Self { text, size_mm, tracking, leading, .. } = self;
+        let setting = Setting { text, size: *size_mm, tracking: *tracking, leading: *leading, align };
+        glyphs::edges(&glyphs::load(font)?, &setting)
+    }
+}
+
+impl Node for Text {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("mask", Type::Gray, "1 on the letters and 0 elsewhere."),
+        Output::new("distance", Type::Gray, "Distance from the edge of the letters; negative inside.").in_unit("mm"),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        let (count, most) = (self.text.chars().count(), 8.0 * canvas.size_mm().max_element());
+        if count > 2000 {
+            let message = format!("text has {count} letters; at most 2000 are set");
+            return vec![Problem::new(Code::TooLarge, message).at("text")];
+        }
+        if self.size_mm > most {
+            let message = format!("size_mm is `{}` mm; it must be at most {most} mm", self.size_mm);
+            return vec![Problem::new(Code::OutOfRange, message).at("size_mm").help("that is eight times the canvas")];
+        }
+        if self.font.is_some() { Vec::new() } else { self.edges(None).err().into_iter().collect() }
+    }
+
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        if !self.text.trim().is_empty() {
+            return Vec::new();
+        }
+        vec![Problem::new(Code::Advice, "text has no letters: nothing is drawn").at("text")]
+    }
+
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        self.font.iter().map(|font| ("font", font)).collect()
+    }
+
+    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+        files.iter().filter_map(|(_, path)| self.edges(Some(path)).err()).collect()
+    }
+
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        canvas.tile()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let mut edges = self.edges(cx.file("font"))?;
+        let center = self.center.map_or(cx.size_mm() * 0.5, |c| DVec2::new(c.x, c.y));
+        let (sin, cos) = sin_cos(self.angle);
+        let turn = DMat2::from_cols(DVec2::new(cos, sin), DVec2::new(-sin, cos));
+        edges.iter_mut().for_each(|e| (e.from, e.to) = (center + turn * e.from, center + turn * e.to));
+        let outline = Outline::new(edges, (cx.size_mm(), cx.tiling()));
+        let far = narrow(cx.size_mm().max_element());
+        let distance = Field::generate(Type::Gray, cx.tiling(), move |out, given| {
+            outline.fill(&|| given.check().is_err(), &tile::frame(out), far, out.plane_mut(0));
+            given.check()
+        });
+        Ok(Outputs::one(masked::mask(&distance, self.softness)).with("distance", distance))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, field, part};
+    use crate::testing::{OnCanvas as _, canvas};
+
+    #[test]
+    fn lettering_conforms() {
+        conforms(&Text { text: "Ab\nc".into(), angle: 20.0, ..Text::default() }, &[]);
+        conforms(&Text { text: "Ag".into(), center: Some(Xy::new(0.0, 31.0)), softness: 1.0, ..Text::default() }, &[]);
+        conforms(&Text { text: String::new(), ..Text::default() }, &[]);
+    }
+
+    #[test]
+    fn strokes_and_holes_are_where_they_should_be() {
+        // An I is a bar in the middle, an O has a hole there.
+        let at = |text: &str, x: usize, y: usize| {
+            let node = Text { text: text.into(), size_mm: 28.0, ..Text::default() };
+            part(&field(&node, &[], "distance"), &canvas(), 0, 0, 64, 64).row(0, y)[x]
+        };
+        assert!(at("I", 32, 32) < 0.0 && at("O", 32, 32) > 3.0 && at("I", 2, 2) > 5.0);
+    }
+
+    #[test]
+    fn what_cannot_be_set_is_refused() {
+        let refused = |node: Text| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
+        assert_eq!(refused(Text::default()), None);
+        assert_eq!(refused(Text { text: "シボ".into(), ..Text::default() }).as_deref(), Some("text"));
+        assert_eq!(refused(Text { text: "a".repeat(2001), ..Text::default() }).as_deref(), Some("text"));
+        assert_eq!(refused(Text { size_mm: 300.0, ..Text::default() }).as_deref(), Some("size_mm"));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("font.otf");
+        std::fs::write(&path, b"OTTO and nothing else").unwrap();
+        let problems = Node::check_files(&Text::default(), &[("font", path)]);
+        assert_eq!((problems.len(), problems[0].code), (1, Code::BadFile));
+    }
+}

@@ -1,0 +1,110 @@
+//! [`LaidMaterial`]: all channels of a material moved as one, which is how `Use` lays out a sub-graph's materials.
+//!
+//! Each channel is moved as by [`Transform`]; normals turn with it, and so do the angles of the anisotropy. Heights keep
+//! their millimetres. It is no kind of its own in graph files: `Use(canvas: …)` makes it. Cost: that of its channels.
+use super::Transform;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Tile, Tiling, Type, Value};
+use std::sync::Arc;
+
+/// Moves, rotates and scales a material.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LaidMaterial {
+    /// What to move.
+    pub input: In<Material>,
+    /// How far features move, to the right and down.
+    pub offset: Xy,
+    /// By how much features are rotated, from +x towards +y.
+    pub angle: f64,
+    /// How much larger features become.
+    pub scale: Xy,
+    /// The point that stays in place when features are rotated and scaled; the canvas' centre by default.
+    pub pivot: Option<Xy>,
+}
+
+impl Default for LaidMaterial {
+    fn default() -> Self {
+        let Transform { offset, angle, scale, pivot, .. } = Transform::default();
+        Self { input: In::default(), offset, angle, scale, pivot }
+    }
+}
+
+impl LaidMaterial {
+    fn transform(&self) -> Transform {
+        let Self { offset, angle, scale, pivot, .. } = *self;
+        Transform { input: In::default(), offset, angle, scale, pivot }
+    }
+}
+
+/// Angles in degrees, all of them larger by `angle`.
+#[expect(clippy::cast_possible_truncation, reason = "fields hold f32")]
+fn turned(angles: Field, angle: f64) -> Field {
+    let angle = (angle % 360.0) as f32;
+    if angle == 0.0 {
+        return angles;
+    }
+    Field::map(Type::Gray, [angles], Halo::NONE, move |out: &mut Tile, [angles]: [&Tile; 1]| {
+        out.data_mut().iter_mut().zip(angles.data()).for_each(|(out, a)| *out = a + angle);
+        Ok(())
+    })
+}
+
+impl Node for LaidMaterial {
+    const OUTPUTS: &'static [Output] = &[Output::new("result", Type::Material, "The material, moved.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        self.transform().keeps(canvas)
+    }
+
+    fn no_op(&self) -> Option<&'static str> {
+        self.transform().no_op()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let material = cx.get(&self.input)?;
+        let (transform, size) = (self.transform(), cx.size_mm());
+        let channels = material.channels().iter().map(|(channel, field)| {
+            let moved = transform.apply(field, size);
+            (*channel, if *channel == Channel::AnisotropyAngle { turned(moved, self.angle) } else { moved })
+        });
+        Ok(Outputs::one(Value::Material(Arc::new(Material::new(channels)))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Plain, port};
+    use crate::testing::{canvas, lumps, raster};
+    use shibo_engine::node::{Call, DynNode};
+
+    #[test]
+    fn channels_move_together_and_directions_turn() {
+        let given = Material::new([
+            (Channel::Height, lumps()),
+            (Channel::Normal, Field::constant(Type::Normal, &[1.0, 0.5, 0.5])),
+            (Channel::AnisotropyAngle, Field::constant(Type::Gray, &[10.0])),
+        ]);
+        let node = LaidMaterial { input: port(0), angle: 90.0, ..LaidMaterial::default() };
+        let inputs = [Value::Material(Arc::new(given))];
+        let call = Call { kind: "Laid", canvas: &canvas(), inputs: &inputs, files: &[], evaluator: &Plain };
+        let outputs = DynNode::evaluate(&node, &call).unwrap();
+        let Some(Value::Material(made)) = outputs.take("result", true) else { panic!("no material") };
+        let pixel = |channel: Channel, x: usize, y: usize| {
+            let tile = raster(made.get(channel).unwrap(), &canvas());
+            (0..tile.channels()).map(|c| tile.row(c, y)[x]).collect::<Vec<_>>()
+        };
+        let before = raster(&lumps(), &canvas());
+        // +x turns towards +y, about the middle of 64² pixels.
+        for (x, y) in [(0, 0), (5, 11), (40, 63)] {
+            assert!((before.row(0, y)[x] - pixel(Channel::Height, 63 - y, x)[0]).abs() < 1e-5, "{x} {y}");
+        }
+        // A slope to the right is one downwards then; heights count upwards in normals.
+        assert_eq!(pixel(Channel::Normal, 3, 3), [0.5, 0.0, 0.5]);
+        assert_eq!(pixel(Channel::AnisotropyAngle, 3, 3), [100.0]);
+    }
+}

@@ -1,0 +1,97 @@
+//! [`BlendNormals`]: fine detail on a coarse surface.
+//!
+//! Source: C. Barré-Brisebois, S. Hill, "Blending in detail" (2012); see
+//! [`kernel::combine_normals`](shibo_kernel::surface::combine_normals). Cost: O(pixels), bound by memory.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, NormalField, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_kernel::ground::tile::planes3;
+use shibo_kernel::surface::combine_normals::{self as kernel, NormalBlend};
+
+/// Lays one normal map over another, so that the detail follows the shape below.
+///
+/// Both maps must have green in the same direction.
+///
+/// ```ron
+/// "cells": Worley(size: 10),
+/// "grooves": Remap(input: "cells.border", from: (0, 1), to: (1, 0), clamp: true),
+/// "dome": Pillow(input: "grooves", radius: 3),
+/// "coarse": HeightToNormal(input: "dome", strength: 2),
+/// "grain": Fractal(size: 2, octaves: 4),
+/// "fine": HeightToNormal(input: "grain", strength: 0.5),
+/// "example": BlendNormals(base: "coarse", detail: "fine"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Normal Combine*, *Normal Blend*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BlendNormals {
+    /// The coarse surface.
+    pub base: In<NormalField>,
+    /// What lies on it.
+    pub detail: In<NormalField>,
+    /// Factor on the slopes of the detail, a number or a mask: 0 leaves the base.
+    pub strength: In<Gray>,
+    /// How two normals become one.
+    pub mode: NormalBlend,
+}
+
+impl Default for BlendNormals {
+    fn default() -> Self {
+        let (base, detail) = (In::default(), In::default());
+        Self { base, detail, strength: In::constant(1.0), mode: NormalBlend::Reoriented }
+    }
+}
+
+impl Node for BlendNormals {
+    const OUTPUTS: &'static [Output] = &[Output::new("normal", Type::Normal, "The normal of both.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let inputs = [cx.get(&self.base)?, cx.get(&self.detail)?, cx.get(&self.strength)?];
+        let mode = self.mode;
+        let fill = move |out: &mut Tile, [base, detail, strength]: [&Tile; 3]| {
+            let [base, detail] = [base, detail].map(|tile| [0, 1, 2].map(|k| tile.plane(k)));
+            kernel::combine(mode, base, detail, strength.plane(0), planes3(out));
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(Type::Normal, inputs, Halo::NONE, fill)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{check_field, field, lumps, port, render};
+    use shibo_engine::value::Value;
+
+    fn node(mode: NormalBlend) -> BlendNormals {
+        BlendNormals { base: port(0), detail: port(1), strength: port(2), mode }
+    }
+
+    fn normal(x: f32, y: f32) -> Value {
+        let length = (x * x + y * y + 1.0).sqrt();
+        let encoded = [-x / length, -y / length, 1.0 / length].map(|n| 0.5 + 0.5 * n);
+        Field::constant(Type::Normal, &encoded).into()
+    }
+
+    #[test]
+    fn slopes_of_a_flat_base_are_those_of_the_detail() {
+        for mode in [NormalBlend::Reoriented, NormalBlend::Slopes, NormalBlend::Whiteout] {
+            let half = Field::constant(Type::Gray, &[0.5]);
+            let out = render(&node(mode), &[normal(0.0, 0.0), normal(0.8, -0.4), half.into()]);
+            let [x, y, z] = [0, 1, 2].map(|k| 2.0 * out.plane(k)[9] - 1.0);
+            assert!((-x / z - 0.4).abs() < 1e-5 && (-y / z + 0.2).abs() < 1e-5, "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        for mode in [NormalBlend::Reoriented, NormalBlend::Slopes, NormalBlend::Whiteout] {
+            // Numbers that are no normals at all.
+            let inputs = [lumps().to_rgb().into(), lumps().to_rgb().into(), lumps().into()];
+            check_field(&field(&node(mode), &inputs));
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! [`RaisedEdge`]: a bead along the edge of a mask.
+//!
+//! The exact distance from the edge, see [`kernel::distance`](shibo_kernel::filter::distance), through a profile. Cost: that
+//! of two distances, O(pixels · width in pixels).
+use crate::bounds::at_most_half;
+use crate::distances;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::Problem;
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::surface::profile::{self, Profile};
+
+/// Raises a bead along the edge of a shape: weld seams, rolled rims, the burr of a cut, a piped border. Below 0 it is a groove.
+///
+/// ```ron
+/// "noise": Fractal(size: 18, octaves: 2),
+/// "height": RaisedEdge(mask: "noise", threshold: 0.5, width: 1.6, height: 0.8),
+/// "example": Relief(height: "height"),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RaisedEdge {
+    /// The shape is where this is above the threshold.
+    pub mask: In<Gray>,
+    /// The value at the shape's edge.
+    #[schemars(range(min = -1e6, max = 1e6))]
+    pub threshold: f64,
+    /// How wide the bead is, from foot to foot; at most half the canvas' longer side.
+    #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub width: f64,
+    /// How high it is; below 0 it is a groove.
+    #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    pub height: f64,
+    /// How far inside the edge its middle runs; below 0 outside. With half the width at most half the canvas' longer side.
+    #[schemars(range(min = -5e5, max = 5e5), extend("unit" = "mm"))]
+    pub offset: f64,
+    /// The shape of its sides; two round ones make a half circle.
+    pub profile: Profile,
+}
+
+impl Default for RaisedEdge {
+    fn default() -> Self {
+        Self { mask: In::default(), threshold: 0.5, width: 0.5, height: 0.2, offset: 0.0, profile: Profile::Round }
+    }
+}
+
+impl RaisedEdge {
+    /// How far from the edge the bead reaches, mm.
+    fn reach(&self) -> f64 {
+        0.5 * self.width + self.offset.abs()
+    }
+}
+
+impl Node for RaisedEdge {
+    const OUTPUTS: &'static [Output] = &[Output::new("height", Type::Gray, "The height of the bead.").in_unit("mm")];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        let problems = at_most_half("width", self.width, canvas);
+        if problems.is_empty() { at_most_half("offset", self.reach(), canvas) } else { problems }
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let mask = cx.get(&self.mask)?;
+        let away = |inside: bool| distances::to_edge(&mask, self.threshold, self.reach(), inside);
+        let steep = 2.0 / self.width.max(1e-12);
+        let line = [narrow(steep), narrow(-self.offset * steep)];
+        let (height, profile) = (narrow(self.height), self.profile);
+        let fill = move |out: &mut Tile, [inside, outside]: [&Tile; 2]| {
+            let across: Vec<f32> = inside.data().iter().zip(outside.data()).map(|(a, b)| a - b).collect();
+            profile::apply(profile, &across, line, true, height, out.data_mut());
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(Type::Gray, [away(true), away(false)], Halo::NONE, fill)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::OnCanvas as _;
+    use crate::testing::{canvas, check_field, field, lumps, port, render};
+    use shibo_engine::value::Tiling;
+
+    #[test]
+    fn a_bead_of_half_a_circle() {
+        let half = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
+            let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
+            for (k, v) in (0..).zip(out.plane_mut(0)) {
+                *v = grid.center(window.x + k % width, 0).as_vec2().x - 15.5;
+            }
+            Ok(())
+        });
+        for offset in [0.0, 3.0, -5.0] {
+            let node = RaisedEdge { mask: port(0), width: 8.0, height: 4.0, offset, ..RaisedEdge::default() };
+            let out = render(&node, &[half.clone().into()]);
+            for (x, v) in out.row(0, 20).iter().enumerate() {
+                let off = (x as f32 + 0.5) * 0.5 - 16.0 - narrow(offset);
+                let want = (16.0 - off * off).max(0.0).sqrt();
+                assert!((v - want).abs() < 0.02, "{offset} {off}: {v} {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        for (width, offset, profile) in
+            [(1e-9, 0.0, Profile::Cove), (3.0, -2.0, Profile::Smooth), (16.0, 8.0, Profile::Linear)]
+        {
+            let node = RaisedEdge { mask: port(0), width, offset, profile, height: -1.0, ..RaisedEdge::default() };
+            assert!(node.check_on(&canvas()).is_empty());
+            check_field(&field(&node, &[lumps().into()]));
+        }
+        let far = RaisedEdge { offset: 16.0, ..RaisedEdge::default() };
+        assert_eq!(far.check_on(&canvas())[0].field.as_deref(), Some("offset"));
+    }
+}

@@ -1,0 +1,108 @@
+//! [`Dither`]: few values that look like many.
+//!
+//! Thresholds by place: a mask of blue noise (R. Ulichney, "The void-and-cluster method for dither array generation",
+//! 1993), 64 pixels wide, or the matrices of B. Bayer (1973). Which threshold a pixel has follows from its place on the
+//! canvas, so results are the same in every window. Cost: O(pixels), 2 ns each.
+use super::quantize::check_range;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::Problem;
+use shibo_engine::node::{AnyField, CanvasFacts, Context, In, Linear, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile;
+use shibo_kernel::pointwise::steps::{self, DitherPattern, Steps};
+
+/// Rounds values to a few in such a way that averages over a few pixels stay: two values are enough for a picture.
+///
+/// The pattern belongs to the pixels: another resolution has other dots. On a tiling canvas it repeats, without a break if
+/// the picture's sides are multiples of 64 pixels.
+///
+/// ```ron
+/// "clouds": Fractal(size: 20, octaves: 3),
+/// "wide": Levels(input: "clouds", low: 0.25, high: 0.75),
+/// "example": Dither(input: "wide", levels: 2),
+/// ```
+///
+/// Elsewhere: Material Maker *Dither*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Dither {
+    /// What to round.
+    pub input: In<AnyField>,
+    /// How many values are left, both ends of `range` among them.
+    #[schemars(range(min = 2, max = 65536))]
+    pub levels: u32,
+    /// The least and the greatest of them; what lies beyond becomes one of these.
+    #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    pub range: Linear,
+    /// Where values are rounded up and where down.
+    pub pattern: DitherPattern,
+    /// How strongly: 0 rounds to the nearest value, 1 keeps averages.
+    #[schemars(range(min = 0, max = 1))]
+    pub amount: f64,
+    /// Whether the channels of a colour have patterns of their own, which hides the dots better.
+    pub separate: bool,
+}
+
+impl Default for Dither {
+    fn default() -> Self {
+        Self {
+            input: In::default(),
+            levels: 2,
+            range: Linear::new(0.0, 1.0),
+            pattern: DitherPattern::BlueNoise,
+            amount: 1.0,
+            separate: true,
+        }
+    }
+}
+
+impl Node for Dither {
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input with few values.")];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        check_range(self.range)
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let spec = Steps { range: [narrow(self.range.at0), narrow(self.range.at1)], levels: self.levels };
+        let (pattern, amount, separate) = (self.pattern, narrow(self.amount), self.separate);
+        let (size, tiling) = (cx.size_mm(), cx.tiling().and(input.tiling()));
+        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
+            let frame = tile::frame(out);
+            #[expect(clippy::cast_possible_truncation, reason = "pixels of a canvas")]
+            let pixels = (size / out.grid.step).round().to_array().map(|n| n.clamp(1.0, 1e9) as i32);
+            let period = [tiling.x.then_some(pixels[0]), tiling.y.then_some(pixels[1])];
+            for (k, out) in (0..).zip(out.planes_mut()) {
+                let channel = if separate { k } else { 0 };
+                let plane = input.plane(usize::try_from(k).unwrap_or(0));
+                steps::dither(plane, &frame, period, (&spec, pattern, amount), channel, out);
+            }
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(input.ty(), [input], Halo::NONE, fill)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, gray, rgb};
+    use crate::testing::{port, render};
+    use shibo_engine::value::Type;
+
+    #[test]
+    fn dots_average_to_the_value() {
+        for pattern in [DitherPattern::BlueNoise, DitherPattern::Bayer2, DitherPattern::Bayer4, DitherPattern::Bayer8] {
+            let node = Dither { input: port(0), pattern, ..Dither::default() };
+            conforms(&node, &[gray().into()]);
+            conforms(&node, &[rgb().into()]);
+            let out = render(&node, &[Field::constant(Type::Gray, &[0.25]).into()]);
+            assert!(out.data().iter().all(|v| *v == 0.0 || *v == 1.0));
+            let mean = out.data().iter().sum::<f32>() / 4096.0;
+            assert!((mean - 0.25).abs() < 0.001, "{pattern:?}: {mean}");
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! [`Hsv`]: hue, saturation and value.
+//!
+//! Source: A. Smith, "Color gamut transform pairs" (1978). On sRGB-encoded values, as in picture editors; what is changed
+//! may be another field, so that a mask turns the hue here and not there. Cost: O(pixels), about 15 ns each.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_kernel::ground::tile::planes3;
+use shibo_kernel::pointwise::color;
+
+/// Turns the hue of colours and changes how saturated and how bright they are. Each change is a number or a field.
+///
+/// ```ron
+/// "cells": Worley(size: 8),
+/// "color": GradientMap(input: "cells.value", stops: [(0, "#b0402a"), (1, "#e8b25a")]),
+/// "turn": Gradient(angle: 0),
+/// "degrees": Remap(input: "turn", to: (0, 360)),
+/// "example": Hsv(input: "color", hue: "degrees", saturation: 0.9),
+/// ```
+///
+/// Elsewhere: Substance Designer *HSL*, Material Maker *Adjust HSV*, Blender *Hue/Saturation/Value*, Houdini *HSV Adjust*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Hsv {
+    /// The colours.
+    pub input: In<Rgb>,
+    /// By how many degrees the hue turns: red, yellow, green, cyan, blue, magenta are 60° apart.
+    pub hue: In<Gray>,
+    /// Factor on the saturation: 0 is grey, 1 changes nothing. Saturation ends at its largest.
+    pub saturation: In<Gray>,
+    /// Factor on the value, the largest of the encoded channels: 0 is black, 1 changes nothing.
+    pub value: In<Gray>,
+}
+
+impl Default for Hsv {
+    fn default() -> Self {
+        let one = || In::constant(1.0);
+        Self { input: In::default(), hue: In::constant(0.0), saturation: one(), value: one() }
+    }
+}
+
+impl Node for Hsv {
+    const OUTPUTS: &'static [Output] = &[Output::new("color", Type::Rgb, "The changed colours, scene-linear.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let inputs = [cx.get(&self.input)?, cx.get(&self.hue)?, cx.get(&self.saturation)?, cx.get(&self.value)?];
+        let fill = |out: &mut Tile, [input, hue, saturation, value]: [&Tile; 4]| {
+            let change = [hue.plane(0), saturation.plane(0), value.plane(0)];
+            color::adjust_hsv([0, 1, 2].map(|k| input.plane(k)), change, planes3(out));
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(Type::Rgb, inputs, Halo::NONE, fill)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, gray, rgb};
+    use crate::testing::{port, render};
+
+    #[test]
+    fn reds_become_greens_and_grey_stays_grey() {
+        let node = Hsv { input: port(0), hue: port(1), ..Hsv::default() };
+        let (red, third) = (Field::constant(Type::Rgb, &[0.8, 0.0, 0.0]), Field::constant(Type::Gray, &[120.0]));
+        let out = render(&node, &[red.into(), third.into()]);
+        let pixel = [0, 1, 2].map(|k| out.plane(k)[77]);
+        assert!(pixel[0].abs() < 1e-6 && (pixel[1] - 0.8).abs() < 1e-5 && pixel[2].abs() < 1e-6, "{pixel:?}");
+        let grey =
+            render(&Hsv { input: port(0), saturation: port(1), ..Hsv::default() }, &[rgb().into(), gray().into()]);
+        assert!(grey.data().iter().all(|v| v.is_finite() && *v >= 0.0));
+    }
+
+    #[test]
+    fn any_change_is_finite() {
+        for change in [-1e30, -1.0, 0.0, 1.0, 1e6] {
+            let field = Field::constant(Type::Gray, &[change]);
+            let hue = Hsv { input: port(0), hue: port(1), ..Hsv::default() };
+            conforms(&hue, &[rgb().into(), field.clone().into()]);
+            let others = Hsv { input: port(0), saturation: port(1), ..Hsv::default() };
+            conforms(&others, &[rgb().into(), field.into()]);
+        }
+        conforms(&Hsv { input: port(0), value: port(1), ..Hsv::default() }, &[rgb().into(), gray().into()]);
+    }
+}

@@ -1,0 +1,92 @@
+//! [`Quantize`]: few values instead of many. Cost: O(pixels), bound by memory.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::pointwise::steps::{self, Steps};
+
+/// Rounds values to a few, evenly spaced: terraces, posters.
+///
+/// ```ron
+/// "clouds": Fractal(size: 20, octaves: 3),
+/// "wide": Levels(input: "clouds", low: 0.2, high: 0.8),
+/// "example": Quantize(input: "wide", levels: 6, softness: 0.3),
+/// ```
+///
+/// Elsewhere: Substance Designer *Quantize*, Material Maker *Quantize*, Blender *Posterize*, Houdini *Quantize*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Quantize {
+    /// What to round; the channels of a colour are rounded alike.
+    pub input: In<AnyField>,
+    /// How many values are left, both ends of `range` among them.
+    #[schemars(range(min = 2, max = 65536))]
+    pub levels: u32,
+    /// The least and the greatest of them; what lies beyond becomes one of these.
+    #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    pub range: Linear,
+    /// How much of a step rises smoothly: 0 is a hard edge, 1 is the smoothest staircase.
+    #[schemars(range(min = 0, max = 1))]
+    pub softness: f64,
+}
+
+impl Default for Quantize {
+    fn default() -> Self {
+        Self { input: In::default(), levels: 8, range: Linear::new(0.0, 1.0), softness: 0.0 }
+    }
+}
+
+/// Refuses a range without a width.
+pub(super) fn check_range(range: Linear) -> Vec<Problem> {
+    if (narrow(range.at1) - narrow(range.at0)).abs() >= 1e-9 {
+        return Vec::new();
+    }
+    let message = format!("range is `({}, {})`; its numbers must differ", range.at0, range.at1);
+    vec![Problem::new(Code::BadValue, message).at("range").help("write for example `range: (0, 1)`")]
+}
+
+impl Node for Quantize {
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input with few values.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        check_range(self.range)
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let spec = Steps { range: [narrow(self.range.at0), narrow(self.range.at1)], levels: self.levels };
+        let softness = narrow(self.softness);
+        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
+            steps::quantize(input.data(), &spec, softness, out.data_mut());
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(input.ty(), [input], Halo::NONE, fill)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, field, gray, pairs, rgb};
+    use crate::testing::OnCanvas as _;
+    use crate::testing::port;
+
+    #[test]
+    fn rounds_to_the_nearest_level() {
+        let node = Quantize { input: port(0), levels: 5, ..Quantize::default() };
+        conforms(&node, &[rgb().into()]);
+        let pairs = pairs(&gray(), &field(&node, &[gray().into()], "result"));
+        assert!(pairs.iter().all(|(x, y)| *y == (x.clamp(0.0, 1.0) * 4.0 + 0.5).floor() / 4.0));
+        let soft = Quantize { softness: 0.7, levels: 65536, range: Linear::new(3.0, -2.0), ..node };
+        conforms(&soft, &[gray().into()]);
+    }
+
+    #[test]
+    fn a_range_has_a_width() {
+        let problems = Quantize { range: Linear::new(0.5, 0.5), ..Quantize::default() };
+        assert_eq!(problems.check_on(&crate::testing::canvas())[0].field.as_deref(), Some("range"));
+    }
+}

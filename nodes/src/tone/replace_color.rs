@@ -1,0 +1,125 @@
+//! [`ReplaceColor`]: one colour instead of another.
+//!
+//! How alike colours are is their distance in Oklab (B. Ottosson, 2020), in which black and white are 1 apart and equal
+//! distances look about equal. Cost: O(pixels), about 40 ns each.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, Rgb};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile::planes3;
+use shibo_kernel::pointwise::color;
+
+/// Replaces a colour, and those that look like it, by another; and tells where.
+///
+/// ```ron
+/// "cells": Worley(size: 6),
+/// "stones": GradientMap(input: "cells.value", stops: [(0.33, "#3f5f3a"), (0.33, "#b08a5a"), (0.66, "#b08a5a"), (0.66, "#5a4a42")], interpolation: Constant),
+/// "shade": Remap(input: "cells.border", from: (0, 1), to: (0.6, 1), clamp: true),
+/// "shaded": Blend(base: "stones", top: "shade", mode: Multiply),
+/// "example": ReplaceColor(input: "shaded", from: "#b08a5a", to: "#2a6a9a", tolerance: 0.12),
+/// ```
+///
+/// Elsewhere: Substance Designer *Replace Color*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ReplaceColor {
+    /// The colours.
+    pub input: In<Rgb>,
+    /// The colour that goes.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e4))]
+    pub from: Color,
+    /// The colour that comes.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e4))]
+    pub to: Color,
+    /// Colours within this distance are replaced altogether. Black and white are 1 apart, neighbours that the eye just tells
+    /// apart about 0.02.
+    #[schemars(range(min = 0, max = 2))]
+    pub tolerance: f64,
+    /// So much farther away colours stay as they are; between, they change in part.
+    #[schemars(range(min = 0, max = 2))]
+    pub softness: f64,
+    /// Whether lighter and darker shades of the old colour become such of the new one, instead of all being the same.
+    pub keep_shading: bool,
+}
+
+impl Default for ReplaceColor {
+    fn default() -> Self {
+        let srgb = |rgb: [u8; 3]| Color(rgb.map(|byte| srgb_to_linear(f32::from(byte) / 255.0)));
+        Self {
+            input: In::default(),
+            from: srgb([128, 128, 128]),
+            to: srgb([176, 48, 32]),
+            tolerance: 0.1,
+            softness: 0.05,
+            keep_shading: true,
+        }
+    }
+}
+
+impl Node for ReplaceColor {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("color", Type::Rgb, "The colours with the new one, scene-linear."),
+        Output::new("mask", Type::Gray, "How much each place was changed, 0..1."),
+    ];
+    const FACTS: &'static [Fact] = &[];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let input = cx.get(&self.input)?;
+        let spec = color::Replace {
+            from: self.from.0,
+            to: self.to.0,
+            tolerance: narrow(self.tolerance),
+            softness: narrow(self.softness),
+            keep_shading: self.keep_shading,
+        };
+        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
+            color::replace([0, 1, 2].map(|k| input.plane(k)), &spec, planes3(out));
+            Ok(())
+        };
+        let mask = move |out: &mut Tile, [input]: [&Tile; 1]| {
+            color::likeness([0, 1, 2].map(|k| input.plane(k)), &spec, out.plane_mut(0));
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(Type::Rgb, [input.clone()], Halo::NONE, fill))
+            .with("mask", Field::map(Type::Gray, [input], Halo::NONE, mask)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, rgb};
+    use crate::testing::{canvas, port, raster, render};
+
+    fn node() -> ReplaceColor {
+        let (from, to) = (Color([0.2, 0.2, 0.2]), Color([0.8, 0.1, 0.1]));
+        ReplaceColor { input: port(0), from, to, ..ReplaceColor::default() }
+    }
+
+    fn pixel(node: &ReplaceColor, color: [f32; 3]) -> [f32; 3] {
+        let out = render(node, &[Field::constant(Type::Rgb, &color).into()]);
+        [0, 1, 2].map(|k| out.plane(k)[5])
+    }
+
+    #[test]
+    fn the_colour_goes_and_others_stay() {
+        let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
+        assert!(close(pixel(&node(), [0.2; 3]), [0.8, 0.1, 0.1]));
+        assert_eq!(pixel(&node(), [0.0, 0.9, 0.0]), [0.0, 0.9, 0.0]);
+        // Greys within the tolerance: flat, or as much darker as they were.
+        let flat = ReplaceColor { keep_shading: false, ..node() };
+        assert!(close(pixel(&flat, [0.18; 3]), [0.8, 0.1, 0.1]));
+        assert!(pixel(&node(), [0.18; 3])[0] < 0.79);
+    }
+
+    #[test]
+    fn conforms_with_any_softness() {
+        for softness in [0.0, 0.05, 2.0] {
+            conforms(&ReplaceColor { softness, ..node() }, &[rgb().into()]);
+        }
+        let inputs = [rgb().into()];
+        let mask = crate::conform::field(&node(), &inputs, "mask");
+        assert!(raster(&mask, &canvas()).data().iter().all(|v| (0.0..=1.0).contains(v)));
+    }
+}

@@ -3,7 +3,6 @@ use super::convert;
 use super::document::Document;
 use super::files::Doc;
 use super::part::{Entry, Part, Shape};
-use super::ports::{Literal, literal};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::scope::{Bound, Flat, Port, Slot, Target, Unit};

@@ -98,6 +98,9 @@ pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
         "Relief" => Some(("height", "\"gray\"".into())),
         "Material" => Some(("base_color", "\"rgb\"".into())),
         "Expression" => Some(("formula", "\"random(floor(x)) + noise(u * 4, y) + v\"".into())),
+        "LayerMaterials" => {
+            Some(("layers", "[(material: \"material\"), (material: \"material\", mask: \"gray\", by: Height)]".into()))
+        }
         "Image" => Some(("path", format!("\"{PICTURE}\""))),
         "Svg" => Some(("path", format!("\"{DRAWING}\""))),
         _ => None,

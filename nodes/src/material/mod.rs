@@ -2,6 +2,7 @@
 mod blend_materials;
 mod dirt;
 mod edge_wear;
+mod layer_materials;
 mod layers;
 #[expect(clippy::module_inception, reason = "a file is named after its node")]
 mod material;
@@ -14,6 +15,7 @@ mod worn;
 pub use blend_materials::BlendMaterials;
 pub use dirt::Dirt;
 pub use edge_wear::EdgeWear;
+pub use layer_materials::{Layer, LayerMaterials};
 pub use layers::{BlendBy, BlendNormals};
 pub use material::Material;
 pub use material_channel::MaterialChannel;
@@ -33,6 +35,7 @@ pub fn family() -> Family {
             Kind::of::<MaterialChannel>(),
             Kind::of::<SetChannels>(),
             Kind::of::<BlendMaterials>(),
+            Kind::of::<LayerMaterials>(),
             Kind::of::<TransformMaterial>(),
             Kind::of::<WarpMaterial>(),
             Kind::of::<EdgeWear>(),

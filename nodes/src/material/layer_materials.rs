@@ -1,0 +1,147 @@
+//! [`LayerMaterials`]: any number of materials, one over the other.
+//!
+//! What as many nested [`BlendMaterials`](super::BlendMaterials) would give. Cost: O(pixels) for each layer that shows.
+use super::layers::{BlendBy, BlendNormals, Over};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
+use shibo_engine::value::{ChannelSet, Material, Stop, Type};
+use shibo_kernel::surface::layers::HeightMode;
+
+/// Lays materials over each other, the lowest first. Each layer says how it lies over all those before it, as
+/// `BlendMaterials` does; of the first only the material counts.
+///
+/// ```ron
+/// "cells":   Worley(size: 7),
+/// "flat":    Remap(input: "cells.border", from: (0, 2), to: (0, 1), clamp: true),
+/// "bump":    Math(operation: Smoothstep, a: "flat", b: 0, c: 1),
+/// "stone":   Material(base_color: "#8a8276", roughness: 0.75, height: "bump"),
+/// "grain":   Fractal(size: 1.5),
+/// "sand_h":  Remap(input: "grain", from: (0, 1), to: (0, 0.12)),
+/// "sand":    Material(base_color: "#c9ad7c", roughness: 0.9, height: "sand_h"),
+/// "moss_h":  Remap(input: "grain", from: (0, 1), to: (0, 0.3)),
+/// "moss":    Material(base_color: "#5d7038", roughness: 1, height: "moss_h"),
+/// "damp":    Fractal(size: 12, octaves: 5, seed: 4),
+/// "where":   Threshold(input: "damp", level: 0.55, softness: 0.1),
+/// "all":     LayerMaterials(layers: [
+///   (material: "stone"),
+///   (material: "sand", by: Height, offset: 0.3),
+///   (material: "moss", mask: "where", height: Add),
+/// ]),
+/// "example": Relief(material: "all"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Multi Material Blend*, Substance Painter layers, Unreal *Material Layers*, Houdini *Layer Mix*.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LayerMaterials {
+    /// The layers, the lowest first.
+    pub layers: Vec<Layer>,
+}
+
+/// A layer of [`LayerMaterials`].
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Layer {
+    /// The material.
+    pub material: In<Material>,
+    /// Where it shows, 0..1. If not given: everywhere, or, by height, wherever it is the higher.
+    pub mask: Option<In<Gray>>,
+    /// How much of it shows, 0..1.
+    pub opacity: In<Gray>,
+    /// What decides whether it shows.
+    pub by: BlendBy,
+    /// By height: the difference of heights over which it passes into what lies below; 0 is a sharp edge.
+    #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
+    pub contrast: f64,
+    /// How far it is raised.
+    #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    pub offset: f64,
+    /// By height: the difference of heights that the mask can outweigh.
+    #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
+    pub range: f64,
+    /// What becomes of the heights.
+    pub height: HeightMode,
+    /// Where the normals come from.
+    pub normals: BlendNormals,
+}
+
+impl Default for Layer {
+    fn default() -> Self {
+        Self {
+            material: In::default(),
+            mask: None,
+            opacity: In::constant(1.0),
+            by: BlendBy::default(),
+            contrast: 0.1,
+            offset: 0.0,
+            range: 1.0,
+            height: HeightMode::default(),
+            normals: BlendNormals::default(),
+        }
+    }
+}
+
+impl Layer {
+    fn over(&self) -> Over {
+        let Self { by, contrast, offset, range, height, normals, .. } = *self;
+        Over { by, contrast, offset, range, height, normals }
+    }
+}
+
+impl Node for LayerMaterials {
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("material", Type::Material, "All layers, with the channels of all.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        if !self.layers.is_empty() {
+            return Vec::new();
+        }
+        let problem = Problem::new(Code::MissingInput, "`LayerMaterials` needs at least one layer").at("layers");
+        vec![problem.help("write `layers: [(material: \"below\"), (material: \"above\", mask: \"where\")]`")]
+    }
+
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        let of = |number: usize| inputs.at(&format!("layers.{number}.material"));
+        let above = (2..).zip(self.layers.iter().skip(1));
+        above.fold(of(1), |base, (number, layer)| layer.over().channels(base, of(number)))
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let mut layers = self.layers.iter().enumerate();
+        let Some((_, first)) = layers.next() else { return Ok(Outputs::one(Material::default())) };
+        let mut all = (*cx.get(&first.material)?).clone();
+        for (number, layer) in layers {
+            let (top, over) = (cx.get(&layer.material)?, layer.over());
+            let weight = over.weight(cx.get_opt(&layer.mask)?, &cx.get(&layer.opacity)?, &all, &top);
+            let weight = cx.shared_field(&format!("weight {number}"), weight);
+            all = over.blend(cx, &format!("layer {number}"), &all, &top, &weight);
+        }
+        Ok(Outputs::one(all))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::OnCanvas as _;
+    use crate::testing::{canvas, outputs, port, raster};
+    use shibo_engine::value::{Channel, Field, Value};
+
+    #[test]
+    fn later_layers_lie_over_earlier_ones() {
+        let of =
+            |red: f32| Value::from(Material::new([(Channel::BaseColor, Field::constant(Type::Rgb, &[red, 0.0, 0.0]))]));
+        let layer =
+            |slot, opacity: f32| Layer { material: port(slot), opacity: In::constant(opacity), ..Layer::default() };
+        let node = LayerMaterials { layers: vec![layer(0, 0.1), layer(1, 0.5), layer(2, 0.25)] };
+        let made = outputs(&node, &[of(0.0), of(1.0), of(0.1)], &canvas()).unwrap();
+        let Some(Value::Material(all)) = made.take("material", true) else { panic!("no material") };
+        let red = raster(all.get(Channel::BaseColor).unwrap(), &canvas()).plane(0)[0];
+        // 0, then half of 1, then a quarter of 0.1 and three of 0.5.
+        assert!((red - 0.4).abs() < 1e-6, "{red}");
+        assert_eq!(LayerMaterials::default().check_on(&canvas()).len(), 1);
+    }
+}

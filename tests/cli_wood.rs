@@ -206,7 +206,7 @@ fn three_cuts_agree_on_their_shared_edges() {
     };
     let row = |y: i32| Window { x: 0, y, width, height: 1 };
     let column = |x: i32| Window { x, y: 0, width: 1, height };
-    let (face_low, face_left) = (line("face", row(bottom)), line("face", column(0)));
+    let (face_low, face_left) = (line("material", row(bottom)), line("material", column(0)));
     let (edge_top, edge_left) = (line("edge", row(0)), line("edge", column(0)));
     let (end_top, end_left) = (line("end", row(0)), line("end", column(0)));
     let byte = |v: f32| linear_to_srgb(v.clamp(0.0, 1.0)) * 255.0;

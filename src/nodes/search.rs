@@ -120,7 +120,7 @@ mod tests {
         assert_eq!(rank("gradient").map(|r| r.0), Some(0));
         assert_eq!(rank("Map").map(|r| r.0), Some(1));
         assert_eq!(rank("colour ramp").map(|r| r.0), Some(2));
-        assert_eq!(rank("color by").map(|r| r.0), Some(3));
+        assert_eq!(rank("colors by").map(|r| r.0), Some(3));
         assert_eq!(rank("value ramp").map(|r| r.0), Some(4));
         // Not across the names of two nodes.
         assert_eq!(rank("ramp hou"), None);

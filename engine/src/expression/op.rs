@@ -195,6 +195,6 @@ fn turn(x: f64, quarters: u8) -> f64 {
     let rest = (turned - nearest * 90.0).to_radians();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from -4 to 4; others are not finite")]
     let quarter = ((nearest + 4.0) as u8).wrapping_add(quarters) % 4;
-    let value = if quarter % 2 == 0 { libm::sin(rest) } else { libm::cos(rest) };
+    let value = if quarter.is_multiple_of(2) { libm::sin(rest) } else { libm::cos(rest) };
     if quarter < 2 { value } else { -value }
 }

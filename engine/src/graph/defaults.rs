@@ -39,7 +39,7 @@ pub(super) fn settle(doc: &Doc, params: &mut Params, facts: Facts, report: &mut 
     if has_derived(doc) {
         let defaults = self::params(doc, Some(facts), report);
         let all = doc.document.params.iter().map(|(entry, _)| entry.name.clone());
-        let values = all.filter_map(|name| Some((name.clone(), defaults.default_of(&name).cloned()))).collect();
+        let values = all.map(|name| (name.clone(), defaults.default_of(&name).cloned())).collect();
         params.set_defaults(Arc::new(values));
         follow(doc, params, report);
     }

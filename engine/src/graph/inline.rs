@@ -23,7 +23,7 @@ impl Unit<'_> {
         let entry = Entry { name: name.to_owned(), key: part.clone(), value: part.clone() };
         let decl = document::node(&entry, false, self.report);
         let entity = match &decl.args {
-            Some(args) => self.entity(scope, &decl, &Cow::Owned(args.clone())),
+            Some(args) => self.entity(scope, &decl, Cow::Owned(args.clone())),
             None => Entity::Broken,
         };
         self.inlines.insert((scope, part.span()), entity);

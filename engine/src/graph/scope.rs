@@ -229,7 +229,7 @@ impl<'a> Unit<'a> {
         for decl in &doc.document.nodes {
             self.enter(scope);
             let entity = match &decl.args {
-                Some(args) => self.entity(scope, decl, &Cow::Borrowed(args)),
+                Some(args) => self.entity(scope, decl, Cow::Borrowed(args)),
                 None => Entity::Broken,
             };
             if decl.named {
@@ -269,13 +269,13 @@ impl<'a> Unit<'a> {
         })
     }
 
-    pub(super) fn entity(&mut self, scope: usize, decl: &NodeDecl, args: &Cow<'a, [Entry]>) -> Entity {
+    pub(super) fn entity(&mut self, scope: usize, decl: &NodeDecl, args: Cow<'a, [Entry]>) -> Entity {
         let Some(kind) = &decl.kind else { return Entity::Broken };
         if kind.str() == "Use" {
-            return self.declare_use(scope, &decl.name, kind, args, None).map_or(Entity::Broken, Entity::Use);
+            return self.declare_use(scope, &decl.name, kind, &args, None).map_or(Entity::Broken, Entity::Use);
         }
         if kind.str() == each::KIND {
-            return self.declare_each(scope, &decl.name, kind, args).unwrap_or(Entity::Broken);
+            return self.declare_each(scope, &decl.name, kind, &args).unwrap_or(Entity::Broken);
         }
         let Some(info) = self.registry.info(kind.str()) else {
             let kinds = self.registry.kinds().chain(["Use", each::KIND]);
@@ -285,7 +285,7 @@ impl<'a> Unit<'a> {
         };
         let name = format!("{}{}", self.scopes[scope].prefix, decl.name);
         let kind_name = info.kind.clone();
-        Entity::Node(self.add_flat(Flat::new(scope, name, kind.clone(), kind_name, Some(info), args.clone())))
+        Entity::Node(self.add_flat(Flat::new(scope, name, kind.clone(), kind_name, Some(info), args)))
     }
 
     pub(super) fn add_flat(&mut self, flat: Flat<'a>) -> usize {

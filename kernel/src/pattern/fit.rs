@@ -52,7 +52,8 @@ impl Fit {
         let side = |size: f64, tiles: bool| if tiles { size } else { (2.0 * size).max(long) };
         let sides = DMat2::from_diagonal(DVec2::new(side(size.x, tiling.x), side(size.y, tiling.y)));
         let real = basis.inverse() * to_unit * sides;
-        if !(real.determinant().abs() * f64::from(pieces) <= 1.5 * MOST_PIECES) {
+        let needed = real.determinant().abs() * f64::from(pieces);
+        if needed.is_nan() || needed > 1.5 * MOST_PIECES {
             return None;
         }
         let lattice = nearest(real, |whole| {

@@ -259,6 +259,7 @@ fn whole(x: f64) -> i64 {
 }
 
 #[cfg(test)]
+#[expect(clippy::cast_possible_truncation, reason = "small numbers of a test")]
 mod tests {
     use super::*;
     use shibo_engine::value::Window;

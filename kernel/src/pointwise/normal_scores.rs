@@ -31,14 +31,10 @@ impl NormalScores {
         let (mean, axes) =
             if planes.len() == 3 { principal([planes[0], planes[1], planes[2]]) } else { ([0.0; 3], UNIT) };
         let (mut there, mut back) = (Vec::new(), Vec::new());
-        for k in 0..planes.len() {
+        for axis in axes.iter().take(planes.len()) {
             let mut values: Vec<f32> = (0..planes[0].len())
                 .map(|i| {
-                    if planes.len() == 1 {
-                        planes[0][i]
-                    } else {
-                        dot(axes[k], [0, 1, 2].map(|c| planes[c][i] - mean[c]))
-                    }
+                    if planes.len() == 1 { planes[0][i] } else { dot(*axis, [0, 1, 2].map(|c| planes[c][i] - mean[c])) }
                 })
                 .collect();
             let (values, normal) = (quantiles(&mut values, QUANTILES), normal_quantiles(QUANTILES));
@@ -82,8 +78,8 @@ fn principal(planes: [&[f32]; 3]) -> ([f32; 3], [[f32; 3]; 3]) {
     let n = planes[0].len() as f64;
     let mean = planes.map(|plane| plane.iter().map(|v| f64::from(*v)).sum::<f64>() / n);
     let mut m = [[0.0; 3]; 3];
-    for i in 0..planes[0].len() {
-        let off = [0, 1, 2].map(|c| f64::from(planes[c][i]) - mean[c]);
+    for ((r, g), b) in planes[0].iter().zip(planes[1]).zip(planes[2]) {
+        let off = [f64::from(*r) - mean[0], f64::from(*g) - mean[1], f64::from(*b) - mean[2]];
         for (row, a) in m.iter_mut().zip(off) {
             row.iter_mut().zip(off).for_each(|(m, b)| *m += a * b / n);
         }

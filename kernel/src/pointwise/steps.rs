@@ -64,7 +64,7 @@ const SIDE: usize = 64;
 impl DitherPattern {
     /// The threshold of a pixel, between 0 and 1.
     #[inline(always)]
-    #[expect(clippy::cast_sign_loss, clippy::cast_possible_truncation, reason = "reduced to a few bits")]
+    #[expect(clippy::cast_sign_loss, reason = "reduced to a few bits")]
     fn threshold(self, mask: &[f32], x: i32, y: i32) -> f32 {
         let bayer = |bits: u32| {
             let mut rank = 0;
@@ -172,7 +172,7 @@ impl Crowd {
 /// The method of R. Ulichney ("The void-and-cluster method for dither array generation", 1993).
 fn void_and_cluster() -> Vec<f32> {
     let (mut crowd, count) = (Crowd::new(), SIDE * SIDE);
-    let hash = crate::ground::hash::Hash::new(0x5348_4942_4f);
+    let hash = crate::ground::hash::Hash::new(0x53_4849_424f);
     (0..count).filter(|k| hash.unit(*k as u64) < 0.1).for_each(|k| crowd.set(k, true));
     // The most crowded moves to the largest void, until it is the same place. That ends; the bound is for safety.
     for _ in 0..count {

@@ -116,12 +116,7 @@ pub fn paint(
                 #[inline(always)]
                 |out, value, cover| out + value * cover,
             ),
-            (Overlap::Over, _) => painter.blend(
-                stop,
-                &mut planes,
-                #[inline(always)]
-                |out, value, cover| lerp(out, value, cover),
-            ),
+            (Overlap::Over, _) => painter.blend(stop, &mut planes, lerp),
         },
         Target::Cover(plane) => painter.cover(stop, plane),
         Target::Ids(plane) => painter.ids(stop, plane),
@@ -316,6 +311,7 @@ pub fn resolution(half: Vec2, step: [f64; 2], most: u32) -> [u32; 2] {
 }
 
 #[cfg(test)]
+#[expect(clippy::cast_possible_truncation, reason = "small numbers of a test")]
 mod tests {
     use super::super::set::Stamp;
     use super::*;

@@ -37,10 +37,10 @@ impl Span {
             *four = [at[0], at[1], at[2], at[3]];
         }
         let n = self.n.next_multiple_of(LANES).min(BLOCK);
-        for k in 0..n {
+        for (k, out) in out[..n].iter_mut().enumerate() {
             let ([a, b, c, d], u, v) = (self.four[k], self.u[k], self.v[k]);
             let (left, right) = (a + (b - a) * v, c + (d - c) * v);
-            out[k] = left + (right - left) * u;
+            *out = left + (right - left) * u;
         }
     }
 }

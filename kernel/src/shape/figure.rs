@@ -302,6 +302,7 @@ impl Placed {
 }
 
 #[cfg(test)]
+#[expect(clippy::cast_possible_truncation, reason = "small numbers of a test")]
 mod tests {
     use super::*;
     use shibo_engine::value::Window;

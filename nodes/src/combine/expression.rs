@@ -157,7 +157,7 @@ impl Node for Expression {
         let compiled = self.compile(ports, size, cx.canvas.seed()).map_err(failed)?;
         let ty = type_of(compiled.components());
         let tile = cx.tiling();
-        let program = compiled.program(&growth(size), [tile.x, tile.y]).map_err(|fault| located(fault))?;
+        let program = compiled.program(&growth(size), [tile.x, tile.y]).map_err(located)?;
         let [x, y] = compiled.repeats(&growth(size));
         Ok(Outputs::one(Source::field(program, fields, size, ty, tile.and(Tiling { x, y }))))
     }

@@ -107,6 +107,7 @@ impl Node for Scratches {
 }
 
 #[cfg(test)]
+#[expect(clippy::cast_possible_truncation, reason = "small numbers of a test")]
 mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, part};

@@ -79,7 +79,8 @@ pub(super) fn edges(font: &[u8], setting: &Setting<'_>) -> Result<Vec<Edge>, Pro
 
 /// The glyphs of a line with their places in units of the font, and at last the end of the line.
 fn places(face: &Face<'_>, line: &str, tracking: f64) -> Result<Vec<(Option<GlyphId>, f64)>, Problem> {
-    let (mut at, mut places, mut before): (f64, Vec<(Option<GlyphId>, f64)>, Option<GlyphId>) = (0.0, Vec::new(), None);
+    let mut places: Vec<(Option<GlyphId>, f64)> = Vec::new();
+    let (mut at, mut before): (f64, Option<GlyphId>) = (0.0, None);
     for letter in line.chars() {
         let glyph = match face.glyph_index(letter) {
             Some(glyph) => glyph,

@@ -198,6 +198,7 @@ impl FieldSource for Repeated {
 }
 
 #[cfg(test)]
+#[expect(clippy::cast_possible_truncation, reason = "small numbers of a test")]
 mod tests {
     use super::*;
     use crate::conform::{conforms, field, part};

@@ -1,6 +1,6 @@
 //! [`Svg`]: a vector picture.
 //!
-//! Read by `usvg` and drawn by `resvg` at the resolution of the grid, in blocks of 256 pixels that do not depend on the window, with 8 bits for
+//! Read by `usvg` and drawn by `resvg` at the resolution of the grid, in blocks of 64 pixels that do not depend on the window, with 8 bits for
 //! each channel. Colours are mixed as SVG says, in sRGB, and then made scene-linear. Cost: that of drawing the picture once for each block.
 use super::vector::Vector;
 use glam::DVec2;
@@ -133,8 +133,10 @@ struct Drawn {
 
 /// A pixel is drawn as so many by so many: the coverage of one alone is known in steps of 1/16.
 const FINE: usize = 2;
+/// Pixels that are drawn for a side of a block.
+const DRAWN: u32 = 128;
 /// Pixels of a block.
-const SIDE: usize = shibo_engine::value::TILE as usize;
+const SIDE: usize = 64;
 
 impl Drawn {
     /// The numbers of the copies in one direction that reach into `first..last` mm.
@@ -163,7 +165,7 @@ impl Drawn {
                 }
                 let fine = grid.step / FINE as f64;
                 let place = (self.scale / fine, (self.corner + shift - first) / fine);
-                let pixels = self.vector.draw(place, (SIDE * FINE) as u32).ok_or_else(|| {
+                let pixels = self.vector.draw(place, DRAWN).ok_or_else(|| {
                     Problem::new(Code::BadFile, "the picture cannot be drawn: its decoder gave up").at("path")
                 })?;
                 let out = all.get_or_insert_with(|| vec![[0.0; 4]; SIDE * SIDE]);
@@ -172,10 +174,13 @@ impl Drawn {
                     let at = corner(x, y) + (DVec2::new((k % SIDE) as f64, (k / SIDE) as f64) + 0.5) * grid.step;
                     let within = ((at - low).min(high - at) / grid.step + 0.5).clamp(DVec2::ZERO, DVec2::ONE);
                     let cover = narrow(within.element_product());
-                    let first_part = (k / SIDE * FINE * SIDE + k % SIDE) * FINE;
-                    let parts = (0..FINE * FINE).map(|part| first_part + part / FINE * FINE * SIDE + part % FINE);
-                    let sum = parts
-                        .fold([0_u32; 4], |sum, part| [0, 1, 2, 3].map(|c| sum[c] + u32::from(pixels[4 * part + c])));
+                    let first = (k / SIDE * FINE * SIDE + k % SIDE) * FINE;
+                    let mut sum = [0_u32; 4];
+                    for row in pixels[4 * first..].chunks(4 * FINE * SIDE).take(FINE) {
+                        for part in row[..4 * FINE].chunks_exact(4) {
+                            sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += u32::from(*part));
+                        }
+                    }
                     let scale = cover / (255 * FINE * FINE) as f32;
                     let above = sum.map(|sum| sum as f32 * scale);
                     let rest = 1.0 - above[3];

@@ -1,4 +1,4 @@
-//! Expressions on rows: the programs of the engine's [`expression`](shibo_engine::expression), run for blocks of pixels whose
+//! Expressions on rows: the programs of the engine's [`expression`], run for blocks of pixels whose
 //! registers stay in the first cache. Each operation is a loop without branches. Cost: 0.1 to 0.2 ns per pixel and
 //! operation, 1 to 3 ns for angles, powers and logarithms, 4 ns for noise.
 

@@ -131,7 +131,7 @@ mod tests {
                 let off = f64::from(angle.row(0, 32)[32]) - degrees;
                 let off = (off + 540.0).rem_euclid(360.0) - 180.0;
                 // Without smoothing, the staircase of pixels has directions of its own.
-                assert!(off.abs() < 5.0 || (radius == 0.0 && degrees == 30.0), "{degrees} {radius}: {off}");
+                assert!(off.abs() < 5.0 || (radius == 0.0 && degrees % 90.0 != 0.0), "{degrees} {radius}: {off}");
             }
         }
     }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::bad;
-use common::facts::{declares_what_it_reads, reads_only_declared_facts};
+use common::facts::{declares_what_it_reads, reads_only_declared_facts, shown};
 use common::kinds::{STAND_INS, another, arguments, bytes, graph, it, load, made, needed, options, session, stand_in};
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Keys, Silent};
@@ -11,9 +11,10 @@ use shibo_engine::graph::load_text;
 use shibo_engine::node::{Fact, KindInfo, OutputType, ParamType, Role};
 use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::Failure;
-use shibo_engine::value::{ChannelSet, Read, Type, Value, Window};
+use shibo_engine::value::{ChannelSet, Given, Read, Tile, Type, Value, Window};
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 #[test]
 fn every_type_can_be_made() {
@@ -185,6 +186,55 @@ fn states_what_it_reads(registry: &dyn Fn() -> Registry, info: &KindInfo) -> Res
 #[test]
 fn fields_state_what_they_read() {
     assert_eq!(on_all(|_, info| states_what_it_reads(&shibo_nodes::registry, info)), Vec::<String>::new());
+}
+
+/// A field that says that it overwrites its tiles gives the same whatever was in them.
+fn overwrites_if_it_says_so(registry: &Registry, info: &KindInfo) -> Result<usize, String> {
+    let size = UVec2::new(70, 60);
+    let graph = graph(registry, info, size, None)?;
+    let (grid, window) = (graph.canvas.grid(size), Window { x: 3, y: 1, width: 61, height: 50 });
+    let node = it(&graph);
+    let (session, token) = (session(shibo_nodes::registry(), 1), CancelToken::default());
+    let (mut found, mut seen) = (0, BTreeSet::new());
+    for output in 0..graph.nodes[node].outputs.len() {
+        let value = session.value(&graph, (node, output), &token, &Silent).map_err(|f| format!("{f:?}"))?;
+        let mut open: Vec<_> = shown(&value).into_iter().map(|f| (f, grid, window)).collect();
+        while let Some((field, grid, window)) = open.pop() {
+            let source = field.source();
+            let wanted = source.inputs(&grid, window);
+            open.extend(wanted.iter().map(|read| (read.field.clone(), read.grid, read.window)));
+            let new = seen.insert(format!("{:?} {:?} {window:?}", field.id(), grid.id()));
+            if !field.overwrites() || !new || window.is_empty() {
+                continue;
+            }
+            let mut tiles = Vec::new();
+            for read in &wanted {
+                let one = [(read.grid, read.window)];
+                let made = session.rasters(&graph, read.field, &one, &token, &Silent).map_err(|f| format!("{f:?}"))?;
+                tiles.extend(made.0.into_iter().map(Arc::new));
+            }
+            let filled = |with: f32| {
+                let mut tile = Tile::new(grid, window, field.channels());
+                tile.data_mut().fill(with);
+                source.fill(&Given::new(&tiles, None, &|| false), &mut tile).map_err(|stop| format!("{stop:?}"))?;
+                Ok::<_, String>(tile.data().iter().map(|v| v.to_bits()).collect::<Vec<_>>())
+            };
+            if filled(0.0)? != filled(f32::NAN)? {
+                return Err(format!("output {output} reads what was in a tile, or leaves it there"));
+            }
+            found += 1;
+        }
+    }
+    Ok(found)
+}
+
+#[test]
+fn what_overwrites_tiles_sets_every_value() {
+    let registry = shibo_nodes::registry();
+    let all = registry.kinds().filter_map(|kind| registry.info(kind));
+    let found: Result<Vec<usize>, String> =
+        all.map(|info| overwrites_if_it_says_so(&registry, info).map_err(|e| format!("{}: {e}", info.kind))).collect();
+    assert!(found.unwrap().iter().sum::<usize>() > 20, "too few fields for this to mean anything");
 }
 
 fn reads_its_parameters(registry: &Registry, info: &KindInfo) -> Result<(), String> {

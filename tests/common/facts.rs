@@ -34,7 +34,7 @@ impl Evaluator for Beside<'_> {
 }
 
 /// The fields that a value consists of; of a solid, what a plane through it shows.
-fn shown(value: &Value) -> Vec<Field> {
+pub(crate) fn shown(value: &Value) -> Vec<Field> {
     let Value::Solid(solid) = value else { return value.fields() };
     let place = Field::generate(Type::Rgb, Tiling::NONE, |out: &mut Tile, _| {
         let (grid, window) = (out.grid, out.window);

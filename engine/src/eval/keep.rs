@@ -4,13 +4,13 @@
 //! its own time and the debts of what it reads, which are nothing for what is kept. A tile is kept when
 //!
 //! ```text
-//! min(debt, computed − charged) ≥ R · write        R = (pixels / 1024²)⁴, at least 1 and at most 16
+//! min(debt, computed − charged) ≥ R · write        R = (pixels / 1024²)⁴, at least 1 and at most 32
 //! ```
 //!
 //! - `write` is the time to write it: its bytes, and some for the entry itself, at the rate measured so far in this process.
 //! - `pixels` are those of the whole picture. Small pictures keep whatever takes longer than to write it, so that an edit
 //!   computes nothing that is not downstream of it. A large one holds hundreds of MB of tiles, and writing them all would
-//!   take half as long as computing them; there a kept tile stands for sixteen times its writing.
+//!   take half as long as computing them; there a kept tile stands for 32 times its writing.
 //! - `computed` is the time of all code of nodes so far, and every kept tile charges `R · write`. So all writing together
 //!   takes at most `1 / R` of the computing, however debts that several readers share are counted.
 //!
@@ -29,7 +29,7 @@ const OBJECT: Duration = Duration::from_micros(700);
 /// Of pictures with so many pixels, what takes longer than to write it is kept.
 const SMALL: f64 = 1024.0 * 1024.0;
 /// The most times that the writing of a kept tile must be saved.
-const MOST: f64 = 16.0;
+const MOST: f64 = 32.0;
 /// The bytes that could be written in the time that making, sealing and naming an empty entry takes.
 const ENTRY: f64 = 65_536.0;
 /// What is believed of the rate before anything is measured: seconds for a byte, and how many bytes' worth of measurements
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn large_pictures_keep_what_takes_many_times_as_long() {
-        for (pixels, times) in [(1228, 4.278), (2048, 16.0), (16_384, 16.0)] {
+        for (pixels, times) in [(1228, 4.278), (2048, 32.0), (16_384, 32.0)] {
             let keeper = after(9.0);
             assert!(!fill(&keeper, &source("a"), &grid(pixels), writing().mul_f64(0.99 * times)), "{pixels}");
             assert!(fill(&keeper, &source("b"), &grid(pixels), writing().mul_f64(1.01 * times)), "{pixels}");
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn debts_add_up_until_something_is_kept() {
-        let (keeper, grid, own) = (after(9.0), grid(2048), writing().mul_f64(5.0));
+        let (keeper, grid, own) = (after(9.0), grid(2048), writing().mul_f64(10.0));
         let mut kept = Vec::new();
         let mut field = source("0");
         for name in 1..=8 {
@@ -231,7 +231,7 @@ mod tests {
             // What reads a field twice makes it once.
             field = reader([&field, &field], &name.to_string());
         }
-        // The fourth of a chain owes 20 times its writing; those after it begin anew.
+        // The fourth of a chain owes 40 times its writing; those after it begin anew.
         assert_eq!(kept, [false, false, false, true, false, false, false, true]);
     }
 
@@ -255,7 +255,7 @@ mod tests {
         let dear = source("dear");
         let mut written = 0;
         // Each of these readers owes all that `dear` took, which was computed once.
-        keeper.filled(&dear, &grid, WINDOW, writing().mul_f64(40.0));
+        keeper.filled(&dear, &grid, WINDOW, writing().mul_f64(80.0));
         for i in 0..100 {
             let reader = reader([&dear, &dear], &i.to_string());
             written += u32::from(fill(&keeper, &reader, &grid, Duration::ZERO));

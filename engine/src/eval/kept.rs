@@ -32,7 +32,7 @@ impl Run<'_> {
     pub(super) fn stored_tile(&self, at: &TileKey, field: &Field, grid: &Grid, window: Window) -> Option<Tile> {
         let store = self.caches.store.as_ref().filter(|store| keep::fits(field, grid, store.room()))?;
         let bytes = store.get(Shelf::Tiles, at.name())?;
-        let mut tile = Tile::new(*grid, window, field.channels());
+        let mut tile = Tile::unset(*grid, window, field.channels());
         let data = bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut());
         if bytes.len() != data.len() {
             store.remove(Shelf::Tiles, at.name());

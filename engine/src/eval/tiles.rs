@@ -196,7 +196,7 @@ impl<'f> Join<'f> {
     fn step(&mut self, made: Option<Arc<Tile>>) -> Step<'f> {
         if let (Some(tile), Some((x, y))) = (made, self.blocks.get(self.next)) {
             let (grid, window, field) = (self.grid, self.window, self.field);
-            let out = self.out.get_or_insert_with(|| Tile::new(grid, window, field.channels()));
+            let out = self.out.get_or_insert_with(|| Tile::unset(grid, window, field.channels()));
             out.copy_from(&tile, x.shift, y.shift);
             self.next += 1;
         }
@@ -234,7 +234,7 @@ impl<'f> Fill<'f, '_> {
             Some(halves) => (halves.out, keeper.owed(field, &grid, window)),
             None => {
                 let start = ThreadTime::now();
-                let mut tile = Tile::new(grid, window, field.channels());
+                let mut tile = field.blank(grid, window);
                 self.with_given(run, |given| field.source().fill(given, &mut tile)).inspect_err(|stop| {
                     if let Stop::Failed(problem) = stop {
                         run.failed(self.owner, problem);
@@ -287,7 +287,7 @@ impl<'f> Fill<'f, '_> {
                     self.halves = Some(Halves {
                         windows: window.halves(),
                         done: 0,
-                        out: Tile::new(grid, window, field.channels()),
+                        out: Tile::unset(grid, window, field.channels()),
                     });
                 }
                 self.wanted.extend(later.iter().zip(narrow).map(|(read, window)| Read { window, ..*read }));

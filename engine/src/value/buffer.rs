@@ -50,21 +50,31 @@ pub struct Buffer(Vec<f32>);
 impl Buffer {
     /// `length` zeros.
     pub fn zeros(length: usize) -> Self {
-        let used = if length < LEAST { None } else { spare().take(length) };
-        Self(match used {
+        match Self::used(length) {
             Some(mut buffer) => {
-                buffer.clear();
-                buffer.resize(length, 0.0);
+                buffer.fill(0.0);
                 buffer
             }
-            None => vec![0.0; length],
-        })
+            None => Self(vec![0.0; length]),
+        }
+    }
+
+    /// `length` numbers of any values, for code that sets all of them.
+    pub fn unset(length: usize) -> Self {
+        Self::used(length).unwrap_or_else(|| Self(vec![0.0; length]))
+    }
+
+    /// Of memory that was used before, with what was left in it.
+    fn used(length: usize) -> Option<Self> {
+        let mut buffer = if length < LEAST { None } else { spare().take(length) }?;
+        buffer.resize(length, 0.0);
+        Some(Self(buffer))
     }
 }
 
 impl Clone for Buffer {
     fn clone(&self) -> Self {
-        let mut copy = Self::zeros(self.len());
+        let mut copy = Self::unset(self.len());
         copy.copy_from_slice(self);
         copy
     }
@@ -112,6 +122,9 @@ mod tests {
         let second = Buffer::zeros(length - 100);
         assert_eq!(second.as_ptr(), place);
         assert!(second.len() == length - 100 && second.iter().all(|v| *v == 0.0));
+        drop(second);
+        let third = Buffer::unset(length);
+        assert_eq!((third.as_ptr(), third.len()), (place, length));
     }
 
     #[test]

@@ -70,7 +70,7 @@ impl Known {
                     return Err(missing.map(|input| (input.clone(), cut.clone())).collect());
                 }
                 let shown = Shown { source: source.clone(), inputs: fields, cut: cut.clone() };
-                Field::new(field_type(solid), cut.tiling(), shown)
+                Field::new(field_type(solid), cut.tiling(), shown).overwriting()
             }
             Body::Channels { of, channels } => {
                 let all = self.get(of, cut).cloned().ok_or_else(|| vec![(of.clone(), cut.clone())])?;
@@ -81,7 +81,7 @@ impl Known {
                     }
                     Ok(())
                 };
-                Field::map(field_type(solid), [all], Halo::NONE, pick)
+                Field::map(field_type(solid), [all], Halo::NONE, pick).overwriting()
             }
         };
         Ok(match solid.key().zip(cut.key()) {
@@ -166,7 +166,7 @@ impl FieldSource for Shown {
         if whole == out.window {
             return self.compute(given, out);
         }
-        let mut larger = Tile::new(out.grid, whole, out.channels());
+        let mut larger = Tile::unset(out.grid, whole, out.channels());
         self.compute(given, &mut larger)?;
         out.copy_from(&larger, 0, 0);
         Ok(())

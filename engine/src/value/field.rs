@@ -27,6 +27,7 @@ pub struct Field {
     constant: Option<[f32; 4]>,
     key: Option<Key>,
     owner: Option<Key>,
+    overwrites: bool,
     source: Link<dyn FieldSource>,
 }
 
@@ -51,6 +52,7 @@ impl Field {
             constant: None,
             key: None,
             owner: None,
+            overwrites: false,
             source: Link::new(Arc::new(source)),
         }
     }
@@ -63,7 +65,7 @@ impl Field {
         Self {
             constant: Some(constant),
             key: Some(Key::of("constant", &[ty.name().as_bytes(), &bytes])),
-            ..Self::new(ty, Tiling::BOTH, Constant(constant))
+            ..Self::new(ty, Tiling::BOTH, Constant(constant)).overwriting()
         }
     }
 
@@ -102,6 +104,14 @@ impl Field {
     #[must_use]
     pub fn with_pixels(mut self, size: glam::UVec2) -> Self {
         self.pixels = Some(size);
+        self
+    }
+
+    /// The same, with the promise that its code sets every value of a tile and reads none of those that were there, so
+    /// that the tile need not be cleared before.
+    #[must_use]
+    pub fn overwriting(mut self) -> Self {
+        self.overwrites = true;
         self
     }
 
@@ -171,6 +181,20 @@ impl Field {
         self.owner
     }
 
+    /// Whether its code sets every value of a tile, whatever was there.
+    pub fn overwrites(&self) -> bool {
+        self.overwrites
+    }
+
+    /// A tile for its code to fill.
+    pub(crate) fn blank(&self, grid: Grid, window: Window) -> Tile {
+        if self.overwrites {
+            Tile::unset(grid, window, self.channels())
+        } else {
+            Tile::new(grid, window, self.channels())
+        }
+    }
+
     /// The code behind it.
     pub fn source(&self) -> &dyn FieldSource {
         self.source.get()
@@ -195,7 +219,7 @@ impl Field {
             out.planes_mut().into_iter().for_each(|plane| plane.copy_from_slice(input.plane(0)));
             Ok(())
         };
-        let rgb = Self::map(Type::Rgb, [self.clone()], Halo::NONE, fill);
+        let rgb = Self::map(Type::Rgb, [self.clone()], Halo::NONE, fill).overwriting();
         match self.key {
             Some(key) => rgb.keyed(Key::of("to-rgb", &[key.as_bytes()])),
             None => rgb,

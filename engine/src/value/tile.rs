@@ -19,6 +19,11 @@ impl Tile {
         Self { grid, window, channels, data: Buffer::zeros(window.len() * channels) }
     }
 
+    /// A tile of any values, for code that sets all of them.
+    pub(crate) fn unset(grid: Grid, window: Window, channels: usize) -> Self {
+        Self { grid, window, channels, data: Buffer::unset(window.len() * channels) }
+    }
+
     /// The number of channels.
     pub const fn channels(&self) -> usize {
         self.channels

@@ -124,6 +124,7 @@ impl Plane {
             );
             Ok(())
         });
+        let place = place.overwriting();
         let spacing =
             move |grid: &shibo_engine::value::Grid| (right.length() * grid.step.x).max(down.length() * grid.step.y);
         let unit = |v: DVec3| v.normalize().to_array().map(single);

@@ -46,3 +46,51 @@ fn every_step_gives_its_picture() {
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
+
+/// What a reader of the page may get wrong in its ninth step, and what the command says to write instead.
+const MISTAKES: [(&str, &str, &str); 22] = [
+    (r#""shibo:walnut""#, r#""shibo:wallnut""#, "did you mean `walnut`?"),
+    (r#""shibo:walnut""#, r#""walnut""#, "write `\"shibo:walnut\"`"),
+    (r#"Use(graph: "wood")"#, r#"Use(graph: "shibo:walnut")"#, "`imports: { \"walnut\": \"shibo:walnut\" }`"),
+    (r#"Use(graph: "wood")"#, r#"Use("wood")"#, "`shibo nodes Use` tells its fields"),
+    (r#"Use(graph: "wood")"#, r#"Use(graph: "wood", preset: "drak")"#, "presets: `"),
+    (r#"Use(graph: "wood")"#, r#"Use(graph: "wood", with: { "colour": 3 })"#, "names: `"),
+    (r#"top: "leather""#, r#"top: "calf.lit""#, "`calf.material` is Material"),
+    (r#"top: "leather""#, r#"top: "lether""#, "did you mean `leather`?"),
+    (r#"top: "leather", "#, "", "write `top: \"node\"`"),
+    (r#"mask: "panel""#, r#"mask: "calf.lit""#, "makes Gray of Rgb"),
+    ("form: Box", "form: \"Box\"", "write `Box` without quotes"),
+    ("form: Box", "form: Square", "choices: `Circle`"),
+    ("size: 76", "size: \"76mm\"", "write `76`, without quotes and unit"),
+    ("size: 76", "size: 76mm", "write numbers without a unit"),
+    ("size: 76", "size: \"= panel * 2\"", "write `Expression(a: \"panel\""),
+    ("size: 76", "size: \"= 2 * (3\"", "a closing bracket is missing"),
+    ("radius: 14),", "radius: 14,", "close the brackets before it with `)`"),
+    (r#"a: "panel.distance", amount"#, "a: panel.distance, amount", "in quotes"),
+    (r#"material: "inlay", exposure"#, r#"material: "whole", exposure"#, "Material comes from `"),
+    ("BlendMaterials", "MaterialBlend", "here it is called `BlendMaterials`"),
+    (r#""gap": Math"#, r#""panel": Math"#, "give one of them another name"),
+    (r#""lit": "picture""#, r#""lit": picture"#, "write `\"picture\"`"),
+];
+
+#[test]
+fn every_mistake_is_told_what_to_write() {
+    let steps = steps();
+    let folder = tempfile::tempdir().unwrap();
+    let mut silent = Vec::new();
+    for (from, to, help) in MISTAKES {
+        assert!(steps[8].contains(from), "{from}");
+        std::fs::write(folder.path().join("inlay.ron"), steps[8].replacen(from, to, 1)).unwrap();
+        let run = Command::new(assert_cmd::cargo::cargo_bin!("shibo"))
+            .args(["check", "inlay.ron"])
+            .current_dir(folder.path())
+            .env("XDG_CACHE_HOME", folder.path().join("cache"))
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&run.stderr);
+        if run.status.code() != Some(1) || !said.contains(help) {
+            silent.push(format!("{to}: {help}\n{said}"));
+        }
+    }
+    assert!(silent.is_empty(), "{}", silent.join("\n"));
+}

@@ -323,6 +323,8 @@ impl<'t> Parser<'t> {
     }
 
     fn too_early(&self) -> Fault {
-        bad(self.text.len()..self.text.len(), "the expression ends too early")
+        let mut fault = bad(self.text.len()..self.text.len(), "the expression ends too early");
+        fault.help = Some("a value or a closing bracket is missing at the end".to_owned());
+        fault
     }
 }

@@ -324,6 +324,12 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
                 return head.error(Code::UnknownVariant, message).help(suggest(head.str(), "choice", &names));
             }
         }
+        if let Shape::Text(text) = &shape
+            && param.choices.iter().any(|choice| choice.name == *text)
+        {
+            let message = format!("{name} must be a choice; found a text `{}`", shorten(place.str()));
+            return place.error(Code::TypeMismatch, message).help(format!("write `{text}` without quotes"));
+        }
         let list = param.choices.iter().map(|choice| format!("`{choice}`")).collect::<Vec<_>>().join(", ");
         let message = format!("{name} must be a choice; found {} `{}`", shape.describe(), shorten(place.str()));
         return place.error(Code::TypeMismatch, message).help(format!("choices: {list}"));
@@ -345,6 +351,11 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     }
     let message = format!("{name} must be {wanted}; found {} `{}`", shape.describe(), shorten(place.str()));
     let error = place.error(Code::TypeMismatch, message);
+    if let (Shape::Text(text), false) = (&shape, matches!(ty, ParamType::Text | ParamType::Path | ParamType::Formula))
+        && let Some(number) = leading_number(text)
+    {
+        return error.help(format!("write `{number}`, without quotes and unit"));
+    }
     // The message of the parser helps only where a value has parts.
     match ty {
         ParamType::Number
@@ -355,4 +366,11 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
         | ParamType::Formula => error,
         _ => error.help(lower_first(said)),
     }
+}
+
+/// The number at the beginning of `76mm`.
+fn leading_number(text: &str) -> Option<&str> {
+    let text = text.trim();
+    let end = text.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+'))).unwrap_or(text.len());
+    text[..end].parse::<f64>().ok().map(|_| &text[..end])
 }

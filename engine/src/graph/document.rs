@@ -160,7 +160,8 @@ impl Document {
             let named = !first.contains_key(&entry.name);
             if let Some(span) = first.get(&entry.name) {
                 let message = format!("node `{}` is given twice", shorten(&entry.name));
-                report.push(entry.key.error(Code::DuplicateKey, message).related(*span, "it is given here first"));
+                let error = entry.key.error(Code::DuplicateKey, message).related(*span, "it is given here first");
+                report.push(error.help("give one of them another name"));
             } else {
                 first.insert(entry.name.clone(), entry.key.span());
             }
@@ -193,7 +194,8 @@ pub(super) fn node(entry: &Entry, named: bool, report: &mut Report) -> NodeDecl 
         Some(Shape::Named(args)) => Some(read::unique(args, "field", report)),
         Some(_) => {
             let body = body.as_ref().unwrap_or(&entry.value);
-            report.push(mismatch(body, &format!("`{}`", kind.str()), "given named fields, `Kind(name: value)`"));
+            let error = mismatch(body, &format!("`{}`", kind.str()), "given named fields, `Kind(name: value)`");
+            report.push(error.help(format!("`shibo nodes {}` tells its fields", shorten(kind.str()))));
             None
         }
     };
@@ -256,7 +258,11 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         (_, Some((word, Some(body)))) if word.str() == "File" => (word, body),
         _ => {
             let what = format!("output `{}`", entry.name);
-            report.push(mismatch(&entry.value, &what, "\"node\", \"node.port\" or File(from: \"node\")"));
+            let error = mismatch(&entry.value, &what, "\"node\", \"node.port\" or File(from: \"node\")");
+            report.push(match entry.value.shape() {
+                Shape::Word(word) => error.help(format!("write `\"{}\"`", shorten(&word))),
+                _ => error,
+            });
             return decl;
         }
     };

@@ -260,7 +260,8 @@ impl Unit<'_> {
 
     fn check_types(&mut self) {
         for flat in 0..self.flats.len() {
-            let check = |slot| self.check_type(slot).or_else(|| self.check_movable(&slot.part, &slot.target));
+            let scope = self.flats[flat].scope;
+            let check = |slot| self.check_type(scope, slot).or_else(|| self.check_movable(&slot.part, &slot.target));
             let errors: Vec<_> = self.flats[flat].slots.iter().filter_map(check).collect();
             if !errors.is_empty() {
                 self.enter(self.flats[flat].scope);
@@ -271,7 +272,7 @@ impl Unit<'_> {
         let checks = std::mem::take(&mut self.checks);
         for (scope, slot) in &checks {
             self.enter(*scope);
-            let error = self.check_type(slot).or_else(|| self.check_movable(&slot.part, &slot.target));
+            let error = self.check_type(*scope, slot).or_else(|| self.check_movable(&slot.part, &slot.target));
             if let Some(error) = error {
                 self.report.push(error);
             }

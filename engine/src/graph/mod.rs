@@ -32,12 +32,14 @@ mod params;
 mod part;
 mod ports;
 mod read;
+mod remedy;
 mod report;
 mod scope;
 mod structs;
 mod subst;
 mod syntax;
 mod tiling;
+mod uses;
 
 pub use linked::{Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
 pub use load::{load, load_text};

@@ -4,7 +4,7 @@ use super::read::{self, shorten};
 use super::scope::{Bound, Entity, Port, Slot, Target, Unit};
 use super::subst::substitute;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::node::{OutputType, PortInfo, parse_color};
+use crate::node::{PortInfo, parse_color};
 use crate::value::{Accepts, Field, Type};
 use std::collections::BTreeSet;
 
@@ -292,8 +292,8 @@ impl Unit<'_> {
         }
     }
 
-    /// Reports a wire that does not fit its port.
-    pub(super) fn check_type(&self, slot: &Slot) -> Option<Diagnostic> {
+    /// Reports a wire, written in `scope`, that does not fit its port.
+    pub(super) fn check_type(&self, scope: usize, slot: &Slot) -> Option<Diagnostic> {
         let ty = slot.declared.or_else(|| self.type_of(&slot.target).map(Accepts::One))?;
         if matches!(slot.target, Target::Broken) || ty.fits(slot.wants) {
             return None;
@@ -301,44 +301,10 @@ impl Unit<'_> {
         let written = shorten(slot.part.str());
         let message = format!("{} takes {}; {written} is {ty}", slot.port, slot.wants);
         let error = slot.part.error(Code::TypeMismatch, message);
-        Some(match self.remedy(slot, ty) {
+        Some(match self.remedy(scope, slot, ty) {
             Some(help) => error.help(help),
             None => error,
         })
-    }
-
-    /// Another output of the same node that would fit, or a kind that converts what is given to what is wanted.
-    fn remedy(&self, slot: &Slot, ty: Accepts) -> Option<String> {
-        if let Target::Out { flat, output } = &slot.target
-            && let Some(info) = self.flats[*flat].info
-            && slot.declared.is_none()
-        {
-            let types = &self.flats[*flat].outputs;
-            let fits = |i: usize| i != *output && types.get(i).copied().flatten().is_some_and(|ty| ty.fits(slot.wants));
-            if let Some(i) = (0..info.outputs.len()).find(|&i| fits(i)) {
-                let text = slot.part.str().trim_matches('"');
-                let node = text.split('.').next().unwrap_or(text);
-                let fitting = types[i].map_or(slot.wants, Accepts::One);
-                if !matches!(slot.part.shape(), Shape::Text(_)) {
-                    let output = info.outputs[i].name;
-                    return Some(format!(
-                        "its output `{output}` is {fitting}; give the node a name to take that, \"name.{output}\""
-                    ));
-                }
-                return Some(format!("`{node}.{}` is {fitting}", info.outputs[i].name));
-            }
-        }
-        let converts = |kind: &&str| {
-            let Some(info) = self.registry.info(kind) else { return false };
-            let makes = info
-                .outputs
-                .first()
-                .is_some_and(|o| matches!(o.ty, OutputType::Fixed(ty) if slot.wants == Accepts::One(ty)));
-            let mut required = info.ports().filter(|(_, port)| port.required);
-            makes && required.next().is_some_and(|(_, port)| ty.fits(port.ty)) && required.next().is_none()
-        };
-        let kinds: Vec<_> = self.registry.kinds().filter(converts).take(3).map(|kind| format!("`{kind}`")).collect();
-        (!kinds.is_empty()).then(|| format!("{} makes {} of {ty}", kinds.join(" or "), slot.wants))
     }
 }
 

@@ -119,12 +119,19 @@ impl Report {
         what: &str,
         names: impl IntoIterator<Item = &'n str>,
     ) -> Option<String> {
-        if self.compared.get() >= COMPARED {
+        if !self.may_compare(0) {
             return None;
         }
         let names: Vec<_> = names.into_iter().collect();
-        self.compared.set(self.compared.get() + names.len());
+        self.may_compare(names.len());
         Some(suggest(word, what, &names))
+    }
+
+    /// Whether there may be so many comparisons more; if so, they count as made.
+    pub(super) fn may_compare(&self, comparisons: usize) -> bool {
+        let may = self.compared.get() < COMPARED;
+        self.compared.set(self.compared.get() + if may { comparisons } else { 0 });
+        may
     }
 
     /// How many errors there were so far, repeated ones included.

@@ -40,7 +40,7 @@ pub(super) fn explain(text: &str, file: FileId, error: &ron::error::SpannedError
     };
     let mut diagnostic = Diagnostic::new(Code::Syntax, span, lower_first(&said));
     diagnostic.unfinished = is_unfinished(text, start, &error.code);
-    match hint(&error.code) {
+    match near(text, start, &error.code).or_else(|| hint(&error.code)) {
         Some(help) => diagnostic.help(help),
         None => diagnostic,
     }
@@ -50,6 +50,23 @@ pub(super) fn explain(text: &str, file: FileId, error: &ron::error::SpannedError
 fn is_unfinished(text: &str, at: usize, error: &ron::Error) -> bool {
     let open = matches!(error, ron::Error::Eof | ron::Error::ExpectedStringEnd | ron::Error::UnclosedBlockComment);
     open || at >= text.trim_end().len()
+}
+
+/// What to do where the text itself tells what was meant.
+fn near(text: &str, at: usize, error: &ron::Error) -> Option<&'static str> {
+    let (before, here) = (text[..at].chars().next_back(), text[at..].chars().next()?);
+    match error {
+        ron::Error::ExpectedComma if here.is_alphabetic() && before.is_some_and(|c| c.is_ascii_digit()) => {
+            Some("write numbers without a unit")
+        }
+        ron::Error::ExpectedComma if here == '.' && before.is_some_and(char::is_alphanumeric) => {
+            Some("write the names of nodes in quotes, `\"node.port\"`")
+        }
+        ron::Error::ExpectedIdentifier if here == '"' => {
+            Some("close the brackets before it with `)`; in `( )` names of fields have no quotes")
+        }
+        _ => None,
+    }
 }
 
 fn hint(error: &ron::Error) -> Option<&'static str> {

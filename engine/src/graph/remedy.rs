@@ -1,0 +1,155 @@
+//! What to write instead of what is refused, where that takes more than the nearest name.
+use super::imports;
+use super::part::Shape;
+use super::read::shorten;
+use super::scope::{Entity, Slot, Target, Unit};
+use crate::node::OutputType;
+use crate::registry::Registry;
+use crate::value::{Accepts, Type};
+
+/// Begins the paragraph of a node's documentation that tells what other programs call it.
+const ELSEWHERE: &str = "Elsewhere:";
+/// The most kinds that a message lists.
+const LISTED: usize = 3;
+
+/// The kind that `word` means if it is the name that another program has for it, or its words in another order.
+pub(super) fn kind_elsewhere<'r>(registry: &'r Registry, word: &str) -> Option<&'r str> {
+    let (squashed, words) = (squash(word), words(word));
+    let is_meant = |kind: &&str| {
+        let called = |info: &crate::node::KindInfo| names_elsewhere(&info.doc).any(|name| squash(name) == squashed);
+        self::words(kind) == words || registry.info(kind).is_some_and(called)
+    };
+    registry.kinds().find(is_meant)
+}
+
+/// The names between asterisks in the paragraph about other programs.
+fn names_elsewhere(doc: &str) -> impl Iterator<Item = &str> {
+    let paragraph = doc.split("\n\n").map(str::trim).find_map(|paragraph| paragraph.strip_prefix(ELSEWHERE));
+    paragraph.unwrap_or_default().split('*').skip(1).step_by(2)
+}
+
+/// Its letters and digits, in lower case.
+fn squash(text: &str) -> String {
+    text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
+/// The words of `BlendMaterials`, in the singular and in order of the alphabet.
+fn words(kind: &str) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    for c in kind.chars().take(64) {
+        if c.is_uppercase() || words.is_empty() {
+            words.push(String::new());
+        }
+        if let Some(word) = words.last_mut() {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words.iter_mut().for_each(|word| word.truncate(word.trim_end_matches('s').len()));
+    words.sort();
+    words
+}
+
+/// How to import what was written where the name of an import belongs; `None` if that is nothing which can be imported.
+pub(super) fn import_first(registry: &Registry, written: &str, taken: &[&str]) -> Option<String> {
+    let inside = written.strip_prefix(imports::LIBRARY).unwrap_or(written);
+    let of_library = imports::in_library(inside, registry.library()).is_some();
+    if !of_library && !written.ends_with(".ron") {
+        return None;
+    }
+    let path = if of_library { format!("{}{inside}", imports::LIBRARY) } else { written.to_owned() };
+    let stem = inside.rsplit('/').next().unwrap_or(inside).trim_end_matches(".ron");
+    let name = if taken.contains(&stem) { format!("{stem}_2") } else { stem.to_owned() };
+    let (name, path) = (shorten(&name), shorten(&path));
+    Some(format!("write `imports: {{ \"{name}\": \"{path}\" }}` above, and `graph: \"{name}\"` here"))
+}
+
+impl Unit<'_> {
+    /// For a wire, written in `scope`, that does not fit: another output of what it comes from that would, a kind that
+    /// converts what is given to what is wanted, or the kinds that make what is wanted.
+    pub(super) fn remedy(&self, scope: usize, slot: &Slot, ty: Accepts) -> Option<String> {
+        let other = if slot.declared.is_none() { self.other_output(scope, slot) } else { None };
+        other.or_else(|| self.converters(slot, ty)).or_else(|| self.makers(slot.wants))
+    }
+
+    fn other_output(&self, scope: usize, slot: &Slot) -> Option<String> {
+        let Shape::Text(written) = slot.part.shape() else {
+            let Target::Out { flat, .. } = &slot.target else { return None };
+            let (output, ty) = self.output_that_fits(*flat, slot.wants)?;
+            let help = format!("its output `{output}` is {ty}; give the node a name to take that, \"name.{output}\"");
+            return Some(help);
+        };
+        let node = written.split('.').next()?;
+        let (output, ty) = match self.scopes[scope].names.get(node)? {
+            Entity::Node(flat) => self.output_that_fits(*flat, slot.wants),
+            Entity::Use(child) => self.output_of_graph(*child, slot.wants),
+            Entity::Each(chooser) => self.output_of_graph(*self.choosers[*chooser].children.first()?, slot.wants),
+            Entity::Input(_) | Entity::Broken => None,
+        }?;
+        Some(format!("`{}.{}` is {ty}", shorten(node), shorten(output)))
+    }
+
+    fn output_that_fits(&self, flat: usize, wants: Accepts) -> Option<(&str, Type)> {
+        let flat = &self.flats[flat];
+        let mut outputs = flat.info?.outputs.iter().zip(&flat.outputs);
+        outputs.find_map(|(output, ty)| Some((output.name, ty.filter(|ty| ty.fits(wants))?)))
+    }
+
+    /// Of a graph that is shown in `scope`. Only outputs that a node of its own makes are looked at.
+    fn output_of_graph(&self, scope: usize, wants: Accepts) -> Option<(&str, Type)> {
+        let document = &self.docs[self.scopes[scope].doc].document;
+        document.outputs.iter().find_map(|output| {
+            let Shape::Text(from) = output.from.as_ref()?.shape() else { return None };
+            let (node, port) = from.split_once('.').map_or((from.as_str(), None), |(node, port)| (node, Some(port)));
+            let Some(Entity::Node(flat)) = self.scopes[scope].names.get(node) else { return None };
+            let flat = &self.flats[*flat];
+            let index = match port {
+                Some(port) => flat.info?.outputs.iter().position(|output| output.name == port)?,
+                None => 0,
+            };
+            let ty = flat.outputs.get(index).copied().flatten()?;
+            ty.fits(wants).then_some((output.name.as_str(), ty))
+        })
+    }
+
+    fn converters(&self, slot: &Slot, ty: Accepts) -> Option<String> {
+        let converts = |kind: &&str| {
+            let Some(info) = self.registry.info(kind) else { return false };
+            let mut required = info.ports().filter(|(_, port)| port.required);
+            self.makes(kind, slot.wants)
+                && required.next().is_some_and(|(_, port)| ty.fits(port.ty))
+                && required.next().is_none()
+        };
+        let kinds: Vec<_> =
+            self.registry.kinds().filter(converts).take(LISTED).map(|kind| format!("`{kind}`")).collect();
+        (!kinds.is_empty()).then(|| format!("{} makes {} of {ty}", kinds.join(" or "), slot.wants))
+    }
+
+    fn makers(&self, wants: Accepts) -> Option<String> {
+        let kinds = self.registry.kinds().filter(|kind| self.makes(kind, wants)).take(LISTED);
+        let kinds: Vec<_> = kinds.map(|kind| format!("`{kind}`")).collect();
+        (!kinds.is_empty()).then(|| format!("{wants} comes from {}", kinds.join(", ")))
+    }
+
+    fn makes(&self, kind: &str, wants: Accepts) -> bool {
+        let main = self.registry.info(kind).and_then(|info| info.outputs.first());
+        main.is_some_and(|output| matches!(output.ty, OutputType::Fixed(ty) if wants == Accepts::One(ty)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_other_programs_are_between_asterisks() {
+        let doc = "A node.\n\nElsewhere: Substance Designer *Tile Sampler*, Blender *Mix*.\n\nMore *words*.";
+        assert_eq!(names_elsewhere(doc).collect::<Vec<_>>(), ["Tile Sampler", "Mix"]);
+        assert_eq!(names_elsewhere("A *node*.").count(), 0);
+    }
+
+    #[test]
+    fn words_in_another_order_are_the_same() {
+        assert_eq!(words("MaterialBlend"), words("BlendMaterials"));
+        assert_ne!(words("Blend"), words("BlendMaterials"));
+    }
+}

@@ -15,6 +15,7 @@ pub mod leather;
 pub mod noise;
 pub mod pattern;
 pub mod pointwise;
+pub mod region;
 pub mod scatter;
 pub mod shape;
 pub mod springs;

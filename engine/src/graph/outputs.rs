@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 const MAX_NAME: usize = 100;
 
 impl Unit<'_> {
-    /// Checks the outputs of the first scope. Those of a graph that is only imported may be of any type.
+    /// Checks the outputs of the first scope. Those of a graph that is only imported may be of any type; solids are not rendered.
     pub(super) fn outputs(&mut self, rendered: bool) -> Vec<GraphOutput> {
         let docs = self.docs;
         self.enter(0);
@@ -27,6 +27,10 @@ impl Unit<'_> {
             let Some(ty) = self.type_of(&meaning.target) else { continue };
             if let Some(error) = self.check_movable(from, &meaning.target) {
                 self.report.push(error);
+                continue;
+            }
+            // Solids are there for graphs that import this one.
+            if rendered && ty.is_solid() {
                 continue;
             }
             if rendered && ty.renders().is_none() {

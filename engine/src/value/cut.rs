@@ -12,7 +12,36 @@ pub struct Cut {
     key: Option<Key>,
     level: bool,
     flat: Option<[[f32; 3]; 2]>,
+    pieces: Option<Pieces>,
     spacing: Spacing,
+}
+
+/// The pieces that a cut is made of, each cut from another place: the surface breaks off at their borders.
+#[derive(Clone)]
+pub struct Pieces {
+    /// The number of the piece at each point of the canvas.
+    pub ids: Field,
+    /// How the pieces lie, if each of them is plane.
+    pub planes: Option<PiecePlanes>,
+}
+
+/// How plane pieces lie on the canvas and in space.
+#[derive(Clone)]
+pub struct PiecePlanes {
+    /// The cosine and the sine of the angle of each piece's own x axis on the canvas, from +x towards +y.
+    pub turned: Field,
+    /// The directions of length 1 of a piece's own x and y axes in space.
+    pub axes: PieceAxes,
+}
+
+/// The directions of length 1 in space of the axes of the piece with a number.
+#[derive(Clone)]
+pub struct PieceAxes(pub Arc<dyn Fn(f32) -> [[f32; 3]; 2] + Send + Sync>);
+
+impl fmt::Debug for PieceAxes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PieceAxes").finish_non_exhaustive()
+    }
 }
 
 impl fmt::Debug for Cut {
@@ -23,9 +52,20 @@ impl fmt::Debug for Cut {
 
 impl Cut {
     /// A cut with the x, y and z of each point of the canvas in the three channels of `place`. Equal keys mean equal
-    /// cuts. `spacing` gives an upper bound, in mm, of the distance between the points of neighbouring pixels of a grid.
-    pub fn new(key: Key, place: Field, spacing: impl Fn(&Grid) -> f64 + Send + Sync + 'static) -> Self {
-        Self { place, key: Some(key), level: false, flat: None, spacing: Arc::new(spacing) }
+    /// cuts; what a cut without one shows is not shared. `spacing` gives an upper bound, in mm, of the distance between the points of neighbouring pixels of a grid.
+    pub fn new(
+        key: impl Into<Option<Key>>,
+        place: Field,
+        spacing: impl Fn(&Grid) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        Self { place, key: key.into(), level: false, flat: None, pieces: None, spacing: Arc::new(spacing) }
+    }
+
+    /// The same, made of pieces. Points of different pieces are not neighbours.
+    #[must_use]
+    pub fn with_pieces(mut self, pieces: Pieces) -> Self {
+        self.pieces = Some(pieces);
+        self
     }
 
     /// The same with the promise that z is the same for all points of a row of pixels, if `level`.
@@ -47,7 +87,9 @@ impl Cut {
     #[must_use]
     pub(super) fn moved(&self, by: &Solid, place: Field, keeps_z: bool) -> Self {
         let key = self.key.zip(by.key()).map(|(own, by)| Key::of("moved cut", &[own.as_bytes(), by.as_bytes()]));
-        Self { place, key, level: self.level && keeps_z, flat: None, spacing: self.spacing.clone() }
+        // Pieces that were plane are so no longer.
+        let pieces = self.pieces.as_ref().map(|pieces| Pieces { ids: pieces.ids.clone(), planes: None });
+        Self { place, key, level: self.level && keeps_z, flat: None, pieces, spacing: self.spacing.clone() }
     }
 
     /// The points, in the three channels of a field.
@@ -78,6 +120,11 @@ impl Cut {
     /// The directions of length 1 that run to the right and down, if it is a plane.
     pub fn flat(&self) -> Option<[[f32; 3]; 2]> {
         self.flat
+    }
+
+    /// The pieces that it is made of, if it is not one.
+    pub fn pieces(&self) -> Option<&Pieces> {
+        self.pieces.as_ref()
     }
 
     /// An upper bound, in mm, of the distance between the points of neighbouring pixels.

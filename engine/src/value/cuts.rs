@@ -2,8 +2,8 @@
 //!
 //! Every solid that the cut one reads, directly or not, becomes a field with a key of its own. So the tiles of a solid that
 //! several solids or outputs read, such as the growth time of a tree, are computed once and cached.
-use super::solid::{Body, Patch, Planes, Solid, SolidSource};
-use super::{Cost, Cut, Field, FieldId, FieldSource, Given, Grid, Halo, Key, Read, Stop, Tile, Type, Window};
+use super::solid::{Body, Patch, PatchPieces, Planes, Solid, SolidSource};
+use super::{Cost, Cut, Field, FieldId, FieldSource, Given, Grid, Halo, Key, Pieces, Read, Stop, Tile, Type, Window};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -130,15 +130,31 @@ fn quads(window: Window) -> Window {
 }
 
 impl Shown {
-    /// The window that is computed: of whole quads, where the code needs them.
+    /// The window that is computed: of whole quads, where the code needs them. At the border of a piece, the neighbours that
+    /// tell the footprint of a pixel may be those of the next quad.
     fn window(&self, grid: &Grid, window: Window) -> Window {
-        if self.source.wants().quads && self.cut.pixel(grid) != 0.0 { quads(window) } else { window }
+        if !self.source.wants().quads || self.cut.pixel(grid) == 0.0 {
+            return window;
+        }
+        let beside = if self.cut.pieces().is_some() { 2 } else { 0 };
+        quads(window).grow(beside, beside)
+    }
+
+    /// The pieces of the cut, if the code must know them.
+    fn pieces(&self) -> Option<&Pieces> {
+        self.cut.pieces().filter(|_| self.source.wants().quads)
     }
 
     fn compute(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let (grid, window) = (out.grid, out.window);
         let mut tiles = given.tiles();
         let place = if self.source.wants().place { tiles.next() } else { None };
+        let pieces = self.pieces().and_then(|pieces| {
+            let ids = tiles.next()?.plane(0);
+            let planes = pieces.planes.as_ref().and_then(|planes| Some((tiles.next()?, &planes.axes)));
+            let planes = planes.map(|(turned, axes)| ([turned.plane(0), turned.plane(1)], axes));
+            Some(PatchPieces { ids, planes })
+        });
         let inputs: Vec<Planes<'_>> = tiles.map(|tile| Planes::new(tile.data(), window.len())).collect();
         let patch = Patch {
             place: place.map_or([&[]; 3], |tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
@@ -146,6 +162,7 @@ impl Shown {
             rows: out.height(),
             level: self.cut.level(),
             flat: self.cut.flat(),
+            pieces,
             pixel: self.cut.pixel(&grid),
         };
         given.check()?;
@@ -158,7 +175,9 @@ impl FieldSource for Shown {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
         let window = self.window(grid, window);
         let place = self.source.wants().place.then_some(self.cut.place());
-        place.into_iter().chain(&self.inputs).map(|field| Read::new(field, grid, window)).collect()
+        let pieces = self.pieces().into_iter();
+        let pieces = pieces.flat_map(|p| std::iter::once(&p.ids).chain(p.planes.as_ref().map(|planes| &planes.turned)));
+        place.into_iter().chain(pieces).chain(&self.inputs).map(|field| Read::new(field, grid, window)).collect()
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {

@@ -4,7 +4,7 @@
 //! solids at the same points; [`Solid::moved`] evaluates a solid at other points. A cut through a solid ([`Solid::cut`]) is
 //! a field, see [`Cuts`].
 use super::link::Link;
-use super::{Cost, Cut, Cuts, Field, FieldId, Key, Type};
+use super::{Cost, Cut, Cuts, Field, FieldId, Key, PieceAxes, Type};
 use glam::DVec3;
 use std::any::Any;
 use std::collections::HashMap;
@@ -24,8 +24,20 @@ pub struct Patch<'a> {
     pub level: bool,
     /// The directions of length 1 that run to the right and down, if the points lie in a plane.
     pub flat: Option<[[f32; 3]; 2]>,
+    /// The pieces to which the points belong, if the cut is made of several; `None` for code that does not want quads.
+    pub pieces: Option<PatchPieces<'a>>,
     /// The largest distance of neighbours in mm; 0 for single points, which are taken as they are.
     pub pixel: f32,
+}
+
+/// The pieces of a cut at the points of a patch. Neighbours of different pieces do not tell the footprint of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct PatchPieces<'a> {
+    /// The number of the piece of each point.
+    pub ids: &'a [f32],
+    /// For plane pieces: the cosine and the sine of the angle of each piece's own x axis on the canvas, and what tells the
+    /// directions of its axes in space.
+    pub planes: Option<([&'a [f32]; 2], &'a PieceAxes)>,
 }
 
 impl Patch<'_> {
@@ -323,7 +335,7 @@ fn at_single(source: &dyn SolidSource, channels: usize, points: &[DVec3], inputs
     let inputs: Vec<Planes<'_>> = inputs.iter().map(|values| Planes::new(values, n)).collect();
     let place: [Vec<f32>; 3] = std::array::from_fn(|axis| points.iter().map(|p| single(p[axis])).collect());
     let place = [&place[0][..], &place[1][..], &place[2][..]];
-    let patch = Patch { place, columns: n, rows: 1, level: false, flat: None, pixel: 0.0 };
+    let patch = Patch { place, columns: n, rows: 1, level: false, flat: None, pieces: None, pixel: 0.0 };
     let mut out = vec![0.0; n * channels];
     source.fill(&patch, &inputs, &mut out.chunks_mut(n.max(1)).collect::<Vec<_>>());
     out.into_iter().map(f64::from).collect()

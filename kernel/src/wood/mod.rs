@@ -5,6 +5,7 @@ pub mod fiber;
 pub mod fit;
 pub mod knots;
 pub mod pattern;
+pub mod pieces;
 pub mod pores;
 pub mod rays;
 pub mod solids;

@@ -107,7 +107,8 @@ pub fn columns<T>(points: &[DVec3], body: impl FnOnce(&Places<'_, f64>) -> T) ->
 }
 
 /// How far a number changes within a pixel, in the two directions of a quad: the size of its differences there, for all
-/// points of a patch of whole quads; 0 for single points.
+/// points of a patch of whole quads; 0 for single points. At the border of a piece, its own points on the other side tell;
+/// where it is one pixel wide, the difference along it stands for both.
 pub fn spans(values: &[f32], patch: &Patch<'_>) -> [Vec<f32>; 2] {
     let n = patch.columns;
     let (mut across, mut down) = (vec![0.0; values.len()], vec![0.0; values.len()]);
@@ -124,7 +125,52 @@ pub fn spans(values: &[f32], patch: &Patch<'_>) -> [Vec<f32>; 2] {
             (*up, *low) = (span, span);
         }
     }
+    if let Some(pieces) = &patch.pieces {
+        let change = |pair: Option<[usize; 2]>| pair.map(|[a, b]| (values[b] - values[a]).abs());
+        broken_quads(pieces.ids, n, |i| {
+            let [x, y] = neighbors(pieces.ids, n, i).map(change);
+            (across[i], down[i]) = (x.or(y).unwrap_or(0.0), y.or(x).unwrap_or(0.0));
+        });
+    }
     [across, down]
+}
+
+/// Calls `body` for the four points of each quad in which pieces meet.
+pub fn broken_quads(ids: &[f32], columns: usize, mut body: impl FnMut(usize)) {
+    for (row, lines) in ids.chunks_exact(2 * columns.max(1)).enumerate() {
+        let (upper, lower) = lines.split_at(columns);
+        for (x, (a, b)) in upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0).enumerate() {
+            if a[0] != a[1] || a[0] != b[0] || a[0] != b[1] {
+                let corner = 2 * (row * columns + x);
+                [corner, corner + 1, corner + columns, corner + columns + 1].into_iter().for_each(&mut body);
+            }
+        }
+    }
+}
+
+/// Two neighbours to the right of each other, and two below each other, that tell how values change at a point: both of the
+/// point's own piece, and with the point among them or next to it. `None` where there are none.
+pub fn neighbors(ids: &[f32], columns: usize, i: usize) -> [Option<[usize; 2]>; 2] {
+    let (x, y) = (i % columns, i / columns);
+    let rows = ids.len() / columns;
+    let own = |k: usize| ids[k] == ids[i];
+    // The other point of the quad first, then the one on the other side.
+    let sides = |at: usize, count: usize| {
+        let (other, beyond) = (at ^ 1, if at & 1 == 0 { at.checked_sub(1) } else { Some(at + 1) });
+        [Some(other), beyond].into_iter().flatten().filter(move |k| *k < count)
+    };
+    let pair = |a: usize, b: usize| [a.min(b), a.max(b)];
+    let in_row = |x: usize, y: usize| {
+        let other = sides(x, columns).map(move |k| y * columns + k).find(|k| own(*k));
+        other.map(|k| pair(y * columns + x, k))
+    };
+    let in_column = |x: usize, y: usize| {
+        let other = sides(y, rows).map(move |k| k * columns + x).find(|k| own(*k));
+        other.map(|k| pair(y * columns + x, k))
+    };
+    let across = || sides(y, rows).filter(|k| own(k * columns + x)).find_map(|k| in_row(x, k));
+    let down = || sides(x, columns).filter(|k| own(y * columns + k)).find_map(|k| in_column(k, y));
+    [in_row(x, y).or_else(across), in_column(x, y).or_else(down)]
 }
 
 /// A solid that is the same everywhere.
@@ -132,4 +178,45 @@ pub fn constant(value: f32) -> Solid {
     Code::of_inputs(move |_, _, out| out.iter_mut().for_each(|plane| plane.fill(value)))
         .with_exact(move |at, _| vec![f64::from(value); at.len()])
         .solid(Type::Solid, Vec::new())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shibo_engine::value::PatchPieces;
+
+    /// Two slopes side by side, each its own: the change at their border is that within each of them.
+    #[test]
+    fn spans_end_at_the_borders_of_pieces() {
+        // The border runs through quads: three columns of the first piece, five of the second, and one pixel of a third.
+        let ids: Vec<f32> = (0..32)
+            .map(|i| {
+                if i == 13 {
+                    3.0
+                } else if i % 8 < 3 {
+                    1.0
+                } else {
+                    2.0
+                }
+            })
+            .collect();
+        let values: Vec<f32> = (0..32_u8)
+            .map(|i| {
+                let (x, y) = (f32::from(i % 8), f32::from(i / 8));
+                if x < 3.0 { 2.0 * x + y } else { 100.0 + 5.0 * x + 3.0 * y }
+            })
+            .collect();
+        let pieces = Some(PatchPieces { ids: &ids, planes: None });
+        let patch = Patch { place: [&[]; 3], columns: 8, rows: 4, level: false, flat: None, pieces, pixel: 1.0 };
+        let [across, down] = spans(&values, &patch);
+        for i in 0..32 {
+            let want = match ids[i] {
+                1.0 => (2.0, 1.0),
+                2.0 => (5.0, 3.0),
+                // It has no neighbour of its own.
+                _ => (0.0, 0.0),
+            };
+            assert_eq!((across[i], down[i]), want, "{i}");
+        }
+    }
 }

@@ -1,14 +1,18 @@
 //! [`CutPlane`]: a plane through a solid.
 //!
-//! Source: Momoi & Takatera 2014, §4.1, §4.2, §5.1 (rows B26–B28, B30). Cost: about 1 ns a pixel besides the solid.
+//! Source: Momoi & Takatera 2014, §4.1, §4.2, §5.1 (rows B26–B28, B30). Beyond the source: pieces, each cut from another place,
+//! see [`kernel::pieces`](shibo_kernel::wood::pieces). Cost: about 1 ns a pixel besides the solid, with pieces about 3.
+use super::cut_pieces::CutPieces;
 use super::trees::{Triple, vector};
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, Gray, IdsField, In, Node, Output, Outputs, Vec2Field};
 use shibo_engine::value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::simd::dispatch;
+use shibo_kernel::wood::pieces::{Piece, Scatter};
 
 /// How a board is cut from a trunk that stands on the z axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -26,14 +30,24 @@ pub enum Sawing {
 
 /// Cuts a solid with a plane: the canvas shows P = origin + (x / width) · u + (y / height) · v.
 ///
+/// With `local` and `ids`, as `Brick`, `Hex`, `FloodFill` and others give them, it cuts **pieces**: boards, blocks, veneers. Each is
+/// cut from another place of the tree: its middle lies within `spread` of `origin`, or with a preset of the point that `distance`,
+/// `offset` and `height` tell, and `local.x` runs along u, or along the board. `turn` and `flip` turn each piece by itself. Cuts with the
+/// same pieces and the same `seed` agree with each other. Where pieces are turned on the canvas, connect their `angle` too.
+///
 /// ```ron
-/// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
+/// "nodes": TrunkNodes(height: (-2000, 2000), count: 21, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
 /// "time": TrunkTime(skeleton: "tree"),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings"),
-/// "example": CutPlane(solid: "wood", preset: QuarterSawn, distance: 2, yaw: 12),
+/// "floor": Brick(layout: Herringbone, size: (15.8, 3.8), gap: 0.2),
+/// "boards": CutPlane(solid: "wood", preset: FlatSawn, distance: 30, local: "floor.local", ids: "floor.ids",
+///   angle: "floor.angle", spread: (20, 20, 1500), turn: (30, 2), flip: true),
+/// "example": Blend(base: "boards", top: "#1c120b", mask: "floor.mask"),
 /// ```
+///
+/// Elsewhere: Houdini *Attribute from Map* on fractured pieces; Blender *Mapping* by a random number of each island.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CutPlane {
@@ -68,6 +82,23 @@ pub struct CutPlane {
     pub pitch: f64,
     /// For the others: whether the length runs down the canvas instead of to the right.
     pub upright: bool,
+    /// For pieces: the place within the piece, in mm from its middle, along it and across it.
+    pub local: Option<In<Vec2Field>>,
+    /// For pieces: their numbers.
+    pub ids: Option<In<IdsField>>,
+    /// For pieces: the angle of `local.x` on the canvas in degrees, from +x towards +y. Without it, it is found from `local`,
+    /// which is less exact where pieces are neither level nor upright.
+    pub angle: Option<In<Gray>>,
+    /// For pieces: how far away their middles lie at most, one way or the other, in x, y and z of the solid.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
+    pub spread: Triple,
+    /// For pieces: how far each is turned at most, one way or the other: as by `yaw`, and as by `pitch`.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 180.0, "unit" = "°"))]
+    pub turn: (f64, f64),
+    /// For pieces: whether half of them, by chance, are turned end for end.
+    pub flip: bool,
+    /// For pieces: another number cuts them elsewhere.
+    pub seed: u64,
 }
 
 impl Default for CutPlane {
@@ -84,6 +115,13 @@ impl Default for CutPlane {
             yaw: 0.0,
             pitch: 0.0,
             upright: false,
+            local: None,
+            ids: None,
+            angle: None,
+            spread: (0.0, 0.0, 0.0),
+            turn: (0.0, 0.0),
+            flip: false,
+            seed: 0,
         }
     }
 }
@@ -161,35 +199,111 @@ impl CutPlane {
             }
             Sawing::EndGrain => (DVec3::new(self.offset, self.distance, self.height), DVec3::X * long, DVec3::Y * wide),
         };
-        let turn = DQuat::from_rotation_z(self.yaw.to_radians())
-            * DQuat::from_axis_angle(breadth.normalize(), self.pitch.to_radians());
-        let straight = self.yaw == 0.0 && self.pitch == 0.0;
-        let [length, breadth] = if straight { [length, breadth] } else { [turn * length, turn * breadth] };
+        let [length, breadth] = self.turned(length, breadth);
         let (u, v) = if self.upright { (breadth, length) } else { (length, breadth) };
         Plane { origin: middle - 0.5 * u - 0.5 * v, u, v }
+    }
+
+    /// A board's length and breadth, turned by `yaw` and `pitch`.
+    fn turned(&self, length: DVec3, breadth: DVec3) -> [DVec3; 2] {
+        if self.yaw == 0.0 && self.pitch == 0.0 {
+            return [length, breadth];
+        }
+        let turn = DQuat::from_rotation_z(self.yaw.to_radians())
+            * DQuat::from_axis_angle(breadth.normalize(), self.pitch.to_radians());
+        [turn * length, turn * breadth]
+    }
+
+    /// Where pieces are cut.
+    fn scatter(&self, size: glam::DVec2, hash: Hash) -> Scatter {
+        let (distance, offset, height) = (self.distance, self.offset, self.height);
+        let (middle, length, breadth) = match self.preset {
+            Sawing::Given => {
+                let Plane { origin, u, v } = self.plane(size);
+                (origin, u.normalize_or(DVec3::X), v.normalize_or(DVec3::Z))
+            }
+            Sawing::FlatSawn => (DVec3::new(offset, distance, height), DVec3::Z, DVec3::X),
+            Sawing::QuarterSawn => (DVec3::new(distance, offset, height), DVec3::Z, DVec3::X),
+            Sawing::EndGrain => (DVec3::new(offset, distance, height), DVec3::X, DVec3::Y),
+        };
+        let given = self.preset == Sawing::Given;
+        let [length, breadth] = if given { [length, breadth] } else { self.turned(length, breadth) };
+        let (along, across) = if self.upright && !given { (breadth, length) } else { (length, breadth) };
+        Scatter {
+            from: Piece { middle, along, across },
+            tilt: breadth,
+            spread: vector(self.spread),
+            turn: [self.turn.0, self.turn.1],
+            flip: self.flip,
+            hash,
+        }
+    }
+
+    /// Whether anything is said of how pieces differ.
+    fn scatters(&self) -> bool {
+        self.spread != (0.0, 0.0, 0.0) || self.turn != (0.0, 0.0) || self.flip || self.angle.is_some()
     }
 }
 
 impl Node for CutPlane {
-    const OUTPUTS: &'static [Output] = &[Output::like("value", &["solid"], "What the plane shows of the solid.")];
-    const FACTS: &'static [Fact] = &[Fact::Size];
+    const OUTPUTS: &'static [Output] = &[
+        Output::like("value", &["solid"], "What the plane shows of the solid."),
+        Output::new("place", Type::Rgb, "Where the middle of the piece was cut: x, y and z.").in_unit("mm"),
+        Output::new(
+            "turned",
+            Type::Rgb,
+            "By how much the piece was turned by chance: yaw, pitch, and 180 if end for end.",
+        )
+        .in_unit("°"),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
+        let mut problems = Vec::new();
         let plane = self.plane(canvas.size_mm());
         if plane.u.cross(plane.v).length() <= 1e-12 * plane.u.length() * plane.v.length() {
             let message = "u and v point the same way; they must span a plane";
-            return vec![Problem::new(Code::BadValue, message).at("v")];
+            problems.push(Problem::new(Code::BadValue, message).at("v"));
         }
-        Vec::new()
+        let missing = |this: &'static str, other: &'static str| {
+            let message = format!("`{this}` is given without `{other}`; pieces need both");
+            let help = format!("connect the output `{other}` of the node that gives `{this}`");
+            Problem::new(Code::MissingInput, message).at(this).help(help)
+        };
+        match (&self.local, &self.ids) {
+            (Some(_), None) => problems.push(missing("local", "ids")),
+            (None, Some(_)) => problems.push(missing("ids", "local")),
+            _ => {}
+        }
+        problems
+    }
+
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        if self.ids.is_some() || !self.scatters() {
+            return Vec::new();
+        }
+        let message = "`spread`, `turn`, `flip` and `angle` have no effect without pieces";
+        vec![Problem::new(Code::Advice, message).help("connect `local` and `ids`, as `Brick` gives them")]
     }
 
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::NONE
+        if self.ids.is_some() { Tiling::BOTH } else { Tiling::NONE }
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let size = cx.size_mm();
-        Ok(Outputs::one(cx.cut(&cx.get(&self.solid)?, &self.plane(size).cut(size))))
+        let (size, solid) = (cx.size_mm(), cx.get(&self.solid)?);
+        if let (Some(local), Some(ids)) = (cx.get_opt(&self.local)?, cx.get_opt(&self.ids)?) {
+            let scatter = self.scatter(size, Hash::new(cx.seed(self.seed)));
+            let pieces = CutPieces { local, ids, angle: cx.get_opt(&self.angle)?, scatter };
+            let place = pieces.each(|piece, _| piece.middle.to_array());
+            let turned = pieces.each(|_, turned| *turned);
+            return Ok(Outputs::one(cx.cut(&solid, &pieces.cut())).with("place", place).with("turned", turned));
+        }
+        let plane = self.plane(size);
+        let middle = (plane.origin + 0.5 * (plane.u + plane.v)).to_array().map(single);
+        Ok(Outputs::one(cx.cut(&solid, &plane.cut(size)))
+            .with("place", Field::constant(Type::Rgb, &middle))
+            .with("turned", Field::constant(Type::Rgb, &[0.0; 3])))
     }
 }
 

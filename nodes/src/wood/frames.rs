@@ -1,5 +1,6 @@
 //! How a cut lies in space at the points of a block.
-use shibo_engine::value::Patch;
+use shibo_engine::value::{Patch, PatchPieces, PieceAxes};
+use shibo_kernel::wood::solids::neighbors;
 
 /// Directions of length 1: to the right on the canvas, down on it, and out of it.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,12 @@ pub(super) fn frames(patch: &Patch<'_>, mut body: impl FnMut(usize, usize, Optio
         return body(0, patch.len(), None);
     }
     let n = patch.columns;
+    if let Some(pieces) = &patch.pieces {
+        return match pieces.planes {
+            Some((turned, axes)) => in_planes(pieces.ids, turned, axes, body),
+            None => in_pieces(patch, pieces, body),
+        };
+    }
     for row in (0..patch.rows).step_by(2) {
         for corner in (row * n..row * n + n).step_by(2) {
             let step = |to: usize| patch.place.map(|axis| axis[to] - axis[corner]);
@@ -51,5 +58,42 @@ pub(super) fn frames(patch: &Patch<'_>, mut body: impl FnMut(usize, usize, Optio
             body(corner, corner + 2, frame.as_ref());
             body(corner + n, corner + n + 2, frame.as_ref());
         }
+    }
+}
+
+/// The same for plane pieces: runs of points of one piece.
+#[inline(always)]
+fn in_planes(
+    ids: &[f32],
+    [cos, sin]: [&[f32]; 2],
+    axes: &PieceAxes,
+    mut body: impl FnMut(usize, usize, Option<&Frame>),
+) {
+    let mut from = 0;
+    let mut known: Option<(f32, [[f32; 3]; 2])> = None;
+    while from < ids.len() {
+        let (id, c, s) = (ids[from], cos[from], sin[from]);
+        let rest = ids[from..].iter().zip(&cos[from..]).zip(&sin[from..]);
+        let to = from + rest.take_while(|((i, a), b)| **i == id && **a == c && **b == s).count().max(1);
+        let [x, y] = match known {
+            Some((same, axes)) if same == id => axes,
+            _ => (axes.0)(id),
+        };
+        known = Some((id, [x, y]));
+        let mix = |a: f32, b: f32| std::array::from_fn(|k| a * x[k] + b * y[k]);
+        body(from, to, Frame::new(mix(c, -s), mix(s, c)).as_ref());
+        from = to;
+    }
+}
+
+/// The same for curved pieces: every point by the differences to its neighbours in its own piece.
+fn in_pieces(patch: &Patch<'_>, pieces: &PatchPieces<'_>, mut body: impl FnMut(usize, usize, Option<&Frame>)) {
+    for i in 0..patch.len() {
+        let step = |[a, b]: [usize; 2]| patch.place.map(|axis| axis[b] - axis[a]);
+        let frame = match neighbors(pieces.ids, patch.columns, i).map(|pair| pair.map(step)) {
+            [Some(right), Some(down)] => Frame::new(right, down),
+            _ => None,
+        };
+        body(i, i + 1, frame.as_ref());
     }
 }

@@ -7,6 +7,7 @@ mod bud_eyes;
 mod by_calendar;
 mod color_pattern;
 mod color_solid;
+mod cut_pieces;
 mod cut_plane;
 mod cut_surface;
 mod equalize_height;

@@ -1,0 +1,130 @@
+//! What is measured of numbered pieces: area, bounding box, means.
+use std::collections::HashMap;
+
+/// The numbers of pieces, in order, and how many pixels each has.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pieces {
+    /// The numbers, from the least.
+    pub ids: Vec<f32>,
+    /// The pixels of each.
+    pub area: Vec<u64>,
+}
+
+/// A whole number below 2^32.
+pub(super) fn index(i: usize) -> u32 {
+    u32::try_from(i).unwrap_or(u32::MAX)
+}
+
+/// Calls `body(from, to)` for runs of pixels with the same number.
+pub fn runs(ids: &[f32], mut body: impl FnMut(usize, usize)) {
+    let mut from = 0;
+    for run in ids.chunk_by(|a, b| a == b) {
+        body(from, from + run.len());
+        from += run.len();
+    }
+}
+
+impl Pieces {
+    /// Those of a picture.
+    pub fn of(ids: &[f32]) -> Self {
+        let mut found: HashMap<u32, u64> = HashMap::new();
+        // 0 and -0 are one number.
+        runs(ids, |from, to| *found.entry((ids[from] + 0.0).to_bits()).or_default() += (to - from) as u64);
+        let mut list: Vec<(f32, u64)> = found.into_iter().map(|(bits, area)| (f32::from_bits(bits), area)).collect();
+        list.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let (ids, area) = list.into_iter().unzip();
+        Self { ids, area }
+    }
+
+    /// Calls `body(piece, y, from, to)` for runs of pixels of a picture with rows of `width`, the piece by its place in the list.
+    pub fn each(&self, ids: &[f32], width: usize, mut body: impl FnMut(usize, usize, usize, usize)) {
+        for (y, row) in ids.chunks_exact(width.max(1)).enumerate() {
+            runs(row, |from, to| body(find(&self.ids, row[from]), y, from, to));
+        }
+    }
+}
+
+/// The place of a number in a list that is in order; of one that is not there, the nearest after it.
+pub fn find(ids: &[f32], id: f32) -> usize {
+    ids.partition_point(|known| *known < id).min(ids.len().saturating_sub(1))
+}
+
+/// From where to where a piece reaches in one direction of a picture: its first pixel, and how many from there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reach {
+    /// The first.
+    pub start: usize,
+    /// How many.
+    pub length: usize,
+}
+
+/// How far pieces reach in x and in y; in a direction that wraps, across the border by the shortest way.
+pub fn reaches(pieces: &Pieces, ids: &[f32], width: usize, wrap: [bool; 2]) -> [Vec<Reach>; 2] {
+    let height = ids.len() / width.max(1);
+    let mut ends = [vec![[usize::MAX, 0]; pieces.ids.len()], vec![[usize::MAX, 0]; pieces.ids.len()]];
+    pieces.each(ids, width, |piece, y, from, to| {
+        let [x_ends, y_ends] = &mut ends;
+        x_ends[piece] = [x_ends[piece][0].min(from), x_ends[piece][1].max(to)];
+        y_ends[piece] = [y_ends[piece][0].min(y), y_ends[piece][1].max(y + 1)];
+    });
+    let sides = [width, height];
+    std::array::from_fn(|axis| {
+        let side = sides[axis];
+        // Only a piece at both borders may go across: for those it is found which lines of pixels are free of them.
+        let mut taken: HashMap<usize, Vec<bool>> = HashMap::new();
+        for (piece, [start, end]) in ends[axis].iter().enumerate() {
+            if wrap[axis] && *start == 0 && *end == side {
+                taken.insert(piece, vec![false; side]);
+            }
+        }
+        if !taken.is_empty() {
+            pieces.each(ids, width, |piece, y, from, to| {
+                if let Some(taken) = taken.get_mut(&piece) {
+                    let lines = if axis == 0 { from..to } else { y..y + 1 };
+                    taken[lines].fill(true);
+                }
+            });
+        }
+        let reach = |(piece, [start, end]): (usize, &[usize; 2])| match taken.get(&piece) {
+            Some(taken) => around(taken),
+            None => Reach { start: *start, length: end.saturating_sub(*start) },
+        };
+        ends[axis].iter().enumerate().map(reach).collect()
+    })
+}
+
+/// The shortest way round that holds all lines that are taken: it begins after the longest gap.
+fn around(taken: &[bool]) -> Reach {
+    let n = taken.len();
+    let (mut longest, mut at) = (0, 0);
+    // The first line is taken, so no gap goes across the border.
+    let mut from = 0;
+    for run in taken.chunk_by(|a, b| a == b) {
+        if !run[0] && run.len() > longest {
+            (longest, at) = (run.len(), from + run.len());
+        }
+        from += run.len();
+    }
+    Reach { start: at % n.max(1), length: n - longest }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_go_across_the_border_where_it_wraps() {
+        // Eight pixels a row. The first piece: columns 6, 7, 0 and rows 3 and 0; the second one all of a row.
+        let rows = ["10000011", "00000000", "22222222", "00000011"];
+        let ids: Vec<f32> = rows.iter().flat_map(|row| row.bytes()).map(|b| f32::from(b - b'0')).collect();
+        let pieces = Pieces::of(&ids);
+        assert_eq!(pieces.ids, [0.0, 1.0, 2.0]);
+        assert_eq!(pieces.area, [19, 5, 8]);
+        let reach = |start, length| Reach { start, length };
+        let [x, y] = reaches(&pieces, &ids, 8, [true, true]);
+        assert_eq!((x[1], y[1]), (reach(6, 3), reach(3, 2)));
+        assert_eq!((x[2], y[2]), (reach(0, 8), reach(2, 1)));
+        let [x, y] = reaches(&pieces, &ids, 8, [false, true]);
+        assert_eq!((x[1], y[1]), (reach(0, 8), reach(3, 2)));
+    }
+}

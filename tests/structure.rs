@@ -184,6 +184,7 @@ fn rooms_of_the_kernel_use_only_rooms_before_them() {
         "strokes",
         "shape",
         "pattern",
+        "region",
         "scatter",
         "leather",
         "springs",

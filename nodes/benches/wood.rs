@@ -152,6 +152,7 @@ fn main() {
         println!("  {branches:3} branches: {:6.2} ns a point, {:6.0} Mpx/s", 1e3 / rate(own), rate(own));
     }
     boards();
+    pieces();
 }
 
 /// Whole boards: every channel of a shipped graph.
@@ -177,4 +178,34 @@ fn boards() {
         }
         println!("{name} {SIDE} x {SIDE}, base colour and normal: {best:.2} CPU s");
     }
+}
+
+/// Boards of a parquet, each from another place of a walnut tree, against one board of the same area: the colour and all else that
+/// a material needs.
+fn pieces() {
+    let wood = Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs/walnut.ron");
+    let channels = ["", "_height", "_roughness", "_anisotropy", "_angle"];
+    let rate_of = |how: &str| {
+        let list = |item: &dyn Fn(&str) -> String| channels.iter().map(|channel| item(channel)).collect::<String>();
+        let cuts = list(&|c| format!("\"cut{c}\": CutPlane(solid: \"tree.solid{c}\", preset: FlatSawn, {how}),"));
+        let outputs = list(&|c| format!("\"cut{c}\": \"cut{c}\","));
+        costs(&format!(
+            r#"(
+            version: 1,
+            imports: {{ "wood": {wood:?} }},
+            canvas: (size_mm: 200, resolution: {SIDE}, tile: None, seed: 1),
+            nodes: {{
+                "floor": Brick(layout: Herringbone, size: (62.8, 15.4), gap: 0.4),
+                "tree": Use(graph: "wood"),
+                {cuts}
+            }},
+            outputs: {{ {outputs} }},
+            )"#
+        ))
+        .nodes
+    };
+    let one = rate_of("distance: 54, height: 1200");
+    let pieces = r#"local: "floor.local", ids: "floor.ids", angle: "floor.angle", spread: (20, 30, 1000), turn: (20, 2), flip: true"#;
+    let many = rate_of(&format!("distance: 54, height: 2000, {pieces}"));
+    println!("parquet of 40 boards {SIDE} x {SIDE}: {many:.2} CPU s, one board {one:.2}, {:.2} times", many / one);
 }

@@ -10,6 +10,7 @@ pub mod image;
 pub mod leather;
 pub mod material;
 pub mod patterns;
+pub mod regions;
 pub mod scatter;
 pub mod shapes;
 pub mod space;
@@ -41,6 +42,7 @@ pub fn families() -> Vec<Family> {
         generators::family(),
         shapes::family(),
         patterns::family(),
+        regions::family(),
         scatter::family(),
         image::family(),
         tone::family(),

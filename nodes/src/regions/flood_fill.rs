@@ -1,0 +1,214 @@
+//! [`FloodFill`]: the connected pieces of a mask.
+//!
+//! Runs of rows are joined, see [`kernel::flood`](shibo_kernel::region::flood). Every number depends on the whole mask, which is read once
+//! for each resolution. Cost: O(pixels), and 8 bytes of memory a pixel.
+use super::region_coordinates::Coordinates;
+use super::whole::whole;
+use glam::DVec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
+use shibo_kernel::region::flood;
+
+/// Numbers the pieces of a mask: what is at least ½ and hangs together by the sides of pixels is one piece.
+///
+/// A whole-picture operation. Pieces are numbered from 1 by their first pixels in reading order; what is less than ½ has number 0. Where the
+/// mask tiles, a piece that leaves on one side goes on at the other. With the resolution, pieces may join or part where they are as thin as
+/// pixels, which changes the numbers of others; `resolution` keeps them.
+///
+/// ```ron
+/// "cells": Worley(size: 5, feature: Edge),
+/// "pieces": Threshold(input: "cells", level: 0.35),
+/// "found": FloodFill(mask: "pieces"),
+/// "tone": RegionRandom(ids: "found", range: (0.2, 1)),
+/// "example": Math(operation: Multiply, a: "tone", b: "pieces"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Flood Fill*; Material Maker *Fill*; Houdini *Connectivity*.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct FloodFill {
+    /// The mask.
+    pub mask: In<Gray>,
+    /// Pixels along the longer side of the canvas at which pieces are found; by default those of the picture.
+    #[schemars(range(min = 1, max = 65536))]
+    pub resolution: Option<u32>,
+}
+
+/// The most pieces that numbers in fields can tell apart.
+const MOST: usize = (1 << 24) - 1;
+
+/// The numbers of pieces.
+struct Filled {
+    mask: Field,
+    /// The canvas, mm.
+    size: DVec2,
+    resolution: Option<u32>,
+}
+
+/// The pixel of a picture of `side` pixels at which `at` (in pixels) lies.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the picture")]
+fn pixel(at: f64, side: usize, wraps: bool) -> usize {
+    let whole = if wraps { at.floor().rem_euclid(side as f64) } else { at.floor().clamp(0.0, side as f64 - 1.0) };
+    (whole as usize).min(side - 1)
+}
+
+impl FieldSource for Filled {
+    fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
+        Vec::new()
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let Some(labels) = given.prepared() else { return Ok(()) };
+        let Tiling { x: wraps_x, y: wraps_y } = self.mask.tiling();
+        let (grid, window) = (out.grid, out.window);
+        let (width, height) = (labels.width(), labels.height());
+        let columns: Vec<usize> = (window.x..window.right())
+            .map(|x| pixel(grid.center(x, 0).x / labels.grid.step.x, width, wraps_x))
+            .collect();
+        for (row, y) in (window.y..window.bottom()).enumerate() {
+            let from = labels.row(0, pixel(grid.center(0, y).y / labels.grid.step.y, height, wraps_y));
+            out.row_mut(0, row).iter_mut().zip(&columns).for_each(|(out, x)| *out = from[*x]);
+        }
+        Ok(())
+    }
+
+    fn whole(&self, grid: &Grid) -> Vec<Read<'_>> {
+        let (grid, window) = whole(self.size, grid, self.resolution);
+        vec![Read::new(&self.mask, &grid, window)]
+    }
+
+    fn prepare(&self, grid: &Grid, pictures: &dyn Pictures) -> Result<Option<Tile>, Stop> {
+        let (grid, window) = whole(self.size, grid, self.resolution);
+        let mask = pictures.read(0, window)?;
+        pictures.check()?;
+        let mut labels = Tile::new(grid, window, 1);
+        let Tiling { x, y } = self.mask.tiling();
+        let count = flood::label(mask.plane(0), mask.width(), [x, y], labels.plane_mut(0));
+        if count > MOST {
+            let message = format!("the mask has {count} pieces; at most {MOST} can be numbered");
+            return Err(Problem::new(Code::TooLarge, message).at("mask").help("blur it, or set `resolution`").into());
+        }
+        Ok(Some(labels))
+    }
+
+    fn prepare_bytes(&self, grid: &Grid) -> u64 {
+        10 * whole(self.size, grid, self.resolution).1.len() as u64
+    }
+}
+
+impl Node for FloodFill {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("ids", Type::Ids, "The number of the piece, from 1; 0 outside of the mask."),
+        Output::new("local", Type::Vec2, "The place within the piece, from the middle of its bounding box.")
+            .in_unit("mm"),
+        Output::new("size", Type::Gray, "The area of the piece.").in_unit("mm²"),
+        Output::new("center", Type::Vec2, "The middle of the piece's bounding box.").in_unit("mm"),
+        Output::new("box", Type::Vec2, "Width and height of the bounding box.").in_unit("mm"),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (mask, size) = (cx.get(&self.mask)?, cx.size_mm());
+        let tiling = mask.tiling();
+        let filled = Field::new(Type::Ids, tiling, Filled { mask, size, resolution: self.resolution });
+        let ids = cx.shared_field("pieces", filled);
+        let coordinates = Coordinates { ids: ids.clone(), size, ..Coordinates::default() };
+        Ok(Outputs::one(ids)
+            .with("local", coordinates.local())
+            .with("size", coordinates.area())
+            .with("center", coordinates.center())
+            .with("box", coordinates.extent()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, field, part};
+    use crate::testing::{canvas, port};
+
+    /// A disc of 4 mm radius whose middle is `center`, on a canvas of 32 mm that repeats where `tiling` says.
+    fn disc(center: DVec2, tiling: Tiling) -> Field {
+        Field::generate(Type::Gray, tiling, move |out, _| {
+            let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
+            for (k, v) in (0..).zip(out.plane_mut(0)) {
+                let mut away = grid.center(window.x + k % width, window.y + k / width) - center;
+                if tiling.x {
+                    away.x -= 32.0 * (away.x / 32.0).round();
+                }
+                if tiling.y {
+                    away.y -= 32.0 * (away.y / 32.0).round();
+                }
+                *v = if away.length() < 4.0 { 1.0 } else { 0.0 };
+            }
+            Ok(())
+        })
+    }
+
+    fn node() -> FloodFill {
+        FloodFill { mask: port(0), ..FloodFill::default() }
+    }
+
+    #[test]
+    fn pieces_conform() {
+        conforms(&node(), &[disc(DVec2::new(1.0, 31.0), Tiling::BOTH).into()]);
+        conforms(&node(), &[crate::conform::gray().into()]);
+        conforms(&FloodFill { resolution: Some(23), ..node() }, &[crate::conform::gray().into()]);
+    }
+
+    #[test]
+    fn a_piece_across_the_border_is_one() {
+        let center = DVec2::new(1.0, 31.0);
+        for (tiling, pieces) in [(Tiling::BOTH, 1.0), (Tiling { x: true, y: false }, 1.0), (Tiling::NONE, 1.0)] {
+            let inputs = [disc(center, tiling).into()];
+            let show = |output| part(&field(&node(), &inputs, output), &canvas(), 0, 0, 64, 64);
+            let (ids, local, area) = (show("ids"), show("local"), show("size"));
+            assert_eq!(ids.data().iter().copied().fold(0.0, f32::max), pieces);
+            // At the lower left corner the piece's middle is half a pixel away, wherever it is cut off.
+            let at = |tile: &Tile, channel: usize, x: usize, y: usize| tile.row(channel, y)[x];
+            assert_eq!(at(&ids, 0, 1, 62), 1.0);
+            let whole = std::f64::consts::PI * 16.0;
+            let want = match (tiling.x, tiling.y) {
+                (true, true) => (whole, -0.25, 0.25),
+                // What is left are the columns up to 5 mm, and the rows from 27 mm.
+                (true, false) => (f64::NAN, -0.25, 1.75),
+                _ => (f64::NAN, -1.75, 1.75),
+            };
+            if want.0.is_finite() {
+                assert!((f64::from(at(&area, 0, 1, 62)) - want.0).abs() < 2.0, "{}", at(&area, 0, 1, 62));
+            }
+            let got = (f64::from(at(&local, 0, 1, 62)), f64::from(at(&local, 1, 1, 62)));
+            assert!((got.0 - want.1).abs() < 0.3 && (got.1 - want.2).abs() < 0.3, "{tiling:?}: {got:?}");
+        }
+    }
+
+    #[test]
+    fn boxes_and_middles_are_those_of_rectangles() {
+        // 6 × 3 mm around (9, 20), and 2 × 8 mm across the border around (32, 4).
+        let mask = Field::generate(Type::Gray, Tiling::BOTH, |out, _| {
+            let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
+            for (k, v) in (0..).zip(out.plane_mut(0)) {
+                let at = grid.center(window.x + k % width, window.y + k / width).rem_euclid(DVec2::splat(32.0));
+                let one = (at.x - 9.0).abs() < 3.0 && (at.y - 20.0).abs() < 1.5;
+                let other = (at.x < 1.0 || at.x > 31.0) && (at.y - 4.0).abs() < 4.0;
+                *v = if one || other { 1.0 } else { 0.0 };
+            }
+            Ok(())
+        });
+        let inputs = [mask.into()];
+        let show = |output| part(&field(&node(), &inputs, output), &canvas(), 0, 0, 64, 64);
+        let values = |output, x: usize, y: usize| {
+            let tile = show(output);
+            (0..tile.channels()).map(|c| tile.row(c, y)[x]).collect::<Vec<_>>()
+        };
+        // By the first pixel in reading order.
+        assert_eq!([values("ids", 18, 40), values("ids", 0, 8), values("ids", 63, 8)], [[2.0], [1.0], [1.0]]);
+        assert_eq!((values("size", 18, 40), values("size", 0, 8)), (vec![18.0], vec![16.0]));
+        assert_eq!((values("center", 18, 40), values("center", 63, 8)), (vec![9.0, 20.0], vec![0.0, 4.0]));
+        assert_eq!((values("box", 18, 40), values("box", 63, 8)), (vec![6.0, 3.0], vec![2.0, 8.0]));
+        assert_eq!((values("local", 18, 40), values("local", 63, 8)), (vec![0.25, 0.25], vec![-0.25, 0.25]));
+    }
+}

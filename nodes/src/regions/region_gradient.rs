@@ -1,0 +1,86 @@
+//! [`RegionGradient`]: a slope over every piece.
+//!
+//! The x of [`RegionCoordinates`](super::RegionCoordinates) from 0 to 1. Cost: O(pixels).
+use super::region_coordinates::{Coordinates, PieceAxis};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_engine::value::{Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+
+/// A gradient from 0 to 1 over each piece, in one direction or in one of its own: slabs that lie askew, shaded veneers, scales.
+///
+/// A whole-picture operation. Every piece has 0 at one end and 1 at the other, however large it is. Where the numbers tile, a piece that
+/// crosses the border is one piece.
+///
+/// ```ron
+/// "floor": Brick(layout: Versailles, size: (7.5, 7.5), gap: 0.4),
+/// "slope": RegionGradient(ids: "floor.ids"),
+/// "tilted": Math(operation: MultiplyAdd, a: "slope", b: 0.6, c: "floor"),
+/// "example": Relief(height: "tilted"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Flood Fill to Gradient*; Material Maker *Fill to Gradient*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RegionGradient {
+    /// The numbers of the pieces.
+    pub ids: In<IdsField>,
+    /// From where `angle` counts: from the canvas, or from the long side of each piece.
+    pub axis: PieceAxis,
+    /// In which direction values rise, from +x towards +y.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub angle: f64,
+    /// By how much the direction differs by chance at most, one way or the other: with 180° every direction is as likely.
+    #[schemars(range(min = 0, max = 180), extend("unit" = "°"))]
+    pub vary: f64,
+    /// Another number gives other directions.
+    pub seed: u64,
+}
+
+impl Default for RegionGradient {
+    fn default() -> Self {
+        Self { ids: In::default(), axis: PieceAxis::Canvas, angle: 0.0, vary: 180.0, seed: 0 }
+    }
+}
+
+impl Node for RegionGradient {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The gradient, 0..1.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let hash = Hash::new(cx.seed(self.seed));
+        let (ids, size) = (cx.get(&self.ids)?, cx.size_mm());
+        let own = Coordinates { ids, size, axis: self.axis, angle: self.angle, vary: self.vary, hash };
+        Ok(Outputs::one(own.unit(Type::Gray)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::stand_in::slabs;
+    use super::*;
+    use crate::conform::conforms;
+    use crate::testing::{port, render};
+
+    #[test]
+    fn gradients_conform() {
+        conforms(&RegionGradient { ids: port(0), ..RegionGradient::default() }, &[slabs().into()]);
+    }
+
+    #[test]
+    fn every_piece_has_the_whole_range() {
+        let node = RegionGradient { ids: port(0), vary: 0.0, ..RegionGradient::default() };
+        let out = render(&node, &[slabs().into()]);
+        let near = |x: usize, y: usize, want: f32| assert!((out.row(0, y)[x] - want).abs() < 1e-4, "{x} {y}");
+        // Pixels of ½ mm: over 16 mm, over 4 mm, and across the border from 26 to 34 mm.
+        near(0, 3, 0.25 / 16.0);
+        near(31, 3, 15.75 / 16.0);
+        near(0, 30, 0.25 / 4.0);
+        near(7, 30, 3.75 / 4.0);
+        near(52, 10, 0.25 / 8.0);
+        near(3, 10, 7.75 / 8.0);
+        let down = render(&RegionGradient { angle: 90.0, ..node }, &[slabs().into()]);
+        assert!((down.row(0, 24)[2] - 0.25 / 16.0).abs() < 1e-3 && (down.row(0, 7)[9] - 3.75 / 4.0).abs() < 1e-3);
+    }
+}

@@ -8,8 +8,8 @@ use shibo_engine::session::{Session, Settings};
 use shibo_engine::value::{Tile, Value, Window};
 use std::path::Path;
 
-/// A tree whose rings are finer than pixels in places, in a floor of turned boards, and cuts of all that depends on the footprint of
-/// pixels or on how the cut lies.
+/// A tree whose rings are finer than pixels in places, in a floor of turned boards, and cuts of all that depends on the
+/// footprint of pixels or on how the cut lies.
 const FLOOR: &str = r#"
     "nodes": TrunkNodes(height: (-600, 600), count: 9, wander: 6),
     "tree": FitSkeleton(curve: "nodes"),

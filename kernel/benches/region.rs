@@ -1,4 +1,5 @@
-//! What pieces of masks cost: `cargo bench -p shibo-kernel --bench region`, the least of several runs, in CPU time of one thread.
+//! What pieces of masks cost: `cargo bench -p shibo-kernel --bench region`, the least of several runs, in CPU time of
+//! one thread.
 use shibo_kernel::region::axes::Picture;
 use shibo_kernel::region::flood;
 use shibo_kernel::region::pieces::{Pieces, reaches};

@@ -13,7 +13,8 @@ use std::collections::BTreeMap;
 const MAX_NAME: usize = 100;
 
 impl Unit<'_> {
-    /// Checks the outputs of the first scope. Those of a graph that is only imported may be of any type; solids are not rendered.
+    /// Checks the outputs of the first scope. Those of a graph that is only imported may be of any type; solids are not
+    /// rendered.
     pub(super) fn outputs(&mut self, rendered: bool) -> Vec<GraphOutput> {
         let docs = self.docs;
         self.enter(0);

@@ -52,7 +52,8 @@ impl fmt::Debug for Cut {
 
 impl Cut {
     /// A cut with the x, y and z of each point of the canvas in the three channels of `place`. Equal keys mean equal
-    /// cuts; what a cut without one shows is not shared. `spacing` gives an upper bound, in mm, of the distance between the points of neighbouring pixels of a grid.
+    /// cuts; what a cut without one shows is not shared. `spacing` gives an upper bound, in mm, of the distance between
+    /// the points of neighbouring pixels of a grid.
     pub fn new(
         key: impl Into<Option<Key>>,
         place: Field,

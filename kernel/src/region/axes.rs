@@ -40,8 +40,8 @@ impl Picture<'_> {
         x.iter().zip(y).map(both).collect()
     }
 
-    /// Calls `body(piece, away, pixels)` for runs of pixels, with the way from the piece's middle to the middle of the run, mm, and
-    /// its number of pixels.
+    /// Calls `body(piece, away, pixels)` for runs of pixels, with the way from the piece's middle to the middle of the
+    /// run, mm, and its number of pixels.
     fn each(&self, pieces: &Pieces, middles: &[DVec2], mut body: impl FnMut(usize, DVec2, f64)) {
         let period = self.period();
         pieces.each(self.ids, self.width, |piece, y, from, to| {
@@ -60,8 +60,8 @@ impl Picture<'_> {
         });
     }
 
-    /// The angle of the long side of each piece in radians, from +x towards +y, -π/2..π/2: the axis about which its area turns
-    /// most easily. 0 for one that is as long in all directions.
+    /// The angle of the long side of each piece in radians, from +x towards +y, -π/2..π/2: the axis about which its
+    /// area turns most easily. 0 for one that is as long in all directions.
     pub fn long_sides(&self, pieces: &Pieces, middles: &[DVec2]) -> Vec<f64> {
         let mut sums = vec![[0.0; 6]; pieces.ids.len()];
         self.each(pieces, middles, |piece, at, n| {
@@ -78,8 +78,8 @@ impl Picture<'_> {
         sums.iter().map(angle).collect()
     }
 
-    /// How far pieces reach from their middles along axes of their own, whose x is turned by `angles` (radians): the least and the
-    /// largest x, and y.
+    /// How far pieces reach from their middles along axes of their own, whose x is turned by `angles` (radians): the
+    /// least and the largest x, and y.
     pub fn extents(&self, pieces: &Pieces, middles: &[DVec2], angles: &[f64]) -> Vec<[f64; 4]> {
         let axes: Vec<DVec2> = angles.iter().map(|a| DVec2::new(libm::cos(*a), libm::sin(*a))).collect();
         let mut extents = vec![[f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY]; axes.len()];

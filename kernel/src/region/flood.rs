@@ -1,6 +1,7 @@
 //! The connected pieces of a mask.
 //!
-//! Runs of pixels of each row are joined with those that they touch in the row before (union-find by runs). Cost: O(pixels).
+//! Runs of pixels of each row are joined with those that they touch in the row before (union-find by runs). Cost:
+//! O(pixels).
 
 /// A run of pixels inside of the mask: from the first to one past the last.
 type Run = [u32; 2];
@@ -58,9 +59,9 @@ impl Forest {
     }
 }
 
-/// Numbers the pieces of `mask`, a picture with rows of `width` pixels: what is at least ½ and connected by the sides of pixels, also
-/// across the border in the directions that `wrap`. Pieces are numbered from 1 by their first pixels in reading order; the rest is 0.
-/// Gives how many there are.
+/// Numbers the pieces of `mask`, a picture with rows of `width` pixels: what is at least ½ and connected by the sides
+/// of pixels, also across the border in the directions that `wrap`. Pieces are numbered from 1 by their first pixels in
+/// reading order; the rest is 0. Gives how many there are.
 pub fn label(mask: &[f32], width: usize, wrap: [bool; 2], ids: &mut [f32]) -> usize {
     let mut forest = Forest { runs: Vec::new(), rows: vec![0], before: Vec::new() };
     for (y, row) in mask.chunks_exact(width.max(1)).enumerate() {

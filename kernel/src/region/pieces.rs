@@ -36,7 +36,8 @@ impl Pieces {
         Self { ids, area }
     }
 
-    /// Calls `body(piece, y, from, to)` for runs of pixels of a picture with rows of `width`, the piece by its place in the list.
+    /// Calls `body(piece, y, from, to)` for runs of pixels of a picture with rows of `width`, the piece by its place in
+    /// the list.
     pub fn each(&self, ids: &[f32], width: usize, mut body: impl FnMut(usize, usize, usize, usize)) {
         for (y, row) in ids.chunks_exact(width.max(1)).enumerate() {
             runs(row, |from, to| body(find(&self.ids, row[from]), y, from, to));

@@ -100,8 +100,8 @@ pub fn turned_by(angle: &[f32], [cos, sin]: [&mut [f32]; 2]) {
     }
 }
 
-/// The cosine and the sine of the angle of pieces, found from `local` in windows that are `columns` wide and one pixel larger on
-/// all sides than those of `out`: by how much it changes towards a neighbour in the same piece.
+/// The cosine and the sine of the angle of pieces, found from `local` in windows that are `columns` wide and one pixel
+/// larger on all sides than those of `out`: by how much it changes towards a neighbour in the same piece.
 pub fn turned_like(ids: &[f32], [x, y]: [&[f32]; 2], columns: usize, [cos, sin]: [&mut [f32]; 2]) {
     let width = columns.saturating_sub(2).max(1);
     for (k, (cos, sin)) in cos.iter_mut().zip(sin).enumerate() {

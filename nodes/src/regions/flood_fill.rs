@@ -1,7 +1,7 @@
 //! [`FloodFill`]: the connected pieces of a mask.
 //!
-//! Runs of rows are joined, see [`kernel::flood`](shibo_kernel::region::flood). Every number depends on the whole mask, which is read once
-//! for each resolution. Cost: O(pixels), and 8 bytes of memory a pixel.
+//! Runs of rows are joined, see [`kernel::flood`](shibo_kernel::region::flood). Every number depends on the whole mask,
+//! which is read once for each resolution. Cost: O(pixels), and 8 bytes of memory a pixel.
 use super::region_coordinates::Coordinates;
 use super::whole::whole;
 use glam::DVec2;
@@ -14,9 +14,10 @@ use shibo_kernel::region::flood;
 
 /// Numbers the pieces of a mask: what is at least ½ and hangs together by the sides of pixels is one piece.
 ///
-/// A whole-picture operation. Pieces are numbered from 1 by their first pixels in reading order; what is less than ½ has number 0. Where the
-/// mask tiles, a piece that leaves on one side goes on at the other. With the resolution, pieces may join or part where they are as thin as
-/// pixels, which changes the numbers of others; `resolution` keeps them.
+/// A whole-picture operation. Pieces are numbered from 1 by their first pixels in reading order; what is less than ½
+/// has number 0. Where the mask tiles, a piece that leaves on one side goes on at the other. With the resolution,
+/// pieces may join or part where they are as thin as pixels, which changes the numbers of others; `resolution` keeps
+/// them.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, feature: Edge),

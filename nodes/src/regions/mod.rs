@@ -21,8 +21,8 @@ use shibo_engine::registry::{Family, Kind};
 pub fn family() -> Family {
     Family {
         name: "Regions",
-        doc: "Numbered pieces (`Ids`): found in a mask, measured, and told apart by numbers, gradients and means. They take the `ids` of \
-              `FloodFill`, `Brick`, `Hex`, `Worley`, `TileSampler` and others.",
+        doc: "Numbered pieces (`Ids`): found in a mask, measured, and told apart by numbers, gradients and means. They \
+              take the `ids` of `FloodFill`, `Brick`, `Hex`, `Worley`, `TileSampler` and others.",
         kinds: vec![
             Kind::of::<FloodFill>(),
             Kind::of::<RegionRandom>(),

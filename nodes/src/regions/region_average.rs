@@ -22,8 +22,8 @@ use shibo_kernel::region::pieces::Pieces;
 /// "example": RegionAverage(input: "sky", ids: "cells.ids"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Flood Fill to Grayscale/Color*; Material Maker *Fill to Color*; Blender *Field Average*; Houdini *Attribute
-/// Promote*.
+/// Elsewhere: Substance Designer *Flood Fill to Grayscale/Color*; Material Maker *Fill to Color*; Blender *Field
+/// Average*; Houdini *Attribute Promote*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RegionAverage {

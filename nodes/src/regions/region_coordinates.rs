@@ -1,7 +1,7 @@
 //! [`RegionCoordinates`]: coordinates of its own for every piece.
 //!
-//! Bounding boxes, second moments and extents of whole pieces, see [`kernel::axes`](shibo_kernel::region::axes). Cost: O(pixels), and
-//! the numbers once more for each output.
+//! Bounding boxes, second moments and extents of whole pieces, see [`kernel::axes`](shibo_kernel::region::axes). Cost:
+//! O(pixels), and the numbers once more for each output.
 use super::per_piece::PerPiece;
 use glam::DVec2;
 use schemars::JsonSchema;
@@ -25,9 +25,9 @@ pub enum PieceAxis {
 
 /// For every piece the place within it, its angle, its area, and where it lies.
 ///
-/// A whole-picture operation. Axes run along the canvas or along each piece, and are turned by `angle` and by chance: so veneers, stones or
-/// leaves get a direction of their own. `local`, `ids` and `angle` are what `CutPlane` takes. Where the numbers tile, a piece that crosses
-/// the border is one piece.
+/// A whole-picture operation. Axes run along the canvas or along each piece, and are turned by `angle` and by chance:
+/// so veneers, stones or leaves get a direction of their own. `local`, `ids` and `angle` are what `CutPlane` takes.
+/// Where the numbers tile, a piece that crosses the border is one piece.
 ///
 /// ```ron
 /// "cells": Worley(size: 7),
@@ -36,8 +36,8 @@ pub enum PieceAxis {
 /// "example": Math(operation: PingPong, a: "parts.a", b: 0.5),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Flood Fill to Position*, *Flood Fill to BBox Size*, *Flood Fill Mapper*; Material Maker *Fill to UV*,
-/// *Fill to Position*, *Fill to Size*.
+/// Elsewhere: Substance Designer *Flood Fill to Position*, *Flood Fill to BBox Size*, *Flood Fill Mapper*; Material
+/// Maker *Fill to UV*, *Fill to Position*, *Fill to Size*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RegionCoordinates {
@@ -81,8 +81,8 @@ pub(super) fn hash_of(hash: Hash, id: f32) -> Hash {
     hash.with((id.round() as i64).cast_unsigned())
 }
 
-/// What is known of a piece: its middle, half its length and width along its own axes, the cosine and sine of their angle, the angle in
-/// degrees, its area.
+/// What is known of a piece: its middle, half its length and width along its own axes, the cosine and sine of their
+/// angle, the angle in degrees, its area.
 type Known = [f32; 8];
 
 impl Coordinates {

@@ -8,10 +8,11 @@ use shibo_engine::node::{Context, Fact, IdsField, In, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 
-/// A gradient from 0 to 1 over each piece, in one direction or in one of its own: slabs that lie askew, shaded veneers, scales.
+/// A gradient from 0 to 1 over each piece, in one direction or in one of its own: slabs that lie askew, shaded veneers,
+/// scales.
 ///
-/// A whole-picture operation. Every piece has 0 at one end and 1 at the other, however large it is. Where the numbers tile, a piece that
-/// crosses the border is one piece.
+/// A whole-picture operation. Every piece has 0 at one end and 1 at the other, however large it is. Where the numbers
+/// tile, a piece that crosses the border is one piece.
 ///
 /// ```ron
 /// "floor": Brick(layout: Versailles, size: (7.5, 7.5), gap: 0.4),
@@ -31,7 +32,8 @@ pub struct RegionGradient {
     /// In which direction values rise, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// By how much the direction differs by chance at most, one way or the other: with 180° every direction is as likely.
+    /// By how much the direction differs by chance at most, one way or the other: with 180° every direction is as
+    /// likely.
     #[schemars(range(min = 0, max = 180), extend("unit" = "°"))]
     pub vary: f64,
     /// Another number gives other directions.

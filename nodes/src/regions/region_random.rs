@@ -10,10 +10,11 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::pieces::runs;
 
-/// A random number for each piece, the same at all its pixels: tones of boards, heights of stones, which leaves are red.
+/// A random number for each piece, the same at all its pixels: tones of boards, heights of stones, which leaves are
+/// red.
 ///
-/// It depends on the number of the piece alone, so pieces keep theirs when others change. What has number 0, such as the ground of
-/// `FloodFill`, is a piece like others.
+/// It depends on the number of the piece alone, so pieces keep theirs when others change. What has number 0, such as
+/// the ground of `FloodFill`, is a piece like others.
 ///
 /// ```ron
 /// "floor": Brick(layout: BasketWeave, size: (7.8, 3.8), gap: 0.2),
@@ -22,8 +23,8 @@ use shibo_kernel::region::pieces::runs;
 /// "example": Blend(base: "wood", top: "#14100c", mask: "floor.mask"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Flood Fill to Random Grayscale*, *Flood Fill to Random Color*; Material Maker *Fill to Random Gray*, *Fill
-/// to Random Color*; Blender *Random per Island*.
+/// Elsewhere: Substance Designer *Flood Fill to Random Grayscale*, *Flood Fill to Random Color*; Material Maker *Fill
+/// to Random Gray*, *Fill to Random Color*; Blender *Random per Island*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RegionRandom {

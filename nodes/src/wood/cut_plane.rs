@@ -1,7 +1,8 @@
 //! [`CutPlane`]: a plane through a solid.
 //!
-//! Source: Momoi & Takatera 2014, §4.1, §4.2, §5.1 (rows B26–B28, B30). Beyond the source: pieces, each cut from another place,
-//! see [`kernel::pieces`](shibo_kernel::wood::pieces). Cost: about 1 ns a pixel besides the solid, with pieces about 3.
+//! Source: Momoi & Takatera 2014, §4.1, §4.2, §5.1 (rows B26–B28, B30). Beyond the source: pieces, each cut from
+//! another place, see [`kernel::pieces`](shibo_kernel::wood::pieces). Cost: about 1 ns a
+//! pixel besides the solid, with pieces about 3.
 use super::cut_pieces::CutPieces;
 use super::trees::{Triple, vector};
 use glam::{DQuat, DVec3};
@@ -30,10 +31,11 @@ pub enum Sawing {
 
 /// Cuts a solid with a plane: the canvas shows P = origin + (x / width) · u + (y / height) · v.
 ///
-/// With `local` and `ids`, as `Brick`, `Hex`, `FloodFill` and others give them, it cuts **pieces**: boards, blocks, veneers. Each is
-/// cut from another place of the tree: its middle lies within `spread` of `origin`, or with a preset of the point that `distance`,
-/// `offset` and `height` tell, and `local.x` runs along u, or along the board. `turn` and `flip` turn each piece by itself. Cuts with the
-/// same pieces and the same `seed` agree with each other. Where pieces are turned on the canvas, connect their `angle` too.
+/// With `local` and `ids`, as `Brick`, `Hex`, `FloodFill` and others give them, it cuts **pieces**: boards, blocks,
+/// veneers. Each is cut from another place of the tree: its middle lies within `spread` of `origin`, or with a preset
+/// of the point that `distance`, `offset` and `height` tell, and `local.x` runs along u, or along the board. `turn` and
+/// `flip` turn each piece by itself. Cuts with the same pieces and the same `seed` agree with each other. Where pieces
+/// are turned on the canvas, connect their `angle` too.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-2000, 2000), count: 21, wander: 9),
@@ -86,8 +88,8 @@ pub struct CutPlane {
     pub local: Option<In<Vec2Field>>,
     /// For pieces: their numbers.
     pub ids: Option<In<IdsField>>,
-    /// For pieces: the angle of `local.x` on the canvas in degrees, from +x towards +y. Without it, it is found from `local`,
-    /// which is less exact where pieces are neither level nor upright.
+    /// For pieces: the angle of `local.x` on the canvas in degrees, from +x towards +y. Without it, it is found from
+    /// `local`, which is less exact where pieces are neither level nor upright.
     pub angle: Option<In<Gray>>,
     /// For pieces: how far away their middles lie at most, one way or the other, in x, y and z of the solid.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]

@@ -146,3 +146,14 @@ fn pieces_of_a_solid_that_was_moved_are_those_of_the_solid() {
     // Its directions come from differences of places; a pixel alone in its piece has none.
     assert!(sum / (one.data().len() as f64) < 1e-4 && worst < 0.2, "{sum} {worst}");
 }
+
+#[test]
+fn solids_among_the_outputs_are_not_rendered() {
+    let session = session();
+    let text = r#"(canvas: (size_mm: 8), nodes: { "years": SolidNoise(size: 3), "cut": CutPlane(solid: "years") },
+        outputs: { "solid": "years", "picture": "cut" })"#;
+    let loaded = load_text(Path::new("test.ron"), text, session.registry(), &LoadOptions::default());
+    assert!(loaded.diagnostics.is_empty(), "{:?}", loaded.diagnostics);
+    let names: Vec<String> = loaded.graph.unwrap().outputs.into_iter().map(|output| output.name).collect();
+    assert_eq!(names, ["picture"]);
+}

@@ -20,6 +20,7 @@ impl CutPieces {
             scatter.each(ids.plane(0), &mut out.planes_mut(), &of);
             Ok(())
         })
+        .overwriting()
     }
 
     /// The cosine and the sine of the angle of pieces on the canvas.
@@ -63,11 +64,11 @@ impl CutPieces {
     pub(super) fn cut(&self) -> Cut {
         let scatter = self.scatter;
         let inputs = [self.local.clone(), self.ids.clone()];
-        let mut place = Field::map(Type::Rgb, inputs, Halo::NONE, move |out: &mut Tile, [local, ids]: [&Tile; 2]| {
+        let place = Field::map(Type::Rgb, inputs, Halo::NONE, move |out: &mut Tile, [local, ids]: [&Tile; 2]| {
             scatter.places(ids.plane(0), [local.plane(0), local.plane(1)], &mut out.planes_mut());
             Ok(())
         });
-        let mut turned = self.turned();
+        let (mut place, mut turned) = (place.overwriting(), self.turned().overwriting());
         let key = self.key();
         if let Some(key) = key {
             // Every solid that is cut reads the points, so they get a key and are kept.

@@ -107,7 +107,7 @@ fn check(angle: f64, told: bool) {
             let plain = picture(&session, &plain, &format!("plain{k}"));
             let away = |i: &usize| (at(cut, *i) - at(&plain, *i)).abs().max_element();
             let (inside, border): (Vec<usize>, Vec<usize>) = mine.iter().partition(|i| whole(**i));
-            assert!(inside.len() > 1500 && border.len() > 20, "{} {}", inside.len(), border.len());
+            assert!(inside.len() > 500 && border.len() > 20, "{} {}", inside.len(), border.len());
             let worst = inside.iter().map(&away).fold(0.0, f64::max);
             // Places are rounded otherwise; without `angle`, directions come from rounded places.
             let allowed = if told { 4e-3 } else { 8e-3 };

@@ -1,7 +1,6 @@
 //! Pieces in coordinates of their own.
 use super::pieces::{Pieces, Reach};
 use glam::DVec2;
-use std::f64::consts::PI;
 
 /// A picture of numbered pieces.
 #[derive(Clone, Copy, Debug)]
@@ -106,15 +105,16 @@ pub fn nearest(away: DVec2, period: DVec2) -> DVec2 {
     DVec2::new(one(away.x, period.x), one(away.y, period.y))
 }
 
-/// An angle of an axis, which has no front, in -π/2..π/2.
-pub fn axis(angle: f64) -> f64 {
-    angle - PI * (angle / PI).round()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::region::pieces::reaches;
+    use std::f64::consts::PI;
+
+    /// An angle of an axis, which has no front, in -π/2..π/2.
+    fn axis(angle: f64) -> f64 {
+        angle - PI * (angle / PI).round()
+    }
 
     /// A bar of 20 × 4 mm, turned and moved across the border: its long side, middle and extents are found.
     #[test]

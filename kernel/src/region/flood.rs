@@ -34,7 +34,7 @@ impl Forest {
         while x < mask.len() {
             let Some(skipped) = mask[x..].iter().position(|v| *v >= 0.5) else { break };
             let from = x + skipped;
-            x = mask[from..].iter().position(|v| !(*v >= 0.5)).map_or(mask.len(), |length| from + length);
+            x = mask[from..].iter().position(|v| *v < 0.5 || v.is_nan()).map_or(mask.len(), |length| from + length);
             self.before.push(self.runs.len());
             self.runs.push([from, x].map(super::pieces::index));
         }

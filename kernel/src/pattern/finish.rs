@@ -86,10 +86,19 @@ pub fn degrees(direction: DVec2) -> f64 {
 fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &Piece)) {
     let rect = frame.window;
     let mut k = 0;
+    // The corner of a unit square in which the piece is known.
+    let mut known: Option<(DVec2, Piece)> = None;
     for (_, y) in (0..rect.rows()).zip(rect.y..) {
         for (_, x) in (0..rect.columns()).zip(rect.x..) {
             let at = grid.fit.to_unit * DVec2::from(frame.center(x, y));
-            visit(k, at, &grid.piece(at));
+            let inside = |corner: DVec2| at.cmpge(corner).all() && at.cmplt(corner + 1.0).all();
+            let again = known.filter(|(corner, _)| inside(*corner)).and_then(|(_, piece)| grid.piece_again(at, &piece));
+            let piece = again.unwrap_or_else(|| {
+                let piece = grid.piece(at);
+                known = Some((at.floor(), piece));
+                piece
+            });
+            visit(k, at, &piece);
             k += 1;
         }
     }
@@ -109,9 +118,16 @@ pub fn fill(grid: &Grid, finish: &Finish, plane: Plane, frame: &Frame, out: &mut
         Plane::Gap => each(grid, frame, |k, _, piece| {
             out[k] = narrow((0.5 - finish.inside(piece) / pixel).clamp(0.0, 1.0));
         }),
-        Plane::Ids => each(grid, frame, |k, _, piece| {
-            out[k] = id(grid.fit.id(piece.cell, piece.number));
-        }),
+        Plane::Ids => {
+            let mut known = None;
+            each(grid, frame, |k, _, piece| {
+                let key = (piece.cell, piece.number);
+                out[k] = match known {
+                    Some((same, number)) if same == key => number,
+                    _ => known.insert((key, id(grid.fit.id(piece.cell, piece.number)))).1,
+                };
+            });
+        }
         Plane::Angle => each(grid, frame, |k, _, piece| out[k] = angles[piece.direction]),
     }
 }
@@ -159,6 +175,16 @@ mod tests {
             // y is 2.45 mm, 1.95 mm inside the piece: the bevel along the long side is not quite over there.
             let want = 3.0 * (((x - 0.5) / 2.0).clamp(0.0, 1.0).min(0.975) - 1.0);
             assert!((f64::from(height[k]) - want).abs() < 1e-5, "{x} {} {want}", height[k]);
+        }
+    }
+
+    #[test]
+    fn pieces_that_are_known_are_the_same_as_those_looked_up() {
+        for layout in [Layout::Stack, Layout::Herringbone, Layout::Running, Layout::Versailles] {
+            let pieces = Pieces { layout, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.3, slant: 1.0 };
+            let grid = pieces.lay(33_f64.to_radians().sin_cos(), (DVec2::splat(40.0), Tiling::BOTH)).unwrap();
+            let frame = Frame::new(Window::of(-20, -9, 150, 90), [0.3, 0.3]);
+            each(&grid, &frame, |k, at, piece| assert_eq!(*piece, grid.piece(at), "{layout:?} {k}"));
         }
     }
 

@@ -226,6 +226,19 @@ impl Grid {
         }
     }
 
+    /// The piece at a place in the same unit square as that of `before`, if unit squares do not lie in several pieces.
+    #[inline]
+    pub fn piece_again(&self, p: DVec2, before: &Piece) -> Option<Piece> {
+        let size = match self.rule {
+            Rule::Stack => DVec2::ONE,
+            Rule::Herringbone(k) if before.direction == 0 => DVec2::new(k as f64, 1.0),
+            Rule::Herringbone(k) => DVec2::new(1.0, k as f64),
+            _ => return None,
+        };
+        let inside = 0.5 * size - (p - before.center).abs();
+        Some(Piece { edges: [inside.x * self.pitch[0], inside.y * self.pitch[1]], ..*before })
+    }
+
     #[inline]
     fn rectangle(&self, p: DVec2, cell: [i64; 2], number: u32, corner: DVec2, size: DVec2) -> Piece {
         let center = corner + 0.5 * size;

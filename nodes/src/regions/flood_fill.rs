@@ -20,8 +20,8 @@ use shibo_kernel::region::flood;
 /// them.
 ///
 /// ```ron
-/// "cells": Worley(size: 5, feature: Edge),
-/// "pieces": Threshold(input: "cells", level: 0.35),
+/// "cells": Worley(size: 5),
+/// "pieces": Threshold(input: "cells.border", level: 0.35),
 /// "found": FloodFill(mask: "pieces"),
 /// "tone": RegionRandom(ids: "found", range: (0.2, 1)),
 /// "example": Math(operation: Multiply, a: "tone", b: "pieces"),

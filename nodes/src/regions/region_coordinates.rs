@@ -32,8 +32,7 @@ pub enum PieceAxis {
 /// ```ron
 /// "cells": Worley(size: 7),
 /// "own": RegionCoordinates(ids: "cells.ids", axis: Length),
-/// "parts": SplitChannels(input: "own.uv"),
-/// "example": Math(operation: PingPong, a: "parts.a", b: 0.5),
+/// "example": Expression(a: "own.local", formula: "0.5 + 0.5 * sin(180 * a.x) * cos(60 * a.y)"),
 /// ```
 ///
 /// Elsewhere: Substance Designer *Flood Fill to Position*, *Flood Fill to BBox Size*, *Flood Fill Mapper*; Material

@@ -15,9 +15,9 @@ use shibo_kernel::ground::hash::Hash;
 /// tile, a piece that crosses the border is one piece.
 ///
 /// ```ron
-/// "floor": Brick(layout: Versailles, size: (7.5, 7.5), gap: 0.4),
+/// "floor": Brick(size: (9.6, 4.6), gap: 0.4),
 /// "slope": RegionGradient(ids: "floor.ids"),
-/// "tilted": Math(operation: MultiplyAdd, a: "slope", b: 0.6, c: "floor"),
+/// "tilted": Math(operation: MultiplyAdd, a: "slope", b: 1.5, c: "floor"),
 /// "example": Relief(height: "tilted"),
 /// ```
 ///

@@ -43,7 +43,7 @@ pub enum Sawing {
 /// "time": TrunkTime(skeleton: "tree"),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings"),
-/// "floor": Brick(layout: Herringbone, size: (15.8, 3.8), gap: 0.2),
+/// "floor": Brick(layout: Herringbone, size: (19.8, 3.8), gap: 0.2),
 /// "boards": CutPlane(solid: "wood", preset: FlatSawn, distance: 30, local: "floor.local", ids: "floor.ids",
 ///   angle: "floor.angle", spread: (20, 20, 1500), turn: (30, 2), flip: true),
 /// "example": Blend(base: "boards", top: "#1c120b", mask: "floor.mask"),

@@ -183,6 +183,7 @@ fn rooms_of_the_kernel_use_only_rooms_before_them() {
         "surface",
         "strokes",
         "shape",
+        "path",
         "pattern",
         "region",
         "scatter",

@@ -6,13 +6,14 @@
 //! from [`ground::math`], never from the system. Pictures are planar `f32`, rows from y = 0.
 //!
 //! Each folder is a room and uses only rooms that are named before it:
-//! [`ground`], [`noise`], [`filter`], [`pointwise`], [`surface`], [`strokes`], [`shape`], [`pattern`], [`scatter`],
+//! [`ground`], [`noise`], [`filter`], [`pointwise`], [`surface`], [`strokes`], [`shape`], [`path`], [`pattern`], [`scatter`],
 //! [`leather`], [`springs`], [`wood`], [`synthesis`]. Of the engine they know `shibo_engine::value` alone.
 
 pub mod filter;
 pub mod ground;
 pub mod leather;
 pub mod noise;
+pub mod path;
 pub mod pattern;
 pub mod pointwise;
 pub mod region;

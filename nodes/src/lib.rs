@@ -9,6 +9,7 @@ pub mod generators;
 pub mod image;
 pub mod leather;
 pub mod material;
+pub mod paths;
 pub mod patterns;
 pub mod regions;
 pub mod scatter;
@@ -41,6 +42,7 @@ pub fn families() -> Vec<Family> {
         wood::family(),
         generators::family(),
         shapes::family(),
+        paths::family(),
         patterns::family(),
         regions::family(),
         scatter::family(),

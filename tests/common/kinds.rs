@@ -95,6 +95,7 @@ pub(crate) fn made(registry: &Registry, ty: Type) -> Result<(String, String), St
 pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
     match kind {
         "PointList" => Some(("points", "[(3, 4), (10, 7), (5, 12), (13, 13), (8, 2)]".into())),
+        "Path" => Some(("points", "[(-2, 3), (6, 11), (14, 3)]".into())),
         "Relief" => Some(("height", "\"gray\"".into())),
         "Material" => Some(("base_color", "\"rgb\"".into())),
         "Expression" => Some(("formula", "\"random(floor(x)) + noise(u * 4, y) + v\"".into())),

@@ -22,6 +22,7 @@ mod lattice;
 mod link;
 mod material;
 mod object;
+mod path;
 mod points;
 mod scalar_map;
 mod segments;
@@ -53,6 +54,7 @@ pub use key::Key;
 pub use lattice::{GridLinks, Lattice};
 pub use material::{Channel, ChannelSet, Material};
 pub use object::{Carried, Object, Renders};
+pub use path::{Path, Polyline};
 pub use points::{Edges, GridOrder, Points};
 pub use scalar_map::ScalarMap;
 pub use segments::{Segments, clip_line};
@@ -76,6 +78,7 @@ macro_rules! objects {
             Lattice      "#2f8f86" "Points and links between them.",
             SpringNet    "#c2503e" "A lattice whose links are springs.",
             Segments     "#8a6d3b" "Line segments.",
+            Path         "#8a6d3b" "Lines and curves on the canvas.",
             Curve        "#6b4a2b" "Points of a line in space.",
             Skeleton     "#6b4a2b" "The line along which a trunk grew, and its branches.",
             ColorPattern "#d0a21d" "The colours of wood through the year.",

@@ -5,7 +5,6 @@
 //! alone, so windows fit together bit by bit. Strokes are combined in their order, so sums do not depend on the cut
 //! either. What is drawn is depth, 0 where there is no stroke; heights are its negative.
 
-mod bins;
 mod fill;
 mod job;
 mod pen;

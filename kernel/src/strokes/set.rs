@@ -1,9 +1,9 @@
 //! Strokes in bins, and the search for those near a window.
 
-use super::bins::{Bins, Extent};
 use super::fill::{Rule, Target};
 use super::job::{Groove, Job, Near};
 use super::style::{Combine, Draw, Stroke, StrokeStyle, cut};
+use crate::ground::bins::{Bins, Extent};
 use crate::ground::number::{index_u32, narrow};
 use crate::ground::window::Frame;
 use glam::{DVec2, IVec2, Vec2};

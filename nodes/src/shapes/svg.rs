@@ -66,6 +66,7 @@ impl Node for Svg {
         Output::new("color", Type::Rgb, "The picture on `background`, scene-linear."),
         Output::new("alpha", Type::Gray, "How much of the place is drawn on, 0..1."),
         Output::new("mask", Type::Gray, "How light it is, 0..1, as the eye sees it; 0 where nothing is drawn."),
+        Output::new("path", Type::Path, "The outlines of its shapes; not cut at its place."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
 
@@ -110,10 +111,17 @@ impl Node for Svg {
             DVec2::new(if tiling.x { cx.size_mm().x } else { 0.0 }, if tiling.y { cx.size_mm().y } else { 0.0 });
         let drawn = Arc::new(Drawn { vector, scale, corner, low: center - half, high: center + half, period });
         let Color(background) = self.background;
+        let (pen, all) = drawn.vector.outlines(scale, corner);
+        if !all {
+            let message = "the picture has too many outlines: the output `path` holds only the first of them";
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("path"));
+        }
+        let path = pen.finish(cx.size_mm(), tiling);
         let field = |ty: Type, what: What| Field::new(ty, tiling, Shown { drawn: drawn.clone(), what, background });
         Ok(Outputs::one(field(Type::Rgb, What::Color))
             .with("alpha", field(Type::Gray, What::Alpha))
-            .with("mask", field(Type::Gray, What::Mask)))
+            .with("mask", field(Type::Gray, What::Mask))
+            .with("path", path))
     }
 }
 

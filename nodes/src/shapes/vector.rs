@@ -1,8 +1,10 @@
 //! SVG files: read with limits, and drawn in blocks.
 use glam::{DVec2, Vec2};
+use resvg::tiny_skia::PathSegment;
 use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{self, roxmltree};
+use resvg::usvg::{self, roxmltree, tiny_skia_path};
 use shibo_engine::diagnostics::{Code, Problem};
+use shibo_kernel::path::pen::Pen;
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -15,6 +17,9 @@ const MOST_ELEMENTS: u64 = 200_000;
 
 /// The deepest nesting, through all that is used.
 const MOST_DEPTH: u32 = 48;
+
+/// The most straight pieces of outlines.
+const MOST_OUTLINES: usize = 1_000_000;
 
 /// Elements that are refused, and what to do instead.
 const REFUSED: &[(&str, &str)] = &[
@@ -177,6 +182,14 @@ impl Vector {
         catch_unwind(AssertUnwindSafe(draw)).ok().flatten()
     }
 
+    /// The outlines of all shapes as they are drawn, `scale` mm to a unit and moved by `shift`, up to [`MOST_OUTLINES`] straight
+    /// pieces; and whether these are all.
+    pub(super) fn outlines(&self, scale: DVec2, shift: DVec2) -> (Pen, bool) {
+        let mut pen = Pen::default();
+        let all = trace(self.tree.root(), (scale, shift), &mut pen);
+        (pen, all)
+    }
+
     /// About how much memory it takes.
     pub(super) fn bytes(&self) -> usize {
         fn nodes(group: &usvg::Group) -> usize {
@@ -189,6 +202,31 @@ impl Vector {
         }
         nodes(self.tree.root())
     }
+}
+
+/// Draws the outlines of a group; false if there are too many.
+fn trace(group: &usvg::Group, place: (DVec2, DVec2), pen: &mut Pen) -> bool {
+    group.children().iter().all(|node| match node {
+        usvg::Node::Group(group) => trace(group, place, pen),
+        usvg::Node::Path(path) => {
+            let on_canvas = |p: tiny_skia_path::Point| {
+                let mut p = p;
+                path.abs_transform().map_point(&mut p);
+                Vec2::new(p.x, p.y).as_dvec2() * place.0 + place.1
+            };
+            for segment in path.data().segments() {
+                match segment {
+                    PathSegment::MoveTo(to) => pen.move_to(on_canvas(to)),
+                    PathSegment::LineTo(to) => pen.line_to(on_canvas(to)),
+                    PathSegment::QuadTo(a, to) => pen.curve_to(&[on_canvas(a), on_canvas(to)]),
+                    PathSegment::CubicTo(a, b, to) => pen.curve_to(&[on_canvas(a), on_canvas(b), on_canvas(to)]),
+                    PathSegment::Close => pen.close(),
+                }
+            }
+            pen.pieces() <= MOST_OUTLINES
+        }
+        _ => true,
+    })
 }
 
 /// What is wrong with a text whose elements nest too deep, by its tags alone: parsers go down with every level.
@@ -240,6 +278,17 @@ mod tests {
         let pixels = vector.draw((DVec2::splat(1.0), DVec2::ZERO), 16).unwrap();
         let at = |x: usize, y: usize| &pixels[4 * (16 * y + x)..][..4];
         assert_eq!((at(3, 3), at(1, 1), at(6, 4)), (&[255, 0, 0, 255][..], &[0; 4][..], &[255, 0, 0, 255][..]));
+    }
+
+    #[test]
+    fn outlines_lie_where_shapes_are_drawn() {
+        let text = r#"<g transform="translate(2 1)"><rect width="5" height="4"/></g><circle cx="15" cy="5" r="2" fill="none" stroke="red"/>"#;
+        let (pen, all) = parse(text).unwrap().outlines(DVec2::splat(2.0), DVec2::new(1.0, 0.0));
+        let path = pen.finish(DVec2::splat(100.0), shibo_engine::value::Tiling::NONE);
+        let curves: Vec<(bool, f64)> =
+            path.curves.iter().map(|c| (c.closed, (c.length() * 10.0).round() / 10.0)).collect();
+        assert_eq!((all, curves), (true, vec![(true, 36.0), (true, 25.1)]));
+        assert_eq!(path.curves[0].points[0], DVec2::new(5.0, 2.0));
     }
 
     #[test]

@@ -4,17 +4,17 @@
 //! middle. So memory is O(n) whatever the sizes, nothing is found twice, and a search goes no further around than the
 //! largest box of a level reaches.
 
-use crate::ground::number::index_u32;
+use super::number::index_u32;
 use glam::{IVec2, Vec2};
 use std::ops::Range;
 
 /// A box, by its middle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Extent {
+pub(crate) struct Extent {
     /// Its middle.
-    pub(super) middle: Vec2,
+    pub(crate) middle: Vec2,
     /// Half its size, ≥ 0.
-    pub(super) half: Vec2,
+    pub(crate) half: Vec2,
 }
 
 /// The most levels; boxes that are too small for them share the last one.
@@ -24,11 +24,11 @@ const SIDE: f32 = 8192.0;
 
 /// The index.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Bins {
+pub(crate) struct Bins {
     levels: Vec<Level>,
     /// The bounds of all boxes; 0 to 0 without any.
-    pub(super) low: Vec2,
-    pub(super) high: Vec2,
+    pub(crate) low: Vec2,
+    pub(crate) high: Vec2,
 }
 
 /// The boxes of one size.
@@ -50,7 +50,7 @@ struct Level {
 impl Bins {
     /// Sorts `count` boxes into bins; those that are `None` are left out. Also returns their numbers in the order of
     /// the bins. O(n).
-    pub(super) fn new(count: usize, extent: impl Fn(usize) -> Option<Extent>) -> (Self, Vec<u32>) {
+    pub(crate) fn new(count: usize, extent: impl Fn(usize) -> Option<Extent>) -> (Self, Vec<u32>) {
         let power = |e: &Extent| (e.half.max_element().to_bits() >> 23) as usize;
         let mut levels = vec![Level::EMPTY; 256];
         for extent in (0..count).filter_map(&extent) {
@@ -102,7 +102,7 @@ impl Bins {
     }
 
     /// Calls `found` with ranges of the order that hold, among others, all boxes that touch the given one.
-    pub(super) fn find(&self, low: Vec2, high: Vec2, mut hear: impl FnMut(Range<usize>)) {
+    pub(crate) fn find(&self, low: Vec2, high: Vec2, mut hear: impl FnMut(Range<usize>)) {
         for level in &self.levels {
             let (low, high) = (low - level.reach, high + level.reach);
             if !(low.cmple(level.high).all() && high.cmpge(level.low).all()) {

@@ -1,0 +1,136 @@
+//! What lies near a window: boxes in bins, repeated with the canvas.
+use crate::ground::bins::{Bins, Extent};
+use crate::ground::number::index_u32;
+use crate::ground::window::{Frame, WindowExt as _};
+use glam::DVec2;
+use shibo_engine::value::Tiling;
+
+/// Boxes on a canvas.
+#[derive(Clone, Debug)]
+pub(super) struct Index {
+    bins: Bins,
+    /// The numbers of the boxes in the order of the bins.
+    order: Vec<u32>,
+    /// By how much each box was moved so that its middle lies on the canvas.
+    home: Vec<DVec2>,
+    /// From one copy to the next; 0 where there is one only.
+    period: DVec2,
+}
+
+/// One copy of a box: its number, and by how much it is moved, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Near {
+    pub(super) id: u32,
+    pub(super) shift: DVec2,
+}
+
+impl Index {
+    /// Sorts boxes, given by two corners each, into bins. O(n).
+    pub(super) fn new(boxes: &[[DVec2; 2]], (size, tiling): (DVec2, Tiling)) -> Self {
+        let period = DVec2::new(if tiling.x { size.x } else { 0.0 }, if tiling.y { size.y } else { 0.0 });
+        let safe = DVec2::select(period.cmpgt(DVec2::ZERO), period, DVec2::splat(1.0));
+        let home: Vec<DVec2> = boxes.iter().map(|[a, b]| -((0.5 * (*a + *b)) / safe).floor() * period).collect();
+        let extent = |n: usize| {
+            let [a, b] = boxes[n];
+            let middle = 0.5 * (a + b) + home[n];
+            // Rounded to single precision, it must not become smaller.
+            let half = 0.5 * (b - a).abs() + 1e-6 * (1.0 + middle.abs());
+            (middle.is_finite() && half.is_finite())
+                .then(|| Extent { middle: middle.as_vec2(), half: half.as_vec2() * (1.0 + 1e-6) })
+        };
+        let (bins, order) = Bins::new(boxes.len(), extent);
+        Self { bins, order, home, period }
+    }
+
+    /// The copies of boxes that may touch the rectangle from `low` to `high`, by number and then by place.
+    pub(super) fn near(&self, low: DVec2, high: DVec2) -> Vec<Near> {
+        let margin = DVec2::splat(1e-5) * (1.0 + low.abs().max(high.abs()));
+        let (low, high) = (low - margin, high + margin);
+        let (all_low, all_high) = (self.bins.low.as_dvec2(), self.bins.high.as_dvec2());
+        let range = |axis: usize| {
+            let period = self.period[axis];
+            if period <= 0.0 {
+                return (0.0, 0.0);
+            }
+            (((low[axis] - all_high[axis]) / period).ceil(), ((high[axis] - all_low[axis]) / period).floor())
+        };
+        let (x, y) = (range(0), range(1));
+        let mut found = Vec::new();
+        let mut step = DVec2::new(x.0, y.0);
+        while step.y <= y.1 {
+            step.x = x.0;
+            while step.x <= x.1 {
+                let shift = step * self.period;
+                let (low, high) = ((low - shift).as_vec2(), (high - shift).as_vec2());
+                self.bins.find(low, high, |range| {
+                    let near = |id: &u32| Near { id: *id, shift: shift + self.home[*id as usize] };
+                    found.extend(self.order[range].iter().map(near));
+                });
+                step.x += 1.0;
+            }
+            step.y += 1.0;
+        }
+        let key = |near: &Near| (near.id, near.shift.y, near.shift.x);
+        found.sort_by(|a, b| {
+            let (a, b) = (key(a), key(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2))
+        });
+        found
+    }
+
+    /// As [`Self::near`], for the pixels of a window and so many mm around them.
+    pub(super) fn near_window(&self, frame: &Frame, around: f64) -> Vec<Near> {
+        let [low, high] = corners(frame);
+        self.near(low - around, high + around)
+    }
+}
+
+/// The centres of a window's first and last pixel.
+pub(super) fn corners(frame: &Frame) -> [DVec2; 2] {
+    let rect = frame.window;
+    let last = |first: i32, count: usize| first + index_u32(count.max(1) - 1).cast_signed();
+    [
+        DVec2::from(frame.center(rect.x, rect.y)),
+        DVec2::from(frame.center(last(rect.x, rect.columns()), last(rect.y, rect.rows()))),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::hash::Hash;
+
+    #[test]
+    fn all_copies_that_touch_are_found_once() {
+        let hash = Hash::new(5);
+        let unit = |n: u64| hash.unit(n);
+        let boxes: Vec<[DVec2; 2]> = (0..200)
+            .map(|n| {
+                let a = DVec2::new(unit(4 * n) * 60.0 - 20.0, unit(4 * n + 1) * 40.0 - 10.0);
+                [a, a + DVec2::new(unit(4 * n + 2) - 0.5, unit(4 * n + 3) - 0.5) * 12.0]
+            })
+            .collect();
+        let size = DVec2::new(20.0, 15.0);
+        for tiling in [Tiling::NONE, Tiling::BOTH, Tiling { x: false, y: true }] {
+            let index = Index::new(&boxes, (size, tiling));
+            let (low, high) = (DVec2::new(-7.0, 11.0), DVec2::new(4.0, 19.0));
+            let found = index.near(low, high);
+            let mut want = Vec::new();
+            for (id, [a, b]) in boxes.iter().enumerate() {
+                for (i, j) in (-9..=9).flat_map(|i| (-9..=9).map(move |j| (i, j))) {
+                    let shift = DVec2::new(f64::from(i), f64::from(j)) * size;
+                    let allowed = (i == 0 || tiling.x) && (j == 0 || tiling.y);
+                    let (first, last) = (a.min(*b) + shift, a.max(*b) + shift);
+                    if allowed && first.cmple(high).all() && last.cmpge(low).all() {
+                        want.push((index_u32(id), shift));
+                    }
+                }
+            }
+            assert!(want.len() > 10, "{}", want.len());
+            for (id, shift) in want {
+                let count = found.iter().filter(|n| n.id == id && n.shift.distance(shift) < 1e-9).count();
+                assert_eq!(count, 1, "{id} {shift}");
+            }
+        }
+    }
+}

@@ -1,0 +1,288 @@
+//! Sewing thread: stitches drawn as twisted thread that comes out of the ground and goes in again, the holes, and how far the
+//! ground is pulled down.
+//!
+//! The thread is of round strands that wind around each other: the height of a place is that of the highest strand, each a circle in
+//! the thread's cross-section. Strands finer than pixels give way to a smooth round thread. A pixel's share of a thread is exact
+//! across it. O(pixels of stitches near).
+use super::index::{Index, Near};
+use super::seam::{Sewn, Stitch};
+use crate::ground::math;
+use crate::ground::number::narrow;
+use crate::ground::window::{Frame, WindowExt as _, index};
+use glam::DVec2;
+use shibo_engine::value::Tiling;
+use std::f32::consts::TAU;
+
+/// The thread and what it does to the ground; mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thread {
+    /// Half its width.
+    pub radius: f32,
+    /// How many strands it has, 1 to 8.
+    pub strands: u32,
+    /// How far a strand goes while it winds around once; 0 for straight ones, negative for such as wind the other way.
+    pub lay: f32,
+    /// Half the width of a hole.
+    pub hole: f32,
+    /// How far it pulls the ground down at the holes.
+    pub pull: f32,
+    /// How far from the thread the ground is pulled.
+    pub spread: f32,
+}
+
+/// The most strands of a thread.
+pub const MOST_STRANDS: u32 = 8;
+
+/// How high the thread's axis lies over the ground in the middle of a stitch, as a share of the radius.
+const CROWN: f32 = 0.45;
+/// How deep it lies in the holes, likewise.
+const SINK: f32 = 1.5;
+/// How much of the pull there is along the whole stitch; the rest is at the holes only.
+const ALONG: f32 = 0.6;
+/// Strands press against each other: by so much they are larger than those that only touch.
+const PRESSED: f32 = 1.12;
+
+/// A seam that can be drawn.
+#[derive(Clone, Debug)]
+pub struct Drawn {
+    sewn: Sewn,
+    thread: Thread,
+    stitches: Index,
+    holes: Index,
+}
+
+/// What a pixel has of the thread.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bit {
+    /// Its height, mm; 0 where there is none.
+    pub height: f32,
+    /// How much of the pixel it covers, 0..1.
+    pub mask: f32,
+    /// 1 on the crowns of its strands, 0 in the creases between them.
+    pub crown: f32,
+    /// The number of the stitch, from 1; 0 where there is none.
+    pub id: u32,
+}
+
+/// One copy of a stitch.
+struct Placed<'a> {
+    stitch: &'a Stitch,
+    middle: DVec2,
+    way: DVec2,
+    half: f64,
+}
+
+impl Placed<'_> {
+    /// mm along the stitch from its middle and across it.
+    #[inline(always)]
+    fn local(&self, p: DVec2) -> (f32, f32) {
+        let to = p - self.middle;
+        (narrow(to.dot(self.way)), narrow(self.way.perp_dot(to)))
+    }
+}
+
+impl Drawn {
+    /// Sorts stitches and holes into bins, on a canvas of `size` mm. O(stitches).
+    pub fn new(sewn: Sewn, thread: Thread, canvas: (DVec2, Tiling)) -> Self {
+        let stitches: Vec<[DVec2; 2]> = sewn.stitches.iter().map(|s| [s.from, s.to]).collect();
+        let (stitches, holes) = (Index::new(&stitches, canvas), Index::new(&sewn.holes, canvas));
+        Self { sewn, thread, stitches, holes }
+    }
+
+    /// How many stitches there are.
+    pub fn count(&self) -> usize {
+        self.sewn.stitches.len()
+    }
+
+    /// About how much memory it takes.
+    pub fn bytes(&self) -> usize {
+        self.sewn.stitches.len() * (size_of::<Stitch>() + 24) + self.sewn.holes.len() * 56
+    }
+
+    fn placed(&self, near: Near) -> Placed<'_> {
+        let stitch = &self.sewn.stitches[near.id as usize];
+        let way = stitch.to - stitch.from;
+        let middle = 0.5 * (stitch.from + stitch.to) + near.shift;
+        Placed { stitch, middle, way: way.normalize_or(DVec2::X), half: 0.5 * way.length() }
+    }
+
+    /// Draws the thread into a window, by rows, whatever was in `out` before; where stitches lie over each other, the highest is
+    /// seen.
+    ///
+    /// # Panics
+    /// If `out` is shorter than the window.
+    pub fn fill(&self, stop: &dyn Fn() -> bool, frame: &Frame, out: &mut [Bit]) {
+        out.fill(Bit::default());
+        let pixel = narrow((frame.step[0] * frame.step[1]).sqrt());
+        let around = f64::from(self.thread.radius + pixel);
+        for near in self.stitches.near_window(frame, around) {
+            if stop() {
+                return;
+            }
+            let placed = self.placed(near);
+            let reach = DVec2::splat(around) + placed.way.abs() * placed.half;
+            each(frame, placed.middle - reach, placed.middle + reach, &mut |k, p| {
+                let (u, v) = placed.local(p);
+                let half = narrow(placed.half);
+                let mut bit = self.thread.bit((u, v), half, pixel, placed.stitch);
+                let old = &mut out[k];
+                if bit.mask > 0.0 && (old.id == 0 || bit.height > old.height) {
+                    bit.id = near.id + 1;
+                    bit.mask = bit.mask.max(old.mask);
+                    *old = bit;
+                } else {
+                    old.mask = old.mask.max(bit.mask);
+                }
+            });
+        }
+    }
+
+    /// Fills a window with the holes: 1 in them, 0 on the ground.
+    ///
+    /// # Panics
+    /// If `out` is shorter than the window.
+    pub fn holes(&self, stop: &dyn Fn() -> bool, frame: &Frame, out: &mut [f32]) {
+        out.fill(0.0);
+        let pixel = narrow((frame.step[0] * frame.step[1]).sqrt());
+        let radius = self.thread.hole;
+        if radius <= 0.0 {
+            return;
+        }
+        let around = f64::from(radius + pixel);
+        for near in self.holes.near_window(frame, around) {
+            if stop() {
+                return;
+            }
+            let [a, b] = self.sewn.holes[near.id as usize].map(|end| end + near.shift);
+            each(frame, a.min(b) - around, a.max(b) + around, &mut |k, p| {
+                let d = narrow(to_line(p, a, b));
+                // Holes smaller than a pixel fade.
+                let most = (2.0 * radius / pixel).min(1.0);
+                out[k] = out[k].max(math::saturate((radius - d) / pixel + 0.5) * most);
+            });
+        }
+    }
+
+    /// Fills a window with how far the ground is pulled down, mm.
+    ///
+    /// # Panics
+    /// If `out` is shorter than the window.
+    pub fn pull(&self, stop: &dyn Fn() -> bool, frame: &Frame, out: &mut [f32]) {
+        out.fill(0.0);
+        let Thread { pull, spread, .. } = self.thread;
+        if pull <= 0.0 || spread <= 0.0 {
+            return;
+        }
+        let draw = |[a, b]: [DVec2; 2], spread: f32, out: &mut [f32]| {
+            let around = f64::from(spread);
+            each(frame, a.min(b) - around, a.max(b) + around, &mut |k, p| {
+                out[k] = out[k].max(falloff(narrow(to_line(p, a, b)) / spread));
+            });
+        };
+        let mut at_holes = vec![0.0; out.len()];
+        for near in self.stitches.near_window(frame, f64::from(spread)) {
+            if stop() {
+                return;
+            }
+            let stitch = &self.sewn.stitches[near.id as usize];
+            draw([stitch.from + near.shift, stitch.to + near.shift], spread, out);
+        }
+        for near in self.holes.near_window(frame, f64::from(spread)) {
+            if stop() {
+                return;
+            }
+            let ends = self.sewn.holes[near.id as usize].map(|end| end + near.shift);
+            draw(ends, spread, out);
+            draw(ends, 0.6 * spread, &mut at_holes);
+        }
+        for (out, hole) in out.iter_mut().zip(at_holes) {
+            *out = pull * (ALONG * *out + (1.0 - ALONG) * hole);
+        }
+    }
+}
+
+/// 1 on the thread, 0 at the end of the spread; steepest at the thread, as a skin that is stretched.
+#[inline(always)]
+fn falloff(x: f32) -> f32 {
+    let rest = math::saturate(1.0 - x);
+    rest * rest
+}
+
+/// The distance of a place from a line between two.
+#[inline(always)]
+fn to_line(p: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let (way, to) = (b - a, p - a);
+    let t = (to.dot(way) / way.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (to - way * t).length()
+}
+
+/// Calls `put` for the pixels of a window whose centres lie in a rectangle, with their numbers by rows and their places.
+fn each(frame: &Frame, low: DVec2, high: DVec2, put: &mut dyn FnMut(usize, DVec2)) {
+    let rect = frame.window;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the window")]
+    let range = |axis: usize, first: i32, count: usize| {
+        let pixel = |mm: f64| (mm - frame.origin[axis]) / frame.step[axis] - 0.5 - f64::from(first);
+        let from = pixel(low[axis]).ceil().clamp(0.0, count as f64) as usize;
+        let to = (pixel(high[axis]).floor() + 1.0).clamp(0.0, count as f64) as usize;
+        from..to
+    };
+    for j in range(1, rect.y, rect.rows()) {
+        for i in range(0, rect.x, rect.columns()) {
+            let p = DVec2::from(frame.center(rect.x + index(i), rect.y + index(j)));
+            put(j * rect.columns() + i, p);
+        }
+    }
+}
+
+impl Thread {
+    /// The thread at a place of a stitch that is `half` mm long on each side of its middle.
+    fn bit(&self, (u, v): (f32, f32), half: f32, pixel: f32, stitch: &Stitch) -> Bit {
+        let radius = self.radius;
+        // Ends are half circles; a stitch shorter than wide is a circle.
+        let cap = ((u.abs() - (half - radius).max(0.0)) / radius).max(0.0);
+        let round = (1.0 - cap * cap).max(0.0).sqrt();
+        let share = (u.abs() / half.max(1e-9)).min(1.0);
+        let bend = share * share * share;
+        let lift = radius * (CROWN + 0.12 * narrow(stitch.lift));
+        let axis = lift - bend * (lift + SINK * radius) - self.pull * (ALONG + (1.0 - ALONG) * bend);
+        let (low, high, strand) = self.section(u, v / round.max(1e-6), pixel, narrow(stitch.phase));
+        let covered = ((v + 0.5 * pixel).min(high * round) - (v - 0.5 * pixel).max(low * round)) / pixel;
+        let inside = math::saturate((half - u.abs()) / pixel + 0.5);
+        let mask = math::saturate(covered) * if half < radius { inside } else { 1.0 };
+        if mask <= 0.0 || round <= 0.0 {
+            return Bit::default();
+        }
+        Bit { height: axis + round * strand.0, mask, crown: strand.1, id: 0 }
+    }
+
+    /// The thread's edges in its cross-section, and at one place the height over its axis and how near the crown of a strand
+    /// that is.
+    fn section(&self, u: f32, v: f32, pixel: f32, phase: f32) -> (f32, f32, (f32, f32)) {
+        let radius = self.radius;
+        let plain = |v: f32| (radius * radius - v * v).max(0.0).sqrt();
+        // How wide one strand looks along the thread.
+        let seen = if self.lay == 0.0 { f32::INFINITY } else { self.lay.abs() / self.strands as f32 };
+        let fine = math::saturate((seen.min(radius) / pixel - 1.2) / 1.5);
+        if self.strands < 2 || fine <= 0.0 {
+            return (-radius, radius, (plain(v), 1.0));
+        }
+        let sine = math::sin_degrees(180.0 / self.strands as f32);
+        let strand = (radius * sine / (1.0 + sine) * PRESSED).min(radius);
+        let off = radius - strand;
+        let turns = if self.lay == 0.0 { 0.0 } else { u / self.lay };
+        let (mut low, mut high, mut best) = (radius, -radius, (f32::NEG_INFINITY, 0.0));
+        for n in 0..self.strands {
+            let turn = turns + phase + n as f32 / self.strands as f32;
+            let (sin, cos) = math::sin_cos((turn - turn.floor()) * TAU);
+            let across = v - off * cos;
+            (low, high) = (low.min(off * cos - strand), high.max(off * cos + strand));
+            let inside = (1.0 - (across / strand) * (across / strand)).max(0.0).sqrt();
+            let height = off * sin + strand * inside;
+            if height > best.0 && (inside > 0.0 || best.0 == f32::NEG_INFINITY) {
+                best = (height, inside);
+            }
+        }
+        let mix = |a: f32, b: f32| a + (b - a) * fine;
+        (mix(-radius, low), mix(radius, high), (mix(plain(v), best.0.max(-radius)), mix(1.0, best.1)))
+    }
+}

@@ -169,14 +169,17 @@ impl Drawn {
     /// If `out` is shorter than the window.
     pub fn pull(&self, stop: &dyn Fn() -> bool, frame: &Frame, out: &mut [f32]) {
         out.fill(0.0);
-        let Thread { pull, spread, .. } = self.thread;
+        let Thread { radius, pull, spread, .. } = self.thread;
         if pull <= 0.0 || spread <= 0.0 {
             return;
         }
         let draw = |[a, b]: [DVec2; 2], spread: f32, out: &mut [f32]| {
             let around = f64::from(spread);
+            let scale = 1.0 / (hypot(spread, radius) - radius);
             each(frame, a.min(b) - around, a.max(b) + around, &mut |k, p| {
-                out[k] = out[k].max(falloff(narrow(to_line(p, a, b)) / spread));
+                // Under the thread the ground is round.
+                let x = (hypot(narrow(to_line(p, a, b)), radius) - radius) * scale;
+                out[k] = out[k].max(falloff(x));
             });
         };
         let mut at_holes = vec![0.0; out.len()];
@@ -201,7 +204,12 @@ impl Drawn {
     }
 }
 
-/// 1 on the thread, 0 at the end of the spread; steepest at the thread, as a skin that is stretched.
+#[inline(always)]
+fn hypot(a: f32, b: f32) -> f32 {
+    (a * a + b * b).sqrt()
+}
+
+/// 1 on the thread, 0 at the end of the spread; steepest near the thread, as a skin that is stretched.
 #[inline(always)]
 fn falloff(x: f32) -> f32 {
     let rest = math::saturate(1.0 - x);
@@ -252,7 +260,10 @@ impl Thread {
         if mask <= 0.0 || round <= 0.0 {
             return Bit::default();
         }
-        Bit { height: axis + round * strand.0, mask, crown: strand.1, id: 0 }
+        // Where it goes into the ground, strands are drawn together.
+        let (tight, plain) = (bend * bend, (radius * radius - v * v / (round * round).max(1e-12)).max(0.0).sqrt());
+        let top = strand.0 + (plain - strand.0) * tight;
+        Bit { height: axis + round * top, mask, crown: strand.1, id: 0 }
     }
 
     /// The thread's edges in its cross-section, and at one place the height over its axis and how near the crown of a strand

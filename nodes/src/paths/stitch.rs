@@ -51,7 +51,7 @@ pub struct Stitch {
     /// Width of the thread.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub width: f64,
-    /// Width of the holes; as wide as the thread by default. 0 is none.
+    /// Width of the holes; 0.6 of the thread by default, which closes them. 0 is none.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub holes: Option<f64>,
     /// How far a strand goes while it winds around the others once; negative winds the other way, 0 does not wind.
@@ -107,7 +107,7 @@ impl Stitch {
             radius: narrow(0.5 * self.width),
             strands: self.strands.clamp(1, MOST_STRANDS),
             lay: narrow(self.twist),
-            hole: narrow(0.5 * self.holes.unwrap_or(self.width)),
+            hole: narrow(0.5 * self.holes.unwrap_or(0.6 * self.width)),
             pull: narrow(self.pull),
             spread: narrow(self.spread),
         }

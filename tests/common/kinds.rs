@@ -70,7 +70,7 @@ fn stand_ins() -> &'static BTreeMap<Type, String> {
 pub(crate) fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, String), String> {
     let ty = match port {
         Accepts::One(ty) => ty,
-        Accepts::Field | Accepts::EveryField => Type::Gray,
+        Accepts::Field | Accepts::EveryField | Accepts::Direction => Type::Gray,
         Accepts::AnyVector => Type::Rgb,
         Accepts::AnySolid => Type::Solid,
     };

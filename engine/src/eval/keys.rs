@@ -95,7 +95,8 @@ impl Keys {
 /// and has a key of its own.
 pub(super) fn no_op_slot(graph: &Graph, node: &GraphNode) -> Option<usize> {
     let port = node.node.no_op()?;
-    let slot = node.slots.iter().position(|name| name == port)?;
+    let mut slots = node.slots.iter().enumerate().filter(|(_, name)| *name == port);
+    let (slot, _) = slots.nth(node.node.no_op_item())?;
     let ty = match node.inputs.get(slot)? {
         Input::Wire { node, output } => *graph.nodes[*node].outputs.get(*output)?,
         Input::Constant(field) => field.ty(),

@@ -2,6 +2,7 @@
 //!
 //! A node is put on the list when the last of the nodes that it reads is done, so a long node holds back only what needs
 //! it. There is no recursion over the graph.
+use super::keys::no_op_slot;
 use super::run::{Run, lock};
 use crate::diagnostics::Diagnostic;
 use crate::graph::Input;
@@ -27,7 +28,7 @@ impl Run<'_> {
 
     /// The nodes that must be computed to have `wanted`, after taking what the caches hold.
     fn missing(&self, wanted: &[(NodeIndex, usize)]) -> Vec<NodeIndex> {
-        let mut open = wanted.to_vec();
+        let mut open: Vec<_> = wanted.iter().map(|output| self.origin(*output)).collect();
         let mut missing = Vec::new();
         let (mut seen, mut listed) = (HashSet::new(), HashSet::new());
         while let Some((node, output)) = open.pop() {
@@ -36,10 +37,24 @@ impl Run<'_> {
             }
             if listed.insert(node) {
                 missing.push(node);
-                open.extend(self.graph.nodes[node].inputs.iter().filter_map(wire));
+                open.extend(self.graph.nodes[node].inputs.iter().filter_map(wire).map(|output| self.origin(output)));
             }
         }
         missing
+    }
+
+    /// Where the value of an output comes from: from farther up if the node only passes it on. Such a node does not run, and what
+    /// else it reads is not made for it.
+    fn origin(&self, output: (NodeIndex, usize)) -> (NodeIndex, usize) {
+        let mut at = output;
+        while at.1 == 0 {
+            let node = &self.graph.nodes[at.0];
+            match no_op_slot(self.graph, node).and_then(|slot| wire(node.inputs.get(slot)?)) {
+                Some(before) => at = before,
+                None => break,
+            }
+        }
+        at
     }
 }
 
@@ -78,7 +93,7 @@ impl<'r, 'g> Schedule<'r, 'g> {
         let mut readers = vec![Vec::new(); nodes.len()];
         let mut waits_for = vec![0; nodes.len()];
         for (reader, node) in nodes.iter().enumerate() {
-            let read = run.graph.nodes[*node].inputs.iter().filter_map(wire);
+            let read = run.graph.nodes[*node].inputs.iter().filter_map(wire).map(|output| run.origin(output));
             // An output that the caches gave is not waited for, though another of the same node may be.
             let read = read.filter(|(node, output)| !run.is_at_hand(run.keys.output(*node, *output)));
             let before: HashSet<usize> = read.filter_map(|(node, _)| places.get(&node).copied()).collect();

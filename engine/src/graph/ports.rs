@@ -42,7 +42,7 @@ pub(super) fn literal(part: &Part, accepts: Accepts, port: &Port, is_text: bool)
         shape => return Err(wrong(shape.describe())),
     };
     let constant = match (accepts, values.len()) {
-        (Accepts::One(Type::Gray) | Accepts::Field | Accepts::EveryField, 1) => Type::Gray,
+        (Accepts::One(Type::Gray) | Accepts::Direction | Accepts::Field | Accepts::EveryField, 1) => Type::Gray,
         (Accepts::One(Type::Rgb), 1 | 3) | (Accepts::Field | Accepts::EveryField, 3) => Type::Rgb,
         (Accepts::One(Type::Vec2) | Accepts::EveryField, 2) => Type::Vec2,
         (Accepts::One(Type::Jacobian), 4) => Type::Jacobian,
@@ -74,6 +74,7 @@ fn how_to_write(accepts: Accepts) -> &'static str {
         Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField => {
             "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node"
         }
+        Accepts::Direction => "write degrees, or the name of a node that makes them or vectors",
         Accepts::One(Type::Vec2) => "write a pair of numbers, or the name of a node",
         _ => "write the name of a node, \"node\" or \"node.port\"",
     }

@@ -78,6 +78,8 @@ pub trait DynNode: Send + Sync {
     fn takes(&self) -> Vec<Taken>;
     /// See [`Node::no_op`].
     fn no_op(&self) -> Option<&'static str>;
+    /// See [`Node::no_op_item`].
+    fn no_op_item(&self) -> usize;
     /// See [`Node::evaluate`].
     fn evaluate(&self, call: &Call<'_>) -> Result<Outputs, Stop>;
 }
@@ -153,6 +155,10 @@ impl<T: Node> DynNode for T {
 
     fn no_op(&self) -> Option<&'static str> {
         Node::no_op(self)
+    }
+
+    fn no_op_item(&self) -> usize {
+        Node::no_op_item(self)
     }
 
     fn evaluate(&self, call: &Call<'_>) -> Result<Outputs, Stop> {

@@ -19,6 +19,12 @@ impl<'a> MaterialInputs<'a> {
         slots.fold(ChannelSet::NONE, |all, (_, channels)| all.union(*channels))
     }
 
+    /// The channels of one of the materials at a port that takes a list.
+    pub fn one(&self, port: &str, number: usize) -> ChannelSet {
+        let mut slots = self.slots.iter().filter(|(name, _)| *name == port);
+        slots.nth(number).map_or(ChannelSet::NONE, |(_, channels)| *channels)
+    }
+
     /// The channels of the materials at all ports.
     pub fn all(&self) -> ChannelSet {
         self.slots.iter().fold(ChannelSet::NONE, |all, (_, channels)| all.union(*channels))

@@ -51,8 +51,8 @@ pub use info::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use param_type::ParamType;
 pub use params::{Color, FilePath, Formula, Linear, Range, Xy, parse_color};
 pub use port::{
-    AnyField, AnySolid, AnyVector, EveryField, Gray, IdsField, In, JacobianField, NormalField, PortType, Rgb,
-    SolidColor, SolidNumber, SolidVector, Vec2Field,
+    AnyField, AnySolid, AnyVector, Direction, EveryField, Gray, IdsField, In, JacobianField, NormalField, PortType,
+    Rgb, SolidColor, SolidNumber, SolidVector, Vec2Field,
 };
 pub use spelling::spell_number;
 
@@ -218,6 +218,11 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     /// The port whose value the main output passes on unchanged with these parameters, if there is one.
     fn no_op(&self) -> Option<&'static str> {
         None
+    }
+
+    /// Which value that is, where the port of [`no_op`](Self::no_op) takes a list. What is at the others is not made.
+    fn no_op_item(&self) -> usize {
+        0
     }
 
     /// Makes the outputs. Fields are returned unevaluated.

@@ -51,6 +51,8 @@ field_ports! {
     EveryField = Accepts::EveryField,
     /// A port for `Rgb`, `Normal` or `Vec2`, whichever comes.
     AnyVector = Accepts::AnyVector,
+    /// A port for directions: degrees from +x towards +y, which is what its node gets, or a `Vec2`; takes a number too.
+    Direction = Accepts::Direction,
 }
 
 /// A port for objects of one type, or for materials.

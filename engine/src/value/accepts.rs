@@ -13,6 +13,8 @@ pub enum Accepts {
     EveryField,
     /// A field of several numbers that are taken apart: `Rgb`, `Normal` or `Vec2`.
     AnyVector,
+    /// A direction: degrees from +x towards +y (`Gray`), or a vector whose direction counts (`Vec2`).
+    Direction,
     /// Any solid.
     AnySolid,
 }
@@ -26,7 +28,7 @@ impl From<Type> for Accepts {
 impl Accepts {
     /// All that a port may accept.
     pub fn all() -> impl Iterator<Item = Self> {
-        let several = [Self::Field, Self::EveryField, Self::AnyVector, Self::AnySolid];
+        let several = [Self::Field, Self::EveryField, Self::AnyVector, Self::Direction, Self::AnySolid];
         Type::ALL.iter().copied().map(Self::One).chain(several)
     }
 
@@ -37,6 +39,7 @@ impl Accepts {
             Self::Field => "Field",
             Self::EveryField => "EveryField",
             Self::AnyVector => "AnyVector",
+            Self::Direction => "Direction",
             Self::AnySolid => "AnySolid",
         }
     }
@@ -50,6 +53,7 @@ impl Accepts {
     pub const fn only(self) -> Option<Type> {
         match self {
             Self::One(ty) => Some(ty),
+            Self::Direction => Some(Type::Gray),
             Self::Field | Self::EveryField | Self::AnyVector | Self::AnySolid => None,
         }
     }
@@ -61,7 +65,7 @@ impl Accepts {
             Self::One(ty) => ty.fits(other),
             Self::Field => matches!(other, Self::Field | Self::EveryField),
             Self::AnyVector => matches!(other, Self::AnyVector | Self::EveryField),
-            Self::EveryField | Self::AnySolid => self == other,
+            Self::EveryField | Self::Direction | Self::AnySolid => self == other,
         }
     }
 }
@@ -79,13 +83,15 @@ impl Type {
     /// `Picture` → `Rgb` its colour; `Normal` and `Rgb` go into each other as they are, and so does `Picture` → `Normal`;
     /// a `Field` port takes `Gray`, `Rgb`, `Normal` and `Picture`, as `Gray` if the picture has one channel and as `Rgb` if
     /// it has more; an `EveryField` port takes all these and every other field; an `AnyVector` port takes `Rgb`, `Normal`,
-    /// `Vec2` and `Picture`, as `Rgb`; an `AnySolid` port takes every solid.
+    /// `Vec2` and `Picture`, as `Rgb`; a `Direction` port takes `Gray`, which is degrees, `Vec2`, whose angle it becomes, and
+    /// `Picture`; an `AnySolid` port takes every solid.
     /// Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields.
     pub const fn fits(self, port: Accepts) -> bool {
         match port {
             Accepts::Field => matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture),
             Accepts::EveryField => self.is_field() || matches!(self, Self::Picture),
             Accepts::AnyVector => matches!(self, Self::Rgb | Self::Normal | Self::Vec2 | Self::Picture),
+            Accepts::Direction => matches!(self, Self::Gray | Self::Vec2 | Self::Picture),
             Accepts::AnySolid => self.is_solid(),
             Accepts::One(ty) => {
                 self as usize == ty as usize
@@ -110,7 +116,10 @@ impl Value {
         }
         Some(match (self, port) {
             (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal)) => Self::Field(field.to_rgb()),
-            (Self::Picture(picture), Accepts::One(Type::Gray)) => Self::Field(picture.gray.clone()),
+            (Self::Field(field), Accepts::Direction) => Self::Field(field.to_angle()),
+            (Self::Picture(picture), Accepts::One(Type::Gray) | Accepts::Direction) => {
+                Self::Field(picture.gray.clone())
+            }
             (Self::Picture(picture), Accepts::Field | Accepts::EveryField) if picture.is_gray => {
                 Self::Field(picture.gray.clone())
             }
@@ -120,5 +129,28 @@ impl Value {
             ) => Self::Field(picture.rgb.clone()),
             (value, _) => value.clone(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::value::Field;
+
+    #[test]
+    fn vectors_become_angles_where_a_direction_is_wanted() {
+        let angle = |field: Field| match Value::from(field).convert(Accepts::Direction) {
+            Some(Value::Field(field)) => (field.ty(), field.as_constant().map(<[f32]>::to_vec)),
+            other => panic!("{other:?}"),
+        };
+        let vector = |x: f32, y: f32| angle(Field::constant(Type::Vec2, &[x, y]));
+        assert_eq!(vector(0.0, 3.0), (Type::Gray, Some(vec![90.0])));
+        assert_eq!(vector(-2.0, 0.0).1, Some(vec![180.0]));
+        assert_eq!(vector(1.0, -1.0).1, Some(vec![-45.0]));
+        assert_eq!(vector(0.0, 0.0).1, Some(vec![0.0]));
+        assert_eq!(vector(f32::NAN, 1.0).1, Some(vec![0.0]));
+        // Degrees stay what they are.
+        assert_eq!(angle(Field::constant(Type::Gray, &[400.0])).1, Some(vec![400.0]));
+        assert!(Value::from(Field::constant(Type::Rgb, &[1.0; 3])).convert(Accepts::Direction).is_none());
     }
 }

@@ -225,6 +225,31 @@ impl Field {
             None => rgb,
         }
     }
+
+    /// Degrees from +x towards +y, -180..180, of a `Vec2` field; 0 of a vector without length. A `Gray` field as it is.
+    #[must_use]
+    pub fn to_angle(&self) -> Self {
+        if self.ty != Type::Vec2 {
+            return self.clone();
+        }
+        let degrees = |x: f32, y: f32| {
+            let angle = libm::atan2f(y, x).to_degrees();
+            if angle.is_finite() { angle } else { 0.0 }
+        };
+        if let Some(&[x, y]) = self.as_constant() {
+            return Self::constant(Type::Gray, &[degrees(x, y)]);
+        }
+        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
+            let vectors = input.plane(0).iter().zip(input.plane(1));
+            out.plane_mut(0).iter_mut().zip(vectors).for_each(|(out, (x, y))| *out = degrees(*x, *y));
+            Ok(())
+        };
+        let angle = Self::map(Type::Gray, [self.clone()], Halo::NONE, fill);
+        match self.key {
+            Some(key) => angle.keyed(Key::of("to-angle", &[key.as_bytes()])),
+            None => angle,
+        }
+    }
 }
 
 /// How much farther than its own window a field reads its inputs, in pixels of the grid, in x and y.

@@ -157,6 +157,7 @@ mod report {
                 angle: 0.4,
                 periodic: true,
                 factor: None,
+                shape: None,
                 most: 1.0,
             };
             let (points, thrown) = timed(|| poisson(&spec, Hash::new(1)));

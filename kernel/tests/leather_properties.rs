@@ -22,6 +22,7 @@ const DISCS: PoissonSpec<'_> = PoissonSpec {
     angle: 0.5,
     periodic: true,
     factor: None,
+    shape: None,
     most: 1.0,
 };
 
@@ -48,6 +49,47 @@ fn discs_keep_their_distance_and_fill_the_canvas() {
         let share = points.len() as f64 / poisson_estimate(&spec);
         assert!((0.93..1.09).contains(&share), "aspect {aspect} periodic {periodic}: {share}");
     }
+}
+
+#[test]
+fn discs_turn_and_stretch_where_they_are_told_to() {
+    // Long along x on the left, along y on the right, and round at the bottom.
+    let shape = |p: Vec2| {
+        let quarter = std::f32::consts::FRAC_PI_2;
+        (if p.y.rem_euclid(20.0) < 14.0 { 3.0 } else { 1.0 }, if p.x.rem_euclid(30.0) < 15.0 { 0.0 } else { quarter })
+    };
+    let spec = PoissonSpec { shape: Some(&shape), aspect: 3.0, ..DISCS };
+    let points = poisson(&spec, Hash::new(3));
+    assert_eq!(points, poisson(&spec, Hash::new(3)));
+    // In cells of 2.4 × 0.8 mm there is one point at most where discs lie like them, by the definition.
+    for (i, a) in points.iter().enumerate() {
+        for b in &points[..i] {
+            let mut d = b - a;
+            d -= (d / spec.size).round() * spec.size;
+            for p in [*a, a + d] {
+                let (aspect, angle) = shape(p);
+                let axis = Vec2::from_angle(angle);
+                let gap = Vec2::new(d.dot(axis) / aspect, d.perp_dot(axis)).length();
+                assert!(gap > 0.7999, "{a} {b}: {gap}");
+            }
+        }
+    }
+    // Steps to the nearest neighbour lead across the discs.
+    let across = |left: bool| {
+        let inside = |p: &&Vec2| {
+            (p.y > 2.0 && p.y < 12.0) && if left { p.x > 2.0 && p.x < 13.0 } else { p.x > 17.0 && p.x < 28.0 }
+        };
+        let nearest = |p: &Vec2| {
+            let others = points.iter().filter(|q| *q != p).map(|q| (*q - *p).abs());
+            others.min_by(|a, b| a.length().total_cmp(&b.length())).unwrap()
+        };
+        let steps: Vec<Vec2> = points.iter().filter(inside).map(nearest).collect();
+        steps.iter().filter(|d| if left { d.y > d.x } else { d.x > d.y }).count() as f64 / steps.len() as f64
+    };
+    assert!(across(true) > 0.9 && across(false) > 0.9, "{} {}", across(true), across(false));
+    let dense = points.iter().filter(|p| p.y > 15.0 && p.y < 19.0).count() as f64 / 4.0;
+    let sparse = points.iter().filter(|p| p.y > 2.0 && p.y < 12.0).count() as f64 / 10.0;
+    assert!(dense > 1.8 * sparse, "{dense} {sparse}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Filters, whose pixels depend on a neighbourhood: blur, median, morphology, slopes, distance, halving, resampling, warps.
 
+pub mod along;
 pub mod blur;
 pub mod disk;
 pub mod distance;
@@ -12,4 +13,5 @@ pub mod pyramid;
 pub mod resample;
 pub mod sample;
 pub mod slopes;
+pub mod tensor;
 pub mod warp;

@@ -35,6 +35,9 @@ pub struct PoissonSpec<'a> {
     pub periodic: bool,
     /// Factor of the radius by place, clamped to 1..=`most`: sparser where it is large.
     pub factor: Option<&'a (dyn Fn(Vec2) -> f32 + Sync)>,
+    /// By how much discs are longer than wide, 1 to `aspect`, and the direction of their long axis in radians, by place: instead of
+    /// `angle`. Two points are far enough apart if neither lies in the disc of the other.
+    pub shape: Option<&'a (dyn Fn(Vec2) -> (f32, f32) + Sync)>,
     /// Largest factor, 1 to 8; cost grows with its square.
     pub most: f32,
 }
@@ -110,7 +113,10 @@ impl<'a> BackgroundGrid<'a> {
         let (long, short) = (radius * spec.aspect * spec.most, radius * spec.most);
         // The box around the largest disc.
         let axis = Vec2::new(crate::ground::math::cos(spec.angle), crate::ground::math::sin(spec.angle));
-        let half = ((axis * long).powf(2.0) + (axis.perp() * short).powf(2.0)).map(f32::sqrt);
+        let half = match spec.shape {
+            None => ((axis * long).powf(2.0) + (axis.perp() * short).powf(2.0)).map(f32::sqrt),
+            Some(_) => Vec2::splat(long),
+        };
         let fit = |length: f32| whole((length / side).ceil()).max(1);
         let cells = IVec2::new(fit(spec.size.x), fit(spec.size.y));
         let cell = spec.size / cells.as_vec2();
@@ -185,9 +191,17 @@ impl<'a> BackgroundGrid<'a> {
 
     /// Whether two points are at least a disc's radius apart, times `factor`.
     fn is_apart(&self, a: Vec2, b: Vec2, factor: f32) -> bool {
-        let (u, v) = ((b - a).dot(self.axis) / self.spec.aspect, (b - a).perp_dot(self.axis));
         let limit = RADIUS * self.spec.pitch * factor;
-        u * u + v * v >= limit * limit
+        let lies_beyond = |aspect: f32, axis: Vec2| {
+            let (u, v) = ((b - a).dot(axis) / aspect, (b - a).perp_dot(axis));
+            u * u + v * v >= limit * limit
+        };
+        let Some(shape) = self.spec.shape else { return lies_beyond(self.spec.aspect, self.axis) };
+        [a, b].into_iter().all(|place| {
+            let (aspect, angle) = shape(place);
+            let (sin, cos) = crate::ground::math::sin_cos(angle);
+            lies_beyond(aspect.clamp(1.0, self.spec.aspect), Vec2::new(cos, sin))
+        })
     }
 
     fn index(&self, cell: IVec2) -> usize {

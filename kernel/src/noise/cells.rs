@@ -74,14 +74,31 @@ pub struct CellGrid {
     keys: [u32; 3],
 }
 
+/// 1/√3.
+const FRAC_1_SQRT_3: f64 = 0.577_350_269_189_625_8;
+
+/// One over the side of an equilateral rhombus of area 1, (√3/2)^½.
+const SIDE_INVERSE: f64 = 0.930_604_859_102_099_6;
+
 /// With more cells than this, their numbers and wraps would not fit into 32 bits.
 const MOST_CELLS: f64 = 1e9;
 
 impl CellGrid {
     /// The grid nearest to `shape` that repeats with a canvas of a size in mm where that tiles; `None` if it
     /// has more than 10^9 cells or if a number is not positive and finite.
-    pub fn new((size_mm, tiling): (DVec2, Tiling), shape: &CellShape, hash: Hash) -> Option<Self> {
-        let wanted = shape.wanted();
+    pub fn new(canvas: (DVec2, Tiling), shape: &CellShape, hash: Hash) -> Option<Self> {
+        Self::of(canvas, shape, shape.wanted(), hash)
+    }
+
+    /// The same with rhombic cells of the same area: both halves of a cell are equilateral triangles where `shape` is round.
+    pub fn triangular(canvas: (DVec2, Tiling), shape: &CellShape, hash: Hash) -> Option<Self> {
+        let [u, v] = shape.wanted();
+        let (along, across) = (SIDE_INVERSE, SIDE_INVERSE * FRAC_1_SQRT_3);
+        let wanted = [[0, 1].map(|k| along * u[k] - across * v[k]), v.map(|v| 2.0 * across * v)];
+        Self::of(canvas, shape, wanted, hash)
+    }
+
+    fn of((size_mm, tiling): (DVec2, Tiling), shape: &CellShape, wanted: [[f64; 2]; 2], hash: Hash) -> Option<Self> {
         let longest = shape.size * shape.aspect.max(1.0);
         let side = |size: f64, tiles: bool| if tiles { size } else { (2.0 * size).max(1024.0 * longest) };
         let sides = [side(size_mm.x, tiling.x), side(size_mm.y, tiling.y)];
@@ -263,6 +280,12 @@ pub(crate) fn upper_unit(word: u32) -> f32 {
 #[inline(always)]
 pub(crate) fn lower_unit(word: u32) -> f32 {
     f32::from_bits((word & 0x007f_ffff) | 0x3f80_0000) - 1.0
+}
+
+/// What a random slope, within ±½ in x and in y, gives at (x, y) from where it is 0.
+#[inline(always)]
+pub(crate) fn slope(word: u32, x: f32, y: f32) -> f32 {
+    (upper_unit(word) - 0.5) * x + (lower_unit(word) - 0.5) * y
 }
 
 /// Integers near `real` with a positive determinant whose cells have the shape nearest to the wanted one.

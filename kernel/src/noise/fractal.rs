@@ -1,4 +1,4 @@
-//! Gradient, value and white noise and their fractal sums, periodic on a canvas that tiles.
+//! Gradient, value, white and simplex noise and their fractal sums, periodic on a canvas that tiles.
 //!
 //! Perlin's improved noise (K. Perlin, "Improving noise", 2002: quintic fade) on a [`CellGrid`], with gradients uniform
 //! in a square instead of twelve directions: the covariance is as round as that of unit gradients, no direction is
@@ -11,7 +11,8 @@
 //!
 //! Cost: about 8 ns per pixel and three octaves; see `benches/texel.rs`.
 
-use super::cells::{CellGrid, CellShape, LANES, RAMP, Run, Wrap, lower_unit, upper_unit};
+use super::cells::{CellGrid, CellShape, LANES, RAMP, Run, Wrap, slope, upper_unit};
+use super::simplex::simplex;
 use crate::ground::hash::Hash;
 use crate::ground::math;
 use crate::ground::simd;
@@ -31,6 +32,8 @@ pub enum Basis {
     Value,
     /// A random value in each cell, with hard edges.
     White,
+    /// Simplex noise: a random slope at each corner of a triangle; rounder than `Gradient`.
+    Simplex,
 }
 
 /// How octaves are folded and summed.
@@ -95,6 +98,9 @@ const fn moments(basis: Basis, fractal: FractalKind) -> (f64, f64) {
         (Basis::White, FractalKind::Fbm | FractalKind::Turbulence) => (0.0, 0.57735),
         (Basis::White, FractalKind::Billow) => (0.5, 0.288_675),
         (Basis::White, FractalKind::Ridged) => (1.0 / 3.0, 0.298_142),
+        (Basis::Simplex, FractalKind::Fbm | FractalKind::Turbulence) => (0.0, 0.1925),
+        (Basis::Simplex, FractalKind::Billow) => (0.1582, 0.1097),
+        (Basis::Simplex, FractalKind::Ridged) => (0.7207, 0.1779),
     }
 }
 
@@ -114,7 +120,8 @@ impl Noise {
         let (mut size, mut weight, mut variance) = (spec.shape.size, 1.0, 0.0);
         for octave in 0..spec.octaves.clamp(1, 32) {
             let shape = CellShape { size, ..spec.shape };
-            if let Some(grid) = CellGrid::new(canvas, &shape, hash.with(u64::from(octave))) {
+            let make = if spec.basis == Basis::Simplex { CellGrid::triangular } else { CellGrid::new };
+            if let Some(grid) = make(canvas, &shape, hash.with(u64::from(octave))) {
                 octaves.push((grid, weight));
             }
             variance += weight * weight;
@@ -196,17 +203,15 @@ fn draw(basis: Basis, run: &Run, out: &mut [f32; LANES]) {
         (Basis::White, Wrap::None) => white::<0>(run, out),
         (Basis::White, Wrap::Few) => white::<1>(run, out),
         (Basis::White, Wrap::Many) => white::<2>(run, out),
+        (Basis::Simplex, Wrap::None) => simplex::<0>(run, out),
+        (Basis::Simplex, Wrap::Few) => simplex::<1>(run, out),
+        (Basis::Simplex, Wrap::Many) => simplex::<2>(run, out),
     }
 }
 
 #[inline(always)]
 fn quintic(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
-}
-
-#[inline(always)]
-fn slope(word: u32, x: f32, y: f32) -> f32 {
-    (upper_unit(word) - 0.5) * x + (lower_unit(word) - 0.5) * y
 }
 
 /// The slopes are within ±½; a factor 2 and the deviation of the sum make up the scale of [`moments`].
@@ -301,7 +306,7 @@ mod tests {
 
     #[test]
     fn statistics() {
-        for basis in [Basis::Gradient, Basis::Value, Basis::White] {
+        for basis in [Basis::Gradient, Basis::Value, Basis::White, Basis::Simplex] {
             for fractal in [FractalKind::Fbm, FractalKind::Ridged, FractalKind::Billow] {
                 let spec = NoiseSpec { basis, fractal, ..NoiseSpec::fbm(0.5, 1) };
                 let noise = Noise::new(&spec, CANVAS, Hash::new(3));
@@ -318,7 +323,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(16))]
         #[test]
         fn tiles_agree(seed: u64, x0 in -200i32..300, y0 in -200i32..300, w in 1usize..150, h in 1usize..8) {
-            for basis in [Basis::Gradient, Basis::Value, Basis::White] {
+            for basis in [Basis::Gradient, Basis::Value, Basis::White, Basis::Simplex] {
                 let noise = Noise::new(&spec(basis, FractalKind::Ridged), CANVAS, Hash::new(seed));
                 let whole = render(&noise, Window::of(-200, y0, 700, h), 0.1);
                 let tile = render(&noise, Window::of(x0, y0, w, h), 0.1);

@@ -1,6 +1,9 @@
 //! Procedural noise: functions of a position and a seed alone.
 
 pub mod cells;
+pub mod curl;
 pub mod fractal;
+pub mod gabor;
 pub mod noise3;
+mod simplex;
 pub mod worley;

@@ -6,8 +6,8 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Points, Stop, Tile, Tiling, Type, Window};
+use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Points, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_until};
@@ -21,12 +21,18 @@ use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_unti
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.5, 0.9), depth: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
+///
+/// Elsewhere: Blender *Distribute Points on Faces* (Poisson Disk); Houdini *Scatter*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoissonPoints {
     /// Where it is darker, points are closer: 1 gives the pitch, 0 a pitch `spread` times smaller. Read at four samples per
     /// pitch.
     pub density: Option<In<Gray>>,
+    /// Where points are wider apart, instead of `angle`: degrees from +x towards +y, or vectors. Read at four samples per pitch.
+    pub direction: Option<In<Direction>>,
+    /// How much of `aspect` counts, 0..1: where it is 0, points are as far apart in all directions. Read likewise.
+    pub stretch: Option<In<Gray>>,
     /// Mean distance of neighbours. No two are nearer than 0.8 of it.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: f64,
@@ -45,7 +51,16 @@ pub struct PoissonPoints {
 
 impl Default for PoissonPoints {
     fn default() -> Self {
-        Self { density: None, pitch: 1.0, aspect: 1.0, angle: 0.0, spread: 2.0, seed: 0 }
+        Self {
+            density: None,
+            direction: None,
+            stretch: None,
+            pitch: 1.0,
+            aspect: 1.0,
+            angle: 0.0,
+            spread: 2.0,
+            seed: 0,
+        }
     }
 }
 
@@ -58,8 +73,24 @@ impl PoissonPoints {
             angle: narrow(self.angle.to_radians()),
             periodic: canvas.tile() == Tiling::BOTH,
             factor: None,
+            shape: None,
             most: 1.0,
         }
+    }
+}
+
+impl PoissonPoints {
+    /// What has the most points that there can be.
+    fn most(&self, canvas: &CanvasFacts) -> PoissonSpec<'static> {
+        let spec = self.spec(canvas);
+        PoissonSpec { aspect: if self.stretch.is_some() { 1.0 } else { spec.aspect }, ..spec }
+    }
+
+    /// A field with four samples per pitch.
+    fn map(&self, cx: &Context<'_>, field: &Field) -> Result<Tile, Stop> {
+        let samples = (cx.size_mm() / (self.pitch * 0.25)).ceil().clamp(glam::DVec2::ONE, glam::DVec2::splat(4096.0));
+        let size = samples.as_uvec2();
+        cx.evaluator.raster(field, &cx.canvas.grid(size), Window::full(size))
     }
 }
 
@@ -77,7 +108,7 @@ impl Node for PoissonPoints {
             );
             return vec![Problem::new(Code::OutOfRange, message).at("pitch")];
         }
-        let wanted = poisson_estimate(&self.spec(canvas));
+        let wanted = poisson_estimate(&self.most(canvas));
         if wanted > MAX_POINTS as f64 { vec![too_many(wanted, "pitch")] } else { Vec::new() }
     }
 
@@ -89,20 +120,28 @@ impl Node for PoissonPoints {
         let hash = Hash::new(cx.seed(self.seed));
         let spec = self.spec(cx.canvas);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a few million")]
-        afford(cx, poisson_estimate(&spec) as usize, "pitch")?;
+        afford(cx, poisson_estimate(&self.most(cx.canvas)) as usize, "pitch")?;
         let until = || cx.check().is_err();
-        let positions = match cx.get_opt(&self.density)? {
-            None => poisson_until(&spec, hash, &until),
-            Some(density) => {
-                let samples =
-                    (cx.size_mm() / (self.pitch * 0.25)).ceil().clamp(glam::DVec2::ONE, glam::DVec2::splat(4096.0));
-                let size = samples.as_uvec2();
-                let map = cx.evaluator.raster(&density, &cx.canvas.grid(size), Window::full(size))?;
-                let spread = narrow(self.spread);
-                let factor = |p: Vec2| 1.0 + (spread - 1.0) * nearest(&map, p, cx.size_mm().as_vec2()).clamp(0.0, 1.0);
-                poisson_until(&PoissonSpec { factor: Some(&factor), most: spread, ..spec }, hash, &until)
-            }
+        let [density, direction, stretch] =
+            [cx.get_opt(&self.density)?, cx.get_opt(&self.direction)?, cx.get_opt(&self.stretch)?]
+                .map(|field| field.map(|field| self.map(cx, &field)));
+        let (density, direction, stretch) = (density.transpose()?, direction.transpose()?, stretch.transpose()?);
+        let (size, spread) = (cx.size_mm().as_vec2(), narrow(self.spread));
+        let read =
+            |map: &Option<Tile>, p: Vec2, without: f32| map.as_ref().map_or(without, |map| nearest(map, p, size));
+        let factor = |p: Vec2| 1.0 + (spread - 1.0) * read(&density, p, 0.0).clamp(0.0, 1.0);
+        let shape = |p: Vec2| {
+            let angle = direction.as_ref().map_or(spec.angle, |map| nearest(map, p, size).to_radians());
+            (1.0 + (spec.aspect - 1.0) * read(&stretch, p, 1.0).clamp(0.0, 1.0), angle)
         };
+        let mut full = spec;
+        if density.is_some() {
+            full = PoissonSpec { factor: Some(&factor), most: spread, ..full };
+        }
+        if direction.is_some() || stretch.is_some() {
+            full.shape = Some(&shape);
+        }
+        let positions = poisson_until(&full, hash, &until);
         cx.check()?;
         Ok(Outputs::one(Points {
             positions,
@@ -114,8 +153,9 @@ impl Node for PoissonPoints {
     }
 }
 
-/// The sample of a picture of the whole canvas that is nearest to a point.
+/// The sample of a picture of the whole canvas that is nearest to a point; points beyond the canvas are those on its other side.
 fn nearest(map: &Tile, p: Vec2, size: Vec2) -> f32 {
+    let p = if p.cmplt(Vec2::ZERO).any() || p.cmpge(size).any() { p.rem_euclid(size) } else { p };
     let last = glam::UVec2::new(map.window.width, map.window.height) - 1;
     let at = (p / size * (last + 1).as_vec2()).floor().max(Vec2::ZERO).as_uvec2().min(last);
     map.row(0, at.y as usize)[at.x as usize]
@@ -146,5 +186,21 @@ mod tests {
         let dense = count(&node, &[Value::Field(Field::constant(Type::Gray, &[0.0]))]);
         let sparse = count(&node, &[Value::Field(Field::constant(Type::Gray, &[1.0]))]);
         assert!(sparse * 3 < dense, "{sparse} {dense}");
+    }
+
+    #[test]
+    fn a_direction_and_a_stretch_are_those_of_the_parameters() {
+        let number = |v: f32| Value::Field(Field::constant(Type::Gray, &[v]));
+        let plain = PoissonPoints { aspect: 3.0, angle: 40.0, ..PoissonPoints::default() };
+        let steered = PoissonPoints { angle: 0.0, direction: Some(port(0)), stretch: Some(port(1)), ..plain.clone() };
+        let of = |node: &PoissonPoints, inputs: &[Value]| match outputs(node, inputs, &canvas()).unwrap().take("", true)
+        {
+            Some(Value::Points(points)) => points.len() as f64,
+            other => panic!("{other:?}"),
+        };
+        let (a, b) = (of(&plain, &[]), of(&steered, &[number(40.0), number(1.0)]));
+        assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
+        let round = of(&steered, &[number(40.0), number(0.0)]);
+        assert!((round / of(&PoissonPoints::default(), &[]) - 1.0).abs() < 0.05, "{round}");
     }
 }

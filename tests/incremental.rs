@@ -53,6 +53,34 @@ fn dear(stats: &[NodeStats]) -> BTreeSet<String> {
     dear.map(|n| n.name.clone()).collect()
 }
 
+#[test]
+fn what_a_switch_does_not_take_is_not_made() {
+    let text = r#"(version: 1, canvas: (size_mm: 16, resolution: 64), params: { "which": Integer(default: 1, range: (0, 1)) }, nodes: {
+        "points": PoissonPoints(pitch: 2),
+        "links": ConnectNeighbors(points: "points"),
+        "lines": PlaceWrinkles(lattice: "links"),
+        "grooves": DrawWrinkles(segments: "lines", width: (0.3, 0.6), depth: 0.4),
+        "noise": Perlin(size: 3),
+        "chosen": Switch(inputs: ["grooves", "noise"], which: "$which"),
+        "hide": Material(height: "grooves"),
+        "board": Material(height: "noise"),
+        "one": SwitchMaterial(inputs: ["hide", "board"], which: "$which"),
+        "height": MaterialChannel(material: "one", channel: Height),
+        "result": Math(operation: Add, a: "chosen", b: "height"),
+    }, outputs: { "result": "result" })"#;
+    let out = tempfile::tempdir().unwrap();
+    let run = |which: &str| {
+        let options = LoadOptions { set: vec![("which".into(), which.into())], ..LoadOptions::default() };
+        let loaded = load_text(&path(), text, &shibo_nodes::registry(), &options);
+        let graph = loaded.graph.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
+        computed(&render(&session(None), &graph, out.path()))
+    };
+    let names = |names: &[&str]| names.iter().map(ToString::to_string).collect::<BTreeSet<_>>();
+    let leather = names(&["points", "links", "lines", "grooves"]);
+    assert!(leather.is_subset(&run("0")), "{:?}", run("0"));
+    assert!(leather.is_disjoint(&run("1")), "{:?}", run("1"));
+}
+
 /// Kinds whose work takes many times as long as reading back what it made, on any machine: that is always kept.
 const DEAR: [&str; 1] = ["SimulateSprings"];
 

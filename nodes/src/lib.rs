@@ -31,6 +31,7 @@ mod measured;
 mod moved;
 #[cfg(test)]
 mod testing;
+mod torus;
 mod warped;
 
 use shibo_engine::registry::{Family, Kind, Registry};

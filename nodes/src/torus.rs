@@ -2,12 +2,12 @@
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Window};
 
 /// A field as it is on the canvas, repeated in some directions, whatever it is beyond the edge.
-pub(super) struct Torus {
-    pub(super) input: Field,
+pub(crate) struct Torus {
+    pub(crate) input: Field,
     /// The canvas, mm.
-    pub(super) size: glam::DVec2,
+    pub(crate) size: glam::DVec2,
     /// Where it repeats.
-    pub(super) wrap: Tiling,
+    pub(crate) wrap: Tiling,
 }
 
 /// One direction of a grid on the canvas.
@@ -48,7 +48,7 @@ impl Axis {
 impl Torus {
     /// How many pixels of a grid make the canvas.
     #[expect(clippy::cast_possible_truncation, reason = "limited to the pixels of a canvas")]
-    pub(super) fn pixels(size: glam::DVec2, grid: &Grid) -> [i32; 2] {
+    pub(crate) fn pixels(size: glam::DVec2, grid: &Grid) -> [i32; 2] {
         (size / grid.step).round().to_array().map(|n| n.clamp(1.0, 1e9) as i32)
     }
 

@@ -21,6 +21,9 @@ use shibo_kernel::pointwise::blend::{self as kernel, BlendMode};
 /// "shore": Threshold(input: "clouds", level: 0.48, softness: 0.02),
 /// "example": Blend(base: "sea", top: "land", mask: "shore"),
 /// ```
+///
+/// Elsewhere: Substance Designer *Blend*; Blender *Mix Color*; Material Maker *Blend*; Photoshop *Layer*; Houdini
+/// *Blend*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Blend {

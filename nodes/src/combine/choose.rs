@@ -1,4 +1,5 @@
-//! [`Choose`] and [`ChooseMaterial`]: at every pixel one of several inputs, by the number of the piece that it lies in.
+//! [`Choose`] and [`ChooseMaterial`]: at every pixel one of several inputs, by the number of the piece that it lies in; and what
+//! [`Switch`](super::Switch) does with a field.
 //!
 //! They are no kinds in graph files: `Each` makes them. Which input shows is a hash of the number, so that neighbours with
 //! neighbouring numbers are unlike. Of an input only the part is computed that shows in a tile. Cost: a copy.
@@ -38,8 +39,11 @@ fn choice(id: f32, count: usize) -> usize {
     (Hash::new((id.round() as i64).cast_unsigned()).u64(0) % count as u64) as usize
 }
 
+/// Which of `count` inputs shows where a field has a value.
+pub(super) type Choice = fn(f32, usize) -> usize;
+
 /// The smallest window of those pixels of a tile of ids where each of `count` inputs shows; an empty one where it does not.
-fn shown(ids: &Tile, at: Window, count: usize) -> Vec<Window> {
+fn shown(ids: &Tile, at: Window, count: usize, choice: Choice) -> Vec<Window> {
     let mut found: Vec<Option<[i32; 4]>> = vec![None; count];
     // Pieces are larger than pixels: most have the number of the one before.
     let mut last = (f32::NAN, 0);
@@ -62,19 +66,21 @@ fn shown(ids: &Tile, at: Window, count: usize) -> Vec<Window> {
     found.into_iter().map(|found| found.map_or(empty, window)).collect()
 }
 
-struct Chosen {
+pub(super) struct Chosen {
     ids: Field,
     inputs: Vec<Field>,
+    choice: Choice,
 }
 
 impl Chosen {
-    fn field(ids: &Field, inputs: Vec<Field>) -> Field {
+    /// Fields of one type, of which one shows at each pixel, by the value of another there.
+    pub(super) fn field(ids: &Field, inputs: Vec<Field>, choice: Choice) -> Field {
         let Some(first) = inputs.first() else { return Field::constant(Type::Gray, &[0.0]) };
         if inputs.len() == 1 {
             return first.clone();
         }
         let tiling = inputs.iter().fold(ids.tiling(), |tiling, input| tiling.and(input.tiling()));
-        Field::new(first.ty(), tiling, Self { ids: ids.clone(), inputs })
+        Field::new(first.ty(), tiling, Self { ids: ids.clone(), inputs, choice })
     }
 }
 
@@ -88,7 +94,7 @@ impl FieldSource for Chosen {
     }
 
     fn narrow(&self, given: &Given<'_>, _grid: &Grid, window: Window) -> Vec<Window> {
-        shown(given.tile(0), window, self.inputs.len())
+        shown(given.tile(0), window, self.inputs.len(), self.choice)
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
@@ -100,7 +106,7 @@ impl FieldSource for Chosen {
             while x < ids.len() {
                 // A run of pixels of one piece is copied at once.
                 let run = ids[x..].iter().take_while(|id| **id == ids[x]).count().max(1);
-                let input = given.tile(1 + choice(ids[x], self.inputs.len()));
+                let input = given.tile(1 + (self.choice)(ids[x], self.inputs.len()));
                 // The window of an input begins where it first shows.
                 let row = (line - input.window.y).unsigned_abs() as usize;
                 let from = (at.x - input.window.x + i32::try_from(x).unwrap_or_default()).unsigned_abs() as usize;
@@ -126,7 +132,7 @@ impl Node for Choose {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (ids, inputs) = (cx.get(&self.ids)?, cx.get_all(&self.inputs)?);
-        Ok(Outputs::one(Chosen::field(&ids, inputs)))
+        Ok(Outputs::one(Chosen::field(&ids, inputs, choice)))
     }
 }
 
@@ -139,7 +145,7 @@ impl Node for ChooseMaterial {
         let all: BTreeSet<Channel> = materials.iter().flat_map(|m| m.channels().iter().map(|(c, _)| *c)).collect();
         let channels = all.into_iter().map(|channel| {
             let fields = materials.iter().map(|material| material.or_default(channel)).collect();
-            (channel, Chosen::field(&ids, fields))
+            (channel, Chosen::field(&ids, fields, choice))
         });
         Ok(Outputs::one(Value::Material(Arc::new(Material::new(channels)))))
     }
@@ -156,7 +162,7 @@ mod tests {
         // Two numbers that choose different inputs of three.
         let other = (1_u16..).map(f32::from).find(|id| choice(*id, 3) != choice(0.0, 3)).unwrap();
         ids.data_mut().copy_from_slice(&[0.0, 0.0, other, 0.0, 0.0, 0.0, other, other]);
-        let windows = shown(&ids, window, 3);
+        let windows = shown(&ids, window, 3, choice);
         assert_eq!(windows[choice(0.0, 3)], window);
         assert_eq!(windows[choice(other, 3)], Window { x: 12, y: 20, width: 2, height: 2 });
         assert_eq!(windows.iter().filter(|window| window.is_empty()).count(), 1);

@@ -24,6 +24,9 @@ use shibo_kernel::pointwise::math_ops::{self as kernel, Operand, Operation};
 /// "sine": Math(operation: Sin, a: "angle"),
 /// "example": Math(operation: Smoothstep, a: "sine", b: -0.6, c: 0.6),
 /// ```
+///
+/// Elsewhere: Blender *Math*, *Vector Math*; Substance Designer *Pixel Processor*; Houdini *Math*; Material Maker
+/// *Math*; Unreal *Add*, *Multiply*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Math {

@@ -8,6 +8,7 @@ mod make_vector;
 mod math;
 mod pack_channels;
 mod split_channels;
+mod switch;
 
 pub use blend::Blend;
 pub use choose::{Choose, ChooseMaterial};
@@ -17,6 +18,7 @@ pub use make_vector::MakeVector;
 pub use math::Math;
 pub use pack_channels::PackChannels;
 pub use split_channels::SplitChannels;
+pub use switch::{Switch, SwitchMaterial};
 
 use shibo_engine::registry::{Family, Kind};
 
@@ -33,6 +35,8 @@ pub fn family() -> Family {
             Kind::of::<SplitChannels>(),
             Kind::of::<PackChannels>(),
             Kind::of::<MakeVector>(),
+            Kind::of::<Switch>(),
+            Kind::of::<SwitchMaterial>(),
         ],
     }
 }

@@ -16,6 +16,9 @@ use shibo_kernel::filter::fields;
 /// "cells":   Worley(size: 8),
 /// "example": Blur(input: "cells.border", radius: 0.6),
 /// ```
+///
+/// Elsewhere: Substance Designer *Blur HQ*, *Gaussian Blur*; Material Maker *Gaussian Blur*; Blender *Blur*; Houdini
+/// *Blur*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Blur {

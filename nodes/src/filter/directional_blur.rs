@@ -8,7 +8,7 @@ use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Grid, Halo, Stop, Tile};
 use shibo_kernel::filter::paths::{self, Line, Reader};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
@@ -31,8 +31,8 @@ use shibo_kernel::ground::tile;
 pub struct DirectionalBlur {
     /// What to smear.
     pub input: In<AnyField>,
-    /// The direction in degrees, from +x towards +y; a number or a field.
-    pub angle: In<Gray>,
+    /// The direction in degrees, from +x towards +y: a number or a field; or vectors.
+    pub angle: In<Direction>,
     /// Length of the line that each place is the mean of; at most half the canvas' longer side. Beyond 255 pixels samples lie
     /// farther apart.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]

@@ -29,6 +29,8 @@ pub enum Side {
 /// "noise":   Perlin(size: 9),
 /// "example": DistanceField(input: "noise", threshold: 0.6, radius: 4, normalize: true),
 /// ```
+///
+/// Elsewhere: Substance Designer *Distance*; Material Maker *Distance*; Houdini *Mono to SDF*, SDF.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DistanceField {

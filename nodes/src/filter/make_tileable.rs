@@ -5,8 +5,8 @@
 //! "High-performance by-example noise using a histogram-preserving blending operator" (2018): brought to a normal
 //! distribution, weighted by w / √Σw², and brought back; see
 //! [`kernel::normal_scores`](shibo_kernel::pointwise::normal_scores). Cost: O(pixels), and the input once at 512 pixels.
-use super::torus::Torus;
 use crate::measured;
+use crate::torus::Torus;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

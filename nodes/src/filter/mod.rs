@@ -1,4 +1,5 @@
 //! Filters: fields made from a field and its surroundings.
+mod along_field;
 mod around;
 mod blur;
 mod directional_blur;
@@ -12,10 +13,10 @@ mod morphology;
 mod radial_blur;
 mod sharpen;
 mod slope_blur;
-mod torus;
 #[cfg(test)]
 mod wide_tests;
 
+pub use along_field::AlongField;
 pub use blur::Blur;
 pub use directional_blur::DirectionalBlur;
 pub use distance_field::{DistanceField, Side};
@@ -39,6 +40,7 @@ pub fn family() -> Family {
         kinds: vec![
             Kind::of::<Blur>(),
             Kind::of::<DirectionalBlur>(),
+            Kind::of::<AlongField>(),
             Kind::of::<RadialBlur>(),
             Kind::of::<SlopeBlur>(),
             Kind::of::<GuidedFilter>(),

@@ -15,6 +15,9 @@ use shibo_kernel::ground::number::narrow;
 /// "grain": Fractal(size: 12, kind: Billow),
 /// "example": Blend(base: "leather.color", top: "grain", mode: Overlay),
 /// ```
+///
+/// Elsewhere: Substance Designer *Uniform Color*; Blender *Value*, *RGB*; Material Maker *Uniform*; Houdini
+/// *Constant*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Constant {

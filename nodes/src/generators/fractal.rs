@@ -20,6 +20,9 @@ use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
 /// ```ron
 /// "example": Fractal(size: 14, octaves: 7, kind: Ridged),
 /// ```
+///
+/// Elsewhere: Blender *Noise Texture*, *Musgrave Texture*; Substance Designer *Clouds*, *Fractal Sum*; Material Maker
+/// *FBM*, fBm; Houdini *Fractal Noise*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fractal {
@@ -95,7 +98,7 @@ mod tests {
     #[test]
     fn conforms_in_every_kind() {
         for kind in [FractalKind::Fbm, FractalKind::Ridged, FractalKind::Billow, FractalKind::Turbulence] {
-            for basis in [Basis::Gradient, Basis::Value, Basis::White] {
+            for basis in [Basis::Gradient, Basis::Value, Basis::White, Basis::Simplex] {
                 let fractal =
                     Fractal { kind, basis, size: 7.0, octaves: 3, angle: 20.0, aspect: 2.0, ..Fractal::default() };
                 conforms(&fractal, &[]);

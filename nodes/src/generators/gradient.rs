@@ -20,6 +20,9 @@ use shibo_kernel::pointwise::gradient::{self as kernel, GradientShape, GradientS
 /// ```ron
 /// "example": Gradient(angle: 45, times: 4, repeat: Mirror),
 /// ```
+///
+/// Elsewhere: Substance Designer *Gradient Linear*; Blender *Gradient Texture*, *Wave Texture*; Material Maker
+/// *Gradient*; Houdini *Ramp*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gradient {

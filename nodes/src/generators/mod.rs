@@ -1,15 +1,29 @@
 //! Generators: fields made from nothing but parameters.
 mod constant;
+mod coordinates;
+mod curl;
 mod fractal;
+mod gabor;
 mod gradient;
 mod noise_field;
 mod perlin;
+mod random;
+mod simplex;
+mod value_noise;
+mod white_noise;
 mod worley;
 
 pub use constant::Constant;
+pub use coordinates::Coordinates;
+pub use curl::Curl;
 pub use fractal::Fractal;
+pub use gabor::Gabor;
 pub use gradient::Gradient;
 pub use perlin::Perlin;
+pub use random::Random;
+pub use simplex::Simplex;
+pub use value_noise::ValueNoise;
+pub use white_noise::WhiteNoise;
 pub use worley::Worley;
 
 use shibo_engine::registry::{Family, Kind};
@@ -23,8 +37,15 @@ pub fn family() -> Family {
             Kind::of::<Constant>(),
             Kind::of::<Gradient>(),
             Kind::of::<Perlin>(),
+            Kind::of::<Simplex>(),
+            Kind::of::<ValueNoise>(),
+            Kind::of::<WhiteNoise>(),
             Kind::of::<Fractal>(),
             Kind::of::<Worley>(),
+            Kind::of::<Gabor>(),
+            Kind::of::<Curl>(),
+            Kind::of::<Coordinates>(),
+            Kind::of::<Random>(),
         ],
     }
 }

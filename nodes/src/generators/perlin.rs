@@ -17,6 +17,9 @@ use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
 /// ```ron
 /// "example": Perlin(size: 5),
 /// ```
+///
+/// Elsewhere: Blender *Noise Texture*; Houdini *Perlin Noise*; Substance Designer *Perlin Noise*; Material Maker
+/// *Perlin*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Perlin {

@@ -27,6 +27,8 @@ use std::sync::Arc;
 /// "stones": Remap(input: "cells.value", to: (0.3, 0.9)),
 /// "example": Blend(base: "stones", top: "mortar", mode: Multiply),
 /// ```
+///
+/// Elsewhere: Substance Designer *Cells*; Blender *Voronoi Texture*; Houdini *Worley Noise*; Material Maker *Voronoi*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Worley {

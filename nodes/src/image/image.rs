@@ -47,6 +47,8 @@ pub enum Wrap {
 /// "picture": Image(path: "ramp.png", size_mm: (20, 15)),
 /// "example": Warp(input: "picture", amount: 1.5, size: 9),
 /// ```
+///
+/// Elsewhere: Substance Designer *Bitmap*; Blender *Image Texture*; Houdini *File*; Material Maker *Image*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Image {

@@ -20,6 +20,9 @@ use shibo_engine::value::{self, Channel, ChannelSet, Field, Stop, Type};
 /// "leather": Material(base_color: "#7a2a1c", roughness: 0.5, height: "dome", normal: "normal"),
 /// "example": Relief(material: "leather", strength: 0.4),
 /// ```
+///
+/// Elsewhere: Substance Designer *Output*, *Base Material*; Blender *Principled BSDF*, *Material Output*; Material
+/// Maker *Static PBR Material*; Unreal *Make Material Attributes*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Material {

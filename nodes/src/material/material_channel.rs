@@ -16,6 +16,9 @@ use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Type};
 /// "leather": Material(base_color: "#7a4526", height: "cells.value"),
 /// "example": MaterialChannel(material: "leather", channel: Height),
 /// ```
+///
+/// Elsewhere: Substance Designer *Material Switch*; Blender *Separate*; Houdini *Extract*; Unreal *Break Material
+/// Attributes*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MaterialChannel {

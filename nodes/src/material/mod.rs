@@ -1,4 +1,5 @@
 //! Materials: named channels of a surface.
+mod adjust_material;
 mod blend_materials;
 mod dirt;
 mod edge_wear;
@@ -12,6 +13,7 @@ mod transform_material;
 mod warp_material;
 mod worn;
 
+pub use adjust_material::AdjustMaterial;
 pub use blend_materials::BlendMaterials;
 pub use dirt::Dirt;
 pub use edge_wear::EdgeWear;
@@ -34,6 +36,7 @@ pub fn family() -> Family {
             Kind::of::<Material>(),
             Kind::of::<MaterialChannel>(),
             Kind::of::<SetChannels>(),
+            Kind::of::<AdjustMaterial>(),
             Kind::of::<BlendMaterials>(),
             Kind::of::<LayerMaterials>(),
             Kind::of::<TransformMaterial>(),

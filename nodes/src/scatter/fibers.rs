@@ -6,7 +6,7 @@ use super::strands::{Plan, style};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::scatter::strand::Ends;
@@ -27,8 +27,8 @@ use shibo_kernel::strokes::Profile;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fibers {
-    /// The direction that fibres follow, in degrees from +x towards +y.
-    pub direction: Option<In<Gray>>,
+    /// The direction that fibres follow: degrees from +x towards +y, or vectors.
+    pub direction: Option<In<Direction>>,
     /// The share of fibres that are drawn, 0..1, by where their middles lie.
     pub mask: Option<In<Gray>>,
     /// How many there are in a square centimetre, before the mask.

@@ -1,7 +1,7 @@
 //! Fields that steer what is scattered: read at its places before anything is drawn.
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Gray, In};
+use shibo_engine::node::{Context, In, PortType};
 use shibo_engine::value::{Field, Stop, Tiling, Window};
 
 /// The most columns or rows at which a field is read.
@@ -17,9 +17,9 @@ pub(super) struct Map {
 
 impl Map {
     /// Reads what is connected to `port`, with about four samples per `pitch` mm.
-    pub(super) fn read(
+    pub(super) fn read<T: PortType<Got = Field>>(
         cx: &Context<'_>,
-        (port, name): (&Option<In<Gray>>, &'static str),
+        (port, name): (&Option<In<T>>, &'static str),
         pitch: f64,
     ) -> Result<Option<Self>, Stop> {
         let Some(field) = cx.get_opt(port)? else { return Ok(None) };

@@ -4,7 +4,7 @@ use crate::degrees::sin_cos;
 use glam::{DVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Gray, In, Range};
+use shibo_engine::node::{Context, Direction, Gray, In, Range};
 use shibo_engine::value::{Stop, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -32,7 +32,7 @@ pub(super) struct Plan<'a> {
     pub(super) order: Order,
     pub(super) density: &'a Option<In<Gray>>,
     pub(super) scale_by: &'a Option<In<Gray>>,
-    pub(super) direction: &'a Option<In<Gray>>,
+    pub(super) direction: &'a Option<In<Direction>>,
 }
 
 /// Draws of a stamp; others are the places of its layout.

@@ -6,7 +6,7 @@ use super::strands::{Plan, style};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::scatter::strand::Ends;
@@ -27,8 +27,8 @@ use shibo_kernel::strokes::Profile;
 pub struct Scratches {
     /// The share of scratches that are drawn, 0..1, by where their middles lie.
     pub mask: Option<In<Gray>>,
-    /// The direction that scratches follow, in degrees from +x towards +y; `angle` is added.
-    pub direction: Option<In<Gray>>,
+    /// The direction that scratches follow: degrees from +x towards +y, or vectors; `angle` is added.
+    pub direction: Option<In<Direction>>,
     /// How many there are in a square centimetre, before the mask.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "1/cm²"))]
     pub density: f64,

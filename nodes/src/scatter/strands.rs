@@ -2,7 +2,7 @@
 use super::map::Map;
 use glam::{DVec2, Vec2};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Gray, In, Range};
+use shibo_engine::node::{CanvasFacts, Context, Direction, Gray, In, Range};
 use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -30,7 +30,7 @@ pub(super) struct Plan<'a> {
     pub(super) curl: f64,
     pub(super) ends: Ends,
     pub(super) mask: &'a Option<In<Gray>>,
-    pub(super) direction: &'a Option<In<Gray>>,
+    pub(super) direction: &'a Option<In<Direction>>,
 }
 
 /// Strokes of all strands, `pieces` of each.

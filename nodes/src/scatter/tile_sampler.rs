@@ -9,7 +9,7 @@ use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range, Xy};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, Xy};
 use shibo_engine::value::{Points, Stop, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -45,8 +45,8 @@ pub struct TileSampler {
     pub density: Option<In<Gray>>,
     /// Factor on the size of stamps, 0..1, at their places.
     pub scale_by: Option<In<Gray>>,
-    /// Where the stamps' own x points, in degrees from +x towards +y; `turn` is added.
-    pub direction: Option<In<Gray>>,
+    /// Where the stamps' own x points: degrees from +x towards +y, or vectors; `turn` is added.
+    pub direction: Option<In<Direction>>,
     /// Distance of columns and rows; one number stands for both.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub pitch: Xy,

@@ -7,7 +7,7 @@ use crate::warped::Warped;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::math::{clamp, cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
@@ -29,8 +29,8 @@ pub struct DirectionalWarp {
     pub input: In<AnyField>,
     /// How far: 0 stays, 1 moves by `amount`, −1 by as much the other way. What lies beyond counts as these.
     pub by: In<Gray>,
-    /// The direction in which features move, in degrees, from +x towards +y; a number or a field.
-    pub angle: In<Gray>,
+    /// The direction in which features move, in degrees, from +x towards +y: a number or a field; or vectors.
+    pub angle: In<Direction>,
     /// The largest displacement; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub amount: f64,

@@ -21,6 +21,9 @@ use shibo_engine::value::{Field, Stop, Tiling};
 /// "cells":   Worley(size: 10),
 /// "example": Transform(input: "cells.value", scale: 0.5, angle: 90),
 /// ```
+///
+/// Elsewhere: Substance Designer *Transformation 2D*; Blender *Mapping*; Material Maker *Transform*; Houdini
+/// *Transform*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Transform {

@@ -21,6 +21,9 @@ use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 /// "cells":   Worley(size: 8),
 /// "example": Warp(input: "cells.value", amount: 1.5, size: 5),
 /// ```
+///
+/// Elsewhere: Substance Designer *Warp*, *Directional Warp*, *Vector Warp*; Blender *Displace*; Material Maker *Warp*;
+/// Houdini *Distort*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Warp {

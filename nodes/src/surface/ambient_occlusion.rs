@@ -20,6 +20,9 @@ use shibo_kernel::surface::occlusion;
 /// "dome":    Pillow(input: "grooves", radius: 1.5),
 /// "example": AmbientOcclusion(input: "dome", radius: 2, strength: 3),
 /// ```
+///
+/// Elsewhere: Substance Designer *Ambient Occlusion* (HBAO, RTAO); Blender *Ambient Occlusion*; Material Maker
+/// *Occlusion*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AmbientOcclusion {

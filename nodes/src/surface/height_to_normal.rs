@@ -17,6 +17,8 @@ use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 /// "dome":    Pillow(input: "grooves", radius: 2),
 /// "example": HeightToNormal(input: "dome"),
 /// ```
+///
+/// Elsewhere: Substance Designer *Normal*; Blender *Bump*; Material Maker *Normal Map*; Houdini *Height to Normal*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HeightToNormal {

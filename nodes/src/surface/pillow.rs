@@ -17,6 +17,8 @@ use shibo_kernel::filter::{distance, fields};
 /// "grooves": Remap(input: "cells.border", from: (0, 0.6), to: (1, 0), clamp: true),
 /// "example": Pillow(input: "grooves", radius: 1.5),
 /// ```
+///
+/// Elsewhere: Substance Designer *Bevel*; Material Maker *Bevel*; Photoshop *Bevel and Emboss*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pillow {

@@ -22,6 +22,8 @@ use shibo_kernel::surface::relief::{self, Finish, Lacquer, ReliefSpec, Surface};
 /// "dome":    Pillow(input: "bent", radius: 0.8),
 /// "example": Relief(height: "dome", strength: 0.35),
 /// ```
+///
+/// Elsewhere: Substance Designer *3D View*; Blender *Viewport*, *Light*; Material Maker *Preview*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Relief {

@@ -57,6 +57,8 @@ pub enum Compare {
 /// "input": GradientMap(input: "cells.border", stops: [(0.0, "#2a1a10"), (0.25, "#8a5a34"), (1.0, "#c99a66")]),
 /// "example": Exemplar(input: "input", size: (64, 64)),
 /// ```
+///
+/// Elsewhere: Texture synthesis; Substance Designer *Make It Tile*; GIMP *Resynthesizer*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Exemplar {

@@ -4,7 +4,7 @@
 //! node inverts them: `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{Context, Direction, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::synthesis::jacobian::from_angle_scale;
 
@@ -22,8 +22,8 @@ use shibo_kernel::synthesis::jacobian::from_angle_scale;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct JacobianFromAngleScale {
-    /// By how many degrees features are rotated, from +x towards +y.
-    pub angle: In<Gray>,
+    /// By how many degrees features are rotated, from +x towards +y; or vectors that their x axis follows.
+    pub angle: In<Direction>,
     /// How many times as large they become.
     pub scale: In<Gray>,
     /// How many times longer they become along their own x axis.

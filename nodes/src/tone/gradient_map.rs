@@ -28,6 +28,9 @@ pub enum MixSpace {
 /// "wide": Levels(input: "clouds", low: 0.1, high: 0.9),
 /// "example": GradientMap(input: "wide", stops: [(0.0, "#1d1430"), (0.45, "#8a3b4a"), (0.75, "#e08a4a"), (1.0, "#fff1c9")]),
 /// ```
+///
+/// Elsewhere: Blender *ColorRamp*; Substance Designer *Gradient Map*; Houdini *Ramp*; Material Maker *Colorize*;
+/// Photoshop *Gradient Map*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GradientMap {

@@ -15,6 +15,8 @@ use shibo_kernel::pointwise::tone;
 /// "clouds": Fractal(size: 14),
 /// "example": Levels(input: "clouds", low: 0.25, high: 0.75),
 /// ```
+///
+/// Elsewhere: Substance Designer *Levels*; Blender *Map Range*, *RGB Curves*; Photoshop *Levels*; Houdini *Levels*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Levels {

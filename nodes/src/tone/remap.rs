@@ -13,6 +13,9 @@ use shibo_kernel::pointwise::tone;
 /// "cells": Worley(size: 8),
 /// "example": Remap(input: "cells.border", from: (0, 1.5), to: (1, 0), clamp: true),
 /// ```
+///
+/// Elsewhere: Blender *Map Range*; Houdini *Fit*; Substance Designer *Histogram Scan*, *Histogram Range*; Material
+/// Maker *Remap*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Remap {

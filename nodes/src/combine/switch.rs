@@ -1,0 +1,247 @@
+//! [`Switch`] and [`SwitchMaterial`]: one of several inputs. Nothing is made of the others.
+//!
+//! By a number the input is passed on as it is, with its key; by a field each tile reads only what shows in it. Cost:
+//! none, or a copy.
+use super::choose::Chosen;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{CanvasFacts, Context, EveryField, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
+use shibo_engine::value::{Channel, ChannelSet, Field, Material, Stop, Type, Value};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// Passes on one of several fields, chosen by a number or, pixel by pixel, by a field.
+///
+/// What is not chosen costs nothing: neither it nor what it is made of is computed. Connect `which` to a parameter,
+/// and presets choose between variants of a graph. `SwitchMaterial` does the same with materials.
+///
+/// ```ron
+/// "cells": Worley(size: 9, normalize: true),
+/// "noise": Fractal(size: 9),
+/// "steps": Remap(input: "cells.value", to: (0, 2)),
+/// "example": Switch(inputs: ["noise", "cells.border", "cells.f1"], by: "steps"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Switch*, *Multi Switch*; Material Maker *Switch*; Houdini *Switch*; Blender
+/// *Switch*, *Index Switch*.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Switch {
+    /// What to choose among: all of one type, or numbers and colours.
+    pub inputs: Vec<In<EveryField>>,
+    /// The number of the input at every place, rounded: 0 is the first one. What lies beyond counts as the first or
+    /// the last; `which` has no effect then.
+    pub by: Option<In<Gray>>,
+    /// Which input: 0 is the first one.
+    pub which: u32,
+}
+
+/// Passes on one of several materials, chosen by a number or, pixel by pixel, by a field.
+///
+/// What is not chosen costs nothing. By a number the material has the channels of the chosen one; by a field those of
+/// all, with defaults for what one of them lacks. Edges are hard; `BlendMaterials` makes them soft.
+///
+/// ```ron
+/// "clay": Material(base_color: "#9a5a3c", roughness: 0.8),
+/// "glaze": Material(base_color: "#20505a", roughness: 0.15),
+/// "cells": Worley(size: 9),
+/// "both": SwitchMaterial(inputs: ["clay", "glaze"], by: "cells.value"),
+/// "example": Relief(material: "both", height: "cells.border"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Material Switch*; Material Maker *Switch*; Houdini *Switch*; Blender *Mix Shader*
+/// with a whole factor.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SwitchMaterial {
+    /// What to choose among.
+    pub inputs: Vec<In<Material>>,
+    /// The number of the input at every place, rounded: 0 is the first one. What lies beyond counts as the first or
+    /// the last; `which` has no effect then.
+    pub by: Option<In<Gray>>,
+    /// Which input: 0 is the first one.
+    pub which: u32,
+}
+
+/// Which of `count` inputs a value stands for.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the inputs")]
+fn nearest(value: f32, count: usize) -> usize {
+    value.round().clamp(0.0, count.saturating_sub(1) as f32) as usize
+}
+
+/// Refuses a number that no input has.
+fn too_large(which: u32, count: usize, by: bool) -> Vec<Problem> {
+    if by || (which as usize) < count {
+        return Vec::new();
+    }
+    let message =
+        format!("which is `{which}`; there are {count} inputs, so it must be at most {}", count.saturating_sub(1));
+    vec![Problem::new(Code::OutOfRange, message).at("which").help("the first input is 0")]
+}
+
+fn idle(which: u32, by: bool) -> Vec<Problem> {
+    let problem = Problem::new(Code::Advice, "`which` has no effect: `by` is connected").at("which");
+    if by && which != 0 { vec![problem] } else { Vec::new() }
+}
+
+/// Numbers and colours go together; anything else goes with its like only.
+fn common(types: impl IntoIterator<Item = Type>) -> Option<Type> {
+    types.into_iter().map(|ty| if ty == Type::Picture { Type::Rgb } else { ty }).try_fold(None, |common, ty| match (
+        common, ty,
+    ) {
+        (None, ty) => Some(Some(ty)),
+        (Some(a), b) if a == b => Some(common),
+        (Some(Type::Gray | Type::Rgb), Type::Gray | Type::Rgb) => Some(Some(Type::Rgb)),
+        _ => None,
+    })?
+}
+
+impl Node for Switch {
+    const OUTPUTS: &'static [Output] = &[Output::told("result", "The chosen input.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        too_large(self.which, self.inputs.len(), self.by.is_some())
+    }
+
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        idle(self.which, self.by.is_some())
+    }
+
+    fn type_of_output(&self, inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
+        let types: Vec<Type> = inputs.iter().filter(|(port, _)| *port == "inputs").map(|(_, ty)| *ty).collect();
+        common(types.iter().copied()).ok_or_else(|| {
+            let names: BTreeSet<&str> = types.iter().map(|ty| ty.name()).collect();
+            let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+            let message =
+                format!("inputs are {}; they must be of one type, or numbers and colours", names.join(" and "));
+            vec![Problem::new(Code::TypeMismatch, message).at("inputs")]
+        })
+    }
+
+    fn no_op(&self) -> Option<&'static str> {
+        self.by.is_none().then_some("inputs")
+    }
+
+    fn no_op_item(&self) -> usize {
+        self.which as usize
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let fields = cx.get_all(&self.inputs)?;
+        let colours = common(fields.iter().map(Field::ty)) == Some(Type::Rgb);
+        let fields: Vec<Field> =
+            fields.iter().map(|field| if colours { field.to_rgb() } else { field.clone() }).collect();
+        if let Some(by) = cx.get_opt(&self.by)? {
+            return Ok(Outputs::one(Chosen::field(&by, fields, nearest)));
+        }
+        let Some(chosen) = fields.get(self.which as usize) else {
+            return Err(Problem::new(Code::OutOfRange, "there is no such input").at("which").into());
+        };
+        Ok(Outputs::one(chosen.clone()))
+    }
+}
+
+impl Node for SwitchMaterial {
+    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The chosen material.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        too_large(self.which, self.inputs.len(), self.by.is_some())
+    }
+
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        idle(self.which, self.by.is_some())
+    }
+
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        if self.by.is_some() { inputs.at("inputs") } else { inputs.one("inputs", self.which as usize) }
+    }
+
+    fn no_op(&self) -> Option<&'static str> {
+        self.by.is_none().then_some("inputs")
+    }
+
+    fn no_op_item(&self) -> usize {
+        self.which as usize
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let materials = cx.get_all(&self.inputs)?;
+        let Some(by) = cx.get_opt(&self.by)? else {
+            let Some(chosen) = materials.get(self.which as usize) else {
+                return Err(Problem::new(Code::OutOfRange, "there is no such input").at("which").into());
+            };
+            return Ok(Outputs::one(Value::Material(chosen.clone())));
+        };
+        let all: BTreeSet<Channel> = materials.iter().flat_map(|m| m.channels().iter().map(|(c, _)| *c)).collect();
+        let channels = all.into_iter().map(|channel| {
+            let fields = materials.iter().map(|material| material.or_default(channel)).collect();
+            (channel, Chosen::field(&by, fields, nearest))
+        });
+        Ok(Outputs::one(Value::Material(Arc::new(Material::new(channels)))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::{conforms, gray, rgb};
+    use crate::testing::{OnCanvas as _, canvas, field, outputs, port, render};
+
+    fn node(by: bool, which: u32) -> Switch {
+        Switch { inputs: vec![port(0), port(1)], by: by.then(|| port(2)), which }
+    }
+
+    fn number(value: f32) -> Field {
+        Field::constant(Type::Gray, &[value])
+    }
+
+    #[test]
+    fn a_number_chooses_for_all_and_a_field_pixel_by_pixel() {
+        let inputs = [gray().into(), number(7.0).into(), gray().into()];
+        assert_eq!(render(&node(false, 0), &inputs), crate::testing::raster(&gray(), &canvas()));
+        assert_eq!(field(&node(false, 1), &inputs).as_constant(), Some(&[7.0][..]));
+        conforms(&node(true, 0), &inputs);
+        let plain = render(&node(false, 0), &inputs);
+        let chosen = render(&node(true, 0), &inputs);
+        assert!(plain.data().iter().zip(chosen.data()).all(|(by, v)| *v == if *by >= 0.5 { 7.0 } else { *by }));
+    }
+
+    #[test]
+    fn colours_and_numbers_mix_and_nothing_else() {
+        let types =
+            |types: &[Type]| node(false, 0).type_of_output(&types.iter().map(|ty| ("inputs", *ty)).collect::<Vec<_>>());
+        assert_eq!(types(&[Type::Gray, Type::Gray]), Ok(Type::Gray));
+        assert_eq!(types(&[Type::Gray, Type::Picture]), Ok(Type::Rgb));
+        assert_eq!(types(&[Type::Vec2, Type::Vec2]), Ok(Type::Vec2));
+        assert!(types(&[Type::Vec2, Type::Gray]).unwrap_err()[0].message.contains("`Gray` and `Vec2`"));
+        let made = field(&node(true, 0), &[gray().into(), rgb().into(), gray().into()]);
+        assert_eq!(made.ty(), Type::Rgb);
+    }
+
+    #[test]
+    fn numbers_beyond_the_inputs_are_refused() {
+        assert_eq!(node(false, 1).check_on(&canvas()), []);
+        assert_eq!(node(false, 2).check_on(&canvas())[0].field.as_deref(), Some("which"));
+        assert_eq!((node(true, 2).check_on(&canvas()).len(), node(true, 2).advice_on(&canvas()).len()), (0, 1));
+        assert_eq!([-4.0, 0.4, 0.6, 9.0, f32::NAN].map(|v| nearest(v, 3)), [0, 0, 1, 2, 0]);
+    }
+
+    #[test]
+    fn materials_keep_their_channels_or_share_them() {
+        let material = |channel, value| Value::from(Material::new([(channel, number(value))]));
+        let inputs = [material(Channel::Coat, 0.25), material(Channel::Roughness, 0.75), number(1.0).into()];
+        let made = |by: bool| {
+            let node = SwitchMaterial { inputs: vec![port(0), port(1)], by: by.then(|| port(2)), which: 1 };
+            let outputs = outputs(&node, &inputs, &canvas()).unwrap();
+            let Some(Value::Material(material)) = outputs.take("material", true) else { panic!("no material") };
+            material.clone()
+        };
+        assert_eq!(made(false).channels().len(), 1);
+        let shared = made(true);
+        let value = |channel| crate::testing::raster(shared.get(channel).unwrap(), &canvas()).data()[9];
+        assert_eq!((value(Channel::Coat), value(Channel::Roughness)), (0.0, 0.75));
+    }
+}

@@ -1,0 +1,88 @@
+//! [`WhiteNoise`]: one octave of white noise.
+//!
+//! A random value in each cell; see [`kernel::noise`](shibo_kernel::noise::fractal). It differs from one octave there
+//! in that values are as likely all over 0..1. Cost: O(pixels).
+use super::noise_field::noise_field;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Tiling, Type};
+use shibo_kernel::ground::math::saturate;
+use shibo_kernel::noise::cells::CellShape;
+use shibo_kernel::noise::fractal::{Basis, NoiseSpec};
+
+/// From the deviation of all noises, 0.155, to that of numbers spread evenly over 0..1, 12^-½.
+const SPREAD: f32 = 0.288_675 / 0.155;
+
+/// Grains of one size, each with a random value, all values from 0 to 1 being as likely: sand, film grain, dither.
+///
+/// Grains have a size in mm, so every resolution shows the same ones; those smaller than two pixels fade to ½. On a
+/// tiling canvas the noise repeats. `Fractal(basis: White)` has octaves.
+///
+/// ```ron
+/// "example": WhiteNoise(size: 1),
+/// ```
+///
+/// Elsewhere: Substance Designer *White Noise*; Blender *White Noise Texture*; Material Maker *Noise*; Houdini
+/// *Random*.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct WhiteNoise {
+    /// Size of a grain, across its long direction.
+    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub size: f64,
+    /// How many times longer grains are along `angle` than across.
+    #[schemars(range(min = 0.02, max = 50))]
+    pub aspect: f64,
+    /// Direction of the long side, from +x towards +y.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub angle: f64,
+    /// Another number gives another pattern of the same kind.
+    pub seed: u64,
+}
+
+impl Default for WhiteNoise {
+    fn default() -> Self {
+        Self { size: 0.5, aspect: 1.0, angle: 0.0, seed: 0 }
+    }
+}
+
+impl Node for WhiteNoise {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The noise, 0..1.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
+
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        canvas.tile()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let shape = CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() };
+        let spec = NoiseSpec { shape, basis: Basis::White, ..NoiseSpec::fbm(self.size, 1) };
+        let noise = noise_field(cx, &spec, self.seed);
+        let spread = |out: &mut Tile, [noise]: [&Tile; 1]| {
+            out.data_mut().iter_mut().zip(noise.data()).for_each(|(out, v)| *out = saturate((v - 0.5) * SPREAD + 0.5));
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(Type::Gray, [noise], Halo::NONE, spread)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conform::conforms;
+    use crate::testing::render;
+
+    #[test]
+    fn conforms_and_all_values_are_as_likely() {
+        for (size, aspect, angle) in [(2.0, 1.0, 0.0), (1.0, 3.0, 40.0), (1e5, 0.02, -360.0), (1e-300, 50.0, 9.0)] {
+            conforms(&WhiteNoise { size, aspect, angle, seed: 1 }, &[]);
+        }
+        // Grains of two pixels: 1024 of them.
+        let tile = render(&WhiteNoise { size: 1.0, ..WhiteNoise::default() }, &[]);
+        let below = |v: f32| tile.data().iter().filter(|x| **x < v).count() as f32 / tile.data().len() as f32;
+        for share in [0.1, 0.25, 0.5, 0.75, 0.9] {
+            assert!((below(share) - share).abs() < 0.05, "{share}: {}", below(share));
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! [`AdjustMaterial`]: colours, roughness and relief of a material changed at once.
+//!
+//! Colours as by [`Hsv`](crate::tone::Hsv) (A. Smith, 1978) on sRGB-encoded values; slopes of the normal follow the
+//! height. A channel that nothing changes is passed on as it is. Cost: O(pixels) for each channel that changes, about
+//! 15 ns for colours.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Color, Context, Fact, In, Linear, MaterialInputs, Node, Output, Outputs};
+use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
+use shibo_kernel::ground::math::saturate;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile::planes3;
+use shibo_kernel::pointwise::color;
+use shibo_kernel::surface::layers::scale_slopes;
+
+/// Changes how a material looks: its hue, saturation and lightness, a tint, how rough it is and how high its relief.
+///
+/// Only channels that the material has are changed. To change them in places only, blend the result over the material
+/// by a mask.
+///
+/// ```ron
+/// "cells":   Worley(size: 7),
+/// "relief":  Remap(input: "cells.border", to: (0, 0.4)),
+/// "normal":  HeightToNormal(input: "relief"),
+/// "clay":    Material(base_color: "#9a5a3c", roughness: 0.8, height: "relief", normal: "normal"),
+/// "glazed":  AdjustMaterial(material: "clay", hue: 170, saturation: 0.8, roughness: (0.1, 0.3), height_scale: 0.5),
+/// "example": Relief(material: "glazed"),
+/// ```
+///
+/// Elsewhere: Substance Designer *Material Adjustment Blend*, *HSL* on each channel; Material Maker *Adjust HSV*;
+/// Blender *Hue/Saturation/Value*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdjustMaterial {
+    /// What to change.
+    pub material: In<Material>,
+    /// By how many degrees the hue of the base colour turns: red, yellow, green, cyan, blue, magenta are 60° apart.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub hue: f64,
+    /// Factor on its saturation: 0 is grey. Saturation ends at its largest.
+    #[schemars(range(min = 0, max = 100))]
+    pub saturation: f64,
+    /// Factor on its lightness, the largest of the encoded channels: 0 is black.
+    #[schemars(range(min = 0, max = 100))]
+    pub lightness: f64,
+    /// Colour that the base colour is multiplied by; white changes nothing.
+    pub tint: Color,
+    /// What a roughness of 0 and one of 1 become; the others lie between.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub roughness: Linear,
+    /// Factor on the height. Normals become as much steeper.
+    #[schemars(range(min = -1e3, max = 1e3))]
+    pub height_scale: f64,
+    /// What is added to the height.
+    #[schemars(range(min = -1e6, max = 1e6), extend("unit" = "mm"))]
+    pub height_offset: f64,
+    /// Factor on the slopes of the normal, besides that of the height: 0 is flat.
+    #[schemars(range(min = -1e3, max = 1e3))]
+    pub normal_strength: f64,
+}
+
+impl Default for AdjustMaterial {
+    fn default() -> Self {
+        Self {
+            material: In::default(),
+            hue: 0.0,
+            saturation: 1.0,
+            lightness: 1.0,
+            tint: Color([1.0; 3]),
+            roughness: Linear::new(0.0, 1.0),
+            height_scale: 1.0,
+            height_offset: 0.0,
+            normal_strength: 1.0,
+        }
+    }
+}
+
+/// A field whose every value changes.
+fn mapped(field: &Field, change: impl Fn(f32) -> f32 + Send + Sync + 'static) -> Field {
+    if let Some(values) = field.as_constant() {
+        return Field::constant(field.ty(), &values.iter().map(|value| change(*value)).collect::<Vec<_>>());
+    }
+    Field::map(field.ty(), [field.clone()], Halo::NONE, move |out: &mut Tile, [input]: [&Tile; 1]| {
+        out.data_mut().iter_mut().zip(input.data()).for_each(|(out, value)| *out = change(*value));
+        Ok(())
+    })
+}
+
+impl AdjustMaterial {
+    fn color(&self, field: &Field) -> Field {
+        let change = [self.hue, self.saturation, self.lightness].map(narrow);
+        let (same, tint) = (change == [0.0, 1.0, 1.0], self.tint.0);
+        if same && tint == [1.0; 3] {
+            return field.clone();
+        }
+        Field::map(Type::Rgb, [field.clone()], Halo::NONE, move |out: &mut Tile, [input]: [&Tile; 1]| {
+            if same {
+                out.data_mut().copy_from_slice(input.data());
+            } else {
+                let planes = change.map(|value| vec![value; out.window.len()]);
+                color::adjust_hsv(
+                    [0, 1, 2].map(|k| input.plane(k)),
+                    planes.each_ref().map(|plane| &plane[..]),
+                    planes3(out),
+                );
+            }
+            for (plane, tint) in out.planes_mut().into_iter().zip(tint).filter(|(_, tint)| *tint != 1.0) {
+                plane.iter_mut().for_each(|value| *value *= tint);
+            }
+            Ok(())
+        })
+    }
+
+    fn channel(&self, channel: Channel, field: &Field) -> Field {
+        match channel {
+            Channel::BaseColor => self.color(field),
+            Channel::Roughness if self.roughness != Linear::new(0.0, 1.0) => {
+                let (low, span) = (narrow(self.roughness.at0), narrow(self.roughness.at1 - self.roughness.at0));
+                mapped(field, move |value| saturate(low + span * saturate(value)))
+            }
+            Channel::Height if self.height_scale != 1.0 || self.height_offset != 0.0 => {
+                let (scale, offset) = (narrow(self.height_scale), narrow(self.height_offset));
+                mapped(field, move |value| value * scale + offset)
+            }
+            Channel::Normal => {
+                let by = narrow(self.height_scale * self.normal_strength);
+                if by == 1.0 {
+                    return field.clone();
+                }
+                Field::map(Type::Normal, [field.clone()], Halo::NONE, move |out: &mut Tile, [normal]: [&Tile; 1]| {
+                    scale_slopes([by, by], [0, 1, 2].map(|k| normal.plane(k)), planes3(out));
+                    Ok(())
+                })
+            }
+            _ => field.clone(),
+        }
+    }
+}
+
+impl Node for AdjustMaterial {
+    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The changed material.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        inputs.at("material")
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let material = cx.get(&self.material)?;
+        let changed = material.channels().iter().map(|(channel, field)| (*channel, self.channel(*channel, field)));
+        Ok(Outputs::one(Material::new(changed)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
+    use shibo_engine::value::Value;
+
+    fn made(node: &AdjustMaterial, channels: &[(Channel, Field)]) -> Material {
+        let outputs = outputs(node, &[Material::new(channels.to_vec()).into()], &canvas()).unwrap();
+        let Some(Value::Material(material)) = outputs.take("material", true) else { panic!("no material") };
+        (**material).clone()
+    }
+
+    fn values(material: &Material, channel: Channel) -> Vec<f32> {
+        let tile = raster(material.get(channel).unwrap(), &canvas());
+        (0..tile.channels()).map(|k| tile.plane(k)[70]).collect()
+    }
+
+    fn node() -> AdjustMaterial {
+        AdjustMaterial { material: port(0), ..AdjustMaterial::default() }
+    }
+
+    #[test]
+    fn each_channel_changes_as_told() {
+        let slope = |x: f32| {
+            let z = 1.0 / (1.0 + x * x).sqrt();
+            Field::constant(Type::Normal, &[0.5 + 0.5 * x * z, 0.5, 0.5 + 0.5 * z])
+        };
+        let channels = [
+            (Channel::BaseColor, Field::constant(Type::Rgb, &[0.8, 0.0, 0.0])),
+            (Channel::Roughness, Field::constant(Type::Gray, &[0.25])),
+            (Channel::Height, lumps()),
+            (Channel::Normal, slope(0.5)),
+            (Channel::Coat, Field::constant(Type::Gray, &[0.3])),
+        ];
+        let node = AdjustMaterial {
+            hue: 120.0,
+            tint: Color([1.0, 0.5, 1.0]),
+            roughness: Linear::new(0.2, 0.6),
+            height_scale: 2.0,
+            height_offset: -1.0,
+            normal_strength: 0.5,
+            ..node()
+        };
+        let changed = made(&node, &channels);
+        let color = values(&changed, Channel::BaseColor);
+        assert!(color[0].abs() < 1e-5 && (color[1] - 0.4).abs() < 1e-4 && color[2].abs() < 1e-5, "{color:?}");
+        assert!((values(&changed, Channel::Roughness)[0] - 0.3).abs() < 1e-6);
+        let (before, after) = (raster(&lumps(), &canvas()), raster(changed.get(Channel::Height).unwrap(), &canvas()));
+        assert!(before.data().iter().zip(after.data()).all(|(a, b)| (2.0 * a - 1.0 - b).abs() < 1e-6));
+        // Twice as high and half as strong: as steep as before.
+        assert_eq!(values(&changed, Channel::Normal), values(&Material::new(channels.to_vec()), Channel::Normal));
+        let flat = AdjustMaterial { normal_strength: 0.0, ..node };
+        assert!((values(&made(&flat, &channels), Channel::Normal)[0] - 0.5).abs() < 1e-6);
+        assert_eq!(values(&changed, Channel::Coat), [0.3]);
+        changed.channels().iter().for_each(|(_, field)| check_field(field));
+    }
+
+    #[test]
+    fn what_is_not_changed_stays_the_same_field() {
+        let channels =
+            [(Channel::BaseColor, lumps().to_rgb()), (Channel::Height, lumps()), (Channel::Roughness, lumps())];
+        let same = made(&node(), &channels);
+        assert!(channels.iter().all(|(channel, field)| same.get(*channel).unwrap().id() == field.id()));
+        let grey = made(&AdjustMaterial { saturation: 0.0, ..node() }, &channels[..1]);
+        let color = values(&grey, Channel::BaseColor);
+        assert!((color[0] - color[1]).abs() < 1e-5 && (color[0] - color[2]).abs() < 1e-5);
+    }
+}

@@ -33,7 +33,9 @@ On a canvas that tiles, an instance that is turned by 90° or made smaller by a 
 
 A sub-graph says what it takes in `inputs`: `"height": Gray(default: 0.5)`, `"ground": Material()`. A default is a literal or one of the graph's own nodes. A material without a default must be given; rendered alone, the graph uses the defaults of channels that are missing.
 
-Nodes inside of an instance are `wood/year` for `dump` and `render --node`; an output of it is `wood.material`."#;
+Nodes inside of an instance are `wood/year` for `dump` and `render --node`; an output of it is `wood.material`.
+
+Elsewhere: Substance Designer *Graph Instance*; Blender *Node Group*; Houdini *Subnet*; Material Maker *Group*; Unreal *Material Function*."#;
 
 const EACH: &str = r#"Several instances of another graph, of which one shows in every piece: the boards of a floor, the scales of a skin.
 
@@ -53,4 +55,6 @@ What can be given besides the fields of `Use`, which hold for all instances:
 
 In `with` and `preset`, `$index` is the number of the instance, from 0. Instances differ by their seeds even if nothing else differs. Fields and materials can be chosen among.
 
-`--set boards.tone=2` reaches all instances, `--set boards.3.tone=2` the fourth; its nodes are `boards/3/year`."#;
+`--set boards.tone=2` reaches all instances, `--set boards.3.tone=2` the fourth; its nodes are `boards/3/year`.
+
+Elsewhere: Houdini *For-Each*, *Copy to Points*; Blender *Instance on Points*; Substance Designer *Multi Switch*."#;

@@ -6,38 +6,6 @@ use shibo_engine::registry::Registry;
 /// How the paragraph of a manual begins that names the nodes of other programs.
 const ELSEWHERE: &str = "Elsewhere:";
 
-/// Names of other programs for kinds whose manual has no such paragraph, and for the use of sub-graphs.
-const OTHERS: &[(&str, &str)] = &[
-    ("Use", "Substance Designer Graph Instance, Blender Node Group, Houdini Subnet, Material Maker Group"),
-    ("Each", "Houdini For-Each, Copy to Points, Blender Instance on Points, Substance Designer Multi Switch"),
-    ("Math", "Blender Math, Substance Designer Pixel Processor, Houdini Math, Unreal Add Multiply"),
-    ("Expression", "Substance Designer Pixel Processor, Houdini VEX Wrangle, Material Maker Custom Shader"),
-    ("Blend", "Substance Designer Blend, Blender Mix Color, Photoshop Layer, Material Maker Blend"),
-    ("BlendMaterials", "Substance Designer Material Blend, Height Blend, Blender Mix Shader"),
-    ("GradientMap", "Blender ColorRamp, Substance Designer Gradient Map, Houdini Ramp, Material Maker Colorize"),
-    ("Levels", "Substance Designer Levels, Blender Map Range, RGB Curves, Photoshop Levels"),
-    ("Remap", "Blender Map Range, Houdini Fit, Substance Designer Histogram Scan, Histogram Range"),
-    ("Transform", "Substance Designer Transformation 2D, Blender Mapping, Material Maker Transform"),
-    ("Warp", "Substance Designer Directional Warp, Vector Warp, Blender Displace, Material Maker Warp"),
-    ("Blur", "Substance Designer Blur HQ, Gaussian Blur, Material Maker Gaussian Blur"),
-    ("DistanceField", "Substance Designer Distance, Material Maker Distance, Houdini SDF"),
-    ("Pillow", "Substance Designer Bevel, Material Maker Bevel"),
-    ("Worley", "Substance Designer Cells, Blender Voronoi Texture, Houdini Worley Noise, Material Maker Voronoi"),
-    ("Perlin", "Blender Noise Texture, Houdini Perlin Noise, Substance Designer Perlin Noise"),
-    ("Fractal", "Blender Noise Texture, Musgrave Texture, fBm, Substance Designer Clouds, Fractal Sum"),
-    ("Gradient", "Substance Designer Gradient Linear, Blender Gradient Texture, Wave Texture"),
-    ("Constant", "Substance Designer Uniform Color, Blender Value, RGB"),
-    ("Image", "Substance Designer Bitmap, Blender Image Texture, Houdini File"),
-    ("HeightToNormal", "Substance Designer Normal, Blender Bump, Material Maker Normal Map"),
-    ("AmbientOcclusion", "Substance Designer Ambient Occlusion HBAO, RTAO, Blender Ambient Occlusion"),
-    ("Relief", "Substance Designer 3D View, Blender Viewport, Light"),
-    ("Material", "Substance Designer Output, Base Material, Blender Principled BSDF, Material Output"),
-    ("MaterialChannel", "Substance Designer Material Switch, Blender Separate, Houdini Extract"),
-    ("TileSampler", "Substance Designer Tile Sampler, Shape Splatter, Material Maker Tiler"),
-    ("PoissonPoints", "Blender Distribute Points on Faces, Poisson Disk, Houdini Scatter"),
-    ("Exemplar", "Texture synthesis, Substance Designer Make It Tile"),
-];
-
 /// A kind that was found, its first sentence, and what other programs call it, if that is why.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Found<'r> {
@@ -46,14 +14,13 @@ pub(super) struct Found<'r> {
     pub(super) elsewhere: Option<String>,
 }
 
-/// The names that other programs have for a kind.
-fn elsewhere(kind: &str, doc: &str) -> String {
+/// The names that other programs have for a kind, as its manual tells them.
+fn elsewhere(doc: &str) -> String {
     let paragraph = blocks(doc).into_iter().find_map(|block| match block {
         Block::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(|names| names.trim().replace('*', "")),
         _ => None,
     });
-    let other = || OTHERS.iter().find(|(name, _)| *name == kind).map(|(_, names)| (*names).to_owned());
-    paragraph.or_else(other).unwrap_or_default()
+    paragraph.unwrap_or_default()
 }
 
 /// Letters and digits only, in lower case: `ColorRamp`, `color ramp` and `colour_ramp` differ by one letter at most.
@@ -74,7 +41,7 @@ fn rank(query: &str, kind: &str, summary: &str, elsewhere: &str) -> Option<(u8, 
         0
     } else if name.contains(&whole) {
         1
-    } else if elsewhere.split([',', '.']).any(|one| squash(one).contains(&whole)) {
+    } else if elsewhere.split([',', ';', '.']).any(|one| squash(one).contains(&whole)) {
         2
     } else if squash(summary).contains(&whole) {
         3
@@ -92,7 +59,7 @@ pub(super) fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> 
         registry.kinds().filter_map(|kind| registry.info(kind)).map(|info: &KindInfo| (&*info.kind, &*info.doc));
     let mut found = Vec::new();
     for (kind, doc) in kinds.chain(super::composition::KINDS) {
-        let (summary, names) = (summary(doc), elsewhere(kind, doc));
+        let (summary, names) = (summary(doc), elsewhere(doc));
         if let Some(rank) = rank(query, kind, &summary, &names) {
             let elsewhere = (matches!(rank.0, 2 | 4) && !names.is_empty()).then_some(names);
             found.push((rank, Found { kind, summary, elsewhere }));
@@ -109,9 +76,27 @@ mod tests {
     #[test]
     fn names_of_other_programs_are_found() {
         let doc = "Does a thing.\n\nElsewhere: Substance Designer *Tile Sampler*, Material Maker *Tiler*.";
-        assert_eq!(elsewhere("Kind", doc), "Substance Designer Tile Sampler, Material Maker Tiler.");
-        assert!(elsewhere("GradientMap", "Colours.").contains("ColorRamp"));
-        assert_eq!(elsewhere("Unknown", "Nothing."), "");
+        assert_eq!(elsewhere(doc), "Substance Designer Tile Sampler, Material Maker Tiler.");
+        assert_eq!(elsewhere("Nothing."), "");
+    }
+
+    #[test]
+    fn manuals_tell_what_other_programs_call_a_node() {
+        let registry = shibo_nodes::registry();
+        let pairs = [
+            ("ColorRamp", "GradientMap"),
+            ("Node Group", "Use"),
+            ("Instance on Points", "Each"),
+            ("Voronoi Texture", "Worley"),
+            ("Principled BSDF", "Material"),
+            ("Musgrave", "Fractal"),
+            ("Poisson Disk", "PoissonPoints"),
+            ("Transformation 2D", "Transform"),
+        ];
+        for (query, kind) in pairs {
+            let found = search(&registry, query);
+            assert!(found.iter().any(|found| found.kind == kind), "{query}: {found:?}");
+        }
     }
 
     #[test]

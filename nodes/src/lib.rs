@@ -26,6 +26,7 @@ mod conform;
 mod csv_points;
 mod degrees;
 mod distances;
+mod map;
 mod masked;
 mod measured;
 mod moved;

@@ -7,8 +7,9 @@ use std::sync::Arc;
 /// A line of straight pieces. Curves are cut into pieces that are short enough where the path is made.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Polyline {
-    /// Its corners in mm, at least two, none equal to the one before. Where it is closed, the last one is the first one again; on a
-    /// periodic canvas it may also be the first one moved by whole canvases, so that the line goes round the canvas.
+    /// Its corners in mm, at least two, none equal to the one before. Where it is closed, the last one is the first one
+    /// again; on a periodic canvas it may also be the first one moved by whole canvases, so that the line goes round
+    /// the canvas.
     pub points: Vec<DVec2>,
     /// Whether the line goes on where it begins.
     pub closed: bool,

@@ -1,7 +1,7 @@
 //! Lines from segments: those that meet are joined.
 //!
-//! Where two segments meet, they are one line. Where more do, a line goes on with the segment that turns it least, if that is by less
-//! than 60°; the straightest pairs are joined first. O(n log n).
+//! Where two segments meet, they are one line. Where more do, a line goes on with the segment that turns it least, if
+//! that is by less than 60°; the straightest pairs are joined first. O(n log n).
 use super::pen::Pen;
 use glam::DVec2;
 use shibo_engine::value::Segments;

@@ -17,7 +17,8 @@ const SMOOTH: f64 = 0.978;
 /// Where a place lies beside the nearest curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beside {
-    /// mm along the curve from its beginning. Beyond an open end it goes straight on: below 0, or above the curve's length.
+    /// mm along the curve from its beginning. Beyond an open end it goes straight on: below 0, or above the curve's
+    /// length.
     pub along: f64,
     /// mm to the side: positive to the right as seen along the curve on a picture whose y points down.
     pub across: f64,
@@ -99,8 +100,8 @@ impl Nearest {
         self.pieces.len() * (size_of::<Piece>() + 24)
     }
 
-    /// Calls `put` for each pixel of a window, by rows, with its number and where it lies; with nothing where no curve is within
-    /// `reach` mm.
+    /// Calls `put` for each pixel of a window, by rows, with its number and where it lies; with nothing where no curve
+    /// is within `reach` mm.
     pub fn fill(
         &self,
         stop: &dyn Fn() -> bool,

@@ -61,8 +61,8 @@ impl Pen {
         self.scratch = edges;
     }
 
-    /// A smooth curve through places (Catmull and Rom): from the first one if `closed`, else from the first to the last. Where
-    /// `around` is not 0, the curve goes on after its end as after its beginning, moved by so much.
+    /// A smooth curve through places (Catmull and Rom): from the first one if `closed`, else from the first to the
+    /// last. Where `around` is not 0, the curve goes on after its end as after its beginning, moved by so much.
     pub fn through(&mut self, points: &[DVec2], closed: bool, around: Option<DVec2>) {
         let Some((first, n)) = points.first().zip(i32::try_from(points.len()).ok()) else { return };
         // Places before the first and after the last one.
@@ -105,8 +105,8 @@ impl Pen {
         }
     }
 
-    /// The path, on a canvas of `size` mm. Curves that end where they begin are closed, and, in directions in which the canvas
-    /// repeats, those that end a whole number of canvases away.
+    /// The path, on a canvas of `size` mm. Curves that end where they begin are closed, and, in directions in which the
+    /// canvas repeats, those that end a whole number of canvases away.
     pub fn finish(mut self, size: DVec2, tiling: Tiling) -> Path {
         self.lift(false);
         for curve in &mut self.curves {
@@ -122,7 +122,8 @@ impl Pen {
     }
 }
 
-/// By how many mm `last` is moved from `first`, if that is nothing or whole canvases in directions in which the canvas repeats.
+/// By how many mm `last` is moved from `first`, if that is nothing or whole canvases in directions in which the canvas
+/// repeats.
 pub fn around(first: DVec2, last: DVec2, size: DVec2, tiling: Tiling) -> Option<DVec2> {
     let way = last - first;
     let steps = (way / size).round();

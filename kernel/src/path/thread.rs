@@ -1,9 +1,9 @@
-//! Sewing thread: stitches drawn as twisted thread that comes out of the ground and goes in again, the holes, and how far the
-//! ground is pulled down.
+//! Sewing thread: stitches drawn as twisted thread that comes out of the ground and goes in again, the holes, and how
+//! far the ground is pulled down.
 //!
-//! The thread is of round strands that wind around each other: the height of a place is that of the highest strand, each a circle in
-//! the thread's cross-section. Strands finer than pixels give way to a smooth round thread. A pixel's share of a thread is exact
-//! across it. O(pixels of stitches near).
+//! The thread is of round strands that wind around each other: the height of a place is that of the highest strand,
+//! each a circle in the thread's cross-section. Strands finer than pixels give way to a smooth round thread. A pixel's
+//! share of a thread is exact across it. O(pixels of stitches near).
 use super::index::{Index, Near};
 use super::seam::{Sewn, Stitch};
 use crate::ground::math;
@@ -106,8 +106,8 @@ impl Drawn {
         Placed { stitch, middle, way: way.normalize_or(DVec2::X), half: 0.5 * way.length() }
     }
 
-    /// Draws the thread into a window, by rows, whatever was in `out` before; where stitches lie over each other, the highest is
-    /// seen.
+    /// Draws the thread into a window, by rows, whatever was in `out` before; where stitches lie over each other, the
+    /// highest is seen.
     ///
     /// # Panics
     /// If `out` is shorter than the window.
@@ -224,7 +224,8 @@ fn to_line(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     (to - way * t).length()
 }
 
-/// Calls `put` for the pixels of a window whose centres lie in a rectangle, with their numbers by rows and their places.
+/// Calls `put` for the pixels of a window whose centres lie in a rectangle, with their numbers by rows and their
+/// places.
 fn each(frame: &Frame, low: DVec2, high: DVec2, put: &mut dyn FnMut(usize, DVec2)) {
     let rect = frame.window;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the window")]
@@ -266,8 +267,8 @@ impl Thread {
         Bit { height: axis + round * top, mask, crown: strand.1, id: 0 }
     }
 
-    /// The thread's edges in its cross-section, and at one place the height over its axis and how near the crown of a strand
-    /// that is.
+    /// The thread's edges in its cross-section, and at one place the height over its axis and how near the crown of a
+    /// strand that is.
     fn section(&self, u: f32, v: f32, pixel: f32, phase: f32) -> (f32, f32, (f32, f32)) {
         let radius = self.radius;
         let plain = |v: f32| (radius * radius - v * v).max(0.0).sqrt();

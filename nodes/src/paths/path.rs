@@ -22,16 +22,20 @@ const MOST_COPIES: u32 = 10_000;
 /// The longest straight piece, in canvases, where the canvas tiles.
 const MOST_CANVASES: f64 = 64.0;
 
-/// Lines and curves on the canvas, in mm: from places, SVG path data, outlines or segments; and where each place lies beside them.
+/// Lines and curves on the canvas, in mm: from places, SVG path data, outlines or segments; and where each place lies
+/// beside them.
 ///
-/// Give one of `points`, `d`, `outline` and `segments`. On a canvas that tiles, a path repeats with it, and one that ends whole
-/// canvases away from its beginning goes round the canvas without an end. Fields reach so far as `reach` says; beyond it, `along` and
-/// `ids` are 0, `across` and `distance` are `reach`, and `tangent` is `(0, 0)`.
+/// Give one of `points`, `d`, `outline` and `segments`. On a canvas that tiles, a path repeats with it, and one that
+/// ends whole canvases away from its beginning goes round the canvas without an end. Fields reach so far as `reach`
+/// says; beyond it, `along` and `ids` are 0, `across` and `distance` are `reach`, and `tangent` is `(0, 0)`.
 ///
 /// ```ron
-/// "curve": Path(points: [(-2, 26), (10, 12), (20, 22), (30, 30), (42, 12)], smooth: true, reach: 9),
-/// "groove": Expression(a: "curve.distance", b: "curve.along", formula: "-smoothstep(3, 0, a) + 0.35 * cos(b * 180) * smoothstep(8, 3, a)"),
-/// "example": Relief(height: "groove"),
+/// "curve": Path(points: [(0, 20), (10, 14), (20, 20), (30, 26), (40, 20)], smooth: true, reach: 9),
+/// "rope": Expression(
+///   a: "curve.across", b: "curve.along", formula: "sqrt(max(0, 9 - a * a)) + 0.5 * abs(sin(45 * (b + a)))",
+/// ),
+/// "cut": Expression(a: "rope", b: "curve.distance", formula: "a * step(b, 3)"),
+/// "example": Relief(height: "cut", strength: 0.6),
 /// ```
 ///
 /// Elsewhere: Substance Designer *Path*, *Path to Signed Distance*; Blender *Curve to Mesh*; Houdini *Curve*.

@@ -1,7 +1,8 @@
 //! [`Stitch`]: sewing thread along a path.
 //!
 //! Stitches are straight between their holes. See [`kernel::seam`](shibo_kernel::path::seam) for where they lie and
-//! [`kernel::thread`](shibo_kernel::path::thread) for how they are drawn. A tile costs the pixels of the stitches near it.
+//! [`kernel::thread`](shibo_kernel::path::thread) for how they are drawn. A tile costs the pixels of the stitches near
+//! it.
 use super::path::plane;
 use crate::degrees::sin_cos;
 use schemars::JsonSchema;
@@ -21,12 +22,13 @@ const MOST_STITCHES: f64 = 1e6;
 
 /// Sews along a path: twisted thread that comes out of holes and goes in again, and pulls the ground down.
 ///
-/// The distance of stitches is changed a little, so that a whole number of them fits each curve. Lay the thread on its ground with
-/// `BlendMaterials` by `mask`; subtract `pull`, and `holes` times their depth, from the ground's height, as in the example.
+/// The distance of stitches is changed a little, so that a whole number of them fits each curve. Lay the thread on its
+/// ground with `BlendMaterials` by `mask`; subtract `pull`, and `holes` times their depth, from the ground's height, as
+/// in the example.
 ///
 /// ```ron
-/// "seam": Path(d: "M -2 27 C 12 12 26 34 42 17"),
-/// "sewn": Stitch(path: "seam", pitch: 6.5, width: 1.7, tilt: 12, twist: 5, pull: 0.5, spread: 5),
+/// "seam": Path(d: "M 0 20 C 13 8 27 32 40 20"),
+/// "sewn": Stitch(path: "seam", pitch: 8.5, width: 2.2, tilt: -9, twist: 6.5, pull: 0.6, spread: 7),
 /// "ground": Expression(a: "sewn.pull", b: "sewn.holes", formula: "-a - 1.5 * b"),
 /// "height": Blend(base: "ground", top: "sewn", mask: "sewn.mask"),
 /// "color": Blend(base: "#6b3f22", top: "#d9c9a6", mask: "sewn.mask"),
@@ -42,7 +44,8 @@ pub struct Stitch {
     /// From one stitch to the next; 25.4 divided by the stitches per inch.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: f64,
-    /// How much of a stitch is seen; by default nearly the whole pitch, as in a saddle stitch, where two stitches share a hole.
+    /// How much of a stitch is seen; by default nearly the whole pitch, as in a saddle stitch, where two stitches share
+    /// a hole.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub length: Option<f64>,
     /// The angle of stitches to the path, from +x towards +y as the path goes along +x.

@@ -1,6 +1,5 @@
 //! Scattering: stamps, scratches, fibres.
 mod fibers;
-mod map;
 mod plan;
 mod scratches;
 mod sown;

@@ -1,6 +1,6 @@
 //! Where stamps go: what `TileSampler` and `Scatter` share.
-use super::map::Map;
 use crate::degrees::sin_cos;
+use crate::map::Map;
 use glam::{DVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,5 @@
 //! What `Scratches` and `Fibers` share: strands anywhere on the canvas, as strokes.
-use super::map::Map;
+use crate::map::Map;
 use glam::{DVec2, Vec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Direction, Gray, In, Range};

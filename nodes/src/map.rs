@@ -1,4 +1,4 @@
-//! Fields that steer what is scattered: read at its places before anything is drawn.
+//! Fields that steer what is laid on the canvas: read at its places before anything is drawn.
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, In, PortType};
@@ -8,7 +8,7 @@ use shibo_engine::value::{Field, Stop, Tiling, Window};
 const MOST: f64 = 2048.0;
 
 /// A field over the canvas.
-pub(super) struct Map {
+pub(crate) struct Map {
     size: UVec2,
     values: Vec<f32>,
     size_mm: DVec2,
@@ -17,7 +17,7 @@ pub(super) struct Map {
 
 impl Map {
     /// Reads what is connected to `port`, with about four samples per `pitch` mm.
-    pub(super) fn read<T: PortType<Got = Field>>(
+    pub(crate) fn read<T: PortType<Got = Field>>(
         cx: &Context<'_>,
         (port, name): (&Option<In<T>>, &'static str),
         pitch: f64,
@@ -45,8 +45,21 @@ impl Map {
         Ok(Self { size, values: tile.plane(0).to_vec(), size_mm: cx.size_mm(), tiling: field.tiling() })
     }
 
+    /// The four samples around a place, and how much each counts.
+    pub(crate) fn around(&self, place: DVec2) -> [(f32, f64); 4] {
+        let step = self.size_mm / self.size.as_dvec2();
+        let at = place / step - 0.5;
+        let share = at - at.floor();
+        let first = (at.floor() + 0.5) * step;
+        let part = |x: f64, y: f64| {
+            let weight = (1.0 - (share.x - x).abs()) * (1.0 - (share.y - y).abs());
+            (self.at(first + DVec2::new(x, y) * step), weight)
+        };
+        [part(0.0, 0.0), part(1.0, 0.0), part(0.0, 1.0), part(1.0, 1.0)]
+    }
+
     /// The value of the sample that is nearest to a place.
-    pub(super) fn at(&self, place: DVec2) -> f32 {
+    pub(crate) fn at(&self, place: DVec2) -> f32 {
         let at = (place / self.size_mm * self.size.as_dvec2()).floor().as_ivec2();
         let bring = |i: i32, n: u32, wraps: bool| {
             let n = n.cast_signed();

@@ -12,13 +12,13 @@ use std::sync::Arc;
 
 /// A field of directions that follows the nearest paths: along each of them, and mixed by distance between them.
 ///
-/// `angle` steers `Fibers`, `TileSampler`, `Scratches` and `Streamlines`. Beyond `reach` there is no direction: `flow`
-/// is `(0, 0)` and `angle` 0.
+/// `flow` and `angle` steer `Fibers`, `TileSampler`, `Scratches` and `Streamlines`. Beyond `reach` there is no direction:
+/// `flow` is `(0, 0)` and `angle` 0.
 ///
 /// ```ron
 /// "guides": Path(d: "M -2 8 C 12 -4 20 22 42 10 M -2 30 C 10 40 26 22 42 36"),
 /// "flow": FlowFromPaths(path: "guides", reach: 24, lines: true),
-/// "hair": Fibers(direction: "flow.angle", density: 900, length: (4, 7), width: 0.4, thickness: (0.1, 0.5)),
+/// "hair": Fibers(direction: "flow", density: 900, length: (4, 7), width: 0.4, thickness: (0.1, 0.5)),
 /// "example": Relief(height: "hair"),
 /// ```
 ///

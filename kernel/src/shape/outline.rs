@@ -86,6 +86,15 @@ impl Outline {
     /// # Panics
     /// If `out` is shorter than the window.
     pub fn fill(&self, stop: &dyn Fn() -> bool, frame: &Frame, far: f32, out: &mut [f32]) {
+        self.fill_within(stop, frame, (f64::INFINITY, far), out);
+    }
+
+    /// The same, exact only up to `reach` mm from the outline; what lies farther away may be `far` from it, which must be more.
+    /// Places far from all edges then cost nothing.
+    ///
+    /// # Panics
+    /// If `out` is shorter than the window.
+    pub fn fill_within(&self, stop: &dyn Fn() -> bool, frame: &Frame, (reach, far): (f64, f32), out: &mut [f32]) {
         let rect = frame.window;
         if self.edges.is_empty() {
             out.fill(far);
@@ -96,7 +105,15 @@ impl Outline {
             corner(rect.x, rect.y),
             corner(rect.x + rect.width.cast_signed() - 1, rect.y + rect.height.cast_signed() - 1),
         );
-        let copies = self.copies(first, last);
+        let mut copies = self.copies(first, last);
+        copies.retain(|shift| {
+            let apart = (first - (self.high + *shift)).max(self.low + *shift - last);
+            apart.max_element() <= reach
+        });
+        if copies.is_empty() {
+            out.fill(far);
+            return;
+        }
         let all: Vec<Edge> = copies.iter().flat_map(|shift| self.edges.iter().map(|e| e.moved(*shift))).collect();
         let near = nearest(&all, first, last);
         for y in (0..rect.rows()).step_by(BLOCK) {
@@ -115,6 +132,13 @@ impl Outline {
                     corner(block.x + block.width.cast_signed() - 1, block.y + block.height.cast_signed() - 1),
                 );
                 let edges = nearest(&near, low, high);
+                let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+                if edges.iter().all(|e| e.distance_squared(middle).sqrt() - radius > reach) {
+                    for j in 0..block.rows() {
+                        out[(y + j) * rect.columns() + x..][..block.columns()].fill(far);
+                    }
+                    continue;
+                }
                 for (j, at_y) in (0..block.rows()).zip(block.y..) {
                     let row = &mut out[(y + j) * rect.columns() + x..][..block.columns()];
                     for (out, at_x) in row.iter_mut().zip(block.x..) {
@@ -192,6 +216,25 @@ pub fn flatten(points: &[DVec2], tolerance: f64, out: &mut Vec<Edge>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_far_away_may_be_anywhere_but_has_its_sign() {
+        let edges = polygon(&[(2.0, 2.0), (18.0, 2.0), (18.0, 13.0), (2.0, 13.0)]);
+        for tiling in [Tiling::NONE, Tiling::BOTH] {
+            let outline = Outline::new(edges.clone(), (DVec2::new(20.0, 15.0), tiling));
+            for (x, y) in [(-40, -30), (0, 0), (300, 0), (40, 50)] {
+                let frame = Frame::new(Window::of(x, y, 130, 111), [0.1, 0.1]);
+                let [mut exact, mut near] = [(); 2].map(|()| vec![0.0; 130 * 111]);
+                outline.fill(&|| false, &frame, 1e6, &mut exact);
+                outline.fill_within(&|| false, &frame, (0.5, 7.0), &mut near);
+                for (exact, near) in exact.iter().zip(&near) {
+                    let same =
+                        exact == near || (exact.abs() > 0.5 && near.abs() > 0.5 && (*near < 0.0) == (*exact < 0.0));
+                    assert!(same, "{exact} {near}");
+                }
+            }
+        }
+    }
 
     fn polygon(corners: &[(f64, f64)]) -> Vec<Edge> {
         let corners: Vec<DVec2> = corners.iter().map(|(x, y)| DVec2::new(*x, *y)).collect();

@@ -1,7 +1,10 @@
 //! The mask of a signed distance.
-use shibo_engine::value::{Field, Halo, Type};
+use shibo_engine::value::{Field, Halo, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
+use shibo_kernel::ground::tile;
 use shibo_kernel::shape::mask;
+use shibo_kernel::shape::outline::Outline;
+use std::sync::Arc;
 
 /// 1 where `distance` (mm) is negative, over one pixel or `softness` mm.
 pub(super) fn mask(distance: &Field, softness: f64) -> Field {
@@ -10,5 +13,20 @@ pub(super) fn mask(distance: &Field, softness: f64) -> Field {
         let step = out.grid.step;
         mask::fill(d.data(), softness, narrow((step.x * step.y).sqrt()), out.data_mut());
         Ok(())
+    })
+}
+
+/// The mask of an outline, of which only the places near its edge are measured.
+pub(super) fn outlined(outline: &Arc<Outline>, softness: f64, tiling: Tiling) -> Field {
+    let outline = outline.clone();
+    Field::generate(Type::Gray, tiling, move |out, given| {
+        let step = out.grid.step;
+        let pixel = (step.x * step.y).sqrt();
+        let wide = softness.max(pixel);
+        let mut distance = vec![0.0; out.window.len()];
+        let stop = || given.check().is_err();
+        outline.fill_within(&stop, &tile::frame(out), (wide, narrow(2.0 * wide)), &mut distance);
+        mask::fill(&distance, narrow(softness), narrow(pixel), out.data_mut());
+        given.check()
     })
 }

@@ -16,6 +16,7 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::shape::outline::{Edge, Outline};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Where lines begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -143,13 +144,14 @@ impl Node for Text {
         let (sin, cos) = sin_cos(self.angle);
         let turn = DMat2::from_cols(DVec2::new(cos, sin), DVec2::new(-sin, cos));
         edges.iter_mut().for_each(|e| (e.from, e.to) = (center + turn * e.from, center + turn * e.to));
-        let outline = Outline::new(edges, (cx.size_mm(), cx.tiling()));
+        let outline = Arc::new(Outline::new(edges, (cx.size_mm(), cx.tiling())));
         let far = narrow(cx.size_mm().max_element());
+        let mask = masked::outlined(&outline, self.softness, cx.tiling());
         let distance = Field::generate(Type::Gray, cx.tiling(), move |out, given| {
             outline.fill(&|| given.check().is_err(), &tile::frame(out), far, out.plane_mut(0));
             given.check()
         });
-        Ok(Outputs::one(masked::mask(&distance, self.softness)).with("distance", distance))
+        Ok(Outputs::one(mask).with("distance", distance))
     }
 }
 

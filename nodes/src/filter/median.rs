@@ -2,15 +2,14 @@
 //!
 //! Exact, over the pixels whose centres lie within the radius; see [`kernel::median`](shibo_kernel::filter::median). Cost:
 //! about 20 ns a pixel for a radius of 2 pixels, 200 for 4 and 270 for 8; above that in proportion to the radius.
+use super::disk::of_disks;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
-use shibo_kernel::filter::disk::Disk;
+use shibo_engine::value::Stop;
 use shibo_kernel::filter::median;
-use shibo_kernel::ground::tile;
 
 /// Gives each place the middle value of a disk around it: takes specks and thin lines away and leaves edges sharp.
 ///
@@ -56,15 +55,7 @@ impl Node for Median {
         if self.no_op().is_some() || input.as_constant().is_some() {
             return Ok(Outputs::one(input));
         }
-        let radius = self.radius;
-        let halo = Halo::new(move |grid| Disk::new(radius, tile::step(grid)).halo());
-        Ok(Outputs::one(Field::map(input.ty(), [input], halo, move |out: &mut Tile, [input]: [&Tile; 1]| {
-            let (disk, rect) = (Disk::new(radius, tile::step(&out.grid)), out.window);
-            for (k, out) in out.planes_mut().into_iter().enumerate() {
-                median::median(&tile::view(input, k), rect, &disk, out);
-            }
-            Ok(())
-        })))
+        Ok(Outputs::one(of_disks(input, self.radius, median::median)))
     }
 }
 
@@ -73,7 +64,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, check_field, field, lumps, port, render};
-    use shibo_engine::value::{Tiling, Type};
+    use shibo_engine::value::{Field, Tiling, Type};
 
     #[test]
     fn specks_go_and_edges_stay() {

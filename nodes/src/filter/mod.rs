@@ -3,6 +3,7 @@ mod along_field;
 mod around;
 mod blur;
 mod directional_blur;
+mod disk;
 mod distance_field;
 mod edge_detect;
 mod guided_filter;

@@ -3,15 +3,14 @@
 //! Source: J. Serra, "Image analysis and mathematical morphology" (1982), with a flat disk: the pixels whose centres lie
 //! within the radius; see [`kernel::morphology`](shibo_kernel::filter::morphology). Cost: O(pixels · radius in pixels),
 //! about 4 ns a pixel for a radius of 8; `Open` and `Close` twice that.
+use super::disk::of_disks;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Key, Stop, Tile};
-use shibo_kernel::filter::disk::Disk;
+use shibo_engine::value::{Field, Key, Stop};
 use shibo_kernel::filter::morphology::extreme;
-use shibo_kernel::ground::tile;
 
 /// What is done with bright shapes; dark ones get the opposite.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -57,14 +56,7 @@ impl Default for Morphology {
 }
 
 fn pass(input: Field, radius: f64, erode: bool) -> Field {
-    let halo = Halo::new(move |grid| Disk::new(radius, tile::step(grid)).halo());
-    Field::map(input.ty(), [input], halo, move |out: &mut Tile, [input]: [&Tile; 1]| {
-        let (disk, rect) = (Disk::new(radius, tile::step(&out.grid)), out.window);
-        for (k, out) in out.planes_mut().into_iter().enumerate() {
-            extreme(&tile::view(input, k), rect, &disk, erode, out);
-        }
-        Ok(())
-    })
+    of_disks(input, radius, move |input, rect, disk, out| extreme(input, rect, disk, erode, out))
 }
 
 impl Node for Morphology {

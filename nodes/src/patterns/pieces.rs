@@ -3,6 +3,7 @@ use shibo_engine::node::{Output, Outputs};
 use shibo_engine::value::{Field, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
+use shibo_kernel::ground::window::Frame;
 use shibo_kernel::pattern::finish::{self, Finish, Plane};
 use shibo_kernel::pattern::layout::Grid;
 use std::sync::Arc;
@@ -22,27 +23,43 @@ pub(super) const OUTPUTS: &[Output] = &[
 pub(super) fn outputs(grid: Grid, finish: Finish, depth: f64, tiling: Tiling) -> Outputs {
     let grid = Arc::new(grid);
     let plane = |ty: Type, plane: Plane| {
-        let grid = grid.clone();
-        Field::generate(ty, tiling, move |out, _| {
-            finish::fill(&grid, &finish, plane, &tile::frame(out), out.plane_mut(0));
-            Ok(())
-        })
+        drawn(&grid, ty, tiling, move |grid, frame, out| finish::fill(grid, &finish, plane, frame, out))
     };
-    let local = {
-        let grid = grid.clone();
-        Field::generate(Type::Vec2, tiling, move |out, _| {
-            let frame = tile::frame(out);
-            let mut planes = out.planes_mut().into_iter();
-            if let (Some(x), Some(y)) = (planes.next(), planes.next()) {
-                finish::local(&grid, &frame, [x, y]);
-            }
-            Ok(())
-        })
-    };
+    let local = places(&grid, tiling, finish::local);
     Outputs::one(plane(Type::Gray, Plane::Height(narrow(depth))))
         .with("bevel", plane(Type::Gray, Plane::Bevel))
         .with("mask", plane(Type::Gray, Plane::Gap))
         .with("ids", plane(Type::Ids, Plane::Ids))
         .with("local", local)
         .with("angle", plane(Type::Gray, Plane::Angle))
+}
+
+/// A field of which a pattern fills the plane.
+pub(super) fn drawn<P: Send + Sync + 'static>(
+    pattern: &Arc<P>,
+    ty: Type,
+    tiling: Tiling,
+    fill: impl Fn(&P, &Frame, &mut [f32]) + Send + Sync + 'static,
+) -> Field {
+    let pattern = pattern.clone();
+    Field::generate(ty, tiling, move |out, _| {
+        fill(&pattern, &tile::frame(out), out.plane_mut(0));
+        Ok(())
+    })
+}
+
+/// A field of places within the pieces of a pattern.
+pub(super) fn places<P: Send + Sync + 'static>(
+    pattern: &Arc<P>,
+    tiling: Tiling,
+    fill: impl Fn(&P, &Frame, [&mut [f32]; 2]) + Send + Sync + 'static,
+) -> Field {
+    let pattern = pattern.clone();
+    Field::generate(Type::Vec2, tiling, move |out, _| {
+        let frame = tile::frame(out);
+        if let [x, y] = &mut out.planes_mut()[..] {
+            fill(&pattern, &frame, [x, y]);
+        }
+        Ok(())
+    })
 }

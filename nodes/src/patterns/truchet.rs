@@ -2,15 +2,15 @@
 //!
 //! See [`kernel::truchet`](shibo_kernel::pattern::truchet). Cost: O(pixels) for each output.
 use super::fitted;
+use super::pieces::{drawn, places};
 use crate::degrees::sin_cos;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
+use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::ground::tile;
 use shibo_kernel::pattern::finish::{BevelProfile, degrees};
 use shibo_kernel::pattern::truchet::{Motif, Plane, Tiles};
 use std::sync::Arc;
@@ -102,24 +102,9 @@ impl Node for Truchet {
         let hash = Hash::new(cx.seed(self.seed));
         let tiles = Arc::new(self.tiles(cx.canvas, hash).ok_or_else(|| fitted::too_many("size"))?);
         let tiling = cx.tiling();
-        let plane = |ty: Type, plane: Plane| {
-            let tiles = tiles.clone();
-            Field::generate(ty, tiling, move |out, _| {
-                tiles.fill(plane, &tile::frame(out), out.plane_mut(0));
-                Ok(())
-            })
-        };
-        let local = {
-            let tiles = tiles.clone();
-            Field::generate(Type::Vec2, tiling, move |out, _| {
-                let frame = tile::frame(out);
-                let mut planes = out.planes_mut().into_iter();
-                if let (Some(x), Some(y)) = (planes.next(), planes.next()) {
-                    tiles.local(&frame, [x, y]);
-                }
-                Ok(())
-            })
-        };
+        let plane =
+            |ty: Type, plane: Plane| drawn(&tiles, ty, tiling, move |tiles, frame, out| tiles.fill(plane, frame, out));
+        let local = places(&tiles, tiling, Tiles::local);
         Ok(Outputs::one(plane(Type::Gray, Plane::Height))
             .with("mask", plane(Type::Gray, Plane::Mask))
             .with("distance", plane(Type::Gray, Plane::Distance))

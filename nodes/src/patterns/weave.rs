@@ -2,14 +2,14 @@
 //!
 //! See [`kernel::weave`](shibo_kernel::pattern::weave). Cost: O(pixels) for each output.
 use super::fitted;
+use super::pieces::{drawn, places};
 use crate::degrees::sin_cos;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
-use shibo_kernel::ground::tile;
+use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::pattern::finish::degrees;
 use shibo_kernel::pattern::weave::{Binding, Cloth, Plane, Woven, satin_step};
 use std::sync::Arc;
@@ -150,24 +150,9 @@ impl Node for Weave {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let woven = Arc::new(self.woven(cx.canvas).ok_or_else(|| fitted::too_many("pitch"))?);
         let tiling = cx.tiling();
-        let plane = |ty: Type, plane: Plane| {
-            let woven = woven.clone();
-            Field::generate(ty, tiling, move |out, _| {
-                woven.fill(plane, &tile::frame(out), out.plane_mut(0));
-                Ok(())
-            })
-        };
-        let local = {
-            let woven = woven.clone();
-            Field::generate(Type::Vec2, tiling, move |out, _| {
-                let frame = tile::frame(out);
-                let mut planes = out.planes_mut().into_iter();
-                if let (Some(x), Some(y)) = (planes.next(), planes.next()) {
-                    woven.local(&frame, [x, y]);
-                }
-                Ok(())
-            })
-        };
+        let plane =
+            |ty: Type, plane: Plane| drawn(&woven, ty, tiling, move |woven, frame, out| woven.fill(plane, frame, out));
+        let local = places(&woven, tiling, Woven::local);
         Ok(Outputs::one(plane(Type::Gray, Plane::Height))
             .with("mask", plane(Type::Gray, Plane::Gap))
             .with("warp", plane(Type::Gray, Plane::Warp))

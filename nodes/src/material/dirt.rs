@@ -2,15 +2,13 @@
 //!
 //! Dirt gathers where the height lies below its Gaussian surroundings: a cheap measure of concave curvature at the scale of
 //! `radius`. Cost: that of a blur of the height, and O(pixels).
-use super::worn::{Worn, cover, height};
+use super::worn::{Wear, channels};
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Taken};
 use shibo_engine::value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb_to_linear};
-use shibo_kernel::ground::number::narrow;
-use shibo_kernel::surface::wear::WearSpec;
 
 /// Lets dirt gather in what lies below its surroundings: grooves, pores, inner corners.
 ///
@@ -89,6 +87,12 @@ fn earth() -> Material {
 }
 
 impl Dirt {
+    fn wear(&self) -> Wear<'_> {
+        let Self { height, noise, mask, radius, depth, amount, softness, breakup, .. } = self;
+        let [radius, depth, amount, softness, breakup] = [radius, depth, amount, softness, breakup].map(|v| *v);
+        Wear { height, noise, mask, radius, depth, amount, softness, breakup }
+    }
+
     fn dirt_channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
         if self.dirt.is_some() { inputs.at("dirt") } else { earth().channels().iter().map(|c| c.0).collect() }
     }
@@ -106,36 +110,18 @@ impl Node for Dirt {
     }
 
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
-        let form: ChannelSet = [Channel::Height, Channel::Normal].into_iter().collect();
-        let dirt = self.dirt_channels(inputs).iter().filter(|channel| !form.has(*channel)).collect();
-        inputs.at("material").union(dirt)
+        channels(inputs.at("material"), self.dirt_channels(inputs))
     }
 
     fn takes(&self) -> Vec<Taken> {
-        let taken = Taken { port: "material", field: "material", channel: Channel::Height };
-        if self.height.is_none() { vec![taken] } else { Vec::new() }
+        self.wear().takes()
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let material = cx.get(&self.material)?;
         let dirt = cx.get_opt(&self.dirt)?;
         let dirt = dirt.as_deref().cloned().unwrap_or_else(earth);
-        let worn = Worn {
-            height: height(cx.get_opt(&self.height)?, &material),
-            radius: self.radius,
-            noise: cx.get_opt(&self.noise)?,
-            mask: cx.get_opt(&self.mask)?,
-            spec: WearSpec {
-                sign: -1.0,
-                depth: narrow(self.depth),
-                amount: narrow(self.amount),
-                softness: narrow(self.softness),
-                breakup: narrow(self.breakup),
-            },
-        };
-        let weight = cx.shared_field("weight", worn.weight(cx));
-        let covered = cover(cx, &material, &dirt, &weight);
-        Ok(Outputs::one(covered).with("weight", weight))
+        self.wear().outputs(cx, &material, &dirt, -1.0)
     }
 }
 

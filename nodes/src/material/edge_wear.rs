@@ -2,15 +2,13 @@
 //!
 //! An edge is where the height stands out of its Gaussian surroundings: a cheap measure of convex curvature at the scale of
 //! `radius`. Cost: that of a blur of the height, and O(pixels).
-use super::worn::{Worn, cover, height};
+use super::worn::{Wear, channels};
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Taken};
-use shibo_engine::value::{Channel, ChannelSet, Material, Stop, Type};
-use shibo_kernel::ground::number::narrow;
-use shibo_kernel::surface::wear::WearSpec;
+use shibo_engine::value::{ChannelSet, Material, Stop, Type};
 
 /// Shows the material under a coat where edges are worn: what stands out of its surroundings is rubbed first.
 ///
@@ -76,6 +74,14 @@ impl Default for EdgeWear {
     }
 }
 
+impl EdgeWear {
+    fn wear(&self) -> Wear<'_> {
+        let Self { height, noise, mask, radius, depth, amount, softness, breakup, .. } = self;
+        let [radius, depth, amount, softness, breakup] = [radius, depth, amount, softness, breakup].map(|v| *v);
+        Wear { height, noise, mask, radius, depth, amount, softness, breakup }
+    }
+}
+
 impl Node for EdgeWear {
     const OUTPUTS: &'static [Output] = &[
         Output::new("material", Type::Material, "The worn material."),
@@ -88,34 +94,16 @@ impl Node for EdgeWear {
     }
 
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
-        let form: ChannelSet = [Channel::Height, Channel::Normal].into_iter().collect();
-        let under = inputs.at("under").iter().filter(|channel| !form.has(*channel)).collect();
-        inputs.at("material").union(under)
+        channels(inputs.at("material"), inputs.at("under"))
     }
 
     fn takes(&self) -> Vec<Taken> {
-        let taken = Taken { port: "material", field: "material", channel: Channel::Height };
-        if self.height.is_none() { vec![taken] } else { Vec::new() }
+        self.wear().takes()
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (material, under) = (cx.get(&self.material)?, cx.get(&self.under)?);
-        let worn = Worn {
-            height: height(cx.get_opt(&self.height)?, &material),
-            radius: self.radius,
-            noise: cx.get_opt(&self.noise)?,
-            mask: cx.get_opt(&self.mask)?,
-            spec: WearSpec {
-                sign: 1.0,
-                depth: narrow(self.depth),
-                amount: narrow(self.amount),
-                softness: narrow(self.softness),
-                breakup: narrow(self.breakup),
-            },
-        };
-        let weight = cx.shared_field("weight", worn.weight(cx));
-        let covered = cover(cx, &material, &under, &weight);
-        Ok(Outputs::one(covered).with("weight", weight))
+        self.wear().outputs(cx, &material, &under, 1.0)
     }
 }
 
@@ -123,7 +111,7 @@ impl Node for EdgeWear {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
-    use shibo_engine::value::{Field, Value};
+    use shibo_engine::value::{Channel, Field, Value};
 
     #[test]
     fn wears_what_stands_out_and_keeps_the_form() {

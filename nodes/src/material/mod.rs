@@ -1,6 +1,7 @@
 //! Materials: named channels of a surface.
 mod adjust_material;
 mod blend_materials;
+mod channels;
 mod dirt;
 mod edge_wear;
 mod layer_materials;

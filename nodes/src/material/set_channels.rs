@@ -1,108 +1,25 @@
 //! [`SetChannels`]: a material with some of its channels replaced.
 //!
 //! Nothing is computed here. Cost: none.
-use super::Material;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use super::channels::with_channels;
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{
-    CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, NormalField, Output, Outputs, Rgb,
-};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs};
 use shibo_engine::value::{self, ChannelSet, Stop, Type};
 
-/// Replaces channels of a material, or adds them; all others stay.
-///
-/// ```ron
-/// "cells":   Worley(size: 7),
-/// "clay":    Material(base_color: "#9a5a3c", roughness: 0.8, height: "cells"),
-/// "glazed":  SetChannels(material: "clay", roughness: 0.15, coat: 1),
-/// "example": Relief(material: "glazed"),
-/// ```
-///
-/// Elsewhere: Substance Designer *Material Override*, Unreal *Set Material Attributes*, Houdini *Layer Unpack* and *Pack*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct SetChannels {
-    /// The material.
-    pub material: In<value::Material>,
-    /// Diffuse or metal colour, scene-linear.
-    pub base_color: Option<In<Rgb>>,
-    /// Roughness, 0 (mirror) to 1.
-    pub roughness: Option<In<Gray>>,
-    /// 0 for dielectrics, 1 for metals.
-    pub metallic: Option<In<Gray>>,
-    /// Tangent-space normal.
-    pub normal: Option<In<NormalField>>,
-    /// Height in mm.
-    pub height: Option<In<Gray>>,
-    /// Ambient occlusion: 1 is open, 0 is shut.
-    pub ao: Option<In<Gray>>,
-    /// Opacity, 0..1.
-    pub opacity: Option<In<Gray>>,
-    /// Sheen, 0..1.
-    pub sheen: Option<In<Gray>>,
-    /// Clear coat, 0..1.
-    pub coat: Option<In<Gray>>,
-    /// Anisotropy, 0..1.
-    pub anisotropy: Option<In<Gray>>,
-    /// Angle of the anisotropy in degrees, from +x towards +y.
-    pub anisotropy_angle: Option<In<Gray>>,
-    /// Roughness of the clear coat, 0..1.
-    pub coat_roughness: Option<In<Gray>>,
-    /// Normal of the clear coat; if it is left out, a coat lies level.
-    pub coat_normal: Option<In<NormalField>>,
-    /// Light that the surface gives off, scene-linear.
-    pub emission: Option<In<Rgb>>,
-    /// Index of refraction.
-    pub ior: Option<In<Gray>>,
-    /// Strength of the reflections of a dielectric, 0..1.
-    pub specular: Option<In<Gray>>,
-    /// How much light is scattered below the surface, 0..1.
-    pub subsurface: Option<In<Gray>>,
-}
-
-impl SetChannels {
-    /// The channels that are connected.
-    fn connected(&self) -> Material {
-        let Self {
-            material: _,
-            base_color,
-            roughness,
-            metallic,
-            normal,
-            height,
-            ao,
-            opacity,
-            sheen,
-            coat,
-            anisotropy,
-            anisotropy_angle,
-            coat_roughness,
-            coat_normal,
-            emission,
-            ior,
-            specular,
-            subsurface,
-        } = self.clone();
-        Material {
-            base_color,
-            roughness,
-            metallic,
-            normal,
-            height,
-            ao,
-            opacity,
-            sheen,
-            coat,
-            anisotropy,
-            anisotropy_angle,
-            coat_roughness,
-            coat_normal,
-            emission,
-            ior,
-            specular,
-            subsurface,
-        }
+with_channels! {
+    /// Replaces channels of a material, or adds them; all others stay.
+    ///
+    /// ```ron
+    /// "cells":   Worley(size: 7),
+    /// "clay":    Material(base_color: "#9a5a3c", roughness: 0.8, height: "cells"),
+    /// "glazed":  SetChannels(material: "clay", roughness: 0.15, coat: 1),
+    /// "example": Relief(material: "glazed"),
+    /// ```
+    ///
+    /// Elsewhere: Substance Designer *Material Override*, Unreal *Set Material Attributes*, Houdini *Layer Unpack* and *Pack*.
+    pub struct SetChannels {
+        /// The material.
+        material: In<value::Material>,
     }
 }
 
@@ -112,7 +29,7 @@ impl Node for SetChannels {
     const FACTS: &'static [Fact] = &[];
 
     fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
-        if self.connected().is_connected() {
+        if self.connected() != ChannelSet::NONE {
             return Vec::new();
         }
         let problem = Problem::new(Code::Advice, "no channel is given; the material stays as it is");
@@ -120,11 +37,11 @@ impl Node for SetChannels {
     }
 
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
-        inputs.at("material").union(self.connected().channels(inputs))
+        inputs.at("material").union(self.connected())
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let (old, new) = (cx.get(&self.material)?, self.connected().given(cx)?);
+        let (old, new) = (cx.get(&self.material)?, self.given(cx)?);
         // Of two that are alike the first is kept.
         Ok(Outputs::one(value::Material::new(new.into_iter().chain(old.channels().iter().cloned()))))
     }

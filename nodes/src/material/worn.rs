@@ -1,25 +1,77 @@
 //! What [`EdgeWear`](super::EdgeWear) and [`Dirt`](super::Dirt) have in common: a material that shows where another stands
 //! out of its surroundings, or lies below them.
 use super::layers::{BlendBy, BlendNormals, Over};
-use shibo_engine::node::Context;
-use shibo_engine::value::{Channel, Field, Halo, Material, Tile, Type};
+use shibo_engine::node::{Context, Gray, In, Outputs, Taken};
+use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 use shibo_kernel::filter::fields::blurred;
+use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::layers::HeightMode;
 use shibo_kernel::surface::wear::WearSpec;
 
-/// A weight from the difference between a height and its surroundings.
-pub(super) struct Worn {
-    pub(super) height: Field,
+/// The parameters of both.
+pub(super) struct Wear<'a> {
+    pub(super) height: &'a Option<In<Gray>>,
+    pub(super) noise: &'a Option<In<Gray>>,
+    pub(super) mask: &'a Option<In<Gray>>,
     /// Standard deviation of the Gaussian that gives the surroundings, mm.
     pub(super) radius: f64,
-    pub(super) noise: Option<Field>,
-    pub(super) mask: Option<Field>,
-    pub(super) spec: WearSpec,
+    pub(super) depth: f64,
+    pub(super) amount: f64,
+    pub(super) softness: f64,
+    pub(super) breakup: f64,
+}
+
+impl Wear<'_> {
+    /// The outputs: `top` over `material` where it stands out (`sign` 1) or lies low (-1), and the weight.
+    pub(super) fn outputs(
+        &self,
+        cx: &Context<'_>,
+        material: &Material,
+        top: &Material,
+        sign: f32,
+    ) -> Result<Outputs, Stop> {
+        let worn = Worn {
+            height: cx.get_opt(self.height)?.unwrap_or_else(|| material.or_default(Channel::Height)),
+            radius: self.radius,
+            noise: cx.get_opt(self.noise)?,
+            mask: cx.get_opt(self.mask)?,
+            spec: WearSpec {
+                sign,
+                depth: narrow(self.depth),
+                amount: narrow(self.amount),
+                softness: narrow(self.softness),
+                breakup: narrow(self.breakup),
+            },
+        };
+        let weight = cx.shared_field("weight", worn.weight(cx));
+        Ok(Outputs::one(cover(cx, material, top, &weight)).with("weight", weight))
+    }
+
+    /// What is taken from the material.
+    pub(super) fn takes(&self) -> Vec<Taken> {
+        let taken = Taken { port: "material", field: "material", channel: Channel::Height };
+        if self.height.is_none() { vec![taken] } else { Vec::new() }
+    }
+}
+
+/// The channels of a material, partly covered with another.
+pub(super) fn channels(material: ChannelSet, top: ChannelSet) -> ChannelSet {
+    material.union(top.iter().filter(|channel| !matches!(channel, Channel::Height | Channel::Normal)).collect())
+}
+
+/// A weight from the difference between a height and its surroundings.
+struct Worn {
+    height: Field,
+    /// mm.
+    radius: f64,
+    noise: Option<Field>,
+    mask: Option<Field>,
+    spec: WearSpec,
 }
 
 impl Worn {
     /// The weight, to be shared by all channels.
-    pub(super) fn weight(self, cx: &Context<'_>) -> Field {
+    fn weight(self, cx: &Context<'_>) -> Field {
         if self.height.as_constant().is_some() {
             return Field::constant(Type::Gray, &[0.0]);
         }
@@ -53,7 +105,7 @@ impl Worn {
 }
 
 /// `top` over `base`, whose height and normal stay.
-pub(super) fn cover(cx: &Context<'_>, base: &Material, top: &Material, weight: &Field) -> Material {
+fn cover(cx: &Context<'_>, base: &Material, top: &Material, weight: &Field) -> Material {
     let over = Over {
         by: BlendBy::Mask,
         contrast: 0.0,
@@ -68,9 +120,4 @@ pub(super) fn cover(cx: &Context<'_>, base: &Material, top: &Material, weight: &
     let blend = over.blend(cx, "cover", &flat(base), &flat(top), weight);
     let kept = base.channels().iter().filter(|(channel, _)| form(channel));
     Material::new(blend.channels().iter().chain(kept).cloned())
-}
-
-/// The height to look at: the one that is connected, or that of the material.
-pub(super) fn height(given: Option<Field>, material: &Material) -> Field {
-    given.unwrap_or_else(|| material.or_default(Channel::Height))
 }

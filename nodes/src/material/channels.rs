@@ -1,0 +1,80 @@
+//! The ports of nodes that take a material's channels one by one: the one table of them.
+
+/// Declares a node with a port for each channel, after ports of its own.
+macro_rules! with_channels {
+    (
+        $(#[$meta:meta])*
+        pub struct $name:ident {
+            $($(#[$own_meta:meta])* $own:ident: $own_type:ty,)*
+        }
+    ) => {
+        $crate::material::channels::with_channels! {
+            @table [$(#[$meta])*] $name [$($(#[$own_meta])* $own: $own_type,)*]
+            /// Diffuse or metal colour, scene-linear.
+            base_color: Rgb = BaseColor,
+            /// Roughness, 0 (mirror) to 1.
+            roughness: Gray = Roughness,
+            /// 0 for dielectrics, 1 for metals.
+            metallic: Gray = Metallic,
+            /// Tangent-space normal.
+            normal: NormalField = Normal,
+            /// Height in mm.
+            height: Gray = Height,
+            /// Ambient occlusion: 1 is open, 0 is shut.
+            ao: Gray = Ao,
+            /// Opacity, 0..1.
+            opacity: Gray = Opacity,
+            /// Sheen, 0..1.
+            sheen: Gray = Sheen,
+            /// Clear coat, 0..1.
+            coat: Gray = Coat,
+            /// Anisotropy, 0..1.
+            anisotropy: Gray = Anisotropy,
+            /// Angle of the anisotropy in degrees, from +x towards +y.
+            anisotropy_angle: Gray = AnisotropyAngle,
+            /// Roughness of the clear coat, 0..1.
+            coat_roughness: Gray = CoatRoughness,
+            /// Normal of the clear coat; if it is left out, a coat lies level.
+            coat_normal: NormalField = CoatNormal,
+            /// Light that the surface gives off, scene-linear.
+            emission: Rgb = Emission,
+            /// Index of refraction.
+            ior: Gray = Ior,
+            /// Strength of the reflections of a dielectric, 0..1.
+            specular: Gray = Specular,
+            /// How much light is scattered below the surface, 0..1.
+            subsurface: Gray = Subsurface,
+        }
+    };
+    (
+        @table [$(#[$meta:meta])*] $name:ident [$($(#[$own_meta:meta])* $own:ident: $own_type:ty,)*]
+        $($(#[$doc:meta])* $field:ident: $type:ident = $channel:ident,)*
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name {
+            $($(#[$own_meta])* pub $own: $own_type,)*
+            $($(#[$doc])* pub $field: Option<shibo_engine::node::In<shibo_engine::node::$type>>,)*
+        }
+
+        impl $name {
+            /// The channels that are connected.
+            fn connected(&self) -> shibo_engine::value::ChannelSet {
+                let all = [$((shibo_engine::value::Channel::$channel, self.$field.is_some()),)*];
+                all.into_iter().filter_map(|(channel, connected)| connected.then_some(channel)).collect()
+            }
+
+            /// The fields of these.
+            fn given(
+                &self,
+                cx: &shibo_engine::node::Context<'_>,
+            ) -> Result<Vec<(shibo_engine::value::Channel, shibo_engine::value::Field)>, shibo_engine::value::Stop> {
+                let all = [$((shibo_engine::value::Channel::$channel, cx.get_opt(&self.$field)?),)*];
+                Ok(all.into_iter().filter_map(|(channel, field)| Some((channel, field?))).collect())
+            }
+        }
+    };
+}
+
+pub(super) use with_channels;

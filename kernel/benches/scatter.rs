@@ -53,7 +53,7 @@ fn main() {
     let at = |k: usize| (k as f32 + 0.5) / STAMP as f32 * 2.0 - 1.0;
     let dome = (0..STAMP * STAMP).map(|k| (1.0 - at(k % STAMP).powi(2)) * (1.0 - at(k / STAMP).powi(2))).collect();
     layout.build(dome, &mut data);
-    let source = Source { layout: &layout, values: vec![&data], shape: None, height: None };
+    let source = Source::new(&layout, vec![&data]);
     let canvas = (DVec2::splat(SIDE as f64), Tiling::BOTH);
     let start = Instant::now();
     println!("1 000 000 stamps of 32² on 4096², CPU s");

@@ -30,6 +30,7 @@ mod map;
 mod masked;
 mod measured;
 mod moved;
+mod normals;
 #[cfg(test)]
 mod testing;
 mod torus;

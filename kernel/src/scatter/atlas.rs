@@ -1,7 +1,8 @@
 //! A picture and its halves, laid out for reading between pixels.
 //!
 //! Each value is kept beside the one below it, so that the four that surround a place are next to each other in memory; around
-//! the picture its border is repeated once.
+//! the picture its border is repeated once. Beside each size lie upper bounds of it, which tell what cannot be seen without reading
+//! between pixels.
 use crate::filter::sample::{Outside, Pyramid};
 
 /// One size of the picture.
@@ -13,7 +14,15 @@ pub struct Level {
     pub h: usize,
     /// Where it begins.
     start: usize,
+    /// Where its bounds begin.
+    peaks: usize,
 }
+
+/// Texels along the side of a cell of the bounds.
+const CELL: usize = 2;
+
+/// A bound holds for its cell and for so many cells around it; the larger one where the smaller one is not enough.
+const RINGS: [usize; 2] = [3, 4];
 
 impl Level {
     /// Values from one row to the next.
@@ -26,6 +35,51 @@ impl Level {
     #[inline(always)]
     pub(super) const fn start(&self) -> usize {
         self.start
+    }
+
+    /// Columns and rows of the bounds.
+    const fn cells(&self) -> [usize; 2] {
+        [self.w.div_ceil(CELL), self.h.div_ceil(CELL)]
+    }
+
+    /// A number that no texel within `reach` texels of a place exceeds, in both directions; infinite if none is known.
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the picture")]
+    pub(super) fn peak(&self, data: &[f32], at: [f32; 2], reach: f32) -> f32 {
+        let Some(ring) = RINGS.iter().position(|ring| (ring * CELL) as f32 >= reach) else { return f32::INFINITY };
+        let [w, h] = self.cells();
+        let cell = |at: f32, n: usize| ((at * (1.0 / CELL as f32)).max(0.0) as usize).min(n - 1);
+        data[self.peaks + (ring * h + cell(at[1], h)) * w + cell(at[0], w)]
+    }
+
+    /// A number that no texel exceeds.
+    #[inline(always)]
+    pub(super) fn summit(&self, data: &[f32]) -> f32 {
+        data[self.peaks + RINGS.len() * self.cells()[0] * self.cells()[1]]
+    }
+
+    /// Fills in the bounds.
+    fn bound(&self, data: &[f32], out: &mut [f32]) {
+        let out = &mut out[self.peaks..];
+        let ([w, h], mut columns) = (self.cells(), vec![0.0; self.cells()[0] * self.h]);
+        let around =
+            |cell: usize, ring: usize, n: usize| (cell.saturating_sub(ring) * CELL)..((cell + ring + 1) * CELL).min(n);
+        for (ring, out) in RINGS.into_iter().zip(out.chunks_exact_mut(w * h)) {
+            for (row, out) in data.chunks_exact(self.w).zip(columns.chunks_exact_mut(w)) {
+                for (i, out) in out.iter_mut().enumerate() {
+                    *out = row[around(i, ring, self.w)].iter().copied().fold(f32::NEG_INFINITY, f32::max);
+                }
+            }
+            for (j, out) in out.chunks_exact_mut(w).enumerate() {
+                out.fill(f32::NEG_INFINITY);
+                for y in around(j, ring, self.h) {
+                    for (out, v) in out.iter_mut().zip(&columns[y * w..]) {
+                        *out = out.max(*v);
+                    }
+                }
+            }
+        }
+        out[RINGS.len() * w * h] = data.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     }
 }
 
@@ -42,8 +96,9 @@ impl Layout {
         let (mut levels, mut len) = (Vec::new(), 0);
         let (mut w, mut h) = (w.max(1), h.max(1));
         loop {
-            levels.push(Level { w, h, start: len });
-            len += 2 * (w + 2) * (h + 1);
+            let level = Level { w, h, start: len, peaks: len + 2 * (w + 2) * (h + 1) };
+            len = level.peaks + RINGS.len() * level.cells()[0] * level.cells()[1] + 1;
+            levels.push(level);
             if w.max(h) == 1 {
                 return Self { levels, len };
             }
@@ -85,6 +140,7 @@ impl Layout {
                     (pair[0], pair[1]) = (at(x, y), at(x, y + 1));
                 }
             }
+            level.bound(data, out);
         }
     }
 }
@@ -92,6 +148,7 @@ impl Layout {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ground::window::index;
 
     #[test]
     fn four_neighbours_lie_side_by_side() {
@@ -106,6 +163,30 @@ mod tests {
         assert!(out.iter().all(|v| *v >= 0.0), "every value is filled in");
         let last = layout.levels()[2];
         assert_eq!((last.w, last.h), (1, 1));
-        assert!((out[layout.len() - 1] - 6.0).abs() < 1e-6, "the mean");
+        assert!((out[last.start] - 6.0).abs() < 1e-6, "the mean");
+    }
+
+    #[test]
+    fn bounds_are_not_exceeded_and_not_far_away() {
+        let (w, h) = (37, 23);
+        let data: Vec<f32> = (0..w * h).map(|k| ((k * 7919) % 1009) as f32).collect();
+        let layout = Layout::new(w, h);
+        let mut out = vec![0.0; layout.len()];
+        layout.build(data.clone(), &mut out);
+        let level = layout.levels()[0];
+        let largest = |x: i32, y: i32, reach: i32| {
+            let near = |k: usize| {
+                let (i, j) = (index(k % w), index(k / w));
+                (i - x).abs() <= reach && (j - y).abs() <= reach
+            };
+            (0..w * h).filter(|k| near(*k)).map(|k| data[k]).fold(f32::NEG_INFINITY, f32::max)
+        };
+        for (x, y) in [(0, 0), (5, 8), (36, 22), (20, 11), (1, 21)] {
+            for reach in [5, 6, 8] {
+                let bound = level.peak(&out, [x as f32 + 0.5, y as f32 + 0.5], reach as f32);
+                assert!(bound >= largest(x, y, reach) && bound <= largest(x, y, reach + 3), "{x} {y} {reach}");
+            }
+            assert_eq!(level.peak(&out, [x as f32, y as f32], 9.0), f32::INFINITY);
+        }
     }
 }

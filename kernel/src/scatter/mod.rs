@@ -4,7 +4,10 @@
 //! near a window, [`paint`] draws them. A window costs what overlaps it, and has the same bits as the crop of a larger one.
 
 pub mod atlas;
+mod blocks;
 pub mod paint;
+#[cfg(test)]
+mod paint_tests;
 pub mod set;
 mod span;
 pub mod strand;

@@ -1,46 +1,53 @@
-//! The pixels of a stamp, some of a row at a time: where they lie in its picture, and how much of each it covers.
+//! The pixels of a stamp, a block of them at a time: where they lie in its picture, and how much of each it covers.
 use super::atlas::Level;
 use super::set::Stamp;
-use crate::ground::math::{clamp, floor_int, min};
+use crate::ground::math::{clamp, min};
 use crate::ground::window::{Frame, index};
 use glam::DVec2;
 
-/// The most pixels at a time.
-pub(super) const BLOCK: usize = 64;
+/// Pixels along the side of a block.
+pub(super) const SIDE: usize = 8;
 
-/// Eight pixels are computed at once.
-const LANES: usize = 8;
+/// Pixels of a block.
+pub(super) const BLOCK: usize = SIDE * SIDE;
 
-/// Some pixels of a row.
+/// The numbers of the pixels in a row.
+const COLUMNS: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+/// 1.5·2^23: added to a whole number below 2^22 in size, it leaves that in the low bits.
+const SNAP: f32 = 12_582_912.0;
+
+/// A value for each pixel of a block, row by row.
+pub(super) type Values = [f32; BLOCK];
+
+/// A block of pixels.
 pub(super) struct Span {
-    /// How many.
-    pub(super) n: usize,
     /// Where the four values around each begin.
     base: [u32; BLOCK],
-    u: [f32; BLOCK],
-    v: [f32; BLOCK],
+    u: Values,
+    v: Values,
     /// How much of each pixel is covered.
-    pub(super) cover: [f32; BLOCK],
+    pub(super) cover: Values,
     four: [[f32; 4]; BLOCK],
 }
 
 impl Span {
     pub(super) const fn new() -> Self {
-        Self { n: 0, base: [0; BLOCK], u: [0.0; BLOCK], v: [0.0; BLOCK], cover: [0.0; BLOCK], four: [[0.0; 4]; BLOCK] }
+        Self { base: [0; BLOCK], u: [0.0; BLOCK], v: [0.0; BLOCK], cover: [0.0; BLOCK], four: [[0.0; 4]; BLOCK] }
     }
 
     /// The values of a picture, laid out by [`Layout`](super::atlas::Layout), at the pixels.
     #[inline(always)]
-    pub(super) fn read(&mut self, data: &[f32], out: &mut [f32; BLOCK]) {
-        for (four, base) in self.four[..self.n].iter_mut().zip(&self.base) {
-            let at = &data[*base as usize..][..4];
+    pub(super) fn read(&mut self, data: &[f32], out: &mut Values) {
+        for (four, base) in self.four.iter_mut().zip(&self.base) {
+            let base = *base as usize;
+            let at = &data[base..base + 4];
             *four = [at[0], at[1], at[2], at[3]];
         }
-        let n = self.n.next_multiple_of(LANES).min(BLOCK);
-        for (k, out) in out[..n].iter_mut().enumerate() {
+        for k in 0..BLOCK {
             let ([a, b, c, d], u, v) = (self.four[k], self.u[k], self.v[k]);
             let (left, right) = (a + (b - a) * v, c + (d - c) * v);
-            *out = left + (right - left) * u;
+            out[k] = left + (right - left) * u;
         }
     }
 }
@@ -58,7 +65,7 @@ pub(super) struct Placed {
     half: [f32; 2],
     /// Pixels in a texel, in both directions of the picture.
     scale: [f32; 2],
-    /// Pixels that it reaches up and down.
+    /// Pixels that it reaches in all directions.
     reach: i32,
 }
 
@@ -78,7 +85,7 @@ impl Placed {
         let rate = DVec2::new(level.w as f64, level.h as f64) / size;
         let at = (stamp.center + shift - DVec2::from(frame.origin)) / step;
         let whole = at.floor();
-        let reach = (size.length() * 0.5 / step.y).ceil() as i32 + 2;
+        let reach = (size.length() * 0.5 / step.min_element()).ceil() as i32 + 2;
         Self {
             level: *level,
             pixel: whole.as_ivec2().to_array(),
@@ -91,70 +98,69 @@ impl Placed {
         }
     }
 
-    /// The rows that it may touch.
-    pub(super) fn rows(&self, frame: &Frame) -> std::ops::Range<i32> {
+    /// The rows and columns of blocks that it may touch, counted from the corner of the window.
+    pub(super) fn blocks(&self, frame: &Frame) -> [std::ops::Range<usize>; 2] {
         let rect = frame.window;
-        let (first, last) = (self.pixel[1].saturating_sub(self.reach), self.pixel[1].saturating_add(self.reach + 1));
-        first.max(rect.y)..last.min(rect.y + rect.height.cast_signed())
+        let range = |k: usize, start: i32, length: u32| {
+            let first = self.pixel[k].saturating_sub(self.reach).saturating_sub(start).max(0);
+            let last = self.pixel[k].saturating_add(self.reach + 1).saturating_sub(start).min(length.cast_signed());
+            let pixel = |n: i32| usize::try_from(n).unwrap_or(0);
+            if first < last { pixel(first) / SIDE..pixel(last).div_ceil(SIDE) } else { 0..0 }
+        };
+        [range(1, rect.y, rect.height), range(0, rect.x, rect.width)]
     }
 
-    /// The columns of row `y` that it may touch.
+    /// The place of the middle of the block whose first pixel is (x, y), texels.
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "clipped to the window")]
-    pub(super) fn columns(&self, y: i32, frame: &Frame) -> std::ops::Range<i32> {
-        let dy = (y - self.pixel[1]) as f32 - self.rest[1];
-        let (mut low, mut high) = (-1e9f32, 1e9f32);
-        for k in 0..2 {
-            let (by, at) = (self.by_x[k], self.by_y[k] * dy);
-            // Half a pixel more, for soft edges, and a little for rounding.
-            let reach = self.half[k] + 0.55 / self.scale[k];
-            let rate = if by.abs() > 1e-6 * self.half[k] { 1.0 / by } else { 0.0 };
-            if rate == 0.0 {
-                if at.abs() > reach {
-                    return 0..0;
-                }
-                continue;
-            }
-            let (a, b) = ((-reach - at) * rate, (reach - at) * rate);
-            (low, high) = (low.max(a.min(b)), high.min(a.max(b)));
-        }
-        if low > high {
-            return 0..0;
-        }
-        let rect = frame.window;
-        let middle = f64::from(self.pixel[0]) + f64::from(self.rest[0]);
-        let (first, last) = ((f64::from(low) + middle).floor() as i32, (f64::from(high) + middle).ceil() as i32);
-        first.max(rect.x)..last.saturating_add(1).min(rect.x + rect.width.cast_signed())
+    pub(super) fn middle(&self, x: i32, y: i32) -> [f32; 2] {
+        let half = 0.5 * (SIDE - 1) as f32;
+        let (dx, dy) =
+            ((x - self.pixel[0]) as f32 + half - self.rest[0], (y - self.pixel[1]) as f32 + half - self.rest[1]);
+        [0, 1].map(|k| self.by_x[k] * dx + (self.by_y[k] * dy + self.half[k]))
     }
 
-    /// Finds where `n` pixels from (x, y) lie.
+    /// How far the pixels of a block lie from its middle at most, texels.
+    pub(super) fn reach(&self) -> [f32; 2] {
+        // A thousandth more, for rounding.
+        [0, 1].map(|k| (0.5 * (SIDE - 1) as f32 + 1e-3) * (self.by_x[k].abs() + self.by_y[k].abs()) + 1e-3)
+    }
+
+    /// The size of its picture, and how many texels of it its edge takes.
+    pub(super) fn outline(&self) -> ([f32; 2], [f32; 2]) {
+        ([0, 1].map(|k| 2.0 * self.half[k]), [0, 1].map(|k| 0.5 / self.scale[k]))
+    }
+
+    /// Which of the picture's sizes is read.
+    #[inline(always)]
+    pub(super) const fn level(&self) -> &Level {
+        &self.level
+    }
+
+    /// Finds where the pixels of the block at (x, y) lie.
     #[inline(always)]
     #[expect(clippy::cast_sign_loss, reason = "limited to the picture before")]
-    pub(super) fn find(&self, x: i32, y: i32, n: usize, span: &mut Span) {
-        span.n = n;
-        let dy = (y - self.pixel[1]) as f32 - self.rest[1];
-        let (row, column) = (self.by_y[0] * dy + self.half[0], self.by_y[1] * dy + self.half[1]);
+    pub(super) fn find(&self, x: i32, y: i32, span: &mut Span) {
         let start = (x - self.pixel[0]) as f32;
         let (w, h) = (2.0 * self.half[0], 2.0 * self.half[1]);
         let (stride, begin) = (index(self.level.stride()), index(self.level.start()));
-        for k in 0..n.next_multiple_of(LANES).min(BLOCK) {
-            // Whole numbers first, so that a pixel has the same place whatever the run began with.
-            let dx = (start + index_f32(k)) - self.rest[0];
-            let (tx, ty) = (self.by_x[0] * dx + row, self.by_x[1] * dx + column);
-            let across = clamp(min(tx, w - tx) * self.scale[0] + 0.5, 0.0, 1.0);
-            let down = clamp(min(ty, h - ty) * self.scale[1] + 0.5, 0.0, 1.0);
-            span.cover[k] = across * down;
-            // From the centre of the texel before the first.
-            let (tx, ty) = (clamp(tx + 0.5, 0.0, w + 0.999), clamp(ty + 0.5, 0.0, h + 0.999));
-            let ((left, i), (top, j)) = (floor_int(tx), floor_int(ty));
-            span.u[k] = tx - left;
-            span.v[k] = ty - top;
-            span.base[k] = (begin + j * stride + 2 * i) as u32;
+        let int = |whole: f32| (whole + SNAP).to_bits().wrapping_sub(SNAP.to_bits()).cast_signed();
+        for j in 0..SIDE {
+            let dy = (y + index(j) - self.pixel[1]) as f32 - self.rest[1];
+            let (row, column) = (self.by_y[0] * dy + self.half[0], self.by_y[1] * dy + self.half[1]);
+            for (k, number) in (SIDE * j..).zip(COLUMNS) {
+                // Whole numbers first, so that a pixel has the same place in every block.
+                let dx = (start + number) - self.rest[0];
+                let (tx, ty) = (self.by_x[0] * dx + row, self.by_x[1] * dx + column);
+                let across = clamp(min(tx, w - tx) * self.scale[0] + 0.5, 0.0, 1.0);
+                let down = clamp(min(ty, h - ty) * self.scale[1] + 0.5, 0.0, 1.0);
+                span.cover[k] = across * down;
+                // From the centre of the texel before the first.
+                let (tx, ty) = (clamp(tx + 0.5, 0.0, w + 0.999), clamp(ty + 0.5, 0.0, h + 0.999));
+                let (left, top) = (tx.floor(), ty.floor());
+                span.u[k] = tx - left;
+                span.v[k] = ty - top;
+                span.base[k] = (begin + int(top) * stride + 2 * int(left)) as u32;
+            }
         }
     }
-}
-
-#[inline(always)]
-fn index_f32(k: usize) -> f32 {
-    k as f32
 }

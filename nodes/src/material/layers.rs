@@ -4,17 +4,17 @@
 //! The weight is a field of its own that all channels read. A window in which it is 0 or 1 everywhere asks only for the
 //! side that shows (see [`Masked`]).
 use crate::masked::{Masked, Mix, Side};
+use crate::normals::normals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::Context;
 use shibo_engine::value::{
-    Channel, ChannelSet, Cost, Field, FieldSource, Given, Grid, Halo, Material, Read, Stop, Tile, Tiling, Type, Window,
+    Channel, ChannelSet, Cost, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window,
 };
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::layers::{self as kernel, ByHeight, Grain, HeightMode, Planes};
-use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 
 /// What decides which layer shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -124,15 +124,6 @@ impl Over {
         };
         Material::new(Channel::ALL.iter().filter_map(|c| Some((*c, channel(*c)?))))
     }
-}
-
-fn normals(height: &Field) -> Field {
-    Field::map(Type::Normal, [height.clone()], Halo::px(normal::HALO), |out, [height]| {
-        let (step, slope) = (tile::step(&out.grid), SlopeFilter::default());
-        let spec = NormalSpec { step, strength: 1.0, y_up: true, encode: true, slope };
-        normal::normal(&tile::view(height, 0), out.window, &spec, tile::planes3(out));
-        Ok(())
-    })
 }
 
 fn normal(mix: fn(&[f32], Planes<'_>, Planes<'_>, [&mut [f32]; 3])) -> Mix {

@@ -2,15 +2,13 @@
 //!
 //! Strands of [`kernel::strand`](shibo_kernel::scatter::strand), drawn as strokes. Fields that steer are read before, at the strands' places.
 //! Cost: O(strands + pixels under them), by tiles.
-use super::strands::{Plan, style};
+use super::strands::{Plan, whole};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range};
 use shibo_engine::value::{Stop, Tiling, Type};
-use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::scatter::strand::Ends;
-use shibo_kernel::strokes::Profile;
 
 /// Scratches: thin grooves of random length, width and depth, straight or curled, in one direction or in all.
 ///
@@ -96,13 +94,11 @@ impl Node for Scratches {
     }
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
-        if canvas.tile() == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+        whole(canvas.tile())
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let strands = self.plan().strands(cx, Hash::new(cx.seed(self.seed)), style(Profile::Smooth))?;
-        let [height, mask, ids] = strands.fields(-1.0);
-        Ok(Outputs::one(height).with("mask", mask).with("ids", ids))
+        self.plan().outputs(cx, self.seed, -1.0)
     }
 }
 

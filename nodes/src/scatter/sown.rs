@@ -5,8 +5,9 @@ use shibo_engine::node::{Output, Outputs};
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::tile;
 use shibo_kernel::scatter::atlas::Layout;
-use shibo_kernel::scatter::paint::{self, Overlap, Source, Target};
+use shibo_kernel::scatter::paint::{self, Content, Overlap, Source, Target};
 use shibo_kernel::scatter::set::StampSet;
+use shibo_kernel::surface::layers::bounds;
 use std::sync::Arc;
 
 /// The outputs of `TileSampler` and `Scatter`.
@@ -27,11 +28,25 @@ const MOST: u32 = 2048;
 
 /// What is shown.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum What {
+pub(super) enum What {
     Values,
     Cover,
     Ids,
     Local,
+}
+
+/// What stamps lie on.
+#[derive(Clone)]
+pub(super) enum Ground {
+    /// One value everywhere.
+    Flat(f32),
+    /// A field; where it is higher than the stamps, it covers them, if its height is given.
+    Field {
+        values: Field,
+        height: Option<Field>,
+        /// How much stamps cover: where that is nothing, the ground is copied.
+        cover: Field,
+    },
 }
 
 /// What all fields of one node share.
@@ -42,7 +57,8 @@ pub(super) struct Sown {
     pub(super) height: Option<Field>,
     pub(super) set: Arc<StampSet>,
     pub(super) overlap: Overlap,
-    pub(super) background: f32,
+    pub(super) content: Content,
+    pub(super) ground: Ground,
     pub(super) size_mm: DVec2,
 }
 
@@ -54,12 +70,22 @@ impl Sown {
             let help = "stamp the height, and make the normals of the result with `HeightToNormal`";
             return Err(Problem::new(Code::TypeMismatch, message).at("input").help(help).into());
         }
+        Ok(Outputs::one(self.field(What::Values, tiling))
+            .with("mask", self.field(What::Cover, tiling))
+            .with("ids", self.field(What::Ids, tiling))
+            .with("local", self.field(What::Local, tiling)))
+    }
+
+    /// One of the fields, which repeats as `tiling` says.
+    pub(super) fn field(&self, what: What, tiling: Tiling) -> Field {
+        let ty = match what {
+            What::Values => self.input.ty(),
+            What::Cover => Type::Gray,
+            What::Ids => Type::Ids,
+            What::Local => Type::Vec2,
+        };
         let largest = self.set.stamps().iter().fold(Vec2::ZERO, |most, stamp| most.max(stamp.half));
-        let field = |ty: Type, what: What| Field::new(ty, tiling, Shown { sown: self.clone(), what, largest });
-        Ok(Outputs::one(field(self.input.ty(), What::Values))
-            .with("mask", field(Type::Gray, What::Cover))
-            .with("ids", field(Type::Ids, What::Ids))
-            .with("local", field(Type::Vec2, What::Local)))
+        Field::new(ty, tiling, Shown { sown: self.clone(), what, largest })
     }
 }
 
@@ -92,9 +118,73 @@ impl Shown {
     }
 }
 
+impl Shown {
+    /// What lies under the stamps: how much they cover, and then the ground's values and its height as far as they count.
+    fn under(&self) -> (Option<&Field>, Vec<&Field>) {
+        match &self.sown.ground {
+            Ground::Field { values, height, cover } if self.what != What::Cover => {
+                let values = Some(values).filter(|_| self.what == What::Values);
+                let height = height.as_ref().filter(|_| self.sown.overlap == Overlap::ByHeight);
+                (Some(cover), values.into_iter().chain(height).collect())
+            }
+            _ => (None, Vec::new()),
+        }
+    }
+
+    /// Whether the ground is seen where stamps cover all of it.
+    fn through(&self) -> bool {
+        self.sown.overlap != Overlap::Over
+    }
+
+    /// Fills in the ground, with nothing in place of what stamps hide for sure. Returns whether stamps touch it.
+    fn lay(&self, given: &Given<'_>, out: &mut Tile) -> bool {
+        let cover = match (&self.sown.ground, self.under().0) {
+            (Ground::Field { .. }, Some(_)) => given.tile(0).plane(0),
+            (Ground::Flat(value), _) if self.what == What::Values => {
+                out.data_mut().fill(*value);
+                return true;
+            }
+            _ => return true,
+        };
+        let touched = cover.iter().any(|cover| *cover > 0.0);
+        if self.what != What::Values {
+            return touched;
+        }
+        let values = given.tile(1);
+        for (k, plane) in out.planes_mut().into_iter().enumerate() {
+            if values.window.is_empty() {
+                plane.fill(0.0);
+                continue;
+            }
+            plane.copy_from_slice(tile::channel(values, k));
+            if !self.through() {
+                let hidden = plane.iter_mut().zip(cover).filter(|(_, cover)| **cover >= 1.0);
+                hidden.for_each(|(out, _)| *out = 0.0);
+            }
+        }
+        touched
+    }
+}
+
 impl FieldSource for Shown {
-    fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
-        Vec::new()
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        self.under().0.into_iter().map(|cover| Read::new(cover, grid, window)).collect()
+    }
+
+    fn later(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        self.under().1.into_iter().map(|field| Read::new(field, grid, window)).collect()
+    }
+
+    fn narrow(&self, given: &Given<'_>, _grid: &Grid, window: Window) -> Vec<Window> {
+        if self.under().1.is_empty() {
+            return Vec::new();
+        }
+        let (low, high) = bounds(given.tile(0).data());
+        let values = self.what == What::Values;
+        let part = |wanted: bool| if wanted { window } else { Window { width: 0, height: 0, ..window } };
+        let height = self.under().1.len() - usize::from(values);
+        let of_values = values.then(|| part(self.through() || low < 1.0));
+        of_values.into_iter().chain((0..height).map(|_| part(high > 0.0))).collect()
     }
 
     fn whole(&self, grid: &Grid) -> Vec<Read<'_>> {
@@ -152,13 +242,15 @@ impl FieldSource for Shown {
         };
         let values = planes(parts[0]);
         let (shape, height) = (planes(parts[1]).first().copied(), planes(parts[2]).first().copied());
-        let source = Source { layout: &layout, values, shape, height };
-        let (frame, Sown { set, overlap, background, .. }) = (tile::frame(out), &self.sown);
+        let (frame, Sown { set, overlap, content, .. }) = (tile::frame(out), &self.sown);
+        if !self.lay(given, out) {
+            return given.check();
+        }
+        let under = self.under().1.len();
+        let ground = (under > usize::from(self.what == What::Values)).then(|| given.tile(under).plane(0));
+        let source = Source { shape, height, content: *content, ground, ..Source::new(&layout, values) };
         let stop = || given.check().is_err();
         let how = (&**set, &source, *overlap);
-        if self.what == What::Values {
-            out.data_mut().fill(*background);
-        }
         let mut planes = out.planes_mut();
         match self.what {
             What::Values => paint::paint(&stop, how, &frame, Target::Values(planes)),

@@ -2,99 +2,59 @@
 //!
 //! The kernel of [`TileSampler`](super::TileSampler).
 use super::plan::{Order, Plan};
-use super::sown::{self, Sown};
+use super::sown::{self, Ground, Sown};
 use super::tile_sampler::too_large;
+use super::varied::varied;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, Xy};
 use shibo_engine::value::{Points, Stop};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::scatter::paint::Overlap;
+use shibo_kernel::scatter::paint::{Content, Overlap};
 use std::sync::Arc;
 
-/// Stamps a field on points: pebbles, leaves, rivets, drops. The whole canvas of the input becomes one stamp of `size` mm.
-///
-/// `TileSampler` does the same on a grid.
-///
-/// ```ron
-/// "pebble": Shape(form: Ellipse, size: (38, 30), softness: 24),
-/// "points": PoissonPoints(pitch: 4),
-/// "pebbles": Scatter(input: "pebble.mask", points: "points", size: 6, scale: (0.5, 1.1), turn: (0, 360), value: (1, 2)),
-/// "example": Relief(height: "pebbles"),
-/// ```
-///
-/// Elsewhere: Substance Designer *Shape Splatter*; Material Maker *Splatter*; Blender *Instance on Points*; Houdini *Copy to Points*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Scatter {
-    /// What is stamped; the whole canvas becomes a stamp.
-    pub input: In<AnyField>,
-    /// Where stamps go.
-    pub points: In<Points>,
-    /// How opaque the stamp is, 0..1, over the same canvas; a full rectangle without it.
-    pub shape: Option<In<Gray>>,
-    /// How high the stamp is, for `ByHeight`; the input itself without it.
-    pub height: Option<In<Gray>>,
-    /// The share of stamps that are drawn, 0..1, at their places.
-    pub density: Option<In<Gray>>,
-    /// Factor on the size of stamps, 0..1, at their places.
-    pub scale_by: Option<In<Gray>>,
-    /// Where the stamps' own x points: degrees from +x towards +y, or vectors; `turn` is added.
-    pub direction: Option<In<Direction>>,
-    /// Width and height of a stamp of scale 1.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
-    pub size: Xy,
-    /// Smallest and largest factor on the size, by chance.
-    #[schemars(extend("minimum" = 0.0, "maximum" = 100.0))]
-    pub scale: Range,
-    /// Smallest and largest turn from +x towards +y, by chance.
-    #[schemars(extend("minimum" = -3600.0, "maximum" = 3600.0, "unit" = "°"))]
-    pub turn: Range,
-    /// Smallest and largest factor on the values, by chance.
-    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
-    pub value: Range,
-    /// The share of stamps that are drawn.
-    #[schemars(range(min = 0, max = 1))]
-    pub share: f64,
-    /// What is seen where stamps overlap.
-    pub overlap: Overlap,
-    /// The order in which they are drawn.
-    pub order: Order,
-    /// The value where there is no stamp.
-    #[schemars(range(min = -1e6, max = 1e6))]
-    pub background: f64,
-    /// Another number gives other chances.
-    pub seed: u64,
-}
-
-impl Default for Scatter {
-    fn default() -> Self {
-        Self {
-            input: In::default(),
-            points: In::default(),
-            shape: None,
-            height: None,
-            density: None,
-            scale_by: None,
-            direction: None,
-            size: Xy::new(4.0, 4.0),
-            scale: Range::new(1.0, 1.0),
-            turn: Range::new(0.0, 0.0),
-            value: Range::new(1.0, 1.0),
-            share: 1.0,
-            overlap: Overlap::Max,
-            order: Order::Rows,
-            background: 0.0,
-            seed: 0,
-        }
+varied! {
+    /// Stamps a field on points: pebbles, leaves, rivets, drops. The whole canvas of the input becomes one stamp of `size` mm.
+    ///
+    /// `TileSampler` does the same on a grid.
+    ///
+    /// ```ron
+    /// "pebble": Shape(form: Ellipse, size: (38, 30), softness: 24),
+    /// "points": PoissonPoints(pitch: 4),
+    /// "pebbles": Scatter(input: "pebble.mask", points: "points", size: 6, scale: (0.5, 1.1), turn: (0, 360), value: (1, 2)),
+    /// "example": Relief(height: "pebbles"),
+    /// ```
+    ///
+    /// Elsewhere: Substance Designer *Shape Splatter*; Material Maker *Splatter*; Blender *Instance on Points*; Houdini *Copy to Points*.
+    pub struct Scatter {
+        /// What is stamped; the whole canvas becomes a stamp.
+        input: In<AnyField> = In::default(),
+        /// Where stamps go.
+        points: In<Points> = In::default(),
+        /// How opaque the stamp is, 0..1, over the same canvas; a full rectangle without it.
+        shape: Option<In<Gray>> = None,
+        /// How high the stamp is, for `ByHeight`; the input itself without it.
+        height: Option<In<Gray>> = None,
+        [steering]
+        [sizes]
+        /// Smallest and largest factor on the values, by chance.
+        #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
+        value: Range = Range::new(1.0, 1.0),
+        [share]
+        /// What is seen where stamps overlap.
+        overlap: Overlap = Overlap::Max,
+        [order]
+        /// The value where there is no stamp.
+        #[schemars(range(min = -1e6, max = 1e6))]
+        background: f64 = 0.0,
+        [seed]
     }
 }
 
 impl Node for Scatter {
     const OUTPUTS: &'static [Output] = sown::OUTPUTS;
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
@@ -103,17 +63,7 @@ impl Node for Scatter {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let points = cx.get(&self.points)?;
-        let plan = Plan {
-            size: DVec2::new(self.size.x, self.size.y),
-            scale: self.scale,
-            turn: self.turn,
-            value: self.value,
-            share: self.share,
-            order: self.order,
-            density: &self.density,
-            scale_by: &self.scale_by,
-            direction: &self.direction,
-        };
+        let plan = self.plan(self.value);
         let places = points.positions.iter().map(|p| p.as_dvec2());
         let hash = Hash::new(cx.seed(self.seed));
         let set = plan.stamps(cx, places, (hash, f64::from(points.pitch), points.periodic))?;
@@ -123,7 +73,8 @@ impl Node for Scatter {
             height: cx.get_opt(&self.height)?,
             set: Arc::new(set),
             overlap: self.overlap,
-            background: narrow(self.background),
+            content: Content::Scaled,
+            ground: Ground::Flat(narrow(self.background)),
             size_mm: cx.size_mm(),
         };
         sown.outputs(points.periodic)

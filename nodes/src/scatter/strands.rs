@@ -2,7 +2,7 @@
 use crate::map::Map;
 use glam::{DVec2, Vec2};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Direction, Gray, In, Range};
+use shibo_engine::node::{CanvasFacts, Context, Direction, Gray, In, Outputs, Range};
 use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -34,7 +34,7 @@ pub(super) struct Plan<'a> {
 }
 
 /// Strokes of all strands, `pieces` of each.
-pub(super) struct Strands {
+struct Strands {
     set: StrokeSet,
     pieces: u32,
     tiling: Tiling,
@@ -79,14 +79,21 @@ impl Plan<'_> {
         Vec::new()
     }
 
+    /// The outputs of a node: the depths times `sign`, the mask, and the numbers of strands.
+    pub(super) fn outputs(&self, cx: &Context<'_>, seed: u64, sign: f32) -> Result<Outputs, Stop> {
+        let strands = self.strands(cx, Hash::new(cx.seed(seed)), style(strokes::Profile::Smooth))?;
+        let [height, mask, ids] = strands.fields(sign);
+        Ok(Outputs::one(height).with("mask", mask).with("ids", ids))
+    }
+
     /// The strands; number n draws the numbers of `hash.with(n)`.
-    pub(super) fn strands(&self, cx: &Context<'_>, hash: Hash, style: StrokeStyle) -> Result<Strands, Stop> {
+    fn strands(&self, cx: &Context<'_>, hash: Hash, style: StrokeStyle) -> Result<Strands, Stop> {
         let size = cx.size_mm();
         let pitch = (100.0 / self.density.max(1e-9)).sqrt().min(0.5 * self.length.hi.max(1e-3));
         let mask = Map::read(cx, (self.mask, "mask"), pitch)?;
         let direction = Map::read(cx, (self.direction, "direction"), pitch)?;
         let field = |p: Vec2| direction.as_ref().map_or(0.0, |map| map.at(p.as_dvec2()));
-        let tiles = cx.tiling() == Tiling::BOTH;
+        let tiling = whole(cx.tiling());
         let (mut strokes, mut kept): (Vec<Stroke>, u64) = (Vec::new(), 0);
         let pieces = self.pieces();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be below 4 million")]
@@ -115,15 +122,15 @@ impl Plan<'_> {
             let problem = Problem::new(Code::Advice, "mask is 0 wherever a strand would lie: none is left").at("mask");
             cx.evaluator.warn(problem);
         }
-        let period = tiles.then(|| size.as_vec2());
+        let period = (tiling == Tiling::BOTH).then(|| size.as_vec2());
         let set = StrokeSet::new(&strokes, style, period);
-        Ok(Strands { set, pieces, tiling: if tiles { Tiling::BOTH } else { Tiling::NONE } })
+        Ok(Strands { set, pieces, tiling })
     }
 }
 
 impl Strands {
     /// The depths times `sign`, the mask, and the numbers of strands from 1.
-    pub(super) fn fields(self, sign: f32) -> [Field; 3] {
+    fn fields(self, sign: f32) -> [Field; 3] {
         let tiling = self.tiling;
         let shared = Arc::new(self);
         let drawn = |draw: Draw, sign: f32| {
@@ -153,7 +160,12 @@ impl Strands {
     }
 }
 
+/// Where strands repeat on a canvas that repeats like this: in both directions or not at all.
+pub(super) fn whole(tiling: Tiling) -> Tiling {
+    if tiling == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
+}
+
 /// How strokes of strands are drawn.
-pub(super) fn style(profile: strokes::Profile) -> StrokeStyle {
+fn style(profile: strokes::Profile) -> StrokeStyle {
     StrokeStyle { profile, round_caps: true, ..StrokeStyle::default() }
 }

@@ -4,107 +4,63 @@
 //! pixels it is interpolated. Then a tile costs what overlaps it. Steering fields are read at
 //! the middle of each stamp, with four samples per pitch. See [`kernel::paint`](shibo_kernel::scatter::paint).
 use super::plan::{Order, PLACE, Plan};
-use super::sown::{self, Sown};
+use super::sown::{self, Ground, Sown};
+use super::varied::varied;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, Xy};
 use shibo_engine::value::{Points, Stop, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::scatter::paint::Overlap;
+use shibo_kernel::scatter::paint::{Content, Overlap};
 use std::sync::Arc;
 
 /// The most stamps of a node.
 pub(super) const MOST_STAMPS: f64 = 4e6;
 
-/// Stamps a field many times, on a grid or on points: the whole canvas of the input becomes one stamp of `size` mm.
-///
-/// Size, turn, place, value and order vary at random, and fields steer how densely stamps lie, how large they are and where they
-/// point. On a canvas that tiles the grid is fitted so that it repeats, with a warning that tells by how much.
-///
-/// ```ron
-/// "leaf": Shape(form: Ellipse, size: (36, 16), softness: 8),
-/// "example": TileSampler(input: "leaf.mask", pitch: 4, size: 7, scale: (0.6, 1.2), turn: (0, 360), jitter: 0.8, value: (0.3, 1), overlap: Max),
-/// ```
-///
-/// Elsewhere: Substance Designer *Tile Sampler*, *Tile Random*, *Splatter*; Material Maker *Tiler*, *Splatter*; Blender *Instance on Points*; Houdini *Copy to Points*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct TileSampler {
-    /// What is stamped; the whole canvas becomes a stamp.
-    pub input: In<AnyField>,
-    /// How opaque the stamp is, 0..1, over the same canvas; a full rectangle without it.
-    pub shape: Option<In<Gray>>,
-    /// How high the stamp is, for `ByHeight`; the input itself without it.
-    pub height: Option<In<Gray>>,
-    /// Where stamps go, instead of a grid; `pitch`, `stagger` and `jitter` have no effect then.
-    pub points: Option<In<Points>>,
-    /// The share of stamps that are drawn, 0..1, at their places.
-    pub density: Option<In<Gray>>,
-    /// Factor on the size of stamps, 0..1, at their places.
-    pub scale_by: Option<In<Gray>>,
-    /// Where the stamps' own x points: degrees from +x towards +y, or vectors; `turn` is added.
-    pub direction: Option<In<Direction>>,
-    /// Distance of columns and rows; one number stands for both.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
-    pub pitch: Xy,
-    /// By how much every second row is shifted, as a share of the pitch.
-    #[schemars(range(min = 0, max = 1))]
-    pub stagger: f64,
-    /// How far stamps stray from their places, as a share of the pitch: at 1 by up to half a pitch in x and in y.
-    #[schemars(range(min = 0, max = 4))]
-    pub jitter: f64,
-    /// Width and height of a stamp of scale 1.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
-    pub size: Xy,
-    /// Smallest and largest factor on the size, by chance.
-    #[schemars(extend("minimum" = 0.0, "maximum" = 100.0))]
-    pub scale: Range,
-    /// Smallest and largest turn from +x towards +y, by chance.
-    #[schemars(extend("minimum" = -3600.0, "maximum" = 3600.0, "unit" = "°"))]
-    pub turn: Range,
-    /// Smallest and largest factor on the values, by chance.
-    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
-    pub value: Range,
-    /// The share of stamps that are drawn.
-    #[schemars(range(min = 0, max = 1))]
-    pub share: f64,
-    /// What is seen where stamps overlap.
-    pub overlap: Overlap,
-    /// The order in which they are drawn.
-    pub order: Order,
-    /// The value where there is no stamp.
-    #[schemars(range(min = -1e6, max = 1e6))]
-    pub background: f64,
-    /// Another number gives other chances.
-    pub seed: u64,
-}
-
-impl Default for TileSampler {
-    fn default() -> Self {
-        Self {
-            input: In::default(),
-            shape: None,
-            height: None,
-            points: None,
-            density: None,
-            scale_by: None,
-            direction: None,
-            pitch: Xy::new(4.0, 4.0),
-            stagger: 0.0,
-            jitter: 0.0,
-            size: Xy::new(4.0, 4.0),
-            scale: Range::new(1.0, 1.0),
-            turn: Range::new(0.0, 0.0),
-            value: Range::new(1.0, 1.0),
-            share: 1.0,
-            overlap: Overlap::Max,
-            order: Order::Rows,
-            background: 0.0,
-            seed: 0,
-        }
+varied! {
+    /// Stamps a field many times, on a grid or on points: the whole canvas of the input becomes one stamp of `size` mm.
+    ///
+    /// Size, turn, place, value and order vary at random, and fields steer how densely stamps lie, how large they are and where they
+    /// point. On a canvas that tiles the grid is fitted so that it repeats, with a warning that tells by how much.
+    ///
+    /// ```ron
+    /// "leaf": Shape(form: Ellipse, size: (36, 16), softness: 8),
+    /// "example": TileSampler(input: "leaf.mask", pitch: 4, size: 7, scale: (0.6, 1.2), turn: (0, 360), jitter: 0.8, value: (0.3, 1), overlap: Max),
+    /// ```
+    ///
+    /// Elsewhere: Substance Designer *Tile Sampler*, *Tile Random*, *Splatter*; Material Maker *Tiler*, *Splatter*; Blender *Instance on Points*; Houdini *Copy to Points*.
+    pub struct TileSampler {
+        /// What is stamped; the whole canvas becomes a stamp.
+        input: In<AnyField> = In::default(),
+        /// How opaque the stamp is, 0..1, over the same canvas; a full rectangle without it.
+        shape: Option<In<Gray>> = None,
+        /// How high the stamp is, for `ByHeight`; the input itself without it.
+        height: Option<In<Gray>> = None,
+        /// Where stamps go, instead of a grid; `pitch`, `stagger` and `jitter` have no effect then.
+        points: Option<In<Points>> = None,
+        [steering]
+        /// Distance of columns and rows; one number stands for both.
+        #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+        pitch: Xy = Xy::new(4.0, 4.0),
+        /// By how much every second row is shifted, as a share of the pitch.
+        #[schemars(range(min = 0, max = 1))]
+        stagger: f64 = 0.0,
+        /// How far stamps stray from their places, as a share of the pitch: at 1 by up to half a pitch in x and in y.
+        #[schemars(range(min = 0, max = 4))]
+        jitter: f64 = 0.0,
+        [sizes]
+        /// Smallest and largest factor on the values, by chance.
+        #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
+        value: Range = Range::new(1.0, 1.0),
+        [share]
+        /// What is seen where stamps overlap.
+        overlap: Overlap = Overlap::Max,
+        [order]
+        /// The value where there is no stamp.
+        #[schemars(range(min = -1e6, max = 1e6))]
+        background: f64 = 0.0,
+        [seed]
     }
 }
 
@@ -131,6 +87,7 @@ impl TileSampler {
 
 impl Node for TileSampler {
     const OUTPUTS: &'static [Output] = sown::OUTPUTS;
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
@@ -162,17 +119,7 @@ impl Node for TileSampler {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let hash = Hash::new(cx.seed(self.seed));
-        let plan = Plan {
-            size: DVec2::new(self.size.x, self.size.y),
-            scale: self.scale,
-            turn: self.turn,
-            value: self.value,
-            share: self.share,
-            order: self.order,
-            density: &self.density,
-            scale_by: &self.scale_by,
-            direction: &self.direction,
-        };
+        let plan = self.plan(self.value);
         let (set, tiling) = match cx.get_opt(&self.points)? {
             Some(points) => {
                 let places = points.positions.iter().map(|p| p.as_dvec2());
@@ -198,7 +145,8 @@ impl Node for TileSampler {
             height: cx.get_opt(&self.height)?,
             set: Arc::new(set),
             overlap: self.overlap,
-            background: narrow(self.background),
+            content: Content::Scaled,
+            ground: Ground::Flat(narrow(self.background)),
             size_mm: cx.size_mm(),
         };
         sown.outputs(tiling)

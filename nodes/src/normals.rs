@@ -1,0 +1,14 @@
+//! The normals of a height, for nodes that make a material's height.
+use shibo_engine::value::{Field, Halo, Type};
+use shibo_kernel::ground::tile;
+use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
+
+/// Those of a height in mm, as `HeightToNormal` makes them by default.
+pub(crate) fn normals(height: &Field) -> Field {
+    Field::map(Type::Normal, [height.clone()], Halo::px(normal::HALO), |out, [height]| {
+        let (step, slope) = (tile::step(&out.grid), SlopeFilter::default());
+        let spec = NormalSpec { step, strength: 1.0, y_up: true, encode: true, slope };
+        normal::normal(&tile::view(height, 0), out.window, &spec, tile::planes3(out));
+        Ok(())
+    })
+}

@@ -1,0 +1,93 @@
+//! The parameters that all nodes have which stamp: what varies from stamp to stamp.
+
+/// Declares a node that stamps: its own fields in four places, and those of all others between them. Each field has its default.
+macro_rules! varied {
+    (
+        $(#[$meta:meta])*
+        pub struct $name:ident {
+            $($(#[$m1:meta])* $f1:ident: $t1:ty = $d1:expr,)*
+            [steering]
+            $($(#[$m2:meta])* $f2:ident: $t2:ty = $d2:expr,)*
+            [sizes]
+            $($(#[$m3:meta])* $f3:ident: $t3:ty = $d3:expr,)*
+            [share]
+            $($(#[$m4:meta])* $f4:ident: $t4:ty = $d4:expr,)*
+            [order]
+            $($(#[$m5:meta])* $f5:ident: $t5:ty = $d5:expr,)*
+            [seed]
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name {
+            $($(#[$m1])* pub $f1: $t1,)*
+            /// The share of stamps that are drawn, 0..1, at their places.
+            pub density: Option<In<Gray>>,
+            /// Factor on the size of stamps, 0..1, at their places.
+            pub scale_by: Option<In<Gray>>,
+            /// Where the stamps' own x points: degrees from +x towards +y, or vectors; `turn` is added.
+            pub direction: Option<In<Direction>>,
+            $($(#[$m2])* pub $f2: $t2,)*
+            /// Width and height of a stamp of scale 1.
+            #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+            pub size: Xy,
+            /// Smallest and largest factor on the size, by chance.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 100.0))]
+            pub scale: Range,
+            /// Smallest and largest turn from +x towards +y, by chance.
+            #[schemars(extend("minimum" = -3600.0, "maximum" = 3600.0, "unit" = "°"))]
+            pub turn: Range,
+            $($(#[$m3])* pub $f3: $t3,)*
+            /// The share of stamps that are drawn.
+            #[schemars(range(min = 0, max = 1))]
+            pub share: f64,
+            $($(#[$m4])* pub $f4: $t4,)*
+            /// The order in which they are drawn.
+            pub order: Order,
+            $($(#[$m5])* pub $f5: $t5,)*
+            /// Another number gives other chances.
+            pub seed: u64,
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self {
+                    $($f1: $d1,)*
+                    density: None,
+                    scale_by: None,
+                    direction: None,
+                    $($f2: $d2,)*
+                    size: Xy::new(4.0, 4.0),
+                    scale: Range::new(1.0, 1.0),
+                    turn: Range::new(0.0, 0.0),
+                    $($f3: $d3,)*
+                    share: 1.0,
+                    $($f4: $d4,)*
+                    order: Order::Rows,
+                    $($f5: $d5,)*
+                    seed: 0,
+                }
+            }
+        }
+
+        impl $name {
+            /// What varies, the factors on the values among it.
+            fn plan(&self, value: Range) -> Plan<'_> {
+                Plan {
+                    size: DVec2::new(self.size.x, self.size.y),
+                    scale: self.scale,
+                    turn: self.turn,
+                    value,
+                    share: self.share,
+                    order: self.order,
+                    density: &self.density,
+                    scale_by: &self.scale_by,
+                    direction: &self.direction,
+                }
+            }
+        }
+    };
+}
+
+pub(super) use varied;

@@ -57,3 +57,13 @@ fn heights_that_a_mask_decides_are_not_compared() {
     let computed = tiles(nodes, "it", &["a", "b"]);
     assert!(computed.iter().sum::<u64>() <= 8, "{computed:?}");
 }
+
+#[test]
+fn ground_under_opaque_stamps_is_not_computed() {
+    // A stamp of 40 mm in the middle covers four of the 16 tiles.
+    let nodes = "\"x\": Perlin(size: 3), \"a\": Blur(input: \"x\", radius: 0.05), \
+        \"m\": Material(roughness: 0.2), \"n\": Material(roughness: \"a\"), \"p\": PointList(points: [(32, 32)]), \
+        \"w\": ScatterMaterial(material: \"m\", ground: \"n\", points: \"p\", size: 40, heights: Over), \
+        \"it\": MaterialChannel(material: \"w\", channel: Roughness)";
+    assert_eq!(tiles(nodes, "it", &["a"]), [12]);
+}

@@ -38,15 +38,18 @@ varied! {
     /// the heights of the result; a coat lies level on stamps. Angles of anisotropy turn with them.
     ///
     /// ```ron
-    /// "form": Shape(form: Ellipse, size: (40, 32)),
-    /// "dome": Pillow(input: "form.mask", radius: 12),
-    /// "speckle": Fractal(size: 4, octaves: 5),
-    /// "tone": GradientMap(input: "speckle", stops: [(0.3, "#59534c"), (0.7, "#a39a8c")]),
-    /// "pebble": Material(base_color: "tone", roughness: 0.45, height: "dome", opacity: "form.mask"),
-    /// "waves": Fractal(size: 9, octaves: 6),
+    /// "form": Shape(form: Ellipse, size: (39, 31)),
+    /// "outside": Invert(input: "form.mask"),
+    /// "dome": Pillow(input: "outside", radius: 14),
+    /// "speckle": Fractal(size: 6, octaves: 6),
+    /// "tone": GradientMap(input: "speckle", stops: [(0.3, "#3f3a35"), (0.7, "#8d8375")]),
+    /// "pebble": Material(base_color: "tone", roughness: 0.4, height: "dome", opacity: "form.mask"),
+    /// "waves": Fractal(size: 6, octaves: 8, gain: 0.6),
     /// "sand": Material(base_color: "#c2a678", roughness: 0.95, height: "waves"),
-    /// "points": PoissonPoints(pitch: 5),
-    /// "both": ScatterMaterial(material: "pebble", ground: "sand", points: "points", size: 9, scale: (0.4, 1), turn: (0, 360), height_scale: (0.1, 0.2)),
+    /// "points": PoissonPoints(pitch: 4.5),
+    /// "both": ScatterMaterial(
+    ///   material: "pebble", ground: "sand", points: "points", size: 8, scale: (0.4, 1), turn: (0, 360), height_scale: (0.7, 1.6),
+    /// ),
     /// "example": Relief(material: "both"),
     /// ```
     ///

@@ -33,6 +33,10 @@ fn words_after(text: &str, prefix: &str) -> Vec<String> {
     let word = |rest: &str| rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut words = Vec::new();
     for (i, _) in text.match_indices(prefix) {
+        // `ParamType::` is not `Type::`.
+        if text[..i].ends_with(|c: char| c.is_alphanumeric() || c == '_') {
+            continue;
+        }
         let rest = &text[i + prefix.len()..];
         let Some(list) = rest.strip_prefix('{') else {
             words.push(word(rest));

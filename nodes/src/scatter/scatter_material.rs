@@ -12,7 +12,9 @@ use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy};
+use shibo_engine::node::{
+    CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy,
+};
 use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Points, Stop, Tile, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;

@@ -44,8 +44,8 @@ impl Block {
         for row in 0..self.rows {
             let out = &mut plane[self.at + row * self.stride..][..self.columns];
             if let Ok(out) = <&mut [T; SIDE]>::try_from(&mut *out) {
-                for k in 0..SIDE {
-                    change(SIDE * row + k, &mut out[k]);
+                for (k, out) in out.iter_mut().enumerate() {
+                    change(SIDE * row + k, out);
                 }
             } else {
                 for (k, out) in out.iter_mut().enumerate() {

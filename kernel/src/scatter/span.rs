@@ -44,10 +44,10 @@ impl Span {
             let at = &data[base..base + 4];
             *four = [at[0], at[1], at[2], at[3]];
         }
-        for k in 0..BLOCK {
+        for (k, out) in out.iter_mut().enumerate() {
             let ([a, b, c, d], u, v) = (self.four[k], self.u[k], self.v[k]);
             let (left, right) = (a + (b - a) * v, c + (d - c) * v);
-            out[k] = left + (right - left) * u;
+            *out = left + (right - left) * u;
         }
     }
 }

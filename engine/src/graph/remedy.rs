@@ -17,7 +17,7 @@ pub(super) fn kind_elsewhere<'r>(registry: &'r Registry, word: &str) -> Option<&
     let (squashed, words) = (squash(word), words(word));
     let is_meant = |kind: &&str| {
         let called = |info: &crate::node::KindInfo| names_elsewhere(&info.doc).any(|name| squash(name) == squashed);
-        self::words(kind) == words || registry.info(kind).is_some_and(called)
+        (words.len() > 1 && self::words(kind) == words) || registry.info(kind).is_some_and(called)
     };
     registry.kinds().find(is_meant)
 }

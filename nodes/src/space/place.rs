@@ -25,7 +25,7 @@ use shibo_kernel::ground::tile::{channel, widest};
 /// "cells": Worley(size: 8),
 /// "noise": Perlin(size: 4),
 /// "base": Remap(input: "noise", to: (0, 0.3)),
-/// "example": Place(input: "cells.value", base: "base", position: (12, 14), size: (34, 34), angle: 12),
+/// "example": Place(input: "cells.value", base: "base", position: (12, 14), size: (30, 30), angle: 12),
 /// ```
 ///
 /// Elsewhere: Substance Designer *Transformation 2D* without tiling; Photoshop *Place*; Blender *Alpha Over*.

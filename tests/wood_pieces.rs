@@ -98,7 +98,7 @@ fn check(angle: f64, told: bool) {
         let id = ids.plane(0)[i];
         let mine: Vec<usize> = (0..n).filter(|k| ids.plane(0)[*k] == id).collect();
         let whole = |k: usize| {
-            let corner = (k / w & !1) * w + (k % w & !1);
+            let corner = ((k / w) & !1) * w + ((k % w) & !1);
             [corner, corner + 1, corner + w, corner + w + 1].iter().all(|k| ids.plane(0)[*k] == id)
         };
         for (k, cut) in shown.iter().enumerate() {

@@ -282,7 +282,7 @@ mod tests {
     fn sides_of_a_closed_curve_are_inside_and_outside() {
         // A star with sharp corners, drawn clockwise on a picture: the inside is on the right.
         let corner = |k: u32| {
-            let radius = if k % 2 == 0 { 6.0 } else { 1.5 };
+            let radius = if k.is_multiple_of(2) { 6.0 } else { 1.5 };
             DVec2::new(10.0, 7.0) + DVec2::from_angle(f64::from(k) * 36f64.to_radians()) * radius
         };
         let corners: Vec<(f64, f64)> = (0..10).map(|k| corner(k).into()).collect();

@@ -133,7 +133,7 @@ fn crowd(count: u32) -> Vec<Stamp> {
         Stamp {
             center: DVec2::new(30.0 * draw(0), 20.0 * draw(1)),
             half: Vec2::new(1.0 + 2.0 * draw(2) as f32, 1.0 + draw(3) as f32),
-            turn: if n % 3 == 0 { Vec2::X } else { Vec2::from_angle(7.0 * draw(4) as f32) },
+            turn: if n.is_multiple_of(3) { Vec2::X } else { Vec2::from_angle(7.0 * draw(4) as f32) },
             value: (1.4 * draw(5) - 0.2) as f32,
             id: n + 1,
         }

@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn stitches_conform() {
         let curve = path(&Path { d: "M -3 4 C 12 30 20 -5 29 36".into(), ..Path::default() });
-        conforms(&Stitch { tilt: 20.0, jitter: 1.0, twist: 6.0, ..node() }, &[curve.clone()]);
+        conforms(&Stitch { tilt: 20.0, jitter: 1.0, twist: 6.0, ..node() }, std::slice::from_ref(&curve));
         conforms(&Stitch { length: Some(2.0), strands: 1, holes: Some(0.5), pull: 0.0, ..node() }, &[curve]);
         conforms(&node(), &[line()]);
     }

@@ -2,13 +2,12 @@
 //!
 //! Source: K. Perlin, "Improving noise" (2002). Differs in its gradients, which are uniform in a square, and in that it
 //! repeats with the canvas; see [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels).
-use super::noise_field::noise_field;
+use super::noise_field::one_octave;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling, Type};
-use shibo_kernel::noise::cells::CellShape;
-use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
+use shibo_kernel::noise::fractal::Basis;
 
 /// Smooth bumps of one size: gradient noise, 0..1 with mean ½.
 ///
@@ -51,15 +50,7 @@ impl Node for Perlin {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let spec = NoiseSpec {
-            shape: CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() },
-            basis: Basis::Gradient,
-            fractal: FractalKind::Fbm,
-            octaves: 1,
-            lacunarity: 2.0,
-            gain: 0.5,
-        };
-        Ok(Outputs::one(noise_field(cx, &spec, self.seed)))
+        Ok(Outputs::one(one_octave(cx, (self.size, self.aspect, self.angle), Basis::Gradient, self.seed)))
     }
 }
 

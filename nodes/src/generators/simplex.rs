@@ -2,13 +2,12 @@
 //!
 //! Source: K. Perlin, "Noise hardware" (2001), on triangles that repeat with the canvas; see
 //! [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels).
-use super::noise_field::noise_field;
+use super::noise_field::one_octave;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling, Type};
-use shibo_kernel::noise::cells::CellShape;
-use shibo_kernel::noise::fractal::{Basis, NoiseSpec};
+use shibo_kernel::noise::fractal::Basis;
 
 /// Smooth bumps of one size, rounder than those of `Perlin` and without its traces of a grid: simplex noise, 0..1
 /// with mean ½.
@@ -53,9 +52,7 @@ impl Node for Simplex {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let shape = CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() };
-        let spec = NoiseSpec { shape, basis: Basis::Simplex, ..NoiseSpec::fbm(self.size, 1) };
-        Ok(Outputs::one(noise_field(cx, &spec, self.seed)))
+        Ok(Outputs::one(one_octave(cx, (self.size, self.aspect, self.angle), Basis::Simplex, self.seed)))
     }
 }
 

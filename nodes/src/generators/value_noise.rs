@@ -2,13 +2,12 @@
 //!
 //! A random value at each corner of a cell, joined smoothly; see [`kernel::noise`](shibo_kernel::noise::fractal).
 //! Cost: O(pixels).
-use super::noise_field::noise_field;
+use super::noise_field::one_octave;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling, Type};
-use shibo_kernel::noise::cells::CellShape;
-use shibo_kernel::noise::fractal::{Basis, NoiseSpec};
+use shibo_kernel::noise::fractal::Basis;
 
 /// Soft blots of random brightness: value noise, 0..1 with mean ½. It is blockier than `Perlin`, as if it were
 /// painted in squares.
@@ -52,9 +51,7 @@ impl Node for ValueNoise {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let shape = CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() };
-        let spec = NoiseSpec { shape, basis: Basis::Value, ..NoiseSpec::fbm(self.size, 1) };
-        Ok(Outputs::one(noise_field(cx, &spec, self.seed)))
+        Ok(Outputs::one(one_octave(cx, (self.size, self.aspect, self.angle), Basis::Value, self.seed)))
     }
 }
 

@@ -2,14 +2,13 @@
 //!
 //! A random value in each cell; see [`kernel::noise`](shibo_kernel::noise::fractal). It differs from one octave there
 //! in that values are as likely all over 0..1. Cost: O(pixels).
-use super::noise_field::noise_field;
+use super::noise_field::one_octave;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::math::saturate;
-use shibo_kernel::noise::cells::CellShape;
-use shibo_kernel::noise::fractal::{Basis, NoiseSpec};
+use shibo_kernel::noise::fractal::Basis;
 
 /// From the deviation of all noises, 0.155, to that of numbers spread evenly over 0..1, 12^-½.
 const SPREAD: f32 = 0.288_675 / 0.155;
@@ -56,9 +55,7 @@ impl Node for WhiteNoise {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let shape = CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() };
-        let spec = NoiseSpec { shape, basis: Basis::White, ..NoiseSpec::fbm(self.size, 1) };
-        let noise = noise_field(cx, &spec, self.seed);
+        let noise = one_octave(cx, (self.size, self.aspect, self.angle), Basis::White, self.seed);
         let spread = |out: &mut Tile, [noise]: [&Tile; 1]| {
             out.data_mut().iter_mut().zip(noise.data()).for_each(|(out, v)| *out = saturate((v - 0.5) * SPREAD + 0.5));
             Ok(())

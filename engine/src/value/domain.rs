@@ -120,19 +120,22 @@ enum Extent {
     Ends(i32),
 }
 
-/// The block at `away` pixels beyond an edge: its number from there, its first pixel and one past its last. The first two
-/// have 16 pixels, the next ones twice as many each.
+/// The block at `away` pixels beyond an edge: its number from there, its first pixel and one past its last. The first eight
+/// have 16 pixels, the next four twice as many each, the next four twice as many again, and so on up to whole tiles.
+///
+/// A read that reaches a little into a block makes it be computed whole, and each level of a pyramid reaches a little further
+/// than the one before. So blocks are small beside their distance from the edge: were they half as large as that, the
+/// reach of a pyramid would double with each of its levels.
 fn beyond(away: i32) -> (i32, i32, i32) {
+    const FIRST: i32 = 16;
     let tile = TILE.cast_signed();
-    if away < 16 {
-        (0, 0, 16)
-    } else if away < tile {
-        let power = away.ilog2();
-        (power.cast_signed() - 3, 1 << power, 2 << power)
-    } else {
-        let number = away / tile;
-        (number + tile.ilog2().cast_signed() - 4, number * tile, (number + 1) * tile)
-    }
+    // The next larger blocks begin at twice this distance, the ones after those at four times it, and so on.
+    let near = 4 * FIRST;
+    let larger = (away / near).max(1).ilog2().min((tile / FIRST).ilog2());
+    let (size, begin) = (FIRST << larger, if away < near { 0 } else { near << larger });
+    let before = if away < near { 0 } else { 4 + 4 * larger.cast_signed() };
+    let number = (away - begin) / size;
+    (before + number, begin + number * size, begin + (number + 1) * size)
 }
 
 /// The blocks that cover the pixels `from..to` in one direction, in order.
@@ -203,6 +206,19 @@ mod tests {
         let parts: Vec<_> = list.iter().map(|p| (p.index, p.start, p.length)).collect();
         assert_eq!(parts, [(-1, -16, 16), (0, 0, 256), (1, 256, 256), (2, 512, 16)]);
         let lengths: Vec<_> = pieces(0, 600, Extent::Ends(1)).iter().map(|p| p.length).collect();
-        assert_eq!(lengths, [1, 16, 16, 32, 64, 128, 256, 256]);
+        let beyond = [[16; 8].as_slice(), &[32; 4], &[64; 4], &[128]].concat();
+        assert_eq!(lengths, [&[1], &*beyond].concat());
+        // Nine numbers in a row, the last ones whole tiles.
+        let far: Vec<_> = pieces(900, 1900, Extent::Ends(1)).iter().map(|p| (p.index, p.length)).collect();
+        assert_eq!(far, [(20, 128), (21, 256), (22, 256), (23, 256), (24, 256)].map(|(n, l)| (n, l)));
+    }
+
+    #[test]
+    fn the_reach_of_a_pyramid_hardly_grows_with_its_levels() {
+        // Each level reads twice as many pixels of the finer one, and one more.
+        let reach =
+            |wanted: i32| pieces(0, wanted, Extent::Ends(0)).last().map_or(0, |p| p.start + p.length.cast_signed());
+        let read = (0..4).fold(24, |reached, _| reach(2 * reached + 1));
+        assert!((385..=500).contains(&read), "{read}");
     }
 }

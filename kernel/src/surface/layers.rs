@@ -168,33 +168,50 @@ pub type Planes<'a> = [&'a [f32]; 3];
 /// If a slice is shorter than `weight`.
 pub fn mix_normals(weight: &[f32], base: Planes<'_>, top: Planes<'_>, out: [&mut [f32]; 3]) {
     let n = weight.len();
-    let (base, top) = (base.map(|plane| &plane[..n]), top.map(|plane| &plane[..n]));
+    let ([bx, by, bz], [tx, ty, tz]) = (base.map(|plane| &plane[..n]), top.map(|plane| &plane[..n]));
     let [x, y, z] = out.map(|plane| &mut plane[..n]);
     simd::dispatch(
         #[inline(always)]
         || {
             for i in 0..n {
-                let (b, t) = (slopes(base, i), slopes(top, i));
                 let w = weight[i];
-                let normal = of_slopes(lerp(b[0], t[0], w), lerp(b[1], t[1], w));
-                for (k, out) in [&mut *x, &mut *y, &mut *z].into_iter().enumerate() {
-                    let mixed = 0.5 + 0.5 * normal[k];
-                    let mixed = if w >= 1.0 { top[k][i] } else { mixed };
-                    out[i] = if w <= 0.0 { base[k][i] } else { mixed };
-                }
+                let (base, top) = ([bx[i], by[i], bz[i]], [tx[i], ty[i], tz[i]]);
+                let (b, t) = (leaning(base), leaning(top));
+                // The mix of the slopes x/z and y/z, all three multiplied by both z.
+                let (mx, my) = (lerp(b[0] * t[2], t[0] * b[2], w), lerp(b[1] * t[2], t[1] * b[2], w));
+                let mz = b[2] * t[2];
+                let half = 0.5 / (mx * mx + my * my + mz * mz).sqrt();
+                x[i] = between(base[0], top[0], 0.5 + mx * half, w);
+                y[i] = between(base[1], top[1], 0.5 + my * half, w);
+                z[i] = between(base[2], top[2], 0.5 + mz * half, w);
             }
         },
     );
 }
 
+/// `mixed`, with the bits of `base` and of `top` where the weight is 0 and 1.
+#[inline(always)]
+fn between(base: f32, top: f32, mixed: f32, weight: f32) -> f32 {
+    let mixed = if weight >= 1.0 { top } else { mixed };
+    if weight <= 0.0 { base } else { mixed }
+}
+
 /// The steepest slope that is told apart: 89.9°.
 const LEAST_Z: f32 = 0.001_75;
+
+/// A stored normal's coordinates; z is not less than that of the steepest slope.
+#[inline(always)]
+fn leaning(stored: [f32; 3]) -> [f32; 3] {
+    let [x, y, z] = stored.map(|v| 2.0 * v - 1.0);
+    [x, y, max(z, LEAST_Z)]
+}
 
 /// x and y of a stored normal per unit of z.
 #[inline(always)]
 fn slopes(planes: Planes<'_>, i: usize) -> [f32; 2] {
-    let z = 1.0 / max(2.0 * planes[2][i] - 1.0, LEAST_Z);
-    [(2.0 * planes[0][i] - 1.0) * z, (2.0 * planes[1][i] - 1.0) * z]
+    let [x, y, z] = leaning(planes.map(|plane| plane[i]));
+    let per = 1.0 / z;
+    [x * per, y * per]
 }
 
 #[inline(always)]

@@ -94,6 +94,7 @@ impl Node for BlendMaterials {
         Output::new("material", Type::Material, "The blend, with the channels of both."),
         Output::new("weight", Type::Gray, "How much of the layer above shows, 0..1."),
     ];
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[];
 
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {

@@ -93,6 +93,7 @@ impl Layer {
 impl Node for LayerMaterials {
     const OUTPUTS: &'static [Output] =
         &[Output::new("material", Type::Material, "All layers, with the channels of all.")];
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {

@@ -3,6 +3,7 @@
 //! To add a type of objects, write a file with the struct and its [`Object`], and add a line to the table `objects` below.
 mod accepts;
 mod area;
+mod atlas;
 mod buffer;
 mod canvas;
 mod color;
@@ -17,10 +18,12 @@ mod evaluator;
 mod exemplar;
 mod field;
 mod field_source;
+mod frames;
 mod key;
 mod lattice;
 mod link;
 mod material;
+mod mesh;
 mod object;
 mod path;
 mod points;
@@ -36,6 +39,7 @@ mod ty;
 
 pub use accepts::Accepts;
 pub use area::Area;
+pub use atlas::{Atlas, Bins};
 pub use buffer::Buffer;
 pub use canvas::{Canvas, Grid, GridId, Resolution, TileMode, Tiling, Window};
 pub use color::{linear_to_srgb, srgb_to_linear};
@@ -50,9 +54,11 @@ pub use evaluator::Evaluator;
 pub use exemplar::{Exemplar, ExemplarFrame, ExemplarLattice, ExemplarLevel, Neighborhood};
 pub use field::{Field, FieldId, Halo};
 pub use field_source::{Cost, FieldSource, Given, Pictures, Read};
+pub use frames::Frames;
 pub use key::Key;
 pub use lattice::{GridLinks, Lattice};
 pub use material::{Channel, ChannelSet, Material};
+pub use mesh::Mesh;
 pub use object::{Carried, Object, Renders};
 pub use path::{Path, Polyline};
 pub use points::{Edges, GridOrder, Points};
@@ -82,6 +88,9 @@ macro_rules! objects {
             Curve        "#6b4a2b" "Points of a line in space.",
             Skeleton     "#6b4a2b" "The line along which a trunk grew, and its branches.",
             ColorPattern "#d0a21d" "The colours of wood through the year.",
+            Mesh         "#4b6f9e" "A surface of triangles in space.",
+            Atlas        "#4b6f9e" "A mesh laid out on the canvas.",
+            Frames       "#c2503e" "Directions on a mesh.",
             Exemplar     "#7a4fa3" "A picture to synthesise from.",
             CoordMap     "#7a4fa3" "For each pixel of an output, a position in an exemplar.",
         }

@@ -1,0 +1,155 @@
+//! Atlases: meshes laid out on the canvas.
+use super::{Mesh, Number, Object, Shapes, Sketch};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A mesh and where each of its triangles lies in the unit square, v down, which is the canvas: what walks over the surface
+/// and pictures of it need, computed once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Atlas {
+    /// The surface.
+    pub mesh: Arc<Mesh>,
+    /// Where the corners of each triangle lie, in multiples of 2⁻²⁴.
+    pub uvs: Vec<[Vec2; 3]>,
+    /// For each triangle the number of its chart, counted by their lowest triangles.
+    pub charts: Vec<u16>,
+    /// For each triangle what lies beyond its edges `k`, from corner `k + 1` to corner `k + 2`: four times the number of the
+    /// neighbour, plus the number of the same edge there; [`END`](Self::END) where the surface ends.
+    pub across: Vec<[u32; 3]>,
+    /// For each triangle the edges `k` beyond which its chart goes on, as bits `1 << k`: both sides have the same UVs.
+    pub inner: Vec<u8>,
+    /// The normal of each vertex, of length 1: those of the triangles around it, weighted by their angles.
+    pub smooth: Vec<Vec3>,
+    /// For each triangle by how many mm the place on the surface changes per unit of u, and of v.
+    pub jacobians: Vec<[Vec3; 2]>,
+    /// The triangles by where they lie.
+    pub bins: Bins,
+    /// The area on the surface in mm².
+    pub area: f64,
+    /// The area in the unit square.
+    pub used: f64,
+    /// The canvas that the unit square covers, in mm.
+    pub size_mm: DVec2,
+}
+
+/// A grid of square cells over the unit square, and the triangles whose boxes touch each of them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bins {
+    /// How many cells there are along a side.
+    pub side: u32,
+    /// For each cell, by rows, where in `triangles` its own begin; one more entry marks the end.
+    pub starts: Vec<u32>,
+    /// The triangles of all cells, in rising order within each.
+    pub triangles: Vec<u32>,
+}
+
+impl Bins {
+    /// The triangles of a cell.
+    pub fn cell(&self, column: u32, row: u32) -> &[u32] {
+        let n = (row * self.side + column) as usize;
+        &self.triangles[self.starts[n] as usize..self.starts[n + 1] as usize]
+    }
+}
+
+impl Atlas {
+    /// What stands in `across` where the surface ends.
+    pub const END: u32 = u32::MAX;
+
+    /// The triangle beyond an edge, and which of its edges it is.
+    pub fn across(&self, triangle: usize, edge: usize) -> Option<(usize, usize)> {
+        let across = self.across[triangle][edge];
+        (across != Self::END).then_some(((across >> 2) as usize, (across & 3) as usize))
+    }
+
+    /// Whether the chart goes on beyond an edge.
+    pub fn is_inner(&self, triangle: usize, edge: usize) -> bool {
+        self.inner[triangle] & (1 << edge) != 0
+    }
+
+    /// How many charts there are.
+    pub fn chart_count(&self) -> usize {
+        self.charts.iter().max().map_or(0, |most| usize::from(*most) + 1)
+    }
+
+    /// The place on the surface of a point of the unit square, if the triangle's plane goes on there.
+    pub fn place(&self, triangle: usize, uv: DVec2) -> DVec3 {
+        let [u, v] = self.jacobians[triangle].map(|axis| axis.as_dvec3());
+        let d = uv - self.uvs[triangle][0].as_dvec2();
+        self.mesh.corners(triangle)[0] + u * d.x + v * d.y
+    }
+
+    /// How many times longer lengths are on the surface than on the canvas, on average.
+    pub fn scale(&self) -> f64 {
+        let canvas = self.used * self.size_mm.x * self.size_mm.y;
+        if canvas > 0.0 { (self.area / canvas).sqrt() } else { 1.0 }
+    }
+}
+
+#[derive(Serialize)]
+struct ChartData {
+    triangles: usize,
+    area_mm2: Number<f64>,
+    /// The corners of the smallest box around it.
+    uv: [[Number; 2]; 2],
+}
+
+#[derive(Serialize)]
+struct AtlasData {
+    charts: Vec<ChartData>,
+    /// The share of the unit square that is used.
+    used: Number<f64>,
+    area_mm2: Number<f64>,
+    /// Per corner of each triangle, v down.
+    uvs: Vec<[[Number; 2]; 3]>,
+}
+
+impl Object for Atlas {
+    fn bytes(&self) -> usize {
+        size_of::<Self>()
+            + self.mesh.bytes()
+            + size_of_val(&*self.uvs)
+            + size_of_val(&*self.charts)
+            + size_of_val(&*self.across)
+            + size_of_val(&*self.inner)
+            + size_of_val(&*self.smooth)
+            + size_of_val(&*self.jacobians)
+            + size_of_val(&*self.bins.starts)
+            + size_of_val(&*self.bins.triangles)
+    }
+
+    fn data(&self) -> impl Serialize {
+        let mut charts: Vec<(usize, f64, [Vec2; 2])> =
+            vec![(0, 0.0, [Vec2::splat(1.0), Vec2::ZERO]); self.chart_count()];
+        for (triangle, chart) in self.charts.iter().enumerate() {
+            let of = &mut charts[usize::from(*chart)];
+            of.0 += 1;
+            of.1 += 0.5 * self.mesh.cross(triangle).length();
+            for uv in self.uvs[triangle] {
+                of.2 = [of.2[0].min(uv), of.2[1].max(uv)];
+            }
+        }
+        let data = |(triangles, area, uv): (usize, f64, [Vec2; 2])| ChartData {
+            triangles,
+            area_mm2: Number(area),
+            uv: uv.map(|uv| uv.to_array().map(Number)),
+        };
+        AtlasData {
+            charts: charts.into_iter().map(data).collect(),
+            used: Number(self.used),
+            area_mm2: Number(self.area),
+            uvs: self.uvs.iter().map(|uvs| uvs.map(|uv| uv.to_array().map(Number))).collect(),
+        }
+    }
+
+    fn sketch(&self) -> Option<Sketch> {
+        let (all, size) = (self.uvs.len() * 3, self.size_mm.as_vec2());
+        let line = |n: usize| [self.uvs[n / 3][n % 3] * size, self.uvs[n / 3][(n + 1) % 3] * size];
+        let counts = vec![(self.chart_count(), "charts"), (self.uvs.len(), "triangles")];
+        Some(Sketch::Canvas(Shapes {
+            lines: Shapes::<Vec2>::thinned(all).map(line).collect(),
+            counts,
+            ..Shapes::default()
+        }))
+    }
+}

@@ -1,7 +1,7 @@
 //! Graph files, typed wires, lazy evaluation and caches: the engine of Shibo.
 //!
 //! The engine knows no method and no node. Each module uses those after it: [`session`] → [`eval`] → [`graph`] →
-//! [`registry`] → [`node`] → [`value`]; [`diagnostics`] and [`picture`] are on the same level as [`value`].
+//! [`registry`] → [`node`] → [`value`]; [`diagnostics`], [`export`] and [`picture`] are on the same level as [`value`].
 //!
 //! Rules that hold everywhere, stated once:
 //! - Lengths are millimetres, on the canvas and in heights. Angles are degrees in graph files, radians inside. `y` points
@@ -11,6 +11,7 @@
 //! - Results depend on the graph alone: never on threads, tile order, machine or the state of a cache.
 pub mod diagnostics;
 pub mod eval;
+pub mod export;
 pub mod expression;
 pub mod graph;
 pub mod node;

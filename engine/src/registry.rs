@@ -1,7 +1,7 @@
 //! Which kinds of nodes there are.
 use crate::node::Functions;
 use crate::node::{Arg, Built, KindInfo, Node};
-use crate::value::Key;
+use crate::value::{Atlas, Field, Key};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -66,8 +66,13 @@ pub struct Registry {
     layout: Option<[Kind; 2]>,
     /// What chooses among the fields and the materials of several instances.
     choice: Option<[Kind; 2]>,
+    /// What fills the texels around the charts of an atlas.
+    gutters: Option<Gutters>,
     library: Option<Arc<dyn Library>>,
 }
+
+/// Fills the texels around the charts of an atlas, so that programs that filter a texture find nothing strange there.
+pub type Gutters = fn(&Field, &Arc<Atlas>) -> Field;
 
 impl Default for Registry {
     fn default() -> Self {
@@ -78,6 +83,7 @@ impl Default for Registry {
             code: Key::of("code", &[CODE]),
             layout: None,
             choice: None,
+            gutters: None,
             library: None,
         }
     }
@@ -119,6 +125,18 @@ impl Registry {
     pub fn with_choice(mut self, field: Kind, material: Kind) -> Self {
         self.choice = Some([field, material]);
         self
+    }
+
+    /// The same registry, with what fills the texels around the charts of an atlas when it is exported.
+    #[must_use]
+    pub fn with_gutters(mut self, gutters: Gutters) -> Self {
+        self.gutters = Some(gutters);
+        self
+    }
+
+    /// A texture of an atlas with the texels around its charts filled.
+    pub(crate) fn with_gutter(&self, field: &Field, atlas: &Arc<Atlas>) -> Field {
+        self.gutters.map_or_else(|| field.clone(), |gutters| gutters(field, atlas))
     }
 
     /// The same registry, with graphs that can be imported by name.

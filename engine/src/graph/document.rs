@@ -83,6 +83,17 @@ pub(super) struct OutputDecl {
     /// Whether the channels of a material go into one file.
     pub(super) combined: bool,
     pub(super) range: Option<(f64, f64)>,
+    /// What `Gltf` says of the mesh.
+    pub(super) mesh: Option<MeshDecl>,
+}
+
+/// The mesh of a glTF file as written.
+#[derive(Debug)]
+pub(super) enum MeshDecl {
+    /// A square.
+    Plane,
+    /// A reference to an atlas.
+    Node(Part),
 }
 
 impl Document {
@@ -249,6 +260,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         depth: None,
         combined: false,
         range: None,
+        mesh: None,
     };
     let body = match (entry.value.shape(), entry.value.head()) {
         (Shape::Text(_), _) => {
@@ -256,9 +268,17 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
             return decl;
         }
         (_, Some((word, Some(body)))) if word.str() == "File" => (word, body),
+        (_, Some((word, Some(body)))) if word.str() == "Gltf" => {
+            gltf(&mut decl, &word, &body, report);
+            return decl;
+        }
         _ => {
             let what = format!("output `{}`", entry.name);
-            let error = mismatch(&entry.value, &what, "\"node\", \"node.port\" or File(from: \"node\")");
+            let error = mismatch(
+                &entry.value,
+                &what,
+                "\"node\", \"node.port\", File(from: \"node\") or Gltf(material: \"node\")",
+            );
             report.push(match entry.value.shape() {
                 Shape::Word(word) => error.help(format!("write `\"{}\"`", shorten(&word))),
                 _ => error,
@@ -286,6 +306,24 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         check_depth(format, depth, part, report);
     }
     decl
+}
+
+/// `Gltf(material: "node", mesh: "atlas")`.
+fn gltf(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
+    let Some(fields) = read::fields(body, "`Gltf`", &["material", "mesh"], report) else { return };
+    decl.from = read::get(&fields, "material").filter(|from| read::text(from, "material", report).is_some()).cloned();
+    if read::get(&fields, "material").is_none() {
+        let help = "write `material: \"node\"`";
+        report.push(word.error(Code::MissingInput, "`Gltf` has no `material`").help(help));
+    }
+    decl.mesh = Some(MeshDecl::Plane);
+    if let Some(mesh) = read::get(&fields, "mesh") {
+        match mesh.shape() {
+            Shape::Text(_) => decl.mesh = Some(MeshDecl::Node(mesh.clone())),
+            Shape::Word(word) if word == "Plane" => {}
+            _ => report.push(mismatch(mesh, "`mesh`", "`Plane` or the name of an atlas: `mesh: \"atlas\"`")),
+        }
+    }
 }
 
 fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {

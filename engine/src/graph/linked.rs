@@ -109,8 +109,24 @@ pub struct GraphOutput {
     pub combined: bool,
     /// The values that become the smallest and the largest integer, if they are stated.
     pub range: Option<(f64, f64)>,
+    /// The mesh that wears it, if it is a material in a glTF file.
+    pub mesh: Option<ExportMesh>,
     /// Where it is written.
     pub span: Span,
+}
+
+/// The mesh of an exported file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExportMesh {
+    /// A square of one metre.
+    Plane,
+    /// That of an atlas.
+    Atlas {
+        /// The node it comes from.
+        node: NodeIndex,
+        /// Which of its outputs.
+        output: usize,
+    },
 }
 
 /// A parameter of a graph with the value in force.

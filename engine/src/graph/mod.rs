@@ -41,7 +41,7 @@ mod syntax;
 mod tiling;
 mod uses;
 
-pub use linked::{Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
+pub use linked::{ExportMesh, Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
 pub use load::{load, load_text};
 
 use crate::diagnostics::{Diagnostic, SourceMap};

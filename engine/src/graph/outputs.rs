@@ -1,11 +1,11 @@
 //! The outputs of a graph: what can be rendered.
-use super::document::OutputDecl;
+use super::document::{MeshDecl, OutputDecl};
 use super::part::{Part, Shape};
 use super::read::shorten;
 use super::scope::{Target, Unit};
 use crate::diagnostics::{Code, Span};
-use crate::graph::GraphOutput;
-use crate::value::Type;
+use crate::graph::{ExportMesh, GraphOutput};
+use crate::value::{Atlas, Carried, Type};
 use petgraph::graph::NodeIndex;
 use std::collections::BTreeMap;
 
@@ -47,6 +47,7 @@ impl Unit<'_> {
                 self.report.push(from.error(Code::TypeMismatch, message));
                 continue;
             };
+            let Ok(mesh) = self.export_mesh(decl, from, ty) else { continue };
             if named {
                 self.claim(decl, flat, ty, &mut names);
             }
@@ -59,10 +60,37 @@ impl Unit<'_> {
                 depth: decl.depth,
                 combined: decl.combined,
                 range: decl.range,
+                mesh,
                 span: from.span(),
             });
         }
         outputs
+    }
+
+    /// The mesh of a `Gltf`, if the output is one; an error is reported.
+    fn export_mesh(&mut self, decl: &OutputDecl, from: &Part, ty: Type) -> Result<Option<ExportMesh>, ()> {
+        let Some(mesh) = &decl.mesh else { return Ok(None) };
+        if ty != Type::Material {
+            let message = format!("`Gltf` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
+            let help = "connect a `Material`, which names the fields that are its channels";
+            self.report.push(from.error(Code::TypeMismatch, message).help(help));
+            return Err(());
+        }
+        let MeshDecl::Node(part) = mesh else { return Ok(Some(ExportMesh::Plane)) };
+        let Shape::Text(reference) = part.shape() else { return Err(()) };
+        let meaning = self.resolve(0, part, &reference);
+        match (self.type_of(&meaning.target), meaning.target) {
+            (Some(Atlas::TYPE), Target::Out { flat, output }) => {
+                Ok(Some(ExportMesh::Atlas { node: NodeIndex::new(flat), output }))
+            }
+            (Some(ty), _) => {
+                let message = format!("`mesh` must be an atlas; `{}` is {ty}", shorten(&reference));
+                let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";
+                self.report.push(part.error(Code::TypeMismatch, message).help(help));
+                Err(())
+            }
+            (None, _) => Err(()),
+        }
     }
 
     fn check_name(&mut self, decl: &OutputDecl) -> bool {
@@ -85,7 +113,7 @@ impl Unit<'_> {
 
     /// Takes the names of the files of an output, which must differ by more than case.
     fn claim(&mut self, decl: &OutputDecl, flat: usize, ty: Type, names: &mut BTreeMap<String, (Span, String)>) {
-        let files: Vec<String> = if ty == Type::Material && !decl.combined {
+        let files: Vec<String> = if ty == Type::Material && !decl.combined && decl.mesh.is_none() {
             // The channels of a material in error are not known.
             let channels = self.flats[flat].channels.unwrap_or_default();
             channels.iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect()

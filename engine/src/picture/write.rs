@@ -146,6 +146,17 @@ impl Writer {
     /// # Errors
     /// When rows are missing or the system refuses; then there is no new file, and what had the name before is unchanged.
     pub fn finish(self) -> Result<Written, WriteError> {
+        let path = self.path.clone();
+        let (file, written) = self.finish_unnamed()?;
+        file.commit().map_err(|error| WriteError::at(&path, error))?;
+        Ok(written)
+    }
+
+    /// Completes the file without giving it its name: it is gone when what is returned is dropped.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub(crate) fn finish_unnamed(self) -> Result<(AtomicFile, Written), WriteError> {
         let Self { spec, path, sink, output, next_row, tally, .. } = self;
         if next_row != spec.height {
             return Err(WriteError::Rows { first: 0, end: next_row, height: spec.height });
@@ -157,9 +168,8 @@ impl Writer {
             Sink::Exr(sink) => sink.finish().map_err(at)?,
         }
         let Counted { file, length, .. } = output.into_inner();
-        file.commit().map_err(at)?;
         let range = (tally.least, tally.greatest);
-        Ok(Written { clipped: tally.clipped, non_finite: tally.non_finite, range, bytes: length })
+        Ok((file, Written { clipped: tally.clipped, non_finite: tally.non_finite, range, bytes: length }))
     }
 }
 

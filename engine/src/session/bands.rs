@@ -3,11 +3,12 @@
 //! Pictures are computed in bands that are one or a few tiles high, so that what they share is still in memory, and so is the
 //! row of tiles above. For a very wide picture those rows alone would fill the memory. It is computed in vertical strips,
 //! which are kept in temporary files beside the pictures until whole rows can be written.
+use super::export::Sink;
 use super::render::{Job, Render};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Event, Passing};
-use crate::picture::{AtomicFile, Writer};
+use crate::picture::AtomicFile;
 use crate::value::{Field, Grid, TILE, Tile, Window};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -19,7 +20,7 @@ const NARROWEST: u32 = 4 * TILE;
 
 impl Render<'_, '_> {
     /// Computes and writes the pictures together.
-    pub(super) fn bands(&self, jobs: &[&Job<'_>], writers: &mut [Writer], grid: &Grid) -> Result<(), Failure> {
+    pub(super) fn bands(&self, jobs: &[&Job<'_>], writers: &mut [Sink], grid: &Grid) -> Result<(), Failure> {
         let window = self.planner.window;
         let strip = self.strip_width(jobs, grid);
         if strip < window.width {
@@ -43,7 +44,7 @@ impl Render<'_, '_> {
     }
 
     /// The same in strips of `width` columns.
-    fn strips(&self, jobs: &[&Job<'_>], writers: &mut [Writer], grid: &Grid, width: u32) -> Result<(), Failure> {
+    fn strips(&self, jobs: &[&Job<'_>], writers: &mut [Sink], grid: &Grid, width: u32) -> Result<(), Failure> {
         let window = self.planner.window;
         let height = band_height(width);
         let strips = cut(window.x, window.right(), width)
@@ -123,9 +124,9 @@ fn cut(from: i32, to: i32, length: u32) -> impl Iterator<Item = (i32, i32)> {
         .take_while(move |&(at, _)| at < to)
 }
 
-fn write(writer: &mut Writer, tiles: &[Tile], band: Window) -> Result<(), Failure> {
+fn write(writer: &mut Sink, tiles: &[Tile], band: Window) -> Result<(), Failure> {
     let planes: Vec<&[f32]> = tiles.iter().flat_map(|t| (0..t.channels()).map(|c| t.plane(c))).collect();
-    writer.write_rows(&planes, band.height).map_err(|e| Failure::File(e.to_string()))
+    writer.write_rows(&planes, band.height)
 }
 
 /// The part of a picture that is computed but cannot be written yet: strip after strip, band after band, plane after plane,

@@ -18,6 +18,8 @@ pub(super) enum Part {
     All,
     /// What is drawn as lines.
     Lines,
+    /// A material on a mesh.
+    Gltf,
 }
 
 impl Part {
@@ -28,6 +30,7 @@ impl Part {
             Self::Channel(channel) => channel.name(),
             Self::All => "all channels",
             Self::Lines => "lines",
+            Self::Gltf => "gltf",
         }
     }
 }
@@ -93,14 +96,20 @@ impl Planner<'_> {
     pub(super) fn picture<'g>(&self, output: &'g GraphOutput, part: Part, key: Key) -> Result<Planned<'g>, Failure> {
         let (stem, ty, channel) = match &part {
             Part::Channel(channel) => (format!("{}_{}", output.name, channel.name()), channel.ty(), Some(*channel)),
-            Part::Field | Part::All | Part::Lines => (output.name.clone(), output.ty, None),
+            Part::Field | Part::All | Part::Lines | Part::Gltf => (output.name.clone(), output.ty, None),
         };
-        let (format, depth) = self.encoding(output, ty, channel, &stem)?;
+        let (extension, (format, depth)) = if part == Part::Gltf {
+            self.check_whole(&stem)?;
+            ("glb", (Format::Png, Depth::U8))
+        } else {
+            let encoding = self.encoding(output, ty, channel, &stem)?;
+            (encoding.0.extension(), encoding)
+        };
         let range = output.range.unwrap_or((0.0, 1.0));
         let mut planned = Planned {
             output,
             part,
-            path: self.request.dir.join(format!("{}{stem}.{}", self.request.prefix, format.extension())),
+            path: self.request.dir.join(format!("{}{stem}.{extension}", self.request.prefix)),
             format,
             depth,
             range,
@@ -110,6 +119,17 @@ impl Planner<'_> {
         planned.metadata = self.metadata(&planned);
         planned.key = self.file_key(&planned, pixels(ty));
         Ok(planned)
+    }
+
+    /// Refuses to put a part of a picture on a mesh.
+    fn check_whole(&self, stem: &str) -> Result<(), Failure> {
+        let size = self.graph.canvas.resolution;
+        if self.window == Window::full(size) {
+            return Ok(());
+        }
+        let message =
+            format!("`{stem}` is a glTF file, whose textures are whole; leave --region out, or name a channel");
+        Err(Failure::Usage(format!("{message} with --output")))
     }
 
     /// Format and depth: of the command line, of the graph file, or what suits the type.

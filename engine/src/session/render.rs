@@ -1,12 +1,14 @@
 //! Rendering: from the outputs of a graph to picture files.
+use super::export::Sink;
 use super::plan::{Part, Planned, Planner, wanted};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, Event, NodeStats, Observer, Run, Shelf};
-use crate::graph::{Graph, GraphOutput};
+use crate::export::{Exported, Shape};
+use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
-    Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, Writer, Written, remove_stale_temporaries,
-    write_svg,
+    Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, WriteError, Writer, Written,
+    remove_stale_temporaries, write_svg,
 };
 use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Type, Value, Window};
 use glam::DVec2;
@@ -55,7 +57,9 @@ pub(super) struct Job<'g> {
     /// Names of the file's channels, and the fields that they come from.
     pub(super) fields: Vec<(String, Field)>,
     /// What is written as lines instead.
-    lines: Option<Arc<Segments>>,
+    pub(super) lines: Option<Arc<Segments>>,
+    /// The material and the mesh of a glTF file, whose textures are the fields.
+    pub(super) export: Option<(Exported, Shape)>,
 }
 
 impl Session {
@@ -113,7 +117,7 @@ fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
 
 /// One render.
 pub(super) struct Render<'r, 'g> {
-    session: &'r Session,
+    pub(super) session: &'r Session,
     pub(super) run: &'r Run<'g>,
     pub(super) planner: Planner<'r>,
     pub(super) observer: &'r dyn Observer,
@@ -123,6 +127,13 @@ impl<'r> Render<'r, '_> {
     /// The pictures that an output is made of, and the keys of what they show.
     fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(Part, Key)>, Failure> {
         let key = self.planner.keys.output(output.node, output.output);
+        if let Some(mesh) = output.mesh.filter(|_| channel.is_none()) {
+            let mesh = match mesh {
+                ExportMesh::Plane => Key::of("plane", &[]),
+                ExportMesh::Atlas { node, output } => self.planner.keys.output(node, output),
+            };
+            return Ok(vec![(Part::Gltf, Key::of("gltf", &[key.as_bytes(), mesh.as_bytes()]))]);
+        }
         match output.ty.renders() {
             Some(Renders::Channels) => {}
             Some(Renders::Lines) => return Ok(vec![(Part::Lines, key)]),
@@ -186,7 +197,7 @@ impl<'r> Render<'r, '_> {
         }
         let wanted: Vec<_> = missing.iter().map(|p| (p.output.node, p.output.output)).collect();
         let values = self.run.values(&wanted)?;
-        Ok(missing.into_iter().zip(values).map(|(planned, value)| job(planned, &value)).collect())
+        missing.into_iter().zip(values).map(|(planned, value)| self.job(planned, &value)).collect()
     }
 
     fn write(&self, jobs: &[Job<'_>]) -> Result<(), Failure> {
@@ -200,7 +211,7 @@ impl<'r> Render<'r, '_> {
         for (_, field) in jobs.iter().flat_map(|job| &job.fields) {
             self.run.prepare(field, &grid).map_err(|stop| located(self.run, graph, stop))?;
         }
-        let mut writers = jobs.iter().map(|job| self.writer(job)).collect::<Result<Vec<_>, _>>()?;
+        let mut writers = jobs.iter().map(|job| self.sink(job)).collect::<Result<Vec<_>, _>>()?;
         if !jobs.is_empty() {
             self.bands(&jobs, &mut writers, &grid)?;
         }
@@ -208,8 +219,9 @@ impl<'r> Render<'r, '_> {
             self.write_lines(job, segments, &grid)?;
         }
         for (job, writer) in jobs.iter().zip(writers) {
-            let written = writer.finish().map_err(|e| Failure::File(e.to_string()))?;
-            self.warn_clipped(job, &written);
+            for written in writer.finish()? {
+                self.warn_clipped(job, &written);
+            }
             self.keep(job);
         }
         Ok(())
@@ -229,8 +241,14 @@ impl<'r> Render<'r, '_> {
         Err(Failure::Errors(vec![Diagnostic::new(Code::TooLarge, span, message).help(help)]))
     }
 
-    fn writer(&self, job: &Job<'_>) -> Result<Writer, Failure> {
+    fn sink(&self, job: &Job<'_>) -> Result<Sink, Failure> {
+        let failed = |e: WriteError| Failure::File(e.to_string());
+        let request = self.planner.request;
+        let compression = if request.best_compression { Compression::Best } else { Compression::Fast };
         let (planned, window) = (&job.planned, self.planner.window);
+        if let Some(export) = &job.export {
+            return self.glb(job, export, compression);
+        }
         let spec = PictureSpec {
             width: window.width,
             height: window.height,
@@ -238,14 +256,14 @@ impl<'r> Render<'r, '_> {
             format: planned.format,
             depth: planned.depth,
             encoding: Encoding {
-                dither: self.planner.request.dither,
+                dither: request.dither,
                 origin: (window.x.cast_unsigned(), window.y.cast_unsigned()),
                 ..encoding(planned, job)
             },
-            compression: if self.planner.request.best_compression { Compression::Best } else { Compression::Fast },
+            compression,
             metadata: planned.metadata.clone(),
         };
-        Writer::create(&planned.path, &spec).map_err(|e| Failure::File(e.to_string()))
+        Writer::create(&planned.path, &spec).map(|writer| Sink::Picture(Box::new(writer))).map_err(failed)
     }
 
     /// Writes segments as lines on a page of the canvas, or of the region that is asked for.
@@ -300,7 +318,7 @@ fn decode_channels(bytes: &[u8]) -> Option<Vec<(Channel, Key)>> {
     entries.iter().map(entry).collect::<Option<Vec<_>>>().filter(|_| rest.is_empty())
 }
 
-fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
+pub(super) fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
     let fields = match (value, &planned.part) {
         (Value::Material(material), Part::Channel(channel)) => {
             vec![(String::new(), material.or_default(*channel))]
@@ -310,7 +328,7 @@ fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
         }
         _ => value.field().map(|field| (String::new(), field)).into_iter().collect(),
     };
-    Job { planned, fields, lines: value.lines() }
+    Job { planned, fields, lines: value.lines(), export: None }
 }
 
 /// The names of a field's channels in a file; those of a material are `channel.R`.

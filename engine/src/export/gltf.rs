@@ -1,0 +1,275 @@
+//! Materials as glTF 2.0: which textures there are, and the document that names them.
+//!
+//! Roughness and metallic lie in one texture with the occlusion, as the format wants it. A channel that is the same
+//! everywhere becomes a factor. Extensions are named only where the material has their channels.
+use crate::picture::{Depth, Transfer};
+use crate::value::{Channel, Field, Halo, Material, Tile, Type};
+use serde_json::{Map, Value as Json, json};
+
+/// What a texture is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    BaseColor,
+    /// Occlusion, roughness and metallic.
+    Surface,
+    Normal,
+    Emission,
+    /// The coat and its roughness.
+    Coat,
+    CoatNormal,
+    Sheen,
+    Anisotropy,
+    Specular,
+}
+
+/// A texture of an exported material, which is written as a PNG.
+#[derive(Clone, Debug)]
+pub struct Texture {
+    pub(super) role: Role,
+    /// The fields whose channels it holds, one after another.
+    pub fields: Vec<Field>,
+    /// Its sample type.
+    pub depth: Depth,
+    /// The curve of its colours.
+    pub transfer: Transfer,
+}
+
+impl Texture {
+    /// How many channels it has.
+    pub fn channels(&self) -> usize {
+        self.fields.iter().map(Field::channels).sum()
+    }
+
+    /// Its name in the file.
+    pub const fn name(&self) -> &'static str {
+        match self.role {
+            Role::BaseColor => "base_color",
+            Role::Surface => "occlusion_roughness_metallic",
+            Role::Normal => "normal",
+            Role::Emission => "emission",
+            Role::Coat => "coat",
+            Role::CoatNormal => "coat_normal",
+            Role::Sheen => "sheen",
+            Role::Anisotropy => "anisotropy",
+            Role::Specular => "specular",
+        }
+    }
+}
+
+/// A material as glTF describes it.
+#[derive(Clone, Debug)]
+pub struct Exported {
+    material: Material,
+    /// Its textures, in the order in which they are stored.
+    pub textures: Vec<Texture>,
+}
+
+/// What of a material glTF has no word for, besides the height.
+const LOST: [Channel; 1] = [Channel::Subsurface];
+
+impl Exported {
+    /// The textures that a material needs.
+    pub fn new(material: Material) -> Self {
+        let mut exported = Self { material, textures: Vec::new() };
+        exported.plan();
+        exported
+    }
+
+    /// The channels that the file cannot express.
+    pub fn lost(&self) -> Vec<Channel> {
+        let varies = |channel: &Channel| self.material.get(*channel).is_some_and(|f| f.as_constant().is_none());
+        let lost = LOST.into_iter().filter(|channel| self.has(*channel));
+        lost.chain([Channel::Ior].into_iter().filter(varies)).collect()
+    }
+
+    fn has(&self, channel: Channel) -> bool {
+        self.material.get(channel).is_some()
+    }
+
+    /// Whether any of the channels differs from place to place.
+    fn varies(&self, channels: &[Channel]) -> bool {
+        channels.iter().any(|c| self.material.get(*c).is_some_and(|field| field.as_constant().is_none()))
+    }
+
+    /// The number that a channel has everywhere; its default if it is not given.
+    fn factor(&self, channel: Channel) -> Vec<f64> {
+        let field = self.material.or_default(channel);
+        let values = field.as_constant().unwrap_or(channel.default_values());
+        values.iter().map(|value| f64::from(*value)).collect()
+    }
+
+    fn plan(&mut self) {
+        let of = |channel: Channel| self.material.or_default(channel);
+        let gray = |value: f32| Field::constant(Type::Gray, &[value]);
+        let mut textures = Vec::new();
+        let mut add = |role, fields: Vec<Field>, depth, transfer| {
+            textures.push(Texture { role, fields, depth, transfer });
+        };
+        if self.varies(&[Channel::BaseColor, Channel::Opacity]) {
+            let opacity = self.has(Channel::Opacity).then(|| of(Channel::Opacity));
+            let fields = [of(Channel::BaseColor)].into_iter().chain(opacity).collect();
+            add(Role::BaseColor, fields, Depth::U8, Transfer::Srgb);
+        }
+        if self.varies(&[Channel::Ao, Channel::Roughness, Channel::Metallic]) {
+            let fields = [Channel::Ao, Channel::Roughness, Channel::Metallic].map(of).to_vec();
+            add(Role::Surface, fields, Depth::U8, Transfer::Raw);
+        }
+        if self.varies(&[Channel::Normal]) {
+            add(Role::Normal, vec![of(Channel::Normal)], Depth::U16, Transfer::Raw);
+        }
+        if self.varies(&[Channel::Emission]) {
+            add(Role::Emission, vec![of(Channel::Emission)], Depth::U8, Transfer::Srgb);
+        }
+        if self.varies(&[Channel::Coat, Channel::CoatRoughness]) {
+            let fields = vec![of(Channel::Coat), of(Channel::CoatRoughness), gray(0.0)];
+            add(Role::Coat, fields, Depth::U8, Transfer::Raw);
+        }
+        if self.varies(&[Channel::CoatNormal]) && self.has(Channel::Coat) {
+            add(Role::CoatNormal, vec![of(Channel::CoatNormal)], Depth::U16, Transfer::Raw);
+        }
+        if self.varies(&[Channel::Sheen]) {
+            let sheen = of(Channel::Sheen);
+            add(Role::Sheen, vec![sheen.clone(), sheen.clone(), sheen], Depth::U8, Transfer::Srgb);
+        }
+        if self.varies(&[Channel::Anisotropy, Channel::AnisotropyAngle]) {
+            let fields = vec![direction(&of(Channel::Anisotropy), &of(Channel::AnisotropyAngle))];
+            add(Role::Anisotropy, fields, Depth::U8, Transfer::Raw);
+        }
+        if self.varies(&[Channel::Specular]) {
+            let fields = vec![gray(1.0), gray(1.0), gray(1.0), of(Channel::Specular)];
+            add(Role::Specular, fields, Depth::U8, Transfer::Raw);
+        }
+        self.textures = textures;
+    }
+
+    /// The number of a texture.
+    fn index(&self, role: Role) -> Option<usize> {
+        self.textures.iter().position(|texture| texture.role == role)
+    }
+
+    /// The material in the words of the format. `transform` is what each use of a texture says besides its number.
+    pub(super) fn json(&self, name: &str, transform: Option<&Json>) -> Json {
+        let texture = |role: Role| {
+            self.index(role).map(|index| match transform {
+                Some(transform) => json!({ "index": index, "extensions": { "KHR_texture_transform": transform } }),
+                None => json!({ "index": index }),
+            })
+        };
+        let mut material = Map::new();
+        material.insert("name".into(), json!(name));
+        material.insert("pbrMetallicRoughness".into(), self.base(&texture));
+        if let Some(normal) = texture(Role::Normal) {
+            material.insert("normalTexture".into(), normal);
+        }
+        if let Some(surface) = texture(Role::Surface).filter(|_| self.varies(&[Channel::Ao])) {
+            material.insert("occlusionTexture".into(), surface);
+        }
+        if self.has(Channel::Emission) {
+            match texture(Role::Emission) {
+                Some(texture) => {
+                    material.insert("emissiveTexture".into(), texture);
+                    material.insert("emissiveFactor".into(), json!([1.0, 1.0, 1.0]));
+                }
+                None => {
+                    let limited: Vec<f64> = self.factor(Channel::Emission).iter().map(|v| v.clamp(0.0, 1.0)).collect();
+                    material.insert("emissiveFactor".into(), json!(limited));
+                }
+            }
+        }
+        if self.has(Channel::Opacity) {
+            material.insert("alphaMode".into(), json!("BLEND"));
+        }
+        let extensions = self.extensions(&texture);
+        if !extensions.is_empty() {
+            material.insert("extensions".into(), Json::Object(extensions));
+        }
+        Json::Object(material)
+    }
+
+    fn base(&self, texture: &impl Fn(Role) -> Option<Json>) -> Json {
+        let mut base = Map::new();
+        match texture(Role::BaseColor) {
+            Some(texture) => drop(base.insert("baseColorTexture".into(), texture)),
+            None => {
+                let color = self.factor(Channel::BaseColor).into_iter().chain(self.factor(Channel::Opacity));
+                let color: Vec<f64> = color.map(|v| v.clamp(0.0, 1.0)).collect();
+                base.insert("baseColorFactor".into(), json!(color));
+            }
+        }
+        match texture(Role::Surface) {
+            Some(texture) => {
+                base.insert("metallicRoughnessTexture".into(), texture);
+                // Without its channel the material is no metal; the format's default is one.
+                let metallic = if self.has(Channel::Metallic) { 1.0 } else { 0.0 };
+                base.insert("metallicFactor".into(), json!(metallic));
+            }
+            None => {
+                base.insert("metallicFactor".into(), json!(self.factor(Channel::Metallic)[0].clamp(0.0, 1.0)));
+                base.insert("roughnessFactor".into(), json!(self.factor(Channel::Roughness)[0].clamp(0.0, 1.0)));
+            }
+        }
+        Json::Object(base)
+    }
+
+    fn extensions(&self, texture: &impl Fn(Role) -> Option<Json>) -> Map<String, Json> {
+        let mut extensions = Map::new();
+        let unit = |channel| self.factor(channel)[0].clamp(0.0, 1.0);
+        if self.has(Channel::Coat) {
+            let mut coat = match texture(Role::Coat) {
+                Some(texture) => json!({
+                    "clearcoatFactor": 1.0, "clearcoatTexture": texture,
+                    "clearcoatRoughnessFactor": 1.0, "clearcoatRoughnessTexture": texture,
+                }),
+                None => json!({
+                    "clearcoatFactor": unit(Channel::Coat), "clearcoatRoughnessFactor": unit(Channel::CoatRoughness),
+                }),
+            };
+            if let Some(normal) = texture(Role::CoatNormal) {
+                coat["clearcoatNormalTexture"] = normal;
+            }
+            extensions.insert("KHR_materials_clearcoat".into(), coat);
+        }
+        if self.has(Channel::Sheen) {
+            let sheen = match texture(Role::Sheen) {
+                Some(texture) => json!({ "sheenColorFactor": [1.0, 1.0, 1.0], "sheenColorTexture": texture,
+                    "sheenRoughnessFactor": 0.5 }),
+                None => json!({ "sheenColorFactor": vec![unit(Channel::Sheen); 3], "sheenRoughnessFactor": 0.5 }),
+            };
+            extensions.insert("KHR_materials_sheen".into(), sheen);
+        }
+        if self.has(Channel::Anisotropy) {
+            // Angles turn the other way there: y is up.
+            let angle = -self.factor(Channel::AnisotropyAngle)[0].to_radians();
+            let anisotropy = match texture(Role::Anisotropy) {
+                Some(texture) => json!({ "anisotropyStrength": 1.0, "anisotropyTexture": texture }),
+                None => json!({ "anisotropyStrength": unit(Channel::Anisotropy), "anisotropyRotation": angle }),
+            };
+            extensions.insert("KHR_materials_anisotropy".into(), anisotropy);
+        }
+        if self.has(Channel::Ior) {
+            extensions.insert("KHR_materials_ior".into(), json!({ "ior": self.factor(Channel::Ior)[0].max(1.0) }));
+        }
+        if self.has(Channel::Specular) {
+            let specular = match texture(Role::Specular) {
+                Some(texture) => json!({ "specularFactor": 1.0, "specularTexture": texture }),
+                None => json!({ "specularFactor": unit(Channel::Specular) }),
+            };
+            extensions.insert("KHR_materials_specular".into(), specular);
+        }
+        extensions
+    }
+}
+
+/// The direction of anisotropy as the format stores it: ½ + ½ of its cosine and sine, y up, and the strength.
+fn direction(strength: &Field, angle: &Field) -> Field {
+    let inputs = [strength.clone(), angle.clone()];
+    Field::map(Type::Rgb, inputs, Halo::NONE, |out: &mut Tile, [strength, angle]: [&Tile; 2]| {
+        for (i, (strength, angle)) in strength.plane(0).iter().zip(angle.plane(0)).enumerate() {
+            let (sin, cos) = libm::sincosf(angle.to_radians());
+            for (plane, value) in out.planes_mut().into_iter().zip([0.5 + 0.5 * cos, 0.5 - 0.5 * sin, *strength]) {
+                plane[i] = value;
+            }
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,120 @@
+//! The meshes of exported files: vertices as programs take them, in metres, y up.
+use crate::value::Atlas;
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
+use std::collections::HashMap;
+
+/// A part of a mesh: some of its triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub(super) name: String,
+    /// Numbers of vertices, three for each triangle.
+    pub(super) indices: Vec<u32>,
+}
+
+/// A mesh with one normal, tangent and texture coordinate for each vertex.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shape {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) normals: Vec<Vec3>,
+    /// The direction in which textures run to the right, and 1, or -1 where they are mirrored.
+    pub(super) tangents: Vec<Vec4>,
+    /// v down.
+    pub(super) uvs: Vec<Vec2>,
+    pub(super) parts: Vec<Part>,
+    /// How many times a texture repeats from 0 to 1 of the coordinates; `None` if it covers them once and ends there.
+    pub(super) repeats: Option<DVec2>,
+}
+
+/// From mm, z up, to metres, y up.
+fn turned(v: DVec3) -> DVec3 {
+    DVec3::new(v.x, v.z, -v.y)
+}
+
+/// What two corners must agree in to be one vertex: bits of the place, the normal, the tangent and the coordinates.
+type Corner = [u32; 12];
+
+impl Shape {
+    /// A square of a metre that faces up, on which a canvas of `size_mm` shows in its real size.
+    pub fn plane(size_mm: DVec2) -> Self {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        Self {
+            positions: corners.iter().map(|(u, v)| Vec3::new(u - 0.5, 0.0, v - 0.5)).collect(),
+            normals: vec![Vec3::Y; 4],
+            tangents: vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 4],
+            uvs: corners.iter().map(|(u, v)| Vec2::new(*u, *v)).collect(),
+            parts: vec![Part { name: "plane".into(), indices: vec![0, 3, 2, 0, 2, 1] }],
+            repeats: Some(1000.0 / size_mm),
+        }
+    }
+
+    /// The mesh of an atlas. Corners become one vertex where place, normal, tangent and coordinates agree.
+    pub fn atlas(atlas: &Atlas) -> Self {
+        let mesh = &*atlas.mesh;
+        let mut shape = Self::default();
+        let mut known: HashMap<Corner, u32> = HashMap::new();
+        let tangents = tangents(atlas);
+        shape.parts = mesh.part_names.iter().map(|name| Part { name: name.clone(), indices: Vec::new() }).collect();
+        if shape.parts.is_empty() {
+            shape.parts.push(Part { name: "mesh".into(), indices: Vec::new() });
+        }
+        for (n, triangle) in mesh.triangles.iter().enumerate() {
+            let part = mesh.parts.get(n).map_or(0, |part| usize::from(*part)).min(shape.parts.len() - 1);
+            for k in 0..3 {
+                let vertex = triangle[k] as usize;
+                let normal = mesh.normals.get(n).map_or(atlas.smooth[vertex], |normals| normals[k]);
+                let normal = turned(normal.as_dvec3()).normalize_or(DVec3::Y).as_vec3();
+                let along = turned(tangents[&(triangle[k], atlas.charts[n])]);
+                let along = along.reject_from_normalized(normal.as_dvec3());
+                let along = along.try_normalize().unwrap_or_else(|| normal.as_dvec3().any_orthonormal_vector());
+                let hand = handedness(atlas, n);
+                let at = (turned(mesh.positions[vertex].as_dvec3()) * 1e-3).as_vec3();
+                let tangent = along.as_vec3().extend(hand);
+                let uv = atlas.uvs[n][k];
+                let index =
+                    *known.entry(corner(at, normal, tangent, uv)).or_insert_with(|| shape.add(at, normal, tangent, uv));
+                shape.parts[part].indices.push(index);
+            }
+        }
+        shape.parts.retain(|part| !part.indices.is_empty());
+        shape
+    }
+
+    fn add(&mut self, at: Vec3, normal: Vec3, tangent: Vec4, uv: Vec2) -> u32 {
+        let index = u32::try_from(self.positions.len()).unwrap_or(u32::MAX);
+        self.positions.push(at);
+        self.normals.push(normal);
+        self.tangents.push(tangent);
+        self.uvs.push(uv);
+        index
+    }
+}
+
+fn corner(at: Vec3, normal: Vec3, tangent: Vec4, uv: Vec2) -> Corner {
+    // Equal numbers, also 0 and -0, have equal bits.
+    let bits = |v: f32| (v + 0.0).to_bits();
+    let [x, y, z] = at.to_array().map(bits);
+    let [nx, ny, nz] = normal.to_array().map(bits);
+    let [tx, ty, tz, tw] = tangent.to_array().map(bits);
+    let [u, v] = uv.to_array().map(bits);
+    [x, y, z, nx, ny, nz, tx, ty, tz, tw, u, v]
+}
+
+/// For each vertex in each chart the direction in which u grows, in space: the sum over its triangles there.
+fn tangents(atlas: &Atlas) -> HashMap<(u32, u16), DVec3> {
+    let mut sums: HashMap<(u32, u16), DVec3> = HashMap::new();
+    for (n, triangle) in atlas.mesh.triangles.iter().enumerate() {
+        // Larger triangles count more.
+        let along = atlas.jacobians[n][0].as_dvec3().normalize_or_zero() * atlas.mesh.cross(n).length();
+        for vertex in triangle {
+            *sums.entry((*vertex, atlas.charts[n])).or_default() += along;
+        }
+    }
+    sums
+}
+
+/// 1 if a triangle lies in the atlas as it is seen from outside, -1 if it is mirrored there.
+fn handedness(atlas: &Atlas, triangle: usize) -> f32 {
+    let [a, b, c] = atlas.uvs[triangle].map(|uv| uv.as_dvec2());
+    // v points down, so triangles that are counter-clockwise in space are clockwise in these numbers.
+    if (b - a).perp_dot(c - a) <= 0.0 { 1.0 } else { -1.0 }
+}

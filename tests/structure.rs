@@ -191,6 +191,7 @@ fn rooms_of_the_kernel_use_only_rooms_before_them() {
         "pattern",
         "region",
         "scatter",
+        "mesh",
         "leather",
         "springs",
         "wood",

@@ -7,11 +7,12 @@
 //!
 //! Each folder is a room and uses only rooms that are named before it:
 //! [`ground`], [`noise`], [`filter`], [`pointwise`], [`surface`], [`strokes`], [`shape`], [`path`], [`pattern`], [`scatter`],
-//! [`leather`], [`springs`], [`wood`], [`synthesis`]. Of the engine they know `shibo_engine::value` alone.
+//! [`mesh`], [`leather`], [`springs`], [`wood`], [`synthesis`]. Of the engine they know `shibo_engine::value` alone.
 
 pub mod filter;
 pub mod ground;
 pub mod leather;
+pub mod mesh;
 pub mod noise;
 pub mod path;
 pub mod pattern;

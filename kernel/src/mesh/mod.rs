@@ -1,9 +1,16 @@
-//! Surfaces of triangles: walks over them, frames on them, and the maps by which synthesis reads across borders of charts.
+//! Meshes: what lies beside what on a surface, how it lies on the canvas, and what is read from both.
 //!
 //! Places are a triangle and a point of the atlas, which is the unit square, v down. Topology and walks are computed in
 //! double precision, and nothing depends on the order of a hash map.
 
+pub mod atlas;
+pub mod charts;
+pub mod frame;
+pub mod texels;
+pub mod topology;
+pub mod walk;
+
 #[cfg(test)]
 pub(crate) mod fixture;
-pub mod frame;
-pub mod walk;
+#[cfg(test)]
+pub(crate) mod samples;

@@ -1,0 +1,382 @@
+//! Which triangle each pixel of an atlas belongs to.
+//!
+//! A pixel belongs to the triangle that holds its centre; of several to the one with the lowest number. Edges count, with a
+//! tolerance of 1e-9 in barycentric coordinates. These are computed in `f64` from places on the canvas and never from the
+//! window, so a window has the same bits as the crop of a larger one.
+//!
+//! Cost: O(pixels + rows of triangles).
+use crate::ground::number::index_u32;
+use crate::ground::window::WindowExt;
+use glam::DVec2;
+use shibo_engine::value::{Atlas, Grid, Window};
+
+/// How far outside a triangle a centre may lie, in barycentric coordinates.
+const TOLERANCE: f64 = 1e-9;
+/// How many pixels beyond a chart's border belong to it as its gutter.
+pub const GUTTER: i32 = 2;
+
+/// The centres of the columns or rows of a window in the unit square.
+fn centers(origin: f64, step: f64, size: f64, first: i32, count: usize) -> Vec<f64> {
+    (first..).take(count).map(|i| (origin + (f64::from(i) + 0.5) * step) / size).collect()
+}
+
+/// The triangles that may hold pixels between two corners of the unit square, in rising order.
+pub fn near(atlas: &Atlas, low: DVec2, high: DVec2) -> Vec<u32> {
+    let (low, high) = (low - 1e-6, high + 1e-6);
+    let mut found = Vec::new();
+    if !(low.cmple(DVec2::ONE).all() && high.cmpge(DVec2::ZERO).all()) {
+        return found;
+    }
+    let last = f64::from(atlas.bins.side - 1);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the cells")]
+    let cell = |x: f64| (x * f64::from(atlas.bins.side)).clamp(0.0, last) as u32;
+    for row in cell(low.y)..=cell(high.y) {
+        for column in cell(low.x)..=cell(high.x) {
+            found.extend_from_slice(atlas.bins.cell(column, row));
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// A barycentric coordinate along a row: `slope · (u - from) + base`.
+#[derive(Clone, Copy)]
+struct Side {
+    slope: f64,
+    rise: f64,
+    from: DVec2,
+}
+
+/// The barycentric coordinates of a triangle of the unit square.
+pub(super) struct Barycentric([Side; 3]);
+
+impl Barycentric {
+    /// `None` for a triangle without area.
+    pub(super) fn new(corners: [DVec2; 3]) -> Option<Self> {
+        let det = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
+        let side = |k: usize| {
+            let (from, to) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            Side { slope: -(to - from).y / det, rise: (to - from).x / det, from }
+        };
+        (det != 0.0).then(|| Self([0, 1, 2].map(side)))
+    }
+
+    /// Whether a place counts as inside.
+    #[cfg(test)]
+    fn holds(&self, at: DVec2) -> bool {
+        self.0.iter().all(|side| side.slope * (at.x - side.from.x) + side.rise * (at.y - side.from.y) >= -TOLERANCE)
+    }
+
+    /// The columns of a row whose centres it holds, as a range within `first..last`.
+    ///
+    /// Each coordinate rises or falls along a row without exception, rounding included. So each leaves a run of columns,
+    /// whose ends are first estimated and then found exactly.
+    fn run(&self, us: &[f64], v: f64, (mut first, mut last): (usize, usize)) -> (usize, usize) {
+        let base = self.0.map(|side| side.rise * (v - side.from.y));
+        let column = Columns::of(us);
+        for (side, base) in self.0.iter().zip(base) {
+            if side.slope == 0.0 {
+                if base < -TOLERANCE {
+                    return (0, 0);
+                }
+                continue;
+            }
+            let end = column.at(side.from.x - (base + TOLERANCE) / side.slope);
+            if side.slope > 0.0 {
+                first = first.max(end.saturating_sub(1));
+            } else {
+                last = last.min(end + 2);
+            }
+        }
+        let inside =
+            |u: f64| self.0.iter().zip(base).all(|(side, base)| side.slope * (u - side.from.x) + base >= -TOLERANCE);
+        while first < last && !inside(us[first]) {
+            first += 1;
+        }
+        while first < last && !inside(us[last - 1]) {
+            last -= 1;
+        }
+        (first, last)
+    }
+}
+
+/// Evenly spaced centres.
+#[derive(Clone, Copy)]
+struct Columns {
+    first: f64,
+    scale: f64,
+    count: usize,
+}
+
+impl Columns {
+    fn of(centers: &[f64]) -> Self {
+        let (first, last) = (centers[0], centers[centers.len() - 1]);
+        let scale = if last > first { (centers.len() - 1) as f64 / (last - first) } else { 0.0 };
+        Self { first, scale, count: centers.len() }
+    }
+
+    /// The last column whose centre is not beyond `x`, give or take one; 0 if none is.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a float cast saturates, then a minimum"
+    )]
+    fn at(self, x: f64) -> usize {
+        (((x - self.first) * self.scale) as usize).min(self.count)
+    }
+}
+
+/// The triangle of each pixel of a window plus 1, or 0; rows from the top.
+pub fn owners(atlas: &Atlas, grid: &Grid, window: Window) -> Vec<u32> {
+    let mut out = vec![0; window.len()];
+    if window.is_empty() {
+        return out;
+    }
+    let size = atlas.size_mm;
+    let us = centers(grid.origin.x, grid.step.x, size.x, window.x, window.columns());
+    let vs = centers(grid.origin.y, grid.step.y, size.y, window.y, window.rows());
+    let (low, high) = (DVec2::new(us[0], vs[0]), DVec2::new(us[us.len() - 1], vs[vs.len() - 1]));
+    let (columns, rows) = (Columns::of(&us), Columns::of(&vs));
+    for n in near(atlas, low, high) {
+        let corners = atlas.uvs[n as usize].map(|uv| uv.as_dvec2());
+        let Some(barycentric) = Barycentric::new(corners) else { continue };
+        let least = corners[0].min(corners[1]).min(corners[2]);
+        let most = corners[0].max(corners[1]).max(corners[2]);
+        let span = |c: Columns, low: f64, high: f64| (c.at(low).saturating_sub(1), (c.at(high) + 2).min(c.count));
+        let (top, bottom) = span(rows, least.y, most.y);
+        let within = span(columns, least.x, most.x);
+        for (row, v) in (top..bottom).zip(&vs[top..bottom.max(top)]) {
+            let (first, last) = barycentric.run(&us, *v, within);
+            let start = row * us.len();
+            let free = out[start + first..start + last.max(first)].iter_mut();
+            free.for_each(|owner| *owner = if *owner == 0 { n + 1 } else { *owner });
+        }
+    }
+    out
+}
+
+/// The square of the distance of a place from a triangle that does not hold it.
+fn distance(corners: [DVec2; 3], at: DVec2) -> f64 {
+    let side = |k: usize| {
+        let (from, to) = (corners[k], corners[(k + 1) % 3]);
+        let along = (at - from).dot(to - from) / (to - from).length_squared();
+        // Ends that triangles share are equally far from both.
+        let near = if along > 0.0 && along < 1.0 {
+            from + (to - from) * along
+        } else if along >= 1.0 {
+            to
+        } else {
+            from
+        };
+        at.distance_squared(near)
+    };
+    side(0).min(side(1)).min(side(2))
+}
+
+/// The triangles of a window with their gutters, as the values of a field: the number of the triangle plus 1 within a
+/// chart, the same negative up to [`GUTTER`] pixels beyond its border, and 0 elsewhere.
+///
+/// A pixel of the gutter belongs to the nearest of the triangles that its eight neighbours belong to.
+pub fn fill(atlas: &Atlas, grid: &Grid, window: Window, out: &mut [f32]) {
+    let around = window.grow(GUTTER, GUTTER);
+    let mut ids = owners(atlas, grid, around);
+    if ids.iter().all(|id| *id == 0) {
+        out.fill(0.0);
+        return;
+    }
+    // Of pixels of the gutter the top bit is set.
+    for left in (0..GUTTER).rev() {
+        ids = grown(atlas, grid, &ids, window.grow(left, left));
+    }
+    #[expect(clippy::cast_precision_loss, reason = "there are fewer than 2²⁴ triangles")]
+    let value = |id: u32| if id & BEYOND == 0 { id as f32 } else { -((id & !BEYOND) as f32) };
+    out.iter_mut().zip(ids).for_each(|(out, id)| *out = value(id));
+}
+
+/// Marks a pixel of the gutter.
+const BEYOND: u32 = 1 << 31;
+
+/// One more round of gutter: the pixels of `window`, from a picture with one more pixel on each side.
+fn grown(atlas: &Atlas, grid: &Grid, ids: &[u32], window: Window) -> Vec<u32> {
+    let width = window.columns() + 2;
+    let mut out = Vec::with_capacity(window.len());
+    for (row, y) in (0..window.rows()).zip(window.y..) {
+        let rows: [&[u32]; 3] = std::array::from_fn(|k| &ids[(row + k) * width..(row + k + 1) * width]);
+        let start = out.len();
+        out.extend_from_slice(&rows[1][1..width - 1]);
+        for (column, x) in (0..window.columns()).zip(window.x..) {
+            if rows[1][column + 1] != 0 {
+                continue;
+            }
+            let three = |row: &[u32]| [row[column], row[column + 1], row[column + 2]];
+            let around = rows.map(three);
+            if around.as_flattened().iter().fold(0, |any, id| any | id) != 0 {
+                out[start + column] = BEYOND | nearest(atlas, grid.center(x, y), around.as_flattened());
+            }
+        }
+    }
+    out
+}
+
+/// The one of some triangles that is nearest to a place on the canvas, and of those the lowest.
+fn nearest(atlas: &Atlas, at: DVec2, ids: &[u32]) -> u32 {
+    let mut best = (f64::INFINITY, u32::MAX);
+    let mut last = 0;
+    for id in ids.iter().map(|id| id & !BEYOND).filter(|id| *id != 0) {
+        if id == last || id == best.1 {
+            continue;
+        }
+        last = id;
+        let corners = atlas.uvs[id as usize - 1].map(|uv| uv.as_dvec2() * atlas.size_mm);
+        let distance = distance(corners, at);
+        if distance < best.0 || (distance == best.0 && id < best.1) {
+            best = (distance, id);
+        }
+    }
+    best.1
+}
+
+/// The number of the triangle that a value of the field belongs to, in its chart or its gutter.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number below 2²⁴")]
+pub fn triangle(value: f32) -> Option<usize> {
+    (value != 0.0).then(|| value.abs() as usize - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::atlas::atlas;
+    use crate::mesh::samples;
+    use glam::{UVec2, Vec2};
+    use shibo_engine::value::Mesh;
+    use std::sync::Arc;
+
+    fn of(mesh: Mesh, size: DVec2) -> Atlas {
+        let uvs = mesh.uvs.clone();
+        atlas(Arc::new(mesh), &uvs, size).unwrap()
+    }
+
+    fn grid(size: DVec2, pixels: u32) -> Grid {
+        Grid { origin: DVec2::ZERO, step: size / f64::from(pixels), period: Some(UVec2::splat(pixels)) }
+    }
+
+    fn meshes() -> [Mesh; 5] {
+        [samples::cube(), samples::plane_one(), samples::plane_cut(), samples::plane_wild(), samples::sphere()]
+    }
+
+    fn values(atlas: &Atlas, grid: &Grid, window: Window) -> Vec<f32> {
+        let mut out = vec![f32::NAN; window.len()];
+        fill(atlas, grid, window, &mut out);
+        out
+    }
+
+    #[test]
+    fn owners_are_the_lowest_triangles_that_hold_centers() {
+        for mesh in meshes() {
+            for (size, pixels) in [(DVec2::splat(64.0), 64), (DVec2::new(80.0, 50.0), 97)] {
+                let (atlas, grid) = (of(mesh.clone(), size), grid(size, pixels));
+                let window = Window { x: -5, y: 3, width: pixels + 9, height: pixels };
+                let all: Vec<_> =
+                    atlas.uvs.iter().map(|uvs| Barycentric::new(uvs.map(Vec2::as_dvec2)).unwrap()).collect();
+                for (n, owner) in owners(&atlas, &grid, window).into_iter().enumerate() {
+                    let (x, y) = (n % window.columns(), n / window.columns());
+                    let at = grid.center(-5 + i32::try_from(x).unwrap(), 3 + i32::try_from(y).unwrap()) / size;
+                    let want = all.iter().position(|b| b.holds(at)).map_or(0, |n| index_u32(n) + 1);
+                    assert_eq!(owner, want, "{at}");
+                }
+            }
+        }
+    }
+
+    /// Also where one triangle's edges pass through centres of pixels.
+    #[test]
+    fn a_plane_without_gaps_is_covered() {
+        let size = DVec2::splat(64.0);
+        let atlas = of(samples::plane_one(), size);
+        for pixels in [16, 64, 128, 512] {
+            let grid = grid(size, pixels);
+            let owners = owners(&atlas, &grid, Window::full(UVec2::splat(pixels)));
+            let [low, high] = [Vec2::MAX, Vec2::MIN];
+            let low = atlas.uvs.iter().flatten().fold(low, |a, b| a.min(*b)).as_dvec2();
+            let high = atlas.uvs.iter().flatten().fold(high, |a, b| a.max(*b)).as_dvec2();
+            for (n, owner) in (0i32..).zip(owners) {
+                let side = pixels.cast_signed();
+                let at = grid.center(n % side, n / side) / size;
+                let inside = at.cmpge(low).all() && at.cmple(high).all();
+                assert_eq!(owner > 0, inside, "{at}");
+                if let Some(n) = (owner as usize).checked_sub(1) {
+                    let place = atlas.place(n, at);
+                    let share = (at - low) / (high - low);
+                    // The plane's y points up on the canvas or down; x to the right.
+                    assert!((place.x - 64.0 * share.x).abs() < 1e-4, "{place}");
+                    assert!((place.y - 64.0 * share.y).abs().min((place.y - 64.0 + 64.0 * share.y).abs()) < 1e-4);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn gutters_are_two_pixels_wide_and_belong_to_the_nearest() {
+        for mesh in meshes() {
+            let (size, pixels) = (DVec2::splat(64.0), 80);
+            let (atlas, grid) = (of(mesh, size), grid(size, pixels));
+            let window = Window { x: -4, y: -4, width: pixels + 8, height: pixels + 8 };
+            let (owned, values) = (owners(&atlas, &grid, window), values(&atlas, &grid, window));
+            let side = window.columns();
+            for (n, value) in values.iter().enumerate() {
+                if owned[n] > 0 {
+                    assert_eq!(*value, owned[n] as f32);
+                    continue;
+                }
+                let (x, y) = (n % side, n / side);
+                let around = |reach: usize| {
+                    let rows = y.saturating_sub(reach)..=(y + reach).min(side - 1);
+                    let columns = x.saturating_sub(reach)..=(x + reach).min(side - 1);
+                    rows.flat_map(move |y| columns.clone().map(move |x| y * side + x))
+                };
+                let near = around(2).any(|m| owned[m] > 0);
+                assert_eq!(*value < 0.0, near);
+                assert!(*value <= 0.0);
+                // In the first ring the nearest of those around.
+                let candidates: Vec<u32> = around(1).map(|m| owned[m]).filter(|id| *id > 0).collect();
+                if let Some(own) = triangle(*value).filter(|_| !candidates.is_empty()) {
+                    let at = grid.center(-4 + i32::try_from(x).unwrap(), -4 + i32::try_from(y).unwrap());
+                    let of = |n: usize| distance(atlas.uvs[n].map(|uv| uv.as_dvec2() * size), at);
+                    let least = candidates.iter().map(|id| of(*id as usize - 1)).fold(f64::INFINITY, f64::min);
+                    assert!(candidates.contains(&(index_u32(own) + 1)) && of(own) == least);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn windows_have_the_same_bits() {
+        for mesh in meshes() {
+            let (size, pixels) = (DVec2::new(64.0, 48.0), 100);
+            let (atlas, grid) = (of(mesh, size), grid(size, pixels));
+            let all = Window { x: -10, y: -10, width: 120, height: 120 };
+            let whole = values(&atlas, &grid, all);
+            for window in [(-10, 17, 1, 30), (30, 30, 40, 40), (55, -3, 17, 1), (99, 99, 8, 8)] {
+                let (x, y, width, height) = window;
+                let part = values(&atlas, &grid, Window { x, y, width, height });
+                for (row, line) in part.chunks(width as usize).enumerate() {
+                    let start = (y + 10) as usize * 120 + row * 120 + (x + 10) as usize;
+                    assert_eq!(line, &whole[start..start + width as usize], "{window:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn flat_triangles_hold_nothing() {
+        let mut mesh = samples::plane_one();
+        let count = mesh.triangles.len();
+        mesh.uvs[3] = [Vec2::new(0.5, 0.5), Vec2::new(0.75, 0.75), Vec2::new(0.25, 0.25)];
+        let atlas = of(mesh, DVec2::splat(64.0));
+        let owners = owners(&atlas, &grid(atlas.size_mm, 64), Window::full(UVec2::splat(64)));
+        assert!(owners.iter().all(|owner| *owner != 4 && *owner as usize <= count));
+        assert_eq!(triangle(0.0), None);
+        assert_eq!((triangle(4.0), triangle(-1.0)), (Some(3), Some(0)));
+    }
+}

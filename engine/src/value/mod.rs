@@ -19,6 +19,7 @@ mod exemplar;
 mod field;
 mod field_source;
 mod frames;
+mod indirection;
 mod key;
 mod lattice;
 mod link;
@@ -55,6 +56,7 @@ pub use exemplar::{Exemplar, ExemplarFrame, ExemplarLattice, ExemplarLevel, Neig
 pub use field::{Field, FieldId, Halo};
 pub use field_source::{Cost, FieldSource, Given, Pictures, Read};
 pub use frames::Frames;
+pub use indirection::{IndirectionLevel, IndirectionMap, Jump, Jump8, Parent};
 pub use key::Key;
 pub use lattice::{GridLinks, Lattice};
 pub use material::{Channel, ChannelSet, Material};
@@ -91,6 +93,7 @@ macro_rules! objects {
             Mesh         "#4b6f9e" "A surface of triangles in space.",
             Atlas        "#4b6f9e" "A mesh laid out on the canvas.",
             Frames       "#c2503e" "Directions on a mesh.",
+            IndirectionMap "#7a4fa3" "For the pixels of an atlas, which lie beside them on the surface.",
             Exemplar     "#7a4fa3" "A picture to synthesise from.",
             CoordMap     "#7a4fa3" "For each pixel of an output, a position in an exemplar.",
         }

@@ -7,6 +7,9 @@
 use super::number::index_u32;
 use shibo_engine::value::Window;
 
+/// The immediate neighbours counter-clockwise from +x, in eighths of a turn from +x towards +y.
+pub const OCTANTS: [[i32; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
+
 /// The sizes of a [`Window`] as the lengths that kernels count with.
 pub trait WindowExt {
     /// The window of `columns` × `rows` pixels whose first one is (`x`, `y`).

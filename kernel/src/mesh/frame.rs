@@ -4,7 +4,8 @@
 //! they are turned by the least rotation that takes that normal to the triangle's own, so that they lie in its plane and
 //! features keep their size at creases. Without a second direction, `b = t × n`: textures and atlases have y down, so
 //! b points down if t points to the right.
-use super::walk::{barycentric, corners, flatten, parameterisation};
+use super::atlas::jacobian as parameterisation;
+use super::walk::{barycentric, corners, flatten};
 use glam::{DMat3, DVec2, DVec3};
 use shibo_engine::value::{Atlas, Frames};
 

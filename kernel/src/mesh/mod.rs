@@ -6,6 +6,9 @@
 pub mod atlas;
 pub mod charts;
 pub mod frame;
+pub mod levels;
+pub mod raster;
+pub mod sites;
 pub mod texels;
 pub mod topology;
 pub mod walk;

@@ -2,6 +2,7 @@
 //!
 //! Within a chart a way is straight in the atlas. At a border it is carried to the chart beyond: the two triangles are
 //! unfolded at the edge that they share, and the way goes straight on. Cost: O(triangles crossed).
+use super::atlas::jacobian;
 use glam::{DMat2, DVec2, DVec3};
 use shibo_engine::value::Atlas;
 
@@ -42,14 +43,6 @@ pub fn barycentric([a, b, c]: [DVec2; 3], uv: DVec2) -> [f64; 3] {
     let d = uv - a;
     let (v, w) = (d.perp_dot(f) * scale, e.perp_dot(d) * scale);
     [1.0 - v - w, v, w]
-}
-
-/// How the place on the surface changes per unit of u, and of v, in mm: the Jacobian of the parameterisation (C19).
-pub fn parameterisation([p, q, r]: [DVec3; 3], [a, b, c]: [DVec2; 3]) -> [DVec3; 2] {
-    let (e, f) = (b - a, c - a);
-    let scale = 1.0 / e.perp_dot(f);
-    let (along, down) = (q - p, r - p);
-    [(along * f.y - down * e.y) * scale, (down * e.x - along * f.x) * scale]
 }
 
 /// The vector of the atlas that leads to `v` on the surface; of a vector across the plane, to its projection.
@@ -140,7 +133,7 @@ pub fn carry(atlas: &Atlas, from: (usize, usize), to: (usize, usize)) -> Option<
     let out = -across(here[k] - here[(k + 1) % 3]);
     let into = across(there[to.1] - there[(to.1 + 1) % 3]);
     let [before, after] =
-        [from, to].map(|(triangle, _)| parameterisation(atlas.mesh.corners(triangle), corners(atlas, triangle)));
+        [from, to].map(|(triangle, _)| jacobian(atlas.mesh.corners(triangle), corners(atlas, triangle)));
     let column = |axis: DVec3| flatten(after, along * axis.dot(along) + into * axis.dot(out));
     let carry = DMat2::from_cols(column(before[0]), column(before[1]));
     carry.is_finite().then_some(carry)
@@ -180,15 +173,14 @@ mod tests {
                 let hash = Hash::new(n);
                 let from = spot(&atlas, (hash.u64(9) % 512) as usize, hash);
                 let wish = DVec3::new(hash.unit(5) - 0.5, hash.unit(6) - 0.5, 0.0) * 40.0;
-                let jf = parameterisation(atlas.mesh.corners(from.triangle), corners(&atlas, from.triangle));
+                let jf = jacobian(atlas.mesh.corners(from.triangle), corners(&atlas, from.triangle));
                 let to = point(&atlas, from) + wish;
                 let inside = to.x.min(to.y) > 1e-6 && to.x.max(to.y) < 64.0 - 1e-6;
                 let way = walk_turning(&atlas, from, flatten(jf, wish));
                 assert_eq!(way.is_some(), inside, "{name} {n}: {to}");
                 let Some((way, turn)) = way else { continue };
                 assert!(point(&atlas, way.spot).distance(to) < near, "{name} {n}: {to} {way:?}");
-                let beyond =
-                    parameterisation(atlas.mesh.corners(way.spot.triangle), corners(&atlas, way.spot.triangle));
+                let beyond = jacobian(atlas.mesh.corners(way.spot.triangle), corners(&atlas, way.spot.triangle));
                 let carried = turn * flatten(jf, wish);
                 assert!((beyond[0] * carried.x + beyond[1] * carried.y).distance(wish) < near, "{name} {n}");
                 arrived += 1;
@@ -205,14 +197,14 @@ mod tests {
             for n in 0..2000u64 {
                 let hash = Hash::new(n);
                 let from = spot(&atlas, (hash.u64(9) % atlas.uvs.len() as u64) as usize, hash);
-                let jf = parameterisation(atlas.mesh.corners(from.triangle), corners(&atlas, from.triangle));
+                let jf = jacobian(atlas.mesh.corners(from.triangle), corners(&atlas, from.triangle));
                 let normal = jf[0].cross(jf[1]).normalize();
                 let wish = DVec3::new(hash.unit(5) - 0.5, hash.unit(6) - 0.5, hash.unit(7) - 0.5) * 30.0;
                 let wish = wish - normal * wish.dot(normal);
                 let d = flatten(jf, wish);
                 let (way, turn) = walk_turning(&atlas, from, d).expect("no end");
                 let at = way.spot.triangle;
-                let beyond = parameterisation(atlas.mesh.corners(at), corners(&atlas, at));
+                let beyond = jacobian(atlas.mesh.corners(at), corners(&atlas, at));
                 // Across inner edges the atlas' own distortion counts; the cube's faces are flat.
                 if atlas.uvs.len() == 12 {
                     let carried = turn * d;
@@ -230,7 +222,7 @@ mod tests {
         let mesh = crate::mesh::fixture::strip();
         let mut uvs = vec![[glam::Vec2::ZERO; 3]; 4];
         uvs[0] = [glam::Vec2::ZERO, glam::Vec2::new(0.5, 0.0), glam::Vec2::new(0.5, 0.5)];
-        let atlas = atlas(mesh, uvs);
+        let atlas = atlas(mesh, &uvs);
         let from = Spot { triangle: 0, uv: DVec2::new(0.4, 0.2) };
         assert_eq!(walk(&atlas, from, DVec2::new(0.3, 0.0)), None);
         assert!(walk(&atlas, from, DVec2::new(0.05, 0.0)).is_some());

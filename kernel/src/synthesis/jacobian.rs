@@ -6,8 +6,7 @@ pub type Jacobian = [f32; 4];
 /// `J = 1`.
 pub const IDENTITY: Jacobian = [1.0, 0.0, 0.0, 1.0];
 
-/// The immediate neighbours counter-clockwise from +x, in eighths of a turn from +x towards +y.
-pub const OCTANTS: [[i32; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
+pub use crate::ground::window::OCTANTS;
 
 /// `J v`.
 #[inline(always)]

@@ -9,6 +9,7 @@ mod candidate_sets;
 mod correct_coords;
 mod detect_lattice;
 mod exemplar;
+mod indirection_map;
 mod inputs;
 mod jacobian_from_angle_scale;
 mod jacobian_from_vectors;
@@ -29,6 +30,7 @@ pub use candidate_sets::CandidateSets;
 pub use correct_coords::CorrectCoords;
 pub use detect_lattice::DetectLattice;
 pub use exemplar::Exemplar;
+pub use indirection_map::IndirectionMap;
 pub use jacobian_from_angle_scale::JacobianFromAngleScale;
 pub use jacobian_from_vectors::JacobianFromVectors;
 pub use jacobian_from_warp::JacobianFromWarp;
@@ -63,6 +65,7 @@ pub fn family() -> Family {
             Kind::of::<Synthesize>(),
             Kind::of::<SampleExemplar>(),
             Kind::of::<MagnifyCoords>(),
+            Kind::of::<IndirectionMap>(),
         ],
     }
 }

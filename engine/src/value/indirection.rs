@@ -1,0 +1,213 @@
+//! Indirection: which pixel of an atlas lies beside another one on the surface.
+use super::{Number, Object, Pixels, Sketch, Type};
+use serde::{Deserialize, Serialize};
+
+/// A pixel that stands for a place on the surface, and where that place lies seen from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Jump {
+    /// The number of the pixel, by rows; [`NONE`](Self::NONE) says where there is none.
+    pub to: u32,
+    /// Where the place lies from the pixel's centre, in 1/4096 of its pixels.
+    pub residue: [i16; 2],
+}
+
+/// A pixel's neighbours in the order of `OCTANTS`: +x, then in eighths of a turn towards +y.
+pub type Jump8 = [Jump; 8];
+
+impl Jump {
+    /// No pixel: the surface ends there.
+    pub const NONE: Self = Self { to: u32::MAX, residue: [0; 2] };
+
+    /// How many steps of a residue make a pixel.
+    pub const STEPS: f32 = 4096.0;
+
+    /// Whether there is a pixel.
+    pub const fn is_some(self) -> bool {
+        self.to != u32::MAX
+    }
+
+    /// The residue in pixels.
+    #[inline(always)]
+    pub fn offset(self) -> [f32; 2] {
+        self.residue.map(|v| f32::from(v) / Self::STEPS)
+    }
+}
+
+/// What the coordinates of a pixel start from, if that is not simply the pixel around it of the next coarser level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Parent {
+    /// The pixel.
+    pub pixel: u32,
+    /// Where its parent lies, or, if `still`, where it lies itself, at the coarser level.
+    pub jump: Jump,
+    /// Whether `jump` tells where the pixel itself lies.
+    pub still: bool,
+}
+
+/// A level of an [`IndirectionMap`]: the pixels of an atlas at one spacing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct IndirectionLevel {
+    /// Spacing in finest pixels.
+    pub h: u32,
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// For each pixel the number of the triangle at its centre, plus one; 0 if there is none. [`BORDER`](Self::BORDER) is
+    /// set for pixels that have an entry in `jumps`.
+    pub owner: Vec<u32>,
+    /// The pixels near borders of charts, in rising order.
+    pub border: Vec<u32>,
+    /// For each of them its neighbours.
+    pub jumps: Vec<Jump8>,
+    /// For each row how many border pixels lie before it; one more entry counts all.
+    pub rows: Vec<u32>,
+    /// The pixels whose parent is not the pixel around them, in rising order.
+    pub parents: Vec<Parent>,
+    /// Pixels without an owner that are near one, and what is found there.
+    pub ring: Vec<(u32, Jump)>,
+}
+
+impl IndirectionLevel {
+    /// The bit in `owner` of pixels near borders.
+    pub const BORDER: u32 = 1 << 31;
+
+    /// The triangle at a pixel's centre.
+    #[inline(always)]
+    pub fn triangle(&self, pixel: usize) -> Option<usize> {
+        (self.owner[pixel] & !Self::BORDER).checked_sub(1).map(|triangle| triangle as usize)
+    }
+
+    /// A pixel's neighbours, if it is near a border.
+    pub fn jumps(&self, pixel: usize) -> Option<&Jump8> {
+        if self.owner[pixel] & Self::BORDER == 0 {
+            return None;
+        }
+        let row = pixel / self.size[0] as usize;
+        let (first, last) = (self.rows[row] as usize, self.rows[row + 1] as usize);
+        let at = self.border[first..last].binary_search(&u32::try_from(pixel).ok()?).ok()?;
+        Some(&self.jumps[first + at])
+    }
+
+    /// How many pixels have an owner.
+    pub fn owned(&self) -> usize {
+        self.owner.iter().filter(|owner| **owner != 0).count()
+    }
+
+    /// The memory it takes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>()
+            + size_of_val(&*self.owner)
+            + size_of_val(&*self.border)
+            + size_of_val(&*self.jumps)
+            + size_of_val(&*self.rows)
+            + size_of_val(&*self.parents)
+            + size_of_val(&*self.ring)
+    }
+}
+
+/// For the pixels of an atlas, level by level, which pixels lie beside them on the surface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct IndirectionMap {
+    /// Columns and rows of the finest level.
+    pub size: [u32; 2],
+    /// The levels from the finest; the spacing of each is twice that of the one before.
+    pub levels: Vec<IndirectionLevel>,
+}
+
+#[derive(Serialize)]
+struct JumpData {
+    at: [u32; 2],
+    to: [u32; 2],
+    residue: [Number; 2],
+}
+
+#[derive(Serialize)]
+struct LevelData {
+    h: u32,
+    size: [u32; 2],
+    owned: usize,
+    /// What is found at pixels of no chart beside one.
+    jumps: Vec<JumpData>,
+}
+
+#[derive(Serialize)]
+struct IndirectionData {
+    levels: Vec<LevelData>,
+}
+
+impl Object for IndirectionMap {
+    fn bytes(&self) -> usize {
+        size_of::<Self>() + self.levels.iter().map(IndirectionLevel::bytes).sum::<usize>()
+    }
+
+    fn data(&self) -> impl Serialize {
+        let level = |level: &IndirectionLevel| {
+            let place = |pixel: u32| [pixel % level.size[0], pixel / level.size[0]];
+            let found = level.ring.iter().filter(|(_, jump)| jump.is_some());
+            let data = |(at, jump): &(u32, Jump)| JumpData {
+                at: place(*at),
+                to: place(jump.to),
+                residue: jump.offset().map(Number),
+            };
+            LevelData { h: level.h, size: level.size, owned: level.owned(), jumps: found.map(data).collect() }
+        };
+        IndirectionData { levels: self.levels.iter().map(level).collect() }
+    }
+
+    /// The finest level: grey where a chart is, light near its border, and in the ring around it where one arrives.
+    fn sketch(&self) -> Option<Sketch> {
+        let level = self.levels.first()?;
+        let [w, h] = level.size.map(|n| n as usize);
+        let mut planes = vec![0.0f32; 3 * w * h];
+        for (pixel, owner) in level.owner.iter().enumerate() {
+            let value = if *owner == 0 {
+                0.0
+            } else {
+                0.35 + 0.25 * f32::from(u8::from(owner & IndirectionLevel::BORDER != 0))
+            };
+            (0..3).for_each(|c| planes[c * w * h + pixel] = value);
+        }
+        for (at, jump) in level.ring.iter().filter(|(_, jump)| jump.is_some()) {
+            let to = jump.to as usize;
+            planes[*at as usize] = (to % w) as f32 / w as f32;
+            planes[w * h + *at as usize] = (to / w) as f32 / h as f32;
+        }
+        Pixels::new(Type::Rgb, [w, h], planes).map(Sketch::Pixels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn border_pixels_are_found_by_their_row() {
+        let jump = |to: u32| [Jump { to, residue: [2048, -4096] }; 8];
+        let level = IndirectionLevel {
+            h: 1,
+            size: [3, 2],
+            owner: vec![
+                0,
+                5 | IndirectionLevel::BORDER,
+                5,
+                1 | IndirectionLevel::BORDER,
+                0,
+                7 | IndirectionLevel::BORDER,
+            ],
+            border: vec![1, 3, 5],
+            jumps: [10, 11, 12].map(jump).to_vec(),
+            rows: vec![0, 1, 3],
+            ring: vec![(4, Jump { to: 2, residue: [0; 2] }), (0, Jump::NONE)],
+            ..IndirectionLevel::default()
+        };
+        assert_eq!([0, 1, 2].map(|p| level.triangle(p)), [None, Some(4), Some(4)]);
+        assert_eq!([1, 2, 3, 5].map(|p| level.jumps(p).map(|j| j[0].to)), [Some(10), None, Some(11), Some(12)]);
+        assert_eq!((level.owned(), jump(0)[0].offset()), (4, [0.5, -1.0]));
+        let map = IndirectionMap { size: [3, 2], levels: vec![level] };
+        let data = serde_json::to_value(map.data()).expect("JSON");
+        assert_eq!(
+            data["levels"][0]["jumps"],
+            serde_json::json!([{ "at": [1, 1], "to": [2, 0], "residue": [0.0, 0.0] }])
+        );
+        assert!(map.sketch().is_some());
+    }
+}

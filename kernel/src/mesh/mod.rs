@@ -5,10 +5,15 @@
 
 pub mod atlas;
 pub mod charts;
+pub mod comb;
+pub mod connection;
+pub mod field;
 pub mod frame;
 pub mod levels;
 pub mod raster;
 pub mod sites;
+pub mod solver;
+pub mod strokes;
 pub mod texels;
 pub mod topology;
 pub mod walk;

@@ -9,6 +9,7 @@ pub mod generators;
 pub mod image;
 pub mod leather;
 pub mod material;
+pub mod mesh;
 pub mod paths;
 pub mod patterns;
 pub mod regions;
@@ -56,6 +57,7 @@ pub fn families() -> Vec<Family> {
         space::family(),
         surface::family(),
         synthesis::family(),
+        mesh::family(),
         material::family(),
     ]
 }

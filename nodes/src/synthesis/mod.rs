@@ -12,6 +12,7 @@ mod exemplar;
 mod indirection_map;
 mod inputs;
 mod jacobian_from_angle_scale;
+mod jacobian_from_mesh;
 mod jacobian_from_vectors;
 mod jacobian_from_warp;
 mod jacobian_multiply;
@@ -32,6 +33,7 @@ pub use detect_lattice::DetectLattice;
 pub use exemplar::Exemplar;
 pub use indirection_map::IndirectionMap;
 pub use jacobian_from_angle_scale::JacobianFromAngleScale;
+pub use jacobian_from_mesh::JacobianFromMesh;
 pub use jacobian_from_vectors::JacobianFromVectors;
 pub use jacobian_from_warp::JacobianFromWarp;
 pub use jacobian_multiply::JacobianMultiply;
@@ -57,6 +59,7 @@ pub fn family() -> Family {
             Kind::of::<JacobianFromAngleScale>(),
             Kind::of::<JacobianFromVectors>(),
             Kind::of::<JacobianFromWarp>(),
+            Kind::of::<JacobianFromMesh>(),
             Kind::of::<JacobianMultiply>(),
             Kind::of::<StartCoords>(),
             Kind::of::<UpsampleCoords>(),

@@ -1,0 +1,211 @@
+//! [`TangentField`]: directions on a surface.
+//!
+//! Source: JP5149288B2 III, claim 11 (rows C20, C21): t and b at every point, drawn by the user or found automatically, or
+//! only one of them. Method: the smoothest field that keeps to wishes, after F. Knöppel et al., *Globally optimal direction
+//! fields* (2013), by conjugate gradients. Cost: O(vertices · rounds).
+use crate::csv_points;
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs};
+use shibo_engine::value::{Curve, Mesh, Stop, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::mesh::field::{Fault, FieldSpec, Principal, Wish, tangent_field};
+
+/// Three numbers.
+type Triple = (f64, f64, f64);
+
+/// Where directions come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum FieldFrom {
+    /// From `direction`, laid onto the surface; where it leads out of the surface, from around.
+    Direction,
+    /// Round the axis that has `direction` and passes through `axis`.
+    Around,
+    /// From strokes; between them the surface is followed as smoothly as possible.
+    Strokes,
+    /// From how the surface bends: where it does so most, or least. It has no ends, so `symmetry` is at least 2.
+    Curvature(Principal),
+    /// As smooth as possible, and otherwise at random.
+    Smooth,
+}
+
+/// Directions on a mesh along which features lie: drawn, round an axis, or found.
+///
+/// The exemplar's x axis follows them, and its y axis lies at a right angle, so that nothing is mirrored. On a closed shape
+/// other than a ring every field has points without a direction, like the crown of a head; `shibo dump` lists them as
+/// `singular`. Strokes move them to where they do not disturb.
+///
+/// Elsewhere: Houdini *Attribute Paint* with *Comb*, *Surface Tangent Field*; Blender hair combing; nothing in Substance.
+///
+/// ```ron
+/// "ring": MeshShape(shape: Torus),
+/// "atlas": MeshAtlas(mesh: "ring"),
+/// "example": TangentField(mesh: "ring", from: Around, turn: 30),
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct TangentField {
+    /// The mesh.
+    pub mesh: In<Mesh>,
+    /// Further strokes.
+    pub lines: Vec<In<Curve>>,
+    /// Where directions come from. By default from strokes if there are any, else from `direction`.
+    pub from: Option<FieldFrom>,
+    /// A direction in space, z up; for `Around` that of the axis.
+    #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
+    pub direction: Triple,
+    /// A point of the axis.
+    #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
+    pub axis: Triple,
+    /// Lines on the surface, each of at least two points. At most 10000 points.
+    #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
+    pub strokes: Vec<Vec<Triple>>,
+    /// A CSV file of one more stroke, one `x,y,z` in mm a line, no header.
+    pub file: Option<FilePath>,
+    /// Over which length directions are smoothed. 0 chooses: strokes reach everywhere, and what else is wished for is
+    /// smoothed over two edges of the mesh. With strokes, `direction` takes over beyond that length.
+    #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    pub smooth: f64,
+    /// How many directions are equally good at a point, evenly spaced round it: 1, 2 or 4. Synthesis needs 1.
+    #[schemars(range(min = 1, max = 4))]
+    pub symmetry: u8,
+    /// By how much all directions are turned in the surface, clockwise seen from outside.
+    #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    pub turn: f64,
+    /// How large features are.
+    #[schemars(range(min = 0.015625, max = 64))]
+    pub length: f64,
+    /// Another number gives another field of `Smooth`.
+    pub seed: u64,
+}
+
+impl Default for TangentField {
+    fn default() -> Self {
+        Self {
+            mesh: In::default(),
+            lines: Vec::new(),
+            from: None,
+            direction: (0.0, 0.0, 1.0),
+            axis: (0.0, 0.0, 0.0),
+            strokes: Vec::new(),
+            file: None,
+            smooth: 0.0,
+            symmetry: 1,
+            turn: 0.0,
+            length: 1.0,
+            seed: 0,
+        }
+    }
+}
+
+/// The most points of all strokes.
+const MOST: usize = 10_000;
+
+fn vector((x, y, z): Triple) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+impl TangentField {
+    fn drawn(&self) -> bool {
+        !self.strokes.is_empty() || self.file.is_some() || !self.lines.is_empty()
+    }
+
+    fn source(&self) -> FieldFrom {
+        self.from.unwrap_or(if self.drawn() { FieldFrom::Strokes } else { FieldFrom::Direction })
+    }
+
+    fn wish(&self, cx: &Context<'_>) -> Result<Wish, Stop> {
+        let direction = vector(self.direction);
+        Ok(match self.source() {
+            FieldFrom::Direction => Wish::Direction(direction),
+            FieldFrom::Around => Wish::Around(direction, vector(self.axis)),
+            FieldFrom::Curvature(which) => Wish::Curvature(which),
+            FieldFrom::Smooth => Wish::Smooth(Hash::new(cx.seed(self.seed))),
+            FieldFrom::Strokes => {
+                let written = self.strokes.iter().map(|stroke| stroke.iter().copied().map(vector).collect());
+                let mut strokes: Vec<Vec<DVec3>> = written.collect();
+                if let Some(path) = cx.file("file") {
+                    let points = csv_points::read(path, ("file", "x,y,z"), MOST)?;
+                    strokes.push(points.into_iter().map(DVec3::from_array).collect());
+                }
+                for line in cx.get_all(&self.lines)? {
+                    strokes.push(line.points.clone());
+                }
+                if strokes.iter().map(Vec::len).sum::<usize>() > MOST {
+                    let message = format!("the strokes have more than {MOST} points");
+                    return Err(Problem::new(Code::TooLarge, message).at("strokes").into());
+                }
+                Wish::Strokes(strokes, direction)
+            }
+        })
+    }
+
+    /// The error about a stroke that lies beside the surface.
+    fn far(&self, stroke: usize, point: usize, far: f64, most: f64) -> Problem {
+        let place = match self.strokes.len() {
+            n if stroke < n => "strokes",
+            n if stroke == n && self.file.is_some() => "file",
+            _ => "lines",
+        };
+        let message = format!(
+            "point {point} of stroke {stroke} lies `{far:.1}` mm off the surface; up to {most:.1} mm are allowed"
+        );
+        Problem::new(Code::BadValue, message).at(place).help("give points in mm in the mesh's coordinates, z up")
+    }
+}
+
+impl Node for TangentField {
+    const FACTS: &'static [Fact] = &[Fact::Seed];
+    const OUTPUTS: &'static [Output] = &[Output::new("frames", Type::Frames, "The directions.")];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        if self.symmetry == 3 {
+            problems.push(Problem::new(Code::BadValue, "symmetry is `3`; it must be 1, 2 or 4").at("symmetry"));
+        }
+        if matches!(self.source(), FieldFrom::Direction | FieldFrom::Around) && vector(self.direction).length() < 1e-9 {
+            let message = "direction is zero; it must point somewhere";
+            problems.push(Problem::new(Code::BadValue, message).at("direction"));
+        }
+        if let Some(short) = self.strokes.iter().position(|stroke| stroke.len() < 2) {
+            let message = format!("stroke {short} has fewer than two points");
+            problems.push(Problem::new(Code::BadValue, message).at("strokes"));
+        }
+        if self.strokes.iter().map(Vec::len).sum::<usize>() > MOST {
+            let message = format!("the strokes have more than {MOST} points");
+            problems.push(Problem::new(Code::TooLarge, message).at("strokes"));
+        }
+        if self.from == Some(FieldFrom::Strokes) && !self.drawn() {
+            let message = "there are no strokes; `from: Strokes` needs `strokes`, `file` or `lines`";
+            problems.push(Problem::new(Code::MissingInput, message).at("from"));
+        }
+        problems
+    }
+
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        self.file.iter().map(|file| ("file", file)).collect()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let mesh = cx.get(&self.mesh)?;
+        let spec = FieldSpec {
+            wish: self.wish(cx)?,
+            smooth: self.smooth,
+            symmetry: self.symmetry,
+            turn: self.turn.to_radians(),
+            length: self.length,
+        };
+        let frames = match tangent_field(&mesh, &spec, &|| cx.check().is_err()) {
+            Ok(frames) => frames,
+            Err(Fault::Far(stroke, point, far, most)) => return Err(self.far(stroke, point, far, most).into()),
+            Err(Fault::Stopped) => {
+                cx.check()?;
+                return Err(Problem::new(Code::BadValue, "the field was not finished").into());
+            }
+        };
+        cx.check()?;
+        Ok(Outputs::one(frames))
+    }
+}

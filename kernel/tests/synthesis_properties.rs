@@ -14,7 +14,7 @@ use shibo_kernel::synthesis::lattice::detect;
 use shibo_kernel::synthesis::magnify::places;
 use shibo_kernel::synthesis::region::Output;
 use shibo_kernel::synthesis::texels::{Fetch, Texels};
-use shibo_kernel::synthesis::{Lookup, Plane};
+use shibo_kernel::synthesis::{Lookup, Neighbours, Plane};
 use std::sync::atomic::{AtomicI32, Ordering};
 use synthesis::{Plain, analysed, lumps, plane, settings};
 
@@ -172,6 +172,8 @@ impl Lookup for Watched {
         self.plane.index(x, y)
     }
 }
+
+impl Neighbours for Watched {}
 
 #[test]
 fn only_the_eight_immediate_neighbours_are_read() {

@@ -8,7 +8,7 @@ pub(super) const fn is_data(ty: Type) -> bool {
 }
 
 /// The version of the encoding; it must change when the fields of any object do.
-const FORM: u8 = 3;
+const FORM: u8 = 4;
 
 macro_rules! codec {
     ($($name:ident $color:literal $doc:literal,)*) => {

@@ -1,5 +1,6 @@
 //! The coordinates that synthesis finds in exemplars.
-use super::{ExemplarFrame, Number, Object, Pixels, Sketch, Tiling, Type};
+use super::surface::SeamData;
+use super::{ExemplarFrame, Number, Object, Pixels, Sketch, Surface, Tiling, Type};
 use glam::{DVec2, IVec2, UVec2};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -25,6 +26,8 @@ pub struct CoordMap {
     pub coherence: f32,
     /// The share of the exemplar that is shown, counting even use; 0 if it was not counted.
     pub coverage: f32,
+    /// The surface that it lies on, if it is not the plane: then coordinates mean nothing beyond its charts.
+    pub surface: Option<Arc<Surface>>,
 }
 
 /// Positions in an exemplar, by rows.
@@ -37,12 +40,16 @@ struct CoordMapData {
     /// Shares, after a whole synthesis.
     coherence: Number,
     coverage: Number,
-    coords: Vec<[Number; 2]>,
+    /// How borders of charts compare with the inside, on a surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seam: Option<SeamData>,
+    /// Nothing where no chart is.
+    coords: Vec<Option<[Number; 2]>>,
 }
 
 impl Object for CoordMap {
     fn bytes(&self) -> usize {
-        size_of::<Self>() + 8 * self.coords.len()
+        size_of::<Self>() + 8 * self.coords.len() + self.surface.as_ref().map_or(0, |surface| surface.bytes())
     }
 
     fn data(&self) -> impl Serialize {
@@ -52,7 +59,8 @@ impl Object for CoordMap {
             spacing: self.spacing,
             coherence: Number(self.coherence),
             coverage: Number(self.coverage),
-            coords: self.coords.iter().map(|c| c.map(Number)).collect(),
+            seam: self.surface.as_ref().and_then(|surface| surface.seam).map(SeamData::from),
+            coords: self.coords.iter().map(|c| (!c[0].is_nan()).then(|| c.map(Number))).collect(),
         }
     }
 
@@ -63,7 +71,8 @@ impl Object for CoordMap {
         let frame = self.exemplar.map(|frame| frame.size.as_vec2().to_array());
         let most = |axis: usize| finite().map(|c| c[axis].abs()).fold(1.0, f32::max);
         let size = frame.unwrap_or_else(|| [most(0), most(1)]);
-        let plane = |axis: usize| self.coords.iter().map(move |c| (c[axis] / size[axis].max(1.0)).rem_euclid(1.0));
+        let shown = |v: f32| if v.is_nan() { 0.0 } else { v.rem_euclid(1.0) };
+        let plane = |axis: usize| self.coords.iter().map(move |c| shown(c[axis] / size[axis].max(1.0)));
         let blue = std::iter::repeat_n(0.0, self.coords.len());
         let planes = plane(0).chain(plane(1)).chain(blue).collect();
         Pixels::new(Type::Normal, [self.size.x as usize, self.size.y as usize], planes).map(Sketch::Pixels)
@@ -89,6 +98,7 @@ mod tests {
             exemplar: Some(frame),
             coherence: 0.0,
             coverage: 0.0,
+            surface: None,
         };
         let Some(Sketch::Pixels(pixels)) = map.sketch() else { panic!("no picture") };
         assert_eq!((pixels.ty(), pixels.size()), (Type::Normal, [6, 1]));

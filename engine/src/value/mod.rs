@@ -35,6 +35,7 @@ mod sketch;
 mod solid;
 mod spring_net;
 mod stop;
+mod surface;
 mod tile;
 mod ty;
 
@@ -71,6 +72,7 @@ pub use sketch::{Pixels, Shapes, Sketch};
 pub use solid::{Patch, PatchPieces, Planes, Solid, SolidSource, Wants};
 pub use spring_net::SpringNet;
 pub use stop::Stop;
+pub use surface::{Seam, Surface};
 pub use tile::Tile;
 pub use ty::Type;
 

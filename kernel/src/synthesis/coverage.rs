@@ -34,7 +34,24 @@ pub struct Factors {
     across: usize,
     bins: usize,
     factors: Vec<f32>,
+    /// The tile of each pixel, where tiles are not rectangles; else empty.
+    each: Vec<u32>,
 }
+
+/// What the pixels of a surface show, for counting.
+pub struct Shown<'a> {
+    /// The pixels that are counted.
+    pub sites: &'a [u32],
+    /// For each of all pixels its tile; empty if there is one tile for all.
+    pub tiles: &'a [u32],
+    /// How many tiles there are.
+    pub count: usize,
+    /// Spacing of the level in finest pixels.
+    pub h: usize,
+}
+
+/// What a pixel of a surface counts at the most, as a multiple of what one counts that is as large as an exemplar pixel.
+const SHARES: f32 = 64.0;
 
 /// The bin of an exemplar pixel.
 pub fn bin(plane: Plane, x: usize, y: usize) -> usize {
@@ -88,7 +105,48 @@ impl Factors {
                 }
             }
         });
-        Self { columns, rows, across, bins, factors }
+        Self { columns, rows, across, bins, factors, each: Vec::new() }
+    }
+
+    /// Counts what a surface shows: each pixel as much as it covers of the exemplar, `area` exemplar pixels, in whole numbers,
+    /// so that sums have no order.
+    pub fn of_surface(
+        even: &EvenUse,
+        exemplar: Plane,
+        usable_bins: usize,
+        shown: &Shown<'_>,
+        seen: impl Fn(usize) -> (usize, f32),
+    ) -> Self {
+        let (bw, bh) = (exemplar.w.div_ceil(BIN), exemplar.h.div_ceil(BIN));
+        let bins = bw * bh;
+        let mut counts = vec![0u32; shown.count * bins];
+        for &site in shown.sites {
+            let tile = shown.tiles.get(site as usize).copied().unwrap_or(0) as usize;
+            let (bin, area) = seen(site as usize);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited just before")]
+            let weight = (SHARES * area).round().clamp(1.0, 4096.0) as u32;
+            let count = &mut counts[tile * bins + bin];
+            *count = count.saturating_add(weight);
+        }
+        let gaussian = Gaussian::new(shown.h);
+        let once = SHARES * (BIN * BIN) as f32 / (shown.h * shown.h) as f32;
+        let mut factors: Vec<f32> = counts.iter().map(|count| *count as f32).collect();
+        factors.par_chunks_mut(bins).for_each(|factors| {
+            let total: f32 = factors.iter().sum();
+            let mean = (total / usable_bins.max(1) as f32).max(once);
+            gaussian.smooth(factors, bw, bh, exemplar.wrap);
+            for count in factors {
+                *count = 1.0 + even.amount * (*count / mean.max(1e-6) - 1.0).clamp(-0.25, 4.0);
+            }
+        });
+        Self { columns: Vec::new(), rows: Vec::new(), across: 0, bins, factors, each: shown.tiles.to_vec() }
+    }
+
+    /// The factors of the tile of a pixel of a surface, by bin.
+    #[inline(always)]
+    pub fn of_site(&self, pixel: usize) -> &[f32] {
+        let tile = self.each.get(pixel).copied().unwrap_or(0) as usize;
+        &self.factors[tile * self.bins..(tile + 1) * self.bins]
     }
 
     /// The factors of the tile of pixel (x, y), by bin.

@@ -3,7 +3,7 @@
 //!
 //! Any features can be compared: colours, as in the source, or appearance vectors; with or without candidate sets.
 use super::jacobian::{self, OCTANTS};
-use super::plane::{Lookup, Plane};
+use super::plane::{Lookup, Neighbours, Plane};
 use super::texels::{Fetch, Texels, floor};
 use crate::ground::hash::Hash;
 use crate::ground::real::Real;
@@ -50,8 +50,8 @@ pub fn offsets(square: u8) -> Vec<[i32; 2]> {
     }
 }
 
-/// The immediate neighbours, by rows.
-const NEAR: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
+/// The immediate neighbours, by rows: their numbers in [`OCTANTS`].
+const NEAR: [usize; 8] = [5, 6, 7, 4, 0, 3, 2, 1];
 
 /// `J v` in any precision.
 fn apply<T: Real>(j: &[T; 4], v: [T; 2]) -> [T; 2] {
@@ -106,17 +106,32 @@ pub struct Corrector<'a, T, L, J> {
     pub jacobian: J,
 }
 
-impl<T: Real, L: Lookup, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, J> {
+impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, J> {
     fn read(&self, at: [T; 2], weight: T, out: &mut [T]) {
         let r = self.features.ratio;
         self.features.texels.add([at[0] / r, at[1] / r], self.rule.fetch, weight, out);
     }
 
-    /// What the neighbour at `o` predicts for the pixel itself.
-    fn predicted(&self, map: &[[T; 2]], (x, y): (i32, i32), o: [i32; 2], j: &[T; 4]) -> [T; 2] {
-        let at = map[self.lookup.index(x + o[0], y + o[1])];
-        let step = apply(j, real(o));
+    /// What a neighbour predicts for the pixel itself, which stays as it is where there is none.
+    fn predicted(&self, map: &[[T; 2]], (x, y): (i32, i32), octant: usize, j: &[T; 4]) -> [T; 2] {
+        let Some((near, residue)) = self.lookup.near((x, y), octant) else { return map[self.lookup.index(x, y)] };
+        let mut at = map[near];
+        if residue != [0.0; 2] {
+            // The place sought lies beside the centre of the pixel that stands for it.
+            let off = apply(&(self.jacobian)(near), residue.map(|v| T::of(f64::from(v))));
+            at = [at[0] + self.rule.h * off[0], at[1] + self.rule.h * off[1]];
+        }
+        let step = apply(j, real(OCTANTS[octant]));
         [at[0] - self.rule.h * step[0], at[1] - self.rule.h * step[1]]
+    }
+
+    /// The neighbours in the order in which they are tried: that of their directions in the exemplar, so that how the output
+    /// lies decides no tie; then those that are left out by this.
+    fn tried(j: &[T; 4]) -> impl Iterator<Item = usize> {
+        let first = NEAR.map(|k| toward(j, OCTANTS[k]));
+        let turn = if toward(j, OCTANTS[2]) == (toward(j, OCTANTS[0]) + 2) & 7 { 1 } else { 7 };
+        let rest = (0..8).map(move |k| (first[0] + k * turn) & 7).filter(move |k| !first.contains(k));
+        first.into_iter().chain(rest)
     }
 
     /// What the output shows at every offset around pixel (x, y) (1), one after another.
@@ -135,7 +150,7 @@ impl<T: Real, L: Lookup, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, J> {
                 self.read(map[self.lookup.index(x, y)], T::ONE, out);
             }
             for part in seen {
-                let at = self.predicted(map, (x, y), OCTANTS[toward(&j, part)], &j);
+                let at = self.predicted(map, (x, y), toward(&j, part), &j);
                 self.read([at[0] + ahead[0], at[1] + ahead[1]], weight, out);
             }
         }
@@ -146,7 +161,7 @@ impl<T: Real, L: Lookup, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, J> {
     pub fn candidates(&self, map: &[[T; 2]], (x, y): (i32, i32)) -> Vec<[T; 2]> {
         let own = self.lookup.index(x, y);
         let j = (self.jacobian)(own);
-        let near = NEAR.iter().map(|o| self.predicted(map, (x, y), *o, &j));
+        let near = NEAR.iter().map(|octant| self.predicted(map, (x, y), *octant, &j));
         std::iter::once(map[own]).chain(near).collect()
     }
 
@@ -177,9 +192,11 @@ impl<T: Real, L: Lookup, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, J> {
     /// The best position of pixel (x, y); `more` are further candidates after the usual ones.
     pub fn best(&self, map: &[[T; 2]], at: (i32, i32), more: &[[T; 2]]) -> [T; 2] {
         let wanted = self.neighbourhood(map, at);
-        let mut candidates = self.candidates(map, at);
-        candidates.extend_from_slice(more);
-        let mut best = candidates[0];
+        let own = self.lookup.index(at.0, at.1);
+        let j = (self.jacobian)(own);
+        let near = Self::tried(&j).map(|octant| self.predicted(map, at, octant, &j));
+        let candidates = std::iter::once(map[own]).chain(near).chain(more.iter().copied());
+        let mut best = map[own];
         let mut least = T::of(f64::INFINITY);
         for u in candidates {
             let error = self.error(&wanted, u);
@@ -215,7 +232,13 @@ impl<T: Real, L: Lookup, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, J> {
                 .step_by(side)
                 .collect::<Vec<_>>()
                 .into_par_iter()
-                .map(|y| (gx..plane.w).step_by(side).map(|x| self.best(old, (index(x), index(y)), more)).collect())
+                .map(|y| {
+                    let one = |x: usize| match self.lookup.holds(y * plane.w + x) {
+                        true => self.best(old, (index(x), index(y)), more),
+                        false => old[y * plane.w + x],
+                    };
+                    (gx..plane.w).step_by(side).map(one).collect()
+                })
                 .collect();
             for (y, row) in (gy..plane.h).step_by(side).zip(rows) {
                 for (x, fresh) in (gx..plane.w).step_by(side).zip(row) {

@@ -32,7 +32,12 @@ mod plane;
 pub mod region;
 pub mod sampling;
 pub mod seams;
+mod settle;
+pub mod sheet;
+pub mod surface;
+pub mod surface_measure;
+mod surface_pass;
 mod table;
 pub mod texels;
 
-pub use plane::{Lookup, Plane};
+pub use plane::{Lookup, Neighbours, Plane};

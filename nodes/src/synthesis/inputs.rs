@@ -60,7 +60,7 @@ impl FieldInputs<'_> {
         self.cx.evaluator.raster(field, &grid, window)
     }
 
-    fn finite(&self, field: &Field, region: &Region, port: &str) -> Result<Vec<f32>, Stop> {
+    pub(super) fn finite(&self, field: &Field, region: &Region, port: &str) -> Result<Vec<f32>, Stop> {
         let tile = self.raster(field, region)?;
         if tile.plane(0).iter().any(|v| !v.is_finite()) {
             let message = format!("`{port}` is not finite everywhere; it must be");

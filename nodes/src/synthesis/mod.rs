@@ -19,11 +19,16 @@ mod jacobian_multiply;
 mod jitter_coords;
 mod magnify_coords;
 mod patent;
+mod patent_surface;
 mod sample_exemplar;
 mod sampled;
 mod stages;
 mod start_coords;
+mod surface_inputs;
+#[cfg(test)]
+mod surface_tests;
 mod synthesize;
+mod synthesize_surface;
 mod upsample_coords;
 
 pub use appearance_space::AppearanceSpace;
@@ -42,6 +47,7 @@ pub use magnify_coords::MagnifyCoords;
 pub use sample_exemplar::SampleExemplar;
 pub use start_coords::StartCoords;
 pub use synthesize::Synthesize;
+pub use synthesize_surface::SynthesizeSurface;
 pub use upsample_coords::UpsampleCoords;
 
 use shibo_engine::registry::{Family, Kind};
@@ -66,6 +72,7 @@ pub fn family() -> Family {
             Kind::of::<JitterCoords>(),
             Kind::of::<CorrectCoords>(),
             Kind::of::<Synthesize>(),
+            Kind::of::<SynthesizeSurface>(),
             Kind::of::<SampleExemplar>(),
             Kind::of::<MagnifyCoords>(),
             Kind::of::<IndirectionMap>(),

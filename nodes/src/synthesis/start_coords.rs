@@ -76,6 +76,7 @@ impl Node for StartCoords {
             exemplar: None,
             coherence: 0.0,
             coverage: 0.0,
+            surface: None,
         }))
     }
 }

@@ -247,7 +247,8 @@ impl Synthesize {
         }
     }
 
-    fn levels(&self, cx: &Context<'_>, exemplar: &Exemplar) -> Result<Arc<Vec<ExemplarLevel>>, Stop> {
+    /// The exemplar's levels; what has not been analysed before is now.
+    pub(super) fn levels(cx: &Context<'_>, exemplar: &Exemplar) -> Result<Arc<Vec<ExemplarLevel>>, Stop> {
         let seconds = exemplar.levels.iter().any(|level| !level.second.is_empty());
         if !exemplar.levels.is_empty() && seconds {
             return Ok(exemplar.levels.clone());
@@ -272,7 +273,7 @@ impl Synthesize {
 }
 
 impl Node for Synthesize {
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];
@@ -316,13 +317,14 @@ impl Node for Synthesize {
             exemplar: Some(exemplar.frame),
             coherence: 0.0,
             coverage: 0.0,
+            surface: None,
         };
         if self.preset == Preset::Patent {
             let hash = Hash::new(cx.seed(self.seed));
             let coords = patent::run(self, &exemplar, &inputs, hash)?;
             return Ok(Outputs::one(CoordMap { coords: Arc::new(coords), ..map }));
         }
-        let levels = self.levels(cx, &exemplar)?;
+        let levels = Self::levels(cx, &exemplar)?;
         let settings = self.settings(cx, &exemplar, self.lattice(&exemplar));
         let output = Pixels {
             start: [0, 1].map(|d| if [tiling.x, tiling.y][d] { 0 } else { inputs.origin[d] }),

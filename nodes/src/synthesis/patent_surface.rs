@@ -1,0 +1,85 @@
+//! The method of the source on a surface, from start to end, in double precision: coordinates are zeros or random at first;
+//! at each level they are upsampled (3) and corrected (1), (2), across borders through the indirection map.
+use super::analysis::{features, plane};
+use super::patent::{level, wide};
+use super::surface_inputs::SurfaceFields;
+use shibo_engine::value::{Exemplar, IndirectionMap, Stop};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::synthesis::driver::Inputs;
+use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
+use shibo_kernel::synthesis::jacobian::Jacobian;
+use shibo_kernel::synthesis::sheet::Sheet;
+use shibo_kernel::synthesis::surface::{SurfaceInputs, upsampled};
+use shibo_kernel::synthesis::texels::Fetch;
+
+/// How the source's method is run.
+pub(super) struct PatentSpec {
+    pub(super) averaged: bool,
+    pub(super) sub_passes: u32,
+    pub(super) passes: u32,
+    pub(super) jitter: f64,
+    /// Whether it starts from zeros.
+    pub(super) zero: bool,
+    pub(super) hash: Hash,
+}
+
+/// Coordinates of all pixels, and the Jacobians of the finest level.
+pub(super) fn run(
+    spec: &PatentSpec,
+    exemplar: &Exemplar,
+    map: &IndirectionMap,
+    inputs: &SurfaceFields<'_>,
+) -> Result<(Vec<[f32; 2]>, Vec<Jacobian>), Stop> {
+    let features = wide(&features(exemplar));
+    let (finest, pitch) = (plane(exemplar), exemplar.frame.pitch.x);
+    let last = map.levels.len() - 1;
+    let sheet = |l: usize| Sheet::new(&inputs.atlas, map, l);
+    let first = sheet(last);
+    let mut coords: Vec<[f64; 2]> = if inputs.fields.start.is_some() {
+        inputs.start(&first.region())?.into_iter().map(|c| c.map(f64::from)).collect()
+    } else if spec.zero {
+        vec![[0.0; 2]; first.level.owner.len()]
+    } else {
+        let random = |pixel: usize| {
+            let name = first.name(spec.hash, pixel, pitch);
+            [finest.w as f64 * name.unit(0), finest.h as f64 * name.unit(1)]
+        };
+        (0..first.level.owner.len()).map(random).collect()
+    };
+    let mut jacobians = inputs.along(&first)?;
+    for l in (0..last).rev() {
+        inputs.step(last - 1 - l, last)?;
+        let (coarse, sheet) = (sheet(l + 1), sheet(l));
+        let before = std::mem::replace(&mut jacobians, inputs.along(&sheet)?);
+        let h = f64::from(sheet.level.h);
+        let mask = if spec.jitter > 0.0 && h > 2.0 { inputs.jitter(&sheet.region())? } else { Vec::new() };
+        let settled = |pixel: usize, at: Option<[f64; 2]>| {
+            let mut at = at.unwrap_or([0.0; 2]);
+            if spec.jitter > 0.0 && h > 2.0 {
+                let name = sheet.name(spec.hash.with(1), pixel, pitch);
+                let reach = spec.jitter * h * mask.get(pixel).map_or(1.0, |v| f64::from(*v));
+                at = [0, 1].map(|d| at[d] + (name.unit(d as u64) * 2.0 - 1.0) * reach);
+            }
+            at
+        };
+        coords = upsampled((&coarse, &coords, &before), (&sheet, |pixel: usize| jacobians[pixel]), settled);
+        let (texels, ratio) = level(&features, sheet.level.h as usize, exemplar.pyramid);
+        let features = Features { texels: &texels, ratio, second: &[], plane: finest };
+        let rule = Rule {
+            square: 4,
+            averaged: spec.averaged,
+            fetch: Fetch::Bilinear,
+            h,
+            kappa: 1.0,
+            sub_passes: spec.sub_passes,
+        };
+        let jacobian = |pixel: usize| jacobians[pixel].map(f64::from);
+        let corrector = Corrector { features: &features, rule: &rule, lookup: &sheet, jacobian };
+        for _ in 0..spec.passes {
+            inputs.fields.cx.check()?;
+            corrector.pass(sheet.plane(), &[], &mut coords);
+        }
+    }
+    Ok((coords.into_iter().map(|c| c.map(narrow)).collect(), jacobians))
+}

@@ -37,6 +37,7 @@ pub mod sheet;
 pub mod surface;
 pub mod surface_measure;
 mod surface_pass;
+pub mod surface_sampling;
 mod table;
 pub mod texels;
 

@@ -30,9 +30,14 @@ impl Source {
         Self { levels, scale, fetch }
     }
 
+    /// How values between its pixels are made.
+    pub(super) fn fetch(&self) -> Fetch {
+        self.fetch
+    }
+
     /// Adds the value at exemplar position `at`, averaged over about `size` exemplar pixels across.
     #[inline(always)]
-    fn add(&self, at: [f32; 2], size: f32, weight: f32, out: &mut [f32]) {
+    pub(super) fn add(&self, at: [f32; 2], size: f32, weight: f32, out: &mut [f32]) {
         let place = [at[0] * self.scale[0], at[1] * self.scale[1]];
         let size = size * self.scale[0].min(self.scale[1]);
         if size <= 1.5 || self.levels.len() == 1 {

@@ -26,7 +26,7 @@ pub struct MagnifyCoords {
     pub coords: In<CoordMap>,
     /// What they show: a fine picture over the same place as the exemplar's.
     pub input: In<AnyField>,
-    /// The Jacobian that the coordinates follow.
+    /// The Jacobian that the coordinates follow; those of a surface know theirs.
     pub jacobian: Option<In<JacobianField>>,
     /// How many pixels of `input` are read per pixel of the exemplar, in x and in y. By default those of the picture, where
     /// it is one.
@@ -34,7 +34,8 @@ pub struct MagnifyCoords {
     pub resolution: Option<u32>,
     /// How values between the picture's pixels are made.
     pub filter: Fetch,
-    /// Whether values are heights that grow with their features; they are then divided by √|det J|.
+    /// Whether values are heights that grow with their features; they are then divided by √|det J|; on a
+    /// surface multiplied by the size of features there.
     pub scale_heights: bool,
 }
 

@@ -30,12 +30,13 @@ pub struct SampleExemplar {
     pub coords: In<CoordMap>,
     /// What they show: a picture over the same place as the exemplar's.
     pub input: In<AnyField>,
-    /// The Jacobian that the coordinates follow. It rotates normals, keeps features that shrink from aliasing, and is
+    /// The Jacobian that the coordinates follow; those of a surface know theirs. It rotates normals, keeps features that shrink from aliasing, and is
     /// used between pixels, by equation (6) of the source.
     pub jacobian: Option<In<JacobianField>>,
     /// How values between the picture's pixels are made, where features are rotated or grow.
     pub filter: Fetch,
-    /// Whether values are heights that grow with their features; they are then divided by √|det J|.
+    /// Whether values are heights that grow with their features; they are then divided by √|det J|; on a
+    /// surface multiplied by the size of features there.
     pub scale_heights: bool,
 }
 

@@ -4,11 +4,13 @@ use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{
-    CoordMap, ExemplarFrame, Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window,
+    CoordMap, ExemplarFrame, Field, FieldSource, Given, Grid, Pictures, Read, Stop, Surface, Tile, Tiling, Type, Window,
 };
 use shibo_kernel::synthesis::Plane;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
 use shibo_kernel::synthesis::sampling::{Area, Source};
+use shibo_kernel::synthesis::sheet::Sheet;
+use shibo_kernel::synthesis::surface_sampling::SurfaceMap;
 use shibo_kernel::synthesis::texels::Fetch;
 use std::sync::{Arc, OnceLock};
 
@@ -67,12 +69,43 @@ impl Sampled {
         Field::new(self.input.ty(), tiling, self)
     }
 
+    /// The tile of a field on a surface.
+    fn fill_surface(&self, surface: &Surface, source: &Source, out: &mut Tile) {
+        let map = SurfaceMap {
+            sheet: Sheet { atlas: &surface.atlas, finest: self.coords.size.to_array(), level: &surface.level },
+            coords: &self.coords.coords,
+            jacobians: &surface.jacobians,
+            pitch: self.frame.pitch,
+        };
+        let (grid, window, channels) = (out.grid.clone(), out.window, out.channels());
+        let n = window.len();
+        let under = map.fill(source, (&grid, window), channels, out.data_mut());
+        let normal = self.input.ty() == Type::Normal;
+        let data = out.data_mut();
+        for (p, under) in under.into_iter().enumerate() {
+            match under {
+                Some(under) if normal => {
+                    let stored = [0, 1, 2].map(|c| data[c * n + p] * 2.0 - 1.0);
+                    let turned = map.normal(under, stored);
+                    (0..3).for_each(|c| data[c * n + p] = 0.5 + 0.5 * turned[c]);
+                }
+                Some(under) if self.scale_heights => {
+                    let size = map.size(under);
+                    (0..channels).for_each(|c| data[c * n + p] *= size);
+                }
+                None if normal => [0.5, 0.5, 1.0].into_iter().enumerate().for_each(|(c, v)| data[c * n + p] = v),
+                _ => {}
+            }
+        }
+    }
+
     fn read(&self, tile: &Tile) -> Source {
         let Tiling { x, y } = self.frame.periodic;
         let plane = Plane { w: self.size.x as usize, h: self.size.y as usize, wrap: [x, y] };
         let planes: Vec<&[f32]> = (0..tile.channels()).map(|c| tile.plane(c)).collect();
         let scale = (self.size.as_dvec2() / self.frame.size.as_dvec2()).as_vec2().to_array();
-        let shrinks = self.jacobian.is_some() || scale[0].max(scale[1]) > 1.0;
+        let turned = self.jacobian.is_some() || self.coords.surface.is_some();
+        let shrinks = turned || scale[0].max(scale[1]) > 1.0;
         Source::new(plane, &planes, scale, self.filter, shrinks)
     }
 }
@@ -86,6 +119,10 @@ impl FieldSource for Sampled {
         let Some(source) = self.source.get() else {
             return Err(Problem::new(Code::BadValue, "the exemplar's picture was not prepared").into());
         };
+        if let Some(surface) = &self.coords.surface {
+            self.fill_surface(surface, source, out);
+            return Ok(());
+        }
         let each = |tile: &Tile| (0..tile.window.len()).map(|p| std::array::from_fn(|c| tile.plane(c)[p])).collect();
         let jacobians: Option<Vec<Jacobian>> = given.tiles().next().map(each);
         let (map, pitch) = (&self.coords, self.coords.pitch);

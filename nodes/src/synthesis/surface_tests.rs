@@ -248,7 +248,7 @@ fn borders_are_not_seen() {
     ];
     for (name, size, atlas, frames) in cases {
         let pitch = atlas.scale() * 100.0 / f64::from(size);
-        let picture = exemplar(64, pitch, 9);
+        let picture = exemplar(64, pitch, 5);
         let (mut pairs, mut sums) = (0, [0.0f64; 3]);
         for seed in 0..6 {
             let map = grown(&SynthesizeSurface { size: Some(size), seed, ..node() }, &picture, &atlas, &frames);
@@ -271,7 +271,7 @@ fn without_pointers_borders_are_seen() {
         (0..3).filter(|k| inner & (1 << k) == 0).for_each(|k| across[k] = Atlas::END);
     }
     let frames = along_x(&whole, false);
-    let picture = exemplar(64, whole.scale() * 100.0 / 512.0, 9);
+    let picture = exemplar(64, whole.scale() * 100.0 / 512.0, 5);
     let map = grown(&SynthesizeSurface { size: Some(512), ..node() }, &picture, &Arc::new(apart), &frames);
     let spec = LevelsSpec { size: [512, 512], levels: 1, exact: true, ring: 0 };
     let pointers = indirection(&whole, &spec, NEVER);

@@ -40,15 +40,21 @@ fn install_hook() {
     });
 }
 
-/// Runs a decoder. None is known to panic on files that pass the checks before. If one does, the file is taken to be
-/// corrupt: the process continues, and the message of the panic is not printed.
+/// Runs code of a library that may panic on data that it was not made for. A panic gives `None`: the process continues, and
+/// the message of the panic is not printed.
 ///
-/// `decode` must not wait for other threads. A thread that waits in a pool takes up other work meanwhile, and a panic of
+/// `call` must not wait for other threads. A thread that waits in a pool takes up other work meanwhile, and a panic of
 /// that work would be silent too.
-pub(super) fn guarded<T>(decode: impl FnOnce() -> Result<T, ReadError>) -> Result<T, ReadError> {
+pub fn caught<T>(call: impl FnOnce() -> T) -> Option<T> {
     install_hook();
     let _inside = Inside::enter();
-    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(ReadError::corrupt("its decoder gave up")))
+    catch_unwind(AssertUnwindSafe(call)).ok()
+}
+
+/// Runs a decoder. None is known to panic on files that pass the checks before. If one does, the file is taken to be
+/// corrupt.
+pub(super) fn guarded<T>(decode: impl FnOnce() -> Result<T, ReadError>) -> Result<T, ReadError> {
+    caught(decode).unwrap_or_else(|| Err(ReadError::corrupt("its decoder gave up")))
 }
 
 #[cfg(test)]

@@ -36,6 +36,7 @@ mod write_tiff;
 
 pub use atomic::{AtomicFile, remove_stale_temporaries};
 pub use color::{ColorSpace, SrgbEncoder, default_for, linear_sample, to_linear};
+pub use guard::caught;
 pub use header::{FileFormat, Header, check, check_bytes, header, header_bytes, header_layer};
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use read::{read, read_bytes, read_layer};

@@ -1,5 +1,5 @@
 //! Atlases: meshes laid out on the canvas.
-use super::{Mesh, Number, Object, Shapes, Sketch};
+use super::{Key, Mesh, Number, Object, Shapes, Sketch};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -31,6 +31,8 @@ pub struct Atlas {
     pub used: f64,
     /// The canvas that the unit square covers, in mm.
     pub size_mm: DVec2,
+    /// The bytes of the [`Key`] of all this: atlases with the same one are equal, and so are fields made of them.
+    pub key: [u8; 16],
 }
 
 /// A grid of square cells over the unit square, and the triangles whose boxes touch each of them.
@@ -65,6 +67,11 @@ impl Atlas {
     /// Whether the chart goes on beyond an edge.
     pub fn is_inner(&self, triangle: usize, edge: usize) -> bool {
         self.inner[triangle] & (1 << edge) != 0
+    }
+
+    /// The key of a field made of this atlas, by its name and its parameters.
+    pub fn key_of(&self, name: &str, parameters: &[u8]) -> Key {
+        Key::of(name, &[&self.key, parameters])
     }
 
     /// How many charts there are.

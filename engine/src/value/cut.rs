@@ -13,6 +13,7 @@ pub struct Cut {
     level: bool,
     flat: Option<[[f32; 3]; 2]>,
     pieces: Option<Pieces>,
+    metric: Option<Field>,
     spacing: Spacing,
 }
 
@@ -59,13 +60,29 @@ impl Cut {
         place: Field,
         spacing: impl Fn(&Grid) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        Self { place, key: key.into(), level: false, flat: None, pieces: None, spacing: Arc::new(spacing) }
+        Self {
+            place,
+            key: key.into(),
+            level: false,
+            flat: None,
+            pieces: None,
+            metric: None,
+            spacing: Arc::new(spacing),
+        }
     }
 
     /// The same, made of pieces. Points of different pieces are not neighbours.
     #[must_use]
     pub fn with_pieces(mut self, pieces: Pieces) -> Self {
         self.pieces = Some(pieces);
+        self
+    }
+
+    /// The same on a surface whose pixels are stretched: three channels hold E, F and G of [`Patch`](super::Patch) for a way of
+    /// one pixel. `spacing` is then the width of footprints.
+    #[must_use]
+    pub fn with_metric(mut self, metric: Field) -> Self {
+        self.metric = Some(metric);
         self
     }
 
@@ -90,7 +107,9 @@ impl Cut {
         let key = self.key.zip(by.key()).map(|(own, by)| Key::of("moved cut", &[own.as_bytes(), by.as_bytes()]));
         // Pieces that were plane are so no longer.
         let pieces = self.pieces.as_ref().map(|pieces| Pieces { ids: pieces.ids.clone(), planes: None });
-        Self { place, key, level: self.level && keeps_z, flat: None, pieces, spacing: self.spacing.clone() }
+        // What moves points is taken to keep lengths, as turning does.
+        let (metric, spacing) = (self.metric.clone(), self.spacing.clone());
+        Self { place, key, level: self.level && keeps_z, flat: None, pieces, metric, spacing }
     }
 
     /// The points, in the three channels of a field.
@@ -126,6 +145,11 @@ impl Cut {
     /// The pieces that it is made of, if it is not one.
     pub fn pieces(&self) -> Option<&Pieces> {
         self.pieces.as_ref()
+    }
+
+    /// How lengths follow from ways in pixels, if these are stretched.
+    pub fn metric(&self) -> Option<&Field> {
+        self.metric.as_ref()
     }
 
     /// An upper bound, in mm, of the distance between the points of neighbouring pixels.

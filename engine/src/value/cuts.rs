@@ -145,6 +145,11 @@ impl Shown {
         self.cut.pieces().filter(|_| self.source.wants().quads)
     }
 
+    /// The metric of the cut, likewise.
+    fn metric(&self) -> Option<&Field> {
+        self.cut.metric().filter(|_| self.source.wants().quads)
+    }
+
     fn compute(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let (grid, window) = (out.grid, out.window);
         let mut tiles = given.tiles();
@@ -155,6 +160,7 @@ impl Shown {
             let planes = planes.map(|(turned, axes)| ([turned.plane(0), turned.plane(1)], axes));
             Some(PatchPieces { ids, planes })
         });
+        let metric = self.metric().and_then(|_| tiles.next());
         let inputs: Vec<Planes<'_>> = tiles.map(|tile| Planes::new(tile.data(), window.len())).collect();
         let patch = Patch {
             place: place.map_or([&[]; 3], |tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
@@ -163,6 +169,8 @@ impl Shown {
             level: self.cut.level(),
             flat: self.cut.flat(),
             pieces,
+            metric: metric.map(|tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
+            space: false,
             pixel: self.cut.pixel(&grid),
         };
         given.check()?;
@@ -177,7 +185,13 @@ impl FieldSource for Shown {
         let place = self.source.wants().place.then_some(self.cut.place());
         let pieces = self.pieces().into_iter();
         let pieces = pieces.flat_map(|p| std::iter::once(&p.ids).chain(p.planes.as_ref().map(|planes| &planes.turned)));
-        place.into_iter().chain(pieces).chain(&self.inputs).map(|field| Read::new(field, grid, window)).collect()
+        place
+            .into_iter()
+            .chain(pieces)
+            .chain(self.metric())
+            .chain(&self.inputs)
+            .map(|field| Read::new(field, grid, window))
+            .collect()
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {

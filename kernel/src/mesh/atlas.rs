@@ -5,7 +5,7 @@ use super::charts::{Charts, charts, cross, snap};
 use super::topology::{smooth_normals, topology};
 use crate::ground::number::index_u32;
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use shibo_engine::value::{Atlas, Bins, Mesh};
+use shibo_engine::value::{Atlas, Bins, Key, Mesh};
 use std::sync::Arc;
 
 /// UVs that no atlas can be made of.
@@ -65,12 +65,25 @@ pub fn atlas(mesh: Arc<Mesh>, uvs: &[[Vec2; 3]], size_mm: DVec2) -> Result<Atlas
         smooth: smooth_normals(&mesh),
         jacobians,
         bins: bins(&uvs),
+        key: key(&mesh, &uvs, size_mm),
         area: mesh.area(),
         used,
         size_mm,
         uvs,
         mesh,
     })
+}
+
+/// The key of everything that an atlas follows from.
+fn key(mesh: &Mesh, uvs: &[[Vec2; 3]], size_mm: DVec2) -> [u8; 16] {
+    let floats = |values: &mut dyn Iterator<Item = f32>| -> Vec<u8> { values.flat_map(f32::to_le_bytes).collect() };
+    let places = floats(&mut mesh.positions.iter().flat_map(|p| p.to_array()));
+    let normals = floats(&mut mesh.normals.iter().flatten().flat_map(|n| n.to_array()));
+    let corners = floats(&mut uvs.iter().flatten().flat_map(|uv| uv.to_array()));
+    let triangles: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+    let parts: Vec<u8> = mesh.parts.iter().flat_map(|part| part.to_le_bytes()).collect();
+    let size: Vec<u8> = size_mm.to_array().iter().flat_map(|side| side.to_le_bytes()).collect();
+    *Key::of("atlas", &[&places, &normals, &corners, &triangles, &parts, &size]).as_bytes()
 }
 
 fn finite(axes: [Vec3; 2]) -> bool {

@@ -4,18 +4,27 @@
 //! double precision, and nothing depends on the order of a hash map.
 
 pub mod atlas;
+pub mod bake;
 pub mod charts;
 pub mod comb;
 pub mod connection;
+pub mod curvature;
+pub mod dilate;
 pub mod field;
+pub mod fields;
 pub mod frame;
+pub mod layout;
 pub mod levels;
+pub mod motion;
 pub mod raster;
+pub mod rays;
+pub mod shapes;
 pub mod sites;
 pub mod solver;
 pub mod strokes;
 pub mod texels;
 pub mod topology;
+pub mod unwrap;
 pub mod walk;
 
 #[cfg(test)]

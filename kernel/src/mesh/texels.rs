@@ -5,10 +5,10 @@
 //! window, so a window has the same bits as the crop of a larger one.
 //!
 //! Cost: O(pixels + rows of triangles).
-use crate::ground::number::index_u32;
 use crate::ground::window::WindowExt;
 use glam::DVec2;
 use shibo_engine::value::{Atlas, Grid, Window};
+use std::ops::Range;
 
 /// How far outside a triangle a centre may lie, in barycentric coordinates.
 const TOLERANCE: f64 = 1e-9;
@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 1e-9;
 pub const GUTTER: i32 = 2;
 
 /// The centres of the columns or rows of a window in the unit square.
-fn centers(origin: f64, step: f64, size: f64, first: i32, count: usize) -> Vec<f64> {
+pub(super) fn centers(origin: f64, step: f64, size: f64, first: i32, count: usize) -> Vec<f64> {
     (first..).take(count).map(|i| (origin + (f64::from(i) + 0.5) * step) / size).collect()
 }
 
@@ -62,27 +62,32 @@ impl Barycentric {
         (det != 0.0).then(|| Self([0, 1, 2].map(side)))
     }
 
+    /// The three coordinates of a place.
+    pub(super) fn at(&self, place: DVec2) -> [f64; 3] {
+        self.0.map(|side| side.slope * (place.x - side.from.x) + side.rise * (place.y - side.from.y))
+    }
+
     /// Whether a place counts as inside.
     #[cfg(test)]
     fn holds(&self, at: DVec2) -> bool {
-        self.0.iter().all(|side| side.slope * (at.x - side.from.x) + side.rise * (at.y - side.from.y) >= -TOLERANCE)
+        self.at(at).iter().all(|b| *b >= -TOLERANCE)
     }
 
-    /// The columns of a row whose centres it holds, as a range within `first..last`.
+    /// The columns of a row at whose centres all coordinates are at least `least`, as a range within `first..last`.
     ///
     /// Each coordinate rises or falls along a row without exception, rounding included. So each leaves a run of columns,
     /// whose ends are first estimated and then found exactly.
-    fn run(&self, us: &[f64], v: f64, (mut first, mut last): (usize, usize)) -> (usize, usize) {
+    fn run(&self, us: &[f64], v: f64, (mut first, mut last): (usize, usize), least: f64) -> (usize, usize) {
         let base = self.0.map(|side| side.rise * (v - side.from.y));
         let column = Columns::of(us);
         for (side, base) in self.0.iter().zip(base) {
             if side.slope == 0.0 {
-                if base < -TOLERANCE {
+                if base < least {
                     return (0, 0);
                 }
                 continue;
             }
-            let end = column.at(side.from.x - (base + TOLERANCE) / side.slope);
+            let end = column.at(side.from.x - (base - least) / side.slope);
             if side.slope > 0.0 {
                 first = first.max(end.saturating_sub(1));
             } else {
@@ -90,7 +95,7 @@ impl Barycentric {
             }
         }
         let inside =
-            |u: f64| self.0.iter().zip(base).all(|(side, base)| side.slope * (u - side.from.x) + base >= -TOLERANCE);
+            |u: f64| self.0.iter().zip(base).all(|(side, base)| side.slope * (u - side.from.x) + base >= least);
         while first < last && !inside(us[first]) {
             first += 1;
         }
@@ -137,23 +142,38 @@ pub fn owners(atlas: &Atlas, grid: &Grid, window: Window) -> Vec<u32> {
     let us = centers(grid.origin.x, grid.step.x, size.x, window.x, window.columns());
     let vs = centers(grid.origin.y, grid.step.y, size.y, window.y, window.rows());
     let (low, high) = (DVec2::new(us[0], vs[0]), DVec2::new(us[us.len() - 1], vs[vs.len() - 1]));
-    let (columns, rows) = (Columns::of(&us), Columns::of(&vs));
     for n in near(atlas, low, high) {
-        let corners = atlas.uvs[n as usize].map(|uv| uv.as_dvec2());
-        let Some(barycentric) = Barycentric::new(corners) else { continue };
-        let least = corners[0].min(corners[1]).min(corners[2]);
-        let most = corners[0].max(corners[1]).max(corners[2]);
-        let span = |c: Columns, low: f64, high: f64| (c.at(low).saturating_sub(1), (c.at(high) + 2).min(c.count));
-        let (top, bottom) = span(rows, least.y, most.y);
-        let within = span(columns, least.x, most.x);
-        for (row, v) in (top..bottom).zip(&vs[top..bottom.max(top)]) {
-            let (first, last) = barycentric.run(&us, *v, within);
+        held(atlas, n as usize, (&us, &vs), -TOLERANCE, |row, run| {
             let start = row * us.len();
-            let free = out[start + first..start + last.max(first)].iter_mut();
+            let free = out[start + run.start..start + run.end].iter_mut();
             free.for_each(|owner| *owner = if *owner == 0 { n + 1 } else { *owner });
-        }
+        });
     }
     out
+}
+
+/// Calls `body(row, columns)` for the centres that a triangle holds, of columns at `us` and rows at `vs`: those whose
+/// barycentric coordinates are at least `least`.
+pub(super) fn held(
+    atlas: &Atlas,
+    n: usize,
+    (us, vs): (&[f64], &[f64]),
+    least: f64,
+    mut body: impl FnMut(usize, Range<usize>),
+) {
+    let corners = atlas.uvs[n].map(|uv| uv.as_dvec2());
+    let Some(barycentric) = Barycentric::new(corners) else { return };
+    let low = corners[0].min(corners[1]).min(corners[2]);
+    let high = corners[0].max(corners[1]).max(corners[2]);
+    let span = |c: Columns, low: f64, high: f64| (c.at(low).saturating_sub(1), (c.at(high) + 2).min(c.count));
+    let (top, bottom) = span(Columns::of(vs), low.y, high.y);
+    let within = span(Columns::of(us), low.x, high.x);
+    for row in top..bottom {
+        let (first, last) = barycentric.run(us, vs[row], within, least);
+        if first < last {
+            body(row, first..last);
+        }
+    }
 }
 
 /// The square of the distance of a place from a triangle that does not hold it.
@@ -246,6 +266,7 @@ pub fn triangle(value: f32) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ground::number::index_u32;
     use crate::mesh::atlas::atlas;
     use crate::mesh::samples;
     use glam::{UVec2, Vec2};

@@ -180,12 +180,15 @@ pub fn weld(mesh: &mut Mesh, distance: f64) -> usize {
     mesh.triangles.iter_mut().flatten().for_each(|v| *v = stand_in[*v as usize]);
     let [low, high] = mesh.bounds();
     let least = 2e-12 * (high - low).length_squared();
-    let keep: Vec<bool> = (0..mesh.triangles.len())
-        .map(|n| {
-            let [a, b, c] = mesh.triangles[n];
-            a != b && b != c && c != a && mesh.cross(n).length() > least
-        })
-        .collect();
+    keep(mesh, |n, mesh| {
+        let [a, b, c] = mesh.triangles[n];
+        a != b && b != c && c != a && mesh.cross(n).length() > least
+    })
+}
+
+/// Keeps the triangles for which `stays` says so, and the vertices that they have. Returns how many were dropped.
+pub fn keep(mesh: &mut Mesh, stays: impl Fn(usize, &Mesh) -> bool) -> usize {
+    let keep: Vec<bool> = (0..mesh.triangles.len()).map(|n| stays(n, mesh)).collect();
     let dropped = keep.iter().filter(|keep| !**keep).count();
     if dropped > 0 {
         retain(&mut mesh.triangles, &keep);

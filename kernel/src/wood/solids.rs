@@ -115,6 +115,12 @@ pub fn spans(values: &[f32], patch: &Patch<'_>) -> [Vec<f32>; 2] {
     if patch.pixel <= 0.0 || n == 0 {
         return [across, down];
     }
+    if patch.space {
+        return [spans_in_space(values, n), down];
+    }
+    if let Some(metric) = patch.metric {
+        return [spans_along(values, patch, metric), down];
+    }
     for (values, across) in values.as_chunks::<2>().0.iter().zip(across.as_chunks_mut::<2>().0) {
         *across = [(values[1] - values[0]).abs(); 2];
     }
@@ -133,6 +139,48 @@ pub fn spans(values: &[f32], patch: &Patch<'_>) -> [Vec<f32>; 2] {
         });
     }
     [across, down]
+}
+
+/// How far a number changes within a width of `pixel` in the direction in which it changes most: in quads that lie in space.
+fn spans_in_space(values: &[f32], columns: usize) -> Vec<f32> {
+    let mut out = vec![0.0; values.len()];
+    for (values, out) in values.chunks_exact(2 * columns).zip(out.chunks_exact_mut(2 * columns)) {
+        let ((upper, lower), (up, low)) = (values.split_at(columns), out.split_at_mut(columns));
+        let quads = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+        let outs = up.as_chunks_mut::<2>().0.iter_mut().zip(low.as_chunks_mut::<2>().0);
+        for ((a, b), (up, low)) in quads.zip(outs) {
+            let [x, y, z] = [a[1] - a[0], b[0] - a[0], b[1] - a[0]];
+            let span = (x * x + y * y + z * z).sqrt();
+            (*up, *low) = ([span; 2], [span; 2]);
+        }
+    }
+    out
+}
+
+/// The same along a surface: the size of the gradient there, √(gᵀ·M⁻¹·g) for the two differences g of a quad and the metric M.
+fn spans_along(values: &[f32], patch: &Patch<'_>, [e, f, g]: [&[f32]; 3]) -> Vec<f32> {
+    let n = patch.columns;
+    let width = patch.pixel;
+    let span = |i: usize, x: f32, y: f32| {
+        let det = e[i] * g[i] - f[i] * f[i];
+        let square = (g[i] * x * x - 2.0 * f[i] * x * y + e[i] * y * y) / det;
+        if det > 0.0 && square.is_finite() { width * square.max(0.0).sqrt() } else { x.abs().max(y.abs()) }
+    };
+    let mut out = vec![0.0; values.len()];
+    for row in (0..patch.rows).step_by(2) {
+        for corner in (row * n..row * n + n).step_by(2) {
+            let (x, y) = (values[corner + 1] - values[corner], values[corner + n] - values[corner]);
+            [corner, corner + 1, corner + n, corner + n + 1].into_iter().for_each(|i| out[i] = span(i, x, y));
+        }
+    }
+    if let Some(pieces) = &patch.pieces {
+        let change = |pair: Option<[usize; 2]>| pair.map_or(0.0, |[a, b]| values[b] - values[a]);
+        broken_quads(pieces.ids, n, |i| {
+            let [x, y] = neighbors(pieces.ids, n, i).map(change);
+            out[i] = span(i, x, y);
+        });
+    }
+    out
 }
 
 /// Calls `body` for the four points of each quad in which pieces meet.
@@ -207,7 +255,7 @@ mod tests {
             })
             .collect();
         let pieces = Some(PatchPieces { ids: &ids, planes: None });
-        let patch = Patch { place: [&[]; 3], columns: 8, rows: 4, level: false, flat: None, pieces, pixel: 1.0 };
+        let patch = Patch { columns: 8, rows: 4, pieces, pixel: 1.0, ..Patch::of([&[]; 3]) };
         let [across, down] = spans(&values, &patch);
         for i in 0..32 {
             let want = match ids[i] {

@@ -1,6 +1,31 @@
 //! Meshes: files and simple shapes, their atlases, and what is baked on these.
+mod bake_curvature;
+mod bake_normal;
+mod bake_occlusion;
+mod bake_parts;
+mod bake_position;
+mod bake_solid;
+mod bake_thickness;
+mod cast;
+mod dilate_gutter;
+mod each;
+mod load_mesh;
+mod mesh_atlas;
+mod mesh_shape;
+mod read;
 mod tangent_field;
 
+pub use bake_curvature::BakeCurvature;
+pub use bake_normal::BakeNormal;
+pub use bake_occlusion::BakeOcclusion;
+pub use bake_parts::{BakeParts, Parts};
+pub use bake_position::{BakePosition, Relative};
+pub use bake_solid::{AlignParts, BakeSolid, CutBy, Footprint};
+pub use bake_thickness::BakeThickness;
+pub use dilate_gutter::{DilateGutter, DilateMode, Rest};
+pub use load_mesh::{Center, LengthUnit, LoadMesh, UpAxis};
+pub use mesh_atlas::{ChartSource, Gutter, MeshAtlas, Overlap, Pack};
+pub use mesh_shape::{MeshForm, MeshShape};
 pub use tangent_field::{FieldFrom, TangentField};
 
 use shibo_engine::registry::{Family, Kind};
@@ -11,6 +36,35 @@ pub fn family() -> Family {
         name: "Meshes",
         doc: "Surfaces in space, from files or simple shapes, in mm, z up; their atlases, which lay them out on the canvas; \
               and fields that are known of the surface at each texel.",
-        kinds: vec![Kind::of::<TangentField>()],
+        kinds: vec![
+            Kind::of::<LoadMesh>(),
+            Kind::of::<MeshShape>(),
+            Kind::of::<MeshAtlas>(),
+            Kind::of::<BakePosition>(),
+            Kind::of::<BakeNormal>(),
+            Kind::of::<BakeParts>(),
+            Kind::of::<BakeCurvature>(),
+            Kind::of::<BakeOcclusion>(),
+            Kind::of::<BakeThickness>(),
+            Kind::of::<BakeSolid>(),
+            Kind::of::<DilateGutter>(),
+            Kind::of::<TangentField>(),
+        ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, outputs, port};
+    use shibo_engine::value::{Type, Value};
+
+    /// The atlas of a shape on the canvas of unit tests.
+    pub(super) fn atlas_of(shape: &MeshShape) -> Value {
+        let mesh = outputs(shape, &[], &canvas()).unwrap().take("mesh", true).cloned().unwrap();
+        let node = MeshAtlas { mesh: port(0), ..MeshAtlas::default() };
+        let atlas = outputs(&node, &[mesh], &canvas()).unwrap().take("atlas", true).cloned().unwrap();
+        assert_eq!(atlas.ty(), Type::Atlas);
+        atlas
     }
 }

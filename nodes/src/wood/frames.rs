@@ -41,7 +41,7 @@ pub(super) fn frames(patch: &Patch<'_>, mut body: impl FnMut(usize, usize, Optio
     if let Some([right, down]) = patch.flat {
         return body(0, patch.len(), Frame::new(right, down).as_ref());
     }
-    if patch.pixel <= 0.0 {
+    if patch.pixel <= 0.0 || patch.space {
         return body(0, patch.len(), None);
     }
     let n = patch.columns;

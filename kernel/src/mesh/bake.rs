@@ -1,0 +1,299 @@
+//! What a surface is like at each texel of its atlas: places, normals, numbers of triangles' own.
+//!
+//! All of them read the [`texels`](super::texels) of a window. Within a chart and its gutter there is a value, elsewhere 0
+//! or what the function says. Values depend on the place on the canvas alone, so windows have the same bits.
+use super::motion::Motion;
+use super::texels::{Barycentric, triangle};
+use crate::ground::number::narrow;
+use glam::{DVec2, DVec3, Vec3};
+use shibo_engine::value::{Atlas, Grid, Window};
+use std::ops::Range;
+
+/// The texels of a window.
+#[derive(Clone, Copy, Debug)]
+pub struct Texels<'a> {
+    /// The surface.
+    pub atlas: &'a Atlas,
+    /// The grid.
+    pub grid: &'a Grid,
+    /// The window on it.
+    pub window: Window,
+    /// The values of the field, by rows.
+    pub values: &'a [f32],
+}
+
+impl Texels<'_> {
+    /// Calls `body(v, triangle, pixels)` for each run of pixels of a row that belong to one triangle or to none, `v` being the
+    /// place of their centres in the unit square.
+    pub fn runs(&self, mut body: impl FnMut(f64, Option<usize>, Range<usize>)) {
+        let width = self.window.width as usize;
+        for (row, y) in self.values.chunks(width.max(1)).zip(self.window.y..) {
+            let v = self.grid.center(0, y).y / self.atlas.size_mm.y;
+            let start = (y - self.window.y).unsigned_abs() as usize * width;
+            let mut from = 0;
+            while from < width {
+                let own = row[from].abs();
+                let count = row[from..].iter().take_while(|value| value.abs() == own).count();
+                body(v, triangle(own), start + from..start + from + count);
+                from += count;
+            }
+        }
+    }
+
+    /// The centres of all columns in the unit square.
+    pub fn columns(&self) -> Vec<f64> {
+        let center = |x: i32| self.grid.center(x, 0).x / self.atlas.size_mm.x;
+        (self.window.x..self.window.right()).map(center).collect()
+    }
+
+    /// The column of the first pixel of a run.
+    fn column(&self, pixels: &Range<usize>) -> usize {
+        pixels.start % self.window.width.max(1) as usize
+    }
+}
+
+/// The places of texels on the surface, each triangle's moved as `motion` says; 0 where there is none. In the gutter the plane
+/// of the triangle goes on.
+pub fn places(texels: &Texels<'_>, motion: impl Fn(usize) -> Motion, out: [&mut [f32]; 3]) {
+    let us = texels.columns();
+    let [x, y, z] = out;
+    texels.runs(|v, triangle, pixels| {
+        let Some(n) = triangle else {
+            return [&mut *x, &mut *y, &mut *z].into_iter().for_each(|plane| plane[pixels.clone()].fill(0.0));
+        };
+        let first = texels.column(&pixels);
+        let us = &us[first..first + pixels.len()];
+        let Motion { turn, shift } = motion(n);
+        let [along, down] = texels.atlas.jacobians[n].map(|axis| turn * axis.as_dvec3());
+        let corner = texels.atlas.uvs[n][0].as_dvec2();
+        let start = turn * texels.atlas.mesh.corners(n)[0] + shift + down * (v - corner.y);
+        let planes = [&mut *x, &mut *y, &mut *z].into_iter().zip(along.to_array()).zip(start.to_array());
+        for ((plane, along), start) in planes {
+            #[expect(clippy::cast_possible_truncation, reason = "fields are single precision")]
+            plane[pixels.clone()]
+                .iter_mut()
+                .zip(us)
+                .for_each(|(out, u)| *out = (start + along * (u - corner.x)) as f32);
+        }
+    });
+}
+
+/// How lengths on the surface follow from ways in pixels: E, F and G in mm² of `Patch::metric`; 0 where there is no surface.
+pub fn metric(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
+    let [e, f, g] = out;
+    let step = texels.grid.step / texels.atlas.size_mm;
+    texels.runs(|_, triangle, pixels| {
+        let [u, v] = triangle.map_or([DVec3::ZERO; 2], |n| texels.atlas.jacobians[n].map(Vec3::as_dvec3));
+        let (u, v) = (u * step.x, v * step.y);
+        e[pixels.clone()].fill(narrow(u.dot(u)));
+        f[pixels.clone()].fill(narrow(u.dot(v)));
+        g[pixels].fill(narrow(v.dot(v)));
+    });
+}
+
+/// The normal of a corner: the file's, or the vertex' own.
+fn corner_normals(atlas: &Atlas, n: usize) -> [DVec3; 3] {
+    let own = || atlas.mesh.triangles[n].map(|v| atlas.smooth[v as usize]);
+    atlas.mesh.normals.get(n).copied().unwrap_or_else(own).map(Vec3::as_dvec3)
+}
+
+/// The weights of a triangle's corners at a place of the unit square; outside of it those of a place near on its border.
+pub fn weights(atlas: &Atlas, n: usize, at: DVec2) -> [f64; 3] {
+    let inside = Barycentric::new(atlas.uvs[n].map(|uv| uv.as_dvec2())).map_or([1.0, 0.0, 0.0], |b| b.at(at));
+    let inside = inside.map(|w| w.max(0.0));
+    let sum: f64 = inside.iter().sum();
+    inside.map(|w| w / sum)
+}
+
+/// Calls `body(pixel, normal)` for all pixels: with the normal between those that `corners` tells for the corners of their
+/// triangle, or with the triangle's own, which points up where there is none.
+fn each_normal(texels: &Texels<'_>, corners: impl Fn(usize) -> Option<[DVec3; 3]>, mut body: impl FnMut(usize, DVec3)) {
+    let us = texels.columns();
+    texels.runs(|v, triangle, pixels| {
+        let first = texels.column(&pixels);
+        let flat = triangle.map_or(DVec3::Z, |n| texels.atlas.mesh.cross(n).normalize_or(DVec3::Z));
+        let corners = triangle.and_then(|n| Some((n, corners(n)?)));
+        for (k, u) in pixels.clone().zip(&us[first..]) {
+            let normal = corners.map_or(flat, |(n, corners)| {
+                let w = weights(texels.atlas, n, DVec2::new(*u, v));
+                (corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2]).normalize_or(flat)
+            });
+            body(k, normal);
+        }
+    });
+}
+
+/// The normals of texels as ½ + ½n, in space: `smooth` between the corners of triangles, the file's if it has some, or one
+/// for each triangle. Where there is no surface they point up.
+pub fn normals(texels: &Texels<'_>, smooth: bool, out: [&mut [f32]; 3]) {
+    let [x, y, z] = out;
+    let corners = |n: usize| smooth.then(|| corner_normals(texels.atlas, n));
+    each_normal(texels, corners, |k, normal| {
+        let stored = (0.5 + 0.5 * normal).as_vec3();
+        (x[k], y[k], z[k]) = (stored.x, stored.y, stored.z);
+    });
+}
+
+/// The normals of texels between those of vertices.
+pub fn vertex_normals(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
+    let [x, y, z] = out;
+    let atlas = texels.atlas;
+    let corners = |n: usize| Some(atlas.mesh.triangles[n].map(|v| atlas.smooth[v as usize].as_dvec3()));
+    each_normal(texels, corners, |k, normal| {
+        let normal = normal.as_vec3();
+        (x[k], y[k], z[k]) = (normal.x, normal.y, normal.z);
+    });
+}
+
+/// A number of each triangle; 0 where there is none.
+pub fn of_triangles(texels: &Texels<'_>, values: &[f32], out: &mut [f32]) {
+    texels.runs(|_, triangle, pixels| out[pixels].fill(triangle.map_or(0.0, |n| values[n])));
+}
+
+/// A number of each vertex, even between them; 0 where there is no surface.
+pub fn of_vertices(texels: &Texels<'_>, values: &[f32], out: &mut [f32]) {
+    let us = texels.columns();
+    texels.runs(|v, triangle, pixels| {
+        let first = texels.column(&pixels);
+        let Some(n) = triangle else { return out[pixels].fill(0.0) };
+        let corners = texels.atlas.mesh.triangles[n].map(|v| f64::from(values[v as usize]));
+        for (k, u) in pixels.zip(&us[first..]) {
+            let w = weights(texels.atlas, n, DVec2::new(*u, v));
+            #[expect(clippy::cast_possible_truncation, reason = "fields are single precision")]
+            let value = (corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2]) as f32;
+            out[k] = value;
+        }
+    });
+}
+
+/// 1 in charts and 0 elsewhere, gutters included.
+pub fn mask(texels: &[f32], out: &mut [f32]) {
+    out.iter_mut().zip(texels).for_each(|(out, texel)| *out = f32::from(u8::from(*texel > 0.0)));
+}
+
+/// The singular values of a triangle's map from the canvas in mm to the surface in mm, the larger one first: by how much
+/// lengths grow. 0 for a triangle without area.
+pub fn stretch(atlas: &Atlas, n: usize) -> [f64; 2] {
+    let [u, v] = atlas.jacobians[n];
+    let (a, b) = (u.as_dvec3() / atlas.size_mm.x, v.as_dvec3() / atlas.size_mm.y);
+    let (sum, difference) = (0.5 * (a.dot(a) + b.dot(b)), 0.5 * (a.dot(a) - b.dot(b)));
+    let root = libm::hypot(difference, a.dot(b));
+    // The product is known more exactly than the difference.
+    let large = (sum + root).sqrt();
+    let area = a.cross(b).length();
+    [large, if large > 0.0 { area / large } else { 0.0 }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::atlas::atlas;
+    use crate::mesh::{samples, shapes, texels};
+    use glam::UVec2;
+    use shibo_engine::value::Mesh;
+    use std::sync::Arc;
+
+    fn of(mesh: Mesh) -> Atlas {
+        let uvs = mesh.uvs.clone();
+        atlas(Arc::new(mesh), &uvs, DVec2::splat(100.0)).unwrap()
+    }
+
+    /// Calls `body` with the texels of the whole canvas, `n` pixels wide.
+    fn with<T>(atlas: &Atlas, n: u32, body: impl FnOnce(&Texels<'_>) -> T) -> T {
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::splat(100.0 / f64::from(n)), period: None };
+        let window = Window::full(UVec2::splat(n));
+        let mut values = vec![0.0; window.len()];
+        texels::fill(atlas, &grid, window, &mut values);
+        body(&Texels { atlas, grid: &grid, window, values: &values })
+    }
+
+    fn three(n: usize) -> [Vec<f32>; 3] {
+        std::array::from_fn(|_| vec![f32::NAN; n])
+    }
+
+    /// Places on shapes lie on them, by no more than triangles cut off.
+    #[test]
+    fn places_lie_on_the_shapes() {
+        let size = DVec3::splat(60.0);
+        type Distance = fn(DVec3) -> f64;
+        let cases: [(Mesh, Distance, f64); 3] = [
+            (shapes::cube(size, 64), |p| p.abs().max_element() - 30.0, 1e-4),
+            (shapes::sphere(size, 96), |p| p.length() - 30.0, 0.08),
+            (shapes::torus(size.truncate(), 15.0, 96), |p| (p.truncate().length() - 30.0).hypot(p.z) - 15.0, 0.06),
+        ];
+        for (mesh, distance, most) in cases {
+            let atlas = of(mesh);
+            with(&atlas, 200, |texels| {
+                let mut out = three(texels.values.len());
+                let [x, y, z] = &mut out;
+                places(texels, |_| Motion::NONE, [x, y, z]);
+                let mut found = 0;
+                for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
+                    let p = DVec3::new(f64::from(out[0][k]), f64::from(out[1][k]), f64::from(out[2][k]));
+                    assert!(distance(p).abs() < most, "{p} {}", distance(p));
+                    found += 1;
+                }
+                assert!(found > 10_000);
+                assert!(out.iter().flatten().all(|v| v.is_finite()));
+            });
+        }
+    }
+
+    #[test]
+    fn normals_are_those_of_the_shapes() {
+        let size = DVec3::splat(60.0);
+        let mut plain = shapes::sphere(size, 96);
+        plain.normals.clear();
+        for (mesh, smooth, most) in
+            [(shapes::sphere(size, 96), true, 0.002), (plain, true, 0.03), (shapes::sphere(size, 96), false, 0.06)]
+        {
+            let atlas = of(mesh);
+            with(&atlas, 200, |texels| {
+                let (mut at, mut out) = (three(texels.values.len()), three(texels.values.len()));
+                let ([x, y, z], [a, b, c]) = (&mut at, &mut out);
+                places(texels, |_| Motion::NONE, [x, y, z]);
+                normals(texels, smooth, [a, b, c]);
+                for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
+                    let p = Vec3::new(at[0][k], at[1][k], at[2][k]);
+                    let n = 2.0 * Vec3::new(out[0][k], out[1][k], out[2][k]) - 1.0;
+                    assert!(n.distance(p.normalize()) < most && (n.length() - 1.0).abs() < 1e-5, "{p} {n}");
+                }
+                assert!(out.iter().flatten().all(|v| (0.0..=1.0).contains(v)));
+            });
+        }
+    }
+
+    #[test]
+    fn values_of_vertices_are_even_between_them() {
+        let atlas = of(samples::plane_wild());
+        let values: Vec<f32> = atlas.mesh.positions.iter().map(|p| 2.0 * p.x - 3.0 * p.y + 1.0).collect();
+        with(&atlas, 128, |texels| {
+            let (mut at, mut out) = (three(texels.values.len()), vec![f32::NAN; texels.values.len()]);
+            let [x, y, z] = &mut at;
+            places(texels, |_| Motion::NONE, [x, y, z]);
+            of_vertices(texels, &values, &mut out);
+            for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
+                assert!((out[k] - (2.0 * at[0][k] - 3.0 * at[1][k] + 1.0)).abs() < 1e-3);
+            }
+            let mut inside = out.clone();
+            mask(texels.values, &mut inside);
+            let share = inside.iter().sum::<f32>() / inside.len() as f32;
+            assert!((f64::from(share) - atlas.used).abs() < 0.01);
+        });
+    }
+
+    #[test]
+    fn stretches_are_those_of_the_charts() {
+        // Scaled by 1, 1.4 and 0.8, so alike in both directions.
+        let atlas = of(samples::plane_wild());
+        for n in 0..atlas.uvs.len() {
+            let [large, small] = stretch(&atlas, n);
+            assert!((large / small - 1.0).abs() < 1e-4);
+        }
+        let torus = of(shapes::torus(DVec2::splat(60.0), 15.0, 64));
+        let ratios = (0..torus.uvs.len()).map(|n| stretch(&torus, n)).map(|[a, b]| a / b);
+        let (low, high) = ratios.fold((f64::MAX, 0.0_f64), |(low, high), r| (low.min(r), high.max(r)));
+        // From 15 mm to 45 mm from the axis, where the chart is right at 30 mm.
+        assert!(low < 1.1 && (1.9..2.1).contains(&high), "{low} {high}");
+    }
+}

@@ -1,0 +1,98 @@
+//! How the charts of an atlas lie: whether they overlap, and how close they are to each other.
+use super::texels::{centers, held, owners};
+use glam::{DVec2, UVec2};
+use shibo_engine::value::{Atlas, Grid, Window};
+
+/// How far inside two triangles a centre must lie to count as covered twice, in barycentric coordinates.
+const INSIDE: f64 = 1e-4;
+
+/// What is found on a grid of texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Layout {
+    /// The share of the texels in charts that several triangles hold, and two of these triangles.
+    pub overlap: Option<(f64, [usize; 2])>,
+    /// Whether charts come closer to each other than two texels, so that their gutters meet.
+    pub close: bool,
+}
+
+/// Looks at an atlas with `side` texels along each side. O(side²).
+pub fn layout(atlas: &Atlas, side: u32) -> Layout {
+    let step = atlas.size_mm / f64::from(side);
+    let grid = Grid { origin: DVec2::ZERO, step, period: None };
+    let owned = owners(atlas, &grid, Window::full(UVec2::splat(side)));
+    Layout { overlap: overlap(atlas, &grid, side, &owned), close: close(atlas, &owned, side as usize) }
+}
+
+/// The share of texels that several triangles hold.
+fn overlap(atlas: &Atlas, grid: &Grid, side: u32, owned: &[u32]) -> Option<(f64, [usize; 2])> {
+    let us = centers(grid.origin.x, grid.step.x, atlas.size_mm.x, 0, side as usize);
+    let vs = centers(grid.origin.y, grid.step.y, atlas.size_mm.y, 0, side as usize);
+    let (mut first, mut twice) = (None, vec![false; owned.len()]);
+    let mut inside = vec![0u32; owned.len()];
+    for n in 0..atlas.uvs.len() {
+        held(atlas, n, (&us, &vs), INSIDE, |row, columns| {
+            let start = row * us.len();
+            for k in start + columns.start..start + columns.end {
+                if inside[k] == 0 {
+                    inside[k] = u32::try_from(n + 1).unwrap_or(u32::MAX);
+                } else {
+                    twice[k] = true;
+                    first.get_or_insert([inside[k] as usize - 1, n]);
+                }
+            }
+        });
+    }
+    let count = |all: usize| twice.iter().filter(|twice| **twice).count() as f64 / all.max(1) as f64;
+    first.map(|pair| (count(owned.iter().filter(|owner| **owner > 0).count()), pair))
+}
+
+/// Whether texels of two charts lie within two of each other.
+fn close(atlas: &Atlas, owned: &[u32], side: usize) -> bool {
+    let chart = |k: usize| (owned[k] > 0).then(|| atlas.charts[owned[k] as usize - 1]);
+    (0..owned.len()).any(|k| {
+        let Some(own) = chart(k) else { return false };
+        let (x, y) = (k % side, k / side);
+        let other = |dx: usize, dy: usize| {
+            x + dx < side && y + dy < side && chart(k + dy * side + dx).is_some_and(|c| c != own)
+        };
+        other(1, 0) || other(2, 0) || other(0, 1) || other(0, 2) || other(1, 1) || other(2, 2)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::atlas::atlas;
+    use crate::mesh::{samples, shapes};
+    use glam::{DVec3, Vec2};
+    use shibo_engine::value::Mesh;
+    use std::sync::Arc;
+
+    fn of(mesh: Mesh) -> Atlas {
+        let uvs = mesh.uvs.clone();
+        atlas(Arc::new(mesh), &uvs, DVec2::new(90.0, 60.0)).unwrap()
+    }
+
+    #[test]
+    fn charts_beside_each_other_do_not_overlap() {
+        for mesh in [samples::cube(), samples::plane_cut(), samples::sphere(), shapes::cylinder(DVec3::splat(9.0), 64)]
+        {
+            assert_eq!(layout(&of(mesh), 512).overlap, None);
+        }
+        // At few texels charts come close.
+        assert!(!layout(&of(shapes::cube(DVec3::splat(60.0), 8)), 256).close);
+        assert!(layout(&of(shapes::cube(DVec3::splat(60.0), 8)), 32).close);
+    }
+
+    #[test]
+    fn what_lies_twice_is_found() {
+        let mut mesh = samples::cube();
+        // The first side is laid over the third.
+        for uv in mesh.uvs[..2].as_flattened_mut() {
+            *uv += Vec2::new(0.625, 0.0);
+        }
+        let found = layout(&of(mesh), 256);
+        let (share, [a, b]) = found.overlap.unwrap();
+        assert!((share - 0.2).abs() < 0.02 && a < 2 && (4..6).contains(&b), "{share} {a} {b}");
+    }
+}

@@ -1,0 +1,70 @@
+//! [`BakeNormal`]: the direction in which the surface faces at each texel.
+//!
+//! The file's normals, or those of vertices: of the triangles around them, weighted by their angles there. Cost: about
+//! 40 ns a texel.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Atlas, Stop, Tiling, Type};
+use shibo_kernel::mesh::{bake, fields};
+
+/// The normal of the surface in space, stored as ½ + ½n; beyond charts and their gutters it points up.
+///
+/// This is no normal map of a material, which would be in the surface's own directions: it tells top from sides, for dust,
+/// moss or wear.
+///
+/// ```ron
+/// "cup": MeshShape(shape: Cylinder, size: (50, 50, 30)),
+/// "atlas": MeshAtlas(mesh: "cup"),
+/// "example": BakeNormal(atlas: "atlas"),
+/// ```
+///
+/// Elsewhere: Substance Painter *World Space Normal* map; Blender *Normal* bake in object space; Houdini *Maps Baker*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BakeNormal {
+    /// The atlas.
+    pub atlas: In<Atlas>,
+    /// Whether normals change evenly between the corners of triangles; else each triangle has one of its own.
+    pub smooth: bool,
+}
+
+impl Default for BakeNormal {
+    fn default() -> Self {
+        Self { atlas: In::default(), smooth: true }
+    }
+}
+
+impl Node for BakeNormal {
+    const OUTPUTS: &'static [Output] = &[Output::new("normal", Type::Normal, "The normals in space, ½ + ½n.")];
+    const FACTS: &'static [Fact] = &[];
+
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
+        Tiling::NONE
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (atlas, smooth) = (cx.get(&self.atlas)?, self.smooth);
+        Ok(Outputs::one(fields::baked(Type::Normal, &atlas, move |texels, planes| {
+            if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {
+                bake::normals(texels, smooth, planes);
+            }
+        })))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::tests::atlas_of;
+    use crate::mesh::{MeshForm, MeshShape};
+    use crate::testing::{check_field, field, port};
+
+    #[test]
+    fn holds_in_any_window() {
+        let inputs = [atlas_of(&MeshShape { shape: MeshForm::Torus, ..MeshShape::default() })];
+        for smooth in [false, true] {
+            check_field(&field(&BakeNormal { atlas: port(0), smooth }, &inputs));
+        }
+    }
+}

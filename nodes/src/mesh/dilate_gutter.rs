@@ -1,0 +1,253 @@
+//! [`DilateGutter`]: carries what charts show on beyond their borders.
+//!
+//! Ring by ring the mean of the neighbours that are filled already, see [`kernel::dilate`](shibo_kernel::mesh::dilate). What
+//! is farther away comes from a small picture of the canvas. Cost: O(pixels · width) near borders.
+use glam::DVec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{
+    Atlas, Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window,
+};
+use shibo_kernel::mesh::dilate::Picture;
+use shibo_kernel::mesh::fields;
+
+/// Where values beyond a border come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum DilateMode {
+    /// From the nearest texels of the chart.
+    #[default]
+    Nearest,
+}
+
+/// What becomes of texels farther away.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Rest {
+    /// They keep what the input has there.
+    #[default]
+    Keep,
+    /// They get roughly what the nearest charts show, for smaller and smaller pictures of the whole (mip-maps).
+    Nearest,
+}
+
+/// Carries a texture on beyond the borders of its charts, so that no renderer mixes in what lies between them.
+///
+/// Texels in charts, and those up to two beyond their borders, stay as they are. Ids are never mixed: the lowest neighbour wins.
+///
+/// ```ron
+/// "ball": MeshShape(shape: Cube),
+/// "atlas": MeshAtlas(mesh: "ball"),
+/// "normal": BakeNormal(atlas: "atlas"),
+/// "example": DilateGutter(input: "normal", atlas: "atlas", width: 16),
+/// ```
+///
+/// Elsewhere: Substance Painter *Dilation*, *Padding*; Blender *Margin* of bakes; Houdini *UV Border Extension*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DilateGutter {
+    /// The texture.
+    pub input: In<EveryField>,
+    /// The atlas.
+    pub atlas: In<Atlas>,
+    /// Where values come from.
+    pub mode: DilateMode,
+    /// How far they are carried.
+    #[schemars(range(min = 1, max = 256), extend("unit" = "px"))]
+    pub width: u32,
+    /// What becomes of texels farther away.
+    pub rest: Rest,
+}
+
+impl Default for DilateGutter {
+    fn default() -> Self {
+        Self { input: In::default(), atlas: In::default(), mode: DilateMode::Nearest, width: 8, rest: Rest::Keep }
+    }
+}
+
+/// The pixels along the longer side of the small picture that far texels are taken from.
+const SMALL: u32 = 256;
+
+struct Dilated {
+    input: Field,
+    texels: Field,
+    width: u32,
+    rest: Rest,
+    size: DVec2,
+}
+
+impl Dilated {
+    /// Whether numbers must not be mixed.
+    fn lowest(&self) -> bool {
+        self.input.ty() == Type::Ids
+    }
+
+    fn picture(&self, input: &Tile, texels: &Tile) -> Picture {
+        Picture {
+            planes: (0..input.channels()).map(|channel| input.plane(channel).to_vec()).collect(),
+            filled: texels.plane(0).iter().map(|texel| *texel != 0.0).collect(),
+            columns: input.width(),
+        }
+    }
+
+    /// The small picture's pixels: the same whatever grid is asked for.
+    fn small(&self) -> (Grid, Window) {
+        let pixels = Resolution::Longer(SMALL).of(self.size);
+        (Grid { origin: DVec2::ZERO, step: self.size / pixels.as_dvec2(), period: Some(pixels) }, Window::full(pixels))
+    }
+
+    /// The small picture at the centre of a pixel, even between its own.
+    fn far(small: &Tile, channel: usize, at: DVec2) -> f32 {
+        let last = DVec2::new(small.width() as f64 - 1.0, small.height() as f64 - 1.0);
+        let at = (at / small.grid.step - 0.5).clamp(DVec2::ZERO, last);
+        let corner = at.floor();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the picture")]
+        let [x, y] = [corner.x as usize, corner.y as usize];
+        let (right, below) = ((x + 1).min(small.width() - 1), (y + 1).min(small.height() - 1));
+        let share = (at - corner).as_vec2();
+        let mix = |row: usize| {
+            let row = small.row(channel, row);
+            row[x] + (row[right] - row[x]) * share.x
+        };
+        mix(y) + (mix(below) - mix(y)) * share.y
+    }
+}
+
+impl FieldSource for Dilated {
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        let reach = self.width.cast_signed();
+        [&self.input, &self.texels].map(|field| Read::new(field, grid, window.grow(reach, reach))).into()
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let (input, texels) = (given.tile(0), given.tile(1));
+        if texels.plane(0).iter().all(|texel| *texel > 0.0) {
+            out.copy_from(input, 0, 0);
+            return Ok(());
+        }
+        let mut picture = self.picture(input, texels);
+        picture.rings(self.width as usize, self.lowest());
+        given.check()?;
+        let (grid, window, reach) = (out.grid, out.window, self.width as usize);
+        for (channel, plane) in picture.planes.iter().enumerate() {
+            for (row, y) in (0..out.height()).zip(window.y..) {
+                let start = (row + reach) * picture.columns + reach;
+                let filled = &picture.filled[start..start + out.width()];
+                let from = plane[start..start + out.width()].iter().zip(filled).zip(window.x..);
+                for (value, ((from, filled), x)) in out.row_mut(channel, row).iter_mut().zip(from) {
+                    *value = match given.prepared() {
+                        // Numbers are taken whole.
+                        Some(small) if !filled && self.lowest() => Self::far(
+                            small,
+                            channel,
+                            (grid.center(x, y) / small.grid.step).floor() * small.grid.step + 0.5 * small.grid.step,
+                        ),
+                        Some(small) if !filled => Self::far(small, channel, grid.center(x, y)),
+                        _ => *from,
+                    };
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn whole(&self, _grid: &Grid) -> Vec<Read<'_>> {
+        if self.rest == Rest::Keep {
+            return Vec::new();
+        }
+        let (grid, window) = self.small();
+        [&self.input, &self.texels].map(|field| Read::new(field, &grid, window)).into()
+    }
+
+    fn prepare(&self, _grid: &Grid, pictures: &dyn Pictures) -> Result<Option<Tile>, Stop> {
+        if self.rest == Rest::Keep {
+            return Ok(None);
+        }
+        let (grid, window) = self.small();
+        let (input, texels) = (pictures.read(0, window)?, pictures.read(1, window)?);
+        let mut picture = self.picture(&input, &texels);
+        picture.fill_all(self.lowest());
+        let mut out = Tile::new(grid, window, input.channels());
+        for (channel, plane) in picture.planes.iter().enumerate() {
+            out.plane_mut(channel).copy_from_slice(plane);
+        }
+        Ok(Some(out))
+    }
+
+    fn prepare_bytes(&self, _grid: &Grid) -> u64 {
+        u64::from(self.rest == Rest::Nearest) * 16 * (self.input.channels() as u64 + 1) * u64::from(SMALL * SMALL)
+    }
+}
+
+impl Node for DilateGutter {
+    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The texture, carried on.")];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
+        Tiling::NONE
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (input, atlas) = (cx.get(&self.input)?, cx.get(&self.atlas)?);
+        let ty = input.ty();
+        let source =
+            Dilated { input, texels: fields::texels(&atlas), width: self.width, rest: self.rest, size: cx.size_mm() };
+        Ok(Outputs::one(Field::new(ty, Tiling::NONE, source).overwriting()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::tests::atlas_of;
+    use crate::mesh::{BakeParts, BakePosition, MeshForm, MeshShape, Parts};
+    use crate::testing::{canvas, check_field, field, port, raster, render};
+    use shibo_engine::value::Value;
+
+    fn node(width: u32, rest: Rest) -> DilateGutter {
+        DilateGutter { input: port(0), atlas: port(1), width, rest, ..DilateGutter::default() }
+    }
+
+    fn inputs() -> [Value; 2] {
+        let atlas = atlas_of(&MeshShape { shape: MeshForm::Cube, ..MeshShape::default() });
+        let places = field(&BakePosition { atlas: port(0), ..BakePosition::default() }, std::slice::from_ref(&atlas));
+        [places.into(), atlas]
+    }
+
+    #[test]
+    fn holds_in_any_window() {
+        for rest in [Rest::Keep, Rest::Nearest] {
+            for width in [1, 5] {
+                check_field(&field(&node(width, rest), &inputs()));
+            }
+        }
+    }
+
+    /// What is in charts stays, and with `rest: Nearest` nothing is left empty.
+    #[test]
+    fn charts_keep_what_they_show() {
+        let inputs = inputs();
+        let Value::Field(before) = &inputs[0] else { panic!() };
+        let Value::Atlas(atlas) = &inputs[1] else { panic!() };
+        let (before, texels) = (raster(before, &canvas()), raster(&fields::texels(atlas), &canvas()));
+        let [narrow, wide, all] =
+            [(1, Rest::Keep), (3, Rest::Keep), (1, Rest::Nearest)].map(|(w, rest)| render(&node(w, rest), &inputs));
+        let empty = |tile: &Tile| (0..tile.window.len()).filter(|k| (0..3).all(|c| tile.plane(c)[*k] == 0.0)).count();
+        assert!(empty(&before) > empty(&narrow) && empty(&narrow) > empty(&wide) && empty(&wide) > 0);
+        assert_eq!(empty(&all), 0);
+        for k in (0..before.window.len()).filter(|k| texels.plane(0)[*k] != 0.0) {
+            for tile in [&narrow, &wide, &all] {
+                assert!((0..3).all(|c| tile.plane(c)[k] == before.plane(c)[k]));
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_not_mixed() {
+        let atlas = inputs()[1].clone();
+        let ids = field(&BakeParts { atlas: port(0), by: Parts::Chart }, std::slice::from_ref(&atlas));
+        for rest in [Rest::Keep, Rest::Nearest] {
+            let tile = render(&node(4, rest), &[ids.clone().into(), atlas.clone()]);
+            assert!(tile.data().iter().all(|id| id.fract() == 0.0 && (0.0..=6.0).contains(id)));
+        }
+    }
+}

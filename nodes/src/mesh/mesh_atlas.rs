@@ -1,0 +1,371 @@
+//! [`MeshAtlas`]: how a mesh lies on the canvas.
+//!
+//! Charts that are given are found by [`kernel::charts`](shibo_kernel::mesh::charts), new ones made by
+//! [`kernel::unwrap`](shibo_kernel::mesh::unwrap). Cost: O(triangles), about 1 µs each; new charts about 50 µs each.
+use super::bake_parts::Parts;
+use glam::{DVec2, Vec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{Atlas, Mesh, Stop, Tiling, Type};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::mesh::atlas::{AtlasError, atlas};
+use shibo_kernel::mesh::layout::layout;
+use shibo_kernel::mesh::unwrap::{Unwrap, UnwrapError, unwrap};
+use shibo_kernel::mesh::{bake, fields};
+use std::sync::Arc;
+
+/// Where charts come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum ChartSource {
+    /// The mesh's own UVs, or new charts if it has none.
+    #[default]
+    Auto,
+    /// The mesh's own UVs.
+    Given,
+    /// New charts.
+    New,
+    /// The charts of the mesh's own UVs, laid out anew: all at the same scale, with room between them.
+    Repack,
+}
+
+/// How much room is left around new charts, in texels of `page`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Gutter {
+    /// So many texels.
+    Texels(u32),
+    /// Enough for two texels at each of so many levels, each half as fine as the one before.
+    Levels(u32),
+}
+
+impl Gutter {
+    /// In texels.
+    fn texels(self) -> u32 {
+        match self {
+            Self::Texels(n) => n,
+            Self::Levels(n) => 2 << n.clamp(1, 12).saturating_sub(1),
+        }
+    }
+}
+
+/// How new charts are packed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Pack {
+    /// By their shapes, also into hollows of others.
+    #[default]
+    Shape,
+    /// In rows: much faster where there are many, and less dense.
+    Fast,
+}
+
+/// What to do about triangles that lie over each other on the canvas.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Overlap {
+    /// A warning.
+    #[default]
+    Warn,
+    /// An error.
+    Refuse,
+}
+
+/// Lays a mesh out on the canvas: each triangle gets its place in the picture, so that every texture on the canvas is one of
+/// the mesh.
+///
+/// The unit square of UVs is the canvas, v down. Triangles that are connected there make a *chart*. Nodes that know nothing of
+/// meshes measure on the canvas; they are right on the surface if the canvas is as large as the charts, and a warning tells
+/// by how much it is not.
+///
+/// ```ron
+/// "ball": MeshShape(shape: Sphere),
+/// "example": MeshAtlas(mesh: "ball", charts: New),
+/// ```
+///
+/// Elsewhere: Blender *Smart UV Project*, *Pack Islands*; Houdini *UV Flatten*, *UV Layout*; Substance Painter *Auto-unwrap*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct MeshAtlas {
+    /// The mesh.
+    pub mesh: In<Mesh>,
+    /// Where charts come from.
+    pub charts: ChartSource,
+    /// For new charts: by how much a triangle may be turned away from the rest of its chart. Lower values give flatter charts
+    /// and more borders.
+    #[schemars(range(min = 1, max = 89), extend("unit" = "°"))]
+    pub angle: f64,
+    /// For new charts: the most by which areas in a chart may differ from those on the surface.
+    #[schemars(range(min = 1, max = 100))]
+    pub stretch: f64,
+    /// For new charts: the grid on which they are packed, texels along the shorter side of the canvas.
+    #[schemars(range(min = 64, max = 16384), extend("unit" = "px"))]
+    pub page: u32,
+    /// For new charts: how much room is left around each.
+    #[schemars(extend("minimum" = 1, "maximum" = 4096))]
+    pub gutter: Gutter,
+    /// For new charts: how they are packed.
+    pub pack: Pack,
+    /// What to do about triangles that lie over each other on the canvas.
+    pub overlap: Overlap,
+}
+
+impl Default for MeshAtlas {
+    fn default() -> Self {
+        Self {
+            mesh: In::default(),
+            charts: ChartSource::Auto,
+            angle: 70.0,
+            stretch: 4.0,
+            page: 1024,
+            gutter: Gutter::Texels(4),
+            pack: Pack::Shape,
+            overlap: Overlap::Warn,
+        }
+    }
+}
+
+/// The grid on which overlaps are looked for has at most so many texels along a side.
+const LOOK: u32 = 1024;
+/// The share of texels that may be covered twice without a word.
+const TWICE: f64 = 1e-3;
+
+impl MeshAtlas {
+    /// The UVs of all corners.
+    fn uvs(&self, mesh: &Mesh, cx: &Context<'_>) -> Result<Vec<[Vec2; 3]>, Stop> {
+        let repack = match self.charts {
+            ChartSource::Auto | ChartSource::New if mesh.uvs.is_empty() => false,
+            ChartSource::New => false,
+            ChartSource::Auto | ChartSource::Given if !mesh.uvs.is_empty() => return Ok(mesh.uvs.clone()),
+            _ if mesh.uvs.is_empty() => {
+                let message = format!("the mesh has no UVs, which `charts: {:?}` needs", self.charts);
+                return Err(Problem::new(Code::MissingInput, message).at("charts").help("take `charts: New`").into());
+            }
+            _ => true,
+        };
+        let how = Unwrap {
+            repack,
+            angle: narrow(self.angle),
+            stretch: narrow(self.stretch),
+            page: self.page,
+            gutter: self.gutter.texels(),
+            tight: self.pack == Pack::Shape,
+        };
+        unwrap(mesh, cx.size_mm(), &how, &|| cx.check().is_ok()).map_err(|error| match error {
+            UnwrapError::Cancelled => Stop::Cancelled,
+            UnwrapError::Full(_) => Problem::new(Code::BadValue, format!("the mesh: {error}"))
+                .at("gutter")
+                .help("lower `gutter`, or raise `page`")
+                .into(),
+            UnwrapError::Impossible(_) => Problem::new(Code::BadValue, format!("the mesh: {error}")).at("mesh").into(),
+        })
+    }
+
+    /// What is worth knowing about an atlas, and errors that only a look at it finds.
+    fn look(&self, atlas: &Atlas, cx: &Context<'_>) -> Result<(), Stop> {
+        let found = layout(atlas, self.page.min(LOOK));
+        if let Some((share, pair)) = found.overlap.filter(|(share, _)| *share > TWICE) {
+            let name = |n: usize| {
+                let part = atlas.mesh.part_names.get(usize::from(atlas.mesh.parts.get(n).copied().unwrap_or(0)));
+                format!("triangle {n} of `{}`", part.map_or("", String::as_str))
+            };
+            let message = format!(
+                "{:.1} % of the texels belong to several triangles, for example {} and {}; each texel shows one of them",
+                100.0 * share,
+                name(pair[0]),
+                name(pair[1])
+            );
+            let help = "take `charts: Repack`, or `New`, unless both may look alike";
+            if self.overlap == Overlap::Refuse {
+                return Err(Problem::new(Code::BadValue, message).at("overlap").help(help).into());
+            }
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("overlap").help(help));
+        } else if found.close {
+            let side = self.page.min(LOOK);
+            let message = format!("charts come closer to each other than two texels at {side}²: colours may bleed");
+            let help = "render larger pictures, or take `charts: Repack`";
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("charts").help(help));
+        }
+        if let Some(problem) = scale_advice(atlas) {
+            cx.evaluator.warn(problem);
+        }
+        Ok(())
+    }
+}
+
+/// Advice to change the size of the canvas, if lengths differ from those on the surface by more than 5 %.
+fn scale_advice(atlas: &Atlas) -> Option<Problem> {
+    let scale = atlas.scale();
+    if (scale - 1.0).abs() <= 0.05 {
+        return None;
+    }
+    let size: DVec2 = atlas.size_mm * scale;
+    let size = if size.x == size.y { format!("{:.1}", size.x) } else { format!("({:.1}, {:.1})", size.x, size.y) };
+    let message = format!(
+        "lengths are {scale:.3} times as long on the surface as on the canvas, so features measured in mm have the wrong size"
+    );
+    Some(Problem::new(Code::Advice, message).at("mesh").help(format!("set `canvas.size_mm: {size}`")))
+}
+
+/// What is wrong with UVs.
+fn problem(error: &AtlasError) -> Problem {
+    let code = if matches!(error, AtlasError::Charts(_)) { Code::TooLarge } else { Code::BadValue };
+    let help = match error {
+        AtlasError::Missing | AtlasError::Flat => "take `charts: New`",
+        AtlasError::Outside { .. } => "these are UVs of textures that repeat; take `charts: Repack`",
+        AtlasError::Charts(_) => "take `charts: New`, or split the mesh by `part` of `LoadMesh`",
+    };
+    Problem::new(code, format!("the mesh: {error}")).at("charts").help(help)
+}
+
+impl Node for MeshAtlas {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("atlas", Type::Atlas, "The mesh on the canvas."),
+        Output::new("mask", Type::Gray, "1 where a texel's centre lies in a chart, 0 elsewhere."),
+        Output::new(
+            "charts",
+            Type::Ids,
+            "The number of each texel's chart, from 1; 0 beyond charts and their gutters.",
+        ),
+        Output::new(
+            "stretch",
+            Type::Gray,
+            "How many times more a texel is stretched in one direction than across it: 1 or more.",
+        ),
+        Output::new("texel", Type::Gray, "How large a texel is on the surface.").in_unit("mm"),
+    ];
+    const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
+        Tiling::NONE
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let mesh = cx.get(&self.mesh)?;
+        let uvs = self.uvs(&mesh, cx)?;
+        let atlas = Arc::new(atlas(mesh, &uvs, cx.size_mm()).map_err(|error| problem(&error))?);
+        self.look(&atlas, cx)?;
+        let mask = fields::baked(Type::Gray, &atlas, |texels, mut planes| {
+            if let [out] = &mut planes[..] {
+                bake::mask(texels.values, out);
+            }
+        });
+        let stretches: Vec<[f64; 2]> = (0..atlas.uvs.len()).map(|n| bake::stretch(&atlas, n)).collect();
+        let ratio = |[large, small]: &[f64; 2]| if *small > 0.0 { narrow((large / small).min(1e6)) } else { 0.0 };
+        let ratios: Vec<f32> = stretches.iter().map(ratio).collect();
+        let scales: Vec<f32> = stretches.iter().map(|[large, small]| narrow((large * small).sqrt())).collect();
+        let stretch = fields::baked(Type::Gray, &atlas, move |texels, mut planes| {
+            if let [out] = &mut planes[..] {
+                bake::of_triangles(texels, &ratios, out);
+            }
+        });
+        let texel = fields::baked(Type::Gray, &atlas, move |texels, mut planes| {
+            if let [out] = &mut planes[..] {
+                bake::of_triangles(texels, &scales, out);
+                let step = narrow((texels.grid.step.x * texels.grid.step.y).sqrt());
+                out.iter_mut().for_each(|scale| *scale *= step);
+            }
+        });
+        let charts = Parts::Chart.field(&atlas);
+        let outputs = Outputs::one(shibo_engine::value::Value::Atlas(atlas));
+        Ok(outputs.with("mask", mask).with("charts", charts).with("stretch", stretch).with("texel", texel))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{MeshForm, MeshShape};
+    use crate::testing::{canvas, check_field, outputs, port};
+    use shibo_engine::value::{Field, Value};
+
+    fn mesh(shape: MeshForm) -> Mesh {
+        let node = MeshShape { shape, segments: 24, ..MeshShape::default() };
+        match outputs(&node, &[], &canvas()).unwrap().take("mesh", true) {
+            Some(Value::Mesh(mesh)) => Mesh::clone(mesh),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn made(node: &MeshAtlas, mesh: Mesh) -> Result<Outputs, Stop> {
+        outputs(node, &[Value::Mesh(Arc::new(mesh))], &canvas())
+    }
+
+    fn atlas_in(outputs: &Outputs) -> Arc<Atlas> {
+        match outputs.take("atlas", true) {
+            Some(Value::Atlas(atlas)) => atlas.clone(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn field_in(outputs: &Outputs, name: &str) -> Field {
+        match outputs.take(name, false) {
+            Some(Value::Field(field)) => field.clone(),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+
+    fn node(charts: ChartSource) -> MeshAtlas {
+        MeshAtlas { mesh: port(0), charts, page: 256, ..MeshAtlas::default() }
+    }
+
+    #[test]
+    fn outputs_hold_in_any_window() {
+        let outputs = made(&node(ChartSource::Auto), mesh(MeshForm::Torus)).unwrap();
+        for name in ["mask", "charts", "stretch", "texel"] {
+            check_field(&field_in(&outputs, name));
+        }
+    }
+
+    #[test]
+    fn charts_come_from_where_they_should() {
+        let count = |charts, mesh| atlas_in(&made(&node(charts), mesh).unwrap()).chart_count();
+        assert_eq!(count(ChartSource::Auto, mesh(MeshForm::Cube)), 6);
+        assert_eq!(count(ChartSource::Given, mesh(MeshForm::Cube)), 6);
+        assert_eq!(count(ChartSource::Repack, mesh(MeshForm::Cylinder)), 3);
+        let mut bare = mesh(MeshForm::Torus);
+        bare.uvs.clear();
+        assert!(count(ChartSource::Auto, bare.clone()) > 1);
+        assert!(count(ChartSource::New, mesh(MeshForm::Torus)) > 1);
+        for charts in [ChartSource::Given, ChartSource::Repack] {
+            let Err(Stop::Failed(problem)) = made(&node(charts), bare.clone()) else { panic!("no error") };
+            assert_eq!((problem.code, problem.field.as_deref()), (Code::MissingInput, Some("charts")));
+        }
+    }
+
+    #[test]
+    fn wrong_uvs_are_refused() {
+        let mut tiled = mesh(MeshForm::Torus);
+        tiled.uvs.iter_mut().flatten().for_each(|uv| *uv *= 3.0);
+        let Err(Stop::Failed(problem)) = made(&node(ChartSource::Auto), tiled.clone()) else { panic!("no error") };
+        assert_eq!((problem.code, problem.field.as_deref()), (Code::BadValue, Some("charts")));
+        assert!(problem.help.unwrap().contains("Repack"));
+        assert_eq!(atlas_in(&made(&node(ChartSource::Repack), tiled).unwrap()).chart_count() > 0, true);
+        // Two sides of a box at one place.
+        let mut double = mesh(MeshForm::Cube);
+        let half = double.uvs.len() / 6;
+        for n in 0..half {
+            double.uvs[n] = double.uvs[n + half];
+        }
+        let refuse = MeshAtlas { overlap: Overlap::Refuse, ..node(ChartSource::Given) };
+        let Err(Stop::Failed(problem)) = made(&refuse, double.clone()) else { panic!("no error") };
+        assert_eq!((problem.code, problem.field.as_deref()), (Code::BadValue, Some("overlap")));
+        assert!(made(&node(ChartSource::Given), double).is_ok());
+    }
+
+    #[test]
+    fn the_size_of_the_canvas_is_advised() {
+        // A sheet of 60 mm on a canvas of 32 mm.
+        let outputs = made(&node(ChartSource::Auto), mesh(MeshForm::Plane)).unwrap();
+        let advice = scale_advice(&atlas_in(&outputs)).unwrap();
+        assert_eq!(advice.help.as_deref(), Some("set `canvas.size_mm: 60.0`"));
+        let canvas = canvas();
+        let texel = crate::testing::raster(&field_in(&outputs, "texel"), &canvas);
+        assert!(texel.data().iter().all(|v| (v - 60.0 / 64.0).abs() < 1e-5));
+        let stretch = crate::testing::raster(&field_in(&outputs, "stretch"), &canvas);
+        assert!(stretch.data().iter().all(|v| (v - 1.0).abs() < 1e-4));
+    }
+
+    #[test]
+    fn gutters_are_told_in_texels() {
+        assert_eq!((Gutter::Texels(3).texels(), Gutter::Levels(1).texels(), Gutter::Levels(6).texels()), (3, 2, 64));
+    }
+}

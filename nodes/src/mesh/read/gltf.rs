@@ -1,0 +1,305 @@
+//! glTF and GLB: the document by `gltf-json`, the numbers by [`views`](super::views).
+//!
+//! What else a document names, pictures and other files, is never opened. Animations, skins, cameras and lights are left out.
+use super::views::{Buffers, Numbers, fault};
+use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, ReadError, Surface, part};
+use glam::{DMat3, DMat4, DQuat, DVec3, Vec2, Vec3};
+use gltf_json::accessor::Type;
+use gltf_json::mesh::{Mode, Primitive, Semantic};
+use gltf_json::validation::Checked;
+use gltf_json::{Node, Root};
+use shibo_engine::picture::caught;
+use std::collections::HashMap;
+
+/// How deep nodes may be nested.
+const DEEPEST: usize = 64;
+/// The most objects and the most bytes outside of texts that a document may have: they take much more memory than room in
+/// the file.
+const MOST_OBJECTS: usize = 200_000;
+const MOST_STRUCTURE: usize = 32 << 20;
+/// Extensions that say nothing about the shape of meshes, or what every reader here knows.
+const KNOWN: [&str; 5] = ["KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "KHR_mesh_quantization"];
+
+/// The document and the binary part of a GLB.
+fn chunks(file: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
+    let word = |at: usize| file.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
+    let truncated = || ReadError::bad("it is truncated");
+    let (version, length) = (word(4).ok_or_else(truncated)?, word(8).ok_or_else(truncated)? as usize);
+    if version != 2 {
+        return Err(ReadError::Bad(format!("it is glTF of version {version}; only version 2 is read")));
+    }
+    let file = file.get(..length).ok_or_else(|| {
+        ReadError::Bad(format!("it should have {length} bytes, and there are {}: it is truncated", file.len()))
+    })?;
+    let (mut document, mut packed, mut at) = (None, None, 12);
+    while at + 8 <= file.len() {
+        let (Some(length), Some(kind)) = (word(at), word(at + 4)) else { break };
+        let chunk = file.get(at + 8..).and_then(|rest| rest.get(..length as usize)).ok_or_else(truncated)?;
+        match kind {
+            0x4E4F_534A => document = document.or(Some(chunk)),
+            0x004E_4942 => packed = packed.or(Some(chunk)),
+            _ => {}
+        }
+        // Chunks begin at multiples of 4.
+        at += 8 + (length as usize).next_multiple_of(4);
+    }
+    Ok((document.ok_or_else(|| ReadError::bad("it has no JSON"))?, packed))
+}
+
+/// Refuses documents that would take much more memory than their length.
+fn measured(json: &[u8]) -> Result<(), ReadError> {
+    let (mut objects, mut structure, mut text, mut escaped) = (0, 0, false, false);
+    for byte in json {
+        match byte {
+            _ if escaped => escaped = false,
+            b'\\' if text => escaped = true,
+            b'"' => text = !text,
+            _ if text => {}
+            b'{' => objects += 1,
+            _ => structure += 1,
+        }
+    }
+    if objects > MOST_OBJECTS || structure > MOST_STRUCTURE {
+        let message = format!("its document has more than {MOST_OBJECTS} objects or {} MiB", MOST_STRUCTURE >> 20);
+        return Err(ReadError::TooLarge(message));
+    }
+    Ok(())
+}
+
+fn document(json: &[u8]) -> Result<Root, ReadError> {
+    measured(json)?;
+    let root = caught(|| Root::from_slice(json)).ok_or_else(|| ReadError::bad("its document cannot be read"))?;
+    let root = root.map_err(|error| ReadError::Bad(format!("its document is no glTF: {error}")))?;
+    let known = |name: &&String| !KNOWN.iter().any(|known| name.starts_with(known));
+    match root.extensions_required.iter().find(known) {
+        Some(name) => Err(ReadError::Bad(format!(
+            "it needs `{name}`, which is not read: export it without compression and extensions"
+        ))),
+        None => Ok(root),
+    }
+}
+
+/// A mesh where a node puts it.
+struct Placed {
+    node: usize,
+    mesh: usize,
+    matrix: DMat4,
+}
+
+fn matrix(node: &Node) -> DMat4 {
+    if let Some(columns) = &node.matrix {
+        return DMat4::from_cols_array(&columns.map(f64::from));
+    }
+    let three =
+        |v: Option<[f32; 3]>, otherwise: f64| v.map_or(DVec3::splat(otherwise), |v| Vec3::from_array(v).as_dvec3());
+    let turn = node.rotation.as_ref().map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
+    let turn = if turn.length_squared() > 1e-12 { turn.normalize() } else { DQuat::IDENTITY };
+    DMat4::from_scale_rotation_translation(three(node.scale, 1.0), turn, three(node.translation, 0.0))
+}
+
+/// The meshes of the scene that is shown.
+fn placed(root: &Root) -> Result<Vec<Placed>, ReadError> {
+    let all = root.nodes.len();
+    let children = |node: &Node| -> Vec<usize> { node.children.iter().flatten().map(|n| n.value()).collect() };
+    let first: Vec<usize> = match (root.scene.map(|n| n.value()), root.scenes.first()) {
+        (Some(n), _) => {
+            let scene = root.scenes.get(n).ok_or_else(|| fault("scene", &format!("there is no scene {n}")))?;
+            scene.nodes.iter().map(|n| n.value()).collect()
+        }
+        (None, Some(scene)) => scene.nodes.iter().map(|n| n.value()).collect(),
+        (None, None) => {
+            let inner: std::collections::BTreeSet<usize> = root.nodes.iter().flat_map(children).collect();
+            (0..all).filter(|n| !inner.contains(n)).collect()
+        }
+    };
+    let mut open: Vec<(usize, DMat4, usize)> = first.into_iter().rev().map(|n| (n, DMat4::IDENTITY, 0)).collect();
+    let mut seen = vec![false; all];
+    let mut found = Vec::new();
+    while let Some((n, outer, depth)) = open.pop() {
+        let at = format!("nodes[{n}]");
+        let node = root.nodes.get(n).ok_or_else(|| fault(&at, &format!("there are only {all} nodes")))?;
+        if std::mem::replace(&mut seen[n], true) {
+            return Err(fault(&at, "it lies within itself, or in two others"));
+        }
+        if depth > DEEPEST {
+            return Err(fault(&at, &format!("nodes are nested more than {DEEPEST} deep")));
+        }
+        let matrix = outer * matrix(node);
+        if let Some(mesh) = node.mesh {
+            found.push(Placed { node: n, mesh: mesh.value(), matrix });
+        }
+        open.extend(children(node).into_iter().rev().map(|child| (child, matrix, depth + 1)));
+    }
+    Ok(found)
+}
+
+/// The numbers of a primitive.
+struct Attributes<'a> {
+    positions: Numbers<'a>,
+    normals: Option<Numbers<'a>>,
+    uvs: Option<Numbers<'a>>,
+    indices: Option<Numbers<'a>>,
+    mode: Mode,
+    /// The number of corners that are listed.
+    corners: usize,
+}
+
+/// `None` for points and lines.
+fn attributes<'a>(
+    buffers: &'a Buffers<'_>,
+    primitive: &Primitive,
+    at: &str,
+) -> Result<Option<Attributes<'a>>, ReadError> {
+    let Checked::Valid(mode) = primitive.mode else { return Err(fault(at, "its mode is unknown")) };
+    if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        return Ok(None);
+    }
+    let find = |semantic: Semantic, name: &str, ty: Type| {
+        let accessor = primitive.attributes.get(&Checked::Valid(semantic));
+        accessor.map(|n| buffers.numbers(n.value(), ty, &format!("{at}.attributes.{name}"))).transpose()
+    };
+    let positions = find(Semantic::Positions, "POSITION", Type::Vec3)?;
+    let Some(positions) = positions else { return Err(fault(at, "it has no positions")) };
+    let (normals, uvs) =
+        (find(Semantic::Normals, "NORMAL", Type::Vec3)?, find(Semantic::TexCoords(0), "TEXCOORD_0", Type::Vec2)?);
+    for (numbers, name) in [(&normals, "NORMAL"), (&uvs, "TEXCOORD_0")] {
+        if let Some(numbers) = numbers.as_ref().filter(|numbers| numbers.count < positions.count) {
+            let what = format!("it has {} elements for {} positions", numbers.count, positions.count);
+            return Err(fault(&format!("{at}.attributes.{name}"), &what));
+        }
+    }
+    let at = format!("{at}.indices");
+    let indices = primitive.indices.map(|n| buffers.numbers(n.value(), Type::Scalar, &at)).transpose()?;
+    let corners = indices.as_ref().map_or(positions.count, |indices| indices.count);
+    if let Some(indices) = &indices {
+        let wrong = (0..corners).filter(|n| indices.index(*n).is_none_or(|v| v as usize >= positions.count)).count();
+        if wrong > 0 {
+            let what = format!("{wrong} of {corners} indices lie beyond the {} positions", positions.count);
+            return Err(fault(&at, &what));
+        }
+    }
+    Ok(Some(Attributes { positions, normals, uvs, indices, mode, corners }))
+}
+
+/// What is counted while a file is looked through, so that nothing grows beyond the limits.
+#[derive(Default)]
+struct Counted {
+    triangles: usize,
+    vertices: usize,
+    left_out: bool,
+}
+
+impl Counted {
+    fn add(&mut self, of: &Attributes<'_>) -> Result<(), ReadError> {
+        self.triangles += if of.mode == Mode::Triangles { of.corners / 3 } else { of.corners.saturating_sub(2) };
+        self.vertices += of.positions.count;
+        if self.triangles > MOST_TRIANGLES || self.vertices > MOST_VERTICES {
+            let message = format!("it has more than {MOST_TRIANGLES} triangles or {MOST_VERTICES} vertices");
+            return Err(ReadError::TooLarge(message));
+        }
+        Ok(())
+    }
+}
+
+/// Calls `body` for each set of triangles: the node and mesh, the set's number, its material and its numbers.
+fn each(
+    root: &Root,
+    buffers: &Buffers<'_>,
+    mut body: impl FnMut(&Placed, &Primitive, &Attributes<'_>, &str) -> Result<(), ReadError>,
+) -> Result<Counted, ReadError> {
+    let mut counted = Counted::default();
+    for placed in placed(root)? {
+        let n = placed.mesh;
+        let mesh = root.meshes.get(n);
+        let mesh =
+            mesh.ok_or_else(|| fault(&format!("nodes[{}].mesh", placed.node), &format!("there is no mesh {n}")))?;
+        for (k, primitive) in mesh.primitives.iter().enumerate() {
+            let at = format!("meshes[{n}].primitives[{k}]");
+            let Some(attributes) = attributes(buffers, primitive, &at)? else {
+                counted.left_out = true;
+                continue;
+            };
+            counted.add(&attributes)?;
+            body(&placed, primitive, &attributes, &at)?;
+        }
+    }
+    Ok(counted)
+}
+
+fn open(file: &[u8], packed: bool) -> Result<(Root, Option<&[u8]>), ReadError> {
+    let (json, binary) = if packed { chunks(file)? } else { (file, None) };
+    Ok((document(json)?, binary))
+}
+
+/// Looks through a file.
+pub(super) fn check(file: &[u8], beside: Option<&[u8]>, packed: bool) -> Result<(), ReadError> {
+    let (root, binary) = open(file, packed)?;
+    let counted = each(&root, &Buffers::new(&root, binary, beside)?, |_, _, _, _| Ok(()))?;
+    if counted.triangles == 0 { Err(ReadError::bad("it has no triangles")) } else { Ok(()) }
+}
+
+/// Reads a file.
+pub(super) fn read(file: &[u8], beside: Option<&[u8]>, packed: bool) -> Result<Contents, ReadError> {
+    let (root, binary) = open(file, packed)?;
+    let buffers = Buffers::new(&root, binary, beside)?;
+    let mut surface = Surface::default();
+    let mut known = HashMap::new();
+    let counted = each(&root, &buffers, |placed, primitive, attributes, _| {
+        let material = primitive.material.and_then(|n| root.materials.get(n.value())).and_then(|m| m.name.as_deref());
+        let names = [root.nodes[placed.node].name.as_deref(), root.meshes[placed.mesh].name.as_deref(), material];
+        let names: Vec<&str> = names.into_iter().flatten().filter(|name| !name.is_empty()).collect();
+        let name = if names.is_empty() { format!("mesh {}", placed.mesh) } else { names.join("/") };
+        let number = part(&mut surface.mesh.part_names, &mut known, &name)?;
+        add(&mut surface, placed, attributes, number);
+        Ok(())
+    })?;
+    let left = [
+        (counted.left_out, "points and lines"),
+        (!root.animations.is_empty(), "animations"),
+        (!root.skins.is_empty(), "skins"),
+        (root.meshes.iter().any(|mesh| mesh.primitives.iter().any(|p| p.targets.is_some())), "morph targets"),
+    ];
+    let left_out = left.iter().filter(|(found, _)| *found).map(|(_, name)| (*name).to_owned()).collect();
+    Ok(Contents { mesh: surface.done(), metres: true, left_out })
+}
+
+/// Adds a set of triangles where its node puts it.
+fn add(surface: &mut Surface, placed: &Placed, of: &Attributes<'_>, part: u16) {
+    let first = u32::try_from(surface.mesh.positions.len()).unwrap_or(u32::MAX);
+    let place =
+        |n: usize| placed.matrix.transform_point3(Vec3::from_array(of.positions.vector(n)).as_dvec3()).as_vec3();
+    surface.mesh.positions.extend((0..of.positions.count).map(place));
+    let linear = DMat3::from_mat4(placed.matrix);
+    let mirrored = linear.determinant() < 0.0;
+    // Normals turn with the inverse transposed, whose length does not matter.
+    let cofactors = DMat3::from_cols(
+        linear.y_axis.cross(linear.z_axis),
+        linear.z_axis.cross(linear.x_axis),
+        linear.x_axis.cross(linear.y_axis),
+    ) * if mirrored { -1.0 } else { 1.0 };
+    let normal = |numbers: &Numbers<'_>, v: u32| {
+        (cofactors * Vec3::from_array(numbers.vector(v as usize)).as_dvec3()).normalize_or_zero().as_vec3()
+    };
+    let uv = |numbers: &Numbers<'_>, v: u32| Vec2::from_array(numbers.vector(v as usize));
+    let index = |n: usize| match &of.indices {
+        Some(indices) => indices.index(n).unwrap_or(0),
+        None => u32::try_from(n).unwrap_or(0),
+    };
+    let triangles = if of.mode == Mode::Triangles { of.corners / 3 } else { of.corners.saturating_sub(2) };
+    for n in 0..triangles {
+        let mut corners = match of.mode {
+            Mode::TriangleStrip if n % 2 == 1 => [n + 1, n, n + 2],
+            Mode::TriangleStrip => [n, n + 1, n + 2],
+            Mode::TriangleFan => [0, n + 1, n + 2],
+            _ => [3 * n, 3 * n + 1, 3 * n + 2],
+        }
+        .map(index);
+        if mirrored {
+            corners.swap(1, 2);
+        }
+        let uvs = of.uvs.as_ref().map(|numbers| corners.map(|v| uv(numbers, v)));
+        let normals = of.normals.as_ref().map(|numbers| corners.map(|v| normal(numbers, v)));
+        let polygon = u32::try_from(surface.mesh.triangles.len()).unwrap_or(0);
+        surface.add(corners.map(|v| first + v), (part, polygon), uvs, normals);
+    }
+}

@@ -201,6 +201,7 @@ fn show_nodes(graph: &mut Graph, args: &RenderArgs) -> Result<(), Quit> {
         }
         let span = node.span;
         graph.outputs.push(GraphOutput {
+            mesh: None,
             name: file,
             node: index,
             output,

@@ -35,7 +35,7 @@ fn picture(document: &Json, binary: &[u8], used: &Json) -> image::DynamicImage {
     image::load_from_memory(&view(document, binary, &image["bufferView"])).unwrap()
 }
 
-const GRAPH: &str = r#"(
+const GRAPH: &str = r##"(
   canvas: (size_mm: (40, 20), resolution: (64, 32), tile: X, seed: 3),
   nodes: {
     "color": Gradient(input: "lumps", stops: [(0, "#202020"), (1, "#e08040")]),
@@ -45,7 +45,7 @@ const GRAPH: &str = r#"(
     "skin": Material(base_color: "color", roughness: "rough", normal: "normal", coat: 0.25, MORE),
   },
   outputs: OUTPUTS,
-)"#;
+)"##;
 
 fn desk(more: &str, outputs: &str) -> Desk {
     let desk = Desk::new();

@@ -70,5 +70,5 @@ pub fn registry() -> Registry {
     let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>());
     let choice = (Kind::of::<combine::Choose>(), Kind::of::<combine::ChooseMaterial>());
     let registry = Registry::new(families()).with_layout(layout.0, layout.1).with_choice(choice.0, choice.1);
-    registry.with_code(shibo_kernel::CODE).with_code(CODE)
+    registry.with_gutters(mesh::filled).with_code(shibo_kernel::CODE).with_code(CODE)
 }

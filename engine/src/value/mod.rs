@@ -36,6 +36,7 @@ mod solid;
 mod spring_net;
 mod stop;
 mod surface;
+mod surface_net;
 mod tile;
 mod ty;
 
@@ -73,6 +74,7 @@ pub use solid::{Patch, PatchPieces, Planes, Solid, SolidSource, Wants};
 pub use spring_net::SpringNet;
 pub use stop::Stop;
 pub use surface::{Seam, Surface};
+pub use surface_net::SurfaceNet;
 pub use tile::Tile;
 pub use ty::Type;
 
@@ -95,6 +97,7 @@ macro_rules! objects {
             Mesh         "#4b6f9e" "A surface of triangles in space.",
             Atlas        "#4b6f9e" "A mesh laid out on the canvas.",
             Frames       "#c2503e" "Directions on a mesh.",
+            SurfaceNet   "#2f8f86" "Points on a mesh and links between them.",
             IndirectionMap "#7a4fa3" "For the pixels of an atlas, which lie beside them on the surface.",
             Exemplar     "#7a4fa3" "A picture to synthesise from.",
             CoordMap     "#7a4fa3" "For each pixel of an output, a position in an exemplar.",

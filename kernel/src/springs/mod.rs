@@ -31,5 +31,5 @@ mod tables;
 
 mod wide;
 
-pub use net::{BreakOn, Broken, Integrator, Mass, Motion, Net, Outcome, SpringError};
+pub use net::{BreakOn, Broken, Integrator, Mass, Motion, Net, Outcome, Rest, SpringError};
 pub use simulate::{forces, simulate, stretch};

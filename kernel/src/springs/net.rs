@@ -16,6 +16,19 @@ pub enum Integrator {
     SemiImplicit,
 }
 
+/// What a spring's length at rest is, before `rest_length` is added.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Rest {
+    /// As in the source: every spring starts stretched by the pitch. That is 0 for links along the rows and columns of a
+    /// grid and (√2-1) · pitch for its diagonals; elsewhere the length at the start minus the mean of all.
+    #[default]
+    Source,
+    /// The length at the start minus the pitch times this factor.
+    InitialMinus(f64),
+    /// 0: the force at the start is stiffness times length, different for every link.
+    Zero,
+}
+
 /// Which springs can break.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BreakOn {

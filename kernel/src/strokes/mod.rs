@@ -12,4 +12,4 @@ mod set;
 mod style;
 
 pub use set::{StrokeSet, layers};
-pub use style::{Combine, Draw, NO_STROKE, Profile, Stroke, StrokeStyle};
+pub use style::{Combine, CrossSection, Draw, NO_STROKE, Profile, Stroke, StrokeStyle};

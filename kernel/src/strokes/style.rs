@@ -41,6 +41,36 @@ impl Default for Profile {
     }
 }
 
+/// The cross-section of a groove.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum CrossSection {
+    /// Level inside, with a sharp edge.
+    Flat,
+    /// A V.
+    Linear,
+    /// Level in the middle and at the edge.
+    Smooth,
+    /// A bell; see `sigma`.
+    #[default]
+    Gaussian,
+    /// Flat, in the shape of a brush stroke.
+    Brush,
+}
+
+impl CrossSection {
+    /// The profile, `sigma` being the standard deviation of the bell as a share of the width.
+    pub fn with_sigma(self, sigma: f32) -> Profile {
+        match self {
+            Self::Flat => Profile::Flat,
+            Self::Linear => Profile::Linear,
+            Self::Smooth => Profile::Smooth,
+            // Beyond 3.2 deviations the bell is below half a percent.
+            Self::Gaussian => Profile::Gaussian { sigma, cutoff: (3.2 * sigma).max(0.5) },
+            Self::Brush => Profile::Brush,
+        }
+    }
+}
+
 /// How grooves that overlap are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Combine {

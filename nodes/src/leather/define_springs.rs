@@ -10,19 +10,7 @@ use shibo_engine::value::{Lattice, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Reduction, Sample};
-
-/// What a spring's length at rest is, before `rest_length` is added.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub enum Rest {
-    /// As in the source: every spring starts stretched by the pitch. That is 0 for links along the rows and columns of a
-    /// grid and (√2-1) · pitch for its diagonals; elsewhere the length at the start minus the mean of all.
-    #[default]
-    Source,
-    /// The length at the start minus the pitch times this factor.
-    InitialMinus(f64),
-    /// 0: the force at the start is stiffness times length, different for every link.
-    Zero,
-}
+use shibo_kernel::springs::Rest;
 
 /// Turns links into springs whose stiffness and length at rest come from a field: stiff where it is bright, so small
 /// cells there and large ones where it is dark.

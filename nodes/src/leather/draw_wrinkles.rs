@@ -13,24 +13,8 @@ use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Segments,
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
-use shibo_kernel::strokes::{self, Combine, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
+use shibo_kernel::strokes::{Combine, CrossSection, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
 use std::sync::{Arc, OnceLock};
-
-/// The cross-section of a groove.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Profile {
-    /// Level inside, with a sharp edge.
-    Flat,
-    /// A V.
-    Linear,
-    /// Level in the middle and at the edge.
-    Smooth,
-    /// A bell; see `sigma`.
-    #[default]
-    Gaussian,
-    /// Flat, in the shape of a brush stroke.
-    Brush,
-}
 
 /// What decides which grooves of a set are wide and deep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -79,7 +63,7 @@ pub struct DrawWrinkles {
     #[schemars(range(min = 0, max = 1))]
     pub mix: f64,
     /// The cross-section.
-    pub profile: Profile,
+    pub profile: CrossSection,
     /// Standard deviation of the `Gaussian`, as a share of the width; the source has 1/6, which draws thin lines.
     #[schemars(range(min = 0.02, max = 1))]
     pub sigma: f64,
@@ -114,7 +98,7 @@ impl Default for DrawWrinkles {
             depth: Range::new(0.1, 0.1),
             vary_by: VaryBy::Random,
             mix: 0.6,
-            profile: Profile::Gaussian,
+            profile: CrossSection::Gaussian,
             sigma: 0.25,
             taper: 0.0,
             tip: None,
@@ -131,14 +115,7 @@ impl DrawWrinkles {
     fn style(&self) -> StrokeStyle {
         let sigma = narrow(self.sigma);
         StrokeStyle {
-            profile: match self.profile {
-                Profile::Flat => strokes::Profile::Flat,
-                Profile::Linear => strokes::Profile::Linear,
-                Profile::Smooth => strokes::Profile::Smooth,
-                // Beyond 3.2 deviations the bell is below half a percent.
-                Profile::Gaussian => strokes::Profile::Gaussian { sigma, cutoff: (3.2 * sigma).max(0.5) },
-                Profile::Brush => strokes::Profile::Brush,
-            },
+            profile: self.profile.with_sigma(sigma),
             taper: narrow(self.taper),
             tip: narrow(self.tip.unwrap_or(self.taper)),
             round_caps: self.round,

@@ -11,6 +11,7 @@ use shibo_engine::value::{
 };
 use shibo_kernel::mesh::dilate::Picture;
 use shibo_kernel::mesh::fields;
+use std::sync::Arc;
 
 /// Where values beyond a border come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -176,6 +177,16 @@ impl FieldSource for Dilated {
     fn prepare_bytes(&self, _grid: &Grid) -> u64 {
         u64::from(self.rest == Rest::Nearest) * 16 * (self.input.channels() as u64 + 1) * u64::from(SMALL * SMALL)
     }
+}
+
+/// A texture whose texels around the charts of an atlas are filled, near ones exactly: what is put into exported files.
+pub fn filled(input: &Field, atlas: &Arc<Atlas>) -> Field {
+    if input.as_constant().is_some() {
+        return input.clone();
+    }
+    let texels = fields::texels(atlas);
+    let source = Dilated { input: input.clone(), texels, width: 8, rest: Rest::Nearest, size: atlas.size_mm };
+    Field::new(input.ty(), Tiling::NONE, source).overwriting()
 }
 
 impl Node for DilateGutter {

@@ -1,4 +1,5 @@
 //! Meshes: files and simple shapes, their atlases, and what is baked on these.
+mod at_points;
 mod bake_curvature;
 mod bake_normal;
 mod bake_occlusion;
@@ -7,12 +8,16 @@ mod bake_position;
 mod bake_solid;
 mod bake_thickness;
 mod cast;
+mod connect_mesh_points;
 mod dilate_gutter;
+mod draw_mesh_wrinkles;
 mod each;
 mod load_mesh;
 mod mesh_atlas;
+mod mesh_points;
 mod mesh_shape;
 mod read;
+mod simulate_mesh_springs;
 mod tangent_field;
 
 pub use bake_curvature::BakeCurvature;
@@ -22,10 +27,14 @@ pub use bake_parts::{BakeParts, Parts};
 pub use bake_position::{BakePosition, Relative};
 pub use bake_solid::{AlignParts, BakeSolid, CutBy, Footprint};
 pub use bake_thickness::BakeThickness;
-pub use dilate_gutter::{DilateGutter, DilateMode, Rest};
+pub use connect_mesh_points::{ConnectMeshPoints, MeshNeighbors};
+pub use dilate_gutter::{DilateGutter, DilateMode, Rest, filled};
+pub use draw_mesh_wrinkles::{DrawMeshWrinkles, MeshLinks, MeshVaryBy};
 pub use load_mesh::{Center, LengthUnit, LoadMesh, UpAxis};
 pub use mesh_atlas::{ChartSource, Gutter, MeshAtlas, Overlap, Pack};
+pub use mesh_points::MeshPoints;
 pub use mesh_shape::{MeshForm, MeshShape};
+pub use simulate_mesh_springs::{MeshBoundary, SimulateMeshSprings};
 pub use tangent_field::{FieldFrom, TangentField};
 
 use shibo_engine::registry::{Family, Kind};
@@ -49,6 +58,10 @@ pub fn family() -> Family {
             Kind::of::<BakeSolid>(),
             Kind::of::<DilateGutter>(),
             Kind::of::<TangentField>(),
+            Kind::of::<MeshPoints>(),
+            Kind::of::<ConnectMeshPoints>(),
+            Kind::of::<SimulateMeshSprings>(),
+            Kind::of::<DrawMeshWrinkles>(),
         ],
     }
 }

@@ -1,0 +1,172 @@
+//! Grooves on a surface, as a function of a place and its normal: both sides of a border between charts show the same.
+use crate::ground::math::exp;
+use crate::strokes::{Combine, Profile, StrokeStyle};
+use glam::{DVec3, Vec3};
+use std::collections::HashMap;
+
+/// A straight groove in the tangent plane at its middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Groove {
+    /// Its middle in mm.
+    pub middle: Vec3,
+    /// The normal there, of length 1.
+    pub normal: Vec3,
+    /// Its direction, of length 1.
+    pub along: Vec3,
+    /// Half its length in mm.
+    pub half_length: f32,
+    /// Half its width in mm.
+    pub half_width: f32,
+    /// Its depth.
+    pub depth: f32,
+}
+
+/// Many grooves, sorted by where they lie.
+#[derive(Clone, Debug)]
+pub struct Grooves {
+    grooves: Vec<Groove>,
+    style: StrokeStyle,
+    side: f32,
+    /// By cubes in space: where in `order` the grooves of each begin, and how many there are.
+    cells: HashMap<[i32; 3], (u32, u32)>,
+    order: Vec<u32>,
+    deepest: f32,
+}
+
+impl Grooves {
+    /// Sorts grooves that are at most `pixel` mm wider than they say.
+    pub fn new(grooves: Vec<Groove>, style: StrokeStyle, pixel: f32) -> Self {
+        let margin = pixel * style.min_width.max(1.0);
+        let reach = |g: &Groove| g.half_length + (g.half_width + margin) * cut(style.profile);
+        let side = grooves.iter().map(reach).fold(f32::MIN_POSITIVE, f32::max);
+        let mut lists: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
+        for (n, groove) in (0..).zip(&grooves) {
+            let [low, high] = [groove.middle - reach(groove), groove.middle + reach(groove)].map(|p| cell(p, side));
+            for z in low[2]..=high[2] {
+                for y in low[1]..=high[1] {
+                    for x in low[0]..=high[0] {
+                        lists.entry([x, y, z]).or_default().push(n);
+                    }
+                }
+            }
+        }
+        let mut lists: Vec<([i32; 3], Vec<u32>)> = lists.into_iter().collect();
+        lists.sort_unstable();
+        let (mut cells, mut order) = (HashMap::with_capacity(lists.len()), Vec::new());
+        let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        for (cell, list) in lists {
+            cells.insert(cell, (count(order.len()), count(list.len())));
+            order.extend(list);
+        }
+        let deepest = grooves.iter().map(|groove| groove.depth).fold(0.0, f32::max);
+        Self { grooves, style, side, cells, order, deepest }
+    }
+
+    /// The memory they take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.grooves) + size_of_val(&*self.order) + self.cells.len() * 24
+    }
+
+    /// The depths at places with these normals, `pixel` mm apart; the cross-section alone if `mask`.
+    pub fn fill(&self, places: [&[f32]; 3], normals: [&[f32]; 3], (pixel, mask): (f32, bool), out: &mut [f32]) {
+        let mut known: Option<([i32; 3], &[u32])> = None;
+        for (i, out) in out.iter_mut().enumerate() {
+            let [place, normal] = [places, normals].map(|planes| Vec3::from_array(planes.map(|plane| plane[i])));
+            let cell = cell(place, self.side);
+            let list = match known {
+                Some((at, list)) if at == cell => list,
+                _ => self
+                    .cells
+                    .get(&cell)
+                    .map_or(&[][..], |(from, count)| &self.order[*from as usize..(*from + *count) as usize]),
+            };
+            known = Some((cell, list));
+            *out = self.value(list, place, normal, pixel, mask);
+        }
+    }
+
+    fn value(&self, list: &[u32], place: Vec3, normal: Vec3, pixel: f32, mask: bool) -> f32 {
+        let mut sum = 0.0_f32;
+        for groove in list.iter().map(|n| &self.grooves[*n as usize]) {
+            let value = section(groove, &self.style, place, normal, pixel) * if mask { 1.0 } else { groove.depth };
+            sum = match self.style.combine {
+                Combine::Max => sum.max(value),
+                Combine::Add | Combine::Screen => sum + value,
+            };
+        }
+        let most = if mask { 1.0 } else { self.deepest };
+        if mask || self.style.combine == Combine::Screen { sum.min(most) } else { sum }
+    }
+}
+
+/// Where a cross-section ends, in half widths.
+fn cut(profile: Profile) -> f32 {
+    if let Profile::Gaussian { cutoff, .. } = profile { 2.0 * cutoff } else { 1.0 }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a place in cubes")]
+fn cell(place: Vec3, side: f32) -> [i32; 3] {
+    (place / side).floor().to_array().map(|x| x as i32)
+}
+
+/// The cross-section of a groove at a place, 0..1, with its taper and its fading.
+fn section(groove: &Groove, style: &StrokeStyle, place: Vec3, normal: Vec3, pixel: f32) -> f32 {
+    // The other side of a thin wall has none of it.
+    if groove.normal.dot(normal) <= 0.5 {
+        return 0.0;
+    }
+    let d = place - groove.middle;
+    let along = d.dot(groove.along);
+    let across = d.dot(groove.normal.cross(groove.along));
+    let e = (along.abs() / groove.half_length.max(f32::MIN_POSITIVE)).min(1.0);
+    let own = groove.half_width * (1.0 - style.taper * e * e).max(0.0).sqrt();
+    let drawn = own.max(0.5 * style.min_width * pixel);
+    if drawn <= 0.0 {
+        return 0.0;
+    }
+    let over = (along.abs() - groove.half_length).max(0.0);
+    let (t, ends) = match (style.profile, style.round_caps) {
+        (Profile::Brush, _) => ((across / drawn).hypot(along / groove.half_length.max(drawn)), 1.0),
+        (_, true) => (across.hypot(over) / drawn, 1.0),
+        (_, false) => (across.abs() / drawn, soft(groove.half_length - along.abs(), pixel)),
+    };
+    let fade = if style.fade { own / drawn } else { 1.0 };
+    let e4 = (e * e) * (e * e);
+    profile(style.profile, t, drawn / pixel) * ends * fade * (1.0 - style.tip * e4)
+}
+
+/// 1 inside and 0 outside of an edge that is a pixel wide.
+fn soft(inside: f32, pixel: f32) -> f32 {
+    (inside / pixel + 0.5).clamp(0.0, 1.0)
+}
+
+/// `t` is the distance from the middle line in half widths, of `half` pixels each.
+fn profile(profile: Profile, t: f32, half: f32) -> f32 {
+    match profile {
+        Profile::Flat | Profile::Brush => soft((1.0 - t) * half, 1.0),
+        Profile::Linear => (1.0 - t).max(0.0),
+        Profile::Smooth => {
+            let left = (1.0 - t * t).max(0.0);
+            left * left
+        }
+        Profile::Gaussian { sigma, cutoff } => {
+            let x = 0.5 * t;
+            if x < cutoff { exp(-0.5 * (x / sigma) * (x / sigma)) } else { 0.0 }
+        }
+    }
+}
+
+/// A groove across the middle of a link: perpendicular to its chord, in the tangent plane; none if that has no direction.
+pub fn across(ends: [DVec3; 2], normals: [Vec3; 2], length_scale: f64, [width, depth]: [f32; 2]) -> Option<Groove> {
+    let chord = ends[1] - ends[0];
+    let normal = (normals[0] + normals[1]).as_dvec3().try_normalize()?;
+    let along = normal.cross(chord).try_normalize()?;
+    Some(Groove {
+        middle: ((ends[0] + ends[1]) * 0.5).as_vec3(),
+        normal: normal.as_vec3(),
+        along: along.as_vec3(),
+        half_length: (0.5 * length_scale * chord.length()) as f32,
+        half_width: 0.5 * width,
+        depth,
+    })
+}

@@ -1,0 +1,75 @@
+//! Straight ways over a surface, in space.
+//!
+//! At an edge the surface is unfolded: the way and all that is carried along keep their part along the edge, and their part
+//! across it goes on in the plane of the next triangle. Nothing depends on how the mesh is laid out.
+use glam::DVec3;
+use shibo_engine::value::Atlas;
+
+/// How far outside of a triangle a point still counts as inside, in barycentric coordinates.
+const TOLERANCE: f64 = 1e-9;
+
+/// How many edges a way may cross.
+const MOST: usize = 4096;
+
+/// Where a way ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slid {
+    /// The triangle.
+    pub triangle: usize,
+    /// The place, in its plane.
+    pub place: DVec3,
+    /// What was carried along.
+    pub carried: DVec3,
+    /// Whether the surface ended before the way did.
+    pub ended: bool,
+}
+
+/// The weights of a triangle's corners at a place, which is projected to its plane; none for a triangle without area.
+pub fn weights([a, b, c]: [DVec3; 3], place: DVec3) -> Option<[f64; 3]> {
+    let (e, f, d) = (b - a, c - a, place - a);
+    let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
+    let scale = 1.0 / (ee * ff - ef * ef);
+    let (de, df) = (d.dot(e), d.dot(f));
+    let (v, w) = ((de * ff - df * ef) * scale, (df * ee - de * ef) * scale);
+    scale.is_finite().then_some([1.0 - v - w, v, w])
+}
+
+/// A vector in the plane of a triangle.
+pub fn flat(atlas: &Atlas, triangle: usize, v: DVec3) -> DVec3 {
+    atlas.mesh.cross(triangle).try_normalize().map_or(v, |normal| v.reject_from_normalized(normal))
+}
+
+/// Goes by `way` from a place of a triangle, both in its plane, and carries a vector along.
+pub fn slide(atlas: &Atlas, (mut triangle, mut place): (usize, DVec3), mut way: DVec3, mut carried: DVec3) -> Slid {
+    let mut came = 3;
+    for _ in 0..MOST {
+        let corners = atlas.mesh.corners(triangle);
+        let (Some(start), Some(end)) = (weights(corners, place), weights(corners, place + way)) else { break };
+        if end.iter().all(|weight| *weight >= -TOLERANCE) {
+            return Slid { triangle, place: place + way, carried, ended: false };
+        }
+        let mut leaves: Option<(usize, f64)> = None;
+        for k in (0..3).filter(|k| *k != came && end[*k] < -TOLERANCE && end[*k] < start[*k]) {
+            let inside = start[k].max(0.0);
+            let share = inside / (inside - end[k]);
+            if leaves.is_none_or(|(_, least)| share < least) {
+                leaves = Some((k, share));
+            }
+        }
+        let Some((edge, share)) = leaves else {
+            return Slid { triangle, place: place + way, carried, ended: false };
+        };
+        place += way * share;
+        way *= 1.0 - share;
+        let Some((next, beyond)) = atlas.across(triangle, edge) else { break };
+        let there = atlas.mesh.corners(next);
+        let along = (corners[(edge + 2) % 3] - corners[(edge + 1) % 3]).normalize_or_zero();
+        let across = |side: DVec3| side.reject_from_normalized(along).normalize_or_zero();
+        let out = -across(corners[edge] - corners[(edge + 1) % 3]);
+        let into = across(there[beyond] - there[(beyond + 1) % 3]);
+        let unfold = |v: DVec3| along * v.dot(along) + into * v.dot(out);
+        (way, carried) = (unfold(way), unfold(carried));
+        (triangle, came) = (next, beyond);
+    }
+    Slid { triangle, place, carried, ended: true }
+}

@@ -1,0 +1,239 @@
+//! [`SimulateMeshSprings`]: the springs of leather on a surface.
+//!
+//! Beyond the source, whose springs are in the plane (JP4905282B2 §4 to §6); on a plane the motion is the same. See
+//! [`kernel::mesh::net`](shibo_kernel::mesh::net). Cost: O(steps · links).
+use super::at_points::AtPoints;
+use glam::{DVec3, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, Range};
+use shibo_engine::value::{Atlas, Stop, SurfaceNet, Tiling, Type};
+use shibo_kernel::ground::hash::Hash;
+use shibo_kernel::mesh::net::{Motion, Springs, Stopped, simulate};
+use shibo_kernel::mesh::slide;
+use shibo_kernel::mesh::sow::{Sown, normal};
+use shibo_kernel::springs::{Integrator, Rest};
+
+/// Which points of a surface stay.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum MeshBoundary {
+    /// All points move.
+    Free,
+    /// Those at most this many mm from an end of the surface.
+    Ends(f64),
+    /// Those at most a pitch from an end of the surface; a closed one has none.
+    #[default]
+    Auto,
+}
+
+/// Turns the links of a surface into springs and lets them move its points: stiff springs gather small cells, soft ones leave large
+/// ones, as in leather that was stretched over the form.
+///
+/// What the parameters mean is told at `DefineSprings` and `SimulateSprings`, their siblings in the plane.
+///
+/// ```ron
+/// "ball": MeshShape(shape: Torus),
+/// "atlas": MeshAtlas(mesh: "ball"),
+/// "points": MeshPoints(atlas: "atlas", pitch: 4),
+/// "links": ConnectMeshPoints(net: "points"),
+/// "bends": BakeCurvature(atlas: "atlas", radius: 12),
+/// "moved": SimulateMeshSprings(net: "links", atlas: "atlas", field: "bends", stiffness: (1, 5)),
+/// "relinked": ConnectMeshPoints(net: "moved"),
+/// "example": DrawMeshWrinkles(net: "relinked", atlas: "atlas", width: (0.5, 1.2), depth: 0.4),
+/// ```
+///
+/// Elsewhere: Houdini *Vellum* springs constrained to a surface; Blender and Substance have none.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SimulateMeshSprings {
+    /// The points and links.
+    pub net: In<SurfaceNet>,
+    /// The atlas of their mesh.
+    pub atlas: In<Atlas>,
+    /// What the springs depend on, 0..1, on the atlas. Without it all are alike, as where the field is 0.
+    pub field: Option<In<Gray>>,
+    /// Where this field of the atlas is above ½, points stay.
+    pub held: Option<In<Gray>>,
+    /// Stiffness where the field is 0 and where it is 1. One number: the same everywhere.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
+    pub stiffness: Linear,
+    /// The length at rest.
+    #[schemars(extend("minimum" = -100.0, "maximum" = 100.0))]
+    pub rest: Rest,
+    /// Length of a time step.
+    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0.0))]
+    pub step: f64,
+    /// Number of steps: how far the pattern develops.
+    #[schemars(range(min = 0, max = 100_000))]
+    pub steps: u32,
+    /// This factor times the speed of a point is a force against it.
+    #[schemars(range(min = 0, max = 1e6))]
+    pub drag: f64,
+    /// This factor times the speed at which a link grows is a force against it.
+    #[schemars(range(min = 0, max = 1e6))]
+    pub damping: f64,
+    /// How position and velocity advance.
+    pub integrator: Integrator,
+    /// The force beyond which springs break; a pair gives each spring a limit of its own between the two, by chance. Without
+    /// it none breaks.
+    #[schemars(extend("minimum" = 0.0))]
+    pub break_force: Option<Range>,
+    /// Which points stay.
+    #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
+    pub boundary: MeshBoundary,
+    /// Another number gives springs other limits.
+    pub seed: u64,
+}
+
+impl Default for SimulateMeshSprings {
+    fn default() -> Self {
+        Self {
+            net: In::default(),
+            atlas: In::default(),
+            field: None,
+            held: None,
+            stiffness: Linear::new(1.0, 5.0),
+            rest: Rest::Zero,
+            step: 0.1,
+            steps: 60,
+            drag: 4.0,
+            damping: 0.0,
+            integrator: Integrator::SemiImplicit,
+            break_force: None,
+            boundary: MeshBoundary::Auto,
+            seed: 0,
+        }
+    }
+}
+
+impl Node for SimulateMeshSprings {
+    const OUTPUTS: &'static [Output] = &[Output::new(
+        "net",
+        Type::SurfaceNet,
+        "The points where they are in the end, with all their links; those of broken springs are marked.",
+    )];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
+
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
+        Tiling::NONE
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (net, atlas) = (cx.get(&self.net)?, cx.get(&self.atlas)?);
+        if net.mesh.triangles != atlas.mesh.triangles || net.mesh.positions != atlas.mesh.positions {
+            let message = "atlas is that of another mesh than the one on which the points lie";
+            let help = "give `MeshPoints` and this node the same atlas";
+            return Err(Problem::new(Code::BadValue, message).at("atlas").help(help).into());
+        }
+        if net.links.is_empty() && net.positions.len() > 1 {
+            let message = "the points have no links: nothing moves";
+            let help = "link them with `ConnectMeshPoints(net: …)`";
+            cx.evaluator.warn(Problem::new(Code::Advice, message).at("net").help(help));
+        }
+        let of_points = |port: &In<Gray>, name: &str| -> Result<Vec<f64>, Stop> {
+            let read = AtPoints::read(cx, &atlas, net.pitch, (&cx.get(port)?, name))?;
+            Ok((0..net.positions.len()).map(|n| read.at(&atlas, net.triangles[n] as usize, weights(&net, n))).collect())
+        };
+        let scalars = self.field.as_ref().map(|port| of_points(port, "field")).transpose()?;
+        let held = self.held.as_ref().map(|port| of_points(port, "held")).transpose()?;
+        let along = |link: &[u32; 2]| {
+            scalars.as_ref().map_or(0.0, |values| 0.5 * (values[link[0] as usize] + values[link[1] as usize]))
+        };
+        let stiffness: Vec<f64> = net.links.iter().map(|link| self.stiffness.at(along(link)).max(0.0)).collect();
+        let fixed = self.fixed(&net, &atlas, held.as_deref());
+        let (rest, limit) = (self.rest(&net), self.limits(cx, net.links.len()));
+        let springs = Springs { links: &net.links, stiffness: &stiffness, rest: &rest, limit: &limit, fixed: &fixed };
+        let motion = Motion {
+            step: self.step,
+            steps: self.steps,
+            drag: self.drag,
+            damping: self.damping,
+            semi_implicit: self.integrator == Integrator::SemiImplicit,
+            farthest: 0.5 * net.pitch,
+        };
+        let total = u64::from(self.steps);
+        let mut progress = |step: u32| cx.evaluator.progress(u64::from(step), total);
+        let until = || cx.check().is_err();
+        let state = simulate(&atlas, (&net.positions, &net.triangles), &springs, &motion, (&until, &mut progress));
+        let state = state.map_err(|stopped| match stopped {
+            Stopped::Cancelled => Stop::Cancelled,
+            Stopped::Diverged(step) => self.explain(step).into(),
+        })?;
+        let mut moved = SurfaceNet { positions: state.places, triangles: state.triangles, ..SurfaceNet::clone(&net) };
+        moved.normals = (0..moved.positions.len()).map(|n| normal_of(&moved, &atlas, n)).collect();
+        if state.broken.contains(&true) {
+            moved.broken = state.broken;
+        }
+        Ok(Outputs::one(moved))
+    }
+}
+
+/// The weights of the corners of a point's triangle.
+fn weights(net: &SurfaceNet, point: usize) -> [f64; 3] {
+    let corners = net.mesh.corners(net.triangles[point] as usize);
+    slide::weights(corners, net.positions[point]).unwrap_or([1.0, 0.0, 0.0])
+}
+
+fn normal_of(net: &SurfaceNet, atlas: &Atlas, point: usize) -> Vec3 {
+    let sown = Sown { place: net.positions[point], triangle: net.triangles[point], weights: weights(net, point) };
+    normal(&net.mesh, &atlas.smooth, &sown)
+}
+
+impl SimulateMeshSprings {
+    /// The length at rest of each spring.
+    fn rest(&self, net: &SurfaceNet) -> Vec<f64> {
+        let lengths = || (0..net.links.len()).map(|link| net.span(link).length());
+        match self.rest {
+            Rest::Zero => vec![0.0; net.links.len()],
+            Rest::InitialMinus(factor) => lengths().map(|length| length - net.pitch * factor).collect(),
+            Rest::Source => {
+                let mean = lengths().sum::<f64>() / net.links.len().max(1) as f64;
+                lengths().map(|length| length - mean).collect()
+            }
+        }
+    }
+
+    /// The force beyond which each spring breaks; nothing if none can.
+    fn limits(&self, cx: &Context<'_>, links: usize) -> Vec<f64> {
+        let Some(range) = self.break_force else { return Vec::new() };
+        let hash = Hash::new(cx.seed(self.seed));
+        (0..links as u64).map(|n| range.at(hash.unit(n))).collect()
+    }
+
+    fn fixed(&self, net: &SurfaceNet, atlas: &Atlas, held: Option<&[f64]>) -> Vec<bool> {
+        let margin = match self.boundary {
+            MeshBoundary::Free => None,
+            MeshBoundary::Ends(margin) => Some(margin),
+            MeshBoundary::Auto => Some(net.pitch),
+        };
+        let ends = margin.map(|_| ends(atlas)).unwrap_or_default();
+        let near = |point: usize| {
+            let close = |[a, b]: &[DVec3; 2]| {
+                let (d, along) = (net.positions[point] - *a, *b - *a);
+                let share = (d.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+                d.distance(along * share) <= margin.unwrap_or(0.0)
+            };
+            ends.iter().any(close)
+        };
+        let held = |point: usize| held.is_some_and(|held| held[point] > 0.5);
+        (0..net.positions.len()).map(|point| held(point) || near(point)).collect()
+    }
+
+    fn explain(&self, step: u32) -> Problem {
+        let message = format!("the motion diverges in step {step}: a point would go more than half a pitch at once");
+        let help =
+            format!("lower step (it is {}) or stiffness, or raise drag to about 6 · stiffness · step", self.step);
+        Problem::new(Code::Diverged, message).at("step").help(help)
+    }
+}
+
+/// The edges at which a surface ends.
+fn ends(atlas: &Atlas) -> Vec<[DVec3; 2]> {
+    let of = |triangle: usize| {
+        let corners = atlas.mesh.corners(triangle);
+        let open = (0..3).filter(move |edge| atlas.across(triangle, *edge).is_none());
+        open.map(move |edge| [corners[(edge + 1) % 3], corners[(edge + 2) % 3]])
+    };
+    (0..atlas.mesh.triangles.len()).flat_map(of).collect()
+}

@@ -3,7 +3,7 @@ use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::scene::{Scene, Target, View};
 use super::stage::{News, Stage, Values};
-use super::{data, map};
+use super::{data, map, mesh};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::rejection::{BytesRejection, QueryRejection};
@@ -68,6 +68,7 @@ pub(super) fn router(stage: Arc<Stage>, wishes: Wishes, who: Guard) -> Router {
         .route("/{token}/probe", get(data::probe))
         .route("/{token}/object", get(data::object))
         .route("/{token}/map", get(map::map))
+        .route("/{token}/mesh", get(mesh::mesh))
         .route("/{token}/graph", get(data::graph))
         .route("/{token}/stats", get(data::stats))
         .route("/{token}/values", post(values))

@@ -8,6 +8,7 @@ mod data;
 mod guard;
 mod handlers;
 mod map;
+mod mesh;
 mod object;
 mod paint;
 mod scene;

@@ -7,9 +7,9 @@ use petgraph::graph::NodeIndex;
 use serde::Serialize;
 use shibo_engine::diagnostics::{Code, Diagnostic};
 use shibo_engine::eval::{CancelToken, Keys, NodeStats};
-use shibo_engine::graph::Graph;
+use shibo_engine::graph::{ExportMesh, Graph};
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Channel, Field, Grid, Key, Pixels, Sketch, Type, Value, Window};
+use shibo_engine::value::{Atlas, Carried, Channel, Field, Grid, Key, Pixels, Sketch, Type, Value, Window};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -142,6 +142,19 @@ impl Drop for View {
 }
 
 impl Scene {
+    /// The atlas whose mesh wears the material: that of an exported file, or the first of the graph.
+    pub(crate) fn mesh(&self) -> Option<(NodeIndex, usize)> {
+        let exported = self.graph.outputs.iter().find_map(|output| match output.mesh {
+            Some(ExportMesh::Atlas { node, output }) => Some((node, output)),
+            _ => None,
+        });
+        let of = |node: NodeIndex| {
+            let output = self.graph.nodes[node].outputs.iter().position(|ty| *ty == Atlas::TYPE)?;
+            Some((node, output))
+        };
+        exported.or_else(|| self.graph.nodes.node_indices().find_map(of))
+    }
+
     /// Nothing is shown yet.
     pub(crate) fn new(generation: u64, sha256: String, graph: Graph, keys: Keys) -> Self {
         let names = graph.nodes.node_indices().map(|index| (graph.nodes[index].name.clone(), index)).collect();

@@ -264,6 +264,8 @@ fn describe(scene: &Scene) -> Json {
             "seed": canvas.seed.to_string(),
         },
         "nodes": graph.nodes.node_count(),
+        // Equal names are the same mesh.
+        "mesh": scene.mesh().map(|(node, output)| scene.keys.output(node, output).to_string()),
         "outputs": outputs.collect::<Vec<_>>(),
         "params": params.collect::<Vec<_>>(),
         "presets": graph.presets,

@@ -170,3 +170,51 @@ pub fn across(ends: [DVec3; 2], normals: [Vec3; 2], length_scale: f64, [width, d
         depth,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::strokes::CrossSection;
+
+    fn style() -> StrokeStyle {
+        StrokeStyle { round_caps: true, ..StrokeStyle::default() }
+    }
+
+    fn value(grooves: &Grooves, place: Vec3, normal: Vec3) -> f32 {
+        let (p, n) = (place.to_array().map(|v| [v]), normal.to_array().map(|v| [v]));
+        let mut out = [0.0];
+        grooves.fill([&p[0], &p[1], &p[2]], [&n[0], &n[1], &n[2]], (0.01, false), &mut out);
+        out[0]
+    }
+
+    #[test]
+    fn grooves_lie_across_their_links() {
+        let ends = [DVec3::new(-2.0, 1.0, 5.0), DVec3::new(2.0, 1.0, 5.0)];
+        let groove = across(ends, [Vec3::Z; 2], 0.5, [0.4, 0.3]).unwrap();
+        assert_eq!((groove.middle, groove.along.abs(), groove.half_length), (Vec3::new(0.0, 1.0, 5.0), Vec3::Y, 1.0));
+        let grooves = Grooves::new(vec![groove], style(), 0.01);
+        let at = |x: f32, y: f32| value(&grooves, Vec3::new(x, y, 5.0), Vec3::Z);
+        assert!((at(0.0, 1.0) - 0.3).abs() < 1e-6 && (at(0.0, 1.9) - 0.3).abs() < 1e-6);
+        // The bell of the plane: σ is a quarter of the width.
+        assert!((at(0.1, 1.0) - 0.3 * (-0.5_f32).exp()).abs() < 1e-4);
+        assert_eq!((at(0.0, 3.0), at(0.5, 1.0)), (0.0, 0.0));
+        // The other side of a wall has none of it.
+        assert_eq!(value(&grooves, Vec3::new(0.0, 1.0, 5.0), -Vec3::Z), 0.0);
+    }
+
+    #[test]
+    fn sizes_of_cells_do_not_matter() {
+        let groove = |n: i32| {
+            let x = f64::from(n) * 0.7;
+            across([DVec3::new(x, 0.0, 0.0), DVec3::new(x + 1.0, 0.5, 0.2)], [Vec3::Z; 2], 1.0, [0.3, 0.2]).unwrap()
+        };
+        for combine in [Combine::Max, Combine::Add, Combine::Screen] {
+            let style = StrokeStyle { combine, profile: CrossSection::Linear.with_sigma(0.25), ..style() };
+            let [fine, coarse] = [0.01, 3.0].map(|pixel| Grooves::new((0..20).map(groove).collect(), style, pixel));
+            for k in 0..400 {
+                let place = Vec3::new(0.04 * k as f32, 0.3 + 0.001 * k as f32, 0.05);
+                assert_eq!(value(&fine, place, Vec3::Z), value(&coarse, place, Vec3::Z));
+            }
+        }
+    }
+}

@@ -164,3 +164,115 @@ fn snap(springs: &Springs<'_>, state: &mut State) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::hash::Hash;
+    use crate::ground::stop::NEVER;
+    use crate::mesh::fixture::{plane, sphere};
+    use crate::mesh::links::Points;
+    use crate::mesh::sow::{normal, sow};
+    use glam::Vec3;
+
+    fn net(atlas: &Atlas, pitch: f64) -> (Vec<DVec3>, Vec<u32>, Vec<Vec3>, Vec<[u32; 2]>) {
+        let sown = sow((&atlas.mesh, &atlas.smooth), pitch, &|_, _| 1.0, Hash::new(1), NEVER);
+        let places: Vec<DVec3> = sown.iter().map(|s| s.place).collect();
+        let normals: Vec<Vec3> = sown.iter().map(|s| normal(&atlas.mesh, &atlas.smooth, s)).collect();
+        let links = Points { places: &places, normals: &normals }.delaunay(2.5 * pitch);
+        (places, sown.iter().map(|s| s.triangle).collect(), normals, links)
+    }
+
+    fn motion(semi_implicit: bool) -> Motion {
+        Motion { step: 0.1, steps: 40, drag: 3.0, damping: 0.2, semi_implicit, farthest: 2.0 }
+    }
+
+    /// Springs in the plane, worked out here in two dimensions; the cuts of the atlas mean nothing.
+    #[test]
+    fn on_a_plane_points_move_as_in_the_plane() {
+        let mut results = Vec::new();
+        for name in ["plane_one", "plane_cut"] {
+            let atlas = plane(name);
+            let (places, triangles, _, links) = net(&atlas, 5.0);
+            let [low, high] = atlas.mesh.bounds();
+            let fixed: Vec<bool> = places
+                .iter()
+                .map(|p| (*p - low).truncate().min_element().min((high - *p).truncate().min_element()) < 5.0)
+                .collect();
+            let stiffness: Vec<f64> = (0..links.len() as u64).map(|n| 0.5 + Hash::new(2).with(n).unit(0)).collect();
+            let rest: Vec<f64> = (0..links.len() as u64).map(|n| 3.0 * Hash::new(2).with(n).unit(1)).collect();
+            for semi_implicit in [true, false] {
+                let springs = Springs { links: &links, stiffness: &stiffness, rest: &rest, limit: &[], fixed: &fixed };
+                let motion = motion(semi_implicit);
+                let state = simulate(&atlas, (&places, &triangles), &springs, &motion, (NEVER, &mut |_| ())).unwrap();
+                let mut x = places.clone();
+                let mut v = vec![DVec3::ZERO; x.len()];
+                for _ in 0..motion.steps {
+                    let mut force = vec![DVec3::ZERO; x.len()];
+                    for (n, [a, b]) in links.iter().enumerate() {
+                        let [a, b] = [*a as usize, *b as usize];
+                        let (d, grows) = (x[b] - x[a], v[b] - v[a]);
+                        let along = d.normalize();
+                        let f = along * (stiffness[n] * (d.length() - rest[n]) + motion.damping * grows.dot(along));
+                        force[a] += f;
+                        force[b] -= f;
+                    }
+                    for p in (0..x.len()).filter(|p| !fixed[*p]) {
+                        let a = force[p] - v[p] * motion.drag;
+                        let faster = v[p] + a * motion.step;
+                        x[p] += if semi_implicit {
+                            faster * motion.step
+                        } else {
+                            v[p] * motion.step + a * (0.5 * motion.step * motion.step)
+                        };
+                        v[p] = faster;
+                    }
+                }
+                let farthest = x.iter().zip(&state.places).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+                let moved = x.iter().zip(&places).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+                assert!(farthest < 1e-5 && moved > 0.5, "{name}: {farthest} of {moved}");
+                results.push(state.places);
+            }
+        }
+    }
+
+    #[test]
+    fn points_stay_on_a_ball_and_springs_break() {
+        let atlas = sphere();
+        let (places, triangles, _, links) = net(&atlas, 4.0);
+        assert!((5.5..6.05).contains(&(2.0 * links.len() as f64 / places.len() as f64)));
+        let (stiffness, rest) = (vec![1.0; links.len()], vec![0.0; links.len()]);
+        let forces =
+            forces(&places, &Springs { links: &links, stiffness: &stiffness, rest: &rest, limit: &[], fixed: &[] });
+        let mut sorted = forces.clone();
+        sorted.sort_by(f64::total_cmp);
+        let limit = vec![sorted[sorted.len() * 9 / 10]; links.len()];
+        let springs = Springs { links: &links, stiffness: &stiffness, rest: &rest, limit: &limit, fixed: &[] };
+        let state = simulate(&atlas, (&places, &triangles), &springs, &motion(true), (NEVER, &mut |_| ())).unwrap();
+        for (place, triangle) in state.places.iter().zip(&state.triangles) {
+            let [corner, ..] = atlas.mesh.corners(*triangle as usize);
+            let off = (*place - corner).dot(atlas.mesh.cross(*triangle as usize).normalize());
+            assert!(off.abs() < 1e-4, "{off}");
+        }
+        for (force, broken) in forces.iter().zip(&state.broken) {
+            assert!(*broken || *force <= limit[0]);
+        }
+        // Faster than half a pitch a step is refused.
+        let wild = Motion { step: 10.0, ..motion(false) };
+        let stopped = simulate(&atlas, (&places, &triangles), &springs, &wild, (NEVER, &mut |_| ()));
+        assert!(matches!(stopped, Err(Stopped::Diverged(_))));
+    }
+
+    #[test]
+    fn points_are_evenly_apart_and_know_nothing_of_charts() {
+        let (one, cut) = (plane("plane_one"), plane("plane_cut"));
+        let (places, _, _, links) = net(&one, 4.0);
+        for (n, a) in places.iter().enumerate() {
+            assert!(places[..n].iter().all(|b| a.distance(*b) >= 0.8 * 4.0));
+        }
+        let mean = links.iter().map(|l| places[l[0] as usize].distance(places[l[1] as usize])).sum::<f64>()
+            / links.len() as f64;
+        assert!((0.9..1.2).contains(&(mean / 4.0)), "{mean}");
+        assert_eq!(places, net(&cut, 4.0).0);
+    }
+}

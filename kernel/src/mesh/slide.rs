@@ -73,3 +73,61 @@ pub fn slide(atlas: &Atlas, (mut triangle, mut place): (usize, DVec3), mut way: 
     }
     Slid { triangle, place, carried, ended: true }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::hash::Hash;
+    use crate::mesh::fixture::{cube, plane, sphere, torus};
+
+    /// A place of a triangle, and a direction of length 1 in its plane.
+    fn draw(atlas: &Atlas, n: u64) -> (usize, DVec3, DVec3) {
+        let hash = Hash::new(5).with(n);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below the number of triangles")]
+        let triangle = (hash.unit(0) * atlas.mesh.triangles.len() as f64) as usize;
+        let [a, b, c] = atlas.mesh.corners(triangle);
+        let place = a * 0.3 + b * (0.3 + 0.2 * hash.unit(1)) + c * (0.4 - 0.2 * hash.unit(1));
+        let angle = std::f64::consts::TAU * hash.unit(2);
+        let x = (b - a).normalize();
+        let y = atlas.mesh.cross(triangle).normalize().cross(x);
+        (triangle, place, x * angle.cos() + y * angle.sin())
+    }
+
+    #[test]
+    fn on_a_plane_ways_are_straight() {
+        for name in ["plane_one", "plane_cut"] {
+            let atlas = plane(name);
+            let [low, high] = atlas.mesh.bounds();
+            for n in 0..200 {
+                let (triangle, place, way) = draw(&atlas, n);
+                let target = place + way * 20.0;
+                let slid = slide(&atlas, (triangle, place), way * 20.0, way);
+                let inside = target.cmpge(low - 1e-9).all() && target.cmple(high + 1e-9).all();
+                assert_eq!(slid.ended, !inside, "{name} {n}");
+                if inside {
+                    assert!(slid.place.distance(target) < 1e-9 && slid.carried.distance(way) < 1e-9);
+                    assert!(weights(atlas.mesh.corners(slid.triangle), target).unwrap().iter().all(|w| *w > -1e-6));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn closed_surfaces_have_no_end_and_nothing_grows_on_the_way() {
+        for atlas in [cube(), sphere(), torus(48, 24)] {
+            for n in 0..200 {
+                let (triangle, place, way) = draw(&atlas, n);
+                let slid = slide(&atlas, (triangle, place), way * 70.0, way);
+                assert!(!slid.ended && (slid.carried.length() - 1.0).abs() < 1e-9);
+                // What is carried stays in the surface, and the place on it.
+                let normal = atlas.mesh.cross(slid.triangle).normalize();
+                assert!(slid.carried.dot(normal).abs() < 1e-9);
+                let [corner, ..] = atlas.mesh.corners(slid.triangle);
+                assert!((slid.place - corner).dot(normal).abs() < 1e-7);
+                // Back again by the same way.
+                let back = slide(&atlas, (slid.triangle, slid.place), slid.carried * -70.0, slid.carried);
+                assert!(back.place.distance(place) < 1e-6, "{n}: {}", back.place.distance(place));
+            }
+        }
+    }
+}

@@ -357,6 +357,7 @@ function back() {
 function relight() {
   if (view !== 'lit' || !state?.scene) return;
   const { scene } = state;
+  lit.setMesh(scene);
   const current = outputOf(target);
   const material = current?.type === 'Material' ? current : target?.startsWith('@') ? null : scene.outputs.find((o) => o.type === 'Material');
   const size = state.busy ? 512 : lit.resolution;

@@ -1,5 +1,5 @@
 // The material on a shape: textures from the server, an orbiting eye, a light that turns. Drawn only when something changes.
-import { samples } from './net.js';
+import { mesh, samples } from './net.js';
 import { FRAGMENT, VERTEX } from './shaders.js';
 import { SHAPES } from './shapes.js';
 
@@ -22,6 +22,7 @@ export class Lit {
     this.canvas = canvas;
     this.panel = panel;
     this.values = Object.fromEntries(SLIDERS.map(([name, , , , , start]) => [name, start]));
+    this.shapes = { ...SHAPES };
     this.shape = 'sphere';
     this.relief = 'parallax';
     this.resolution = 1024;
@@ -151,7 +152,7 @@ export class Lit {
     this.draw();
   }
 
-  reset() { [this.turn, this.tilt, this.distance] = SHAPES[this.shape].view; this.draw(); }
+  reset() { [this.turn, this.tilt, this.distance] = this.shapes[this.shape].view; this.draw(); }
 
   setShape(shape) {
     this.shape = shape;
@@ -159,8 +160,28 @@ export class Lit {
     this.reset();
   }
 
+  // The mesh of the graph is one of the shapes, as long as the graph has one.
+  async setMesh(scene) {
+    const id = scene.mesh ?? null;
+    if (id === this.meshId) return;
+    this.meshId = id;
+    const found = id && await mesh({ g: scene.generation });
+    if (this.meshId !== id) return;
+    // Another graph by now: its own news will bring its mesh.
+    if (id && !found) { this.meshId = undefined; return; }
+    const had = !!this.shapes.mesh;
+    delete this.meshes['mesh true'];
+    delete this.meshes['mesh false'];
+    delete this.shapes.mesh;
+    if (found) this.shapes.mesh = { make: () => found, perMm: found.perMm, view: [0.5, 0.3, 3.2] };
+    document.querySelector('[data-shape=mesh]').hidden = !found;
+    if (found && !had) this.setShape('mesh');
+    else if (!found && this.shape === 'mesh') this.setShape('sphere');
+    else this.draw();
+  }
+
   nextShape() {
-    const names = Object.keys(SHAPES);
+    const names = Object.keys(this.shapes);
     this.setShape(names[(names.indexOf(this.shape) + 1) % names.length]);
   }
 
@@ -265,7 +286,7 @@ export class Lit {
     const name = `${this.shape} ${fine}`;
     const known = this.meshes[name];
     if (known) return known;
-    const { data, index } = SHAPES[this.shape].make(fine ? 1 : 0.35);
+    const { data, index } = this.shapes[this.shape].make(fine ? 1 : 0.35);
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
@@ -317,7 +338,9 @@ export class Lit {
 
   material({ maps, mm }) {
     const { gl, canvas, uniforms: u, values } = this;
-    const { span } = SHAPES[this.shape];
+    const { span, perMm } = this.shapes[this.shape];
+    // A mesh wears its textures once.
+    const repeat = perMm ? 1 : values.repeat;
     let bits = 0;
     CHANNELS.forEach((channel, i) => {
       gl.activeTexture(gl.TEXTURE0 + i);
@@ -334,8 +357,8 @@ export class Lit {
     gl.uniformMatrix4fv(u.uView, false, camera(eye, canvas.width / canvas.height));
     gl.uniform3fv(u.uEye, eye);
     gl.uniformMatrix3fv(u.uLight, false, [Math.cos(a), 0, -Math.sin(a), 0, 1, 0, Math.sin(a), 0, Math.cos(a)]);
-    gl.uniform2f(u.uRepeat, values.repeat, (values.repeat * mm[0]) / mm[1]);
-    gl.uniform1f(u.uDisplace, moved ? ((span / values.repeat) / mm[0]) * values.relief : 0);
+    gl.uniform2f(u.uRepeat, repeat, perMm ? 1 : (repeat * mm[0]) / mm[1]);
+    gl.uniform1f(u.uDisplace, moved ? (perMm ?? (span / repeat) / mm[0]) * values.relief : 0);
     gl.uniform2fv(u.uHeights, heights);
     gl.uniform1f(u.uUvPerMm, 1 / mm[0]);
     gl.uniform2f(u.uAspect, 1, mm[0] / mm[1]);

@@ -3,6 +3,7 @@
 //! Places are a triangle and a point of the atlas, which is the unit square, v down. Topology and walks are computed in
 //! double precision, and nothing depends on the order of a hash map.
 
+pub mod across;
 pub mod atlas;
 pub mod bake;
 pub mod charts;

@@ -2,6 +2,7 @@
 //!
 //! Ring by ring the mean of the neighbours that are filled already, see [`kernel::dilate`](shibo_kernel::mesh::dilate). What
 //! is farther away comes from a small picture of the canvas. Cost: O(pixels · width) near borders.
+use crate::surface::on_atlas::Carried;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,6 +20,9 @@ pub enum DilateMode {
     /// From the nearest texels of the chart.
     #[default]
     Nearest,
+    /// From where the surface goes on beyond the border, in another chart: filters that read there see no border. This needs
+    /// the whole picture; normals turn with their charts.
+    Across,
 }
 
 /// What becomes of texels farther away.
@@ -200,9 +204,19 @@ impl Node for DilateGutter {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (input, atlas) = (cx.get(&self.input)?, cx.get(&self.atlas)?);
         let ty = input.ty();
+        if self.mode == DilateMode::Across && self.rest == Rest::Keep {
+            let source = Carried { input, atlas, width: self.width };
+            return Ok(Outputs::one(Field::new(ty, Tiling::NONE, source)));
+        }
         let source =
             Dilated { input, texels: fields::texels(&atlas), width: self.width, rest: self.rest, size: cx.size_mm() };
-        Ok(Outputs::one(Field::new(ty, Tiling::NONE, source).overwriting()))
+        let dilated = Field::new(ty, Tiling::NONE, source).overwriting();
+        if self.mode == DilateMode::Across {
+            let input = cx.shared_field("rest", dilated);
+            let source = Carried { input, atlas, width: self.width };
+            return Ok(Outputs::one(Field::new(ty, Tiling::NONE, source)));
+        }
+        Ok(Outputs::one(dilated))
     }
 }
 
@@ -250,6 +264,31 @@ mod tests {
                 assert!((0..3).all(|c| tile.plane(c)[k] == before.plane(c)[k]));
             }
         }
+    }
+
+    /// `Across` carries on what lies beyond the border on the surface.
+    #[test]
+    fn the_surface_goes_on_across_borders() {
+        let inputs = inputs();
+        let across = DilateGutter { mode: DilateMode::Across, ..node(2, Rest::Keep) };
+        let (Value::Field(before), Value::Atlas(atlas)) = (&inputs[0], &inputs[1]) else { panic!() };
+        let (before, texels) = (raster(before, &canvas()), raster(&fields::texels(atlas), &canvas()));
+        let after = render(&across, &inputs);
+        let mut changed = 0;
+        for k in 0..after.window.len() {
+            let (own, place) = (texels.plane(0)[k] > 0.0, [0, 1, 2].map(|c| f64::from(after.plane(c)[k])));
+            if own {
+                assert!((0..3).all(|c| after.plane(c)[k] == before.plane(c)[k]));
+            } else if texels.plane(0)[k] < 0.0 {
+                // A place of the cube's surface, where the extended triangle has left it.
+                let most = place.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+                assert!((20.0..=30.01).contains(&most), "{place:?}");
+                changed += usize::from((0..3).any(|c| after.plane(c)[k] != before.plane(c)[k]));
+            }
+        }
+        assert!(changed > 50, "{changed}");
+        check_field(&field(&across, &inputs));
+        check_field(&field(&DilateGutter { rest: Rest::Nearest, ..across }, &inputs));
     }
 
     #[test]

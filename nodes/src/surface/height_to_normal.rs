@@ -2,10 +2,11 @@
 //!
 //! n = normalise(-s·∂h/∂x, ∓s·∂h/∂y, 1) with slopes by differences over one pixel on each side. Heights and places are
 //! both in mm, so the map shows the same surface at every resolution. Cost: O(pixels), bound by memory.
+use super::on_atlas::normals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Type};
+use shibo_engine::value::{Atlas, Field, Halo, Stop, Type};
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 
@@ -31,11 +32,14 @@ pub struct HeightToNormal {
     pub y_up: bool,
     /// How slopes are measured.
     pub slope: SlopeFilter,
+    /// The atlas on which the height lies: then slopes are those on its surface, also across borders of charts. This reads the
+    /// whole picture.
+    pub atlas: Option<In<Atlas>>,
 }
 
 impl Default for HeightToNormal {
     fn default() -> Self {
-        Self { input: In::default(), strength: 1.0, y_up: true, slope: SlopeFilter::Scharr }
+        Self { input: In::default(), strength: 1.0, y_up: true, slope: SlopeFilter::Scharr, atlas: None }
     }
 }
 
@@ -45,6 +49,10 @@ impl Node for HeightToNormal {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (strength, y_up, slope) = (self.strength, self.y_up, self.slope);
+        if let Some(atlas) = cx.get_opt(&self.atlas)? {
+            let spec = NormalSpec { step: [1.0; 2], strength, y_up, encode: true, slope };
+            return Ok(Outputs::one(normals(cx.get(&self.input)?, atlas, spec)));
+        }
         let inputs = [cx.get(&self.input)?];
         Ok(Outputs::one(Field::map(Type::Normal, inputs, Halo::px(normal::HALO), move |out, [height]| {
             let spec = NormalSpec { step: tile::step(&out.grid), strength, y_up, encode: true, slope };

@@ -1,0 +1,113 @@
+//! Heights on a surface: what lies beyond the borders of charts, and normals relative to the axes of the atlas.
+use glam::DVec2;
+use shibo_engine::value::{
+    Atlas, Field, FieldSource, Given, Grid, Halo, Pictures, Read, Stop, Tile, Tiling, Type, Window,
+};
+use shibo_kernel::ground::tile;
+use shibo_kernel::mesh::across::{Holds, Sheet, normal_of};
+use shibo_kernel::mesh::texels;
+use shibo_kernel::surface::normal::{self, NormalSpec};
+use std::sync::Arc;
+
+/// A field whose charts are carried on beyond their borders by what lies there on the surface. It needs the whole picture.
+pub(crate) struct Carried {
+    pub(crate) input: Field,
+    pub(crate) atlas: Arc<Atlas>,
+    /// How many pixels.
+    pub(crate) width: u32,
+}
+
+impl Carried {
+    /// The pixels of a grid that the atlas covers.
+    #[expect(clippy::cast_possible_truncation, reason = "a float cast saturates")]
+    fn window(&self, grid: &Grid) -> Window {
+        let first = (-grid.origin / grid.step + 1e-6).floor();
+        let last = ((self.atlas.size_mm - grid.origin) / grid.step - 1e-6).ceil();
+        let count = (last - first).max(DVec2::ONE);
+        let size = |n: f64| u32::try_from(n as i64).unwrap_or(1);
+        Window { x: first.x as i32, y: first.y as i32, width: size(count.x), height: size(count.y) }
+    }
+}
+
+impl FieldSource for Carried {
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        vec![Read::new(&self.input, grid, window)]
+    }
+
+    fn whole(&self, grid: &Grid) -> Vec<Read<'_>> {
+        vec![Read::new(&self.input, grid, self.window(grid))]
+    }
+
+    fn prepare(&self, grid: &Grid, pictures: &dyn Pictures) -> Result<Option<Tile>, Stop> {
+        let window = self.window(grid);
+        let mut tile = pictures.read(0, window)?;
+        let mut planes: Vec<Vec<f32>> = (0..tile.channels()).map(|c| tile.plane(c).to_vec()).collect();
+        let holds = match self.input.ty() {
+            Type::Normal => Holds::Normals,
+            Type::Ids => Holds::Ids,
+            _ => Holds::Values,
+        };
+        Sheet { atlas: &self.atlas, grid, window }.carry(self.width as usize, holds, &mut planes);
+        planes.iter().enumerate().for_each(|(c, plane)| tile.plane_mut(c).copy_from_slice(plane));
+        Ok(Some(tile))
+    }
+
+    fn prepare_bytes(&self, grid: &Grid) -> u64 {
+        let window = self.window(grid);
+        u64::from(window.width) * u64::from(window.height) * (8 * self.input.channels() as u64 + 12)
+    }
+
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let (input, window) = (given.tile(0), out.window);
+        for channel in 0..out.channels() {
+            out.plane_mut(channel).copy_from_slice(input.plane(channel));
+        }
+        let Some(carried) = given.prepared() else { return Ok(()) };
+        let (columns, from) = (window.width as usize, carried.window);
+        let end = |first: i32, count: u32| i64::from(first) + i64::from(count);
+        let clip = |a: Window, b: Window| {
+            let (low, high) = (a.x.max(b.x), end(a.x, a.width).min(end(b.x, b.width)));
+            (low, usize::try_from(high - i64::from(low)).unwrap_or(0))
+        };
+        let (x, count) = clip(window, from);
+        let offset = |k: i32, first: i32| usize::try_from(k - first).unwrap_or(0);
+        for channel in 0..out.channels() {
+            let plane = carried.plane(channel);
+            for (row, y) in (0..window.height as usize).zip(window.y..) {
+                if count == 0 || y < from.y || i64::from(y) >= end(from.y, from.height) {
+                    continue;
+                }
+                let source = offset(y, from.y) * from.width as usize + offset(x, from.x);
+                let to = row * columns + offset(x, window.x);
+                out.plane_mut(channel)[to..to + count].copy_from_slice(&plane[source..source + count]);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The normals of a height on a surface. `spec` tells the strength, the direction of y and how slopes are measured.
+pub(crate) fn normals(height: Field, atlas: Arc<Atlas>, spec: NormalSpec) -> Field {
+    let carried = Field::new(Type::Gray, Tiling::NONE, Carried { input: height, atlas: Arc::clone(&atlas), width: 2 });
+    Field::map(Type::Normal, [carried], Halo::px(normal::HALO), move |out, [height]| {
+        let plain = NormalSpec { step: tile::step(&out.grid), y_up: false, encode: false, ..spec };
+        normal::normal(&tile::view(height, 0), out.window, &plain, tile::planes3(out));
+        let (grid, window, n) = (out.grid, out.window, out.window.len());
+        let mut ids = vec![0.0f32; n];
+        texels::fill(&atlas, &grid, window, &mut ids);
+        let data = out.data_mut();
+        for (p, id) in ids.into_iter().enumerate() {
+            let [x, y, z] = [0, 1, 2].map(|c| f64::from(data[c * n + p]));
+            let slope = DVec2::new(-x / z, -y / z);
+            let mut value = match texels::triangle(id) {
+                Some(triangle) => normal_of(&atlas, triangle, slope),
+                None => [0.5, 0.5, 1.0],
+            };
+            if !spec.y_up {
+                value[1] = 1.0 - value[1];
+            }
+            (0..3).for_each(|c| data[c * n + p] = value[c]);
+        }
+        Ok(())
+    })
+}

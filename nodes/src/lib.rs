@@ -32,6 +32,7 @@ mod masked;
 mod measured;
 mod moved;
 mod normals;
+mod on_atlas;
 #[cfg(test)]
 mod testing;
 mod torus;

@@ -4,18 +4,15 @@
 //! predicts what lies at Δ, and the predictions of the neighbours in the directions `J⁻¹MΔ` for M = 1, diag(1, 0),
 //! diag(0, 1) are averaged per Δ. Tables are read at the nearest pixel, positions are never rounded. Where features
 //! grow, the level whose spacing is `h √|det J|` is compared.
-use super::coverage::Factors;
 use super::jacobian::{Jacobian, OCTANTS};
 use super::plane::{Lookup, Plane};
 use super::region::Region;
 use super::settle::{Geometry, Matcher};
+pub use super::settle::{Position, Terms};
 use super::table::Table;
 use crate::ground::simd;
 use crate::ground::window::{index, offset};
 use rayon::prelude::*;
-
-/// A position in exemplar pixels.
-pub type Position = [f32; 2];
 
 /// The Jacobians of a level's pixels.
 pub enum Jacobians {
@@ -34,22 +31,6 @@ impl Jacobians {
             Self::Each(list) => &list[pixel],
         }
     }
-}
-
-/// The terms of the cost; as for the isometric corrector.
-pub struct Terms<'a> {
-    /// The cost factor of candidates that only look alike, κ.
-    pub kappa: f32,
-    /// Whether three predictions are averaged per Δ, or one is taken.
-    pub averaged: bool,
-    /// Factors for even use.
-    pub factors: Option<&'a Factors>,
-    /// Wanted guide values by pixel and their weight; empty for none.
-    pub guide: &'a [f32],
-    /// See `guide`.
-    pub guide_weight: f32,
-    /// Pixels that stay as they are; empty for none.
-    pub fixed: &'a [bool],
 }
 
 /// One pass over a level; see [`iso::correct`](super::iso::correct). `tables` are those of `h` and all finer ones, `h`

@@ -125,10 +125,10 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
         [at[0] - self.rule.h * step[0], at[1] - self.rule.h * step[1]]
     }
 
-    /// The neighbours in the order in which they are tried: that of their directions in the exemplar, so that how the output
+    /// The neighbours in the order in which they are tried: by rows. On charts by rows of the exemplar, so that how a chart
     /// lies decides no tie; then those that are left out by this.
     fn tried(j: &[T; 4]) -> impl Iterator<Item = usize> {
-        let first = NEAR.map(|k| toward(j, OCTANTS[k]));
+        let first = if L::CHARTS { NEAR.map(|k| toward(j, OCTANTS[k])) } else { NEAR };
         let turn = if toward(j, OCTANTS[2]) == (toward(j, OCTANTS[0]) + 2) & 7 { 1 } else { 7 };
         let rest = (0..8).map(move |k| (first[0] + k * turn) & 7).filter(move |k| !first.contains(k));
         first.into_iter().chain(rest)

@@ -11,6 +11,9 @@ pub trait Lookup: Sync {
 /// Where the neighbours of a pixel are found, and where the place of a neighbour lies seen from the pixel that stands for it:
 /// in pixels of the level, 0 in the plane.
 pub trait Neighbours: Lookup {
+    /// Whether charts may lie in any way, which must decide no tie between neighbours.
+    const CHARTS: bool = false;
+
     /// The neighbour of pixel (x, y) in the direction of [`OCTANTS`]; `None` where there is nothing.
     #[inline(always)]
     fn near(&self, (x, y): (i32, i32), octant: usize) -> Option<(usize, [f32; 2])> {

@@ -1,14 +1,33 @@
 //! How a pixel is corrected along any Jacobian, once its neighbours are known: in the plane as on surfaces.
 //!
-//! See [`aniso`](super::aniso) for the method.
+//! See the module `aniso` for the method.
 use super::analysis::Hood;
-use super::aniso::{Position, Terms};
 use super::candidates::distance;
+use super::coverage::Factors;
 use super::jacobian::{self, Jacobian, OCTANTS};
 use super::pca::DIMS;
 use super::table::Table;
 use crate::ground::simd;
 use crate::ground::window::index;
+
+/// A position in exemplar pixels.
+pub type Position = [f32; 2];
+
+/// The terms of the cost; as for the isometric corrector.
+pub struct Terms<'a> {
+    /// The cost factor of candidates that only look alike, κ.
+    pub kappa: f32,
+    /// Whether three predictions are averaged per Δ, or one is taken.
+    pub averaged: bool,
+    /// Factors for even use.
+    pub factors: Option<&'a Factors>,
+    /// Wanted guide values by pixel and their weight; empty for none.
+    pub guide: &'a [f32],
+    /// See `guide`.
+    pub guide_weight: f32,
+    /// Pixels that stay as they are; empty for none.
+    pub fixed: &'a [bool],
+}
 
 /// What a Jacobian means for a pixel's neighbours.
 pub(super) struct Geometry<'a> {

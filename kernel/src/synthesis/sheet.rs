@@ -122,6 +122,8 @@ impl Lookup for Sheet<'_> {
 }
 
 impl Neighbours for Sheet<'_> {
+    const CHARTS: bool = true;
+
     fn near(&self, (x, y): (i32, i32), octant: usize) -> Option<(usize, [f32; 2])> {
         let w = index(self.level.size[0] as usize);
         let pixel = offset(y * w + x);

@@ -2,7 +2,7 @@
 //!
 //! Ring by ring the mean of the neighbours that are filled already, see [`kernel::dilate`](shibo_kernel::mesh::dilate). What
 //! is farther away comes from a small picture of the canvas. Cost: O(pixels · width) near borders.
-use crate::surface::on_atlas::Carried;
+use crate::on_atlas::Carried;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

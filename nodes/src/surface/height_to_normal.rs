@@ -2,7 +2,7 @@
 //!
 //! n = normalise(-s·∂h/∂x, ∓s·∂h/∂y, 1) with slopes by differences over one pixel on each side. Heights and places are
 //! both in mm, so the map shows the same surface at every resolution. Cost: O(pixels), bound by memory.
-use super::on_atlas::normals;
+use crate::on_atlas::normals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};

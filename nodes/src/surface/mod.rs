@@ -7,7 +7,6 @@ mod curvature_map;
 mod emboss;
 mod height_to_normal;
 mod normal_to_height;
-pub(crate) mod on_atlas;
 mod pillow;
 mod raised_edge;
 mod relief;

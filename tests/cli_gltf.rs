@@ -38,7 +38,7 @@ fn picture(document: &Json, binary: &[u8], used: &Json) -> image::DynamicImage {
 const GRAPH: &str = r##"(
   canvas: (size_mm: (40, 20), resolution: (64, 32), tile: X, seed: 3),
   nodes: {
-    "color": Gradient(input: "lumps", stops: [(0, "#202020"), (1, "#e08040")]),
+    "color": GradientMap(input: "lumps", stops: [(0, "#202020"), (1, "#e08040")]),
     "lumps": Perlin(size: 8),
     "rough": Remap(input: "lumps", to: (0.3, 0.7)),
     "normal": HeightToNormal(input: "lumps"),

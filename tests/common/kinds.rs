@@ -13,6 +13,9 @@ use std::sync::OnceLock;
 /// A picture for nodes that read one.
 const PICTURE: &str = "tests/data/ramp.png";
 
+/// A mesh, likewise.
+const MESH: &str = "tests/meshes/cube.obj";
+
 /// A drawing, likewise.
 const DRAWING: &str = "tests/data/leaf.svg";
 
@@ -102,6 +105,7 @@ pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
         "LayerMaterials" => {
             Some(("layers", "[(material: \"material\"), (material: \"material\", mask: \"gray\", by: Height)]".into()))
         }
+        "LoadMesh" => Some(("path", format!("\"{MESH}\""))),
         "Image" => Some(("path", format!("\"{PICTURE}\""))),
         "Svg" => Some(("path", format!("\"{DRAWING}\""))),
         _ => None,

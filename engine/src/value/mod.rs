@@ -28,6 +28,7 @@ mod mesh;
 mod object;
 mod path;
 mod points;
+mod quads;
 mod scalar_map;
 mod segments;
 mod skeleton;

@@ -145,6 +145,24 @@ pub fn vertex_normals(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     });
 }
 
+/// The places of texels, those of the gutter moved to the nearest border of their triangle: where the surface bends, its plane
+/// would go on inside of the body.
+pub fn places_on_triangles(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
+    let us = texels.columns();
+    let [x, y, z] = out;
+    texels.runs(|v, triangle, pixels| {
+        let first = texels.column(&pixels);
+        let corners = triangle.map(|n| (n, texels.atlas.mesh.corners(n)));
+        for (k, u) in pixels.zip(&us[first..]) {
+            let place = corners.map_or(DVec3::ZERO, |(n, corners)| {
+                let w = weights(texels.atlas, n, DVec2::new(*u, v));
+                corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2]
+            });
+            [x[k], y[k], z[k]] = place.as_vec3().to_array();
+        }
+    });
+}
+
 /// A number of each triangle; 0 where there is none.
 pub fn of_triangles(texels: &Texels<'_>, values: &[f32], out: &mut [f32]) {
     texels.runs(|_, triangle, pixels| out[pixels].fill(triangle.map_or(0.0, |n| values[n])));
@@ -261,6 +279,26 @@ mod tests {
                 assert!(out.iter().flatten().all(|v| (0.0..=1.0).contains(v)));
             });
         }
+    }
+
+    /// Gutters end where triangles do, and texels in charts stay where they are.
+    #[test]
+    fn places_on_triangles_stay_on_the_surface() {
+        let atlas = of(shapes::cube(DVec3::splat(60.0), 16));
+        with(&atlas, 150, |texels| {
+            let (mut on, mut plane) = (three(texels.values.len()), three(texels.values.len()));
+            let ([x, y, z], [a, b, c]) = (&mut on, &mut plane);
+            places_on_triangles(texels, [x, y, z]);
+            places(texels, |_| Motion::NONE, [a, b, c]);
+            let mut beyond = 0;
+            for k in (0..texels.values.len()).filter(|k| texels.values[*k] != 0.0) {
+                let [p, q] = [&on, &plane].map(|from| Vec3::new(from[0][k], from[1][k], from[2][k]));
+                assert!((p.abs().max_element() - 30.0).abs() < 1e-4, "{p}");
+                assert!(texels.values[k] < 0.0 || p.distance(q) < 1e-4);
+                beyond += usize::from(q.abs().max_element() > 30.001);
+            }
+            assert!(beyond > 100);
+        });
     }
 
     #[test]

@@ -17,9 +17,8 @@ impl Picture {
         let (columns, rows) = (self.columns, self.filled.len() / self.columns.max(1));
         let (x, y) = (k % columns, k / columns);
         let at = move |n: usize| (x + n % 3, y + n / 3);
-        (0..9).filter(|n| *n != 4).map(at).filter_map(move |(x, y)| {
-            ((1..=columns).contains(&x) && (1..=rows).contains(&y)).then(|| (y - 1) * columns + x - 1)
-        })
+        let within = move |(x, y): &(usize, usize)| (1..=columns).contains(x) && (1..=rows).contains(y);
+        (0..9).filter(|n| *n != 4).map(at).filter(within).map(move |(x, y)| (y - 1) * columns + x - 1)
     }
 
     /// Fills rings of pixels around those that hold something, one after another: with the mean of the neighbours that were

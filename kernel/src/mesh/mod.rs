@@ -29,6 +29,7 @@ pub mod slide;
 pub mod solver;
 pub mod sow;
 pub mod strokes;
+pub mod subdivide;
 pub mod texels;
 pub mod topology;
 pub mod unwrap;

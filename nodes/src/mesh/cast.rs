@@ -2,7 +2,6 @@
 use shibo_engine::value::{Atlas, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::mesh::bake::{self, Texels};
 use shibo_kernel::mesh::fields;
-use shibo_kernel::mesh::motion::Motion;
 use shibo_kernel::mesh::rays::Rays;
 use std::sync::Arc;
 
@@ -56,7 +55,7 @@ impl<F: Fn(&Cast, &Place) -> f32 + Send + Sync> FieldSource for Source<F> {
         let texels = Texels { atlas, grid: &grid, window, values: given.tile(0).plane(0) };
         let mut places: [Vec<f32>; 6] = std::array::from_fn(|_| vec![0.0; window.len()]);
         let [x, y, z, a, b, c] = &mut places;
-        bake::places(&texels, |_| Motion::NONE, [x, y, z]);
+        bake::places_on_triangles(&texels, [x, y, z]);
         bake::vertex_normals(&texels, [a, b, c]);
         let at = |k: usize, from: usize| glam::Vec3::from_array([0, 1, 2].map(|axis| places[from + axis][k]));
         for (k, out) in out.plane_mut(0).iter_mut().enumerate() {

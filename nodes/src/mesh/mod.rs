@@ -19,6 +19,7 @@ mod mesh_shape;
 mod read;
 mod simulate_mesh_springs;
 mod tangent_field;
+mod subdivide_mesh;
 
 pub use bake_curvature::BakeCurvature;
 pub use bake_normal::BakeNormal;
@@ -36,6 +37,7 @@ pub use mesh_points::MeshPoints;
 pub use mesh_shape::{MeshForm, MeshShape};
 pub use simulate_mesh_springs::{MeshBoundary, SimulateMeshSprings};
 pub use tangent_field::{FieldFrom, TangentField};
+pub use subdivide_mesh::SubdivideMesh;
 
 use shibo_engine::registry::{Family, Kind};
 
@@ -48,6 +50,7 @@ pub fn family() -> Family {
         kinds: vec![
             Kind::of::<LoadMesh>(),
             Kind::of::<MeshShape>(),
+            Kind::of::<SubdivideMesh>(),
             Kind::of::<MeshAtlas>(),
             Kind::of::<BakePosition>(),
             Kind::of::<BakeNormal>(),

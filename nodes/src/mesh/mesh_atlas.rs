@@ -338,7 +338,7 @@ mod tests {
         let Err(Stop::Failed(problem)) = made(&node(ChartSource::Auto), tiled.clone()) else { panic!("no error") };
         assert_eq!((problem.code, problem.field.as_deref()), (Code::BadValue, Some("charts")));
         assert!(problem.help.unwrap().contains("Repack"));
-        assert_eq!(atlas_in(&made(&node(ChartSource::Repack), tiled).unwrap()).chart_count() > 0, true);
+        assert!(atlas_in(&made(&node(ChartSource::Repack), tiled).unwrap()).chart_count() > 0);
         // Two sides of a box at one place.
         let mut double = mesh(MeshForm::Cube);
         let half = double.uvs.len() / 6;

@@ -57,8 +57,7 @@ fn check(page: &str, letter: char, rows: impl Iterator<Item = u32>) {
 
 #[test]
 fn rows_of_synthesis() {
-    // Synthesis on surfaces, rows 18 to 26, is not there yet.
-    check("docs/synthesis.md", 'C', (1..=17).chain(27..=34));
+    check("docs/synthesis.md", 'C', 1..=34);
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! Heights on a surface: what lies beyond the borders of charts, and normals relative to the axes of the atlas.
 use glam::DVec2;
+use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::{
     Atlas, Field, FieldSource, Given, Grid, Halo, Pictures, Read, Stop, Tile, Tiling, Type, Window,
 };
+use shibo_kernel::filter::fields;
 use shibo_kernel::ground::tile;
 use shibo_kernel::mesh::across::{Holds, Sheet, normal_of};
 use shibo_kernel::mesh::texels;
@@ -13,11 +15,43 @@ use std::sync::Arc;
 pub(crate) struct Carried {
     pub(crate) input: Field,
     pub(crate) atlas: Arc<Atlas>,
-    /// How many pixels.
-    pub(crate) width: u32,
+    /// How far.
+    pub(crate) reach: Reach,
 }
 
+/// How far charts are carried on.
+#[derive(Clone, Copy)]
+pub(crate) enum Reach {
+    /// By that many pixels.
+    Pixels(u32),
+    /// By that many mm of the canvas, at most [`MOST`] pixels.
+    Mm(f64),
+}
+
+/// The most pixels over which a filter reads beyond a border.
+const MOST: f64 = 64.0;
+
 impl Carried {
+    /// How many pixels of a grid.
+    fn width(&self, grid: &Grid) -> Result<usize, Problem> {
+        match self.reach {
+            Reach::Pixels(pixels) => Ok(pixels as usize),
+            Reach::Mm(mm) => {
+                let pixels = (mm / grid.step.min_element()).ceil();
+                if pixels > MOST {
+                    let message = format!(
+                        "the radius reaches `{pixels}` texels beyond borders of charts; up to {MOST} are possible"
+                    );
+                    let help = "lower `radius` or the resolution";
+                    return Err(Problem::new(Code::TooLarge, message).at("radius").help(help));
+                }
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited just before")]
+                let pixels = pixels as usize;
+                Ok(pixels.max(1))
+            }
+        }
+    }
+
     /// The pixels of a grid that the atlas covers.
     #[expect(clippy::cast_possible_truncation, reason = "a float cast saturates")]
     fn window(&self, grid: &Grid) -> Window {
@@ -47,7 +81,7 @@ impl FieldSource for Carried {
             Type::Ids => Holds::Ids,
             _ => Holds::Values,
         };
-        Sheet { atlas: &self.atlas, grid, window }.carry(self.width as usize, holds, &mut planes);
+        Sheet { atlas: &self.atlas, grid, window }.carry(self.width(grid)?, holds, &mut planes);
         planes.iter().enumerate().for_each(|(c, plane)| tile.plane_mut(c).copy_from_slice(plane));
         Ok(Some(tile))
     }
@@ -88,7 +122,11 @@ impl FieldSource for Carried {
 
 /// The normals of a height on a surface. `spec` tells the strength, the direction of y and how slopes are measured.
 pub(crate) fn normals(height: Field, atlas: Arc<Atlas>, spec: NormalSpec) -> Field {
-    let carried = Field::new(Type::Gray, Tiling::NONE, Carried { input: height, atlas: Arc::clone(&atlas), width: 2 });
+    let carried = Field::new(
+        Type::Gray,
+        Tiling::NONE,
+        Carried { input: height, atlas: Arc::clone(&atlas), reach: Reach::Pixels(2) },
+    );
     Field::map(Type::Normal, [carried], Halo::px(normal::HALO), move |out, [height]| {
         let plain = NormalSpec { step: tile::step(&out.grid), y_up: false, encode: false, ..spec };
         normal::normal(&tile::view(height, 0), out.window, &plain, tile::planes3(out));
@@ -110,4 +148,60 @@ pub(crate) fn normals(height: Field, atlas: Arc<Atlas>, spec: NormalSpec) -> Fie
         }
         Ok(())
     })
+}
+
+/// A field softened by a Gaussian of `sigma` mm on the surface, which reads on across borders of charts.
+pub(crate) fn blurred(input: Field, atlas: Arc<Atlas>, sigma: f64) -> Field {
+    // Wide enough for all that counts of a Gaussian.
+    let (ty, size, sigma) = (input.ty(), atlas.size_mm, sigma / atlas.scale());
+    let carried = Field::new(ty, Tiling::NONE, Carried { input, atlas, reach: Reach::Mm(3.0 * sigma) });
+    fields::blurred(&carried, sigma, size)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::filter::Blur;
+    use crate::mesh::{MeshAtlas, MeshForm, MeshShape, TangentField};
+    use crate::surface::{AmbientOcclusion, HeightToNormal};
+    use crate::synthesis::JacobianFromMesh;
+    use crate::testing::{canvas, check_field, field, lumps, outputs, port, render};
+    use shibo_engine::value::Value;
+
+    /// A height, the atlas of a cube, and directions on it.
+    fn inputs() -> [Value; 3] {
+        let shape = MeshShape { shape: MeshForm::Cube, ..MeshShape::default() };
+        let mesh = outputs(&shape, &[], &canvas()).unwrap().take("mesh", true).cloned().unwrap();
+        let one = std::slice::from_ref(&mesh);
+        let atlas = MeshAtlas { mesh: port(0), ..MeshAtlas::default() };
+        let atlas = outputs(&atlas, one, &canvas()).unwrap().take("atlas", true).cloned().unwrap();
+        let flow = TangentField { mesh: port(0), ..TangentField::default() };
+        let flow = outputs(&flow, one, &canvas()).unwrap().take("frames", true).cloned().unwrap();
+        [lumps().into(), atlas, flow]
+    }
+
+    #[test]
+    fn fields_on_atlases_hold_in_any_window() {
+        let inputs = inputs();
+        let atlas = || Some(port(1));
+        check_field(&field(&HeightToNormal { input: port(0), atlas: atlas(), ..HeightToNormal::default() }, &inputs));
+        check_field(&field(&Blur { input: port(0), radius: 2.0, atlas: atlas() }, &inputs));
+        let occlusion = AmbientOcclusion { input: port(0), radius: 2.0, atlas: atlas(), ..AmbientOcclusion::default() };
+        check_field(&field(&occlusion, &inputs));
+        check_field(&field(
+            &JacobianFromMesh { atlas: port(1), frames: port(2), ..JacobianFromMesh::default() },
+            &inputs,
+        ));
+    }
+
+    /// On the surface a radius of 2 mm is less on the canvas, on which the cube is smaller.
+    #[test]
+    fn radii_are_measured_on_the_surface() {
+        let inputs = inputs();
+        let span = |node: &Blur| {
+            let tile = render(node, &inputs);
+            tile.data().iter().fold(f32::MIN, |a, b| a.max(*b)) - tile.data().iter().fold(f32::MAX, |a, b| a.min(*b))
+        };
+        let canvas = Blur { input: port(0), radius: 6.0, atlas: None };
+        assert!(span(&Blur { atlas: Some(port(1)), ..canvas.clone() }) > 1.5 * span(&canvas));
+    }
 }

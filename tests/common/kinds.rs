@@ -52,6 +52,9 @@ pub(crate) const STAND_INS: &str = r##"
     "exemplar": Exemplar(input: "rgb", size: (32, 32)),
     "coords": JitterCoords(coords: "start", amount: 4),
     "start": StartCoords(size: (8, 8), levels: 2),
+    "mesh": MeshShape(shape: Torus, size: (20, 20, 10), radius: 4, segments: 16),
+    "atlas": MeshAtlas(mesh: "mesh"),
+    "frames": TangentField(mesh: "mesh", from: Around),
 "##;
 
 /// The outputs of [`STAND_INS`] by type: the first of each.

@@ -3,11 +3,12 @@
 //! Narrow Gaussians are applied as they are; wide ones on a picture halved as often as their width allows, see
 //! [`kernel::blur`](shibo_kernel::filter::blur) and [`kernel::fields`](shibo_kernel::filter::fields). Error against the exact Gaussian
 //! below 0.3 % of the range. Cost: O(pixels), nearly independent of the radius.
+use crate::on_atlas;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::Stop;
+use shibo_engine::value::{Atlas, Stop};
 use shibo_kernel::filter::fields;
 
 /// Softens a field by a Gaussian. Takes grey fields and colours.
@@ -27,11 +28,14 @@ pub struct Blur {
     /// Standard deviation σ of the Gaussian; at most half the canvas' longer side. 0 changes nothing.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub radius: f64,
+    /// The atlas on which the input lies: then `radius` is measured on its surface, and what is read beyond borders of charts is
+    /// what lies there. This reads the whole picture; three times `radius` may be 64 texels at most.
+    pub atlas: Option<In<Atlas>>,
 }
 
 impl Default for Blur {
     fn default() -> Self {
-        Self { input: In::default(), radius: 0.5 }
+        Self { input: In::default(), radius: 0.5, atlas: None }
     }
 }
 
@@ -60,6 +64,9 @@ impl Node for Blur {
         if self.radius == 0.0 || input.as_constant().is_some() {
             return Ok(Outputs::one(input));
         }
+        if let Some(atlas) = cx.get_opt(&self.atlas)? {
+            return Ok(Outputs::one(on_atlas::blurred(input, atlas, self.radius)));
+        }
         Ok(Outputs::one(fields::blurred(&input, self.radius, cx.size_mm())))
     }
 }
@@ -71,7 +78,7 @@ mod tests {
     use crate::testing::{check_field, field, lumps, port, render};
 
     fn blurred(radius: f64) -> Blur {
-        Blur { input: port(0), radius }
+        Blur { input: port(0), radius, atlas: None }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! Ring by ring the mean of the neighbours that are filled already, see [`kernel::dilate`](shibo_kernel::mesh::dilate). What
 //! is farther away comes from a small picture of the canvas. Cost: O(pixels · width) near borders.
-use crate::on_atlas::Carried;
+use crate::on_atlas::{Carried, Reach};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -205,7 +205,7 @@ impl Node for DilateGutter {
         let (input, atlas) = (cx.get(&self.input)?, cx.get(&self.atlas)?);
         let ty = input.ty();
         if self.mode == DilateMode::Across && self.rest == Rest::Keep {
-            let source = Carried { input, atlas, width: self.width };
+            let source = Carried { input, atlas, reach: Reach::Pixels(self.width) };
             return Ok(Outputs::one(Field::new(ty, Tiling::NONE, source)));
         }
         let source =
@@ -213,7 +213,7 @@ impl Node for DilateGutter {
         let dilated = Field::new(ty, Tiling::NONE, source).overwriting();
         if self.mode == DilateMode::Across {
             let input = cx.shared_field("rest", dilated);
-            let source = Carried { input, atlas, width: self.width };
+            let source = Carried { input, atlas, reach: Reach::Pixels(self.width) };
             return Ok(Outputs::one(Field::new(ty, Tiling::NONE, source)));
         }
         Ok(Outputs::one(dilated))

@@ -49,8 +49,8 @@ pub enum FieldFrom {
 pub struct TangentField {
     /// The mesh.
     pub mesh: In<Mesh>,
-    /// Further strokes.
-    pub lines: Vec<In<Curve>>,
+    /// One more stroke.
+    pub line: Option<In<Curve>>,
     /// Where directions come from. By default from strokes if there are any, else from `direction`.
     pub from: Option<FieldFrom>,
     /// A direction in space, z up; for `Around` that of the axis.
@@ -85,7 +85,7 @@ impl Default for TangentField {
     fn default() -> Self {
         Self {
             mesh: In::default(),
-            lines: Vec::new(),
+            line: None,
             from: None,
             direction: (0.0, 0.0, 1.0),
             axis: (0.0, 0.0, 0.0),
@@ -109,7 +109,7 @@ fn vector((x, y, z): Triple) -> DVec3 {
 
 impl TangentField {
     fn drawn(&self) -> bool {
-        !self.strokes.is_empty() || self.file.is_some() || !self.lines.is_empty()
+        !self.strokes.is_empty() || self.file.is_some() || self.line.is_some()
     }
 
     fn source(&self) -> FieldFrom {
@@ -130,9 +130,7 @@ impl TangentField {
                     let points = csv_points::read(path, ("file", "x,y,z"), MOST)?;
                     strokes.push(points.into_iter().map(DVec3::from_array).collect());
                 }
-                for line in cx.get_all(&self.lines)? {
-                    strokes.push(line.points.clone());
-                }
+                strokes.extend(cx.get_opt(&self.line)?.map(|line| line.points.clone()));
                 if strokes.iter().map(Vec::len).sum::<usize>() > MOST {
                     let message = format!("the strokes have more than {MOST} points");
                     return Err(Problem::new(Code::TooLarge, message).at("strokes").into());
@@ -147,7 +145,7 @@ impl TangentField {
         let place = match self.strokes.len() {
             n if stroke < n => "strokes",
             n if stroke == n && self.file.is_some() => "file",
-            _ => "lines",
+            _ => "line",
         };
         let message = format!(
             "point {point} of stroke {stroke} lies `{far:.1}` mm off the surface; up to {most:.1} mm are allowed"
@@ -178,7 +176,7 @@ impl Node for TangentField {
             problems.push(Problem::new(Code::TooLarge, message).at("strokes"));
         }
         if self.from == Some(FieldFrom::Strokes) && !self.drawn() {
-            let message = "there are no strokes; `from: Strokes` needs `strokes`, `file` or `lines`";
+            let message = "there are no strokes; `from: Strokes` needs `strokes`, `file` or `line`";
             problems.push(Problem::new(Code::MissingInput, message).at("from"));
         }
         problems
@@ -207,5 +205,52 @@ impl Node for TangentField {
         };
         cx.check()?;
         Ok(Outputs::one(frames))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{MeshForm, MeshShape};
+    use crate::testing::{OnCanvas as _, canvas, outputs, port};
+    use shibo_engine::value::{Frames, Value};
+    use std::sync::Arc;
+
+    fn frames(node: &TangentField) -> Result<Arc<Frames>, Stop> {
+        let shape = MeshShape { shape: MeshForm::Torus, segments: 24, ..MeshShape::default() };
+        let mesh = outputs(&shape, &[], &canvas()).unwrap().take("mesh", true).cloned().unwrap();
+        let found = outputs(node, &[mesh], &canvas())?.take("frames", true).cloned();
+        let Some(Value::Frames(frames)) = found else { panic!("no frames") };
+        Ok(frames)
+    }
+
+    #[test]
+    fn strokes_are_taken_if_there_are_any() {
+        let plain = TangentField { mesh: port(0), ..TangentField::default() };
+        assert_eq!((plain.source(), plain.symmetry), (FieldFrom::Direction, 1));
+        let around = frames(&TangentField { from: Some(FieldFrom::Around), ..plain.clone() }).unwrap();
+        assert!(around.singular.is_empty() && around.t.iter().all(|t| t.z.abs() < 1e-3));
+        let [_, high] = around.mesh.bounds();
+        let ring = high.x;
+        let drawn = TangentField { strokes: vec![vec![(ring, -2.0, 0.0), (ring, 2.0, 0.0)]], ..plain.clone() };
+        assert_eq!(drawn.source(), FieldFrom::Strokes);
+        assert!(frames(&drawn).is_ok());
+        let far = TangentField { strokes: vec![vec![(ring, -2.0, 0.0), (0.0, 0.0, 500.0)]], ..plain.clone() };
+        let Err(Stop::Failed(problem)) = frames(&far) else { panic!("a stroke far off") };
+        assert_eq!((problem.code, problem.field.as_deref()), (Code::BadValue, Some("strokes")));
+        assert!(problem.message.contains("point 1 of stroke 0"), "{}", problem.message);
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        let fields = |node: TangentField| -> Vec<String> {
+            node.check_on(&canvas()).into_iter().filter_map(|problem| problem.field).collect()
+        };
+        let plain = TangentField { mesh: port(0), ..TangentField::default() };
+        assert!(fields(plain.clone()).is_empty());
+        assert_eq!(fields(TangentField { symmetry: 3, ..plain.clone() }), ["symmetry"]);
+        assert_eq!(fields(TangentField { direction: (0.0, 0.0, 0.0), ..plain.clone() }), ["direction"]);
+        assert_eq!(fields(TangentField { from: Some(FieldFrom::Strokes), ..plain.clone() }), ["from"]);
+        assert_eq!(fields(TangentField { strokes: vec![vec![(0.0, 0.0, 0.0)]], ..plain }), ["strokes"]);
     }
 }

@@ -4,13 +4,15 @@
 //! [`kernel::occlusion`](shibo_kernel::surface::occlusion). The result is smooth, the same in all directions and without noise, unlike
 //! that of tracing rays; but it does not know the shape of the surroundings. Cost: three blurs, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
+use crate::on_atlas;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Type};
+use shibo_engine::value::{Atlas, Field, Halo, Stop, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::surface::occlusion;
+use std::sync::Arc;
 
 /// How open a height field is to the sky: 1 on plains and hills, darker in hollows and grooves.
 ///
@@ -34,11 +36,14 @@ pub struct AmbientOcclusion {
     /// 1 is natural, more is darker; 0 is open everywhere.
     #[schemars(range(min = 0, max = 1e3))]
     pub strength: f64,
+    /// The atlas on which the height lies: then `radius` is measured on its surface, and hollows go on across borders of charts.
+    /// This reads the whole picture; six times `radius` may be 64 texels at most.
+    pub atlas: Option<In<Atlas>>,
 }
 
 impl Default for AmbientOcclusion {
     fn default() -> Self {
-        Self { input: In::default(), radius: 0.5, strength: 1.0 }
+        Self { input: In::default(), radius: 0.5, strength: 1.0, atlas: None }
     }
 }
 
@@ -53,7 +58,11 @@ impl Node for AmbientOcclusion {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let height = cx.get(&self.input)?;
-        let [a, b, c] = occlusion::widths(self.radius).map(|sigma| fields::blurred(&height, sigma, cx.size_mm()));
+        let atlas = cx.get_opt(&self.atlas)?;
+        let [a, b, c] = occlusion::widths(self.radius).map(|sigma| match &atlas {
+            Some(atlas) => on_atlas::blurred(height.clone(), Arc::clone(atlas), sigma),
+            None => fields::blurred(&height, sigma, cx.size_mm()),
+        });
         let spec = occlusion::OcclusionSpec { radius: self.radius, strength: self.strength, step: [1.0; 2] };
         Ok(Outputs::one(Field::map(Type::Gray, [height, a, b, c], Halo::NONE, move |out, [height, a, b, c]| {
             occlusion::openness(height.data(), [a.data(), b.data(), c.data()], &spec, out.data_mut());

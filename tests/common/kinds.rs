@@ -55,6 +55,8 @@ pub(crate) const STAND_INS: &str = r##"
     "mesh": MeshShape(shape: Torus, size: (20, 20, 10), radius: 4, segments: 16),
     "atlas": MeshAtlas(mesh: "mesh"),
     "frames": TangentField(mesh: "mesh", from: Around),
+    "net": ConnectMeshPoints(net: "sown"),
+    "sown": MeshPoints(atlas: "atlas", pitch: 4),
 "##;
 
 /// The outputs of [`STAND_INS`] by type: the first of each.

@@ -196,7 +196,7 @@ mod tests {
         for atlas in [cube(), sphere()] {
             for n in 0..2000u64 {
                 let hash = Hash::new(n);
-                let from = spot(&atlas, (hash.u64(9) % atlas.uvs.len() as u64) as usize, hash);
+                let from = spot(&atlas, usize::try_from(hash.u64(9) % atlas.uvs.len() as u64).unwrap_or(0), hash);
                 let jf = jacobian(atlas.mesh.corners(from.triangle), corners(&atlas, from.triangle));
                 let normal = jf[0].cross(jf[1]).normalize();
                 let wish = DVec3::new(hash.unit(5) - 0.5, hash.unit(6) - 0.5, hash.unit(7) - 0.5) * 30.0;

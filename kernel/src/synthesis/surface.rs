@@ -78,9 +78,11 @@ pub fn run<I: SurfaceInputs>(
         jacobians = finer;
         let mut fixed = Vec::new();
         if let Some((is_fixed, positions)) = inputs.fixed(&region)? {
-            let given = map.iter_mut().zip(&is_fixed).zip(positions).filter(|((_, fixed), _)| **fixed);
+            // Where a map of another surface has nothing, nothing is given.
+            let there = positions.iter().map(is_there);
+            fixed = is_fixed.into_iter().zip(there).map(|(fixed, there)| fixed && there).collect();
+            let given = map.iter_mut().zip(&fixed).zip(positions).filter(|((_, fixed), _)| **fixed);
             given.for_each(|((map, _), at)| *map = at);
-            fixed = is_fixed;
         }
         run.correct((l, count), &tables, (&sheet, &jacobians), (&guide, &fixed), &mut map)?;
     }
@@ -107,11 +109,13 @@ impl<I: SurfaceInputs> Run<'_, I> {
 
     /// The first positions: given ones, or random ones of the exemplar.
     fn start(&self, table: &Table, sheet: &Sheet<'_>, guide: &[f32]) -> Result<Vec<Position>, I::Stop> {
-        if self.settings.start == Start::Given {
-            return self.inputs.start(&sheet.region());
-        }
+        let given = match self.settings.start {
+            Start::Given => self.inputs.start(&sheet.region())?,
+            _ => Vec::new(),
+        };
         let weight = self.weight(table);
         let place = |pixel: usize| match sheet.level.triangle(pixel) {
+            _ if given.get(pixel).is_some_and(is_there) => given[pixel],
             Some(_) => self.random(table, sheet, pixel, guide.get(pixel).map(|wanted| (*wanted, weight))),
             None => [0.5; 2],
         };
@@ -241,6 +245,11 @@ impl<I: SurfaceInputs> Run<'_, I> {
         let count = names.len().max(1);
         (tiles, count)
     }
+}
+
+/// Whether a map of coordinates has something at a place.
+fn is_there(at: &Position) -> bool {
+    at[0].is_finite() && at[1].is_finite()
 }
 
 /// The exemplar pixel of a coordinate.

@@ -78,7 +78,7 @@ impl FieldSource for Framed {
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        let (grid, window, n) = (out.grid.clone(), out.window, out.window.len());
+        let (grid, window, n) = (out.grid, out.window, out.window.len());
         let mut ids = vec![0.0f32; n];
         texels::fill(&self.atlas, &grid, window, &mut ids);
         let mut tiles = given.tiles();
@@ -87,8 +87,8 @@ impl FieldSource for Framed {
         let framing = Framing { atlas: &self.atlas, frames: &self.frames };
         let mut face: Option<(usize, Face)> = None;
         let rest: &[f32] = if self.shows == Shows::Jacobian { &[1.0, 0.0, 0.0, 1.0] } else { &[0.5; 3] };
-        for p in 0..n {
-            let Some(triangle) = texels::triangle(ids[p]) else {
+        for (p, id) in ids.into_iter().enumerate() {
+            let Some(triangle) = texels::triangle(id) else {
                 rest.iter().enumerate().for_each(|(c, v)| out.data_mut()[c * n + p] = *v);
                 continue;
             };

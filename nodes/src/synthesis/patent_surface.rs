@@ -37,7 +37,11 @@ pub(super) fn run(
     let sheet = |l: usize| Sheet::new(&inputs.atlas, map, l);
     let first = sheet(last);
     let mut coords: Vec<[f64; 2]> = if inputs.fields.start.is_some() {
-        inputs.start(&first.region())?.into_iter().map(|c| c.map(f64::from)).collect()
+        inputs
+            .start(&first.region())?
+            .into_iter()
+            .map(|c| c.map(|v| if v.is_finite() { f64::from(v) } else { 0.0 }))
+            .collect()
     } else if spec.zero {
         vec![[0.0; 2]; first.level.owner.len()]
     } else {

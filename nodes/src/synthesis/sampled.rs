@@ -77,7 +77,7 @@ impl Sampled {
             jacobians: &surface.jacobians,
             pitch: self.frame.pitch,
         };
-        let (grid, window, channels) = (out.grid.clone(), out.window, out.channels());
+        let (grid, window, channels) = (out.grid, out.window, out.channels());
         let n = window.len();
         let under = map.fill(source, (&grid, window), channels, out.data_mut());
         let normal = self.input.ty() == Type::Normal;

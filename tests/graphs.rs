@@ -49,11 +49,11 @@ fn graph(session: &Session, path: &Path, side: Option<u32>) -> Graph {
     square.unwrap_or(own).graph.unwrap()
 }
 
-/// The pictures of all outputs, or a part of each, named as their files are.
+/// The pictures of all outputs, or a part of each, named as their files are. What files for other programs hold is the same.
 fn pictures(session: &Session, graph: &Graph, part: Window) -> Vec<(String, Field, Tile)> {
     let cancel = CancelToken::default();
     let mut fields = Vec::new();
-    for output in &graph.outputs {
+    for output in graph.outputs.iter().filter(|output| output.mesh.is_none()) {
         let value = session.value(graph, (output.node, output.output), &cancel, &Silent).unwrap();
         match value {
             Value::Field(field) => fields.push((output.name.clone(), field)),

@@ -55,7 +55,7 @@ pub(crate) const STAND_INS: &str = r##"
     "mesh": MeshShape(shape: Torus, size: (20, 20, 10), radius: 4, segments: 16),
     "atlas": MeshAtlas(mesh: "mesh"),
     "frames": TangentField(mesh: "mesh", from: Around),
-    "net": ConnectMeshPoints(net: "sown"),
+    "surface_net": ConnectMeshPoints(net: "sown"),
     "sown": MeshPoints(atlas: "atlas", pitch: 4),
 "##;
 

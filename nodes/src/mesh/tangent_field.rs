@@ -42,7 +42,8 @@ pub enum FieldFrom {
 /// ```ron
 /// "ring": MeshShape(shape: Torus),
 /// "atlas": MeshAtlas(mesh: "ring"),
-/// "example": TangentField(mesh: "ring", from: Around, turn: 30),
+/// "flow": TangentField(mesh: "ring", from: Around, turn: 30),
+/// "example": JacobianFromMesh(atlas: "atlas", frames: "flow"),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

@@ -16,10 +16,14 @@ fn parts(glb: &[u8]) -> (Json, Vec<u8>) {
     (serde_json::from_slice(&glb[20..20 + json]).unwrap(), glb[28 + json..].to_vec())
 }
 
+fn number(json: &Json) -> usize {
+    usize::try_from(json.as_u64().unwrap()).unwrap()
+}
+
 /// The bytes of a view of the binary part.
 fn view(document: &Json, binary: &[u8], index: &Json) -> Vec<u8> {
-    let view = &document["bufferViews"][index.as_u64().unwrap() as usize];
-    let [from, length] = ["byteOffset", "byteLength"].map(|key| view[key].as_u64().unwrap() as usize);
+    let view = &document["bufferViews"][number(index)];
+    let [from, length] = ["byteOffset", "byteLength"].map(|key| number(&view[key]));
     binary[from..from + length].to_vec()
 }
 
@@ -29,8 +33,8 @@ fn floats(bytes: &[u8]) -> Vec<f32> {
 
 /// The samples of the texture that a use of one in the document names.
 fn picture(document: &Json, binary: &[u8], used: &Json) -> image::DynamicImage {
-    let texture = &document["textures"][used["index"].as_u64().unwrap() as usize];
-    let image = &document["images"][texture["source"].as_u64().unwrap() as usize];
+    let texture = &document["textures"][number(&used["index"])];
+    let image = &document["images"][number(&texture["source"])];
     assert_eq!(image["mimeType"], "image/png");
     image::load_from_memory(&view(document, binary, &image["bufferView"])).unwrap()
 }
@@ -63,7 +67,7 @@ fn a_material_becomes_a_file_with_its_textures() {
     let base = &material["pbrMetallicRoughness"];
     // The pictures that an ordinary output writes, packed as the format wants it.
     let [color, rough, normal] = ["base_color", "roughness", "normal"]
-        .map(|channel| image::open(desk.path(&format!("out/maps_{channel}.png"))).unwrap());
+        .map(|channel| image::open(desk.path(format!("out/maps_{channel}.png"))).unwrap());
     assert_eq!(picture(&document, &binary, &base["baseColorTexture"]).to_rgb8(), color.to_rgb8());
     let packed = picture(&document, &binary, &base["metallicRoughnessTexture"]).to_rgb8();
     for (packed, rough) in packed.pixels().zip(rough.to_luma8().pixels()) {

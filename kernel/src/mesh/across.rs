@@ -196,6 +196,8 @@ mod tests {
                 }
                 let Some(triangle) = texels::triangle(ids[p]) else { continue };
                 let place = atlas.place(triangle, sheet.uv(p));
+                // The surface bends where the triangle's plane goes straight on.
+                let place = if closed { place.normalize() * 30.0 } else { place };
                 let beyond = !closed && (place.x.min(place.y) < 0.0 || place.x.max(place.y) > 64.0);
                 if !beyond {
                     off += (f64::from(planes[0][p]) - of(place)).abs();

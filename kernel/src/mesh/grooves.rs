@@ -1,5 +1,6 @@
 //! Grooves on a surface, as a function of a place and its normal: both sides of a border between charts show the same.
 use crate::ground::math::exp;
+use crate::ground::number::narrow;
 use crate::strokes::{Combine, Profile, StrokeStyle};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -165,7 +166,7 @@ pub fn across(ends: [DVec3; 2], normals: [Vec3; 2], length_scale: f64, [width, d
         middle: ((ends[0] + ends[1]) * 0.5).as_vec3(),
         normal: normal.as_vec3(),
         along: along.as_vec3(),
-        half_length: (0.5 * length_scale * chord.length()) as f32,
+        half_length: narrow(0.5 * length_scale * chord.length()),
         half_width: 0.5 * width,
         depth,
     })

@@ -129,7 +129,7 @@ mod tests {
                     let empty = (0..places.len())
                         .all(|n| [a, b, c].contains(&n) || center.distance(places[n].truncate()) > radius);
                     if empty && radius < 1.9 {
-                        expected.extend([[a, b], [b, c], [a, c]].map(|pair| pair.map(|n| n as u32)));
+                        expected.extend([[a, b], [b, c], [a, c]].map(|pair| pair.map(|n| u32::try_from(n).unwrap())));
                     }
                 }
             }

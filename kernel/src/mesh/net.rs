@@ -129,8 +129,7 @@ pub fn simulate(
                 true => faster * motion.step,
                 false => velocity * motion.step + a * (0.5 * motion.step * motion.step),
             };
-            // Also refuses what is no number.
-            if !(way.length() <= motion.farthest) {
+            if way.length() > motion.farthest || !way.is_finite() {
                 return Err(Stopped::Diverged(step));
             }
             let slid = slide(atlas, (triangle, at), way, faster);

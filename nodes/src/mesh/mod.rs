@@ -18,8 +18,8 @@ mod mesh_points;
 mod mesh_shape;
 mod read;
 mod simulate_mesh_springs;
-mod tangent_field;
 mod subdivide_mesh;
+mod tangent_field;
 
 pub use bake_curvature::BakeCurvature;
 pub use bake_normal::BakeNormal;
@@ -36,8 +36,8 @@ pub use mesh_atlas::{ChartSource, Gutter, MeshAtlas, Overlap, Pack};
 pub use mesh_points::MeshPoints;
 pub use mesh_shape::{MeshForm, MeshShape};
 pub use simulate_mesh_springs::{MeshBoundary, SimulateMeshSprings};
-pub use tangent_field::{FieldFrom, TangentField};
 pub use subdivide_mesh::SubdivideMesh;
+pub use tangent_field::{FieldFrom, TangentField};
 
 use shibo_engine::registry::{Family, Kind};
 

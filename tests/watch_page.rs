@@ -154,6 +154,46 @@ fn the_lit_view_draws_the_material() {
     assert_calm(&page, "410");
 }
 
+/// A graph whose material lies on a mesh of that shape.
+fn on_a_mesh(shape: &str) -> String {
+    format!(
+        r##"(
+  version: 1,
+  canvas: (size_mm: 240, resolution: 256, tile: None, seed: 1),
+  nodes: {{
+    "mesh": MeshShape(shape: {shape}),
+    "atlas": MeshAtlas(mesh: "mesh"),
+    "lumps": Perlin(size: 20),
+    "color": GradientMap(input: "lumps", stops: [(0, "#102040"), (1, "#f0c040")]),
+    "final": Material(base_color: "color", roughness: 0.5, height: "lumps"),
+  }},
+  outputs: {{ "final": "final" }},
+)"##
+    )
+}
+
+#[test]
+fn the_mesh_of_the_graph_wears_the_material() {
+    const MESH: &str = "document.querySelector('[data-shape=mesh]')";
+    let place = Place::new(&on_a_mesh("Sphere"));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("2");
+    // It is the first shape that is shown.
+    page.wait(&format!("!{MESH}.hidden && {MESH}.classList.contains('on')"));
+    page.wait("document.getElementById('lit').dataset.drawn > 1");
+    let (count, differ) = colours(&mut page);
+    assert!(count > 100 && differ, "{count} colours");
+    // Another mesh takes its place, and without one a shape of the page's own does.
+    let drawn = page.eval("+document.getElementById('lit').dataset.drawn");
+    place.write(&on_a_mesh("Cube"));
+    page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+    place.write(&plain(0.5));
+    page.wait(&format!("{MESH}.hidden && !{MESH}.classList.contains('on')"));
+    assert_calm(&page, "410");
+}
+
 #[test]
 fn every_node_can_be_looked_at() {
     let place = Place::shipped("starter.ron");

@@ -289,7 +289,10 @@ impl<'r> Render<'r, '_> {
             written.clipped,
             job.planned.path.display(),
         );
-        let help = "state the values with `File(from: …, range: (lowest, highest))`, or render to EXR";
+        let help = match job.export {
+            Some(_) => "textures of glTF hold 0 to 1: limit the channels, with `Remap(…, clamp: true)` say",
+            None => "state the values with `File(from: …, range: (lowest, highest))`, or render to EXR",
+        };
         let warning = Diagnostic::new(Code::OutOfRange, job.planned.output.span, message).help(help);
         self.observer.event(Event::Warning(warning.as_warning()));
     }

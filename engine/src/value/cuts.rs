@@ -70,7 +70,7 @@ impl Known {
                     return Err(missing.map(|input| (input.clone(), cut.clone())).collect());
                 }
                 let shown = Shown { source: source.clone(), inputs: fields, cut: cut.clone() };
-                Field::new(field_type(solid), cut.tiling(), shown).overwriting()
+                Field::new(solid.field_type(), cut.tiling(), shown).overwriting()
             }
             Body::Channels { of, channels } => {
                 let all = self.get(of, cut).cloned().ok_or_else(|| vec![(of.clone(), cut.clone())])?;
@@ -81,7 +81,7 @@ impl Known {
                     }
                     Ok(())
                 };
-                Field::map(field_type(solid), [all], Halo::NONE, pick).overwriting()
+                Field::map(solid.field_type(), [all], Halo::NONE, pick).overwriting()
             }
         };
         Ok(match solid.key().zip(cut.key()) {
@@ -102,16 +102,6 @@ impl Known {
         let moved = cut.moved(place, shown, keeps_z);
         self.moved.insert(id, moved.clone());
         Ok(moved)
-    }
-}
-
-/// The type of cuts through a solid.
-const fn field_type(solid: &Solid) -> Type {
-    match solid.channels() {
-        1 => Type::Gray,
-        2 => Type::Vec2,
-        3 => Type::Rgb,
-        _ => Type::Jacobian,
     }
 }
 

@@ -212,6 +212,16 @@ impl Solid {
         self.channels
     }
 
+    /// The type of fields that show it, such as its cuts.
+    pub const fn field_type(&self) -> Type {
+        match self.channels {
+            1 => Type::Gray,
+            2 => Type::Vec2,
+            3 => Type::Rgb,
+            _ => Type::Jacobian,
+        }
+    }
+
     /// Its key; `None` for a part of another that was never given one. Cuts of solids without a key are not kept.
     pub const fn key(&self) -> Option<Key> {
         self.key

@@ -2,14 +2,9 @@
 //!
 //! At an edge the surface is unfolded: the way and all that is carried along keep their part along the edge, and their part
 //! across it goes on in the plane of the next triangle. Nothing depends on how the mesh is laid out.
+use super::walk::{MOST, TOLERANCE, exit};
 use glam::DVec3;
 use shibo_engine::value::Atlas;
-
-/// How far outside of a triangle a point still counts as inside, in barycentric coordinates.
-const TOLERANCE: f64 = 1e-9;
-
-/// How many edges a way may cross.
-const MOST: usize = 4096;
 
 /// Where a way ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,15 +43,7 @@ pub fn slide(atlas: &Atlas, (mut triangle, mut place): (usize, DVec3), mut way: 
         if end.iter().all(|weight| *weight >= -TOLERANCE) {
             return Slid { triangle, place: place + way, carried, ended: false };
         }
-        let mut leaves: Option<(usize, f64)> = None;
-        for k in (0..3).filter(|k| *k != came && end[*k] < -TOLERANCE && end[*k] < start[*k]) {
-            let inside = start[k].max(0.0);
-            let share = inside / (inside - end[k]);
-            if leaves.is_none_or(|(_, least)| share < least) {
-                leaves = Some((k, share));
-            }
-        }
-        let Some((edge, share)) = leaves else {
+        let Some((edge, share)) = exit(start, end, came) else {
             return Slid { triangle, place: place + way, carried, ended: false };
         };
         place += way * share;

@@ -10,7 +10,7 @@ use shibo_engine::value::Atlas;
 pub const TOLERANCE: f64 = 1e-9;
 
 /// How many edges a way may cross.
-const MOST: usize = 4096;
+pub(super) const MOST: usize = 4096;
 
 /// A place on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +66,20 @@ pub fn walk_turning(atlas: &Atlas, from: Spot, d: DVec2) -> Option<(Arrival, DMa
     Some((arrival, turn))
 }
 
+/// The edge by which a way leaves a triangle, and which share of it lies inside; `start` and `end` are the barycentric
+/// coordinates of its ends, and `came` is the edge by which it came in.
+pub(super) fn exit(start: [f64; 3], end: [f64; 3], came: usize) -> Option<(usize, f64)> {
+    let mut leaves: Option<(usize, f64)> = None;
+    for k in (0..3).filter(|k| *k != came && end[*k] < -TOLERANCE && end[*k] < start[*k]) {
+        let inside = start[k].max(0.0);
+        let share = inside / (inside - end[k]);
+        if leaves.is_none_or(|(_, least)| share < least) {
+            leaves = Some((k, share));
+        }
+    }
+    leaves
+}
+
 fn go(atlas: &Atlas, from: Spot, mut d: DVec2, mut carried: impl FnMut(DMat2)) -> Option<Arrival> {
     let Spot { mut triangle, uv: mut at } = from;
     let (mut came, mut crossed) = (3, false);
@@ -76,15 +90,7 @@ fn go(atlas: &Atlas, from: Spot, mut d: DVec2, mut carried: impl FnMut(DMat2)) -
             return Some(Arrival { spot: Spot { triangle, uv: at + d }, crossed });
         }
         let start = barycentric(corners, at);
-        let mut leaves: Option<(usize, f64)> = None;
-        for k in (0..3).filter(|k| *k != came && end[*k] < -TOLERANCE && end[*k] < start[*k]) {
-            let inside = start[k].max(0.0);
-            let share = inside / (inside - end[k]);
-            if leaves.is_none_or(|(_, least)| share < least) {
-                leaves = Some((k, share));
-            }
-        }
-        let Some((edge, share)) = leaves else {
+        let Some((edge, share)) = exit(start, end, came) else {
             // A triangle without area in the atlas has no inside.
             let found = end.iter().all(|b| b.is_finite());
             return found.then_some(Arrival { spot: Spot { triangle, uv: at + d }, crossed });

@@ -2,7 +2,7 @@
 //!
 //! Source: Momoi & Takatera 2014, §4.1, §4.2 (rows B25, B26, B29): surfaces of any form, placed anywhere in the tree, a
 //! point for each pixel. Beyond the source: footprints that do not depend on how charts lie on the canvas (row B30), and
-//! parts from other places of the tree. Cost: that of the solid; four times as much in `Space`.
+//! parts from other places of the tree. Cost: that of the solid; about three times as much in `Space`.
 use super::bake_parts::Parts;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -24,7 +24,7 @@ pub enum Footprint {
     /// The same everywhere, along the surface: charts agree about their common border, unless the surface has an edge there.
     #[default]
     Surface,
-    /// The same everywhere, in all directions of space: charts agree everywhere. Takes four times as long, and makes thin
+    /// The same everywhere, in all directions of space: charts agree everywhere. Takes about three times as long, and makes thin
     /// rings softer where the surface runs along them.
     Space,
     /// The texel's own: sharpest where texels are stretched, but charts do not agree.
@@ -216,12 +216,7 @@ impl Node for BakeSolid {
         if self.footprint != Footprint::Space {
             return Ok(Outputs::one(cx.cut(&solid, &self.cut(&atlas, place, seed))));
         }
-        let ty = match solid.channels() {
-            1 => Type::Gray,
-            2 => Type::Vec2,
-            3 => Type::Rgb,
-            _ => Type::Jacobian,
-        };
+        let ty = solid.field_type();
         let source = InSpace { solid, place, texels: fields::texels(&atlas), scale: atlas.scale() };
         Ok(Outputs::one(Field::new(ty, Tiling::NONE, source).overwriting()))
     }

@@ -165,13 +165,16 @@ export class Lit {
     const id = scene.mesh ?? null;
     if (id === this.meshId) return;
     this.meshId = id;
-    const found = id && await mesh({ g: scene.generation });
+    // The server may be gone.
+    const found = id && await mesh({ g: scene.generation }).catch(() => null);
     if (this.meshId !== id) return;
     // Another graph by now: its own news will bring its mesh.
     if (id && !found) { this.meshId = undefined; return; }
     const had = !!this.shapes.mesh;
-    delete this.meshes['mesh true'];
-    delete this.meshes['mesh false'];
+    for (const name of ['mesh true', 'mesh false']) {
+      this.meshes[name]?.free();
+      delete this.meshes[name];
+    }
     delete this.shapes.mesh;
     if (found) this.shapes.mesh = { make: () => found, perMm: found.perMm, view: [0.5, 0.3, 3.2] };
     document.querySelector('[data-shape=mesh]').hidden = !found;
@@ -289,15 +292,20 @@ export class Lit {
     const { data, index } = this.shapes[this.shape].make(fine ? 1 : 0.35);
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    const [vertices, triangles] = [gl.createBuffer(), gl.createBuffer()];
+    gl.bindBuffer(gl.ARRAY_BUFFER, vertices);
     gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
     [[3, 0], [3, 3], [3, 6], [2, 9]].forEach(([n, at], i) => {
       gl.enableVertexAttribArray(i);
       gl.vertexAttribPointer(i, n, gl.FLOAT, false, 44, at * 4);
     });
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, triangles);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, index, gl.STATIC_DRAW);
-    this.meshes[name] = { array, count: index.length };
+    const free = () => {
+      gl.deleteVertexArray(array);
+      for (const buffer of [vertices, triangles]) gl.deleteBuffer(buffer);
+    };
+    this.meshes[name] = { array, count: index.length, free };
     return this.meshes[name];
   }
 

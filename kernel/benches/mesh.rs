@@ -1,7 +1,9 @@
 //! What meshes cost: `cargo bench -p shibo-kernel --bench mesh`, the least of several runs, in CPU time of one thread.
 use glam::{DVec2, DVec3, UVec2};
 use shibo_engine::value::{Grid, Window};
+use shibo_kernel::ground::stop::NEVER;
 use shibo_kernel::mesh::bake::{Texels, normals, places};
+use shibo_kernel::mesh::field::{FieldSpec, Wish, tangent_field};
 use shibo_kernel::mesh::motion::Motion;
 use shibo_kernel::mesh::{atlas, shapes, texels, topology};
 use std::hint::black_box;
@@ -77,4 +79,10 @@ fn main() {
         rate(position),
         rate(normal)
     );
+
+    let stroke: Vec<DVec3> = (0..8).map(|k| DVec3::new(0.0, 0.5 * f64::from(k), 30.0)).collect();
+    let wish = Wish::Strokes(vec![stroke], DVec3::Z);
+    let spec = FieldSpec { wish, smooth: 0.0, symmetry: 1, turn: 0.0, length: 1.0 };
+    let found = seconds(|| drop(black_box(tangent_field(&mesh, &spec, NEVER))));
+    println!("a field along one stroke, no other wish: {found:.2} s");
 }

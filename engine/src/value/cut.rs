@@ -24,6 +24,8 @@ pub struct Pieces {
     pub ids: Field,
     /// How the pieces lie, if each of them is plane.
     pub planes: Option<PiecePlanes>,
+    /// Whether there is nothing to cut where the number is 0: all values are 0 there, and no time is spent on them.
+    pub holes: bool,
 }
 
 /// How plane pieces lie on the canvas and in space.
@@ -78,8 +80,7 @@ impl Cut {
         self
     }
 
-    /// The same on a surface whose pixels are stretched: three channels hold E, F and G of [`Patch`](super::Patch) for a way of
-    /// one pixel. `spacing` is then the width of footprints.
+    /// The same on a surface whose pixels are stretched: three channels hold the metric of [`Patch`](super::Patch). `spacing` is then the width of footprints.
     #[must_use]
     pub fn with_metric(mut self, metric: Field) -> Self {
         self.metric = Some(metric);
@@ -106,7 +107,7 @@ impl Cut {
     pub(super) fn moved(&self, by: &Solid, place: Field, keeps_z: bool) -> Self {
         let key = self.key.zip(by.key()).map(|(own, by)| Key::of("moved cut", &[own.as_bytes(), by.as_bytes()]));
         // Pieces that were plane are so no longer.
-        let pieces = self.pieces.as_ref().map(|pieces| Pieces { ids: pieces.ids.clone(), planes: None });
+        let pieces = self.pieces.clone().map(|pieces| Pieces { planes: None, ..pieces });
         // What moves points is taken to keep lengths, as turning does.
         let (metric, spacing) = (self.metric.clone(), self.spacing.clone());
         Self { place, key, level: self.level && keeps_z, flat: None, pieces, metric, spacing }

@@ -2,10 +2,11 @@
 //!
 //! Every solid that the cut one reads, directly or not, becomes a field with a key of its own. So the tiles of a solid that
 //! several solids or outputs read, such as the growth time of a tree, are computed once and cached.
-use super::solid::{Body, Patch, PatchPieces, Planes, Solid, SolidSource};
-use super::{Cost, Cut, Field, FieldId, FieldSource, Given, Grid, Halo, Key, Pieces, Read, Stop, Tile, Type, Window};
+use super::shown::Shown;
+use super::solid::{Body, Solid};
+use super::{Cut, Field, FieldId, Halo, Key, Tile, Type};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 type Id = (FieldId, FieldId);
 
@@ -102,100 +103,5 @@ impl Known {
         let moved = cut.moved(place, shown, keeps_z);
         self.moved.insert(id, moved.clone());
         Ok(moved)
-    }
-}
-
-/// The code of the field of a cut through a solid.
-struct Shown {
-    source: Arc<dyn SolidSource>,
-    inputs: Vec<Field>,
-    cut: Cut,
-}
-
-/// The smallest window of whole quads around `window`.
-fn quads(window: Window) -> Window {
-    let (x, y) = (window.x & !1, window.y & !1);
-    let even = |from: i32, to: i32| (to.abs_diff(from) + 1) & !1;
-    Window { x, y, width: even(x, window.right()), height: even(y, window.bottom()) }
-}
-
-impl Shown {
-    /// The window that is computed: of whole quads, where the code needs them. At the border of a piece, the neighbours that
-    /// tell the footprint of a pixel may be those of the next quad.
-    fn window(&self, grid: &Grid, window: Window) -> Window {
-        if !self.source.wants().quads || self.cut.pixel(grid) == 0.0 {
-            return window;
-        }
-        let beside = if self.cut.pieces().is_some() { 2 } else { 0 };
-        quads(window).grow(beside, beside)
-    }
-
-    /// The pieces of the cut, if the code must know them.
-    fn pieces(&self) -> Option<&Pieces> {
-        self.cut.pieces().filter(|_| self.source.wants().quads)
-    }
-
-    /// The metric of the cut, likewise.
-    fn metric(&self) -> Option<&Field> {
-        self.cut.metric().filter(|_| self.source.wants().quads)
-    }
-
-    fn compute(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        let (grid, window) = (out.grid, out.window);
-        let mut tiles = given.tiles();
-        let place = if self.source.wants().place { tiles.next() } else { None };
-        let pieces = self.pieces().and_then(|pieces| {
-            let ids = tiles.next()?.plane(0);
-            let planes = pieces.planes.as_ref().and_then(|planes| Some((tiles.next()?, &planes.axes)));
-            let planes = planes.map(|(turned, axes)| ([turned.plane(0), turned.plane(1)], axes));
-            Some(PatchPieces { ids, planes })
-        });
-        let metric = self.metric().and_then(|_| tiles.next());
-        let inputs: Vec<Planes<'_>> = tiles.map(|tile| Planes::new(tile.data(), window.len())).collect();
-        let patch = Patch {
-            place: place.map_or([&[]; 3], |tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
-            columns: out.width(),
-            rows: out.height(),
-            level: self.cut.level(),
-            flat: self.cut.flat(),
-            pieces,
-            metric: metric.map(|tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
-            space: false,
-            pixel: self.cut.pixel(&grid),
-        };
-        given.check()?;
-        self.source.fill(&patch, &inputs, &mut out.planes_mut());
-        Ok(())
-    }
-}
-
-impl FieldSource for Shown {
-    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
-        let window = self.window(grid, window);
-        let place = self.source.wants().place.then_some(self.cut.place());
-        let pieces = self.pieces().into_iter();
-        let pieces = pieces.flat_map(|p| std::iter::once(&p.ids).chain(p.planes.as_ref().map(|planes| &planes.turned)));
-        place
-            .into_iter()
-            .chain(pieces)
-            .chain(self.metric())
-            .chain(&self.inputs)
-            .map(|field| Read::new(field, grid, window))
-            .collect()
-    }
-
-    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        let whole = self.window(&out.grid, out.window);
-        if whole == out.window {
-            return self.compute(given, out);
-        }
-        let mut larger = Tile::unset(out.grid, whole, out.channels());
-        self.compute(given, &mut larger)?;
-        out.copy_from(&larger, 0, 0);
-        Ok(())
-    }
-
-    fn cost(&self) -> Cost {
-        self.source.cost()
     }
 }

@@ -31,6 +31,7 @@ mod points;
 mod quads;
 mod scalar_map;
 mod segments;
+mod shown;
 mod skeleton;
 mod sketch;
 mod solid;

@@ -27,9 +27,10 @@ pub struct Patch<'a> {
     pub flat: Option<[[f32; 3]; 2]>,
     /// The pieces to which the points belong, if the cut is made of several; `None` for code that does not want quads.
     pub pieces: Option<PatchPieces<'a>>,
-    /// How lengths on the surface follow from ways in pixels, where pixels may be stretched: E, F and G in mm², so that the
-    /// way (x, y) is √(E·x² + 2F·x·y + G·y²) mm long. Footprints are then measured along the surface, and are the same
-    /// however the surface lies on the canvas; `None` for code that does not want quads.
+    /// How gradients on the surface follow from differences of pixels, where pixels may be stretched: the inverse A, B, C of
+    /// the metric, in 1/mm². A number that differs by (x, y) from pixel to pixel changes by √(A·x² + 2B·x·y + C·y²) a mm at
+    /// most. A is 0 where the surface has no extent. Footprints are then measured along the surface, and are the same however
+    /// the surface lies on the canvas; `None` for code that does not want quads.
     pub metric: Option<[&'a [f32]; 3]>,
     /// Whether quads lie in space instead of on a surface: a point, and those `pixel` mm beside it along x, y and z.
     pub space: bool,

@@ -80,9 +80,14 @@ impl Tile {
 
     /// Copies what `source` and this tile have in common, `source` being shifted by `(dx, dy)` pixels first.
     pub fn copy_from(&mut self, source: &Tile, dx: i32, dy: i32) {
+        self.copy_part(source, self.window, dx, dy);
+    }
+
+    /// The same of the pixels within `part` only.
+    pub(super) fn copy_part(&mut self, source: &Tile, part: Window, dx: i32, dy: i32) {
         let (a, b) = (self.window, source.window);
-        let (left, right) = (a.x.max(b.x + dx), a.right().min(b.right() + dx));
-        let (top, bottom) = (a.y.max(b.y + dy), a.bottom().min(b.bottom() + dy));
+        let (left, right) = (a.x.max(part.x).max(b.x + dx), a.right().min(part.right()).min(b.right() + dx));
+        let (top, bottom) = (a.y.max(part.y).max(b.y + dy), a.bottom().min(part.bottom()).min(b.bottom() + dy));
         if left >= right || top >= bottom {
             return;
         }

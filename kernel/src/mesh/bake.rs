@@ -78,16 +78,17 @@ pub fn places(texels: &Texels<'_>, motion: impl Fn(usize) -> Motion, out: [&mut 
     });
 }
 
-/// How lengths on the surface follow from ways in pixels: E, F and G in mm² of `Patch::metric`; 0 where there is no surface.
+/// The inverse of the metric of `Patch::metric`, in 1/mm²; 0 where there is no surface or it has no extent.
 pub fn metric(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
-    let [e, f, g] = out;
+    let [a, b, c] = out;
     let step = texels.grid.step / texels.atlas.size_mm;
     texels.runs(|_, triangle, pixels| {
         let [u, v] = triangle.map_or([DVec3::ZERO; 2], |n| texels.atlas.jacobians[n].map(Vec3::as_dvec3));
         let (u, v) = (u * step.x, v * step.y);
-        e[pixels.clone()].fill(narrow(u.dot(u)));
-        f[pixels.clone()].fill(narrow(u.dot(v)));
-        g[pixels].fill(narrow(v.dot(v)));
+        let det = u.length_squared() * v.length_squared() - u.dot(v) * u.dot(v);
+        let inverse = [v.length_squared(), -u.dot(v), u.length_squared()].map(|x| narrow(x / det));
+        let inverse = if inverse.iter().all(|x| x.is_finite()) { inverse } else { [0.0; 3] };
+        [&mut *a, &mut *b, &mut *c].into_iter().zip(inverse).for_each(|(plane, x)| plane[pixels.clone()].fill(x));
     });
 }
 

@@ -7,6 +7,7 @@ pub mod across;
 pub mod atlas;
 pub mod bake;
 pub mod charts;
+pub mod coarse;
 pub mod comb;
 pub mod connection;
 pub mod curvature;

@@ -1,7 +1,9 @@
-//! The smoothest field of directions that keeps to wishes: conjugate gradients, preconditioned by the diagonal.
+//! The smoothest field of directions that keeps to wishes: conjugate gradients, preconditioned by the diagonal and by a
+//! [`coarse`](super::coarse) picture of the system.
 //!
 //! Minimises `Σ w |u_i - r_ij u_j|² + Σ λ_i |u_i - u⁰_i|²`. Sums are made in pieces of fixed size, in a fixed order, so that
 //! results do not depend on the number of threads.
+use super::coarse::{Coarse, Rows};
 use super::connection::{Connection, times, unit};
 use crate::ground::stop::Until;
 use glam::DVec2;
@@ -16,6 +18,7 @@ pub struct System {
     /// The other vertex, and what its value is multiplied by.
     entries: Vec<(u32, DVec2)>,
     diagonal: Vec<f64>,
+    coarse: Option<Coarse>,
 }
 
 /// When to stop.
@@ -32,11 +35,11 @@ impl System {
     pub fn new(connection: &Connection, symmetry: f64, pull: &[f64]) -> Self {
         let entry = |b: &super::connection::Beside| (b.vertex, unit(symmetry * b.carried) * b.weight);
         let weight = |v: usize| connection.beside(v).iter().map(|b| b.weight).sum::<f64>() + pull[v];
-        Self {
-            starts: connection.starts.clone(),
-            entries: connection.beside.par_iter().with_min_len(1024).map(entry).collect(),
-            diagonal: (0..pull.len()).into_par_iter().with_min_len(1024).map(weight).collect(),
-        }
+        let starts = connection.starts.clone();
+        let entries: Vec<_> = connection.beside.par_iter().with_min_len(1024).map(entry).collect();
+        let diagonal: Vec<f64> = (0..pull.len()).into_par_iter().with_min_len(1024).map(weight).collect();
+        let coarse = Coarse::new(Rows { starts: &starts, entries: &entries, diagonal: &diagonal });
+        Self { starts, entries, diagonal, coarse }
     }
 
     fn apply(&self, u: &[DVec2], out: &mut [DVec2]) {
@@ -54,7 +57,12 @@ impl System {
         self.apply(u, &mut product);
         let mut rest: Vec<DVec2> = right.iter().zip(&product).map(|(b, p)| *b - *p).collect();
         let scaled = |rest: &[DVec2]| -> Vec<DVec2> {
-            rest.iter().zip(&self.diagonal).map(|(r, d)| if *d > 0.0 { *r / *d } else { DVec2::ZERO }).collect()
+            let own = |(r, d): (&DVec2, &f64)| if *d > 0.0 { *r / *d } else { DVec2::ZERO };
+            let mut out: Vec<DVec2> = rest.iter().zip(&self.diagonal).map(own).collect();
+            if let Some(coarse) = &self.coarse {
+                coarse.add(rest, &mut out);
+            }
+            out
         };
         let mut ahead = scaled(&rest);
         let mut direction = ahead.clone();

@@ -5,7 +5,7 @@
 //! window, so a window has the same bits as the crop of a larger one.
 //!
 //! Cost: O(pixels + rows of triangles).
-use crate::ground::window::WindowExt;
+use crate::ground::window::{WindowExt, index};
 use glam::DVec2;
 use shibo_engine::value::{Atlas, Grid, Window};
 use std::ops::Range;
@@ -217,6 +217,9 @@ pub fn fill(atlas: &Atlas, grid: &Grid, window: Window, out: &mut [f32]) {
 /// Marks a pixel of the gutter.
 const BEYOND: u32 = 1 << 31;
 
+/// So many pixels of a row are looked at in one go.
+const AT_ONCE: usize = 32;
+
 /// One more round of gutter: the pixels of `window`, from a picture with one more pixel on each side.
 fn grown(atlas: &Atlas, grid: &Grid, ids: &[u32], window: Window) -> Vec<u32> {
     let width = window.columns() + 2;
@@ -225,14 +228,23 @@ fn grown(atlas: &Atlas, grid: &Grid, ids: &[u32], window: Window) -> Vec<u32> {
         let rows: [&[u32]; 3] = std::array::from_fn(|k| &ids[(row + k) * width..(row + k + 1) * width]);
         let start = out.len();
         out.extend_from_slice(&rows[1][1..width - 1]);
-        for (column, x) in (0..window.columns()).zip(window.x..) {
-            if rows[1][column + 1] != 0 {
+        for first in (0..window.columns()).step_by(AT_ONCE) {
+            let last = (first + AT_ONCE).min(window.columns());
+            // Most pixels lie inside a chart, or far from all.
+            let full = rows[1][first + 1..last + 1].iter().fold(true, |full, id| full & (*id != 0));
+            let any = |row: &[u32]| row[first..last + 2].iter().fold(0, |any, id| any | id);
+            if full || rows.iter().fold(0, |all, row| all | any(row)) == 0 {
                 continue;
             }
-            let three = |row: &[u32]| [row[column], row[column + 1], row[column + 2]];
-            let around = rows.map(three);
-            if around.as_flattened().iter().fold(0, |any, id| any | id) != 0 {
-                out[start + column] = BEYOND | nearest(atlas, grid.center(x, y), around.as_flattened());
+            for (column, x) in (first..last).zip(window.x + index(first)..) {
+                if rows[1][column + 1] != 0 {
+                    continue;
+                }
+                let three = |row: &[u32]| [row[column], row[column + 1], row[column + 2]];
+                let around = rows.map(three);
+                if around.as_flattened().iter().fold(0, |any, id| any | id) != 0 {
+                    out[start + column] = BEYOND | nearest(atlas, grid.center(x, y), around.as_flattened());
+                }
             }
         }
     }

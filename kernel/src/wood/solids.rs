@@ -158,13 +158,11 @@ fn spans_in_space(values: &[f32], columns: usize) -> Vec<f32> {
 }
 
 /// The same along a surface: the size of the gradient there, √(gᵀ·M⁻¹·g) for the two differences g of a quad and the metric M.
-fn spans_along(values: &[f32], patch: &Patch<'_>, [e, f, g]: [&[f32]; 3]) -> Vec<f32> {
+fn spans_along(values: &[f32], patch: &Patch<'_>, [a, b, c]: [&[f32]; 3]) -> Vec<f32> {
     let n = patch.columns;
-    let width = patch.pixel;
     let span = |i: usize, x: f32, y: f32| {
-        let det = e[i] * g[i] - f[i] * f[i];
-        let square = (g[i] * x * x - 2.0 * f[i] * x * y + e[i] * y * y) / det;
-        if det > 0.0 && square.is_finite() { width * square.max(0.0).sqrt() } else { x.abs().max(y.abs()) }
+        let square = a[i] * x * x + 2.0 * b[i] * x * y + c[i] * y * y;
+        if a[i] > 0.0 { patch.pixel * square.max(0.0).sqrt() } else { x.abs().max(y.abs()) }
     };
     let mut out = vec![0.0; values.len()];
     for row in (0..patch.rows).step_by(2) {

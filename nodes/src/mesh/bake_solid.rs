@@ -151,7 +151,8 @@ impl BakeSolid {
         let key = atlas.key_of("surface of a mesh", &parameters);
         let ids = Parts::Chart.field(atlas).keyed(atlas.key_of("charts", &[]));
         let scale = if self.footprint == Footprint::Texel { largest(atlas) } else { atlas.scale() };
-        let cut = Cut::new(key, place, move |grid| width(scale, grid)).with_pieces(Pieces { ids, planes: None });
+        let pieces = Pieces { ids, planes: None, holes: true };
+        let cut = Cut::new(key, place, move |grid| width(scale, grid)).with_pieces(pieces);
         if self.footprint == Footprint::Texel {
             return cut;
         }

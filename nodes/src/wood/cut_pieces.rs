@@ -81,6 +81,6 @@ impl CutPieces {
         };
         let planes = Some(PiecePlanes { turned, axes: PieceAxes(Arc::new(axes)) });
         let spacing = |grid: &Grid| grid.step.max_element();
-        Cut::new(key, place, spacing).with_pieces(Pieces { ids: self.ids.clone(), planes })
+        Cut::new(key, place, spacing).with_pieces(Pieces { ids: self.ids.clone(), planes, holes: false })
     }
 }

@@ -86,14 +86,33 @@ fn in_planes(
     }
 }
 
-/// The same for curved pieces: every point by the differences to its neighbours in its own piece.
+/// The same for curved pieces: quads within a piece as on any other surface, and the points of other quads by the differences
+/// to their neighbours in their own piece.
+#[inline(always)]
 fn in_pieces(patch: &Patch<'_>, pieces: &PatchPieces<'_>, mut body: impl FnMut(usize, usize, Option<&Frame>)) {
-    for i in 0..patch.len() {
-        let step = |[a, b]: [usize; 2]| patch.place.map(|axis| axis[b] - axis[a]);
-        let frame = match neighbors(pieces.ids, patch.columns, i).map(|pair| pair.map(step)) {
-            [Some(right), Some(down)] => Frame::new(right, down),
-            _ => None,
-        };
-        body(i, i + 1, frame.as_ref());
+    let (ids, n) = (pieces.ids, patch.columns);
+    for row in (0..patch.rows).step_by(2) {
+        for corner in (row * n..row * n + n).step_by(2) {
+            let id = ids[corner];
+            if [corner + 1, corner + n, corner + n + 1].iter().all(|k| ids[*k] == id) {
+                let step = |to: usize| patch.place.map(|axis| axis[to] - axis[corner]);
+                let frame = Frame::new(step(corner + 1), step(corner + n));
+                body(corner, corner + 2, frame.as_ref());
+                body(corner + n, corner + n + 2, frame.as_ref());
+            } else {
+                for i in [corner, corner + 1, corner + n, corner + n + 1] {
+                    body(i, i + 1, at_border(patch, ids, i).as_ref());
+                }
+            }
+        }
+    }
+}
+
+/// The frame of one point.
+fn at_border(patch: &Patch<'_>, ids: &[f32], i: usize) -> Option<Frame> {
+    let step = |[a, b]: [usize; 2]| patch.place.map(|axis| axis[b] - axis[a]);
+    match neighbors(ids, patch.columns, i).map(|pair| pair.map(step)) {
+        [Some(right), Some(down)] => Frame::new(right, down),
+        _ => None,
     }
 }

@@ -102,7 +102,7 @@ fn bump(x: f64, width: f64) -> f64 {
 
 /// The seat of a chair: 430 mm wide, hollowed for a sitter, its edge rounded above and cut back below. Its front is -y.
 fn seat() -> Rings {
-    const AROUND: usize = 144;
+    const AROUND: usize = 120;
     let outline = |angle: f64| {
         let (s, c) = angle.sin_cos();
         // Rounder at the back than at the front.
@@ -138,7 +138,7 @@ fn seat() -> Rings {
 
 /// A tailor's bust, 640 mm high. Its front is -y.
 fn bust() -> Rings {
-    const AROUND: usize = 160;
+    const AROUND: usize = 128;
     let half_width = [
         [0.0, 166.0], [60.0, 172.0], [130.0, 160.0], [215.0, 121.0], [290.0, 137.0], [360.0, 156.0], [420.0, 170.0],
         [462.0, 179.0], [495.0, 170.0], [525.0, 132.0], [548.0, 92.0], [570.0, 66.0], [595.0, 57.0], [640.0, 55.0],
@@ -164,7 +164,7 @@ fn bust() -> Rings {
     };
     let mut rings: Vec<Vec<Point>> = [0.25, 0.5, 0.75, 0.9].map(|inwards| ring(0.0, inwards)).into();
     rings.extend([(0.955, 0.6), (0.985, 3.0), (0.998, 7.0)].map(|(inwards, z)| ring(z, inwards)));
-    rings.extend((0..=84).map(|k| ring(12.0 + 612.0 * f64::from(k) / 84.0, 1.0)));
+    rings.extend((0..=64).map(|k| ring(12.0 + 612.0 * f64::from(k) / 64.0, 1.0)));
     rings.extend((1..=6).map(|k| {
         let angle = f64::from(k) / 6.0 * PI / 2.0;
         let mut round = ring(624.0, 1.0 - 0.28 * (1.0 - angle.cos()));

@@ -29,7 +29,8 @@ impl Rings {
         for k in 0..around {
             all.push([0, number(0, k + 1), number(0, k)]);
             for ring in 0..last {
-                let [a, b, c, d] = [(ring, k), (ring, k + 1), (ring + 1, k + 1), (ring + 1, k)].map(|(r, k)| number(r, k));
+                let [a, b, c, d] =
+                    [(ring, k), (ring, k + 1), (ring + 1, k + 1), (ring + 1, k)].map(|(r, k)| number(r, k));
                 all.extend([[a, b, c], [a, c, d]]);
             }
             all.push([number(last, k), number(last, k + 1), top]);
@@ -65,7 +66,10 @@ impl Rings {
             places.len(),
             bound(f32::min),
             bound(f32::max)
-        ) + &format!(r#"{{"bufferView":1,"componentType":5123,"count":{},"type":"SCALAR"}}]}}"#, 3 * triangles.len());
+        ) + &format!(
+            r#"{{"bufferView":1,"componentType":5123,"count":{},"type":"SCALAR"}}]}}"#,
+            3 * triangles.len()
+        );
         let mut json = json.into_bytes();
         json.resize(json.len().next_multiple_of(4), b' ');
         let mut binary = [positions, indices].concat();
@@ -140,12 +144,36 @@ fn seat() -> Rings {
 fn bust() -> Rings {
     const AROUND: usize = 128;
     let half_width = [
-        [0.0, 166.0], [60.0, 172.0], [130.0, 160.0], [215.0, 121.0], [290.0, 137.0], [360.0, 156.0], [420.0, 170.0],
-        [462.0, 179.0], [495.0, 170.0], [525.0, 132.0], [548.0, 92.0], [570.0, 66.0], [595.0, 57.0], [640.0, 55.0],
+        [0.0, 166.0],
+        [60.0, 172.0],
+        [130.0, 160.0],
+        [215.0, 121.0],
+        [290.0, 137.0],
+        [360.0, 156.0],
+        [420.0, 170.0],
+        [462.0, 179.0],
+        [495.0, 170.0],
+        [525.0, 132.0],
+        [548.0, 92.0],
+        [570.0, 66.0],
+        [595.0, 57.0],
+        [640.0, 55.0],
     ];
     let half_depth = [
-        [0.0, 112.0], [60.0, 119.0], [130.0, 108.0], [215.0, 84.0], [290.0, 95.0], [360.0, 107.0], [420.0, 106.0],
-        [462.0, 96.0], [495.0, 84.0], [525.0, 72.0], [548.0, 64.0], [570.0, 58.0], [595.0, 54.0], [640.0, 53.0],
+        [0.0, 112.0],
+        [60.0, 119.0],
+        [130.0, 108.0],
+        [215.0, 84.0],
+        [290.0, 95.0],
+        [360.0, 107.0],
+        [420.0, 106.0],
+        [462.0, 96.0],
+        [495.0, 84.0],
+        [525.0, 72.0],
+        [548.0, 64.0],
+        [570.0, 58.0],
+        [595.0, 54.0],
+        [640.0, 53.0],
     ];
     let middle = [[0.0, 6.0], [130.0, 2.0], [215.0, -2.0], [360.0, -2.0], [462.0, 8.0], [548.0, 14.0], [640.0, 4.0]];
     let ring = |z: f64, inwards: f64| {
@@ -157,7 +185,8 @@ fn bust() -> Rings {
             let (x, y) = (a * radius * c0, b * radius * s);
             let front = smooth(0.15, 0.75, -s) * inwards;
             let chest = 34.0 * (bump(x - 66.0, 60.0) + bump(x + 66.0, 60.0)) * bump(z - 372.0, 66.0);
-            let blades = 8.0 * (bump(x - 75.0, 55.0) + bump(x + 75.0, 55.0)) * bump(z - 420.0, 80.0) * smooth(0.15, 0.75, s);
+            let blades =
+                8.0 * (bump(x - 75.0, 55.0) + bump(x + 75.0, 55.0)) * bump(z - 420.0, 80.0) * smooth(0.15, 0.75, s);
             [x, y + c - chest * front + blades, z]
         };
         (0..AROUND).map(place).collect::<Vec<_>>()

@@ -194,6 +194,59 @@ fn the_mesh_of_the_graph_wears_the_material() {
     assert_calm(&page, "410");
 }
 
+/// Row C20: strokes are drawn on the mesh by hand, and are text for the graph.
+#[test]
+fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
+    const TEXT: &str = "document.querySelector('#strokes textarea').value";
+    let place = Place::new(&on_a_mesh("Sphere"));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("2");
+    page.wait("document.getElementById('lit').dataset.drawn > 1 && !document.getElementById('draw').hidden");
+    let drag = |page: &mut Page, way: [[f64; 2]; 2]| {
+        let [[ax, ay], [bx, by]] = way;
+        page.eval(&format!(
+            "(() => {{ const c = document.getElementById('lit'); const b = c.getBoundingClientRect();
+                c.setPointerCapture = () => {{}};
+                const at = (kind, x, y) => c.dispatchEvent(new PointerEvent(kind, {{ pointerId: 1, bubbles: true,
+                    clientX: b.left + b.width * (0.5 + x), clientY: b.top + b.height * (0.5 + y) }}));
+                at('pointerdown', {ax}, {ay});
+                for (let t = 0; t <= 1.0001; t += 0.1) at('pointermove', {ax} + ({bx} - {ax}) * t, {ay} + ({by} - {ay}) * t);
+                at('pointerup', {bx}, {by}); }})()"
+        ));
+    };
+    // Without the mode, a drag turns the mesh.
+    drag(&mut page, [[-0.05, 0.0], [0.05, 0.0]]);
+    assert_eq!(page.eval(TEXT).as_str(), Some(""));
+    let before = colours(&mut page).0;
+    page.key("s");
+    drag(&mut page, [[-0.08, 0.05], [0.08, -0.05]]);
+    drag(&mut page, [[0.0, -0.1], [0.0, 0.1]]);
+    let text = page.eval(TEXT).as_str().expect("text").to_owned();
+    assert!(text.starts_with("strokes: [") && text.lines().count() == 4 && before > 100, "{text}");
+    // The sphere of 60 mm: each point lies on it, and the graph takes the text as it is.
+    let points: Vec<Vec<f64>> = text
+        .split('(')
+        .skip(1)
+        .map(|p| p.split(')').next().unwrap_or("").split(", ").map(|n| n.parse().unwrap()).collect())
+        .collect();
+    assert!(points.len() > 8, "{text}");
+    for point in &points {
+        let radius = point.iter().map(|x| x * x).sum::<f64>().sqrt();
+        assert!((radius - 30.0).abs() < 0.2, "{point:?}");
+    }
+    let field = format!("\"field\": TangentField(mesh: \"mesh\", {text}),\n    \"lumps\": Perlin");
+    place.write(&place.text().replacen("\"lumps\": Perlin", &field, 1));
+    wait_for_file(&mut page, &place);
+    assert_eq!(page.eval(TEXT).as_str(), Some(&*text), "strokes stay while the mesh does");
+    page.eval("document.querySelector('[data-stroke=undo]').click()");
+    assert_eq!(page.eval(TEXT).as_str().expect("text").lines().count(), 3);
+    page.eval("document.querySelector('[data-stroke=clear]').click()");
+    assert_eq!(page.eval(TEXT).as_str(), Some(""));
+    assert_calm(&page, "410");
+}
+
 #[test]
 fn every_node_can_be_looked_at() {
     let place = Place::shipped("starter.ron");

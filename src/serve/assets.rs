@@ -13,6 +13,7 @@ assets! {
     "style.css" "text/css; charset=utf-8",
     "icon.svg" "image/svg+xml",
     "app.js" "text/javascript; charset=utf-8",
+    "camera.js" "text/javascript; charset=utf-8",
     "lit.js" "text/javascript; charset=utf-8",
     "net.js" "text/javascript; charset=utf-8",
     "nodes.js" "text/javascript; charset=utf-8",
@@ -21,6 +22,7 @@ assets! {
     "shaders.js" "text/javascript; charset=utf-8",
     "shapes.js" "text/javascript; charset=utf-8",
     "stream.js" "text/javascript; charset=utf-8",
+    "strokes.js" "text/javascript; charset=utf-8",
 }
 
 /// The file of that name.

@@ -11,8 +11,8 @@ use shibo_engine::value::{Atlas, Carried};
 const MOST: usize = 500_000;
 
 /// The mesh of a scene: for each vertex place, normal, direction of +u and coordinates, as 11 floats, and then the numbers of the
-/// vertices of all triangles. The header `x-mesh` says `VERTICES INDICES SCALE`: it lies around the origin, y up, its farthest
-/// point at a distance of 1, and a mm is as long as the scale.
+/// vertices of all triangles. The header `x-mesh` says `VERTICES INDICES SCALE X Y Z`: it lies around the origin, y up, its
+/// farthest point at a distance of 1; a mm is as long as the scale, and the origin lies there in mm, z up.
 pub(super) async fn mesh(State(app): State<App>, query: Result<Query<Of>, QueryRejection>) -> Result<Response, No> {
     let scene = app.scene(query?.g)?;
     let (node, output) = scene.mesh().ok_or(No::Unknown)?;
@@ -21,10 +21,10 @@ pub(super) async fn mesh(State(app): State<App>, query: Result<Query<Of>, QueryR
     if atlas.mesh.triangles.len() > MOST {
         return Err(No::Failed(format!("the mesh has more than {MOST} triangles, too many for this view")));
     }
-    let (vertices, indices, scale) = Shape::atlas(&atlas).around_the_origin();
+    let (vertices, indices, scale, [x, y, z]) = Shape::atlas(&atlas).around_the_origin();
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
-        (HeaderName::from_static("x-mesh"), format!("{} {} {scale}", vertices.len(), indices.len())),
+        (HeaderName::from_static("x-mesh"), format!("{} {} {scale} {x} {y} {z}", vertices.len(), indices.len())),
     ];
     let floats = vertices.into_iter().flatten().flat_map(f32::to_le_bytes);
     let bytes: Vec<u8> = floats.chain(indices.into_iter().flat_map(u32::to_le_bytes)).collect();

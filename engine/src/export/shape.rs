@@ -80,8 +80,8 @@ impl Shape {
     }
 
     /// Its vertices as place, normal, tangent and coordinates, moved to the origin and scaled so that the farthest is at a distance of
-    /// 1; the numbers of the vertices of all triangles; and how long a mm is then.
-    pub fn around_the_origin(&self) -> (Vec<[f32; 11]>, Vec<u32>, f32) {
+    /// 1; the numbers of the vertices of all triangles; how long a mm is then; and where the origin lies in mm, z up.
+    pub fn around_the_origin(&self) -> (Vec<[f32; 11]>, Vec<u32>, f32, [f32; 3]) {
         let bounds = self.positions.iter().map(|p| [*p, *p]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let middle = bounds.map_or(Vec3::ZERO, |[low, high]| 0.5 * (low + high));
         let reach = self.positions.iter().map(|p| p.distance(middle)).fold(f32::MIN_POSITIVE, f32::max);
@@ -92,7 +92,8 @@ impl Shape {
             [x, y, z, a, b, c, d, e, f, u, v]
         };
         let indices = self.parts.iter().flat_map(|part| part.indices.iter().copied()).collect();
-        ((0..self.positions.len()).map(vertex).collect(), indices, 1e-3 / reach)
+        let from = 1e3 * middle;
+        ((0..self.positions.len()).map(vertex).collect(), indices, 1e-3 / reach, [from.x, -from.z, from.y])
     }
 
     fn add(&mut self, at: Vec3, normal: Vec3, tangent: Vec4, uv: Vec2) -> u32 {

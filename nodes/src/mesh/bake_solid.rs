@@ -59,14 +59,15 @@ pub enum AlignParts {
 /// trunk. Place the solid by `PlaceInTree` first to cut the mesh from elsewhere. It goes on for two texels beyond charts;
 /// `DilateGutter` carries it farther.
 ///
-/// `RingColor` with `border: 0.06` makes charts agree about rings that are sharper than texels.
+/// Here `RingColor` makes the borders of years at least 0.06 years wide, unless its `border` says otherwise: charts then agree
+/// about rings of 24 texels and more.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
 /// "time": TrunkTime(skeleton: "tree"),
 /// "rings": ColorPattern(),
-/// "wood": RingColor(time: "time", pattern: "rings", border: 0.06),
+/// "wood": RingColor(time: "time", pattern: "rings"),
 /// "placed": PlaceInTree(solid: "wood", position: (0, 70, 0)),
 /// "ball": MeshShape(shape: Torus),
 /// "atlas": MeshAtlas(mesh: "ball"),

@@ -68,9 +68,10 @@ pub struct RingColor {
     #[schemars(range(min = 0, max = 0.5), extend("unit" = "years"))]
     pub feather: f64,
     /// With `filter: Exact`: the least width of the border between two years. With a twentieth of a year, cuts in all
-    /// directions show it alike, even where pixels are not much smaller.
+    /// directions show it alike, even where pixels are not much smaller. By default 0.06 on meshes, so that charts agree
+    /// where they meet, and 0 elsewhere.
     #[schemars(range(min = 0, max = 1), extend("unit" = "years"))]
-    pub border: f64,
+    pub border: Option<f64>,
     /// After how many years `late_variation` repeats.
     #[schemars(range(min = 1, max = 1024))]
     pub years: u32,
@@ -107,7 +108,7 @@ impl Default for RingColor {
             late_variation: 0.0,
             phase_variation: 0.0,
             feather: 0.0,
-            border: 0.0,
+            border: None,
             years: 256,
             age: 60.0,
             sap_years: 0.0,
@@ -120,6 +121,9 @@ impl Default for RingColor {
     }
 }
 
+/// The usual width of borders between years on meshes, in years.
+const ON_SURFACES: f64 = 0.06;
+
 /// How a time becomes a colour.
 enum Lookup {
     Mean(YearTable),
@@ -131,7 +135,8 @@ struct Painter {
     lookup: Lookup,
     mean: [f32; 3],
     feather: f32,
-    border: f32,
+    /// The least width of the border between two years, on planes and on stretched surfaces.
+    border: [f32; 2],
     noise: [Noise3; 2],
     has_fiber: bool,
     knots: Option<[f32; 3]>,
@@ -170,6 +175,7 @@ impl Painter {
         let [across, down] = spans(time, patch);
         // Where the fraying is finer than pixels, it widens the span by twice its deviation instead.
         let blur = 2.0 * self.feather * 0.27 * (1.0 - visible(0.5, patch.pixel));
+        let border = self.border[usize::from(patch.metric.is_some())];
         let [red, green, blue, late] = out else { return };
         dispatch(
             #[inline(always)]
@@ -178,7 +184,7 @@ impl Painter {
                 let planes = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut()).zip(late.iter_mut());
                 for ((t, (a, b)), (((red, green), blue), late)) in moved.iter().zip(spans).zip(planes) {
                     [*red, *green, *blue, *late] =
-                        self.color(*t, math::max(math::max(*a, *b) + blur, self.border), math::min(*a, *b));
+                        self.color(*t, math::max(math::max(*a, *b) + blur, border), math::min(*a, *b));
                 }
                 for (k, plane) in [&mut **red, &mut **green, &mut **blue].into_iter().enumerate() {
                     self.tint(k, time, knots.map(|k| k.plane(0)), bark.map(|b| b.plane(0)), plane);
@@ -297,7 +303,7 @@ impl Node for RingColor {
             lookup,
             mean,
             feather: narrow(self.feather),
-            border: narrow(self.border),
+            border: [0.0, ON_SURFACES].map(|usual| narrow(self.border.unwrap_or(usual))),
             noise: [Noise3::new(hash, 1 << 20), Noise3::new(hash, (1 << 20) + 1)],
             has_fiber: fiber.is_some(),
             knots: knots.as_ref().map(|_| self.knot_color.0),

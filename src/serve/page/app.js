@@ -443,7 +443,7 @@ const actions = {
   1: () => setView('picture'), 2: () => setView('lit'), g: () => setDrawer($('drawer').hidden), p: () => setPanel($('panel').hidden),
   '[': () => nextChannel(-1), ']': () => nextChannel(1), '+': () => picture.zoom(1.5), '=': () => picture.zoom(1.5), '-': () => picture.zoom(1 / 1.5),
   0: () => (view === 'lit' ? lit.reset() : picture.fit()), 9: () => picture.zoomTo(1), t: () => setRepeat(!picture.repeat),
-  c: () => setPlane('all'), r: () => setPlane('r'), b: () => setPlane('b'), a: pin, s: () => lit.nextShape(), f: () => graph.fit(),
+  c: () => setPlane('all'), r: () => setPlane('r'), b: () => setPlane('b'), a: pin, s: () => (lit.strokes.mesh && view === 'lit' ? lit.strokes.toggle() : lit.nextShape()), n: () => lit.nextShape(), f: () => graph.fit(),
   d: toggleTheme, '?': () => $('keys').showModal(),
   '/': () => { setDrawer(true); $('find').focus(); $('find').select(); },
   Escape: () => { if (document.activeElement === $('find')) $('find').blur(); else if (target?.startsWith('@')) back(); },

@@ -1,7 +1,9 @@
 // The material on a shape: textures from the server, an orbiting eye, a light that turns. Drawn only when something changes.
+import { camera } from './camera.js';
 import { mesh, samples } from './net.js';
 import { FRAGMENT, VERTEX } from './shaders.js';
 import { SHAPES } from './shapes.js';
+import { Strokes } from './strokes.js';
 
 export const CHANNELS = ['base_color', 'roughness', 'metallic', 'normal', 'height', 'ao', 'anisotropy', 'anisotropy_angle', 'sheen', 'coat', 'opacity'];
 const UNIFORM = (channel) => `u${channel.replace(/(^|_)([a-z])/g, (_, __, c) => c.toUpperCase())}`;
@@ -34,6 +36,7 @@ export class Lit {
     // Milliseconds a pixel; a guess until something was drawn.
     this.cost = 0.002;
     new ResizeObserver(() => this.resize()).observe(canvas);
+    this.strokes = new Strokes(document.getElementById('draw'), document.getElementById('strokes'), () => this.draw());
     this.listen();
     this.build();
   }
@@ -92,10 +95,17 @@ export class Lit {
   listen() {
     const { canvas } = this;
     let from = null;
-    canvas.addEventListener('pointerdown', (e) => { from = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
-    canvas.addEventListener('pointerup', () => { from = null; });
-    canvas.addEventListener('pointercancel', () => { from = null; });
+    const place = (e) => [(2 * e.offsetX) / canvas.clientWidth - 1, 1 - (2 * e.offsetY) / canvas.clientHeight];
+    const aspect = () => canvas.clientWidth / canvas.clientHeight;
+    canvas.addEventListener('pointerdown', (e) => {
+      canvas.setPointerCapture(e.pointerId);
+      if (!this.strokes.begin(this.eye(), aspect(), place(e))) from = [e.clientX, e.clientY];
+    });
+    const end = () => { from = null; this.strokes.end(); };
+    canvas.addEventListener('pointerup', end);
+    canvas.addEventListener('pointercancel', end);
     canvas.addEventListener('pointermove', (e) => {
+      this.strokes.move(this.eye(), aspect(), place(e));
       if (!from) return;
       const [dx, dy] = [e.clientX - from[0], e.clientY - from[1]];
       from = [e.clientX, e.clientY];
@@ -154,8 +164,14 @@ export class Lit {
 
   reset() { [this.turn, this.tilt, this.distance] = this.shapes[this.shape].view; this.draw(); }
 
+  eye() {
+    const [flat, up] = [Math.cos(this.tilt), Math.sin(this.tilt)];
+    return [Math.sin(this.turn) * flat, up, Math.cos(this.turn) * flat].map((c) => c * this.distance);
+  }
+
   setShape(shape) {
     this.shape = shape;
+    this.strokes.show(shape === 'mesh' ? this.shapes.mesh : null);
     for (const b of document.querySelectorAll('[data-shape]')) b.classList.toggle('on', b.dataset.shape === shape);
     this.reset();
   }
@@ -176,10 +192,11 @@ export class Lit {
       delete this.meshes[name];
     }
     delete this.shapes.mesh;
-    if (found) this.shapes.mesh = { make: () => found, perMm: found.perMm, view: [0.5, 0.3, 3.2] };
+    if (found) this.shapes.mesh = { make: () => found, perMm: found.perMm, middle: found.middle, view: [0.5, 0.3, 3.2] };
     document.querySelector('[data-shape=mesh]').hidden = !found;
     if (found && !had) this.setShape('mesh');
     else if (!found && this.shape === 'mesh') this.setShape('sphere');
+    else if (this.shape === 'mesh') this.strokes.show(this.shapes.mesh);
     else this.draw();
   }
 
@@ -356,13 +373,12 @@ export class Lit {
       if (maps[channel]) bits |= 1 << i;
     });
     const heights = maps.height?.range ?? [0, 0];
-    const eye = [
-      this.distance * Math.sin(this.turn) * Math.cos(this.tilt), this.distance * Math.sin(this.tilt),
-      this.distance * Math.cos(this.turn) * Math.cos(this.tilt),
-    ];
+    const eye = this.eye();
+    const view = camera(eye, canvas.width / canvas.height);
     const a = (values.light * Math.PI) / 180;
     const moved = this.relief === 'displacement' && (bits & (1 << HEIGHT)) !== 0;
-    gl.uniformMatrix4fv(u.uView, false, camera(eye, canvas.width / canvas.height));
+    gl.useProgram(this.program);
+    gl.uniformMatrix4fv(u.uView, false, view);
     gl.uniform3fv(u.uEye, eye);
     gl.uniformMatrix3fv(u.uLight, false, [Math.cos(a), 0, -Math.sin(a), 0, 1, 0, Math.sin(a), 0, Math.cos(a)]);
     gl.uniform2f(u.uRepeat, repeat, perMm ? 1 : (repeat * mm[0]) / mm[1]);
@@ -378,6 +394,7 @@ export class Lit {
     const { array, count } = this.mesh();
     gl.bindVertexArray(array);
     gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
+    this.strokes.paint(gl, view);
   }
 }
 
@@ -393,23 +410,4 @@ function extent(halves) {
     if (v > hi) hi = v;
   }
   return lo > hi ? [0, 0] : [lo, hi];
-}
-
-// Looks from `eye` at the middle.
-function camera(eye, aspect) {
-  const length = Math.hypot(...eye);
-  const z = eye.map((c) => c / length);
-  const xl = Math.hypot(z[2], z[0]) || 1e-6;
-  const x = [z[2] / xl, 0, -z[0] / xl];
-  const y = [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]];
-  const f = 1 / Math.tan((Math.PI / 180) * 20);
-  const [near, far] = [0.05, 40];
-  const [px, py] = aspect >= 1 ? [f / aspect, f] : [f, f * aspect];
-  const [pz, pw] = [(far + near) / (near - far), (2 * far * near) / (near - far)];
-  return [
-    px * x[0], py * y[0], pz * z[0], -z[0],
-    px * x[1], py * y[1], pz * z[1], -z[1],
-    px * x[2], py * y[2], pz * z[2], -z[2],
-    0, 0, pz * -length + pw, length,
-  ];
 }

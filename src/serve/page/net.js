@@ -19,13 +19,13 @@ export async function samples(args) {
   return { width: +width, height: +height, form, data: await response.arrayBuffer() };
 }
 
-// The mesh that wears the material: vertices of 11 numbers, triangles, and how long a mm is.
+// The mesh that wears the material: vertices of 11 numbers, triangles, how long a mm is, and where its middle lies, z up.
 export async function mesh(args) {
   const response = await fetch(query('mesh', args));
   if (!response.ok) return null;
-  const [vertices, indices, perMm] = response.headers.get('x-mesh').split(' ').map(Number);
+  const [vertices, indices, perMm, ...middle] = response.headers.get('x-mesh').split(' ').map(Number);
   const bytes = await response.arrayBuffer();
-  return { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices), perMm };
+  return { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices), perMm, middle };
 }
 
 export function send(values) {

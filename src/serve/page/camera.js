@@ -1,0 +1,59 @@
+// Where the eye is, and what a ray from it meets.
+const F = 1 / Math.tan((Math.PI / 180) * 20);
+
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const unit = (a) => { const l = Math.hypot(...a) || 1; return a.map((c) => c / l); };
+
+// The eye's own directions: to the right, up, and towards itself; and how much its picture is enlarged across and down.
+function axes(eye, aspect) {
+  const z = unit(eye);
+  const x = unit([z[2], 0, -z[0]]);
+  const scale = aspect >= 1 ? [F / aspect, F] : [F, F * aspect];
+  return { x, y: cross(z, x), z, scale };
+}
+
+// Looks from `eye` at the middle.
+export function camera(eye, aspect) {
+  const length = Math.hypot(...eye);
+  const { x, y, z, scale: [px, py] } = axes(eye, aspect);
+  const [near, far] = [0.05, 40];
+  const [pz, pw] = [(far + near) / (near - far), (2 * far * near) / (near - far)];
+  return [
+    px * x[0], py * y[0], pz * z[0], -z[0],
+    px * x[1], py * y[1], pz * z[1], -z[1],
+    px * x[2], py * y[2], pz * z[2], -z[2],
+    0, 0, pz * -length + pw, length,
+  ];
+}
+
+// The way from the eye through a point of its picture, whose corners are ±1, y up.
+export function ray(eye, aspect, [across, up]) {
+  const { x, y, z, scale: [px, py] } = axes(eye, aspect);
+  return unit([0, 1, 2].map((k) => x[k] * (across / px) + y[k] * (up / py) - z[k]));
+}
+
+// The nearest place where a ray enters a mesh, and the normal there; null if it passes by.
+export function hit({ data, index }, from, way) {
+  let best = Infinity;
+  let found = null;
+  const corner = (n) => { const at = index[n] * 11; return [data[at], data[at + 1], data[at + 2]]; };
+  for (let n = 0; n < index.length; n += 3) {
+    const a = corner(n);
+    const b = corner(n + 1);
+    const c = corner(n + 2);
+    const [ab, ac] = [[b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]];
+    const normal = cross(ab, ac);
+    const facing = dot(normal, way);
+    if (facing >= 0) continue;
+    const t = (dot(normal, a) - dot(normal, from)) / facing;
+    if (!(t > 0 && t < best)) continue;
+    const p = [from[0] + way[0] * t - a[0], from[1] + way[1] * t - a[1], from[2] + way[2] * t - a[2]];
+    const whole = dot(normal, normal);
+    const [v, w] = [dot(cross(p, ac), normal) / whole, dot(cross(ab, p), normal) / whole];
+    if (v < -1e-9 || w < -1e-9 || v + w > 1 + 1e-9) continue;
+    best = t;
+    found = { at: p.map((x, k) => x + a[k]), normal: unit(normal) };
+  }
+  return found;
+}

@@ -1,0 +1,150 @@
+// Strokes on the mesh, drawn by hand: shown as ribbons, and written as `strokes` of `TangentField`.
+import { cross, hit, ray, unit } from './camera.js';
+
+// The mesh being 1 from its middle to its farthest point: the way between two points, half the width of a ribbon, and how
+// far it floats above the surface.
+const STEP = 0.03;
+const HALF = 0.007;
+const LIFT = 0.006;
+
+const VERTEX = `#version 300 es
+layout(location = 0) in vec3 aPosition;
+uniform mat4 uView;
+void main() { gl_Position = uView * vec4(aPosition, 1.0); }`;
+const FRAGMENT = `#version 300 es
+precision mediump float;
+out vec4 oColor;
+void main() { oColor = vec4(0.08, 0.75, 1.0, 1.0); }`;
+
+export class Strokes {
+  // `changed` is called when there is something else to draw; the elements are the button that draws, and the panel.
+  constructor(button, panel, changed) {
+    Object.assign(this, { button, panel, changed, strokes: [], drawing: false });
+    this.text = panel.querySelector('textarea');
+    button.onclick = () => this.toggle();
+    const click = (name, action) => { panel.querySelector(`[data-stroke=${name}]`).onclick = action; };
+    click('copy', () => this.copy());
+    click('undo', () => this.undo());
+    click('clear', () => { this.strokes = []; this.tell(); });
+    this.show(null);
+  }
+
+  // The mesh that is shown, or null where there is none. Another one has other strokes.
+  show(mesh) {
+    if (mesh !== this.mesh) this.strokes = [];
+    this.mesh = mesh;
+    this.button.hidden = !mesh;
+    if (!mesh) this.drawing = false;
+    this.tell();
+  }
+
+  toggle() {
+    this.drawing = !this.drawing && !!this.mesh;
+    this.tell();
+  }
+
+  tell() {
+    this.button.ariaPressed = this.drawing;
+    this.panel.hidden = !this.mesh || !(this.drawing || this.strokes.length);
+    this.text.value = this.ron();
+    this.dirty = true;
+    this.changed();
+  }
+
+  undo() { this.strokes.pop(); this.tell(); }
+
+  async copy() {
+    this.text.select();
+    // Where the browser refuses, the text is selected.
+    try { await navigator.clipboard.writeText(this.text.value); } catch { document.execCommand('copy'); }
+  }
+
+  // The strokes in mm, as a line of a graph: in the mesh's coordinates, z up.
+  ron() {
+    if (!this.mesh || !this.strokes.length) return '';
+    const { middle, perMm } = this.mesh;
+    const mm = ({ at: [x, y, z] }) => [middle[0] + x / perMm, middle[1] - z / perMm, middle[2] + y / perMm];
+    const digits = perMm > 0.02 ? 2 : 1;
+    const point = (p) => `(${mm(p).map((c) => +c.toFixed(digits)).join(', ')})`;
+    return `strokes: [\n${this.strokes.map((stroke) => `  [${stroke.map(point).join(', ')}],\n`).join('')}],`;
+  }
+
+  // A drag: whether it draws. `place` is on the picture, whose corners are ±1, y up.
+  begin(eye, aspect, place) {
+    if (!this.drawing) return false;
+    const found = this.pick(eye, aspect, place);
+    this.open = found && [found];
+    return !!found;
+  }
+
+  move(eye, aspect, place) {
+    const found = this.open && this.pick(eye, aspect, place);
+    if (!found) return;
+    const last = this.open.at(-1).at;
+    if (Math.hypot(...found.at.map((c, k) => c - last[k])) < STEP) return;
+    this.open.push(found);
+    if (this.open.length === 2) this.strokes.push(this.open);
+    this.tell();
+  }
+
+  end() { this.open = null; }
+
+  pick(eye, aspect, place) { return hit(this.mesh.make(1), eye, ray(eye, aspect, place)); }
+
+  // A ribbon a stroke, with an arrow at its end.
+  ribbons() {
+    const out = [];
+    const at = (p, side, by, along = [0, 0, 0]) => p.at.map((c, k) => c + p.normal[k] * LIFT + side[k] * by + along[k]);
+    for (const stroke of this.strokes) {
+      const sides = stroke.map((p, n) => {
+        const [a, b] = [stroke[Math.max(n - 1, 0)], stroke[Math.min(n + 1, stroke.length - 1)]];
+        return unit(cross(unit(b.at.map((c, k) => c - a.at[k])), p.normal));
+      });
+      for (let n = 1; n < stroke.length; n += 1) {
+        const [a, b] = [stroke[n - 1], stroke[n]];
+        const [l, r, m, s] = [at(a, sides[n - 1], -HALF), at(a, sides[n - 1], HALF), at(b, sides[n], -HALF), at(b, sides[n], HALF)];
+        out.push(...l, ...r, ...m, ...m, ...r, ...s);
+      }
+      const [tip, side] = [stroke.at(-1), sides.at(-1)];
+      const ahead = cross(tip.normal, side).map((c) => c * 6 * HALF);
+      out.push(...at(tip, side, -3 * HALF), ...at(tip, side, 3 * HALF), ...at(tip, side, 0, ahead));
+    }
+    return new Float32Array(out);
+  }
+
+  paint(gl, view) {
+    if (!this.strokes.length) return;
+    if (this.gl !== gl) this.prepare(gl);
+    gl.useProgram(this.program);
+    gl.uniformMatrix4fv(this.view, false, view);
+    gl.bindVertexArray(this.array);
+    if (this.dirty) {
+      const data = this.ribbons();
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
+      gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
+      this.count = data.length / 3;
+      this.dirty = false;
+    }
+    gl.drawArrays(gl.TRIANGLES, 0, this.count);
+  }
+
+  prepare(gl) {
+    this.gl = gl;
+    this.program = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(this.program, shader);
+    }
+    gl.linkProgram(this.program);
+    this.view = gl.getUniformLocation(this.program, 'uView');
+    this.array = gl.createVertexArray();
+    this.buffer = gl.createBuffer();
+    gl.bindVertexArray(this.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
+    gl.enableVertexAttribArray(0);
+    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0);
+    this.dirty = true;
+  }
+}

@@ -22,6 +22,7 @@ mod render;
 mod report;
 mod serve;
 mod stats;
+mod target;
 mod templates;
 mod terminal;
 mod watch;

@@ -8,6 +8,7 @@ use crate::progress::Progress;
 use crate::quit::Quit;
 use crate::report;
 use crate::stats::Stats;
+use crate::target::Target;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use shibo_engine::eval::CancelToken;
@@ -30,6 +31,7 @@ Examples:
   shibo render calf.ron --node grain/dome              any node, also of a sub-graph
   shibo render calf.ron --region 0,0,256,256           the top left corner
   shibo render veins.ron --output lines --format svg   segments, for plotters and engravers
+  shibo render calf.ron --as usd                       the material as a USD file with its textures
 
 A second run of the same graph only copies files; after an edit, nothing costly is computed that is not downstream of it.";
 
@@ -51,6 +53,9 @@ pub(crate) struct RenderArgs {
     /// Render what this node makes, or an output of it (NODE.PORT); of a sub-graph USE/NODE. May be repeated.
     #[arg(long, value_name = "NODE")]
     node: Vec<String>,
+    /// Write the materials as files for another program; other outputs are left out.
+    #[arg(long = "as", value_name = "TARGET", conflicts_with_all = ["node", "region", "combined", "format", "depth"])]
+    target: Option<Target>,
     /// The pixels of the pictures, instead of the graph's: of the longer side, or width and height.
     #[arg(long, value_name = "N|WxH", value_parser = resolution)]
     resolution: Option<Resolution>,
@@ -144,6 +149,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal, start: Instant) -> Res
         let mut graph = open::graph(open::load(&args.graph, &registry, &values, args.resolution), terminal)?;
         report::show(terminal, &graph.advice(), &graph.sources);
         show_nodes(&mut graph, args)?;
+        args.target.map_or(Ok(()), |target| target.replace_outputs(&mut graph))?;
         sets.push(Set { graph, preset });
     }
     let session = open::session(registry, &args.engine, terminal)?;
@@ -201,6 +207,7 @@ fn show_nodes(graph: &mut Graph, args: &RenderArgs) -> Result<(), Quit> {
         }
         let span = node.span;
         graph.outputs.push(GraphOutput {
+            export: None,
             mesh: None,
             name: file,
             node: index,

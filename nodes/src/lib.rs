@@ -68,8 +68,16 @@ pub const CODE: &str = env!("CODE_FINGERPRINT");
 
 /// All nodes.
 pub fn registry() -> Registry {
+    registry_with([])
+}
+
+/// All nodes, and families of other crates. Give the result a fingerprint of their code ([`Registry::with_code`]), so that results
+/// of another version are not taken from a cache.
+pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
     let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>());
     let choice = (Kind::of::<combine::Choose>(), Kind::of::<combine::ChooseMaterial>());
-    let registry = Registry::new(families()).with_layout(layout.0, layout.1).with_choice(choice.0, choice.1);
+    let registry = Registry::new(families().into_iter().chain(more))
+        .with_layout(layout.0, layout.1)
+        .with_choice(choice.0, choice.1);
     registry.with_gutters(mesh::filled).with_code(shibo_kernel::CODE).with_code(CODE)
 }

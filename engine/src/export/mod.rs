@@ -1,8 +1,28 @@
-//! Files for other programs that hold more than a picture: materials on a mesh as glTF.
+//! Files for other programs that hold more than a picture: materials on a mesh as glTF or USD, as documents of MaterialX, and as
+//! the pictures that a program expects.
+mod bundle;
 mod glb;
 mod gltf;
+mod materialx;
+mod network;
+mod preset;
 mod shape;
+mod usd;
 
+pub use bundle::{Bundle, BundleWriter, Map, Place};
 pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
+pub use materialx::materialx;
+pub use network::Shading;
+pub use preset::{Program, preset};
 pub use shape::Shape;
+pub use usd::usd;
+
+use crate::value::Field;
+
+/// One picture of up to four fields of numbers from 0 to 1: red, green, blue and opacity. Colours that are not given are 0.
+pub fn pack(fields: [Option<Field>; 4], place: &Place) -> Bundle {
+    let [r, g, b, a] = fields;
+    let colors = [r, g, b].map(|field| field.unwrap_or_else(|| Field::constant(crate::value::Type::Gray, &[0.0])));
+    bundle::packed(colors.into_iter().chain(a).collect(), place)
+}

@@ -1,4 +1,5 @@
 //! A graph file as written: its parts by name, each with its place. Nothing is looked up yet.
+use super::exports::{self, ExportDecl, MeshDecl};
 use super::params::{self, ParamDecl};
 use super::part::{Entry, Part, Shape};
 use super::read::{self, mismatch, shorten};
@@ -83,17 +84,10 @@ pub(super) struct OutputDecl {
     /// Whether the channels of a material go into one file.
     pub(super) combined: bool,
     pub(super) range: Option<(f64, f64)>,
-    /// What `Gltf` says of the mesh.
+    /// What is written instead of pictures.
+    pub(super) export: Option<ExportDecl>,
+    /// What `Gltf` or `Usd` says of the mesh.
     pub(super) mesh: Option<MeshDecl>,
-}
-
-/// The mesh of a glTF file as written.
-#[derive(Debug)]
-pub(super) enum MeshDecl {
-    /// A square.
-    Plane,
-    /// A reference to an atlas.
-    Node(Part),
 }
 
 impl Document {
@@ -260,6 +254,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         depth: None,
         combined: false,
         range: None,
+        export: None,
         mesh: None,
     };
     let body = match (entry.value.shape(), entry.value.head()) {
@@ -268,8 +263,8 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
             return decl;
         }
         (_, Some((word, Some(body)))) if word.str() == "File" => (word, body),
-        (_, Some((word, Some(body)))) if word.str() == "Gltf" => {
-            gltf(&mut decl, &word, &body, report);
+        (_, Some((word, Some(body)))) if exports::KINDS.contains(&word.str()) => {
+            exports::read(&mut decl, &word, &body, report);
             return decl;
         }
         _ => {
@@ -277,7 +272,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
             let error = mismatch(
                 &entry.value,
                 &what,
-                "\"node\", \"node.port\", File(from: \"node\") or Gltf(material: \"node\")",
+                "\"node\", \"node.port\", File(from: \"node\"), or for other programs Gltf, MaterialX, Usd, Preset or Pack",
             );
             report.push(match entry.value.shape() {
                 Shape::Word(word) => error.help(format!("write `\"{}\"`", shorten(&word))),
@@ -308,25 +303,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
     decl
 }
 
-/// `Gltf(material: "node", mesh: "atlas")`.
-fn gltf(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
-    let Some(fields) = read::fields(body, "`Gltf`", &["material", "mesh"], report) else { return };
-    decl.from = read::get(&fields, "material").filter(|from| read::text(from, "material", report).is_some()).cloned();
-    if read::get(&fields, "material").is_none() {
-        let help = "write `material: \"node\"`";
-        report.push(word.error(Code::MissingInput, "`Gltf` has no `material`").help(help));
-    }
-    decl.mesh = Some(MeshDecl::Plane);
-    if let Some(mesh) = read::get(&fields, "mesh") {
-        match mesh.shape() {
-            Shape::Text(_) => decl.mesh = Some(MeshDecl::Node(mesh.clone())),
-            Shape::Word(word) if word == "Plane" => {}
-            _ => report.push(mismatch(mesh, "`mesh`", "`Plane` or the name of an atlas: `mesh: \"atlas\"`")),
-        }
-    }
-}
-
-fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {
+pub(super) fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {
     let Shape::Word(word) = part.shape() else {
         let words: Vec<_> = choices.iter().map(|(word, _)| format!("`{word}`")).collect();
         report.push(mismatch(part, &format!("`{what}`"), &format!("one of {}", words.join(", "))));

@@ -1,5 +1,6 @@
 //! A graph whose references are resolved: what is evaluated.
 use crate::diagnostics::{Diagnostic, SourceMap, Span};
+use crate::export::{Program, Shading};
 use crate::node::DynNode;
 use crate::value::{Canvas, ChannelSet, Field, Type};
 use petgraph::graph::{DiGraph, NodeIndex};
@@ -109,10 +110,27 @@ pub struct GraphOutput {
     pub combined: bool,
     /// The values that become the smallest and the largest integer, if they are stated.
     pub range: Option<(f64, f64)>,
-    /// The mesh that wears it, if it is a material in a glTF file.
+    /// What it is written as, if not as pictures.
+    pub export: Option<Export>,
+    /// The mesh that wears it, if it is a material in a glTF or a USD file.
     pub mesh: Option<ExportMesh>,
     /// Where it is written.
     pub span: Span,
+}
+
+/// Files for other programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Export {
+    /// A binary glTF file.
+    Gltf,
+    /// A MaterialX document with its pictures.
+    MaterialX(Shading),
+    /// A USD file with its pictures.
+    Usd,
+    /// The pictures that a program expects.
+    Preset(Program),
+    /// One picture: the nodes and outputs of up to four fields.
+    Pack([Option<(NodeIndex, usize)>; 4]),
 }
 
 /// The mesh of an exported file.

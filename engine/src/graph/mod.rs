@@ -19,6 +19,7 @@ mod convert;
 mod defaults;
 mod document;
 mod each;
+mod exports;
 mod files;
 mod imports;
 mod inline;
@@ -41,7 +42,7 @@ mod syntax;
 mod tiling;
 mod uses;
 
-pub use linked::{ExportMesh, Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
+pub use linked::{Export, ExportMesh, Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
 pub use load::{load, load_text};
 
 use crate::diagnostics::{Diagnostic, SourceMap};

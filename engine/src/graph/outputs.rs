@@ -1,11 +1,12 @@
 //! The outputs of a graph: what can be rendered.
-use super::document::{MeshDecl, OutputDecl};
+use super::document::OutputDecl;
+use super::exports::ExportDecl;
 use super::part::{Part, Shape};
 use super::read::shorten;
 use super::scope::{Target, Unit};
 use crate::diagnostics::{Code, Span};
-use crate::graph::{ExportMesh, GraphOutput};
-use crate::value::{Atlas, Carried, Type};
+use crate::graph::GraphOutput;
+use crate::value::Type;
 use petgraph::graph::NodeIndex;
 use std::collections::BTreeMap;
 
@@ -47,7 +48,8 @@ impl Unit<'_> {
                 self.report.push(from.error(Code::TypeMismatch, message));
                 continue;
             };
-            let Ok(mesh) = self.export_mesh(decl, from, ty) else { continue };
+            let Ok(export) = self.export(decl, from, ty) else { continue };
+            let Ok(mesh) = self.export_mesh(decl) else { continue };
             if named {
                 self.claim(decl, flat, ty, &mut names);
             }
@@ -60,37 +62,12 @@ impl Unit<'_> {
                 depth: decl.depth,
                 combined: decl.combined,
                 range: decl.range,
+                export,
                 mesh,
                 span: from.span(),
             });
         }
         outputs
-    }
-
-    /// The mesh of a `Gltf`, if the output is one; an error is reported.
-    fn export_mesh(&mut self, decl: &OutputDecl, from: &Part, ty: Type) -> Result<Option<ExportMesh>, ()> {
-        let Some(mesh) = &decl.mesh else { return Ok(None) };
-        if ty != Type::Material {
-            let message = format!("`Gltf` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
-            let help = "connect a `Material`, which names the fields that are its channels";
-            self.report.push(from.error(Code::TypeMismatch, message).help(help));
-            return Err(());
-        }
-        let MeshDecl::Node(part) = mesh else { return Ok(Some(ExportMesh::Plane)) };
-        let Shape::Text(reference) = part.shape() else { return Err(()) };
-        let meaning = self.resolve(0, part, &reference);
-        match (self.type_of(&meaning.target), meaning.target) {
-            (Some(Atlas::TYPE), Target::Out { flat, output }) => {
-                Ok(Some(ExportMesh::Atlas { node: NodeIndex::new(flat), output }))
-            }
-            (Some(ty), _) => {
-                let message = format!("`mesh` must be an atlas; `{}` is {ty}", shorten(&reference));
-                let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";
-                self.report.push(part.error(Code::TypeMismatch, message).help(help));
-                Err(())
-            }
-            (None, _) => Err(()),
-        }
     }
 
     fn check_name(&mut self, decl: &OutputDecl) -> bool {
@@ -113,12 +90,16 @@ impl Unit<'_> {
 
     /// Takes the names of the files of an output, which must differ by more than case.
     fn claim(&mut self, decl: &OutputDecl, flat: usize, ty: Type, names: &mut BTreeMap<String, (Span, String)>) {
-        let files: Vec<String> = if ty == Type::Material && !decl.combined && decl.mesh.is_none() {
+        let channels = || {
             // The channels of a material in error are not known.
             let channels = self.flats[flat].channels.unwrap_or_default();
-            channels.iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect()
-        } else {
-            vec![decl.name.clone()]
+            channels.iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect::<Vec<_>>()
+        };
+        let files: Vec<String> = match &decl.export {
+            Some(ExportDecl::Gltf | ExportDecl::Pack(_)) => vec![decl.name.clone()],
+            Some(_) => channels().into_iter().chain([decl.name.clone()]).collect(),
+            None if ty == Type::Material && !decl.combined => channels(),
+            None => vec![decl.name.clone()],
         };
         for file in files {
             if let Some((span, other)) = names.get(&file.to_ascii_lowercase()) {

@@ -4,16 +4,26 @@ use super::plan::{Part, Planned};
 use super::render::{Job, Render, job};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
-use crate::export::{Exported, GlbWriter, Shape};
-use crate::graph::{ExportMesh, GraphOutput};
+use crate::export::{Bundle, BundleWriter, Exported, GlbWriter, Place, Shape, materialx, pack, preset, usd};
+use crate::graph::{Export, ExportMesh, GraphOutput};
 use crate::picture::{Compression, WriteError, Writer, Written};
 use crate::value::{Atlas, Carried, Channel, Field, Material, Tiling, Value};
 use glam::UVec2;
+use std::path::PathBuf;
 
 /// What the rows of a job are written to.
 pub(super) enum Sink {
     Picture(Box<Writer>),
     Glb(Box<GlbWriter>),
+    Bundle(Box<BundleWriter>),
+}
+
+/// What a job makes besides a picture of its fields.
+pub(super) enum Files {
+    /// A glTF file: the material and the mesh.
+    Glb(Box<(Exported, Shape)>),
+    /// Several files.
+    Bundle(Bundle),
 }
 
 impl Sink {
@@ -21,6 +31,7 @@ impl Sink {
         let done = match self {
             Self::Picture(writer) => writer.write_rows(planes, rows),
             Self::Glb(writer) => writer.write_rows(planes, rows),
+            Self::Bundle(writer) => writer.write_rows(planes, rows),
         };
         done.map_err(|error| Failure::File(error.to_string()))
     }
@@ -30,6 +41,7 @@ impl Sink {
         let done = match self {
             Self::Picture(writer) => writer.finish().map(|written| vec![written]),
             Self::Glb(writer) => writer.finish(),
+            Self::Bundle(writer) => writer.finish(),
         };
         done.map_err(|error| Failure::File(error.to_string()))
     }
@@ -38,42 +50,80 @@ impl Sink {
 impl Render<'_, '_> {
     /// What must be computed for a planned file.
     pub(super) fn job<'g>(&self, planned: Planned<'g>, value: &Value) -> Result<Job<'g>, Failure> {
-        let (Value::Material(material), Part::Gltf, Some(mesh)) = (value, &planned.part, planned.output.mesh) else {
-            return Ok(job(planned, value));
+        let Part::Export(export) = planned.part else { return Ok(job(planned, value)) };
+        let (output, canvas) = (planned.output, &self.planner.graph.canvas);
+        let place = |once: bool| Place {
+            stem: self.planner.stem(output),
+            size_mm: canvas.size_mm,
+            wraps: if once { [false; 2] } else { [canvas.tile.x, canvas.tile.y] },
         };
-        let canvas = &self.planner.graph.canvas;
-        let (material, shape) = match mesh {
-            ExportMesh::Plane => ((**material).clone(), Shape::plane(canvas.size_mm)),
-            ExportMesh::Atlas { node, output } => {
-                let mut values = self.run.values(&[(node, output)])?;
-                let Some(atlas) = values.pop().and_then(Atlas::unwrap) else { return Ok(job(planned, value)) };
-                let filled =
-                    |(channel, field): &(Channel, Field)| (*channel, self.session.registry.with_gutter(field, &atlas));
-                (Material::new(material.channels().iter().map(filled)), Shape::atlas(&atlas))
+        if let Export::Pack(sources) = export {
+            let mut fields = [const { None }; 4];
+            for (field, source) in fields.iter_mut().zip(sources) {
+                let Some(source) = source else { continue };
+                *field = self.run.values(&[source])?.first().and_then(Value::field);
+            }
+            return Ok(bundled(planned, pack(fields, &place(false))));
+        }
+        let Value::Material(material) = value else { return Ok(job(planned, value)) };
+        let (material, shape) = self.on_mesh(output, material)?;
+        let (bundle, target) = match export {
+            Export::MaterialX(shading) => {
+                let made = materialx(&material, &place(false), shading);
+                (made.map_err(|error| Failure::File(error.to_string()))?, "MaterialX")
+            }
+            Export::Usd => {
+                let once = output.mesh != Some(ExportMesh::Plane);
+                (usd(&material, &shape, &place(once)), "the shaders of USD")
+            }
+            Export::Preset(program) => (preset(&material, &place(false), program), "this target"),
+            Export::Gltf | Export::Pack(_) => {
+                let exported = Exported::new(material);
+                self.warn_lost(output, "glTF", &exported.lost());
+                let fields = exported.textures.iter().flat_map(|texture| &texture.fields);
+                let fields = fields.map(|field| (String::new(), field.clone())).collect();
+                let files = Some(Files::Glb(Box::new((exported, shape))));
+                return Ok(Job { planned, fields, lines: None, files });
             }
         };
-        let exported = Exported::new(material);
-        self.warn_lost(planned.output, &exported);
-        let fields = exported.textures.iter().flat_map(|texture| &texture.fields);
-        let fields = fields.map(|field| (String::new(), field.clone())).collect();
-        Ok(Job { planned, fields, lines: None, export: Some((exported, shape)) })
+        self.warn_lost(output, target, &bundle.lost);
+        Ok(bundled(planned, bundle))
     }
 
-    fn warn_lost(&self, output: &GraphOutput, exported: &Exported) {
-        for channel in exported.lost() {
-            let message = format!("glTF has no texture for the channel `{}`, which is left out", channel.name());
+    /// A material as it lies on the mesh of an output, and the mesh.
+    fn on_mesh(&self, output: &GraphOutput, material: &Material) -> Result<(Material, Shape), Failure> {
+        let plane = || (material.clone(), Shape::plane(self.planner.graph.canvas.size_mm));
+        let Some(ExportMesh::Atlas { node, output }) = output.mesh else { return Ok(plane()) };
+        let mut values = self.run.values(&[(node, output)])?;
+        let Some(atlas) = values.pop().and_then(Atlas::unwrap) else { return Ok(plane()) };
+        let filled = |(channel, field): &(Channel, Field)| (*channel, self.session.registry.with_gutter(field, &atlas));
+        Ok((Material::new(material.channels().iter().map(filled)), Shape::atlas(&atlas)))
+    }
+
+    fn warn_lost(&self, output: &GraphOutput, target: &str, lost: &[Channel]) {
+        for channel in lost {
+            let message = format!("{target} has no texture for the channel `{}`, which is left out", channel.name());
             let warning = Diagnostic::new(Code::Advice, output.span, message);
             self.observer.event(Event::Warning(warning.as_warning()));
         }
     }
 
+    /// What the rows of an exported file are written to.
+    pub(super) fn exported(&self, job: &Job<'_>, files: &Files, compression: Compression) -> Result<Sink, Failure> {
+        let bundle = match files {
+            Files::Glb(export) => return self.glb(job, export, compression),
+            Files::Bundle(bundle) => bundle.clone(),
+        };
+        let window = self.planner.window;
+        let folder = job.planned.path.parent().unwrap_or_else(|| std::path::Path::new(""));
+        let how = (self.planner.request.dither, compression);
+        let size = UVec2::new(window.width, window.height);
+        let writer = BundleWriter::create(folder, bundle, size, how).map_err(|e| Failure::File(e.to_string()))?;
+        Ok(Sink::Bundle(Box::new(writer)))
+    }
+
     /// Starts a glTF file.
-    pub(super) fn glb(
-        &self,
-        job: &Job<'_>,
-        export: &(Exported, Shape),
-        compression: Compression,
-    ) -> Result<Sink, Failure> {
+    fn glb(&self, job: &Job<'_>, export: &(Exported, Shape), compression: Compression) -> Result<Sink, Failure> {
         let (planned, window) = (&job.planned, self.planner.window);
         // The textures of an atlas end at its edges.
         let tile = self.planner.graph.canvas.tile;
@@ -85,4 +135,23 @@ impl Render<'_, '_> {
             .map_err(|e: WriteError| Failure::File(e.to_string()))?;
         Ok(Sink::Glb(Box::new(glb)))
     }
+}
+
+/// The job of several files.
+fn bundled(planned: Planned<'_>, bundle: Bundle) -> Job<'_> {
+    let fields = bundle.maps.iter().flat_map(|map| &map.fields);
+    let fields = fields.map(|field| (String::new(), field.clone())).collect();
+    Job { planned, fields, lines: None, files: Some(Files::Bundle(bundle)) }
+}
+
+/// The files that jobs and copies from the cache make, in the order in which they were planned.
+pub(super) fn files(planned: &[PathBuf], jobs: &[Job<'_>]) -> Vec<PathBuf> {
+    let made = |path: &PathBuf| {
+        let job = jobs.iter().find(|job| job.planned.path == *path);
+        match job.and_then(|job| job.files.as_ref()) {
+            Some(Files::Bundle(bundle)) => bundle.files().map(|file| path.with_file_name(file)).collect(),
+            _ => vec![path.clone()],
+        }
+    };
+    planned.iter().flat_map(made).collect()
 }

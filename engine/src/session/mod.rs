@@ -65,6 +65,21 @@ pub enum Failure {
     Usage(String),
 }
 
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Cancelled => f.write_str("cancelled"),
+            Self::Errors(errors) => {
+                let messages: Vec<&str> = errors.iter().map(|error| error.message.as_str()).collect();
+                f.write_str(&messages.join("; "))
+            }
+            Self::File(text) | Self::Usage(text) => f.write_str(text),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
 impl From<Vec<Diagnostic>> for Failure {
     fn from(errors: Vec<Diagnostic>) -> Self {
         if errors.is_empty() { Self::Cancelled } else { Self::Errors(errors) }

@@ -2,7 +2,7 @@
 use super::{Failure, RenderRequest};
 use crate::diagnostics::{did_you_mean, suggest};
 use crate::eval::Keys;
-use crate::graph::{Graph, GraphOutput};
+use crate::graph::{Export, Graph, GraphOutput};
 use crate::picture::{Depth, Format};
 use crate::value::{Channel, Key, Renders, Type, Window};
 use std::path::PathBuf;
@@ -18,8 +18,8 @@ pub(super) enum Part {
     All,
     /// What is drawn as lines.
     Lines,
-    /// A material on a mesh.
-    Gltf,
+    /// Files for another program.
+    Export(Export),
 }
 
 impl Part {
@@ -30,8 +30,18 @@ impl Part {
             Self::Channel(channel) => channel.name(),
             Self::All => "all channels",
             Self::Lines => "lines",
-            Self::Gltf => "gltf",
+            Self::Export(export) => export_name(export),
         }
+    }
+}
+
+const fn export_name(export: &Export) -> &'static str {
+    match export {
+        Export::Gltf => "gltf",
+        Export::MaterialX(_) => "materialx",
+        Export::Usd => "usd",
+        Export::Preset(_) => "preset",
+        Export::Pack(_) => "pack",
     }
 }
 
@@ -92,15 +102,26 @@ pub(super) struct Planner<'a> {
 }
 
 impl Planner<'_> {
+    /// What the names of an output's files begin with.
+    pub(super) fn stem(&self, output: &GraphOutput) -> String {
+        format!("{}{}", self.request.prefix, output.name)
+    }
+
     /// The picture of a part of an output, `key` naming what it shows.
     pub(super) fn picture<'g>(&self, output: &'g GraphOutput, part: Part, key: Key) -> Result<Planned<'g>, Failure> {
         let (stem, ty, channel) = match &part {
             Part::Channel(channel) => (format!("{}_{}", output.name, channel.name()), channel.ty(), Some(*channel)),
-            Part::Field | Part::All | Part::Lines | Part::Gltf => (output.name.clone(), output.ty, None),
+            Part::Field | Part::All | Part::Lines | Part::Export(_) => (output.name.clone(), output.ty, None),
         };
-        let (extension, (format, depth)) = if part == Part::Gltf {
+        let (extension, (format, depth)) = if let Part::Export(export) = &part {
             self.check_whole(&stem)?;
-            ("glb", (Format::Png, Depth::U8))
+            let extension = match export {
+                Export::Gltf => "glb",
+                Export::MaterialX(_) => "mtlx",
+                Export::Usd => "usda",
+                Export::Preset(_) | Export::Pack(_) => "png",
+            };
+            (extension, (Format::Png, Depth::U8))
         } else {
             let encoding = self.encoding(output, ty, channel, &stem)?;
             (encoding.0.extension(), encoding)
@@ -128,7 +149,7 @@ impl Planner<'_> {
             return Ok(());
         }
         let message =
-            format!("`{stem}` is a glTF file, whose textures are whole; leave --region out, or name a channel");
+            format!("`{stem}` is made for another program, with whole pictures; leave --region out, or name a channel");
         Err(Failure::Usage(format!("{message} with --output")))
     }
 

@@ -1,11 +1,10 @@
 //! Rendering: from the outputs of a graph to picture files.
-use super::export::Sink;
+use super::export::{Files, Sink, files};
 use super::plan::{Part, Planned, Planner, wanted};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, Event, NodeStats, Observer, Run, Shelf};
-use crate::export::{Exported, Shape};
-use crate::graph::{ExportMesh, Graph, GraphOutput};
+use crate::graph::{Export, ExportMesh, Graph, GraphOutput};
 use crate::picture::{
     Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, WriteError, Writer, Written,
     remove_stale_temporaries, write_svg,
@@ -58,8 +57,8 @@ pub(super) struct Job<'g> {
     pub(super) fields: Vec<(String, Field)>,
     /// What is written as lines instead.
     pub(super) lines: Option<Arc<Segments>>,
-    /// The material and the mesh of a glTF file, whose textures are the fields.
-    pub(super) export: Option<(Exported, Shape)>,
+    /// What is made for another program, whose textures are the fields.
+    pub(super) files: Option<Files>,
 }
 
 impl Session {
@@ -86,10 +85,10 @@ impl Session {
                     pictures.push(render.planner.picture(output, part, key)?);
                 }
             }
-            let files = pictures.iter().map(|p| p.path.clone()).collect();
+            let planned: Vec<PathBuf> = pictures.iter().map(|p| p.path.clone()).collect();
             let jobs = render.jobs(pictures)?;
             render.write(&jobs)?;
-            Ok(Report { files, nodes: run.stats() })
+            Ok(Report { files: files(&planned, &jobs), nodes: run.stats() })
         })
     }
 }
@@ -127,12 +126,12 @@ impl<'r> Render<'r, '_> {
     /// The pictures that an output is made of, and the keys of what they show.
     fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(Part, Key)>, Failure> {
         let key = self.planner.keys.output(output.node, output.output);
-        if let Some(mesh) = output.mesh.filter(|_| channel.is_none()) {
-            let mesh = match mesh {
-                ExportMesh::Plane => Key::of("plane", &[]),
-                ExportMesh::Atlas { node, output } => self.planner.keys.output(node, output),
+        if let Some(export) = output.export.filter(|_| channel.is_none()) {
+            let mesh = match output.mesh {
+                None | Some(ExportMesh::Plane) => Key::of("plane", &[]),
+                Some(ExportMesh::Atlas { node, output }) => self.planner.keys.output(node, output),
             };
-            return Ok(vec![(Part::Gltf, Key::of("gltf", &[key.as_bytes(), mesh.as_bytes()]))]);
+            return Ok(vec![(Part::Export(export), Key::of("gltf", &[key.as_bytes(), mesh.as_bytes()]))]);
         }
         match output.ty.renders() {
             Some(Renders::Channels) => {}
@@ -185,11 +184,13 @@ impl<'r> Render<'r, '_> {
     fn jobs(&self, pictures: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
         let mut missing = Vec::new();
         for planned in pictures {
+            // Of several files only the tiles that they show are in the cache.
+            let one = matches!(planned.part, Part::Export(Export::Gltf)) || !matches!(planned.part, Part::Export(_));
             let copied = match &self.session.caches.store {
-                Some(store) => store
+                Some(store) if one => store
                     .get_file(planned.key, &planned.path)
                     .map_err(|e| Failure::File(format!("cannot write `{}`: {e}", planned.path.display())))?,
-                None => false,
+                _ => false,
             };
             if !copied {
                 missing.push(planned);
@@ -246,8 +247,8 @@ impl<'r> Render<'r, '_> {
         let request = self.planner.request;
         let compression = if request.best_compression { Compression::Best } else { Compression::Fast };
         let (planned, window) = (&job.planned, self.planner.window);
-        if let Some(export) = &job.export {
-            return self.glb(job, export, compression);
+        if let Some(files) = &job.files {
+            return self.exported(job, files, compression);
         }
         let spec = PictureSpec {
             width: window.width,
@@ -289,8 +290,8 @@ impl<'r> Render<'r, '_> {
             written.clipped,
             job.planned.path.display(),
         );
-        let help = match job.export {
-            Some(_) => "textures of glTF hold 0 to 1: limit the channels, with `Remap(…, clamp: true)` say",
+        let help = match job.files {
+            Some(_) => "these textures hold 0 to 1: limit the channels, with `Remap(…, clamp: true)` say",
             None => "state the values with `File(from: …, range: (lowest, highest))`, or render to EXR",
         };
         let warning = Diagnostic::new(Code::OutOfRange, job.planned.output.span, message).help(help);
@@ -298,7 +299,10 @@ impl<'r> Render<'r, '_> {
     }
 
     fn keep(&self, job: &Job<'_>) {
-        let Some(store) = &self.session.caches.store else { return };
+        let Some(store) = self.session.caches.store.as_ref().filter(|_| !matches!(job.files, Some(Files::Bundle(_))))
+        else {
+            return;
+        };
         let small = std::fs::metadata(&job.planned.path).is_ok_and(|meta| meta.len() <= store.room() / 16);
         if small {
             store.put_file(job.planned.key, &job.planned.path, self.run.spent());
@@ -331,7 +335,7 @@ pub(super) fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
         }
         _ => value.field().map(|field| (String::new(), field)).into_iter().collect(),
     };
-    Job { planned, fields, lines: value.lines(), export: None }
+    Job { planned, fields, lines: value.lines(), files: None }
 }
 
 /// The names of a field's channels in a file; those of a material are `channel.R`.

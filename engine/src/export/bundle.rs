@@ -1,0 +1,217 @@
+//! Several files that belong together: the pictures of a material, and documents that name them.
+use crate::picture::{
+    AtomicFile, Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, Writer, Written,
+};
+use crate::value::{Channel, Field, Material};
+use glam::{DVec2, UVec2};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// What an export needs to know besides the material.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// What the names of all files begin with.
+    pub stem: String,
+    /// The size of the canvas, which the pictures cover, in mm.
+    pub size_mm: DVec2,
+    /// In which directions pictures go on beyond their edges.
+    pub wraps: [bool; 2],
+}
+
+/// How the samples of a picture are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Samples {
+    /// A colour, 8 bits with the sRGB curve.
+    Color,
+    /// Numbers from 0 to 1, 8 bits.
+    Data,
+    /// Numbers from 0 to 1, 16 bits.
+    Fine,
+    /// Any numbers, 16-bit floats.
+    Half,
+    /// Any numbers, 32-bit floats.
+    Float,
+}
+
+/// A picture of an exported material.
+#[derive(Clone, Debug)]
+pub struct Map {
+    /// The name of the file.
+    pub file: String,
+    /// The fields whose channels it holds, one after another.
+    pub fields: Vec<Field>,
+    pub(super) samples: Samples,
+}
+
+impl Map {
+    fn channels(&self) -> usize {
+        self.fields.iter().map(Field::channels).sum()
+    }
+
+    fn spec(&self, size: UVec2, (dither, compression): (bool, Compression)) -> PictureSpec {
+        let (format, depth, transfer) = match self.samples {
+            Samples::Color => (Format::Png, Depth::U8, Transfer::Srgb),
+            Samples::Data => (Format::Png, Depth::U8, Transfer::Raw),
+            Samples::Fine => (Format::Png, Depth::U16, Transfer::Raw),
+            Samples::Half => (Format::Exr, Depth::F16, Transfer::Raw),
+            Samples::Float => (Format::Exr, Depth::F32, Transfer::Raw),
+        };
+        let names: &[&str] = if self.channels() < 3 { &["Y", "A"] } else { &["R", "G", "B", "A"] };
+        PictureSpec {
+            width: size.x,
+            height: size.y,
+            channels: names.iter().take(self.channels()).map(ToString::to_string).collect(),
+            format,
+            depth,
+            encoding: Encoding { transfer, dither, ..Encoding::default() },
+            compression,
+            metadata: Vec::new(),
+        }
+    }
+}
+
+/// The files of an exported material.
+#[derive(Clone, Debug, Default)]
+pub struct Bundle {
+    /// The pictures.
+    pub maps: Vec<Map>,
+    /// Names and contents of the documents.
+    pub documents: Vec<(String, String)>,
+    /// The channels that the target has no word for.
+    pub lost: Vec<Channel>,
+}
+
+impl Bundle {
+    /// The names of all files, the documents first.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.documents.iter().map(|(name, _)| name.as_str()).chain(self.maps.iter().map(|map| map.file.as_str()))
+    }
+}
+
+/// Where a channel of a material comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Source {
+    /// It is the same everywhere.
+    Value(Vec<f64>),
+    /// The picture in this file.
+    File(String),
+}
+
+/// The pictures of a material, as they are asked for.
+pub(super) struct Maps<'a> {
+    pub(super) material: &'a Material,
+    stem: &'a str,
+    pub(super) maps: Vec<Map>,
+    used: Vec<Channel>,
+}
+
+impl<'a> Maps<'a> {
+    pub(super) fn new(material: &'a Material, stem: &'a str) -> Self {
+        Self { material, stem, maps: Vec::new(), used: Vec::new() }
+    }
+
+    pub(super) fn has(&self, channel: Channel) -> bool {
+        self.material.get(channel).is_some()
+    }
+
+    /// A channel, or what it is in a material without one.
+    pub(super) fn field(&mut self, channel: Channel) -> Field {
+        self.used.push(channel);
+        self.material.or_default(channel)
+    }
+
+    /// A picture of some fields; its file.
+    pub(super) fn add(&mut self, suffix: &str, fields: Vec<Field>, samples: Samples) -> String {
+        let extension = if matches!(samples, Samples::Half | Samples::Float) { "exr" } else { "png" };
+        let file = format!("{}_{suffix}.{extension}", self.stem);
+        self.maps.push(Map { file: file.clone(), fields, samples });
+        file
+    }
+
+    /// A channel by itself, if the material has it: its number, or a picture under its name.
+    pub(super) fn channel(&mut self, channel: Channel) -> Option<Source> {
+        let field = self.material.get(channel)?.clone();
+        self.used.push(channel);
+        if let Some(values) = field.as_constant() {
+            return Some(Source::Value(values.iter().map(|value| f64::from(*value)).collect()));
+        }
+        Some(Source::File(self.add(channel.name(), vec![field], samples(channel))))
+    }
+
+    /// What was asked for, with documents, and the channels that were not.
+    pub(super) fn bundle(self, documents: Vec<(String, String)>) -> Bundle {
+        let channels = self.material.channels().iter().map(|(channel, _)| *channel);
+        let lost = channels.filter(|channel| !self.used.contains(channel)).collect();
+        Bundle { maps: self.maps, documents, lost }
+    }
+}
+
+/// How a channel is stored in a file of its own.
+pub(super) fn samples(channel: Channel) -> Samples {
+    match channel {
+        Channel::BaseColor => Samples::Color,
+        Channel::Normal | Channel::CoatNormal => Samples::Fine,
+        Channel::Height => Samples::Float,
+        Channel::AnisotropyAngle | Channel::Emission | Channel::Ior => Samples::Half,
+        _ => Samples::Data,
+    }
+}
+
+/// A bundle of one picture, under the name itself.
+pub(super) fn packed(fields: Vec<Field>, place: &Place) -> Bundle {
+    let map = Map { file: format!("{}.png", place.stem), fields, samples: Samples::Data };
+    Bundle { maps: vec![map], ..Bundle::default() }
+}
+
+/// The files of a bundle under construction; see [`Writer`]. One that is dropped leaves nothing.
+#[derive(Debug)]
+pub struct BundleWriter {
+    folder: PathBuf,
+    bundle: Bundle,
+    writers: Vec<Writer>,
+}
+
+impl BundleWriter {
+    /// Starts the pictures, of `size` pixels.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn create(folder: &Path, bundle: Bundle, size: UVec2, how: (bool, Compression)) -> Result<Self, WriteError> {
+        let start = |map: &Map| Writer::create(&folder.join(&map.file), &map.spec(size, how));
+        let writers = bundle.maps.iter().map(start).collect::<Result<_, _>>()?;
+        Ok(Self { folder: folder.to_owned(), bundle, writers })
+    }
+
+    /// Writes the next rows of all pictures, whose channels follow each other.
+    ///
+    /// # Errors
+    /// As [`Writer::write_rows`].
+    pub fn write_rows(&mut self, mut planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
+        for (map, writer) in self.bundle.maps.iter().zip(&mut self.writers) {
+            let (own, rest) = planes.split_at(map.channels().min(planes.len()));
+            writer.write_rows(own, rows)?;
+            planes = rest;
+        }
+        Ok(())
+    }
+
+    /// Completes all files and gives them their names, the documents last.
+    ///
+    /// # Errors
+    /// When rows are missing or the system refuses; as long as not all are complete, what had their names is unchanged.
+    pub fn finish(self) -> Result<Vec<Written>, WriteError> {
+        let Self { folder, bundle, writers } = self;
+        let done = writers.into_iter().map(Writer::finish_unnamed).collect::<Result<Vec<_>, _>>()?;
+        let (mut files, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
+        for (name, text) in &bundle.documents {
+            let path = folder.join(name);
+            let made = AtomicFile::create(&path).and_then(|mut file| file.write_all(text.as_bytes()).map(|()| file));
+            files.push(made.map_err(|error| WriteError::at(&path, error))?);
+        }
+        for file in files {
+            let path = file.target().to_owned();
+            file.commit().map_err(|error| WriteError::at(&path, error))?;
+        }
+        Ok(written)
+    }
+}

@@ -1,0 +1,112 @@
+//! Materials as MaterialX 1.39 documents.
+use super::bundle::{Bundle, Maps, Place};
+use super::network::{Given, Input, Network, Shading, identifier, network};
+use crate::value::Material;
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
+use std::io;
+
+/// A document and its pictures. Heights are in mm there, with a scale to metres.
+///
+/// # Errors
+/// None that can happen: it is written to memory.
+pub fn materialx(material: &Material, place: &Place, shading: Shading) -> io::Result<Bundle> {
+    let mut maps = Maps::new(material, &place.stem);
+    let network = network(&mut maps, place, false, shading);
+    let text = document(&network, &identifier(&place.stem))?;
+    Ok(maps.bundle(vec![(format!("{}.mtlx", place.stem), text)]))
+}
+
+type Attributes<'a> = [(&'a str, &'a str)];
+
+struct Xml(Writer<Vec<u8>>);
+
+impl Xml {
+    fn open(&mut self, tag: &str, attributes: &Attributes<'_>) -> io::Result<()> {
+        self.0.write_event(Event::Start(BytesStart::new(tag).with_attributes(attributes.iter().copied())))
+    }
+
+    fn close(&mut self, tag: &str) -> io::Result<()> {
+        self.0.write_event(Event::End(BytesEnd::new(tag)))
+    }
+
+    fn empty(&mut self, tag: &str, attributes: &Attributes<'_>) -> io::Result<()> {
+        self.0.write_event(Event::Empty(BytesStart::new(tag).with_attributes(attributes.iter().copied())))
+    }
+
+    /// An input inside of the graph of nodes.
+    fn input(&mut self, (name, ty, given): &Input) -> io::Result<()> {
+        let head = [("name", *name), ("type", *ty)];
+        match given {
+            Given::Value(value) => self.empty("input", &[&head[..], &[("value", value)]].concat()),
+            Given::Metres(value) => {
+                let unit = [("value", value.as_str()), ("unittype", "distance"), ("unit", "meter")];
+                self.empty("input", &[&head[..], &unit].concat())
+            }
+            Given::File(file, "") => self.empty("input", &[&head[..], &[("value", file)]].concat()),
+            Given::File(file, space) => {
+                self.empty("input", &[&head[..], &[("value", file.as_str()), ("colorspace", *space)]].concat())
+            }
+            Given::Node(node) => self.empty("input", &[&head[..], &[("nodename", node)]].concat()),
+        }
+    }
+}
+
+/// The text of a document.
+fn document(network: &Network, name: &str) -> io::Result<String> {
+    let mut xml = Xml(Writer::new_with_indent(Vec::new(), b' ', 2));
+    xml.0.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    xml.open("materialx", &[("version", "1.39"), ("colorspace", "lin_rec709")])?;
+    let graph = format!("{name}_maps");
+    let outputs: Vec<(&str, &str)> = network
+        .surface
+        .iter()
+        .filter_map(|(_, ty, given)| if let Given::Node(node) = given { Some((node.as_str(), *ty)) } else { None })
+        .chain(network.height.as_deref().map(|node| (node, "float")))
+        .collect();
+    let out = |node: &str| format!("{node}_out");
+    if !network.nodes.is_empty() {
+        xml.open("nodegraph", &[("name", &graph)])?;
+        for node in &network.nodes {
+            let head = [("name", node.name.as_str()), ("type", node.ty)];
+            if node.inputs.is_empty() {
+                xml.empty(node.category, &head)?;
+                continue;
+            }
+            xml.open(node.category, &head)?;
+            node.inputs.iter().try_for_each(|input| xml.input(input))?;
+            xml.close(node.category)?;
+        }
+        for (node, ty) in &outputs {
+            xml.empty("output", &[("name", &out(node)), ("type", ty), ("nodename", node)])?;
+        }
+        xml.close("nodegraph")?;
+    }
+    let connect = |xml: &mut Xml, input: &Input| match input {
+        (name, ty, Given::Node(node)) => {
+            xml.empty("input", &[("name", name), ("type", ty), ("nodegraph", &graph), ("output", &out(node))])
+        }
+        other => xml.input(other),
+    };
+    let [surface, relief] = ["surface", "displacement"].map(|part| format!("{name}_{part}"));
+    let category = network.shading.category();
+    xml.open(category, &[("name", &surface), ("type", "surfaceshader")])?;
+    network.surface.iter().try_for_each(|input| connect(&mut xml, input))?;
+    xml.close(category)?;
+    if let Some(height) = &network.height {
+        xml.open("displacement", &[("name", &relief), ("type", "displacementshader")])?;
+        connect(&mut xml, &("displacement", "float", Given::Node(height.clone())))?;
+        xml.input(&("scale", "float", Given::Value("0.001".into())))?;
+        xml.close("displacement")?;
+    }
+    xml.open("surfacematerial", &[("name", name), ("type", "material")])?;
+    xml.input(&("surfaceshader", "surfaceshader", Given::Node(surface)))?;
+    if network.height.is_some() {
+        xml.input(&("displacementshader", "displacementshader", Given::Node(relief)))?;
+    }
+    xml.close("surfacematerial")?;
+    xml.close("materialx")?;
+    let mut text = String::from_utf8(xml.0.into_inner()).map_err(io::Error::other)?;
+    text.push('\n');
+    Ok(text)
+}

@@ -1,0 +1,237 @@
+//! Shading networks in the nodes of MaterialX 1.39: what a document and a USD file say of a material.
+//!
+//! A canvas that tiles is read by `tiledimage` with sizes in metres; any other by `image`, its coordinates scaled so that 0..1
+//! is one metre. The canvas' top left lies at that of the coordinates, whose v is up there.
+use super::bundle::{Maps, Place, Source};
+use crate::value::Channel;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The surface shader of a MaterialX document.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Shading {
+    /// OpenPBR Surface.
+    #[default]
+    OpenPbr,
+    /// Autodesk Standard Surface.
+    StandardSurface,
+}
+
+impl Shading {
+    /// All of them, by name.
+    pub const ALL: [(&'static str, Self); 2] = [("OpenPbr", Self::OpenPbr), ("StandardSurface", Self::StandardSurface)];
+
+    pub(super) const fn category(self) -> &'static str {
+        match self {
+            Self::OpenPbr => "open_pbr_surface",
+            Self::StandardSurface => "standard_surface",
+        }
+    }
+}
+
+/// What an input of a node is given.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Given {
+    /// A number or several, or a word.
+    Value(String),
+    /// A length or several, in metres.
+    Metres(String),
+    /// A file, and the space of its colours.
+    File(String, &'static str),
+    /// Another node.
+    Node(String),
+}
+
+/// An input: its name, its type, and what it is given.
+pub(super) type Input = (&'static str, &'static str, Given);
+
+/// A node of a network.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Node {
+    pub(super) name: String,
+    pub(super) category: &'static str,
+    pub(super) ty: &'static str,
+    pub(super) inputs: Vec<Input>,
+}
+
+/// A network: the nodes, what the surface reads, and the node whose number is the height in metres over a thousand.
+#[derive(Clone, Debug)]
+pub(super) struct Network {
+    pub(super) shading: Shading,
+    pub(super) nodes: Vec<Node>,
+    pub(super) surface: Vec<Input>,
+    pub(super) height: Option<String>,
+}
+
+/// A number as documents write it.
+pub(super) fn number(value: f64) -> String {
+    // Six digits are more than pictures have.
+    let rounded = format!("{value:.6}");
+    let short = rounded.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".into() } else { short.into() }
+}
+
+fn numbers(values: &[f64]) -> String {
+    values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", ")
+}
+
+struct Builder<'m, 'a> {
+    maps: &'m mut Maps<'a>,
+    place: &'m Place,
+    /// Whether pictures cover the coordinates once, as an atlas.
+    once: bool,
+    nodes: Vec<Node>,
+}
+
+/// The network of a material. `once`: its pictures cover the coordinates from 0 to 1, whatever the size of the canvas.
+pub(super) fn network(maps: &mut Maps<'_>, place: &Place, once: bool, shading: Shading) -> Network {
+    let mut builder = Builder { maps, place, once, nodes: Vec::new() };
+    let surface = builder.surface(shading);
+    let height = match builder.maps.channel(Channel::Height) {
+        Some(Source::File(file)) => Some(builder.image("height", "float", &file)),
+        Some(Source::Value(_)) | None => None,
+    };
+    Network { shading, nodes: builder.nodes, surface, height }
+}
+
+impl Builder<'_, '_> {
+    fn add(&mut self, name: &str, category: &'static str, ty: &'static str, inputs: Vec<Input>) -> String {
+        self.nodes.push(Node { name: name.into(), category, ty, inputs });
+        name.into()
+    }
+
+    fn image(&mut self, name: &str, ty: &'static str, file: &str) -> String {
+        let colors = if ty == "color3" && file.ends_with("png") { "srgb_texture" } else { "lin_rec709" };
+        let mut inputs = vec![("file", "filename", Given::File(file.into(), if ty == "color3" { colors } else { "" }))];
+        let metres = self.place.size_mm / 1000.0;
+        if self.place.wraps == [true; 2] && !self.once {
+            let from = 1.0 - (1.0 / metres.y).floor() * metres.y;
+            inputs.push(("uvoffset", "vector2", Given::Value(numbers(&[0.0, from]))));
+            inputs.push(("realworldimagesize", "vector2", Given::Metres(numbers(&metres.to_array()))));
+            inputs.push(("realworldtilesize", "vector2", Given::Metres("1, 1".into())));
+            return self.add(name, "tiledimage", ty, inputs);
+        }
+        if !self.once {
+            inputs.push(("texcoord", "vector2", Given::Node(self.coordinates())));
+        }
+        for (input, wraps) in ["uaddressmode", "vaddressmode"].into_iter().zip(self.place.wraps) {
+            inputs.push((input, "string", Given::Value(if wraps { "periodic" } else { "clamp" }.into())));
+        }
+        self.add(name, "image", ty, inputs)
+    }
+
+    /// Coordinates of which 0..1 is the canvas, made once.
+    fn coordinates(&mut self) -> String {
+        const NAME: &str = "placed";
+        if self.nodes.iter().any(|node| node.name == NAME) {
+            return NAME.into();
+        }
+        let by = 1000.0 / self.place.size_mm;
+        let from = self.add("coordinates", "texcoord", "vector2", Vec::new());
+        let value = |values: [f64; 2]| Given::Value(numbers(&values));
+        let scaled = vec![("in1", "vector2", Given::Node(from)), ("in2", "vector2", value(by.to_array()))];
+        let scaled = self.add("scaled", "multiply", "vector2", scaled);
+        let placed = vec![("in1", "vector2", Given::Node(scaled)), ("in2", "vector2", value([0.0, 1.0 - by.y]))];
+        self.add(NAME, "add", "vector2", placed)
+    }
+
+    /// A channel as an input of that name, if the material has it.
+    fn input(&mut self, channel: Channel, name: &'static str, ty: &'static str) -> Option<Input> {
+        let given = match self.maps.channel(channel)? {
+            Source::Value(values) => Given::Value(numbers(&values)),
+            Source::File(file) => Given::Node(self.image(channel.name(), ty, &file)),
+        };
+        Some((name, ty, given))
+    }
+
+    fn normal(&mut self, channel: Channel, name: &'static str) -> Option<Input> {
+        let Source::File(file) = self.maps.channel(channel)? else { return None };
+        let image = self.image(channel.name(), "vector3", &file);
+        let inputs = vec![("in", "vector3", Given::Node(image))];
+        let made = self.add(&format!("{}_map", channel.name()), "normalmap", "vector3", inputs);
+        Some((name, "vector3", Given::Node(made)))
+    }
+
+    /// The angle in the direction in which angles grow where v is up, times a factor.
+    fn angle(&mut self, factor: f64) -> Option<Given> {
+        Some(match self.maps.channel(Channel::AnisotropyAngle)? {
+            Source::Value(values) => Given::Value(numbers(&[-values[0] * factor])),
+            Source::File(file) => {
+                let image = self.image("anisotropy_angle", "float", &file);
+                let inputs =
+                    vec![("in1", "float", Given::Node(image)), ("in2", "float", Given::Value(number(-factor)))];
+                Given::Node(self.add("turn", "multiply", "float", inputs))
+            }
+        })
+    }
+
+    fn tangent(&mut self) -> Option<Input> {
+        let angle = self.angle(1.0)?;
+        let space = || vec![("space", "string", Given::Value("world".into()))];
+        let tangent = self.add("tangent_world", "tangent", "vector3", space());
+        let axis = self.add("normal_world", "normal", "vector3", space());
+        let inputs = vec![
+            ("in", "vector3", Given::Node(tangent)),
+            ("amount", "float", angle),
+            ("axis", "vector3", Given::Node(axis)),
+        ];
+        let turned = self.add("tangent_turned", "rotate3d", "vector3", inputs);
+        Some(("geometry_tangent", "vector3", Given::Node(turned)))
+    }
+
+    fn surface(&mut self, shading: Shading) -> Vec<Input> {
+        let open = shading == Shading::OpenPbr;
+        let word = |pbr: &'static str, standard: &'static str| if open { pbr } else { standard };
+        let mut inputs = Vec::new();
+        let plain = [
+            (Channel::BaseColor, "base_color", "color3"),
+            (Channel::Metallic, word("base_metalness", "metalness"), "float"),
+            (Channel::Roughness, "specular_roughness", "float"),
+            (Channel::Specular, word("specular_weight", "specular"), "float"),
+            (Channel::Ior, word("specular_ior", "specular_IOR"), "float"),
+            (Channel::Anisotropy, word("specular_roughness_anisotropy", "specular_anisotropy"), "float"),
+            (Channel::Coat, word("coat_weight", "coat"), "float"),
+            (Channel::CoatRoughness, "coat_roughness", "float"),
+            (Channel::Sheen, word("fuzz_weight", "sheen"), "float"),
+            (Channel::Subsurface, word("subsurface_weight", "subsurface"), "float"),
+            (Channel::Emission, "emission_color", "color3"),
+        ];
+        for (channel, name, ty) in plain {
+            inputs.extend(self.input(channel, name, ty));
+        }
+        if inputs.iter().any(|input| input.0 == "emission_color") {
+            inputs.push((word("emission_luminance", "emission"), "float", Given::Value("1".into())));
+        }
+        inputs.extend(self.normal(Channel::Normal, word("geometry_normal", "normal")));
+        inputs.extend(self.normal(Channel::CoatNormal, word("geometry_coat_normal", "coat_normal")));
+        if open {
+            inputs.extend(self.input(Channel::Opacity, "geometry_opacity", "float"));
+            inputs.extend(self.tangent());
+        } else {
+            match self.input(Channel::Opacity, "opacity", "float") {
+                Some((name, _, Given::Node(node))) => {
+                    let gray = vec![("in", "float", Given::Node(node))];
+                    let color = self.add("opacity_color", "convert", "color3", gray);
+                    inputs.push((name, "color3", Given::Node(color)));
+                }
+                Some((name, _, Given::Value(value))) => {
+                    inputs.push((name, "color3", Given::Value(format!("{value}, {value}, {value}"))));
+                }
+                _ => {}
+            }
+            if let Some(angle) = self.angle(1.0 / 360.0) {
+                inputs.push(("specular_rotation", "float", angle));
+            }
+        }
+        inputs
+    }
+}
+
+/// A name that MaterialX and USD accept.
+pub(super) fn identifier(name: &str) -> String {
+    let mut out: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    if !out.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+        out.insert(0, '_');
+    }
+    out
+}

@@ -1,0 +1,349 @@
+//! Materials as the pictures that a program expects, with a script that sets them up where the program runs one.
+use super::bundle::{Bundle, Map, Maps, Place, Samples, Source, samples};
+use super::network::number;
+use crate::value::{Channel, Field, Halo, Material, Tile, Type};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A program that takes pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Program {
+    /// Unreal Engine: occlusion, roughness and metallic packed into one picture, normals with y down.
+    Unreal,
+    /// Unity: a mask map of metallic, occlusion and smoothness.
+    Unity,
+    /// Godot.
+    Godot,
+    /// Blender, with a script that builds the material.
+    Blender,
+    /// Arnold: `standard_surface`, EXR.
+    Arnold,
+    /// `RenderMan`: `PxrSurface`, EXR.
+    RenderMan,
+}
+
+impl Program {
+    /// All of them, by name.
+    pub const ALL: [(&'static str, Self); 6] = [
+        ("Unreal", Self::Unreal),
+        ("Unity", Self::Unity),
+        ("Godot", Self::Godot),
+        ("Blender", Self::Blender),
+        ("Arnold", Self::Arnold),
+        ("RenderMan", Self::RenderMan),
+    ];
+}
+
+fn gray(value: f32) -> Field {
+    Field::constant(Type::Gray, &[value])
+}
+
+fn mapped(field: &Field, change: impl Fn(usize, f32) -> f32 + Send + Sync + 'static) -> Field {
+    Field::map(field.ty(), [field.clone()], Halo::NONE, move |out: &mut Tile, [from]: [&Tile; 1]| {
+        for (channel, plane) in out.planes_mut().into_iter().enumerate() {
+            plane.iter_mut().zip(from.plane(channel)).for_each(|(out, v)| *out = change(channel, *v));
+        }
+        Ok(())
+    })
+}
+
+/// The pictures, and a script for some programs.
+pub fn preset(material: &Material, place: &Place, program: Program) -> Bundle {
+    let mut maps = Maps::new(material, &place.stem);
+    match program {
+        Program::Unreal => unreal(&mut maps),
+        Program::Unity => unity(&mut maps),
+        Program::Godot => named(&mut maps, GODOT),
+        Program::Arnold => floats(&mut maps, ARNOLD),
+        Program::RenderMan => floats(&mut maps, RENDERMAN),
+        Program::Blender => {
+            let script = blender(&mut maps, place);
+            return maps.bundle(vec![(format!("{}_blender.py", place.stem), script)]);
+        }
+    }
+    let script = (program == Program::Unreal).then(|| (format!("{}_unreal.py", place.stem), import(&maps.maps)));
+    maps.bundle(script.into_iter().collect())
+}
+
+fn unreal(maps: &mut Maps<'_>) {
+    let base = maps.field(Channel::BaseColor);
+    maps.add("BaseColor", vec![base], Samples::Color);
+    let packed = [Channel::Ao, Channel::Roughness, Channel::Metallic].map(|channel| maps.field(channel));
+    maps.add("ORM", packed.into(), Samples::Data);
+    if maps.has(Channel::Normal) {
+        let normal = maps.field(Channel::Normal);
+        maps.add("Normal", vec![mapped(&normal, |c, v| if c == 1 { 1.0 - v } else { v })], Samples::Fine);
+    }
+    let rest = [
+        (Channel::Height, "Height"),
+        (Channel::Opacity, "Opacity"),
+        (Channel::Emission, "Emissive"),
+        (Channel::Coat, "ClearCoat"),
+        (Channel::CoatRoughness, "ClearCoatRoughness"),
+        (Channel::Anisotropy, "Anisotropy"),
+        (Channel::Specular, "Specular"),
+        (Channel::Sheen, "Fuzz"),
+    ];
+    named(maps, &rest);
+}
+
+fn unity(maps: &mut Maps<'_>) {
+    let mut base = vec![maps.field(Channel::BaseColor)];
+    if maps.has(Channel::Opacity) {
+        base.push(maps.field(Channel::Opacity));
+    }
+    maps.add("BaseMap", base, Samples::Color);
+    let [metallic, ao] = [Channel::Metallic, Channel::Ao].map(|channel| maps.field(channel));
+    let smooth = mapped(&maps.field(Channel::Roughness), |_, v| 1.0 - v);
+    maps.add("MaskMap", vec![metallic, ao, gray(1.0), smooth], Samples::Data);
+    let rest = [
+        (Channel::Normal, "NormalMap"),
+        (Channel::Height, "HeightMap"),
+        (Channel::Emission, "EmissiveMap"),
+        (Channel::Coat, "CoatMask"),
+        (Channel::Anisotropy, "AnisotropyMap"),
+        (Channel::Subsurface, "SubsurfaceMaskMap"),
+    ];
+    named(maps, &rest);
+}
+
+type Names = [(Channel, &'static str)];
+
+const GODOT: &Names = &[
+    (Channel::BaseColor, "albedo"),
+    (Channel::Roughness, "roughness"),
+    (Channel::Metallic, "metallic"),
+    (Channel::Normal, "normal"),
+    (Channel::Ao, "ao"),
+    (Channel::Height, "height"),
+    (Channel::Emission, "emission"),
+    (Channel::Coat, "clearcoat"),
+    (Channel::Anisotropy, "anisotropy"),
+    (Channel::Subsurface, "subsurface"),
+];
+
+const ARNOLD: &Names = &[
+    (Channel::BaseColor, "base_color"),
+    (Channel::Metallic, "metalness"),
+    (Channel::Roughness, "specular_roughness"),
+    (Channel::Specular, "specular"),
+    (Channel::Ior, "specular_IOR"),
+    (Channel::Anisotropy, "specular_anisotropy"),
+    (Channel::Normal, "normal"),
+    (Channel::Height, "displacement"),
+    (Channel::Opacity, "opacity"),
+    (Channel::Sheen, "sheen"),
+    (Channel::Coat, "coat"),
+    (Channel::CoatRoughness, "coat_roughness"),
+    (Channel::CoatNormal, "coat_normal"),
+    (Channel::Emission, "emission_color"),
+    (Channel::Subsurface, "subsurface"),
+];
+
+const RENDERMAN: &Names = &[
+    (Channel::BaseColor, "diffuseColor"),
+    (Channel::Metallic, "metallic"),
+    (Channel::Roughness, "specularRoughness"),
+    (Channel::Specular, "specularGain"),
+    (Channel::Ior, "specularIor"),
+    (Channel::Anisotropy, "specularAnisotropy"),
+    (Channel::Normal, "bumpNormal"),
+    (Channel::Height, "displacement"),
+    (Channel::Opacity, "presence"),
+    (Channel::Sheen, "fuzzGain"),
+    (Channel::Coat, "clearcoatGain"),
+    (Channel::CoatRoughness, "clearcoatRoughness"),
+    (Channel::CoatNormal, "clearcoatBumpNormal"),
+    (Channel::Emission, "glowColor"),
+    (Channel::Subsurface, "subsurfaceGain"),
+];
+
+/// Those of the channels that the material has, each in a picture under the name that the program uses.
+fn named(maps: &mut Maps<'_>, names: &Names) {
+    for (channel, name) in names {
+        if maps.has(*channel) {
+            let field = maps.field(*channel);
+            maps.add(name, vec![field], samples(*channel));
+        }
+    }
+}
+
+/// The same as floats: scene-linear colours, normals and heights for renderers.
+fn floats(maps: &mut Maps<'_>, names: &Names) {
+    for (channel, name) in names {
+        if maps.has(*channel) {
+            let field = maps.field(*channel);
+            let samples = if *channel == Channel::Height { Samples::Float } else { Samples::Half };
+            maps.add(name, vec![field], samples);
+        }
+    }
+}
+
+/// A script for Unreal's Python console: imports the pictures that lie beside it, with the settings that each needs.
+fn import(maps: &[Map]) -> String {
+    let list: Vec<String> = maps
+        .iter()
+        .map(|map| {
+            let kind = match map.samples {
+                Samples::Color => "color",
+                Samples::Fine => "normal",
+                _ => "mask",
+            };
+            format!("    ({:?}, {kind:?}),", map.file)
+        })
+        .collect();
+    UNREAL.replace("@MAPS@", &list.join("\n"))
+}
+
+const UNREAL: &str = r#"# Imports the pictures beside this script: File > Execute Python Script in the Unreal editor.
+# The normal map has y down; ORM holds occlusion, roughness and metallic; heights are in mm.
+import os
+import unreal
+
+FOLDER = os.path.dirname(os.path.abspath(__file__))
+TARGET = "/Game/Shibo"
+MAPS_BESIDE = [
+@MAPS@
+]
+
+tasks = []
+for name, kind in MAPS_BESIDE:
+    task = unreal.AssetImportTask()
+    task.filename = os.path.join(FOLDER, name)
+    task.destination_path = TARGET
+    task.automated = True
+    task.replace_existing = True
+    task.save = False
+    tasks.append((task, kind))
+unreal.AssetToolsHelpers.get_asset_tools().import_asset_tasks([task for task, _ in tasks])
+for task, kind in tasks:
+    for path in task.imported_object_paths:
+        texture = unreal.load_asset(path)
+        texture.set_editor_property("srgb", kind == "color")
+        if kind == "normal":
+            texture.set_editor_property("compression_settings", unreal.TextureCompressionSettings.TC_NORMALMAP)
+        elif kind == "mask":
+            texture.set_editor_property("compression_settings", unreal.TextureCompressionSettings.TC_MASKS)
+        unreal.EditorAssetLibrary.save_loaded_asset(texture)
+"#;
+
+/// The pictures for Blender, and the script that builds a material of them.
+fn blender(maps: &mut Maps<'_>, place: &Place) -> String {
+    let sockets = [
+        (Channel::BaseColor, "Base Color"),
+        (Channel::Roughness, "Roughness"),
+        (Channel::Metallic, "Metallic"),
+        (Channel::Opacity, "Alpha"),
+        (Channel::Ior, "IOR"),
+        (Channel::Coat, "Coat Weight"),
+        (Channel::CoatRoughness, "Coat Roughness"),
+        (Channel::Sheen, "Sheen Weight"),
+        (Channel::Anisotropy, "Anisotropic"),
+        (Channel::AnisotropyAngle, "Anisotropic Rotation"),
+        (Channel::Emission, "Emission Color"),
+        (Channel::Subsurface, "Subsurface Weight"),
+        (Channel::Normal, "Normal"),
+        (Channel::CoatNormal, "Coat Normal"),
+        (Channel::Height, "Displacement"),
+        (Channel::Ao, "AO"),
+    ];
+    let (mut files, mut values) = (Vec::new(), Vec::new());
+    for (channel, socket) in sockets {
+        match maps.channel(channel) {
+            Some(Source::File(file)) => files.push(format!("    {socket:?}: {file:?},")),
+            Some(Source::Value(list)) => {
+                let list: Vec<String> = list.iter().map(|v| number(*v)).collect();
+                values.push(format!("    {socket:?}: ({},),", list.join(", ")));
+            }
+            None => {}
+        }
+    }
+    let scale = 1000.0 / place.size_mm;
+    let extension = if place.wraps == [true; 2] { "REPEAT" } else { "EXTEND" };
+    BLENDER
+        .replace("@FILES@", &files.join("\n"))
+        .replace("@VALUES@", &values.join("\n"))
+        .replace("@SCALE@", &format!("({}, {}, 1.0)", number(scale.x), number(scale.y)))
+        .replace("@TOP@", &number(1.0 - scale.y))
+        .replace("@EXTENSION@", extension)
+        .replace("@NAME@", &place.stem.replace(['"', '\\'], "_"))
+}
+
+const BLENDER: &str = r#"# Builds the material "@NAME@" of the pictures beside this script: run it in Blender's text editor, or with
+# `blender scene.blend --python @NAME@_blender.py`. A metre of the UV map shows a metre of the material.
+import os
+import bpy
+
+FOLDER = os.path.dirname(os.path.abspath(__file__))
+MAPS = {
+@FILES@
+}
+NUMBERS = {
+@VALUES@
+}
+COLORS = ("Base Color", "Emission Color")
+
+
+def build(name="@NAME@", folder=FOLDER):
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    surface = nodes["Principled BSDF"]
+    output = nodes["Material Output"]
+    where = nodes.new("ShaderNodeTexCoord")
+    placed = nodes.new("ShaderNodeMapping")
+    placed.inputs["Scale"].default_value = @SCALE@
+    placed.inputs["Location"].default_value = (0.0, @TOP@, 0.0)
+    links.new(where.outputs["UV"], placed.inputs["Vector"])
+
+    def picture(socket):
+        node = nodes.new("ShaderNodeTexImage")
+        node.image = bpy.data.images.load(os.path.join(folder, MAPS[socket]))
+        if socket not in COLORS or MAPS[socket].endswith(".exr"):
+            node.image.colorspace_settings.name = "Non-Color" if socket not in COLORS else "Linear Rec.709"
+        node.extension = "@EXTENSION@"
+        links.new(placed.outputs["Vector"], node.inputs["Vector"])
+        return node.outputs["Color"]
+
+    for socket, value in NUMBERS.items():
+        if socket == "Displacement" or socket == "AO":
+            continue
+        if socket == "Anisotropic Rotation":
+            value = ((-value[0] / 360.0) % 1.0,)
+        if socket in COLORS:
+            value = tuple(value) + (1.0,)
+            surface.inputs[socket].default_value = value
+        elif socket in ("Normal", "Coat Normal"):
+            continue
+        else:
+            surface.inputs[socket].default_value = value[0]
+    if "Emission Color" in MAPS or "Emission Color" in NUMBERS:
+        surface.inputs["Emission Strength"].default_value = 1.0
+    for socket in MAPS:
+        if socket == "Displacement":
+            # Heights are in mm.
+            relief = nodes.new("ShaderNodeDisplacement")
+            relief.inputs["Midlevel"].default_value = 0.0
+            relief.inputs["Scale"].default_value = 0.001
+            links.new(picture(socket), relief.inputs["Height"])
+            links.new(relief.outputs["Displacement"], output.inputs["Displacement"])
+        elif socket in ("Normal", "Coat Normal"):
+            normal = nodes.new("ShaderNodeNormalMap")
+            links.new(picture(socket), normal.inputs["Color"])
+            links.new(normal.outputs["Normal"], surface.inputs[socket])
+        elif socket == "Anisotropic Rotation":
+            # Degrees become turns, the other way round: v is up here.
+            turn = nodes.new("ShaderNodeMath")
+            turn.operation = "MULTIPLY"
+            turn.inputs[1].default_value = -1.0 / 360.0
+            links.new(picture(socket), turn.inputs[0])
+            links.new(turn.outputs["Value"], surface.inputs[socket])
+        elif socket != "AO":
+            # Cycles finds occlusion by itself; the picture is there for others.
+            links.new(picture(socket), surface.inputs[socket])
+    return material
+
+
+if __name__ == "__main__":
+    build()
+"#;

@@ -1,0 +1,174 @@
+//! Outputs for other programs, as written and as checked.
+use super::document::{OutputDecl, choice};
+use super::part::{Part, Shape};
+use super::read::{self, mismatch, shorten};
+use super::report::Report;
+use super::scope::{Target, Unit};
+use crate::diagnostics::Code;
+use crate::export::{Program, Shading};
+use crate::graph::{Export, ExportMesh};
+use crate::value::{Atlas, Carried, Type};
+use petgraph::graph::NodeIndex;
+
+/// The words for outputs of other programs.
+pub(super) const KINDS: [&str; 5] = ["Gltf", "MaterialX", "Usd", "Preset", "Pack"];
+
+/// The colours of a packed picture, as fields.
+const COLORS: [&str; 4] = ["r", "g", "b", "a"];
+
+/// What is written instead of pictures, as written.
+#[derive(Debug)]
+pub(super) enum ExportDecl {
+    Gltf,
+    MaterialX(Shading),
+    Usd,
+    Preset(Program),
+    /// The references to its fields.
+    Pack([Option<Part>; 4]),
+}
+
+/// The mesh of an exported file, as written.
+#[derive(Debug)]
+pub(super) enum MeshDecl {
+    /// A square.
+    Plane,
+    /// A reference to an atlas.
+    Node(Part),
+}
+
+/// Reads `Gltf(material: "node", mesh: "atlas")` and the others.
+pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
+    let kind = word.str();
+    let known: &[&str] = match kind {
+        "Gltf" | "Usd" => &["material", "mesh"],
+        "MaterialX" => &["material", "shading"],
+        "Preset" => &["material", "target"],
+        _ => &COLORS,
+    };
+    let Some(fields) = read::fields(body, &format!("`{kind}`"), known, report) else { return };
+    if kind == "Pack" {
+        let given = COLORS.map(|color| read::get(&fields, color));
+        let given = given.map(|part| part.filter(|part| read::text(part, "r", report).is_some()).cloned());
+        decl.from = given.iter().flatten().next().cloned();
+        if fields.is_empty() {
+            let help = "write `r: \"node\"`, `g`, `b` and `a`, all or some of them";
+            report.push(word.error(Code::MissingInput, "`Pack` has no field").help(help));
+        }
+        decl.export = Some(ExportDecl::Pack(given));
+        return;
+    }
+    decl.from = read::get(&fields, "material").filter(|from| read::text(from, "material", report).is_some()).cloned();
+    if read::get(&fields, "material").is_none() {
+        let help = "write `material: \"node\"`";
+        report.push(word.error(Code::MissingInput, format!("`{kind}` has no `material`")).help(help));
+    }
+    decl.export = match kind {
+        "Gltf" => Some(ExportDecl::Gltf),
+        "Usd" => Some(ExportDecl::Usd),
+        "MaterialX" => {
+            let shading = read::get(&fields, "shading");
+            let shading =
+                shading.map_or(Some(Shading::default()), |part| choice(part, "shading", &Shading::ALL, report));
+            shading.map(ExportDecl::MaterialX)
+        }
+        _ => match read::get(&fields, "target") {
+            Some(part) => choice(part, "target", &Program::ALL, report).map(ExportDecl::Preset),
+            None => {
+                let names: Vec<&str> = Program::ALL.iter().map(|(name, _)| *name).collect();
+                let help = format!("write `target: Blender`; targets are {}", names.join(", "));
+                report.push(word.error(Code::MissingInput, "`Preset` has no `target`").help(help));
+                None
+            }
+        },
+    };
+    // What follows from an error is not told.
+    if decl.export.is_none() {
+        decl.from = None;
+    }
+    if matches!(kind, "Gltf" | "Usd") {
+        decl.mesh = Some(MeshDecl::Plane);
+        if let Some(mesh) = read::get(&fields, "mesh") {
+            match mesh.shape() {
+                Shape::Text(_) => decl.mesh = Some(MeshDecl::Node(mesh.clone())),
+                Shape::Word(word) if word == "Plane" => {}
+                _ => report.push(mismatch(mesh, "`mesh`", "`Plane` or the name of an atlas: `mesh: \"atlas\"`")),
+            }
+        }
+    }
+}
+
+impl ExportDecl {
+    /// The word for it.
+    fn kind(&self) -> &'static str {
+        match self {
+            Self::Gltf => "Gltf",
+            Self::MaterialX(_) => "MaterialX",
+            Self::Usd => "Usd",
+            Self::Preset(_) => "Preset",
+            Self::Pack(_) => "Pack",
+        }
+    }
+}
+
+impl Unit<'_> {
+    /// What an output of type `ty` is written as, if not as pictures; an error is reported.
+    pub(super) fn export(&mut self, decl: &OutputDecl, from: &Part, ty: Type) -> Result<Option<Export>, ()> {
+        let Some(export) = &decl.export else { return Ok(None) };
+        if let ExportDecl::Pack(parts) = export {
+            let mut fields = [None; 4];
+            for (field, part) in fields.iter_mut().zip(parts) {
+                *field = part.as_ref().map(|part| self.packed(part)).transpose()?;
+            }
+            return Ok(Some(Export::Pack(fields)));
+        }
+        if ty != Type::Material {
+            let kind = export.kind();
+            let message = format!("`{kind}` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
+            let help = "connect a `Material`, which names the fields that are its channels";
+            self.report.push(from.error(Code::TypeMismatch, message).help(help));
+            return Err(());
+        }
+        Ok(Some(match export {
+            ExportDecl::MaterialX(shading) => Export::MaterialX(*shading),
+            ExportDecl::Usd => Export::Usd,
+            ExportDecl::Preset(program) => Export::Preset(*program),
+            ExportDecl::Gltf | ExportDecl::Pack(_) => Export::Gltf,
+        }))
+    }
+
+    /// A grey field of a packed picture.
+    fn packed(&mut self, part: &Part) -> Result<(NodeIndex, usize), ()> {
+        let Shape::Text(reference) = part.shape() else { return Err(()) };
+        let meaning = self.resolve(0, part, &reference);
+        match (self.type_of(&meaning.target), meaning.target) {
+            (Some(Type::Gray), Target::Out { flat, output }) => Ok((NodeIndex::new(flat), output)),
+            (Some(ty), _) => {
+                let message = format!("`Pack` takes fields of one number each; `{}` is {ty}", shorten(&reference));
+                let help = "take it apart with `SplitChannels`, or use an output that is Gray";
+                self.report.push(part.error(Code::TypeMismatch, message).help(help));
+                Err(())
+            }
+            (None, _) => Err(()),
+        }
+    }
+
+    /// The mesh of a `Gltf` or a `Usd`, if the output is one; an error is reported.
+    pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
+        let Some(mesh) = &decl.mesh else { return Ok(None) };
+        let MeshDecl::Node(part) = mesh else { return Ok(Some(ExportMesh::Plane)) };
+        let Shape::Text(reference) = part.shape() else { return Err(()) };
+        let meaning = self.resolve(0, part, &reference);
+        match (self.type_of(&meaning.target), meaning.target) {
+            (Some(Atlas::TYPE), Target::Out { flat, output }) => {
+                Ok(Some(ExportMesh::Atlas { node: NodeIndex::new(flat), output }))
+            }
+            (Some(ty), _) => {
+                let message = format!("`mesh` must be an atlas; `{}` is {ty}", shorten(&reference));
+                let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";
+                self.report.push(part.error(Code::TypeMismatch, message).help(help));
+                Err(())
+            }
+            (None, _) => Err(()),
+        }
+    }
+}

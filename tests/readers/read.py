@@ -1,0 +1,97 @@
+"""Opens what `shibo render --as` wrote with the programs' own libraries: MaterialX, OpenUSD, OpenImageIO.
+
+    python read.py FOLDER        files below FOLDER; prints what is wrong, and exits 1 if anything is
+"""
+import ast
+import os
+import sys
+
+import MaterialX as mx
+import OpenImageIO as oiio
+from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdValidation
+
+wrong = []
+seen = {"mtlx": 0, "usda": 0, "pictures": 0, "scripts": 0}
+
+
+def fail(path, text):
+    wrong.append(f"{path}: {text}")
+
+
+def read_picture(path):
+    picture = oiio.ImageInput.open(path)
+    if picture is None:
+        return fail(path, oiio.geterror())
+    spec = picture.spec()
+    pixels = picture.read_image(oiio.FLOAT)
+    if pixels is None or pixels.shape[:2] != (spec.height, spec.width):
+        fail(path, "its pixels cannot be read")
+    picture.close()
+    seen["pictures"] += 1
+
+
+libraries = mx.createDocument()
+mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), libraries)
+
+
+def read_materialx(path):
+    document = mx.createDocument()
+    mx.readFromXmlFile(document, path)
+    document.importLibrary(libraries)
+    valid, message = document.validate()
+    if not valid:
+        fail(path, message)
+    if not [node for node in document.getMaterialNodes() if node.getCategory() == "surfacematerial"]:
+        fail(path, "there is no material")
+    for element in document.traverseTree():
+        if isinstance(element, mx.Input) and element.getType() == "filename" and not element.hasSourceUri():
+            file = element.getValueString()
+            if file and not os.path.exists(os.path.join(os.path.dirname(path), file)):
+                fail(path, f"names {file}, which does not exist")
+    seen["mtlx"] += 1
+
+
+checks = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
+
+
+def read_usd(path):
+    stage = Usd.Stage.Open(path)
+    if UsdGeom.GetStageMetersPerUnit(stage) != 1.0 or UsdGeom.GetStageUpAxis(stage) != "Y":
+        fail(path, "one unit is not a metre, y up")
+    for error in checks.Validate(stage):
+        # The library of PyPI has no definitions of MaterialX's shaders.
+        if "ND_" not in error.GetMessage():
+            fail(path, f"{error.GetName()}: {error.GetMessage()}")
+    meshes = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
+    for mesh in meshes:
+        material, _ = UsdShade.MaterialBindingAPI(mesh).ComputeBoundMaterial()
+        if not material or not material.ComputeSurfaceSource()[0]:
+            fail(path, f"{mesh.GetPath()} has no material")
+    if not meshes:
+        fail(path, "there is no mesh")
+    for prim in stage.Traverse():
+        for attribute in prim.GetAttributes():
+            value = attribute.Get()
+            if isinstance(value, Sdf.AssetPath) and not os.path.exists(value.resolvedPath or ""):
+                fail(path, f"{attribute.GetPath()} names {value.path}, which does not exist")
+            for source in attribute.GetConnections():
+                if not stage.GetAttributeAtPath(source):
+                    fail(path, f"{attribute.GetPath()} is connected to {source}, which does not exist")
+    seen["usda"] += 1
+
+
+for folder, _, files in sorted(os.walk(sys.argv[1])):
+    for name in sorted(files):
+        path = os.path.join(folder, name)
+        if name.endswith(".mtlx"):
+            read_materialx(path)
+        elif name.endswith(".usda"):
+            read_usd(path)
+        elif name.endswith((".png", ".exr")):
+            read_picture(path)
+        elif name.endswith(".py"):
+            ast.parse(open(path).read(), name)
+            seen["scripts"] += 1
+print(", ".join(f"{count} {kind}" for kind, count in seen.items()))
+if wrong or not all(seen.values()):
+    sys.exit("\n".join(wrong) or "something was not there to be read")

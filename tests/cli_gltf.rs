@@ -133,7 +133,7 @@ fn wrong_uses_are_told_at_their_places() {
     }
     let desk = desk("", r#"{ "skin": Gltf(material: "skin") }"#);
     let refused = desk.shibo("render a.ron --region 0,0,16,16").expect(2);
-    assert!(refused.stderr.contains("textures are whole"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("whole pictures"), "{}", refused.stderr);
     // What the format has no word for is told.
     let desk = self::desk("subsurface: 0.5", r#"{ "skin": Gltf(material: "skin") }"#);
     let told = desk.shibo("render a.ron -o out").expect(0);

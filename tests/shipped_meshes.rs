@@ -1,6 +1,7 @@
 //! The meshes of shipped graphs, `graphs/meshes/*.glb`: made from formulas, here.
 //!
 //! `BLESS=1 cargo test --release --test shipped_meshes` writes them.
+use serde_json::json;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
@@ -41,7 +42,7 @@ impl Rings {
     /// A binary glTF file: metres, y up.
     fn glb(&self) -> Vec<u8> {
         let (points, triangles) = (self.points(), self.triangles());
-        let turned = |p: &Point| [p[0], p[2], -p[1]].map(|x| (x / 1000.0) as f32);
+        let turned = |p: &Point| [p[0], p[2], -p[1]].map(|x| single(x / 1000.0));
         let places: Vec<[f32; 3]> = points.iter().map(turned).collect();
         let bound = |pick: fn(f32, f32) -> f32| {
             let first = places[0];
@@ -49,28 +50,24 @@ impl Rings {
         };
         let indices: Vec<u8> = triangles.iter().flatten().flat_map(|n| n.to_le_bytes()).collect();
         let positions: Vec<u8> = places.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
-        let json = format!(
-            r#"{{"asset":{{"version":"2.0","generator":"shibo, tests/shipped_meshes.rs"}},"scene":0,"scenes":[{{"nodes":[0]}}],"#
-        ) + &format!(
-            r#""nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],"#
-        ) + &format!(
-            r#""buffers":[{{"byteLength":{}}}],"bufferViews":[{{"buffer":0,"byteLength":{},"target":34962}},"#,
-            positions.len() + indices.len(),
-            positions.len()
-        ) + &format!(
-            r#"{{"buffer":0,"byteOffset":{},"byteLength":{},"target":34963}}],"#,
-            positions.len(),
-            indices.len()
-        ) + &format!(
-            r#""accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3","min":{:?},"max":{:?}}},"#,
-            places.len(),
-            bound(f32::min),
-            bound(f32::max)
-        ) + &format!(
-            r#"{{"bufferView":1,"componentType":5123,"count":{},"type":"SCALAR"}}]}}"#,
-            3 * triangles.len()
-        );
-        let mut json = json.into_bytes();
+        let json = json!({
+            "asset": { "version": "2.0", "generator": "shibo, tests/shipped_meshes.rs" },
+            "scene": 0,
+            "scenes": [{ "nodes": [0] }],
+            "nodes": [{ "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1 }] }],
+            "buffers": [{ "byteLength": positions.len() + indices.len() }],
+            "bufferViews": [
+                { "buffer": 0, "byteLength": positions.len(), "target": 34962 },
+                { "buffer": 0, "byteOffset": positions.len(), "byteLength": indices.len(), "target": 34963 },
+            ],
+            "accessors": [
+                { "bufferView": 0, "componentType": 5126, "count": places.len(), "type": "VEC3",
+                    "min": bound(f32::min), "max": bound(f32::max) },
+                { "bufferView": 1, "componentType": 5123, "count": 3 * triangles.len(), "type": "SCALAR" },
+            ],
+        });
+        let mut json = json.to_string().into_bytes();
         json.resize(json.len().next_multiple_of(4), b' ');
         let mut binary = [positions, indices].concat();
         binary.resize(binary.len().next_multiple_of(4), 0);
@@ -78,6 +75,12 @@ impl Rings {
         let chunks = [&length(json.len())[..], b"JSON", &json, &length(binary.len()), b"BIN\0", &binary].concat();
         [&b"glTF"[..], &2_u32.to_le_bytes(), &length(12 + chunks.len()), &chunks].concat()
     }
+}
+
+/// Files hold single precision.
+#[expect(clippy::cast_possible_truncation, reason = "as near as it gets")]
+fn single(x: f64) -> f32 {
+    x as f32
 }
 
 /// From 0 below `from` to 1 above `to`, without a bend.

@@ -18,4 +18,5 @@ pub mod node;
 pub mod picture;
 pub mod registry;
 pub mod session;
+pub mod syntax;
 pub mod value;

@@ -1,0 +1,82 @@
+//! What is wrong with a text that is not RON.
+use crate::diagnostics::Code;
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// A mistake in a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SyntaxError {
+    /// Where it was noticed; at the end of the text, an empty range.
+    pub range: Range<usize>,
+    /// [`Code::Syntax`], or [`Code::TooLarge`] where brackets are nested too deep.
+    pub code: Code,
+    /// What is wrong, lower case.
+    pub message: Cow<'static, str>,
+    /// What to do about it.
+    pub help: Option<&'static str>,
+    /// The bracket that it is about.
+    pub bracket: Option<Range<usize>>,
+    /// Whether the text ends where more should follow, as it does while a file is being written.
+    pub unfinished: bool,
+    /// Whether the closing quote of a string is missing.
+    pub(super) torn: bool,
+}
+
+impl SyntaxError {
+    /// A mistake at `range`.
+    pub(super) fn new(range: Range<usize>, message: impl Into<Cow<'static, str>>) -> Self {
+        let (code, message) = (Code::Syntax, message.into());
+        Self { range, code, message, help: None, bracket: None, unfinished: false, torn: false }
+    }
+
+    /// The same with advice.
+    pub(super) fn help(self, help: &'static str) -> Self {
+        Self { help: Some(help), ..self }
+    }
+
+    /// The same about the bracket at `range`.
+    pub(super) fn bracket(self, range: Range<usize>) -> Self {
+        Self { bracket: Some(range), ..self }
+    }
+}
+
+/// The mistakes in the order of the text, without those that follow from another one: a line in which a quote is missing is told
+/// once.
+pub(super) fn settle(text: &str, mut faults: Vec<SyntaxError>) -> Vec<SyntaxError> {
+    faults.sort_by_key(|fault| fault.range.start);
+    if faults.iter().any(|fault| fault.torn) {
+        faults = one_of_each_torn_line(text, faults);
+    }
+    // Of several at one place the first is the reason of the others.
+    faults.dedup_by_key(|fault| fault.range.start);
+    faults
+}
+
+fn one_of_each_torn_line(text: &str, faults: Vec<SyntaxError>) -> Vec<SyntaxError> {
+    let breaks: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+    let line = |at: usize| breaks.partition_point(|&newline| newline < at);
+    // In order, as the mistakes are.
+    let mut torn: Vec<usize> = faults.iter().filter(|fault| fault.torn).map(|fault| line(fault.range.start)).collect();
+    torn.dedup();
+    let is_torn = |line: usize| torn.binary_search(&line).is_ok();
+    let mut told = None;
+    let mut kept = Vec::with_capacity(faults.len());
+    for fault in faults {
+        let at = line(fault.range.start);
+        // The bracket may have a partner inside of the string.
+        let inside = fault.bracket.as_ref().is_some_and(|bracket| is_torn(line(bracket.start)));
+        if inside && !fault.unfinished {
+            continue;
+        }
+        if !is_torn(at) {
+            kept.push(fault);
+        } else if told != Some(at) {
+            told = Some(at);
+            let unfinished = text[fault.range.start..].find('\n').is_none();
+            let missing = SyntaxError::new(fault.range, "a quote is missing in this line");
+            let help = "a text begins and ends with `\"`, in the same line";
+            kept.push(SyntaxError { torn: true, unfinished, ..missing.help(help) });
+        }
+    }
+    kept
+}

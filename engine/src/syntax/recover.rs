@@ -1,0 +1,341 @@
+//! What is in brackets, and where reading goes on after a mistake.
+use super::fault::SyntaxError;
+use super::lex::TokenKind::{self, Close, Colon, Comma, Ident, Number, Open, Str};
+use super::parse::{Block, Parser};
+use super::tree::NodeKind;
+
+/// Lines that are indented further count as indented so far.
+const WIDE: usize = 1000;
+
+impl Parser<'_> {
+    /// Everything in a bracket that ends before the token `end`; one without a partner may end sooner.
+    pub(super) fn items(&mut self, block: Block, end: usize) {
+        while self.at < end && !self.is_over(block) {
+            match self.kind() {
+                Some(Close) => self.stray(),
+                Some(Comma) => self.lonely_commas(end),
+                _ => {
+                    let first = self.nodes.len();
+                    match (block.kind, block.named) {
+                        (NodeKind::Map, _) => self.entry(block, end),
+                        (_, true) => self.field(block, end),
+                        _ => {
+                            self.value(end);
+                            self.strays(end);
+                            if self.is_garbage(block, end) {
+                                self.garbage(first, block, end);
+                            }
+                        }
+                    }
+                    self.separator(block, end);
+                }
+            }
+        }
+    }
+
+    /// Whether the fields of a bracket have names, as the first of them tells.
+    pub(super) fn begins_named(&self, end: usize) -> bool {
+        let kind = |i: usize| self.kind_of(self.at + i).filter(|_| self.at + i < end);
+        match (kind(0), kind(1)) {
+            (Some(Ident | Str), Some(Colon)) | (Some(Colon), _) => true,
+            (Some(Ident), Some(Number | Str | Ident)) => self.is_name(self.at) && !self.starts_line(self.at + 1),
+            (Some(Ident), Some(Comma)) => kind(2) == Some(Ident) && kind(3) == Some(Colon),
+            _ => false,
+        }
+    }
+
+    /// Whether a word looks like the name of a field.
+    fn is_name(&self, token: usize) -> bool {
+        self.word(token).starts_with(|c: char| c.is_lowercase()) && !matches!(self.word(token), "true" | "false")
+    }
+
+    /// Whether a token is the first of its line.
+    fn starts_line(&self, token: usize) -> bool {
+        let Some(here) = self.tokens.get(token) else { return true };
+        let before = token.checked_sub(1).map_or(0, |before| self.tokens[before].end());
+        token == 0 || self.text[before..here.start()].contains('\n')
+    }
+
+    /// How far the line of a token is indented.
+    fn indent(&self, token: usize) -> usize {
+        let at = self.tokens.get(token).map_or(self.text.len(), |token| token.start());
+        let line = &self.text.as_bytes()[self.line(at)..];
+        line.iter().take(WIDE).take_while(|&&byte| matches!(byte, b' ' | b'\t')).count()
+    }
+
+    /// Whether an entry of another bracket begins here, so that the closing bracket of this one must be missing before it.
+    fn is_over(&self, block: Block) -> bool {
+        let Some(opening) = block.open_ended else { return false };
+        let field = self.are(self.at, Ident, Colon);
+        match block.kind {
+            NodeKind::Map => field,
+            _ if self.are(self.at, Str, Colon) => opening > 0,
+            _ if !block.named => field,
+            _ => field && opening > 0 && self.starts_line(self.at) && self.indent(self.at) <= self.indent(opening),
+        }
+    }
+
+    /// Whether an entry of this bracket begins at a token.
+    fn starts_entry(&self, block: Block, token: usize) -> bool {
+        let lost_colon =
+            || self.kind_of(token) == Some(Str) && self.starts_line(token) && self.are(token + 1, Ident, Open);
+        match block.kind {
+            NodeKind::Map => self.are(token, Str, Colon) || lost_colon(),
+            NodeKind::Parens if block.named => self.are(token, Ident, Colon),
+            _ => false,
+        }
+    }
+
+    /// Whether something follows an item that cannot follow it.
+    fn is_garbage(&self, block: Block, end: usize) -> bool {
+        let here = self.at;
+        if here >= end || self.kind() == Some(Comma) || self.is_over(block) || self.starts_entry(block, here) {
+            return false;
+        }
+        // In a list, a value in a line of its own is another item.
+        block.named || !self.starts_line(here) || !self.starts_value(here)
+    }
+
+    fn starts_value(&self, token: usize) -> bool {
+        !matches!(self.kind_of(token), None | Some(Close | Comma | Colon | TokenKind::Other))
+    }
+
+    /// Puts what follows the node `first` into an error node together with it, up to where the next item begins.
+    fn garbage(&mut self, first: usize, block: Block, end: usize) {
+        self.fault_after();
+        self.recovering = true;
+        let node = self.open_around(first, NodeKind::Error);
+        while self.at < end {
+            match self.kind() {
+                Some(Comma) if self.is_separator(block, end) => break,
+                Some(Open) => self.at = self.pairs.partner(self.at).map_or(self.at, |close| close.min(end - 1)) + 1,
+                _ if self.starts_line(self.at) && self.starts_entry(block, self.at) => break,
+                _ if self.is_over(block) => break,
+                _ => self.at += 1,
+            }
+        }
+        self.close(node);
+    }
+
+    /// Whether the comma that is next ends an item.
+    fn is_separator(&self, block: Block, end: usize) -> bool {
+        let next = self.at + 1;
+        !block.named || next >= end || self.starts_line(next) || self.starts_entry(block, next)
+    }
+
+    /// The comma after an item.
+    fn separator(&mut self, block: Block, end: usize) {
+        let told = std::mem::take(&mut self.recovering);
+        if self.at >= end || self.is_over(block) {
+            return;
+        }
+        if self.kind() == Some(Comma) {
+            self.at += 1;
+        } else if !told {
+            self.fault_here("expected comma", "separate values with `,`");
+        }
+    }
+
+    /// Commas with nothing before them.
+    fn lonely_commas(&mut self, end: usize) {
+        self.fault_here("expected a value before the comma", "leave out the comma");
+        let node = self.open(NodeKind::Error);
+        while self.at < end && self.kind() == Some(Comma) {
+            self.at += 1;
+        }
+        self.close(node);
+    }
+
+    /// A closing bracket without an opening one. What is around it can be read nevertheless.
+    fn stray(&mut self) {
+        self.fault_here("this bracket closes nothing", "leave it out, or write the opening one");
+        self.at += 1;
+    }
+
+    fn strays(&mut self, end: usize) {
+        while self.at < end && self.kind() == Some(Close) {
+            self.stray();
+        }
+    }
+
+    /// An entry of a map.
+    fn entry(&mut self, block: Block, end: usize) {
+        let entry = self.open(NodeKind::Entry);
+        let key = self.kind();
+        self.plain_value(end);
+        if self.at < end && self.kind() == Some(Colon) {
+            self.at += 1;
+            self.entry_value(block, end);
+            if matches!(key, Some(Colon | TokenKind::Other)) {
+                self.nodes[entry].kind = NodeKind::Error;
+            }
+        } else if self.at < end && self.starts_value(self.at) && !self.starts_line(self.at) {
+            self.fault_here("expected colon", "write `\"name\": value`");
+            self.entry_value(block, end);
+        } else {
+            self.fault_here("expected colon and a value", "write `\"name\": value`");
+            let missing = self.nodes.len();
+            self.leaf(NodeKind::Missing, 0);
+            if key != Some(Str) {
+                self.nodes[entry].kind = NodeKind::Error;
+            }
+            if self.is_garbage(block, end) {
+                self.garbage(missing, block, end);
+            }
+        }
+        self.close(entry);
+    }
+
+    /// A field: `name: value`.
+    fn field(&mut self, block: Block, end: usize) {
+        let next = self.kind_of(self.at + 1).filter(|_| self.at + 1 < end);
+        let same_line = !self.starts_line(self.at + 1);
+        match (self.kind(), next) {
+            (Some(Ident), Some(Colon)) => self.named_value(block, end, 2),
+            (Some(Ident), Some(Number | Str | Open)) if same_line => {
+                self.at += 1;
+                self.fault_here("expected colon", "write `name: value`");
+                self.at -= 1;
+                self.named_value(block, end, 1);
+            }
+            (Some(Ident), Some(Ident)) if same_line && !self.are(self.at + 1, Ident, Colon) => {
+                self.at += 1;
+                self.fault_here("expected colon", "write `name: value`");
+                self.at -= 1;
+                self.named_value(block, end, 1);
+            }
+            (Some(Ident), _) => {
+                self.fault_here("expected colon and a value after this name", "write `name: value`");
+                let node = self.nodes.len();
+                self.leaf(NodeKind::Word, 1);
+                self.as_error(node, block, end);
+            }
+            _ => {
+                let help = match (self.kind(), next) {
+                    (Some(Str), Some(Colon)) => {
+                        "close the brackets before it with `)`; in `( )` names of fields have no quotes"
+                    }
+                    _ => "write `name: value`",
+                };
+                self.fault_here("expected the name of a field", help);
+                let node = self.nodes.len();
+                if (self.kind(), next) == (Some(Str), Some(Colon)) {
+                    self.named_value(block, end, 2);
+                } else {
+                    self.plain_value(end);
+                }
+                self.as_error(node, block, end);
+            }
+        }
+    }
+
+    /// What began with `node` is not a field.
+    fn as_error(&mut self, node: usize, block: Block, end: usize) {
+        if self.is_garbage(block, end) {
+            self.garbage(node, block, end);
+        } else {
+            let error = self.open_around(node, NodeKind::Error);
+            self.close(error);
+        }
+    }
+
+    /// An entry whose key is one token; with its colon, `head` tokens.
+    fn named_value(&mut self, block: Block, end: usize, head: usize) {
+        let entry = self.open(NodeKind::Entry);
+        let key = if self.kind() == Some(Str) { NodeKind::Text } else { NodeKind::Word };
+        self.leaf(key, 1);
+        self.at += head - 1;
+        self.entry_value(block, end);
+        self.close(entry);
+    }
+
+    /// The value of an entry, after its colon.
+    fn entry_value(&mut self, block: Block, end: usize) {
+        let first = self.nodes.len();
+        let nothing = self.at >= end || matches!(self.kind(), None | Some(Comma | Close));
+        if nothing || (self.starts_line(self.at) && self.starts_entry(block, self.at)) {
+            self.fault_here("expected a value", "write a value, or leave the field out");
+            self.leaf(NodeKind::Missing, 0);
+        } else {
+            self.value(end);
+        }
+        self.strays(end);
+        if self.is_garbage(block, end) {
+            self.garbage(first, block, end);
+        }
+    }
+
+    /// Reads a map whose `{` is missing, if that is what is there.
+    pub(super) fn implied_map(&mut self, limit: usize) -> bool {
+        let stray = self.pairs.stray_from(self.at).filter(|&stray| stray < limit && self.word(stray) == "}");
+        let begins = self.are(self.at, Str, Colon) && self.may_nest();
+        let (true, Some(end)) = (begins, stray) else { return false };
+        self.fault_here("expected `{` before the first name", "write `{ \"name\": value }`");
+        self.implied(NodeKind::Map, end);
+        true
+    }
+
+    /// Reads fields whose `(` is missing, if that is what is there.
+    pub(super) fn implied_parens(&mut self, limit: usize) -> bool {
+        if !self.lacks_opening(self.at, limit) {
+            return false;
+        }
+        self.fault_here("expected `(` before the first field", "write `(field: value)`");
+        let end = self.pairs.stray_from(self.at).unwrap_or(limit);
+        self.implied(NodeKind::Parens, end);
+        true
+    }
+
+    /// Whether a field begins here and a `)` without partner ends its line.
+    pub(super) fn lacks_opening(&self, token: usize, limit: usize) -> bool {
+        let Some(stray) = self.pairs.stray_from(token).filter(|&stray| stray < limit) else { return false };
+        self.are(token, Ident, Colon)
+            && self.word(stray) == ")"
+            && self.may_nest()
+            && self.line(self.tokens[token].start()) == self.line(self.tokens[stray].start())
+    }
+
+    /// The closing bracket of a bracket is missing here.
+    pub(super) fn not_closed(&mut self, opening: usize, kind: NodeKind) {
+        let message = match kind {
+            NodeKind::Parens => "expected `)` before this",
+            NodeKind::List => "expected `]` before this",
+            _ => "expected `}` before this",
+        };
+        self.fault_here(message, "close the bracket before it");
+        if let Some(fault) = self.faults.last_mut() {
+            fault.bracket = Some(self.tokens[opening].range());
+        }
+        // More fields may belong there.
+        if kind == NodeKind::Parens {
+            self.leaf(NodeKind::Error, 0);
+        }
+    }
+
+    /// A mistake at the next token, or at the end of the text.
+    pub(super) fn fault_here(&mut self, message: &'static str, help: &'static str) {
+        let fault = match self.tokens.get(self.at) {
+            Some(token) => SyntaxError::new(token.range(), message).help(help),
+            None => {
+                let end = self.text.len();
+                let ends = ("the file ends too early", "a bracket, a quote or a value is missing at the end");
+                let (message, help) = if self.tokens.is_empty() { (message, help) } else { ends };
+                SyntaxError { unfinished: true, ..SyntaxError::new(end..end, message).help(help) }
+            }
+        };
+        self.faults.push(fault);
+    }
+
+    /// A mistake at the next token, which cannot follow what is before it.
+    fn fault_after(&mut self) {
+        let after_number = self.at.checked_sub(1).is_some_and(|before| {
+            self.kind_of(before) == Some(Number) && self.tokens[before].end() == self.tokens[self.at].start()
+        });
+        let help = match self.kind() {
+            Some(Ident) if after_number => "write numbers without a unit",
+            _ if self.word(self.at) == "." => "write the names of nodes in quotes, `\"node.port\"`",
+            _ => "separate values with `,`",
+        };
+        self.fault_here("expected comma", help);
+    }
+}

@@ -5,7 +5,7 @@ use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
 use shibo_engine::diagnostics::SourceMap;
-use shibo_engine::graph::{self, Graph, Limits, LoadOptions, Loaded};
+use shibo_engine::graph::{self, Graph, LoadOptions, Loaded};
 use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Session, Settings};
 use shibo_engine::value::Resolution;
@@ -19,7 +19,7 @@ pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolut
         resolution,
         // Without a known working folder, relative paths stay relative, which means the same.
         working_dir: std::env::current_dir().unwrap_or_default(),
-        limits: Limits::default(),
+        ..LoadOptions::default()
     };
     graph::load(path, registry, &options)
 }

@@ -193,6 +193,28 @@ fn paths_are_relative_to_where_they_are_written() {
 }
 
 #[test]
+fn unsaved_texts_count_instead_of_files() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("lib")).unwrap();
+    let main = folder.path().join("main.ron");
+    let text = |node: &str| format!("(nodes: {{\"a\": {node}}}, outputs: {{\"a\": \"a\"}})");
+    let imports = "(imports: {\"i\": \"lib/../one.ron\", \"n\": \"lib/new\"}, ";
+    std::fs::write(&main, text("Bands()").replacen('(', imports, 1)).unwrap();
+    std::fs::write(folder.path().join("one.ron"), text("Bandz()")).unwrap();
+    let overlay = [("one.ron", text("Bands()")), ("lib/new.ron", text("Bunds()"))];
+    let options = LoadOptions {
+        overlay: overlay.into_iter().map(|(name, text)| (folder.path().join(name), text.into())).collect(),
+        ..LoadOptions::default()
+    };
+    let plain = load(&main, &graph_nodes::registry(), &LoadOptions::default());
+    let codes = |loaded: &Loaded| loaded.diagnostics.iter().map(|d| d.code).collect::<Vec<_>>();
+    assert_eq!(codes(&plain), [Code::FileNotFound, Code::UnknownKind], "{:?}", messages(&plain));
+    let loaded = load(&main, &graph_nodes::registry(), &options);
+    assert_eq!(codes(&loaded), [Code::UnknownKind], "{:?}", messages(&loaded));
+    assert!(loaded.diagnostics[0].message.contains("Bunds"));
+}
+
+#[test]
 fn files_that_are_none_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);

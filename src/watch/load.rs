@@ -49,6 +49,7 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
         resolution: None,
         working_dir: std::env::current_dir().unwrap_or_default(),
         limits,
+        ..LoadOptions::default()
     };
     let mut refused = Vec::new();
     let loaded = loop {

@@ -1,7 +1,7 @@
 //! A node of any kind in a graph of its own, with its ports connected, and what it makes.
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Silent, encode};
-use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
+use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::node::{KindInfo, OutputType, ParamInfo, ParamType};
 use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Session, Settings};
@@ -21,11 +21,9 @@ const DRAWING: &str = "tests/data/leaf.svg";
 
 pub(crate) fn options(resolution: UVec2) -> LoadOptions {
     LoadOptions {
-        preset: None,
-        set: Vec::new(),
         resolution: Some(Resolution::Exact(resolution)),
         working_dir: env!("CARGO_MANIFEST_DIR").into(),
-        limits: Limits::default(),
+        ..LoadOptions::default()
     }
 }
 

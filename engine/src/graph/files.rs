@@ -5,7 +5,7 @@ use super::lex::Kind;
 use super::part::{Entry, Src};
 use super::read;
 use super::report::Report;
-use super::{Limits, lex};
+use super::{Limits, LoadOptions, lex};
 use crate::diagnostics::{Code, Diagnostic, FileId, Problem, SourceMap, Span};
 use crate::node::DynNode;
 use crate::registry::Library;
@@ -62,6 +62,8 @@ pub(super) struct Files<'a> {
     pub(super) file_checks: FileChecks,
     /// The graphs that can be imported by name.
     library: Option<&'a dyn Library>,
+    /// Texts that count instead of those of files.
+    overlay: BTreeMap<PathBuf, Arc<str>>,
     /// Further folders of imports.
     paths: Vec<PathBuf>,
     /// The number of each file; `None` while its imports are being read.
@@ -70,10 +72,11 @@ pub(super) struct Files<'a> {
 
 impl<'a> Files<'a> {
     /// No files yet.
-    pub(super) fn new(limits: &'a Limits, library: Option<&'a dyn Library>) -> Self {
+    pub(super) fn new(options: &'a LoadOptions, library: Option<&'a dyn Library>) -> Self {
         Self {
-            limits,
+            limits: &options.limits,
             library,
+            overlay: options.overlay.iter().map(|(path, text)| (identity(path), text.clone())).collect(),
             paths: Vec::new(),
             sources: SourceMap::default(),
             report: Report::default(),
@@ -111,8 +114,17 @@ impl<'a> Files<'a> {
         Some(doc)
     }
 
+    /// The text that counts instead of that of a file.
+    fn laid_over(&self, path: &Path) -> Option<&Arc<str>> {
+        (!self.overlay.is_empty()).then(|| self.overlay.get(&identity(path))).flatten()
+    }
+
     /// The text of a file on disk or in the library.
     fn read(&self, path: &Path) -> Result<String, Fault> {
+        if let Some(text) = self.laid_over(path) {
+            let long = text.len() as u64 > self.limits.max_file_bytes;
+            return if long { Err(Fault::too_large(path, self.limits.max_file_bytes)) } else { Ok(text.to_string()) };
+        }
         let text = |library: &dyn Library, inside: &str| library.text(inside).map(str::to_owned);
         match imports::within(path) {
             Some(inside) => self
@@ -193,7 +205,8 @@ impl<'a> Files<'a> {
             }
             return found;
         }
-        let found = imports::find(name, doc.folder(), &self.paths, self.library);
+        let is_file = |path: &Path| path.is_file() || self.laid_over(path).is_some();
+        let found = imports::find(name, doc.folder(), (&self.paths, &is_file), self.library);
         self.looked_at.extend(found.missing);
         if imports::within(&found.path).is_none() {
             self.looked_at.push(found.path.clone());
@@ -202,8 +215,10 @@ impl<'a> Files<'a> {
     }
 }
 
+/// The same for all paths of one file. The file need not exist, its folder should.
 fn identity(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+    let beside = || Some(path.parent()?.canonicalize().ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_owned())
 }
 
 /// Why a file cannot be used.
@@ -217,6 +232,14 @@ pub(super) struct Fault {
 impl Fault {
     fn new(code: Code, message: String) -> Self {
         Self { code, message, prefix: String::new() }
+    }
+
+    fn too_large(path: &Path, limit: u64) -> Self {
+        let shown = path.display();
+        Self::new(
+            Code::TooLarge,
+            format!("`{shown}` is larger than {limit} bytes, the most that a graph file may have"),
+        )
     }
 }
 
@@ -247,8 +270,7 @@ pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, Fault> {
     let read = file.take(limit + 1).read_to_end(&mut bytes);
     read.map_err(|e| Fault::new(Code::BadFile, format!("`{shown}` cannot be read: {e}")))?;
     if bytes.len() as u64 > limit {
-        let message = format!("`{shown}` is larger than {limit} bytes, the most that a graph file may have");
-        return Err(Fault::new(Code::TooLarge, message));
+        return Err(Fault::too_large(path, limit));
     }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

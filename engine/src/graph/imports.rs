@@ -49,13 +49,18 @@ pub(super) fn in_library(name: &str, library: Option<&dyn Library>) -> Option<Pa
     library?.find(name.strip_suffix(".ron").unwrap_or(name)).map(|path| library_path(&path))
 }
 
-/// Finds what the import `name` in a graph of `folder` means; `paths` are the further folders to look in. The extension
-/// may be left out.
-pub(super) fn find(name: &str, folder: &Path, paths: &[PathBuf], library: Option<&dyn Library>) -> Found {
+/// Finds what the import `name` in a graph of `folder` means; `paths` are the further folders to look in, and `is_file` tells
+/// what is there. The extension may be left out.
+pub(super) fn find(
+    name: &str,
+    folder: &Path,
+    (paths, is_file): (&[PathBuf], &dyn Fn(&Path) -> bool),
+    library: Option<&dyn Library>,
+) -> Found {
     let inside = within(folder).is_some();
     let exists = |path: &Path| match within(path) {
         Some(inside) => library.is_some_and(|library| library.text(&inside).is_some()),
-        None => path.is_file(),
+        None => is_file(path),
     };
     let folders = std::iter::once(folder).chain(paths.iter().map(PathBuf::as_path).filter(|_| !inside));
     let mut missing = Vec::new();

@@ -31,7 +31,7 @@ pub fn load_text(path: &Path, text: &str, registry: &Registry, options: &LoadOpt
 }
 
 fn run(path: &Path, text: Option<String>, registry: &Registry, options: &LoadOptions) -> Loaded {
-    let mut files = Files::new(&options.limits, registry.library());
+    let mut files = Files::new(options, registry.library());
     let graph = files.read_main(path, text).and_then(|main| link(main, &mut files, registry, options));
     let errors = files.report.errors();
     let diagnostics = files.report.finish();
@@ -331,6 +331,7 @@ impl Default for LoadOptions {
             resolution: None,
             working_dir: PathBuf::new(),
             limits: super::Limits::default(),
+            overlay: BTreeMap::new(),
         }
     }
 }

@@ -47,7 +47,9 @@ pub use load::{load, load_text};
 
 use crate::diagnostics::{Diagnostic, SourceMap};
 use crate::value::Resolution;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What the caller changes of a graph.
 #[derive(Clone, Debug)]
@@ -62,6 +64,9 @@ pub struct LoadOptions {
     pub working_dir: PathBuf,
     /// How large a graph may be.
     pub limits: Limits,
+    /// Texts that count instead of the contents of files, such as those that an editor has not saved. The files need not
+    /// exist.
+    pub overlay: BTreeMap<PathBuf, Arc<str>>,
 }
 
 /// How large a graph may be.

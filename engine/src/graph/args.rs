@@ -1,15 +1,14 @@
 //! The parameters of a node: their values in force, and whether each is allowed.
 use super::files::check_file;
 use super::imports;
-use super::lex::{Kind, is_infinity, number};
 use super::part::{Part, Shape};
-use super::read::{lower_first, not_finite, shorten};
+use super::read::{lower_first, not_finite, offset, shorten};
 use super::scope::{Unit, check_note};
 use super::structs::has_ports;
 use super::subst::{formula, substitute};
-use super::syntax;
 use crate::diagnostics::{Code, Diagnostic, Problem, suggest};
 use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, ParamType, Role};
+use crate::syntax::{TokenKind as Kind, is_infinity, number};
 use std::path::PathBuf;
 
 /// Numbers of this size and more are whole, and too large for a count however they are written.
@@ -35,6 +34,8 @@ impl Unit<'_> {
         for field in &info.fields {
             let arg = args.iter().find(|arg| arg.name == field.name);
             match (&field.role, arg) {
+                // What is wrong with it was said.
+                (_, Some(arg)) if arg.value.is_broken() => self.flats[flat].good = false,
                 (Role::Port(port), None) if port.required && !port.list => self.missing(flat, info, &field.name),
                 (Role::Port(port), Some(arg)) => match self.read_port(flat, &field.name, port, &arg.value) {
                     Some(slots) if slots.is_empty() && port.required => self.missing(flat, info, &field.name),
@@ -258,7 +259,7 @@ fn out_of_range(name: &str, info: &ParamInfo, word: &Part, value: f64) -> Option
 fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildError) -> Diagnostic {
     let Some(ron) = &error.ron else { return part.error(Code::TypeMismatch, format!("{name}: {}", error.message)) };
     let param = info.params().find(|(field, _)| field.name == name).map(|(_, param)| param);
-    let at = syntax::offset(part.str(), ron.span.end);
+    let at = offset(part.str(), ron.span.end);
     let word_before = |accept: &dyn Fn(&Part) -> bool| {
         let before = part.words().filter(|(_, word)| part.offset(&word.tokens()[0]) <= at);
         before.map(|(_, word)| word).filter(|word| accept(word)).last()
@@ -303,7 +304,7 @@ fn element(part: &Part, at: usize) -> Part {
         _ => return part.clone(),
     };
     let holds = |item: &Part| {
-        let start = part.offset(&item.tokens()[0]);
+        let start = item.tokens().first().map_or(0, |first| part.offset(first));
         start <= at && at <= start + item.str().len()
     };
     match items.iter().find(|item| holds(item)) {

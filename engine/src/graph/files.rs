@@ -1,21 +1,18 @@
 //! Reading graph files and what they import.
 use super::document::Document;
 use super::imports;
-use super::lex::Kind;
 use super::part::{Entry, Src};
 use super::read;
 use super::report::Report;
-use super::{Limits, LoadOptions, lex};
+use super::{Limits, LoadOptions};
 use crate::diagnostics::{Code, Diagnostic, FileId, Problem, SourceMap, Span};
 use crate::node::DynNode;
 use crate::registry::Library;
+use crate::syntax::{NodeKind, SyntaxError, Tree};
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// Numbers of at most this many characters always fit into RON's largest types.
-const SHORT: usize = 16;
 
 /// A graph file that was read.
 pub(super) struct Doc {
@@ -25,8 +22,10 @@ pub(super) struct Doc {
     pub(super) document: Document,
     /// For each import, the file it means; `None` after an error.
     pub(super) imports: Vec<Option<usize>>,
-    /// Whether the text is RON.
+    /// Whether the text is that of a graph, but for mistakes here and there.
     pub(super) readable: bool,
+    /// Whether the text is RON.
+    pub(super) sound: bool,
 }
 
 impl Doc {
@@ -136,15 +135,21 @@ impl<'a> Files<'a> {
     }
 
     fn read_document(&mut self, path: &Path, (file, text): (FileId, Arc<str>), depth: usize) -> usize {
-        let mut doc =
-            Doc { path: path.to_owned(), document: Document::default(), imports: Vec::new(), readable: false };
-        match check_syntax(&text, file, self.limits.max_nesting) {
-            Some(error) => self.report.push(error),
-            None => {
+        let (path, document, imports) = (path.to_owned(), Document::default(), Vec::new());
+        let mut doc = Doc { path, document, imports, readable: false, sound: false };
+        if text.starts_with('\u{FEFF}') {
+            self.report.push(byte_order_mark(file));
+        } else {
+            let src = Src::new(file, Tree::parse_nested(text, self.limits.max_nesting));
+            let errors = src.tree().errors();
+            errors.iter().for_each(|error| self.report.push(located(file, error)));
+            self.report.spare(file, src.tree());
+            doc.sound = errors.is_empty();
+            // What is something else but broken was perhaps a graph before.
+            let is_graph = src.tree().value().is_some_and(|value| value.kind() == NodeKind::Parens);
+            if let Some(whole) = src.whole().filter(|_| doc.sound || is_graph) {
                 doc.readable = true;
-                if let Some(whole) = Src::new(file, text).whole() {
-                    doc.document = Document::read(&whole, &mut self.report);
-                }
+                doc.document = Document::read(&whole, &mut self.report);
             }
         }
         for i in 0..doc.document.imports.len() {
@@ -279,29 +284,21 @@ pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, Fault> {
     })
 }
 
-/// What is wrong with a text that is not RON.
-pub(super) fn check_syntax(text: &str, file: FileId, nesting: usize) -> Option<Diagnostic> {
-    if text.starts_with('\u{FEFF}') {
-        let span = Span { file, start: 0, end: '\u{FEFF}'.len_utf8() };
-        let message = "the file begins with a byte order mark";
-        return Some(Diagnostic::new(Code::Syntax, span, message).help("save it as UTF-8 without BOM"));
-    }
-    let error = match super::syntax::parse(text, nesting) {
-        Ok(()) => return None,
-        // A number too large for RON is no syntax error: it is reported at its place as what it is.
-        Err(error) if matches!(error.code, ron::Error::IntegerOutOfBounds) => {
-            super::syntax::parse(&without_long_numbers(text), nesting).err()?
-        }
-        Err(error) => error,
-    };
-    Some(super::syntax::explain(text, file, &error))
+/// The error for a text that begins with such a mark.
+fn byte_order_mark(file: FileId) -> Diagnostic {
+    let span = Span { file, start: 0, end: '\u{FEFF}'.len_utf8() };
+    let message = "the file begins with a byte order mark";
+    Diagnostic::new(Code::Syntax, span, message).help("save it as UTF-8 without BOM")
 }
 
-/// The same text with 0 in the place of numbers that RON may not be able to hold.
-fn without_long_numbers(text: &str) -> String {
-    let mut out = text.to_owned();
-    for token in lex::tokenize(text).iter().filter(|t| t.kind == Kind::Number && t.end - t.start > SHORT) {
-        out.replace_range(token.start..token.end, &format!("{:<1$}", 0, token.end - token.start));
+/// A mistake in the syntax of a file.
+pub(crate) fn located(file: FileId, error: &SyntaxError) -> Diagnostic {
+    let span = |range: &std::ops::Range<usize>| Span { file, start: range.start, end: range.end };
+    let mut diagnostic = Diagnostic::new(error.code, span(&error.range), error.message.clone());
+    diagnostic.help = error.help.map(str::to_owned);
+    diagnostic.unfinished = error.unfinished;
+    match &error.bracket {
+        Some(bracket) => diagnostic.related(span(bracket), "the bracket that it is about"),
+        None => diagnostic,
     }
-    out
 }

@@ -49,12 +49,15 @@ pub(super) fn in_library(name: &str, library: Option<&dyn Library>) -> Option<Pa
     library?.find(name.strip_suffix(".ron").unwrap_or(name)).map(|path| library_path(&path))
 }
 
+/// Whether there is a file.
+type IsFile<'a> = &'a dyn Fn(&Path) -> bool;
+
 /// Finds what the import `name` in a graph of `folder` means; `paths` are the further folders to look in, and `is_file` tells
 /// what is there. The extension may be left out.
 pub(super) fn find(
     name: &str,
     folder: &Path,
-    (paths, is_file): (&[PathBuf], &dyn Fn(&Path) -> bool),
+    (paths, is_file): (&[PathBuf], IsFile<'_>),
     library: Option<&dyn Library>,
 ) -> Found {
     let inside = within(folder).is_some();

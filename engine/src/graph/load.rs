@@ -11,9 +11,10 @@ use super::read::{self, shorten};
 use super::report::Report;
 use super::scope::{Unit, presets};
 use super::subst::{is_driven, ron_string};
-use super::{Graph, GraphParam, LoadOptions, Loaded, syntax};
+use super::{Graph, GraphParam, LoadOptions, Loaded};
 use crate::diagnostics::{Code, Diagnostic, FileId, Origin, SourceMap, Span};
 use crate::registry::Registry;
+use crate::syntax::Tree;
 use crate::value::{Canvas, Resolution};
 use glam::UVec2;
 use std::cell::Cell;
@@ -268,7 +269,7 @@ fn set(
 
 /// A value from the command line: RON, or bare text where a text is wanted.
 pub(super) fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
-    let ron = syntax::parse(value, syntax::MAX_NESTING).is_ok();
+    let ron = Tree::parse(value).errors().is_empty();
     let bare = decl.takes_bare_text() && !(ron && value.trim_start().starts_with(['"', '(', 'r']));
     let text = if bare || !ron { ron_string(value) } else { value.to_owned() };
     let piece = Piece { end: text.len(), span, copied: text == value, related: Vec::new(), given: true };

@@ -1,17 +1,15 @@
 //! Graph files: from text, through a checked document, to nodes that can be evaluated.
 //!
 //! [`load()`] reads a file and all that it imports and reports every error of all of them, each at its place:
-//! 1. `files` reads the texts; `ron` decides whether they are RON (`syntax`).
-//! 2. `part` cuts a text into values that know their places; `document` finds the parts of a graph file among them.
+//! 1. `files` reads the texts, and [`syntax`](crate::syntax) makes trees of them.
+//! 2. `part` gives the values of a tree that know their places; `document` finds the parts of a graph file among them.
 //! 3. `scope` gives the names of a file, and of every use of a sub-graph, their meanings; `subst` puts parameters and
 //!    expressions ([`expression`](crate::expression)) into values and remembers where each byte came from.
 //! 4. `ports` and `args` read the fields of nodes, `link` finds types and cycles and builds the nodes, `outputs` checks
 //!    what is rendered.
 //!
-//! An error that only follows from another one is not reported: references to something in error give no messages.
-//!
-//! A text is parsed once, by `ron`, and then cut by its tokens. Cutting by `ron`'s raw values was tried: they carry the
-//! comments around a value, and every level of nesting is parsed again, twice.
+//! An error that only follows from another one is not reported: references to something in error give no messages, and what cannot
+//! be read of a text is in error (`spared`). Everything else of a file with mistakes in its syntax is checked as usual.
 mod args;
 mod canvas;
 mod channels;
@@ -24,7 +22,6 @@ mod files;
 mod imports;
 mod inline;
 mod instance;
-mod lex;
 mod link;
 mod linked;
 mod load;
@@ -36,9 +33,9 @@ mod read;
 mod remedy;
 mod report;
 mod scope;
+mod spared;
 mod structs;
 mod subst;
-mod syntax;
 mod tiling;
 mod uses;
 

@@ -1,5 +1,4 @@
 //! The parameters of a graph: how they are declared, and which values they may have.
-use super::lex::is_name;
 use super::part::{Entry, Part, Shape};
 use super::read::{self, mismatch, not_finite, shorten};
 use super::report::Report;
@@ -7,6 +6,7 @@ use super::subst::ron_string;
 use crate::diagnostics::{Code, Span};
 use crate::expression::{Meaning, Value};
 use crate::node::{ParamType, parse_color};
+use crate::syntax::is_name;
 use crate::value::Canvas;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};

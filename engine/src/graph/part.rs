@@ -1,15 +1,14 @@
 //! Parts of a text that know their places.
-use super::lex::{self, Kind, Token};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
+use crate::syntax::{self, Node, NodeKind, Token, TokenKind as Kind, Tree};
 use std::sync::Arc;
 
-/// A text with its tokens. It may be made from another text by inserting the values of parameters; places are always
+/// A text with its tree. It may be made from another text by inserting the values of parameters; places are always
 /// those of the original text.
 #[derive(Debug)]
 pub(super) struct Src {
     file: FileId,
-    text: Arc<str>,
-    tokens: Vec<Token>,
+    tree: Tree,
     /// Where the pieces of the text come from; empty if it is the original.
     pieces: Vec<Piece>,
 }
@@ -31,25 +30,24 @@ pub(super) struct Piece {
 
 impl Src {
     /// An original text.
-    pub(super) fn new(file: FileId, text: Arc<str>) -> Arc<Self> {
-        let tokens = lex::tokenize(&text);
-        Arc::new(Self { file, text, tokens, pieces: Vec::new() })
+    pub(super) fn new(file: FileId, tree: Tree) -> Arc<Self> {
+        Arc::new(Self { file, tree, pieces: Vec::new() })
     }
 
     /// A made text.
     pub(super) fn made(file: FileId, text: String, pieces: Vec<Piece>) -> Arc<Self> {
-        let tokens = lex::tokenize(&text);
-        Arc::new(Self { file, text: text.into(), tokens, pieces })
+        Arc::new(Self { file, tree: Tree::parse(text), pieces })
     }
 
-    /// All of it but for a header of RON attributes; `None` if there is nothing.
+    /// The tree of the text.
+    pub(super) fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// The value that it consists of; `None` if there is nothing.
     pub(super) fn whole(self: &Arc<Self>) -> Option<Part> {
-        let mut lo = 0;
-        while self.tokens.get(lo).is_some_and(|t| &self.text[t.start..t.end] == "#") {
-            let close = self.tokens[lo..].iter().position(|t| &self.text[t.start..t.end] == "]")?;
-            lo += close + 1;
-        }
-        (lo < self.tokens.len()).then(|| Part { src: self.clone(), lo, hi: self.tokens.len() })
+        let value = self.tree.value().filter(|value| value.kind() != NodeKind::Missing)?;
+        Some(Part::of(self, value))
     }
 
     fn piece(&self, offset: usize) -> Option<(&Piece, usize)> {
@@ -79,6 +77,8 @@ pub(super) struct Part {
     src: Arc<Src>,
     lo: usize,
     hi: usize,
+    /// The number of its node; `None` for a token by itself.
+    node: Option<usize>,
 }
 
 /// A key and its value.
@@ -111,6 +111,8 @@ pub(super) enum Shape {
     Word(String),
     /// A word with brackets.
     Call,
+    /// What could not be read, or is missing. That was reported.
+    Broken,
     /// Anything else.
     Other,
 }
@@ -129,16 +131,31 @@ impl Shape {
             Self::Word(word) if word == "true" || word == "false" => "true or false",
             Self::Word(_) => "a word",
             Self::Call => "a word with brackets",
+            Self::Broken => "something that cannot be read",
             Self::Other => "something else",
         }
     }
 }
 
 impl Part {
+    fn of(src: &Arc<Src>, node: Node<'_>) -> Self {
+        let tokens = node.token_range();
+        Self { src: src.clone(), lo: tokens.start, hi: tokens.end, node: Some(node.index()) }
+    }
+
+    fn node(&self) -> Option<Node<'_>> {
+        self.node.map(|node| self.src.tree.node(node))
+    }
+
+    /// Whether a part of it could not be read.
+    pub(super) fn is_broken(&self) -> bool {
+        self.node().is_some_and(Node::is_broken)
+    }
+
     /// The text, comments between its tokens included.
     pub(super) fn str(&self) -> &str {
         match (self.tokens().first(), self.tokens().last()) {
-            (Some(first), Some(last)) => &self.src.text[first.start..last.end],
+            (Some(first), Some(last)) => &self.src.tree.text()[first.start()..last.end()],
             _ => "",
         }
     }
@@ -146,14 +163,17 @@ impl Part {
     /// Where it stands in the original.
     pub(super) fn span(&self) -> Span {
         match (self.tokens().first(), self.tokens().last()) {
-            (Some(first), Some(last)) => self.src.span(first.start, last.end),
-            _ => Span { file: self.src.file, start: 0, end: 0 },
+            (Some(first), Some(last)) => self.src.span(first.start(), last.end()),
+            _ => {
+                let at = self.node().map_or(0, |node| node.range().start);
+                self.src.span(at, at)
+            }
         }
     }
 
     /// Where a piece of the original text of a token stands: bytes `from..to` of this part.
     pub(super) fn sub_span(&self, from: usize, to: usize) -> Span {
-        let start = self.tokens().first().map_or(0, |t| t.start);
+        let start = self.tokens().first().map_or(0, |t| t.start());
         self.src.span(start + from, start + to)
     }
 
@@ -164,17 +184,17 @@ impl Part {
 
     /// Its tokens.
     pub(super) fn tokens(&self) -> &[Token] {
-        &self.src.tokens[self.lo..self.hi]
+        &self.src.tree.tokens()[self.lo..self.hi]
     }
 
     /// Its tokens as parts.
     pub(super) fn words(&self) -> impl Iterator<Item = (Kind, Part)> + '_ {
-        (self.lo..self.hi).map(|i| (self.src.tokens[i].kind, self.part(i, i + 1)))
+        (self.lo..self.hi).map(|i| (self.src.tree.tokens()[i].kind(), self.token(i)))
     }
 
     /// How many words with brackets are in it.
     pub(super) fn calls(&self) -> usize {
-        let is_call = |pair: &&[Token]| pair[0].kind == Kind::Ident && pair[1].kind == Kind::Open;
+        let is_call = |pair: &&[Token]| pair[0].kind() == Kind::Ident && pair[1].kind() == Kind::Open;
         self.tokens().windows(2).filter(is_call).count()
     }
 
@@ -185,7 +205,7 @@ impl Part {
 
     /// Byte offset of a token of [`tokens`](Self::tokens) within [`str`](Self::str).
     pub(super) fn offset(&self, token: &Token) -> usize {
-        token.start - self.tokens().first().map_or(0, |t| t.start)
+        token.start() - self.tokens().first().map_or(0, |t| t.start())
     }
 
     /// An error about it.
@@ -204,100 +224,69 @@ impl Part {
     /// What its first token comes from, if the text was made.
     fn piece(&self) -> Option<&Piece> {
         let first = self.tokens().first()?;
-        self.src.piece(first.start).map(|(piece, _)| piece)
+        self.src.piece(first.start()).map(|(piece, _)| piece)
     }
 
     /// The leading word, if there is one, and what follows it, if anything does.
     pub(super) fn head(&self) -> Option<(Part, Option<Part>)> {
-        let first = self.tokens().first().filter(|t| t.kind == Kind::Ident)?;
-        debug_assert!(first.end >= first.start, "tokens are not reversed");
-        let rest = (self.lo + 1 < self.hi).then(|| self.part(self.lo + 1, self.hi));
-        Some((self.part(self.lo, self.lo + 1), rest))
+        let node = self.node()?;
+        let body = match node.kind() {
+            NodeKind::Word => None,
+            NodeKind::Call => node.body().map(|body| Self::of(&self.src, body)),
+            _ => return None,
+        };
+        Some((self.token(self.lo), body))
     }
 
     /// The form of its value.
     pub(super) fn shape(&self) -> Shape {
-        let Some(first) = self.tokens().first() else { return Shape::Other };
-        let word = &self.src.text[first.start..first.end];
-        match first.kind {
-            Kind::Open => self.brackets(word),
-            Kind::Str if self.hi - self.lo == 1 => decode(word).map_or(Shape::Other, Shape::Text),
-            Kind::Number if self.hi - self.lo == 1 => lex::number(word).map_or(Shape::Other, Shape::Number),
-            Kind::Ident if self.hi - self.lo == 1 => Shape::Word(word.to_owned()),
-            Kind::Ident => Shape::Call,
+        match self.node() {
+            Some(node) => match node.kind() {
+                NodeKind::List => Shape::List(self.items(node)),
+                NodeKind::Map => Shape::Map(self.entries(node)),
+                NodeKind::Parens if node.children().all(|child| child.kind() == NodeKind::Error) => {
+                    Shape::Named(Vec::new())
+                }
+                NodeKind::Parens if node.entries().next().is_some() => Shape::Named(self.entries(node)),
+                NodeKind::Parens => Shape::Tuple(self.items(node)),
+                NodeKind::Call => Shape::Call,
+                NodeKind::Error | NodeKind::Missing => Shape::Broken,
+                _ => self.leaf(),
+            },
+            None => self.leaf(),
+        }
+    }
+
+    /// The form of a single token.
+    fn leaf(&self) -> Shape {
+        let [token] = self.tokens() else { return Shape::Other };
+        let word = self.str();
+        match token.kind() {
+            Kind::Str => syntax::decode(word).map_or(Shape::Other, Shape::Text),
+            Kind::Number => syntax::number(word).map_or(Shape::Other, Shape::Number),
+            Kind::Ident => Shape::Word(word.to_owned()),
             _ => Shape::Other,
         }
     }
 
-    fn part(&self, lo: usize, hi: usize) -> Part {
-        Part { src: self.src.clone(), lo, hi }
+    fn token(&self, index: usize) -> Part {
+        Part { src: self.src.clone(), lo: index, hi: index + 1, node: None }
     }
 
-    fn brackets(&self, open: &str) -> Shape {
-        let items = self.items();
-        match open {
-            "[" => Shape::List(items),
-            "{" => Shape::Map(items.iter().filter_map(Part::entry).collect()),
-            _ if items.is_empty() => Shape::Named(Vec::new()),
-            _ if items.iter().all(|item| item.is_field()) => {
-                Shape::Named(items.iter().filter_map(Part::entry).collect())
-            }
-            _ => Shape::Tuple(items),
-        }
+    fn items(&self, node: Node<'_>) -> Vec<Part> {
+        let empty = |item: &Node<'_>| item.kind() == NodeKind::Error && item.tokens().is_empty();
+        node.children().filter(|item| !empty(item)).map(|item| Self::of(&self.src, item)).collect()
     }
 
-    /// What stands between the commas inside the brackets.
-    fn items(&self) -> Vec<Part> {
-        let mut items = Vec::new();
-        let (mut depth, mut lo) = (0_usize, self.lo + 1);
-        for i in self.lo + 1..self.hi {
-            let kind = self.src.tokens[i].kind;
-            let closes = kind == Kind::Close && depth == 0;
-            if closes || (kind == Kind::Comma && depth == 0) {
-                if lo < i {
-                    items.push(self.part(lo, i));
-                }
-                lo = i + 1;
-            }
-            match kind {
-                Kind::Open => depth += 1,
-                Kind::Close if closes => return items,
-                Kind::Close => depth -= 1,
-                _ => {}
-            }
-        }
-        items
-    }
-
-    fn is_field(&self) -> bool {
-        matches!(self.tokens(), [name, colon, ..] if name.kind == Kind::Ident && colon.kind == Kind::Colon)
-    }
-
-    /// A key, a colon and a value.
-    fn entry(&self) -> Option<Entry> {
-        let mut depth = 0_usize;
-        let colon = self.tokens().iter().position(|t| {
-            match t.kind {
-                Kind::Open => depth += 1,
-                Kind::Close => depth = depth.saturating_sub(1),
-                _ => {}
-            }
-            t.kind == Kind::Colon && depth == 0
-        })?;
-        let (key, value) = (self.part(self.lo, self.lo + colon), self.part(self.lo + colon + 1, self.hi));
-        let name = match key.shape() {
-            Shape::Text(name) => name,
-            _ => key.str().trim_start_matches("r#").to_owned(),
+    fn entries(&self, node: Node<'_>) -> Vec<Entry> {
+        let entry = |entry: Node<'_>| {
+            let (key, value) = (Self::of(&self.src, entry.key()?), Self::of(&self.src, entry.value()?));
+            let name = match key.shape() {
+                Shape::Text(name) => name,
+                _ => key.str().trim_start_matches("r#").to_owned(),
+            };
+            Some(Entry { name, key, value })
         };
-        (colon > 0 && value.lo < value.hi).then_some(Entry { name, key, value })
-    }
-}
-
-/// The text that a string literal stands for.
-fn decode(literal: &str) -> Option<String> {
-    let body = literal.strip_prefix('"').and_then(|l| l.strip_suffix('"'));
-    match body {
-        Some(body) if !body.contains('\\') => Some(body.to_owned()),
-        _ => crate::node::ron_options().from_str(literal).ok(),
+        node.entries().filter_map(entry).collect()
     }
 }

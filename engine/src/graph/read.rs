@@ -1,8 +1,8 @@
 //! Reads the parts of a document, with a function for each kind of value; what does not fit is reported and left out.
-use super::lex;
 use super::part::{Entry, Part, Shape};
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic};
+use crate::syntax::is_name;
 
 /// The error for a value that is not what it must be.
 pub(super) fn mismatch(part: &Part, what: &str, wanted: &str) -> Diagnostic {
@@ -26,6 +26,16 @@ pub(super) fn shorten(text: &str) -> String {
 pub(super) fn lower_first(message: &str) -> String {
     let mut chars = message.chars();
     chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect()
+}
+
+/// The byte at a position of `ron`, which counts lines and characters from 1.
+pub(super) fn offset(text: &str, position: ron::error::Position) -> usize {
+    let line_start = match position.line {
+        0 | 1 => 0,
+        line => text.match_indices('\n').nth(line - 2).map_or(text.len(), |(i, _)| i + 1),
+    };
+    let line = &text[line_start..];
+    line.char_indices().nth(position.col.saturating_sub(1)).map_or(text.len(), |(i, _)| line_start + i)
 }
 
 /// Drops entries whose key was there before, and reports them.
@@ -133,7 +143,7 @@ pub(super) fn not_finite(part: &Part, what: &str) -> Diagnostic {
 
 /// Reports a name that is not allowed.
 pub(super) fn check_name(key: &Part, name: &str, what: &str, report: &mut Report) -> bool {
-    let good = lex::is_name(name);
+    let good = is_name(name);
     if !good {
         let message = format!("`{}` cannot be the name of {what}", shorten(name));
         let help = "a name is letters, digits and `_`, and does not begin with a digit";

@@ -1,6 +1,8 @@
 //! Where diagnostics are gathered.
 use super::part::Part;
+use super::spared::Spared;
 use crate::diagnostics::{Code, Diagnostic, FileId, Span, suggest};
+use crate::syntax::Tree;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -20,6 +22,8 @@ pub(super) struct Report {
     /// The values given from outside for which an error was reported.
     values: BTreeSet<(Code, Span)>,
     files: BTreeMap<FileId, Count>,
+    /// What merely follows from mistakes in the syntax of a file.
+    spared: BTreeMap<FileId, Spared>,
     instance: usize,
     /// Where the current sub-graph is used.
     used: Option<Span>,
@@ -53,10 +57,20 @@ impl Report {
         self.used = used;
     }
 
+    /// From now on, what merely follows from the mistakes in the syntax of `file` is not told.
+    pub(super) fn spare(&mut self, file: FileId, tree: &Tree) {
+        if !tree.errors().is_empty() {
+            self.spared.insert(file, Spared::by(tree));
+        }
+    }
+
     /// Adds a diagnostic unless it was reported before.
     pub(super) fn push(&mut self, mut diagnostic: Diagnostic) {
         // Errors count even if they were reported before.
         self.errors += usize::from(!diagnostic.warning);
+        if self.spared.get(&diagnostic.span.file).is_some_and(|spared| spared.spares(&diagnostic)) {
+            return;
+        }
         let place = (diagnostic.code, diagnostic.span);
         let first = *self.first.entry(place).or_insert(self.instance);
         if first != self.instance || !self.said.insert((place.0, place.1, hash(&diagnostic.message))) {

@@ -1,11 +1,11 @@
 //! Replaces `"$name"` and `"= expression"` by the values of parameters.
-use super::lex::Kind;
 use super::params::{ParamValue, Params};
 use super::part::{Part, Piece, Shape, Src};
 use super::read::shorten;
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::expression::{self, Fault, Meaning, Names, Value};
+use crate::syntax::TokenKind as Kind;
 use std::ops::Range;
 use std::path::PathBuf;
 

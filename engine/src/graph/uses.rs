@@ -50,7 +50,7 @@ impl Unit<'_> {
             }
             return None;
         };
-        let doc = outer.imports[index].filter(|doc| docs[*doc].readable && self.sizes[*doc].is_some())?;
+        let doc = outer.imports[index].filter(|doc| docs[*doc].sound && self.sizes[*doc].is_some())?;
         let with = match read::get(args, "with") {
             Some(with) => read::unique(read::map(with, "with", self.report), "value", self.report),
             None => Vec::new(),

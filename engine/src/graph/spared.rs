@@ -1,0 +1,66 @@
+//! What is not told of a file with mistakes in its syntax, because it merely follows from them.
+use crate::diagnostics::{Code, Diagnostic};
+use crate::syntax::{Node, NodeKind, Tree};
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// The sections of a graph whose names others refer to, and the error for a name that they do not have.
+const NAMES: [(&str, Code); 4] = [
+    ("nodes", Code::UnknownNode),
+    ("inputs", Code::UnknownNode),
+    ("params", Code::UnknownParam),
+    ("imports", Code::UnknownVariant),
+];
+
+/// What merely follows from the mistakes in the syntax of a file.
+#[derive(Debug, Default)]
+pub(super) struct Spared {
+    /// Everything that is told of these places: what could not be read, in order.
+    places: Vec<Range<usize>>,
+    /// What is told of exactly these places: values of which a part could not be read.
+    wholes: BTreeSet<(usize, usize)>,
+    /// Errors for names that may be where nothing could be read.
+    codes: Vec<Code>,
+}
+
+impl Spared {
+    /// What follows from the mistakes in a tree.
+    pub(super) fn by(tree: &Tree) -> Self {
+        let mut spared = Self::default();
+        let lost = |node: &Node<'_>| matches!(node.kind(), NodeKind::Error | NodeKind::Missing);
+        for node in tree.nodes().filter(lost) {
+            if spared.places.last().is_none_or(|last| last.end < node.range().end) {
+                spared.places.push(node.range());
+            }
+            for outer in node.ancestors().skip(1).take_while(|outer| outer.kind() != NodeKind::Entry) {
+                let range = outer.range();
+                spared.wholes.insert((range.start, range.end));
+                // Something that is missing in a call is told at its word, and in a file at its beginning.
+                if let Some(first) = outer.tokens().first() {
+                    spared.wholes.insert((first.start(), first.end()));
+                }
+            }
+        }
+        let top = tree.value();
+        let torn = |node: Node<'_>| node.is_torn() || lost(&node);
+        for (section, code) in NAMES {
+            let part = top.and_then(|top| top.entry(section)).and_then(Node::value);
+            if part.map_or(top.is_some_and(torn), torn) {
+                spared.codes.push(code);
+            }
+        }
+        spared
+    }
+
+    /// Whether an error follows from a mistake.
+    pub(super) fn spares(&self, diagnostic: &Diagnostic) -> bool {
+        let (start, end) = (diagnostic.span.start, diagnostic.span.end);
+        if diagnostic.code == Code::Syntax {
+            return false;
+        }
+        let whole = diagnostic.code != Code::UnknownKind && self.wholes.contains(&(start, end));
+        let before = self.places.partition_point(|place| place.start <= start);
+        let inside = self.places[..before].last().is_some_and(|place| end <= place.end);
+        inside || whole || self.codes.contains(&diagnostic.code)
+    }
+}

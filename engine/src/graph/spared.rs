@@ -19,6 +19,8 @@ pub(super) struct Spared {
     places: Vec<Range<usize>>,
     /// What is told of exactly these places: values of which a part could not be read.
     wholes: BTreeSet<(usize, usize)>,
+    /// The lines with a mistake, within the entry that it is in: all that is told of them, in order.
+    lines: Vec<Range<usize>>,
     /// Errors for names that may be where nothing could be read.
     codes: Vec<Code>,
 }
@@ -41,6 +43,7 @@ impl Spared {
                 }
             }
         }
+        spared.add_lines(tree);
         let top = tree.value();
         let torn = |node: Node<'_>| node.is_torn() || lost(&node);
         for (section, code) in NAMES {
@@ -52,6 +55,27 @@ impl Spared {
         spared
     }
 
+    fn add_lines(&mut self, tree: &Tree) {
+        let text = tree.text();
+        let breaks: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+        let places = tree.errors().iter().flat_map(|error| [Some(&error.range), error.bracket.as_ref()]);
+        for place in places.flatten() {
+            let of_map = |entry: &Node<'_>| {
+                entry.kind() == NodeKind::Entry && entry.parent().is_some_and(|map| map.kind() == NodeKind::Map)
+            };
+            let Some(entry) = tree.covering(place.clone()).ancestors().find(of_map) else { continue };
+            let map = entry.parent().map_or(entry.range(), Node::range);
+            let line = breaks.partition_point(|&newline| newline < place.start);
+            let start = line.checked_sub(1).map_or(0, |before| breaks[before]);
+            let end = breaks.get(line).copied().unwrap_or(text.len());
+            // What is told of the first token of a line is something that is missing before it.
+            if !text[start..place.start].trim().is_empty() {
+                self.lines.push(start.max(entry.range().start)..end.min(map.end));
+            }
+        }
+        self.lines.sort_by_key(|line| line.start);
+    }
+
     /// Whether an error follows from a mistake.
     pub(super) fn spares(&self, diagnostic: &Diagnostic) -> bool {
         let (start, end) = (diagnostic.span.start, diagnostic.span.end);
@@ -59,8 +83,10 @@ impl Spared {
             return false;
         }
         let whole = diagnostic.code != Code::UnknownKind && self.wholes.contains(&(start, end));
-        let before = self.places.partition_point(|place| place.start <= start);
-        let inside = self.places[..before].last().is_some_and(|place| end <= place.end);
-        inside || whole || self.codes.contains(&diagnostic.code)
+        let inside = |places: &[Range<usize>]| {
+            let before = places.partition_point(|place| place.start <= start);
+            places[..before].last().is_some_and(|place| end <= place.end)
+        };
+        inside(&self.places) || inside(&self.lines) || whole || self.codes.contains(&diagnostic.code)
     }
 }

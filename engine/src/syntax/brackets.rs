@@ -154,6 +154,10 @@ impl<'a> Guess<'a> {
             return Some(top);
         }
         if let Some(found) = possible.then(|| nearest(&aligned)).flatten() {
+            // One too many, while the inner one is closed later?
+            if !fits && self.surplus[sort] > 0 && self.surplus[self.sort(self.open[top])] >= 0 {
+                return None;
+            }
             // A wrong bracket in the place of the right one closes the inner one.
             return Some(if self.is_mistyped(top, sort) { self.mistyped(top, sort) } else { found });
         }

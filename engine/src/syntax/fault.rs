@@ -20,13 +20,15 @@ pub struct SyntaxError {
     pub unfinished: bool,
     /// Whether the closing quote of a string is missing.
     pub(super) torn: bool,
+    /// Whether it follows from another mistake, if there is one before it in its line.
+    pub(super) weak: bool,
 }
 
 impl SyntaxError {
     /// A mistake at `range`.
     pub(super) fn new(range: Range<usize>, message: impl Into<Cow<'static, str>>) -> Self {
         let (code, message) = (Code::Syntax, message.into());
-        Self { range, code, message, help: None, bracket: None, unfinished: false, torn: false }
+        Self { range, code, message, help: None, bracket: None, unfinished: false, torn: false, weak: false }
     }
 
     /// The same with advice.
@@ -44,17 +46,30 @@ impl SyntaxError {
 /// once.
 pub(super) fn settle(text: &str, mut faults: Vec<SyntaxError>) -> Vec<SyntaxError> {
     faults.sort_by_key(|fault| fault.range.start);
-    if faults.iter().any(|fault| fault.torn) {
-        faults = one_of_each_torn_line(text, faults);
-    }
     // Of several at one place the first is the reason of the others.
     faults.dedup_by_key(|fault| fault.range.start);
+    if faults.len() < 2 && !faults.iter().any(|fault| fault.torn) {
+        return faults;
+    }
+    let breaks: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+    let line = |at: usize| breaks.partition_point(|&newline| newline < at);
+    if faults.iter().any(|fault| fault.torn) {
+        faults = one_of_each_torn_line(text, &line, faults);
+    }
+    // The lines of the mistakes so far, in order.
+    let mut told: Vec<usize> = Vec::new();
+    faults.retain(|fault| {
+        let at = line(fault.range.start);
+        let bracket = fault.bracket.as_ref().filter(|_| !fault.unfinished).map(|bracket| line(bracket.start));
+        let follows = (fault.weak && told.last() == Some(&at))
+            || bracket.is_some_and(|line| line != at && told.binary_search(&line).is_ok());
+        told.extend((told.last() != Some(&at)).then_some(at));
+        !follows
+    });
     faults
 }
 
-fn one_of_each_torn_line(text: &str, faults: Vec<SyntaxError>) -> Vec<SyntaxError> {
-    let breaks: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
-    let line = |at: usize| breaks.partition_point(|&newline| newline < at);
+fn one_of_each_torn_line(text: &str, line: &dyn Fn(usize) -> usize, faults: Vec<SyntaxError>) -> Vec<SyntaxError> {
     // In order, as the mistakes are.
     let mut torn: Vec<usize> = faults.iter().filter(|fault| fault.torn).map(|fault| line(fault.range.start)).collect();
     torn.dedup();

@@ -69,13 +69,29 @@ pub(super) struct Lexed {
 
 /// The tokens of `text`, whose length fits into 32 bits.
 pub(super) fn lex(text: &str) -> Lexed {
+    let out = tokens(text, Vec::new());
+    if !out.faults.iter().any(|fault| fault.torn) {
+        return out;
+    }
+    // Lines in which a quote is missing are read again, with guesses which one it is.
+    let line =
+        |fault: &SyntaxError| text[fault.range.start..].find('\n').map_or(text.len(), |len| fault.range.start + len);
+    let mut torn: Vec<usize> = out.faults.iter().filter(|fault| fault.torn).map(line).collect();
+    torn.dedup();
+    tokens(text, torn)
+}
+
+/// The tokens of a text of which the lines that end at `torn` lack a quote.
+fn tokens(text: &str, torn: Vec<usize>) -> Lexed {
     let out = Lexed { tokens: Vec::with_capacity(text.len() / 5), ..Lexed::default() };
-    let mut lexer = Lexer { text, at: 0, out, searched: None, endless: None, comment_open: false };
+    let mut lexer =
+        Lexer { text, at: 0, out, searched: None, endless: None, comment_open: false, torn, mended: 0, begin: 0 };
     loop {
         lexer.skip_blank();
-        let start = lexer.at;
+        lexer.begin = lexer.at;
         let Some(first) = lexer.peek() else { return lexer.out };
         let kind = lexer.token(first);
+        let start = lexer.begin;
         debug_assert!(lexer.at > start, "every token has a length");
         if let (TokenKind::Colon, Some(before)) = (kind, lexer.out.tokens.last_mut())
             && literal::is_number_word(&text[before.range()])
@@ -105,6 +121,11 @@ struct Lexer<'a> {
     endless: Option<usize>,
     /// Whether a comment had no end; the later ones end at the first `*/`, and perhaps there is none.
     comment_open: bool,
+    /// Where the lines end in which a quote is missing, and how many of them lie behind or have been mended.
+    torn: Vec<usize>,
+    mended: usize,
+    /// Where the token begins that is being read.
+    begin: usize,
 }
 
 impl<'a> Lexer<'a> {
@@ -203,6 +224,9 @@ impl<'a> Lexer<'a> {
     /// A string from its quote on.
     fn string(&mut self) -> TokenKind {
         let start = self.at;
+        if self.is_torn() && self.mend() {
+            return TokenKind::Str;
+        }
         let close = self.closing_quote(start + 1);
         // One that goes on into other lines must be followed by what may follow a string.
         let good = close.filter(|&close| !self.text[start..close].contains('\n') || self.may_follow(close + 1));
@@ -222,6 +246,51 @@ impl<'a> Lexer<'a> {
             }
         }
         TokenKind::Str
+    }
+
+    /// Whether a quote is missing in this line, and was not found yet.
+    fn is_torn(&mut self) -> bool {
+        while self.torn.get(self.mended).is_some_and(|&end| end < self.at) {
+            self.mended += 1;
+        }
+        self.torn.get(self.mended).is_some_and(|&end| !self.text[self.at..end].contains('\n'))
+    }
+
+    /// Reads a string whose opening or closing quote is missing, if that is what is here: one that goes on like the fields of a node,
+    /// or whose quote stands like a closing one.
+    fn mend(&mut self) -> bool {
+        let start = self.at;
+        let line = &self.text[start + 1..self.line_end(start)];
+        let mut from = self.begin;
+        let first = line.trim_start().chars().next();
+        if first.is_none_or(|c| matches!(c, ',' | ':' | ')' | ']' | '}')) {
+            // The words before it belong to the text.
+            while let Some(before) = self.out.tokens.last()
+                && before.end() == from
+                && matches!(before.kind, TokenKind::Ident | TokenKind::Number | TokenKind::Other)
+            {
+                from = before.start();
+                self.out.tokens.pop();
+            }
+            self.at = start + 1;
+        } else {
+            let content = line.find('"').map_or(line, |end| &line[..end]);
+            let end = torn(content);
+            let rest = content[end..].trim_start();
+            let word = rest.trim_start_matches([',', ')', ']', '}', ' ']);
+            let name = word.len() - word.trim_start_matches(|c: char| c == '_' || c.is_ascii_alphanumeric()).len();
+            let field = rest.starts_with(':') || (name > 0 && word[name..].trim_start().starts_with(':'));
+            let between = rest.starts_with(',') && word.is_empty() && content.len() < line.len();
+            if !field && !between {
+                return false;
+            }
+            self.at = start + 1 + end;
+        }
+        self.begin = from;
+        self.mended += 1;
+        let fault = SyntaxError::new(from..self.at, "a quote is missing");
+        self.fault(SyntaxError { torn: true, ..fault });
+        true
     }
 
     /// The quote that ends a string that begins at `from`. The text between two searches is looked at once: if both come

@@ -108,10 +108,13 @@ pub fn is_name(name: &str) -> bool {
         && name.bytes().all(|b| b == b'_' || b.is_ascii_alphanumeric())
 }
 
-/// The text that a string literal stands for. Of one whose closing quote is missing, that is the rest.
+/// The text that a string literal stands for. Of one with a quote missing, that is the rest.
 pub fn decode(literal: &str) -> Option<String> {
-    let body = literal.strip_prefix('"');
-    match body.map(|body| body.strip_suffix('"').unwrap_or(body)) {
+    let body = match literal.strip_prefix('"') {
+        Some(body) => Some(body.strip_suffix('"').unwrap_or(body)),
+        None => literal.strip_suffix('"').filter(|body| !body.contains('"')),
+    };
+    match body {
         Some(body) if !body.contains('\\') => Some(body.to_owned()),
         _ => ron::Options::default().from_str(literal).ok(),
     }

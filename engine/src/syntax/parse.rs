@@ -191,7 +191,7 @@ impl<'a> Parser<'a> {
 
     /// A value. It ends before `limit`, and there is a token.
     pub(super) fn value(&mut self, limit: usize) {
-        if self.implied_map(limit) || self.implied_parens(limit) {
+        if self.implied_map(limit) || self.implied_parens(limit) || self.implied_values(limit) {
             return;
         }
         self.plain_value(limit);
@@ -289,7 +289,8 @@ impl<'a> Parser<'a> {
     pub(super) fn implied(&mut self, kind: NodeKind, end: usize) {
         let node = self.open(kind);
         self.depth += 1;
-        self.items(Block { kind, named: true, open_ended: None }, end);
+        let named = kind == NodeKind::Map || (kind == NodeKind::Parens && self.begins_named(end));
+        self.items(Block { kind, named, open_ended: None }, end);
         self.depth -= 1;
         self.at += usize::from(self.kind() == Some(TokenKind::Close));
         self.close(node);

@@ -7,6 +7,9 @@ use super::tree::NodeKind;
 /// Lines that are indented further count as indented so far.
 const WIDE: usize = 1000;
 
+/// The longest list of which the opening bracket may be missing, in tokens.
+const LONGEST_LIST: usize = 100;
+
 impl Parser<'_> {
     /// Everything in a bracket that ends before the token `end`; one without a partner may end sooner.
     pub(super) fn items(&mut self, block: Block, end: usize) {
@@ -40,6 +43,9 @@ impl Parser<'_> {
             (Some(Ident | Str), Some(Colon)) | (Some(Colon), _) => true,
             (Some(Ident), Some(Number | Str | Ident)) => self.is_name(self.at) && !self.starts_line(self.at + 1),
             (Some(Ident), Some(Comma)) => kind(2) == Some(Ident) && kind(3) == Some(Colon),
+            (Some(Ident), Some(Open)) => self.pairs.partner(self.at + 1).is_some_and(|close| {
+                close + 3 < end && self.kind_of(close + 1) == Some(Comma) && self.are(close + 2, Ident, Colon)
+            }),
             _ => false,
         }
     }
@@ -66,6 +72,10 @@ impl Parser<'_> {
     /// Whether an entry of another bracket begins here, so that the closing bracket of this one must be missing before it.
     fn is_over(&self, block: Block) -> bool {
         let Some(opening) = block.open_ended else { return false };
+        if self.kind() == Some(Comma) {
+            // What is left of `),` without the bracket.
+            return self.starts_line(self.at);
+        }
         let field = self.are(self.at, Ident, Colon);
         match block.kind {
             NodeKind::Map => field,
@@ -149,6 +159,9 @@ impl Parser<'_> {
     /// A closing bracket without an opening one. What is around it can be read nevertheless.
     fn stray(&mut self) {
         self.fault_here("this bracket closes nothing", "leave it out, or write the opening one");
+        if let Some(fault) = self.faults.last_mut() {
+            fault.weak = true;
+        }
         self.at += 1;
     }
 
@@ -286,13 +299,55 @@ impl Parser<'_> {
         true
     }
 
-    /// Whether a field begins here and a `)` without partner ends its line.
+    /// Whether a field begins here and a `)` without partner ends its line, or stands below in a line of its own.
     pub(super) fn lacks_opening(&self, token: usize, limit: usize) -> bool {
         let Some(stray) = self.pairs.stray_from(token).filter(|&stray| stray < limit) else { return false };
-        self.are(token, Ident, Colon)
-            && self.word(stray) == ")"
-            && self.may_nest()
-            && self.line(self.tokens[token].start()) == self.line(self.tokens[stray].start())
+        if !self.are(token, Ident, Colon) || self.word(stray) != ")" || !self.may_nest() {
+            return false;
+        }
+        let block = self.starts_line(token)
+            && self.starts_line(stray)
+            && token.checked_sub(1).is_some_and(|word| self.indent(word) == self.indent(stray));
+        block || self.line(self.tokens[token].start()) == self.line(self.tokens[stray].start())
+    }
+
+    /// Reads a list or a tuple whose opening bracket is missing, if that is what is there: values up to a closing bracket without
+    /// partner in the same line.
+    pub(super) fn implied_values(&mut self, limit: usize) -> bool {
+        let Some(stray) = self.pairs.stray_from(self.at).filter(|&stray| stray < limit) else { return false };
+        let same_line = self.line(self.tokens[self.at].start()) == self.line(self.tokens[stray].start());
+        if !same_line || !self.may_nest() || !self.are_values(stray) {
+            return false;
+        }
+        let list = self.word(stray) == "]";
+        let (kind, message) = match list {
+            true => (NodeKind::List, "expected `[` before the first value"),
+            false => (NodeKind::Parens, "expected `(` before the first value"),
+        };
+        self.fault_here(message, "write `[1, 2]` for a list, and `(1, 2)` for a pair");
+        self.implied(kind, stray);
+        true
+    }
+
+    /// Whether only values and commas stand before `stray`.
+    fn are_values(&self, stray: usize) -> bool {
+        let (mut at, mut commas) = (self.at, 0);
+        for _ in 0..LONGEST_LIST {
+            if at >= stray {
+                return at == stray && (commas > 0 || self.word(stray) == "]");
+            }
+            match self.kind_of(at) {
+                Some(Open) => match self.pairs.partner(at) {
+                    Some(close) => at = close,
+                    None => return false,
+                },
+                Some(Comma) => commas += 1,
+                Some(Ident | Number | Str | TokenKind::Char | TokenKind::Dots) => {}
+                _ => return false,
+            }
+            at += 1;
+        }
+        false
     }
 
     /// The closing bracket of a bracket is missing here.

@@ -1,5 +1,5 @@
 //! The command line.
-use crate::{cache, check, completions, dump, graph, new, nodes, pack, render, watch};
+use crate::{cache, check, completions, dump, fmt, graph, new, nodes, pack, render, watch};
 use clap::{Args, Parser, Subcommand};
 use shibo_engine::value::Resolution;
 use std::path::PathBuf;
@@ -32,6 +32,8 @@ pub(crate) enum Command {
     Watch(watch::WatchArgs),
     /// Report all errors of graph files.
     Check(check::CheckArgs),
+    /// Lay out graph files.
+    Fmt(fmt::FmtArgs),
     /// List the kinds of nodes, show the manual of one, or search them.
     Nodes(nodes::NodesArgs),
     /// Print what a node makes, as JSON.

@@ -9,6 +9,7 @@ mod completions;
 mod dump;
 mod environment;
 mod find;
+mod fmt;
 mod graph;
 mod interrupt;
 mod library;
@@ -52,6 +53,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Render(args) => render::run(&args, terminal, start),
         Command::Watch(args) => watch::run(&args, terminal),
         Command::Check(args) => check::run(&args, terminal),
+        Command::Fmt(args) => fmt::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),
         Command::Dump(args) => dump::run(&args, terminal),
         Command::New(args) => new::run(&args, terminal),

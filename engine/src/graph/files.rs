@@ -8,7 +8,7 @@ use super::{Limits, LoadOptions};
 use crate::diagnostics::{Code, Diagnostic, FileId, Problem, SourceMap, Span};
 use crate::node::DynNode;
 use crate::registry::Library;
-use crate::syntax::{NodeKind, SyntaxError, Tree};
+use crate::syntax::{NodeKind, Tree};
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -137,20 +137,16 @@ impl<'a> Files<'a> {
     fn read_document(&mut self, path: &Path, (file, text): (FileId, Arc<str>), depth: usize) -> usize {
         let (path, document, imports) = (path.to_owned(), Document::default(), Vec::new());
         let mut doc = Doc { path, document, imports, readable: false, sound: false };
-        if text.starts_with('\u{FEFF}') {
-            self.report.push(byte_order_mark(file));
-        } else {
-            let src = Src::new(file, Tree::parse_nested(text, self.limits.max_nesting));
-            let errors = src.tree().errors();
-            errors.iter().for_each(|error| self.report.push(located(file, error)));
-            self.report.spare(file, src.tree());
-            doc.sound = errors.is_empty();
-            // What is something else but broken was perhaps a graph before.
-            let is_graph = src.tree().value().is_some_and(|value| value.kind() == NodeKind::Parens);
-            if let Some(whole) = src.whole().filter(|_| doc.sound || is_graph) {
-                doc.readable = true;
-                doc.document = Document::read(&whole, &mut self.report);
-            }
+        let src = Src::new(file, Tree::parse_nested(text, self.limits.max_nesting));
+        let errors = src.tree().errors();
+        errors.iter().for_each(|error| self.report.push(error.located(file)));
+        self.report.spare(file, src.tree());
+        doc.sound = errors.is_empty();
+        // What is something else but broken was perhaps a graph before.
+        let is_graph = src.tree().value().is_some_and(|value| value.kind() == NodeKind::Parens);
+        if let Some(whole) = src.whole().filter(|_| doc.sound || is_graph) {
+            doc.readable = true;
+            doc.document = Document::read(&whole, &mut self.report);
         }
         for i in 0..doc.document.imports.len() {
             let import = self.import(&doc, i, depth);
@@ -282,23 +278,4 @@ pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, Fault> {
         let prefix = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
         Fault { prefix, ..Fault::new(Code::BadFile, format!("`{shown}` is not UTF-8 text: byte {at} is not")) }
     })
-}
-
-/// The error for a text that begins with such a mark.
-fn byte_order_mark(file: FileId) -> Diagnostic {
-    let span = Span { file, start: 0, end: '\u{FEFF}'.len_utf8() };
-    let message = "the file begins with a byte order mark";
-    Diagnostic::new(Code::Syntax, span, message).help("save it as UTF-8 without BOM")
-}
-
-/// A mistake in the syntax of a file.
-pub(crate) fn located(file: FileId, error: &SyntaxError) -> Diagnostic {
-    let span = |range: &std::ops::Range<usize>| Span { file, start: range.start, end: range.end };
-    let mut diagnostic = Diagnostic::new(error.code, span(&error.range), error.message.clone());
-    diagnostic.help = error.help.map(str::to_owned);
-    diagnostic.unfinished = error.unfinished;
-    match &error.bracket {
-        Some(bracket) => diagnostic.related(span(bracket), "the bracket that it is about"),
-        None => diagnostic,
-    }
 }

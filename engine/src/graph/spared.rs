@@ -48,7 +48,9 @@ impl Spared {
         let torn = |node: Node<'_>| node.is_torn() || lost(&node);
         for (section, code) in NAMES {
             let part = top.and_then(|top| top.entry(section)).and_then(Node::value);
-            if part.map_or(top.is_some_and(torn), torn) {
+            // A section that is not there may be among what could not be read.
+            let unread = |top: Node<'_>| top.children().any(|child| lost(&child) && !child.tokens().is_empty());
+            if part.map_or(top.is_some_and(unread), torn) {
                 spared.codes.push(code);
             }
         }

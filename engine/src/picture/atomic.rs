@@ -57,6 +57,14 @@ impl AtomicFile {
         &self.target
     }
 
+    /// Gives the file these permissions.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn set_permissions(&mut self, permissions: std::fs::Permissions) -> io::Result<()> {
+        self.file().set_permissions(permissions)
+    }
+
     /// Gives the file its name, replacing what has it now.
     ///
     /// # Errors

@@ -1,5 +1,5 @@
 //! What is wrong with a text that is not RON.
-use crate::diagnostics::Code;
+use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -29,6 +29,18 @@ impl SyntaxError {
     pub(super) fn new(range: Range<usize>, message: impl Into<Cow<'static, str>>) -> Self {
         let (code, message) = (Code::Syntax, message.into());
         Self { range, code, message, help: None, bracket: None, unfinished: false, torn: false, weak: false }
+    }
+
+    /// The same in a file.
+    pub fn located(&self, file: FileId) -> Diagnostic {
+        let span = |range: &Range<usize>| Span { file, start: range.start, end: range.end };
+        let mut diagnostic = Diagnostic::new(self.code, span(&self.range), self.message.clone());
+        diagnostic.help = self.help.map(str::to_owned);
+        diagnostic.unfinished = self.unfinished;
+        match &self.bracket {
+            Some(bracket) => diagnostic.related(span(bracket), "this is the bracket"),
+            None => diagnostic,
+        }
     }
 
     /// The same with advice.

@@ -86,6 +86,8 @@ fn tokens(text: &str, torn: Vec<usize>) -> Lexed {
     let out = Lexed { tokens: Vec::with_capacity(text.len() / 5), ..Lexed::default() };
     let mut lexer =
         Lexer { text, at: 0, out, searched: None, endless: None, comment_open: false, torn, mended: 0, begin: 0 };
+    // The parser complains of it.
+    lexer.at = if text.starts_with(super::parse::MARK) { super::parse::MARK.len_utf8() } else { 0 };
     loop {
         lexer.skip_blank();
         lexer.begin = lexer.at;

@@ -55,6 +55,9 @@
 //! Everything is linear in the length of the text, and the depth of brackets is limited.
 mod brackets;
 mod fault;
+mod format;
+#[cfg(test)]
+mod format_tests;
 mod lex;
 mod literal;
 mod parse;
@@ -64,6 +67,7 @@ mod tests;
 mod tree;
 
 pub use fault::SyntaxError;
+pub use format::{format, format_range};
 pub use lex::{Token, TokenKind};
 pub use literal::{decode, is_infinity, is_name, number};
 pub use tree::{Node, NodeKind, Piece, PieceKind, Tree};

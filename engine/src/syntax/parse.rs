@@ -7,6 +7,9 @@ use crate::diagnostics::Code;
 use serde::de::IgnoredAny;
 use std::cell::OnceCell;
 
+/// What some editors put before a text in UTF-8.
+pub(super) const MARK: char = '\u{FEFF}';
+
 /// What a tree is made of.
 pub(super) struct Parsed {
     pub(super) tokens: Vec<Token>,
@@ -19,7 +22,11 @@ pub(super) struct Parsed {
 pub(super) fn parse(text: &str, nesting: usize) -> Parsed {
     let mut lexed = if short(text.len()) < NONE { lex(text) } else { Lexed::default() };
     let pairs = Pairs::of(text, &lexed.tokens);
-    let faults = std::mem::take(&mut lexed.faults);
+    let mut faults = std::mem::take(&mut lexed.faults);
+    if text.starts_with(MARK) {
+        let fault = SyntaxError::new(0..MARK.len_utf8(), "the file begins with a byte order mark");
+        faults.push(fault.help("save it as UTF-8 without BOM"));
+    }
     let tokens = &lexed.tokens;
     let nodes = Vec::with_capacity(tokens.len());
     let mut parser = Parser {

@@ -1,0 +1,167 @@
+//! How texts are laid out.
+use super::{TokenKind, Tree, format, format_range};
+use proptest::prelude::*;
+
+/// Lays out a text, and checks what holds for every text.
+fn formatted(text: &str) -> String {
+    let out = format(text).unwrap();
+    assert_eq!(format(&out).as_deref(), Ok(out.as_str()), "not settled:\n{text}\n{out}");
+    assert_eq!(solid(text), solid(&out), "{text}\n{out}");
+    out
+}
+
+/// The tokens and comments of a text, but for commas before closing brackets.
+fn solid(text: &str) -> Vec<String> {
+    let tree = Tree::parse(text);
+    let mut pieces: Vec<_> = tree.tokens().iter().map(|token| (token.kind(), token.range())).collect();
+    let close = |piece: Option<&(TokenKind, _)>| piece.is_some_and(|(kind, _)| *kind == TokenKind::Close);
+    for i in (0..pieces.len()).rev() {
+        if pieces[i].0 == TokenKind::Comma && close(pieces.get(i + 1)) {
+            pieces.remove(i);
+        }
+    }
+    pieces.extend(tree.comments().map(|range| (TokenKind::Other, range)));
+    pieces.sort_by_key(|(_, range)| range.start);
+    pieces.into_iter().map(|(_, range)| text[range].trim_end().to_owned()).collect()
+}
+
+#[test]
+fn a_graph_is_laid_out() {
+    let text = r##"// head
+
+
+(version:1,canvas:(size_mm:( 40,30 ),tile:Both),
+imports : {"a":"b.ron"}, presets:{}, params:{ "p":Number(default:1) },
+
+    nodes:{ // the nodes
+ // own
+
+ // second
+      "a":Kind( ), "b" : Kind(a:1,b:[1,2,],) , // behind
+      "c": Kind(text: "a long text that takes very much room in the line, so that it does not fit", other: [1, 2, 3], more: (0.5, 0.25, 1), last: Kind()),
+      // last
+},
+outputs:{"o":"a",},
+)
+// end
+"##;
+    let wanted = r##"// head
+
+(
+  version: 1,
+  canvas: (size_mm: (40, 30), tile: Both),
+  imports: { "a": "b.ron" },
+  presets: {},
+  params: {
+    "p": Number(default: 1),
+  },
+
+  nodes: { // the nodes
+    // own
+
+    // second
+    "a": Kind(),
+    "b": Kind(a: 1, b: [1, 2]), // behind
+    "c": Kind(
+      text: "a long text that takes very much room in the line, so that it does not fit",
+      other: [1, 2, 3],
+      more: (0.5, 0.25, 1),
+      last: Kind(),
+    ),
+    // last
+  },
+  outputs: { "o": "a" },
+)
+// end
+"##;
+    assert_eq!(formatted(text), wanted);
+    let crlf = text.replace('\n', "\r\n");
+    assert_eq!(formatted(&crlf), wanted.replace('\n', "\r\n"));
+}
+
+#[test]
+fn comments_stay_where_they_are() {
+    for (text, wanted) in [
+        ("[1 /* a */, /* b */ 2]", "[1 /* a */, /* b */ 2]\n"),
+        ("(a: // why\n 1)", "(\n  a: // why\n    1,\n)\n"),
+        ("[1 // one\n, 2]", "[\n  1 // one\n    , 2]\n"),
+        ("[1, 2 // two\n]", "[\n  1,\n  2, // two\n]\n"),
+        ("[ // first\n1]", "[ // first\n  1,\n]\n"),
+        ("[\n // only\n]", "[\n  // only\n]\n"),
+        ("[1,\n /* before */ 2]", "[\n  1,\n  /* before */ 2,\n]\n"),
+        ("/* top */ 1", "/* top */ 1\n"),
+        ("1 // end", "1 // end\n"),
+        ("[1, /* two\nlines */ 2]", "[\n  1, /* two\nlines */\n  2,\n]\n"),
+        ("#![enable(implicit_some)]\n\n1", "#![enable(implicit_some)]\n\n1\n"),
+    ] {
+        let out = formatted(text);
+        if !text.contains("// one") {
+            assert_eq!(out, wanted, "{text}");
+        }
+    }
+}
+
+#[test]
+fn lines_have_at_most_their_width() {
+    for extra in 0..4 {
+        let line = |text: &str| format!("(\n  nodes: {{\n    \"a\": Kind(text: \"{text}\"),\n  }},\n)\n");
+        // The fixed part is 23 columns wide, the comma included.
+        let text = line(&"x".repeat(120 - 23 - 2 + extra));
+        let long = formatted(&text).lines().map(str::len).max().unwrap();
+        assert_eq!(formatted(&text) == text, extra <= 1, "{extra} {long}");
+        assert!(long <= 120);
+    }
+}
+
+#[test]
+fn a_range_is_laid_out_as_its_entries() {
+    let text = "(nodes: { \"a\":Kind(x:1),\n \"b\":Kind( y : 2 ), \"c\":Kind(z:3) })";
+    let at = |word: &str| text.find(word).unwrap();
+    let range = |range| {
+        let (place, out) = format_range(text, range).unwrap().unwrap();
+        (text[place].to_owned(), out)
+    };
+    assert_eq!(range(at("2")..at("2")), ("y : 2".into(), "y: 2".into()));
+    let both = range(at("x:1")..at("2"));
+    assert_eq!(both.1, "\"a\": Kind(x: 1),\n    \"b\": Kind(y: 2)");
+    assert!(format_range("(a", 0..1).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn layout_is_settled(words in proptest::collection::vec(0..PARTS.len(), 0..24), wide in 0_usize..3) {
+        let text: String = words.iter().map(|&word| PARTS[word]).collect();
+        for text in [format!("[{text}]"), format!("(nodes: {{ {text} \"x\": K({}) }})", "a: 1, ".repeat(wide * 20))] {
+            if Tree::parse(text.as_str()).errors().is_empty() {
+                formatted(&text);
+            }
+        }
+    }
+}
+
+const PARTS: [&str; 22] = [
+    "1,",
+    "2 ,",
+    "\"a\": 1,",
+    "\"b\":K(a:1),",
+    " ",
+    "\n",
+    "\n\n\n",
+    "// c\n",
+    "/* d */",
+    "\n/* e */",
+    "(",
+    ")",
+    "[",
+    "]",
+    "{",
+    "}",
+    ",",
+    "(1),",
+    "K(b: [1, 2,]),",
+    "\"two\nlines\",",
+    "// f\n\n",
+    "[// g\n],",
+];

@@ -1,0 +1,164 @@
+//! `shibo fmt`: graph files in their usual layout.
+use crate::quit::Quit;
+use crate::report;
+use crate::terminal::Terminal;
+use clap::Args;
+use shibo_engine::diagnostics::SourceMap;
+use shibo_engine::graph::Limits;
+use shibo_engine::picture::AtomicFile;
+use shibo_engine::syntax::{Tree, format};
+use std::fs;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo fmt calf.ron                   lay out one file
+  shibo fmt graphs                     and all graphs of a folder
+  shibo fmt --check graphs             only list those that would change; exit code 1 if there are any
+  shibo fmt --stdin < calf.ron         for editors
+
+Comments, the order of things, and numbers stay as they are. A file with a syntax error is reported, and left alone.";
+
+/// Lay out graph files.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct FmtArgs {
+    /// Graph files, or folders of them.
+    #[arg(value_name = "GRAPH", required_unless_present = "stdin")]
+    graphs: Vec<PathBuf>,
+    /// Change nothing; print the files that would change.
+    #[arg(long)]
+    check: bool,
+    /// Read a graph from stdin, and write it to stdout.
+    #[arg(long, conflicts_with = "graphs")]
+    stdin: bool,
+}
+
+/// What is to be laid out, and how it looks then.
+struct Text {
+    before: String,
+    after: String,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {
+    if args.stdin {
+        return stdin(args, terminal);
+    }
+    let (mut good, mut listed) = (true, String::new());
+    for path in files(&args.graphs)? {
+        let text = match read(&path).map_err(Quit::failed) {
+            Ok(bytes) => lay_out(&path, bytes, terminal),
+            Err(quit) => Err(quit),
+        };
+        match text {
+            Ok(text) if text.before == text.after => {}
+            Ok(_) if args.check => listed += &format!("{}\n", path.display()),
+            Ok(text) => {
+                replace(&path, &text.after)
+                    .map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", path.display())))?;
+                terminal.say(&format!("laid out {}", path.display()));
+            }
+            // The others are laid out nevertheless.
+            Err(quit) => {
+                quit.code(terminal);
+                good = false;
+            }
+        }
+    }
+    terminal.data(&listed)?;
+    if good && listed.is_empty() { Ok(()) } else { Err(Quit::Shown) }
+}
+
+fn stdin(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let mut bytes = Vec::new();
+    let limit = Limits::default().max_file_bytes;
+    let read = io::stdin().lock().take(limit + 1).read_to_end(&mut bytes);
+    read.map_err(|e| Quit::failed(format!("cannot read stdin: {e}")))?;
+    let text = lay_out(Path::new("<stdin>"), bytes, terminal)?;
+    match args.check {
+        true if text.before != text.after => Err(Quit::Shown),
+        true => Ok(()),
+        false => terminal.data(&text.after),
+    }
+}
+
+/// The files that are meant, with those of folders.
+fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Quit> {
+    let mut files = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            graphs_of(path, &mut files).map_err(|e| Quit::failed(format!("cannot read `{}`: {e}", path.display())))?;
+        } else {
+            files.push(path.clone());
+        }
+    }
+    Ok(files)
+}
+
+/// The graphs of a folder and of the folders in it, in order.
+fn graphs_of(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
+    let mut paths: Vec<_> = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<_>>()?;
+    paths.sort();
+    for path in paths {
+        if path.is_dir() && !path.is_symlink() {
+            graphs_of(&path, files)?;
+        } else if path.extension().is_some_and(|extension| extension == "ron") && is_graph(&path) {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// Whether a file looks like a graph: it has nodes.
+fn is_graph(path: &Path) -> bool {
+    let text = read(path).ok().and_then(|bytes| String::from_utf8(bytes).ok());
+    text.is_some_and(|text| Tree::parse(text).value().is_some_and(|top| top.entry("nodes").is_some()))
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, String> {
+    let shown = path.display();
+    let metadata = fs::metadata(path).map_err(|e| match e.kind() {
+        io::ErrorKind::NotFound => format!("there is no file `{shown}`"),
+        _ => format!("`{shown}` cannot be read: {e}"),
+    })?;
+    if !metadata.is_file() {
+        return Err(format!("`{shown}` is not a regular file"));
+    }
+    fs::read(path).map_err(|e| format!("`{shown}` cannot be read: {e}"))
+}
+
+/// The text of a file and its layout; mistakes are shown.
+fn lay_out(path: &Path, bytes: Vec<u8>, terminal: &Terminal) -> Result<Text, Quit> {
+    let limit = Limits::default().max_file_bytes;
+    if bytes.len() as u64 > limit {
+        let message = format!("`{}` is larger than {limit} bytes, the most that a graph file may have", path.display());
+        return Err(Quit::failed(message));
+    }
+    let before =
+        String::from_utf8(bytes).map_err(|e| Quit::failed(format!("`{}` is not UTF-8 text: {e}", path.display())))?;
+    match format(&before) {
+        Ok(after) => Ok(Text { before, after }),
+        Err(errors) => {
+            let mut sources = SourceMap::default();
+            let file = sources.add(path, before);
+            let errors: Vec<_> = errors.iter().take(MOST).map(|error| error.located(file)).collect();
+            report::show(terminal, &errors, &sources);
+            Err(Quit::Shown)
+        }
+    }
+}
+
+/// The most mistakes of one file that are shown.
+const MOST: usize = 20;
+
+/// Replaces the content of a file, or of what a link to a file leads to. It keeps its permissions.
+fn replace(path: &Path, text: &str) -> io::Result<()> {
+    let path = path.canonicalize()?;
+    let permissions = fs::metadata(&path)?.permissions();
+    let mut file = AtomicFile::create(&path)?;
+    file.write_all(text.as_bytes())?;
+    file.set_permissions(permissions)?;
+    file.commit()
+}

@@ -2,7 +2,7 @@
 //!
 //! Tokens and comments stay as they are and in their order; only blanks, and commas before closing brackets, are made. A bracket is
 //! written in one line if it fits, else with one item a line. Sections of a graph that are lists of things have one a
-//! line in any case. A comment that had a line of its own keeps one, and one behind something stays behind it.
+//! line in any case. Lists of numbers, such as tables of points, keep their rows. A comment that had a line of its own keeps one, and one behind something stays behind it.
 use super::fault::SyntaxError;
 use super::lex::{Token, TokenKind};
 use super::tree::{Node, NodeKind, Tree};
@@ -61,6 +61,8 @@ fn sound(text: &str) -> Result<Tree, Vec<SyntaxError>> {
 struct Frame {
     /// Whether each item has a line.
     broken: bool,
+    /// Whether it holds nothing but numbers, whose lines are kept.
+    table: bool,
     /// How far the line is indented in which it was opened.
     indent: usize,
 }
@@ -193,6 +195,38 @@ impl<'t> Layout<'t> {
         breaks > 0 || column + (end - start) - space + 1 + comma > WIDTH
     }
 
+    /// Whether a list holds numbers, and brackets with numbers.
+    fn is_table(&self, open: usize, close: usize) -> bool {
+        use TokenKind::{Close, Comma, Number, Open};
+        let numbers = self.tokens[open..close].iter().all(|t| matches!(t.kind(), Open | Close | Comma | Number));
+        self.word(open) == "[" && numbers && self.comments_within(open, close) == 0
+    }
+
+    fn comments_within(&self, open: usize, close: usize) -> usize {
+        let place = |at: usize| self.comments.partition_point(|comment| comment.start < at);
+        place(self.tokens[close].start()) - place(self.tokens[open].start())
+    }
+
+    /// Whether an item of a table fits into the line.
+    fn fits(&self, token: usize) -> bool {
+        let mut depth = 0_usize;
+        let end = (token..self.tokens.len()).find(|&i| match self.kind(i) {
+            Some(TokenKind::Open) => {
+                depth += 1;
+                false
+            }
+            Some(TokenKind::Close) if depth > 0 => {
+                depth -= 1;
+                false
+            }
+            Some(TokenKind::Close | TokenKind::Comma) => depth == 0,
+            _ => false,
+        });
+        let end = end.unwrap_or(self.tokens.len());
+        let column = self.out[self.line..].chars().count();
+        column + (self.widths[end].0 - self.widths[token].0) + 1 <= WIDTH
+    }
+
     fn write(&mut self) {
         let pairs = super::brackets::Pairs::of(self.text, self.tokens);
         let attributes = self.attributes();
@@ -213,7 +247,8 @@ impl<'t> Layout<'t> {
                     self.out.push_str(self.word(i));
                     let line = &self.out[self.line..];
                     let indent = line.len() - line.trim_start_matches(' ').len();
-                    self.frames.push(Frame { broken, indent });
+                    let table = pairs.partner(i).is_some_and(|close| broken && self.is_table(i, close));
+                    self.frames.push(Frame { broken, table, indent });
                 }
                 Some(TokenKind::Close) => drop(self.frames.pop()),
                 _ => {}
@@ -254,7 +289,10 @@ impl<'t> Layout<'t> {
                 line(frame.indent + if closes { 0 } else { INDENT }, false)
             }
             (_, Some(frame)) if frame.broken && self.kind(token) == Some(TokenKind::Close) => line(frame.indent, false),
-            (Some(TokenKind::Comma), Some(frame)) if frame.broken => line(frame.indent + INDENT, true),
+            (Some(TokenKind::Comma), Some(frame)) if frame.broken => {
+                let same_row = frame.table && !self.text[self.gap(token)].contains('\n') && self.fits(token);
+                if same_row { Space::One } else { line(frame.indent + INDENT, true) }
+            }
             _ => self.flat(token),
         }
     }

@@ -102,6 +102,16 @@ fn comments_stay_where_they_are() {
 }
 
 #[test]
+fn tables_keep_their_rows() {
+    let row = (0..8).map(|i| format!("({i}.5, 11)")).collect::<Vec<_>>().join(", ");
+    let text = format!("(\n  points: [\n    {row},\n    {row},\n  ],\n)\n");
+    assert_eq!(formatted(&text), text);
+    let long = formatted(&text.replace(",\n    (", ", ("));
+    assert_eq!(long.lines().count(), 6, "{long}");
+    assert!(long.lines().all(|line| line.len() <= 120), "{long}");
+}
+
+#[test]
 fn lines_have_at_most_their_width() {
     for extra in 0..4 {
         let line = |text: &str| format!("(\n  nodes: {{\n    \"a\": Kind(text: \"{text}\"),\n  }},\n)\n");

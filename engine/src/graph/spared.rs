@@ -34,6 +34,11 @@ impl Spared {
             if spared.places.last().is_none_or(|last| last.end < node.range().end) {
                 spared.places.push(node.range());
             }
+            // Nodes that stand in a wrong place are no nodes.
+            let known = spared.codes.contains(&Code::UnknownNode);
+            if !known && node.entries().any(|entry| entry.key().is_some_and(|key| key.kind() == NodeKind::Text)) {
+                spared.codes.push(Code::UnknownNode);
+            }
             for outer in node.ancestors().skip(1).take_while(|outer| outer.kind() != NodeKind::Entry) {
                 let range = outer.range();
                 spared.wholes.insert((range.start, range.end));

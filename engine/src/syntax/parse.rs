@@ -40,6 +40,7 @@ pub(super) fn parse(text: &str, nesting: usize) -> Parsed {
         nesting,
         parent: 0,
         recovering: false,
+        quoted_until: 0,
         lines: OnceCell::new(),
     };
     parser.root();
@@ -61,6 +62,8 @@ pub(super) struct Parser<'a> {
     parent: u32,
     /// Whether the item that was read last has garbage behind it.
     pub(super) recovering: bool,
+    /// The end of the bracket of which it was said that its fields have no quotes.
+    pub(super) quoted_until: usize,
     /// Where lines begin, once that was asked.
     lines: OnceCell<Vec<usize>>,
 }

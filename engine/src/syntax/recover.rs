@@ -230,9 +230,14 @@ impl Parser<'_> {
                     }
                     _ => "write `name: value`",
                 };
-                self.fault_here("expected the name of a field", help);
+                // Entries of another bracket come in numbers.
+                let quoted = (self.kind(), next) == (Some(Str), Some(Colon));
+                if !quoted || self.quoted_until != end {
+                    self.fault_here("expected the name of a field", help);
+                }
+                self.quoted_until = if quoted { end } else { self.quoted_until };
                 let node = self.nodes.len();
-                if (self.kind(), next) == (Some(Str), Some(Colon)) {
+                if quoted {
                     self.named_value(block, end, 2);
                 } else {
                     self.plain_value(end);

@@ -48,11 +48,7 @@ pub(crate) fn run(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {
     }
     let (mut good, mut listed) = (true, String::new());
     for path in files(&args.graphs)? {
-        let text = match read(&path).map_err(Quit::failed) {
-            Ok(bytes) => lay_out(&path, bytes, terminal),
-            Err(quit) => Err(quit),
-        };
-        match text {
+        match read(&path).map_err(Quit::failed).and_then(|bytes| lay_out(&path, bytes, terminal)) {
             Ok(text) if text.before == text.after => {}
             Ok(_) if args.check => listed += &format!("{}\n", path.display()),
             Ok(text) => {

@@ -224,7 +224,8 @@ impl<'t> Layout<'t> {
         });
         let end = end.unwrap_or(self.tokens.len());
         let column = self.out[self.line..].chars().count();
-        column + (self.widths[end].0 - self.widths[token].0) + 1 <= WIDTH
+        // Its comma needs room, too.
+        column + (self.widths[end].0 - self.widths[token].0) < WIDTH
     }
 
     fn write(&mut self) {

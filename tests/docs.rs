@@ -11,7 +11,7 @@ mod picture;
 
 use picture::{Picture, SIDE};
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
+use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::session::{Session, Settings};
 use shibo_engine::value::{Channel, Field, Object, Points, Sketch, Value, Window};
 use std::path::{Path, PathBuf};
@@ -42,13 +42,7 @@ fn graph(session: &Session, kind: &str, example: &str) -> Result<Graph, String> 
         "( version: 1, canvas: (size_mm: 40, resolution: {SIDE}, tile: Both, seed: 1),\nnodes: {{\n{example}\n}} )"
     );
     let path = root("tests/data").join(format!("{kind}.ron"));
-    let options = LoadOptions {
-        preset: None,
-        set: Vec::new(),
-        resolution: None,
-        working_dir: root("tests/data"),
-        limits: Limits::default(),
-    };
+    let options = LoadOptions { working_dir: root("tests/data"), ..LoadOptions::default() };
     let loaded = load_text(&path, &text, session.registry(), &options);
     let found: Vec<String> = loaded
         .diagnostics

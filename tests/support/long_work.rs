@@ -3,7 +3,7 @@
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{Graph, Input, Limits, LoadOptions, load_text};
+use shibo_engine::graph::{Graph, Input, LoadOptions, load_text};
 use shibo_engine::session::{Failure, Session, Settings};
 use shibo_engine::value::{Field, Value, Window};
 use std::path::Path;
@@ -224,13 +224,7 @@ pub(crate) fn load(case: &Case) -> Graph {
         .fold((*nodes).to_owned(), |text, (word, nodes)| text.replace(&format!("{word} "), nodes));
     let text =
         format!("(version: 1, canvas: (size_mm: {size}, resolution: {resolution}, tile: Both), nodes: {{ {nodes} }})");
-    let options = LoadOptions {
-        preset: None,
-        set: Vec::new(),
-        resolution: None,
-        working_dir: env!("CARGO_MANIFEST_DIR").into(),
-        limits: Limits::default(),
-    };
+    let options = LoadOptions { working_dir: env!("CARGO_MANIFEST_DIR").into(), ..LoadOptions::default() };
     let loaded = load_text(Path::new("case.ron"), &text, &shibo_nodes::registry(), &options);
     loaded.graph.unwrap_or_else(|| panic!("{name}: {:#?}", loaded.diagnostics))
 }

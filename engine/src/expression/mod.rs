@@ -6,6 +6,7 @@
 //! them on rows. Nothing here is recursive, and all of it takes time proportional to the length of the text.
 mod compile;
 mod functions;
+mod manual;
 mod meanings;
 mod op;
 mod parse;
@@ -16,6 +17,7 @@ mod scan;
 mod tests;
 
 pub use compile::{Compiled, compile, evaluate};
+pub use manual::{Described, described};
 pub use op::Op;
 pub use program::{Instruction, Program};
 pub use random::{hash, noise, random, seed_word};

@@ -39,6 +39,7 @@ mod subst;
 mod tiling;
 mod uses;
 
+pub use imports::import_path;
 pub use linked::{Export, ExportMesh, Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
 pub use load::{load, load_text};
 

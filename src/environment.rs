@@ -1,6 +1,7 @@
 //! What is read from the environment. Only the command reads it, not the crates below.
+use sha2::{Digest, Sha256};
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 fn variable(name: &str) -> Option<OsString> {
     std::env::var_os(name).filter(|value| !value.is_empty())
@@ -15,6 +16,22 @@ pub(crate) fn colors() -> bool {
 pub(crate) fn library_dir() -> PathBuf {
     let beside = cache_dir().and_then(|dir| Some(dir.parent()?.join("shibo-library")));
     beside.unwrap_or_else(|| std::env::temp_dir().join("shibo-library"))
+}
+
+/// The folder for pictures that editors show, beside that for results; that for temporary files if there is no home.
+pub(crate) fn editor_dir() -> PathBuf {
+    let beside = cache_dir().and_then(|dir| Some(dir.parent()?.join("shibo-editor")));
+    beside.unwrap_or_else(|| std::env::temp_dir().join("shibo-editor"))
+}
+
+/// Where the address of the page is noted that shows a graph file, so that editors find it.
+pub(crate) fn page_note(graph: &Path) -> PathBuf {
+    let hash: String = Sha256::digest(graph.as_os_str().as_encoded_bytes())
+        .iter()
+        .take(10)
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    editor_dir().join(format!("page-{hash}.json"))
 }
 
 /// The folder for results: `$XDG_CACHE_HOME/shibo`, else `~/.cache/shibo`.

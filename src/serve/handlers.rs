@@ -3,12 +3,12 @@ use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::scene::{Scene, Target, View};
 use super::stage::{News, Stage, Values};
-use super::{data, map, mesh};
+use super::{data, editor, map, mesh};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::rejection::{BytesRejection, QueryRejection};
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Json, Response};
 use axum::routing::{get, post};
@@ -18,6 +18,7 @@ use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
 use std::convert::Infallible;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
@@ -42,16 +43,21 @@ type Wishes = Arc<dyn Fn(Values) -> bool + Send + Sync>;
 pub(super) struct App {
     pub(super) stage: Arc<Stage>,
     wishes: Wishes,
+    pub(super) jumps: editor::Jumps,
+    /// Pages that are open.
+    pub(super) pages: Arc<AtomicUsize>,
     listeners: Arc<Semaphore>,
     looks: Arc<Semaphore>,
     waiting: Arc<Semaphore>,
 }
 
 /// The routes of the server.
-pub(super) fn router(stage: Arc<Stage>, wishes: Wishes, who: Guard) -> Router {
+pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps), who: Guard) -> Router {
     let app = App {
         stage,
         wishes,
+        jumps,
+        pages: Arc::default(),
         listeners: Arc::new(Semaphore::new(LISTENERS)),
         looks: Arc::new(Semaphore::new(LOOKS)),
         waiting: Arc::new(Semaphore::new(WAITING)),
@@ -72,6 +78,8 @@ pub(super) fn router(stage: Arc<Stage>, wishes: Wishes, who: Guard) -> Router {
         .route("/{token}/graph", get(data::graph))
         .route("/{token}/stats", get(data::stats))
         .route("/{token}/values", post(values))
+        .route("/{token}/show", post(editor::show))
+        .route("/{token}/jump", post(editor::jump))
         .layer(DefaultBodyLimit::max(BODY))
         .layer(from_fn_with_state(Arc::new(who), guard))
         .with_state(app)
@@ -196,9 +204,11 @@ pub(super) fn png(bytes: Bytes) -> Response {
 }
 
 /// What a page hears: the state, and then all news.
-async fn events(State(app): State<App>) -> Result<Response, No> {
+async fn events(State(app): State<App>, uri: Uri) -> Result<Response, No> {
     let place = app.listeners.clone().try_acquire_owned().map_err(|_| No::Busy)?;
-    let listener = Listener { app: app.clone(), news: app.stage.listen(), begun: false, _place: place };
+    let page = uri.query() != Some(editor::EDITOR);
+    app.pages.fetch_add(usize::from(page), Ordering::Relaxed);
+    let listener = Listener { app: app.clone(), news: app.stage.listen(), begun: false, page, _place: place };
     let body = Body::from_stream(stream::unfold(listener, |mut listener| async move {
         let bytes = listener.next().await?;
         Some((Ok::<_, Infallible>(bytes), listener))
@@ -210,7 +220,15 @@ struct Listener {
     app: App,
     news: Receiver<News>,
     begun: bool,
+    /// Whether it is a page, and not an editor.
+    page: bool,
     _place: OwnedSemaphorePermit,
+}
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        self.app.pages.fetch_sub(usize::from(self.page), Ordering::Relaxed);
+    }
 }
 
 impl Listener {

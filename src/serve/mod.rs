@@ -5,6 +5,7 @@
 //! values of parameters.
 mod assets;
 mod data;
+mod editor;
 mod guard;
 mod handlers;
 mod map;
@@ -17,6 +18,7 @@ mod stage;
 mod store;
 mod wiring;
 
+pub(crate) use editor::Place;
 pub(crate) use scene::{COARSE, Scene, Shown, Sight, Target, WHOLE};
 pub(crate) use stage::{Stage, Values};
 
@@ -53,11 +55,13 @@ impl Server {
     }
 }
 
-/// Serves `stage` on a port. `wishes` takes the values that pages ask for; whether they were received.
+/// Serves `stage` on a port. `wishes` takes the values that pages ask for, whether they were received; `jump` the places of nodes
+/// that are clicked.
 pub(crate) fn start(
     port: u16,
     stage: Arc<Stage>,
     wishes: impl Fn(Values) -> bool + Send + Sync + 'static,
+    jump: impl Fn(&Place) + Send + Sync + 'static,
 ) -> Result<Server, Quit> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
@@ -78,7 +82,7 @@ pub(crate) fn start(
     let port = listener.local_addr().map_err(|e| Quit::failed(format!("cannot listen: {e}")))?.port();
     let token = token()?;
     let url = format!("http://127.0.0.1:{port}/{token}/");
-    let app = handlers::router(stage, Arc::new(wishes), Guard::new(port, &token));
+    let app = handlers::router(stage, (Arc::new(wishes), Arc::new(jump)), Guard::new(port, &token));
     runtime.spawn(accept(listener, app));
     Ok(Server { url, runtime })
 }

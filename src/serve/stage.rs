@@ -94,7 +94,8 @@ impl Stage {
         self.news.subscribe()
     }
 
-    fn tell(&self, kind: &'static str, what: &Json) {
+    /// Tells all pages something.
+    pub(super) fn tell(&self, kind: &'static str, what: &Json) {
         // Without a page, nobody receives it.
         let _ = self.news.send((kind, what.to_string().into()));
     }

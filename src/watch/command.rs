@@ -1,4 +1,5 @@
 //! The command line of `shibo watch`, and how its parts are started.
+use super::editor;
 use super::evaluate::{Desk, evaluate};
 use super::follow::{Signal, Watch};
 use super::tell::Teller;
@@ -19,6 +20,7 @@ Examples:
   shibo watch calf.ron                   open a page that follows every save
   shibo watch calf.ron --no-open --port 7007
   shibo watch /net/share/calf.ron --poll
+  shibo watch calf.ron --editor 'code -g {file}:{line}:{column}'   a click on a node shows its line
 
 Over SSH, use the same port on both sides: ssh -L 7007:127.0.0.1:7007 host, then shibo watch calf.ron --port 7007.";
 
@@ -37,6 +39,9 @@ pub(crate) struct WatchArgs {
     /// Look at the files regularly instead of asking the system for changes; for network folders.
     #[arg(long)]
     pub(super) poll: bool,
+    /// What shows a line in your editor when a node is clicked: `code -g {file}:{line}:{column}`.
+    #[arg(long, value_name = "COMMAND")]
+    editor: Option<String>,
     /// Print what happens on stdout, for programs.
     #[arg(long, value_name = "FORMAT")]
     log: Option<LogArg>,
@@ -59,7 +64,14 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
     let name = args.graph.file_name().map_or_else(|| "graph".to_owned(), |n| n.to_string_lossy().into_owned());
     let stage = Arc::new(Stage::new(session, name));
     let wishes = sender.clone();
-    let server = serve::start(args.port, stage.clone(), move |values| wishes.send(Signal::Values(values)).is_ok())?;
+    let editor = args.editor.clone();
+    let server = serve::start(
+        args.port,
+        stage.clone(),
+        move |values| wishes.send(Signal::Values(values)).is_ok(),
+        move |place| editor.iter().for_each(|command| editor::open(command, place)),
+    )?;
+    let _note = editor::Note::write(&args.graph, &server.url);
     let teller = Teller { terminal, log: args.log.is_some() };
     interrupt::on_signals({
         let sender = sender.clone();

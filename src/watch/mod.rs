@@ -3,6 +3,7 @@
 //! It has three parts: a loop (`follow`), which knows the files and reads the graph; a thread that evaluates the newest graph
 //! (`evaluate`); and the server of the page. They share the [`Stage`](crate::serve::Stage).
 mod command;
+mod editor;
 mod evaluate;
 mod files;
 mod folders;

@@ -1,7 +1,7 @@
 // The page: keeps what the server tells, and what is being looked at.
 import { Graph } from './nodes.js';
 import { CHANNELS, Lit } from './lit.js';
-import { ask, bitmap, latest, news, send } from './net.js';
+import { ask, bitmap, jump, latest, news, send } from './net.js';
 import { Parameters } from './params.js';
 import { Picture } from './picture.js';
 
@@ -23,7 +23,7 @@ const picture = new Picture($('picture'), {
   oncursor: (pixel) => probe(pixel),
 });
 const lit = new Lit($('lit'), $('light'));
-const graph = new Graph($('graph'), (name) => look(`@${name}`));
+const graph = new Graph($('graph'), (name) => { look(`@${name}`); jump(name); });
 const parameters = new Parameters($('parameters'), latest(async (values) => { await send(values); }));
 
 // ---- what the server tells
@@ -75,6 +75,8 @@ const heard = {
       relight();
     }
   },
+  // The editor shows something.
+  look({ target: wanted }) { if (state?.scene) look(wanted); },
   offline() { root.dataset.online = 'no'; status(); },
 };
 
@@ -104,7 +106,8 @@ function follow() {
   const names = scene.outputs.map((o) => o.name);
   const known = target && (target.startsWith('@') || names.some((n) => target === n || target.startsWith(`${n}.`)));
   chips();
-  if (!known) choose(firstOutput(scene)); else if (target.startsWith('@')) refresh(512); else showKnown();
+  const wanted = decodeURIComponent(window.location.hash.slice(1));
+  if (!known && wanted) look(wanted); else if (!known) choose(firstOutput(scene)); else if (target.startsWith('@')) refresh(512); else showKnown();
   if (!$('drawer').hidden) graph.load(scene.generation);
   relight();
 }

@@ -28,9 +28,14 @@ export async function mesh(args) {
   return { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices), perMm, middle };
 }
 
-export function send(values) {
-  return fetch('values', { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(values) });
+function post(path, what) {
+  return fetch(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(what) });
 }
+
+export const send = (values) => post('values', values);
+
+// Shows the line of a node in the editor, if there is one.
+export const jump = (node) => post('jump', { node }).catch(() => {});
 
 // Runs one `work` at a time; of those that come meanwhile the last one counts.
 export function latest(work) {

@@ -1,0 +1,84 @@
+//! What editors need: they find the page of a graph, and show the line of a node that is clicked.
+use crate::environment;
+use crate::serve::Place;
+use serde_json::json;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Starts the user's editor at a place. The command is cut into words at blanks; a word may be in quotes.
+pub(super) fn open(command: &str, place: &Place) {
+    let mut words = words(command).into_iter().map(|word| {
+        let word = word.replace("{line}", &place.line.to_string()).replace("{column}", &place.column.to_string());
+        word.replace("{file}", &place.file.to_string_lossy())
+    });
+    let Some(program) = words.next() else { return };
+    let mut command = Command::new(program);
+    command.args(words).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    if let Ok(mut child) = command.spawn() {
+        // Without waiting for it, the ended process would stay in the system's table.
+        std::thread::spawn(move || child.wait());
+    }
+}
+
+/// The words of a command line.
+fn words(command: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut word: Option<String> = None;
+    let mut quote = None;
+    for c in command.chars() {
+        match (quote, c) {
+            (Some(open), c) if c == open => quote = None,
+            (None, '"' | '\'') => {
+                quote = Some(c);
+                word.get_or_insert_default();
+            }
+            (None, c) if c.is_whitespace() => words.extend(word.take()),
+            (_, c) => word.get_or_insert_default().push(c),
+        }
+    }
+    words.extend(word);
+    words
+}
+
+/// The note of the address of a page. It goes away with the page.
+pub(super) struct Note(PathBuf);
+
+impl Note {
+    /// Notes the address of the page of a graph, for this user alone. Without a note editors start a page of their own.
+    pub(super) fn write(graph: &Path, url: &str) -> Option<Self> {
+        let path = environment::page_note(&graph.canonicalize().ok()?);
+        fs::create_dir_all(path.parent()?).ok()?;
+        let _ = fs::remove_file(&path);
+        let mut options = fs::OpenOptions::new();
+        options.write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let note = json!({ "url": url, "pid": std::process::id() });
+        options.open(&path).ok()?.write_all(note.to_string().as_bytes()).ok()?;
+        Some(Self(path))
+    }
+}
+
+impl Drop for Note {
+    fn drop(&mut self) {
+        // Another page of the same graph may have noted its own address meanwhile.
+        let own = format!("\"pid\":{}", std::process::id());
+        if fs::read_to_string(&self.0).is_ok_and(|note| note.contains(&own)) {
+            let _ = fs::remove_file(&self.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_are_cut_into_words() {
+        assert_eq!(words("code -g {file}:{line}"), ["code", "-g", "{file}:{line}"]);
+        assert_eq!(words("  'a b'\"c\"  '' d"), ["a bc", "", "d"]);
+        assert_eq!(words(""), Vec::<String>::new());
+    }
+}

@@ -1,5 +1,5 @@
 //! The command line.
-use crate::{cache, check, completions, dump, fmt, graph, new, nodes, pack, render, watch};
+use crate::{cache, check, completions, dump, fmt, graph, lsp, new, nodes, pack, render, watch};
 use clap::{Args, Parser, Subcommand};
 use shibo_engine::value::Resolution;
 use std::path::PathBuf;
@@ -44,6 +44,8 @@ pub(crate) enum Command {
     Graph(graph::GraphArgs),
     /// Put a graph and all that it reads into one file.
     Pack(pack::PackArgs),
+    /// Help editors with graph files: completion, errors while typing, and more.
+    Lsp(lsp::LspArgs),
     /// Look at, or empty, the cache of results.
     Cache(cache::CacheArgs),
     /// Print a completion script for a shell.

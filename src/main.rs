@@ -11,8 +11,10 @@ mod environment;
 mod find;
 mod fmt;
 mod graph;
+mod ide;
 mod interrupt;
 mod library;
+mod lsp;
 mod new;
 mod nodes;
 mod open;
@@ -59,6 +61,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::New(args) => new::run(&args, terminal),
         Command::Graph(args) => graph::run(&args, terminal),
         Command::Pack(args) => pack::run(&args, terminal),
+        Command::Lsp(args) => lsp::run(&args),
         Command::Cache(args) => cache::run(&args, terminal),
         Command::Completions(args) => completions::run(&args, terminal),
     }

@@ -144,6 +144,18 @@ fn the_server_does_not_know_who_watches() {
 }
 
 #[test]
+fn what_editors_know_has_no_protocol() {
+    let files = sources(&root("src/ide"));
+    assert!(files.len() > 20);
+    for file in files {
+        let code = code(&file);
+        for other in ["lsp_types", "lsp_server", "crate::lsp", "crate::serve", "crate::watch"] {
+            assert!(!code.contains(other), "{} uses {other}", file.display());
+        }
+    }
+}
+
+#[test]
 fn families_do_not_know_each_other() {
     let nodes = root("nodes/src");
     let families: Vec<String> = fs::read_dir(&nodes)

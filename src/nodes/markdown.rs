@@ -41,7 +41,7 @@ pub(super) fn reference(registry: &Registry) -> String {
 }
 
 /// The section of one kind.
-pub(super) fn node(info: &KindInfo) -> String {
+pub(crate) fn node(info: &KindInfo) -> String {
     let mut out = String::new();
     let kind = &info.kind;
     let _ = writeln!(out, "### {kind}\n\n![{kind}](nodes/{kind}.png)\n\n{}", info.doc.trim());

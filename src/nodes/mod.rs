@@ -3,9 +3,9 @@ mod composition;
 mod doc;
 mod human;
 mod json;
-mod markdown;
+pub(crate) mod markdown;
 mod search;
-mod spelling;
+pub(crate) mod spelling;
 
 use crate::library;
 use crate::quit::Quit;
@@ -44,6 +44,16 @@ enum FormatArg {
     Human,
     Json,
     Markdown,
+}
+
+/// The first sentence of a manual.
+pub(crate) fn summary(manual: &str) -> String {
+    doc::summary(manual)
+}
+
+/// The manual of a word of composition, `Use` or `Each`.
+pub(crate) fn composition_doc(kind: &str) -> Option<&'static str> {
+    composition::doc(kind)
 }
 
 /// Runs the command.

@@ -2,12 +2,12 @@
 use shibo_engine::node::{Output, OutputType, ParamInfo, PortInfo, spell_number};
 
 /// What a parameter is when it is left out, in words.
-pub(super) fn default(param: &ParamInfo) -> String {
+pub(crate) fn default(param: &ParamInfo) -> String {
     if param.required { "must be given".to_owned() } else { format!("default {}", param.written) }
 }
 
 /// The type of an output, in words; one that follows its inputs names their ports through `name`.
-pub(super) fn output(output: &Output, name: impl Fn(&str) -> String) -> String {
+pub(crate) fn output(output: &Output, name: impl Fn(&str) -> String) -> String {
     let ty = match output.ty {
         OutputType::Fixed(ty) => ty.name().to_owned(),
         OutputType::Told => "as the node says".to_owned(),
@@ -19,7 +19,7 @@ pub(super) fn output(output: &Output, name: impl Fn(&str) -> String) -> String {
 }
 
 /// What numbers a parameter may have, in words; empty if any.
-pub(super) fn range(param: &ParamInfo) -> String {
+pub(crate) fn range(param: &ParamInfo) -> String {
     let unit = param.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
     let infinite = if param.infinite { ", or inf" } else { "" };
     match (param.min, param.max) {
@@ -35,7 +35,7 @@ pub(super) fn range(param: &ParamInfo) -> String {
 }
 
 /// What goes into a port, in words.
-pub(super) fn port(port: &PortInfo) -> String {
+pub(crate) fn port(port: &PortInfo) -> String {
     let ty = if port.list { format!("[{}…]", port.ty) } else { port.ty.to_string() };
     match (port.required, port.default) {
         (_, Some(default)) => format!("{ty}, default {}", spell_number(default)),

@@ -21,6 +21,7 @@ mod wiring;
 pub(crate) use editor::Place;
 pub(crate) use scene::{COARSE, Scene, Shown, Sight, Target, WHOLE};
 pub(crate) use stage::{Stage, Values};
+pub(crate) use store::Store;
 
 use crate::quit::Quit;
 use guard::Guard;

@@ -30,7 +30,11 @@ static ALL: &[Described] = &[
     of("false", "false", "0."),
     of("floor", "floor(x)", "The next whole number below."),
     of("fract", "fract(x)", "What is left of `x` after `floor(x)` is taken away."),
-    of("hash", "hash(a, …)", "A random number, 0 ≤ r < 1, that depends on all components of its values and on the seed."),
+    of(
+        "hash",
+        "hash(a, …)",
+        "A random number, 0 ≤ r < 1, that depends on all components of its values and on the seed.",
+    ),
     of("if", "if(condition, a, b)", "`a` where the condition is not 0, else `b`."),
     of("length", "length(a, …)", "The length of the vector of all components of its values."),
     of("lerp", "lerp(a, b, t)", "The same as `mix`."),

@@ -1,0 +1,88 @@
+//! Where new entries go, and how entries are taken out.
+use super::super::file::{File, Section};
+use super::super::rename::Edit;
+use super::super::view::{Body, Item};
+
+/// The blanks at the beginning of the line of a place.
+pub(super) fn indent(text: &str, at: usize) -> &str {
+    let start = text[..at].rfind('\n').map_or(0, |i| i + 1);
+    let line = &text[start..];
+    &line[..line.len() - line.trim_start_matches([' ', '\t']).len()]
+}
+
+/// What comes after the comma behind an item, if there is one; comments in between count as blanks.
+fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> {
+    let mut at = from;
+    loop {
+        let rest = text.get(at..end)?;
+        let trimmed = rest.trim_start();
+        at += rest.len() - trimmed.len();
+        if trimmed.starts_with(',') {
+            return Some(at + 1);
+        }
+        if !trimmed.starts_with("//") {
+            return None;
+        }
+        at += trimmed.find('\n').unwrap_or(trimmed.len());
+    }
+}
+
+/// Adds an entry behind the last one in some brackets.
+pub(super) fn append(file: &File, body: &Body, entry: &str) -> Vec<Edit> {
+    let text = &file.text;
+    let inside = body.inside();
+    let wide = text[inside.clone()].contains('\n');
+    let Some(last) = body.items.last() else {
+        let blank = if body.bracket == b'{' { " " } else { "" };
+        return vec![Edit { range: inside, text: format!("{blank}{entry}{blank}") }];
+    };
+    let deep = indent(text, last.range.start).to_owned();
+    match (after_comma(text, last.range.end, inside.end), wide) {
+        (Some(comma), true) => vec![Edit { range: comma..comma, text: format!("\n{deep}{entry},") }],
+        (Some(comma), false) => vec![Edit { range: comma..comma, text: format!(" {entry}") }],
+        (None, true) => vec![Edit { range: last.range.end..last.range.end, text: format!(",\n{deep}{entry},") }],
+        (None, false) => vec![Edit { range: last.range.end..last.range.end, text: format!(", {entry}") }],
+    }
+}
+
+/// Adds an entry to a section, which is made before `nodes` if there is none.
+pub(super) fn add_to(file: &File, section: Section, entry: &str) -> Vec<Edit> {
+    if let Some(body) = file.section(section) {
+        return append(file, body, entry);
+    }
+    let Some(nodes) = file.body().and_then(|body| body.get(Section::Nodes.key())) else { return Vec::new() };
+    let at = nodes.range.start;
+    let deep = indent(&file.text, at);
+    let text = if section == Section::Imports {
+        format!("{}: {{ {entry} }},\n{deep}", section.key())
+    } else {
+        format!("{}: {{\n{deep}  {entry},\n{deep}}},\n{deep}", section.key())
+    };
+    vec![Edit { range: at..at, text }]
+}
+
+/// Takes an item out, with its comma, and with its line if nothing else is there.
+pub(super) fn remove(file: &File, body: &Body, item: &Item) -> Edit {
+    let text = &file.text;
+    let mut end = after_comma(text, item.range.end, body.inside().end).unwrap_or(item.range.end);
+    let mut start = item.range.start;
+    let line = text[..start].rfind('\n').map_or(0, |i| i + 1);
+    let alone_before = text[line..start].trim().is_empty() && line > body.range.start;
+    let rest = &text[end..body.inside().end];
+    let newline = rest.find('\n').filter(|i| rest[..*i].trim().is_empty());
+    match newline {
+        Some(newline) if alone_before => {
+            start = line;
+            end += newline + 1;
+        }
+        _ => end += rest.len() - rest.trim_start_matches(' ').len(),
+    }
+    Edit { range: start..end, text: String::new() }
+}
+
+/// A name that no entry of these sections has.
+pub(super) fn free_name(file: &File, sections: &[Section], wanted: &str) -> String {
+    let taken = |name: &str| sections.iter().any(|section| file.entry(*section, name).is_some());
+    let numbered = (2..).map(|n| format!("{wanted}_{n}"));
+    std::iter::once(wanted.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
+}

@@ -1,0 +1,115 @@
+//! The manual, as editors show it: Markdown from the doc comments of nodes.
+use super::expect::{self, Expect};
+use crate::nodes::{markdown, spelling, summary};
+use shibo_engine::node::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
+use std::fmt::Write;
+
+/// The manual of a kind; `picture` is the address of its picture.
+pub(crate) fn kind(info: &KindInfo, picture: Option<&str>) -> String {
+    let manual = markdown::node(info);
+    let line = format!("![{0}](nodes/{0}.png)\n\n", info.kind);
+    manual.replacen(&line, &picture.map(|url| format!("![{}]({url})\n\n", info.kind)).unwrap_or_default(), 1)
+}
+
+/// The first sentence of the manual of a kind, of `Use` and `Each` too.
+pub(crate) fn first_sentence(kind: &str, info: Option<&KindInfo>) -> String {
+    let doc = info.map(|info| info.doc.as_str()).or_else(|| crate::nodes::composition_doc(kind));
+    summary(doc.unwrap_or_default())
+}
+
+/// What a field takes, in a few words.
+pub(crate) fn takes(field: &FieldInfo) -> String {
+    match &field.role {
+        Role::Port(port) => spelling::port(port),
+        Role::Param(param) => param_takes(param),
+    }
+}
+
+fn param_takes(param: &ParamInfo) -> String {
+    let range = spelling::range(param);
+    let range = if range.is_empty() { String::new() } else { format!(", {range}") };
+    format!("{}{range}, {}", param.ty, spelling::default(param))
+}
+
+/// The manual of a field of `owner`.
+pub(crate) fn field(owner: &str, field: &FieldInfo) -> String {
+    let mut text = format!("**{}** of `{owner}`: {}\n\n{}\n", field.name, takes(field), field.doc.trim());
+    if let Role::Param(param) = &field.role {
+        for choice in &param.choices {
+            let _ = writeln!(text, "- `{choice}`: {}", choice.doc.replace('\n', " "));
+        }
+        for inner in &param.fields {
+            let _ = writeln!(text, "- `{}` ({}): {}", inner.name, takes(inner), inner.doc.replace('\n', " "));
+        }
+    }
+    text
+}
+
+/// The manual of a word to choose.
+pub(crate) fn choice(choice: &Choice, of: &str) -> String {
+    format!("`{choice}`, a choice of **{of}**\n\n{}\n", choice.doc.trim())
+}
+
+/// The names and the manuals of the fields that may be written in brackets in which this is expected, if they are no kind's.
+pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static str)> {
+    match inside {
+        Expect::Root => expect::ROOT.to_vec(),
+        Expect::Canvas(None) => expect::CANVAS.to_vec(),
+        Expect::Layout(None) => expect::LAYOUT.to_vec(),
+        Expect::Use(_, each, None) => {
+            expect::USE.into_iter().filter(|(name, _)| each || !matches!(*name, "over" | "ids")).collect()
+        }
+        Expect::File("Gltf", None) => expect::GLTF.to_vec(),
+        Expect::File(_, None) => expect::FILE.to_vec(),
+        Expect::Input(_, None) => expect::PARAM.into_iter().filter(|(n, _)| matches!(*n, "default" | "doc")).collect(),
+        Expect::Param(word, None) => {
+            let number = matches!(word, "Number" | "Integer");
+            let known = move |name: &str| match name {
+                "range" | "unit" => number,
+                "options" => word == "Choice",
+                _ => true,
+            };
+            expect::PARAM.into_iter().filter(|(name, _)| known(name)).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// The fields of a kind, or of a struct in a list.
+pub(crate) fn fields(inside: Expect<'_>) -> &[FieldInfo] {
+    match inside {
+        Expect::Kind(info) => &info.fields,
+        Expect::Struct(param) => &param.fields,
+        _ => &[],
+    }
+}
+
+/// The words that may be chosen in a place, with their manuals.
+pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
+    let plain = |words: &[&str]| words.iter().map(|word| ((*word).to_owned(), String::new())).collect();
+    match expect {
+        Expect::Value(_, param) => param.choices.iter().map(|c| (c.name.clone(), c.doc.clone())).collect(),
+        Expect::Canvas(Some("tile")) => plain(&["Both", "X", "Y", "None"]),
+        Expect::File("File", Some("format")) => {
+            plain(&shibo_engine::picture::Format::ALL.map(shibo_engine::picture::Format::name))
+        }
+        Expect::File("File", Some("depth")) => {
+            plain(&shibo_engine::picture::Depth::ALL.map(shibo_engine::picture::Depth::name))
+        }
+        Expect::File("File", Some("combined")) => plain(&["true", "false"]),
+        Expect::File("Gltf", Some("mesh")) => plain(&["Plane"]),
+        Expect::Param("Bool", Some("default")) => plain(&["true", "false"]),
+        _ => Vec::new(),
+    }
+}
+
+/// Whether a port takes nothing but wires of one type that no literal can be.
+pub(crate) fn only_wires(port: &PortInfo) -> bool {
+    use shibo_engine::value::{Accepts, Type};
+    !matches!(port.ty, Accepts::One(Type::Gray | Type::Rgb) | Accepts::Field | Accepts::EveryField | Accepts::Direction)
+}
+
+/// Whether a manual says that something should no longer be used.
+pub(crate) fn deprecated(doc: &str) -> bool {
+    doc.trim_start().starts_with("Deprecated")
+}

@@ -1,0 +1,155 @@
+//! A graph file as it is being written: its sections and the names in them.
+use super::view::{self, Body, Item, Shape, Value};
+use shibo_engine::syntax::Tree;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A section of a graph file that declares names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Section {
+    /// `imports`
+    Imports,
+    /// `params`
+    Params,
+    /// `presets`
+    Presets,
+    /// `inputs`
+    Inputs,
+    /// `nodes`
+    Nodes,
+    /// `outputs`
+    Outputs,
+}
+
+impl Section {
+    /// All sections.
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Imports, Self::Params, Self::Presets, Self::Inputs, Self::Nodes, Self::Outputs];
+
+    /// The key in the file.
+    pub(crate) const fn key(self) -> &'static str {
+        match self {
+            Self::Imports => "imports",
+            Self::Params => "params",
+            Self::Presets => "presets",
+            Self::Inputs => "inputs",
+            Self::Nodes => "nodes",
+            Self::Outputs => "outputs",
+        }
+    }
+}
+
+/// A graph file.
+#[derive(Debug)]
+pub(crate) struct File {
+    /// Its path.
+    pub(crate) path: PathBuf,
+    /// The text.
+    pub(crate) text: Arc<str>,
+    /// Its tree, with comments.
+    pub(crate) tree: Tree,
+    /// The value that the text is.
+    pub(crate) root: Option<Value>,
+    /// Where each name stands in its section; of equal names, the first.
+    names: HashMap<Section, HashMap<String, usize>>,
+}
+
+impl File {
+    /// Reads a text.
+    pub(crate) fn new(path: impl Into<PathBuf>, text: impl Into<Arc<str>>) -> Self {
+        let text = text.into();
+        let tree = Tree::parse(text.clone());
+        let root = view::read(&tree);
+        let mut file = Self { path: path.into(), text, tree, root, names: HashMap::new() };
+        for section in Section::ALL {
+            let mut names = HashMap::new();
+            for (index, item) in file.entries(section).iter().enumerate() {
+                if let Some(name) = item.name() {
+                    names.entry(name.to_owned()).or_insert(index);
+                }
+            }
+            file.names.insert(section, names);
+        }
+        file
+    }
+
+    /// The brackets around everything.
+    pub(crate) fn body(&self) -> Option<&Body> {
+        self.root.as_ref()?.body()
+    }
+
+    /// Whether it is a graph: whether its top level has `nodes`.
+    pub(crate) fn is_graph(&self) -> bool {
+        self.body().is_some_and(|body| body.get(Section::Nodes.key()).is_some())
+    }
+
+    /// The brackets of a section.
+    pub(crate) fn section(&self, section: Section) -> Option<&Body> {
+        self.body()?.value(section.key())?.body()
+    }
+
+    /// What a section holds.
+    pub(crate) fn entries(&self, section: Section) -> &[Item] {
+        self.section(section).map_or(&[], |body| &body.items)
+    }
+
+    /// The place of a name in its section.
+    pub(crate) fn position(&self, section: Section, name: &str) -> Option<usize> {
+        self.names.get(&section)?.get(name).copied()
+    }
+
+    /// What a section says of a name.
+    pub(crate) fn entry(&self, section: Section, name: &str) -> Option<&Item> {
+        self.entries(section).get(self.position(section, name)?)
+    }
+
+    /// The names of a section.
+    pub(crate) fn names(&self, section: Section) -> impl Iterator<Item = &str> {
+        self.entries(section).iter().filter_map(Item::name)
+    }
+
+    /// What stands in a place.
+    pub(crate) fn at(&self, range: &std::ops::Range<usize>) -> &str {
+        self.text.get(range.clone()).unwrap_or_default()
+    }
+
+    /// The word of a value, as in `Word(…)`.
+    pub(crate) fn word(&self, value: &Value) -> Option<&str> {
+        value.word().map(|range| self.at(&range))
+    }
+
+    /// The kind of an entry of `nodes`, or the type of a parameter or an input.
+    pub(crate) fn head(&self, item: &Item) -> Option<&str> {
+        self.word(item.value.as_ref()?)
+    }
+
+    /// The folder that paths in it are relative to.
+    pub(crate) fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// A text among the arguments of a value.
+    pub(crate) fn text_of<'a>(&'a self, value: &'a Value, field: &str) -> Option<&'a str> {
+        value.body()?.value(field)?.text()
+    }
+
+    /// The words that a parameter may be, if it is a choice.
+    pub(crate) fn options(&self, param: &str) -> Vec<String> {
+        let declared = self.entry(Section::Params, param).and_then(|item| item.value.as_ref()?.body());
+        let list = declared.and_then(|body| body.value("options")?.body());
+        let word = |item: &Item| {
+            let value = item.value.as_ref()?;
+            value.text().map(str::to_owned).or_else(|| self.word(value).map(str::to_owned))
+        };
+        list.map_or(Vec::new(), |list| list.items.iter().filter_map(word).collect())
+    }
+
+    /// The arguments of an entry.
+    pub(crate) fn args(item: &Item) -> &[Item] {
+        match item.value.as_ref().map(|value| &value.shape) {
+            Some(Shape::Call { body, .. }) => &body.items,
+            _ => &[],
+        }
+    }
+}

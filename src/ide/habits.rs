@@ -1,0 +1,168 @@
+//! What graphs usually look like: how often a kind, a field, a choice or a connection is used in the graphs that come with the
+//! program. Completion puts what is usual first.
+use super::expect::Expect;
+use super::file::{File, Section};
+use super::view::{Item, Shape, Value};
+use super::walk::{Visit, walk};
+use super::world::{Cx, World};
+use shibo_engine::registry::Registry;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Counts of what was seen.
+#[derive(Debug, Default)]
+pub(crate) struct Habits(HashMap<String, u32>);
+
+impl Habits {
+    /// Those of some graphs.
+    pub(crate) fn of<'f>(registry: &Registry, files: impl IntoIterator<Item = &'f File>) -> Self {
+        let mut habits = Self::default();
+        for file in files {
+            let alone = Alone(registry, Self::default());
+            let mut counter = Counter { cx: Cx { world: &alone, file }, habits: &mut habits, name: None };
+            walk(Cx { world: &alone, file }, &mut counter);
+        }
+        habits
+    }
+
+    fn add(&mut self, parts: &[&str]) {
+        *self.0.entry(parts.join("|")).or_default() += 1;
+    }
+
+    fn get(&self, parts: &[&str]) -> f64 {
+        f64::from(self.0.get(&parts.join("|")).copied().unwrap_or_default())
+    }
+
+    /// How usual a kind is.
+    pub(crate) fn kind(&self, kind: &str) -> f64 {
+        self.get(&["kind", kind])
+    }
+
+    /// How usual a kind is for nodes of that name.
+    pub(crate) fn named(&self, name: &str, kind: &str) -> f64 {
+        4.0 * self.get(&["name", name, kind]) + self.get(&["stem", stem(name), kind])
+    }
+
+    /// How usual a field is, as a share of the nodes of its kind.
+    pub(crate) fn field(&self, kind: &str, field: &str) -> f64 {
+        self.get(&["field", kind, field]) / self.kind(kind).max(1.0)
+    }
+
+    /// How often a field comes right after another one.
+    pub(crate) fn next(&self, kind: &str, before: &str, field: &str) -> f64 {
+        self.get(&["next", kind, before, field])
+    }
+
+    /// How usual a choice is, in nodes with these fields and in all.
+    pub(crate) fn choice(&self, kind: &str, field: &str, with: &str, word: &str) -> f64 {
+        20.0 * self.get(&["with", kind, field, with, word]) + self.get(&["choice", kind, field, word])
+    }
+
+    /// How usual it is that a kind feeds a port.
+    pub(crate) fn source(&self, kind: &str, port: &str, from: &str) -> f64 {
+        self.get(&["source", kind, port, from])
+    }
+
+    /// How usual it is that a parameter of that name is given to a field.
+    pub(crate) fn param(&self, field: &str, name: &str) -> f64 {
+        self.get(&["param", field, name])
+    }
+}
+
+/// The last word of a name, without a number.
+fn stem(name: &str) -> &str {
+    let name = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
+    name.rsplit('_').next().unwrap_or(name)
+}
+
+/// The fields of a node, as one text.
+pub(crate) fn signature(args: &[Item], without: &str) -> String {
+    let mut names: Vec<&str> = args.iter().filter_map(Item::name).filter(|n| *n != without && *n != "seed").collect();
+    names.sort_unstable();
+    names.join(",")
+}
+
+struct Counter<'a, 'h> {
+    cx: Cx<'a>,
+    habits: &'h mut Habits,
+    /// The node that comes next, if it has a name.
+    name: Option<&'a str>,
+}
+
+impl<'a> Visit<'a> for Counter<'a, '_> {
+    fn key(&mut self, inside: Expect<'a>, item: &'a Item) {
+        self.name = matches!(inside, Expect::Section(Section::Nodes)).then(|| item.name()).flatten();
+    }
+
+    fn value(&mut self, expect: Expect<'a>, value: &'a Value) {
+        let Shape::Call { word, body } = &value.shape else { return };
+        if !expect.takes_nodes() {
+            return;
+        }
+        let kind = self.cx.file.at(word);
+        self.habits.add(&["kind", kind]);
+        if let Some(name) = self.name.take() {
+            self.habits.add(&["name", name, kind]);
+            self.habits.add(&["stem", stem(name), kind]);
+        }
+        let mut before = "";
+        for item in &body.items {
+            let Some(field) = item.name() else { continue };
+            self.habits.add(&["field", kind, field]);
+            self.habits.add(&["next", kind, before, field]);
+            before = field;
+            match item.value.as_ref().map(|value| &value.shape) {
+                Some(Shape::Word) => {
+                    let word = item.value.as_ref().and_then(|value| self.cx.file.word(value)).unwrap_or_default();
+                    self.habits.add(&["choice", kind, field, word]);
+                    self.habits.add(&["with", kind, field, &signature(&body.items, field), word]);
+                }
+                Some(Shape::Call { word, .. }) => self.habits.add(&["source", kind, field, self.cx.file.at(word)]),
+                Some(Shape::Text(text)) if text.starts_with('$') => self.habits.add(&["param", field, &text[1..]]),
+                Some(Shape::Text(text)) => {
+                    let (name, port) = text.split_once('.').unwrap_or((text, ""));
+                    let from = self.cx.file.entry(Section::Nodes, name).and_then(|item| self.cx.file.head(item));
+                    if let Some(from) = from {
+                        self.habits.add(&["source", kind, field, &source(from, port)]);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The name of an output of a kind in the counts.
+pub(crate) fn source(kind: &str, port: &str) -> String {
+    if port.is_empty() { kind.to_owned() } else { format!("{kind}.{port}") }
+}
+
+/// A file by itself.
+struct Alone<'r>(&'r Registry, Habits);
+
+impl World for Alone<'_> {
+    fn registry(&self) -> &Registry {
+        self.0
+    }
+
+    fn file(&self, _path: &Path) -> Option<Arc<File>> {
+        None
+    }
+
+    fn import(&self, _from: &Path, _name: &str) -> Option<PathBuf> {
+        None
+    }
+
+    fn graphs(&self) -> Vec<Arc<File>> {
+        Vec::new()
+    }
+
+    fn folder(&self, _path: &Path) -> Vec<(String, bool)> {
+        Vec::new()
+    }
+
+    fn habits(&self) -> &Habits {
+        &self.1
+    }
+}

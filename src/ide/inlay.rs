@@ -1,0 +1,120 @@
+//! What stands between the words without being written: units, values of expressions, types of nodes.
+use super::evaluate;
+use super::expect::Expect;
+use super::file::Section;
+use super::types::Types;
+use super::view::{Item, Shape, Value};
+use super::walk::{Visit, walk};
+use super::world::Cx;
+use serde::Deserialize;
+use shibo_engine::node::ParamType;
+use shibo_engine::value::Accepts;
+use std::ops::Range;
+
+/// Which of them are shown.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(crate) struct Shown {
+    /// Units after numbers.
+    pub(crate) units: bool,
+    /// The values of expressions and parameters.
+    pub(crate) values: bool,
+    /// The types of nodes.
+    pub(crate) types: bool,
+}
+
+impl Default for Shown {
+    fn default() -> Self {
+        Self { units: true, values: true, types: true }
+    }
+}
+
+/// A text that is shown after a place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Inlay {
+    /// Where.
+    pub(crate) at: usize,
+    /// What.
+    pub(crate) text: String,
+    /// Whether it is a type.
+    pub(crate) is_type: bool,
+}
+
+/// What is shown in a part of a file.
+pub(crate) fn inlays(cx: Cx<'_>, part: &Range<usize>, shown: Shown) -> Vec<Inlay> {
+    let mut found = Found { cx, types: Types::new(cx), part: part.clone(), shown, inlays: Vec::new() };
+    walk(cx, &mut found);
+    found.inlays
+}
+
+struct Found<'a> {
+    cx: Cx<'a>,
+    types: Types<'a>,
+    part: Range<usize>,
+    shown: Shown,
+    inlays: Vec<Inlay>,
+}
+
+impl Found<'_> {
+    fn push(&mut self, at: usize, text: String, is_type: bool) {
+        if self.part.start <= at && at <= self.part.end {
+            self.inlays.push(Inlay { at, text, is_type });
+        }
+    }
+}
+
+impl<'a> Visit<'a> for Found<'a> {
+    fn key(&mut self, inside: Expect<'a>, item: &'a Item) {
+        let (true, Some(key)) = (self.shown.types, &item.key) else { return };
+        if matches!(inside, Expect::Section(Section::Nodes)) && item.value.is_some() {
+            let ports = self.types.ports(&key.name);
+            if let Some(ty) = ports.first().and_then(|port| port.ty) {
+                self.push(key.range.end, format!(": {}", Accepts::name(ty)), true);
+            }
+        }
+    }
+
+    fn value(&mut self, expect: Expect<'a>, value: &'a Value) {
+        if value.range.end < self.part.start || value.range.start > self.part.end {
+            return;
+        }
+        let unit = unit(self.cx, expect);
+        let angle = |unit: &str| if unit == "°" { unit.to_owned() } else { format!(" {unit}") };
+        let unit = unit.map_or(String::new(), |unit| angle(&unit));
+        match &value.shape {
+            Shape::Number(_) if self.shown.units && !unit.is_empty() => self.push(value.range.end, unit, false),
+            Shape::Body(body) if self.shown.units && !unit.is_empty() && body.bracket == b'(' => {
+                let numbers = |item: &Item| item.value.as_ref().is_some_and(|v| matches!(v.shape, Shape::Number(_)));
+                if !body.items.is_empty() && body.items.iter().all(numbers) {
+                    self.push(value.range.end, unit, false);
+                }
+            }
+            Shape::Text(text) if self.shown.values && text.starts_with(['$', '=']) => {
+                let formula = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula);
+                if !formula
+                    && !matches!(expect, Expect::Note)
+                    && let Some(known) = evaluate::value(self.cx, text)
+                {
+                    self.push(value.range.end, format!(" = {}{unit}", evaluate::spell(&known)), false);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The unit of a value in a place.
+fn unit(cx: Cx<'_>, expect: Expect<'_>) -> Option<String> {
+    let declared = |file: &super::File, name: &str| {
+        let value = file.entry(Section::Params, name)?.value.as_ref()?;
+        file.text_of(value, "unit").map(str::to_owned)
+    };
+    match expect {
+        Expect::Value(_, param) => param.unit.clone(),
+        Expect::Canvas(Some("size_mm")) | Expect::Layout(Some("offset")) => Some("mm".to_owned()),
+        Expect::Layout(Some("angle")) => Some("°".to_owned()),
+        Expect::Preset(name) => declared(cx.file, name),
+        Expect::With(import, Some(name)) => declared(&*cx.imported(import)?, name),
+        _ => None,
+    }
+}

@@ -1,0 +1,37 @@
+//! What an editor must know of graph files: text and place in, answer out. Nothing here knows how editors ask.
+//!
+//! [`view`] gives the values of any text their places, [`file`] finds sections and names in it, [`expect`] says what may be written
+//! in each place, and [`walk`] brings the two together; everything else is built on that. Nothing here evaluates a picture.
+pub(crate) mod actions;
+pub(crate) mod colors;
+mod complete;
+pub(crate) mod diagnose;
+mod docs;
+mod evaluate;
+mod expect;
+mod file;
+mod habits;
+pub(crate) mod hover;
+pub(crate) mod inlay;
+pub(crate) mod lens;
+mod names;
+pub(crate) mod navigate;
+pub(crate) mod rename;
+mod signature;
+pub(crate) mod structure;
+#[cfg(test)]
+mod tests;
+pub(crate) mod tokens;
+mod types;
+mod view;
+mod walk;
+mod workspace;
+mod world;
+
+pub(crate) use complete::{Completion, Sort, Topic, complete, manual};
+pub(crate) use file::{File, Section};
+#[cfg(test)]
+use habits::Habits;
+pub(crate) use signature::signature;
+pub(crate) use workspace::{Workspace, identity};
+pub(crate) use world::{Cx, World};

@@ -1,0 +1,35 @@
+//! What the answers are worth on the graphs that come with the program.
+mod completion;
+
+use super::{Cx, File, Habits, Workspace, World};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The folder of the graphs.
+pub(super) fn graphs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs")
+}
+
+/// A workspace of the shipped graphs.
+pub(super) fn shipped() -> Workspace {
+    Workspace::new(Arc::new(crate::library::registry()), vec![graphs()])
+}
+
+/// What is offered at the `|` of a text, in a workspace of one file.
+pub(super) fn offered(text: &str) -> Vec<String> {
+    let at = text.find('|').expect("a cursor");
+    let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
+    let file = workspace.open(Path::new("/nowhere/a.ron"), text.replacen('|', "", 1));
+    let cx = Cx { world: &workspace, file: &file };
+    super::complete(cx, at).into_iter().map(|one| one.label).collect()
+}
+
+/// The habits of all graphs but one, so that nothing is learnt from the text that is asked about.
+pub(super) fn habits_without(path: &str) -> Habits {
+    let files: Vec<File> = crate::library::graphs()
+        .iter()
+        .filter(|graph| graph.path != path)
+        .map(|graph| File::new(graph.path, graph.text))
+        .collect();
+    Habits::of(shipped().registry(), &files)
+}

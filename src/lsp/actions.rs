@@ -1,0 +1,76 @@
+//! Changes that are offered at a place.
+use super::convert;
+use super::server::{Answer, Refusal, Server};
+use crate::ide::actions::{Action, ActionKind, actions as offered};
+use crate::ide::diagnose::{Finding, Severity};
+use lsp_server::ErrorCode;
+use lsp_types::{CodeAction, CodeActionKind, CodeActionParams, Diagnostic, NumberOrString};
+use serde_json::Value as Json;
+
+/// What is offered for a selection.
+pub(super) fn actions(server: &Server, params: &CodeActionParams) -> Answer {
+    let document = server.document(&params.text_document.uri)?;
+    let selected = document.lines.range(params.range);
+    let told: Vec<&Diagnostic> =
+        params.context.diagnostics.iter().filter(|d| d.source.as_deref() == Some("shibo")).collect();
+    let findings: Vec<Finding> = told.iter().map(|d| finding(server, params, d)).collect::<Result<_, _>>()?;
+    let mut list = Vec::new();
+    for action in offered(server.cx(document), &selected, &findings) {
+        let kind = kind(action.kind);
+        let wanted = params.context.only.as_ref().is_none_or(|only| {
+            only.iter().any(|only| only == &CodeActionKind::EMPTY || kind.as_str().starts_with(only.as_str()))
+        });
+        if !wanted || (!action.creates.is_empty() && !server.client.creates) {
+            continue;
+        }
+        list.extend(code_action(server, &action, kind, &told));
+    }
+    serde_json::to_value(list).map_err(|error| Refusal(ErrorCode::InternalError, error.to_string()))
+}
+
+fn code_action(server: &Server, action: &Action, kind: CodeActionKind, told: &[&Diagnostic]) -> Option<CodeAction> {
+    Some(CodeAction {
+        title: action.title.clone(),
+        is_preferred: (kind == CodeActionKind::QUICKFIX).then_some(true),
+        kind: Some(kind),
+        diagnostics: action.mends.and_then(|index| Some(vec![(*told.get(index)?).clone()])),
+        edit: Some(convert::workspace_edit(server, &action.edits, &action.creates)?),
+        ..CodeAction::default()
+    })
+}
+
+fn kind(kind: ActionKind) -> CodeActionKind {
+    match kind {
+        ActionKind::Fix => CodeActionKind::QUICKFIX,
+        ActionKind::Extract => CodeActionKind::REFACTOR_EXTRACT,
+        ActionKind::Inline => CodeActionKind::REFACTOR_INLINE,
+        ActionKind::Rewrite => CodeActionKind::REFACTOR_REWRITE,
+        ActionKind::Tidy => CodeActionKind::SOURCE,
+    }
+}
+
+/// What was found, from what the editor was told of it.
+fn finding(server: &Server, params: &CodeActionParams, told: &Diagnostic) -> Result<Finding, Refusal> {
+    let document = server.document(&params.text_document.uri)?;
+    let data = told.data.clone().unwrap_or_default();
+    let text = |key: &str| data[key].as_str().map(str::to_owned);
+    // Editors that keep no data still have the message, whose second line is what to do.
+    let (message, help) = match told.message.split_once('\n') {
+        Some((message, help)) => (message.to_owned(), Some(help.to_owned())),
+        None => (told.message.clone(), None),
+    };
+    let code = match &told.code {
+        Some(NumberOrString::String(code)) => code.clone(),
+        _ => String::new(),
+    };
+    Ok(Finding {
+        range: document.lines.range(told.range),
+        severity: Severity::Error,
+        unneeded: data["unneeded"] == Json::Bool(true) || code == "unused",
+        code,
+        message: text("message").unwrap_or(message),
+        help: text("help").or(help),
+        related: Vec::new(),
+        deprecated: false,
+    })
+}

@@ -1,0 +1,267 @@
+//! Diagnostics: a thread that checks the newest texts and tells the editor, so that nothing waits for it.
+use super::text::{Encoding, Lines};
+use super::uris;
+use crate::ide::diagnose::{Finding, Severity, by_file, hints};
+use crate::ide::{Cx, File, Workspace, World, identity};
+use lsp_server::{Message, Notification};
+use lsp_types::{
+    Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location, NumberOrString,
+    PublishDiagnosticsParams, Uri,
+};
+use serde_json::json;
+use shibo_engine::graph::{Limits, LoadOptions, Loaded, load_text};
+use shibo_engine::registry::Registry;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant, SystemTime};
+
+/// How often files on disk are looked at.
+const LOOK: Duration = Duration::from_millis(400);
+
+/// What the thread is told.
+pub(super) enum Job {
+    /// A file has this text.
+    Text {
+        /// How the editor calls the file.
+        uri: Uri,
+        /// The version of the text.
+        version: i32,
+        /// The text, read.
+        file: Arc<File>,
+    },
+    /// A file was closed.
+    Close(PathBuf),
+    /// The folders of the workspace.
+    Roots(Vec<PathBuf>),
+}
+
+/// A file that is open.
+struct Open {
+    uri: Uri,
+    version: i32,
+    file: Arc<File>,
+}
+
+/// What was found when a file was checked.
+struct Checked {
+    /// By the file that it is in; with the text that the places are of.
+    found: HashMap<PathBuf, (Arc<str>, Vec<Finding>)>,
+    /// The files that were looked at, as they were.
+    seen: Vec<(PathBuf, Option<(SystemTime, u64)>)>,
+}
+
+/// The thread.
+pub(super) struct Checker {
+    registry: Arc<Registry>,
+    workspace: Workspace,
+    encoding: Encoding,
+    send: Box<dyn Fn(Message) + Send>,
+    open: BTreeMap<PathBuf, Open>,
+    checked: BTreeMap<PathBuf, Checked>,
+    /// Files that the editor was told something about.
+    told: BTreeSet<PathBuf>,
+}
+
+impl Checker {
+    /// A checker that tells the editor through `send`.
+    pub(super) fn new(
+        registry: Arc<Registry>,
+        roots: Vec<PathBuf>,
+        encoding: Encoding,
+        send: impl Fn(Message) + Send + 'static,
+    ) -> Self {
+        Self {
+            workspace: Workspace::new(registry.clone(), roots),
+            registry,
+            encoding,
+            send: Box::new(send),
+            open: BTreeMap::new(),
+            checked: BTreeMap::new(),
+            told: BTreeSet::new(),
+        }
+    }
+
+    /// Works until nobody can tell it anything more.
+    pub(super) fn run(mut self, jobs: &Receiver<Job>) {
+        let mut looked = Instant::now();
+        let mut due: BTreeSet<PathBuf> = BTreeSet::new();
+        loop {
+            let wait = if due.is_empty() { LOOK.saturating_sub(looked.elapsed()) } else { Duration::ZERO };
+            match jobs.recv_timeout(wait) {
+                Ok(job) => {
+                    self.take(job, &mut due);
+                    continue;
+                }
+                Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            if let Some(path) = due.pop_first() {
+                self.check(&path);
+            } else if looked.elapsed() >= LOOK {
+                due = self.changed_on_disk();
+                looked = Instant::now();
+            }
+        }
+    }
+
+    fn take(&mut self, job: Job, due: &mut BTreeSet<PathBuf>) {
+        match job {
+            Job::Text { uri, version, file } => {
+                let path = file.path.clone();
+                self.workspace.insert(file.clone());
+                self.open.insert(path.clone(), Open { uri, version, file });
+                due.extend(self.readers(&path));
+                due.insert(path);
+            }
+            Job::Close(path) => {
+                self.workspace.close(&path);
+                self.open.remove(&path);
+                due.extend(self.readers(&path));
+                due.remove(&path);
+                if let Some(checked) = self.checked.remove(&path) {
+                    let files: Vec<PathBuf> = checked.found.into_keys().chain([path]).collect();
+                    files.iter().for_each(|path| self.publish(path));
+                }
+            }
+            Job::Roots(roots) => self.workspace.set_roots(roots),
+        }
+    }
+
+    /// The open files whose check looked at a file.
+    fn readers(&self, path: &Path) -> Vec<PathBuf> {
+        let reads = |checked: &Checked| checked.seen.iter().any(|(seen, _)| seen == path);
+        let readers = self.checked.iter().filter(|(own, checked)| *own != path && reads(checked));
+        readers.map(|(path, _)| path.clone()).filter(|path| self.open.contains_key(path)).collect()
+    }
+
+    /// The open files of which something on disk has changed.
+    fn changed_on_disk(&mut self) -> BTreeSet<PathBuf> {
+        let changed = |checked: &Checked| {
+            checked.seen.iter().any(|(path, state)| !self.open.contains_key(path) && state_of(path) != *state)
+        };
+        let due: BTreeSet<PathBuf> =
+            self.checked.iter().filter(|(_, checked)| changed(checked)).map(|(path, _)| path.clone()).collect();
+        if !due.is_empty() {
+            self.workspace.refresh();
+        }
+        due
+    }
+
+    fn check(&mut self, path: &Path) {
+        let Some(open) = self.open.get(path) else { return };
+        let file = open.file.clone();
+        let mut found: HashMap<PathBuf, (Arc<str>, Vec<Finding>)> = HashMap::new();
+        let mut seen = Vec::new();
+        if file.is_graph() {
+            let Loaded { graph, diagnostics, sources, files } =
+                load_text(path, &file.text, &self.registry, &self.options());
+            let mut all = diagnostics;
+            all.extend(graph.iter().flat_map(|graph| graph.advice()));
+            let texts = sources.sources().len();
+            debug_assert!(texts > 0, "the file itself is a source");
+            for (path, findings) in by_file(&all, &sources) {
+                let text = sources.sources().iter().find(|source| source.path == path).map(|s| s.text.clone());
+                found.insert(identity(&path), (text.unwrap_or_default(), findings));
+            }
+            let cx = Cx { world: &self.workspace, file: &file };
+            let own = found.entry(path.to_owned()).or_insert_with(|| (file.text.clone(), Vec::new()));
+            own.1.extend(hints(cx));
+            seen = files.iter().map(|path| (identity(path), state_of(path))).collect();
+            let pictures = graph.iter().flat_map(|graph| graph.nodes.node_weights()).flat_map(|node| &node.files);
+            seen.extend(pictures.map(|(_, path)| (identity(path), state_of(path))));
+        }
+        let before = self.checked.insert(path.to_owned(), Checked { found, seen });
+        let mut files: BTreeSet<PathBuf> = before.into_iter().flat_map(|checked| checked.found.into_keys()).collect();
+        files.extend(self.checked.get(path).into_iter().flat_map(|checked| checked.found.keys().cloned()));
+        files.insert(path.to_owned());
+        files.iter().for_each(|path| self.publish(path));
+    }
+
+    fn options(&self) -> LoadOptions {
+        LoadOptions {
+            preset: None,
+            set: Vec::new(),
+            resolution: None,
+            working_dir: std::env::current_dir().unwrap_or_default(),
+            limits: Limits::default(),
+        }
+    }
+
+    /// Tells the editor everything that was found in a file, by whichever check.
+    fn publish(&mut self, path: &Path) {
+        let mut lists: Vec<&(Arc<str>, Vec<Finding>)> = Vec::new();
+        lists.extend(self.checked.get(path).and_then(|checked| checked.found.get(path)));
+        let others = self.checked.iter().filter(|(own, _)| *own != path);
+        lists.extend(others.filter_map(|(_, checked)| checked.found.get(path)));
+        let open = self.open.get(path);
+        let Some(uri) = open.map(|open| open.uri.clone()).or_else(|| uris::uri(path)) else { return };
+        let mut seen = BTreeSet::new();
+        let mut diagnostics = Vec::new();
+        let mut lines: Option<Lines> = None;
+        for (text, findings) in lists {
+            // A check of an older text tells nothing about the places of this one.
+            if open.is_some_and(|open| open.file.text != *text) {
+                continue;
+            }
+            let lines = lines.get_or_insert_with(|| Lines::new(text.clone(), self.encoding));
+            for finding in findings {
+                if seen.insert((finding.range.start, finding.range.end, finding.severity, finding.message.clone())) {
+                    diagnostics.push(self.diagnostic(finding, lines));
+                }
+            }
+        }
+        if diagnostics.is_empty() && open.is_none() && !self.told.remove(path) {
+            return;
+        }
+        if !diagnostics.is_empty() {
+            self.told.insert(path.to_owned());
+        }
+        let params = PublishDiagnosticsParams { uri, diagnostics, version: open.map(|open| open.version) };
+        let method = "textDocument/publishDiagnostics".to_owned();
+        (self.send)(Message::Notification(Notification::new(method, params)));
+    }
+
+    fn diagnostic(&self, finding: &Finding, lines: &Lines) -> Diagnostic {
+        let severity = match finding.severity {
+            Severity::Error => DiagnosticSeverity::ERROR,
+            Severity::Warning => DiagnosticSeverity::WARNING,
+            Severity::Hint => DiagnosticSeverity::HINT,
+        };
+        let tags = [
+            finding.unneeded.then_some(DiagnosticTag::UNNECESSARY),
+            finding.deprecated.then_some(DiagnosticTag::DEPRECATED),
+        ];
+        let tags: Vec<DiagnosticTag> = tags.into_iter().flatten().collect();
+        let help = finding.help.as_ref().map_or(String::new(), |help| format!("\n{help}"));
+        let related = finding.related.iter().filter_map(|(path, range, message)| {
+            let file = self.workspace.file(path)?;
+            let lines = Lines::new(file.text.clone(), self.encoding);
+            let uri = self.open.get(path).map(|open| open.uri.clone()).or_else(|| uris::uri(path))?;
+            Some(DiagnosticRelatedInformation {
+                location: Location::new(uri, lines.span(range)),
+                message: message.clone(),
+            })
+        });
+        let related: Vec<_> = related.collect();
+        Diagnostic {
+            range: lines.span(&finding.range),
+            severity: Some(severity),
+            code: Some(NumberOrString::String(finding.code.clone())),
+            source: Some("shibo".to_owned()),
+            message: format!("{}{help}", finding.message),
+            related_information: (!related.is_empty()).then_some(related),
+            tags: (!tags.is_empty()).then_some(tags),
+            data: Some(json!({ "message": finding.message, "help": finding.help, "unneeded": finding.unneeded })),
+            code_description: None,
+        }
+    }
+}
+
+/// What the system says of a file.
+fn state_of(path: &Path) -> Option<(SystemTime, u64)> {
+    let metadata = fs::metadata(path).ok()?;
+    Some((metadata.modified().ok()?, metadata.len()))
+}

@@ -1,0 +1,223 @@
+//! What the server does for the editor besides answering: it renders, and it talks with the page of `shibo watch`.
+use super::http;
+use super::server::{Answer, Event, Refusal, Server};
+use crate::environment;
+use crate::ide::lens::node_at;
+use crate::ide::{Cx, identity};
+use crate::serve::open_browser;
+use lsp_server::ErrorCode;
+use lsp_types::{ExecuteCommandParams, MessageType, Position, Range, ShowDocumentParams, ShowMessageParams, Uri};
+use serde_json::{Value as Json, json};
+use std::collections::HashSet;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::str::FromStr;
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+/// What threads report.
+pub(super) enum Jump {
+    /// A node was clicked: the file, and line and column from 1, columns in characters.
+    To(PathBuf, u32, u32),
+    /// A page is to be opened.
+    Open(String),
+    /// Something is to be said.
+    Say(MessageType, String),
+}
+
+#[derive(Default)]
+struct Inner {
+    /// Pages that are listened to.
+    heard: HashSet<String>,
+    /// Those that were started here; they end with the server.
+    children: Vec<Child>,
+}
+
+/// The pages of `shibo watch`.
+#[derive(Clone)]
+pub(super) struct Pages {
+    events: Sender<Event>,
+    cache_dir: Option<PathBuf>,
+    inner: Arc<Mutex<Inner>>,
+}
+
+impl Pages {
+    /// None is known yet.
+    pub(super) fn new(events: Sender<Event>, cache_dir: Option<PathBuf>) -> Self {
+        Self { events, cache_dir, inner: Arc::default() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn say(&self, kind: MessageType, text: impl Into<String>) {
+        let _ = self.events.send(Event::Jump(Jump::Say(kind, text.into())));
+    }
+
+    /// Shows a target on the page of a graph. A page is found or started; where nobody looks at it, it is opened.
+    fn show(&self, path: &Path, target: &str) {
+        let Some(url) = self.find(path).or_else(|| self.start(path)) else {
+            self.say(MessageType::ERROR, format!("the page of `{}` cannot be started", path.display()));
+            return;
+        };
+        self.hear(&url);
+        let answer = http::post(&url, "show", &json!({ "target": target }));
+        let pages = answer.and_then(|answer| answer["pages"].as_u64()).unwrap_or_default();
+        if pages == 0 {
+            let anchor = target.replace('@', "%40");
+            let _ = self.events.send(Event::Jump(Jump::Open(format!("{url}#{anchor}"))));
+        }
+    }
+
+    /// The page of a graph that is watched already.
+    fn find(&self, path: &Path) -> Option<String> {
+        let note = std::fs::read_to_string(environment::page_note(&identity(path))).ok()?;
+        let note: Json = serde_json::from_str(&note).ok()?;
+        let url = note["url"].as_str()?.to_owned();
+        http::post(&url, "show", &json!({ "target": null })).map(|_| url)
+    }
+
+    /// Watches a graph.
+    fn start(&self, path: &Path) -> Option<String> {
+        let mut command = Command::new(std::env::current_exe().ok()?);
+        command.arg("watch").arg(path).args(["--no-open", "--log", "json"]);
+        if let Some(dir) = &self.cache_dir {
+            command.arg("--cache-dir").arg(dir);
+        }
+        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().ok()?;
+        let mut lines = BufReader::new(child.stdout.take()?).lines();
+        let heard = lines.by_ref().map_while(Result::ok).find_map(|line| {
+            let event: Json = serde_json::from_str(&line).ok()?;
+            event["url"].as_str().map(str::to_owned)
+        });
+        // What it prints later is read, so that it never waits for that.
+        thread::spawn(move || lines.for_each(drop));
+        self.lock().children.push(child);
+        heard
+    }
+
+    /// Hears of clicks on a page.
+    fn hear(&self, url: &str) {
+        if !self.lock().heard.insert(url.to_owned()) {
+            return;
+        }
+        let (pages, url) = (self.clone(), url.to_owned());
+        thread::spawn(move || {
+            http::listen(&url, |kind, data| {
+                let number = |key: &str| data[key].as_u64().and_then(|n| u32::try_from(n).ok());
+                let place = data["file"].as_str().zip(number("line")).zip(number("column"));
+                match place.filter(|_| kind == "jump") {
+                    Some(((file, line), column)) => {
+                        pages.events.send(Event::Jump(Jump::To(PathBuf::from(file), line, column))).is_ok()
+                    }
+                    None => true,
+                }
+            });
+            pages.lock().heard.remove(&url);
+        });
+    }
+
+    /// Renders an output of a graph into the folder `out` beside it.
+    fn render(&self, path: &Path, output: &str) {
+        let out = path.parent().unwrap_or(Path::new("")).join("out");
+        let made = std::env::current_exe().and_then(|program| {
+            let mut command = Command::new(program);
+            command.arg("render").arg(path).arg("--output").arg(output).arg("-o").arg(&out);
+            if let Some(dir) = &self.cache_dir {
+                command.arg("--cache-dir").arg(dir);
+            }
+            command.stdin(Stdio::null()).output()
+        });
+        match made {
+            Ok(made) if made.status.success() => {
+                self.say(MessageType::INFO, format!("rendered `{output}` to {}", out.display()));
+            }
+            Ok(made) => {
+                let text = String::from_utf8_lossy(&made.stderr).trim().to_owned();
+                self.say(MessageType::ERROR, format!("`{output}` could not be rendered: {text}"));
+            }
+            Err(error) => self.say(MessageType::ERROR, format!("`{output}` could not be rendered: {error}")),
+        }
+    }
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        for child in &mut self.children {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+impl Server {
+    /// Runs a command. It answers at once; what takes time is done by a thread.
+    pub(super) fn execute(&self, params: ExecuteCommandParams) -> Answer {
+        let bad = |text: &str| Refusal(ErrorCode::InvalidParams, text.to_owned());
+        let uri = params.arguments.first().and_then(Json::as_str).and_then(|uri| Uri::from_str(uri).ok());
+        let uri = uri.ok_or_else(|| bad("the first argument is the address of a graph file"))?;
+        let path = super::uris::path(&uri);
+        let pages = self.pages.clone();
+        let name = self.named(&uri, params.arguments.get(1));
+        match params.command.as_str() {
+            "shibo.render" => {
+                let name = name.ok_or_else(|| bad("the second argument is the name of an output"))?;
+                thread::spawn(move || pages.render(&path, &name));
+            }
+            "shibo.preview" => {
+                let target = name.unwrap_or_default();
+                thread::spawn(move || pages.show(&path, &target));
+            }
+            "shibo.show" => {
+                let node =
+                    name.ok_or_else(|| bad("the second argument is the name of a node, or a position in one"))?;
+                thread::spawn(move || pages.show(&path, &format!("@{node}")));
+            }
+            other => return Err(Refusal(ErrorCode::InvalidParams, format!("there is no command `{other}`"))),
+        }
+        Ok(Json::Null)
+    }
+
+    /// The name that a command is given: as a text, or as the position of the cursor.
+    fn named(&self, uri: &Uri, argument: Option<&Json>) -> Option<String> {
+        let argument = argument?;
+        if let Some(name) = argument.as_str() {
+            return Some(name.to_owned());
+        }
+        let position: Position = serde_json::from_value(argument.clone()).ok()?;
+        let file = self.file_of(uri)?;
+        let at = self.lines(&file.path)?.offset(position);
+        node_at(Cx { world: &self.workspace, file: &file }, at)
+    }
+
+    /// Does what a thread reports.
+    pub(super) fn jump(&mut self, jump: &Jump) {
+        match jump {
+            Jump::To(path, line, column) => {
+                let Some((uri, _)) = self.address(&identity(path)) else { return };
+                // The page counts characters; only names come before a kind, so that these are the same in all encodings mostly.
+                let at = Position::new(line.saturating_sub(1), column.saturating_sub(1));
+                let selection = Some(Range::new(at, at));
+                if self.client.shows {
+                    let params = ShowDocumentParams { uri, external: Some(false), take_focus: Some(true), selection };
+                    self.ask("window/showDocument", params);
+                }
+            }
+            Jump::Open(url) => {
+                if let (true, Ok(uri)) = (self.client.shows, Uri::from_str(url)) {
+                    let params =
+                        ShowDocumentParams { uri, external: Some(true), take_focus: Some(false), selection: None };
+                    self.ask("window/showDocument", params);
+                } else {
+                    open_browser(url);
+                }
+            }
+            Jump::Say(kind, text) => {
+                self.tell("window/showMessage", ShowMessageParams { typ: *kind, message: text.clone() });
+            }
+        }
+    }
+}

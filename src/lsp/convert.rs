@@ -1,0 +1,235 @@
+//! Answers in the words of the protocol.
+use super::server::Server;
+use super::text::{Encoding, Lines};
+use crate::ide::rename::{Edit, Edits};
+use crate::ide::structure::Entry;
+use crate::ide::tokens::Token;
+use crate::ide::{Completion, Section, Sort};
+use lsp_types::{
+    CompletionItem, CompletionItemKind, CompletionItemLabelDetails, CompletionItemTag, CompletionTextEdit, CreateFile,
+    CreateFileOptions, DocumentChangeOperation, DocumentChanges, DocumentSymbol, InsertTextFormat, OneOf,
+    OptionalVersionedTextDocumentIdentifier, ResourceOp, SemanticToken, SemanticTokenType, SymbolKind,
+    TextDocumentEdit, TextEdit, WorkspaceEdit,
+};
+use serde_json::{Value as Json, json};
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+/// The commands that the server runs.
+pub(super) const COMMANDS: [&str; 3] = ["shibo.render", "shibo.preview", "shibo.show"];
+
+/// What the server can do.
+pub(super) fn capabilities(encoding: Encoding) -> Json {
+    let legend: Vec<SemanticTokenType> = Token::ALL.iter().map(|token| token_type(*token)).collect();
+    json!({
+        "positionEncoding": encoding.kind(),
+        "textDocumentSync": { "openClose": true, "change": 2, "save": { "includeText": false } },
+        "completionProvider": {
+            "triggerCharacters": ["\"", "$", ".", ":", "(", "=", "/", "#", "["],
+            "resolveProvider": true,
+            "completionItem": { "labelDetailsSupport": true },
+        },
+        "hoverProvider": true,
+        "signatureHelpProvider": { "triggerCharacters": ["(", ","] },
+        "definitionProvider": true,
+        "referencesProvider": true,
+        "documentHighlightProvider": true,
+        "renameProvider": { "prepareProvider": true },
+        "codeActionProvider": {
+            "codeActionKinds": ["quickfix", "refactor.extract", "refactor.inline", "refactor.rewrite", "source"],
+        },
+        "colorProvider": true,
+        "inlayHintProvider": true,
+        "documentSymbolProvider": true,
+        "workspaceSymbolProvider": true,
+        "foldingRangeProvider": true,
+        "selectionRangeProvider": true,
+        "documentLinkProvider": {},
+        "semanticTokensProvider": {
+            "legend": { "tokenTypes": legend, "tokenModifiers": ["declaration"] },
+            "full": true,
+            "range": true,
+        },
+        "codeLensProvider": {},
+        "executeCommandProvider": { "commands": COMMANDS },
+        "workspace": { "workspaceFolders": { "supported": true, "changeNotifications": true } },
+    })
+}
+
+/// The type of a token that editors have colours for.
+fn token_type(token: Token) -> SemanticTokenType {
+    match token {
+        Token::Section => SemanticTokenType::KEYWORD,
+        Token::Kind => SemanticTokenType::CLASS,
+        Token::Field => SemanticTokenType::PROPERTY,
+        Token::Node => SemanticTokenType::FUNCTION,
+        Token::Reference => SemanticTokenType::VARIABLE,
+        Token::Port => SemanticTokenType::METHOD,
+        Token::Param => SemanticTokenType::PARAMETER,
+        Token::Choice => SemanticTokenType::ENUM_MEMBER,
+        Token::Function => SemanticTokenType::MACRO,
+        Token::Unit => SemanticTokenType::COMMENT,
+    }
+}
+
+/// Tokens as differences from each to the next; one that goes over several lines is left out.
+pub(super) fn tokens(tokens: &[(std::ops::Range<usize>, Token)], lines: &Lines) -> Vec<SemanticToken> {
+    let (mut line, mut start) = (0, 0);
+    let mut all = Vec::with_capacity(tokens.len());
+    for (range, token) in tokens {
+        let span = lines.span(range);
+        if span.start.line != span.end.line || span.start == span.end {
+            continue;
+        }
+        let down = span.start.line - line;
+        let right = if down == 0 { span.start.character.saturating_sub(start) } else { span.start.character };
+        (line, start) = (span.start.line, span.start.character);
+        let token_type = Token::ALL.iter().position(|t| t == token).and_then(|i| u32::try_from(i).ok());
+        all.push(SemanticToken {
+            delta_line: down,
+            delta_start: right,
+            length: span.end.character - span.start.character,
+            token_type: token_type.unwrap_or_default(),
+            token_modifiers_bitset: u32::from(*token == Token::Node),
+        });
+    }
+    all
+}
+
+/// An offer; `index` is its place among all.
+pub(super) fn completion(one: &Completion, index: usize, lines: &Lines, uri: &str, snippets: bool) -> CompletionItem {
+    let kind = match one.sort {
+        Sort::Kind => CompletionItemKind::CLASS,
+        Sort::Node => CompletionItemKind::VARIABLE,
+        Sort::Field => CompletionItemKind::FIELD,
+        Sort::Choice => CompletionItemKind::ENUM_MEMBER,
+        Sort::Param => CompletionItemKind::CONSTANT,
+        Sort::Function => CompletionItemKind::FUNCTION,
+        Sort::File => CompletionItemKind::FILE,
+        Sort::Folder => CompletionItemKind::FOLDER,
+        Sort::Color => CompletionItemKind::COLOR,
+        Sort::Name => CompletionItemKind::MODULE,
+        Sort::Value => CompletionItemKind::VALUE,
+    };
+    let (text, format) = match (one.snippet, snippets) {
+        (true, true) => (one.insert.clone(), InsertTextFormat::SNIPPET),
+        (true, false) => (plain(&one.insert), InsertTextFormat::PLAIN_TEXT),
+        (false, _) => (one.insert.clone(), InsertTextFormat::PLAIN_TEXT),
+    };
+    let quoted = text.starts_with('"');
+    CompletionItem {
+        label: one.label.clone(),
+        kind: Some(kind),
+        label_details: Some(CompletionItemLabelDetails { detail: None, description: Some(short(&one.detail)) }),
+        detail: (!one.detail.is_empty()).then(|| one.detail.clone()),
+        sort_text: Some(format!("{index:05}")),
+        filter_text: quoted.then(|| format!("\"{}", one.label)),
+        insert_text_format: Some(format),
+        text_edit: Some(CompletionTextEdit::Edit(TextEdit::new(lines.span(&one.replace), text))),
+        tags: one.deprecated.then(|| vec![CompletionItemTag::DEPRECATED]),
+        data: Some(json!({ "uri": uri, "topic": one.topic })),
+        ..CompletionItem::default()
+    }
+}
+
+/// A few words of a line.
+fn short(text: &str) -> String {
+    if text.chars().count() > 48 { text.chars().take(47).chain(['…']).collect() } else { text.to_owned() }
+}
+
+/// A snippet without its places.
+fn plain(snippet: &str) -> String {
+    let mut out = String::new();
+    let mut chars = snippet.chars().peekable();
+    while let Some(c) = chars.next() {
+        if c != '$' {
+            out.push(c);
+            continue;
+        }
+        if chars.next_if_eq(&'{').is_some() {
+            // `${1:text}` is `text`.
+            let inner: String = chars.by_ref().take_while(|c| *c != '}').collect();
+            out.push_str(inner.split_once(':').map_or("", |(_, text)| text));
+        } else {
+            while chars.next_if(char::is_ascii_digit).is_some() {}
+        }
+    }
+    out
+}
+
+/// An entry of the outline.
+#[expect(deprecated, reason = "the protocol still has the field")]
+pub(super) fn symbol(entry: &Entry, lines: &Lines) -> DocumentSymbol {
+    let children: Vec<DocumentSymbol> = entry.children.iter().map(|child| symbol(child, lines)).collect();
+    DocumentSymbol {
+        name: if entry.name.is_empty() { "\"\"".to_owned() } else { entry.name.clone() },
+        detail: (!entry.detail.is_empty()).then(|| entry.detail.clone()),
+        kind: symbol_kind(entry),
+        tags: None,
+        deprecated: None,
+        range: lines.span(&entry.range),
+        selection_range: lines.span(&entry.name_range),
+        children: (!children.is_empty()).then_some(children),
+    }
+}
+
+/// What an entry of the outline is shown as.
+pub(super) fn symbol_kind(entry: &Entry) -> SymbolKind {
+    match entry.section {
+        None => SymbolKind::NAMESPACE,
+        Some(Section::Nodes) if entry.uses => SymbolKind::MODULE,
+        Some(Section::Nodes) => SymbolKind::FUNCTION,
+        Some(Section::Params) => SymbolKind::CONSTANT,
+        Some(Section::Presets) => SymbolKind::ENUM_MEMBER,
+        Some(Section::Inputs) => SymbolKind::INTERFACE,
+        Some(Section::Imports) => SymbolKind::PACKAGE,
+        Some(Section::Outputs) => SymbolKind::EVENT,
+    }
+}
+
+fn text_edits(edits: &[Edit], lines: &Lines) -> Vec<TextEdit> {
+    edits.iter().map(|edit| TextEdit::new(lines.span(&edit.range), edit.text.clone())).collect()
+}
+
+/// Changes of several files; files that are made come first. Nothing if a file cannot be addressed.
+pub(super) fn workspace_edit(server: &Server, edits: &Edits, creates: &[(PathBuf, String)]) -> Option<WorkspaceEdit> {
+    let mut operations = Vec::new();
+    let mut changes = HashMap::new();
+    for (path, text) in creates {
+        let (uri, _) = server.address(path)?;
+        let options = CreateFileOptions { overwrite: Some(false), ignore_if_exists: Some(false) };
+        let create = CreateFile { uri: uri.clone(), options: Some(options), annotation_id: None };
+        operations.push(DocumentChangeOperation::Op(ResourceOp::Create(create)));
+        let start = lsp_types::Range::default();
+        let edit = OneOf::Left(TextEdit::new(start, text.clone()));
+        let text_document = OptionalVersionedTextDocumentIdentifier { uri, version: None };
+        operations.push(DocumentChangeOperation::Edit(TextDocumentEdit { text_document, edits: vec![edit] }));
+    }
+    for (path, edits) in edits {
+        let (uri, version) = server.address(path)?;
+        let edits = text_edits(edits, &server.lines(path)?);
+        if creates.is_empty() {
+            changes.insert(uri, edits);
+            continue;
+        }
+        let text_document = OptionalVersionedTextDocumentIdentifier { uri, version };
+        let edits = edits.into_iter().map(OneOf::Left).collect();
+        operations.push(DocumentChangeOperation::Edit(TextDocumentEdit { text_document, edits }));
+    }
+    Some(if creates.is_empty() {
+        WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }
+    } else {
+        WorkspaceEdit { document_changes: Some(DocumentChanges::Operations(operations)), ..WorkspaceEdit::default() }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn snippets_become_plain_texts() {
+        assert_eq!(plain("Blur(input: \"$1\"$0)"), "Blur(input: \"\")");
+        assert_eq!(plain("Number(default: ${1:0.5}, doc: \"$2\")$0"), "Number(default: 0.5, doc: \"\")");
+    }
+}

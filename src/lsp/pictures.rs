@@ -1,0 +1,231 @@
+//! Pictures for hovers: of kinds, of nodes and of picture files. A thread makes them when they are first asked for; the answer that
+//! asked does not wait, the next one shows them.
+mod draw;
+mod sketch;
+
+use super::server::PictureForm;
+use crate::environment;
+use crate::ide::hover::{Evaluated, Pictures};
+use crate::ide::{Workspace, World};
+use draw::Studio;
+use sha2::{Digest, Sha256};
+use shibo_engine::eval::CancelToken;
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::SystemTime;
+
+/// The most answers that are kept.
+const KEPT: usize = 400;
+
+/// What a picture is of.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) enum Subject {
+    /// A kind.
+    Kind(String),
+    /// A node, or `node.port`, of a graph file.
+    Node(PathBuf, String),
+    /// A picture file, as it was at a time.
+    File(PathBuf, Option<SystemTime>),
+}
+
+/// Something to be made: its subject, and for a node the text of its file and the other texts that are open.
+pub(super) struct Wish {
+    subject: Subject,
+    text: Option<Arc<str>>,
+    open: BTreeMap<PathBuf, Arc<str>>,
+}
+
+/// What was made: a PNG, and a few words.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Made {
+    png: Option<Vec<u8>>,
+    about: String,
+}
+
+/// An answer for a text.
+struct Known {
+    text: Option<Arc<str>>,
+    shown: Evaluated,
+}
+
+#[derive(Default)]
+struct Shared {
+    known: HashMap<Subject, Known>,
+    /// What is wished for and not yet made.
+    pending: HashMap<Subject, Option<Arc<str>>>,
+    form: PictureForm,
+    /// Cancels what is being made for a node.
+    current: Option<CancelToken>,
+}
+
+/// Makes the pictures.
+pub(super) struct Painter {
+    shared: Arc<Mutex<Shared>>,
+    cache_dir: Option<PathBuf>,
+    wishes: OnceLock<Sender<Wish>>,
+}
+
+fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Painter {
+    /// A painter that has made nothing yet.
+    pub(super) fn new(cache_dir: Option<PathBuf>, form: PictureForm) -> Self {
+        let shared = Shared { form, ..Shared::default() };
+        let cache_dir = cache_dir.or_else(environment::cache_dir);
+        Self { shared: Arc::new(Mutex::new(shared)), cache_dir, wishes: OnceLock::new() }
+    }
+
+    /// The editor wants pictures in another form.
+    pub(super) fn set_form(&self, form: PictureForm) {
+        let mut shared = lock(&self.shared);
+        shared.form = form;
+        shared.known.clear();
+    }
+
+    /// The pictures of a workspace.
+    pub(super) fn of<'a>(&'a self, workspace: &'a Workspace) -> View<'a> {
+        View { painter: self, workspace }
+    }
+
+    /// What is known; if nothing is, it is made.
+    fn ask(&self, wish: Wish) -> Option<Evaluated> {
+        let mut shared = lock(&self.shared);
+        if let Some(known) = shared.known.get(&wish.subject)
+            && known.text == wish.text
+        {
+            return Some(known.shown.clone());
+        }
+        if shared.form == PictureForm::None && !matches!(wish.subject, Subject::Node(..)) {
+            return None;
+        }
+        if shared.pending.get(&wish.subject) == Some(&wish.text) {
+            return None;
+        }
+        shared.pending.insert(wish.subject.clone(), wish.text.clone());
+        // The newest wish is what somebody looks at.
+        shared.current.iter().for_each(CancelToken::cancel);
+        drop(shared);
+        let wishes = self.wishes.get_or_init(|| {
+            let (sender, wishes) = channel();
+            let (shared, cache_dir) = (self.shared.clone(), self.cache_dir.clone());
+            std::thread::spawn(move || work(&shared, cache_dir, &wishes));
+            sender
+        });
+        let _ = wishes.send(wish);
+        None
+    }
+}
+
+/// Makes what is wished for, the newest first, until nobody wishes any more.
+fn work(shared: &Mutex<Shared>, cache_dir: Option<PathBuf>, wishes: &Receiver<Wish>) {
+    let mut studio = Studio::new(cache_dir);
+    let mut waiting: Vec<Wish> = Vec::new();
+    loop {
+        if waiting.is_empty() {
+            let Ok(wish) = wishes.recv() else { return };
+            waiting.push(wish);
+        }
+        waiting.extend(wishes.try_iter());
+        let Some(wish) = waiting.pop() else { continue };
+        // A newer text of the same file makes this wish needless.
+        if lock(shared).pending.get(&wish.subject) != Some(&wish.text) {
+            continue;
+        }
+        let cancel = CancelToken::default();
+        lock(shared).current = Some(cancel.clone());
+        let made = studio.make(&wish, &cancel);
+        let cancelled = cancel.is_cancelled() && made.is_none();
+        let mut now = lock(shared);
+        now.current = None;
+        if cancelled && waiting.len() < KEPT {
+            // It is made after what was wished for meanwhile.
+            waiting.insert(0, wish);
+            drop(now);
+            waiting.extend(wishes.try_iter());
+            continue;
+        }
+        now.pending.remove(&wish.subject);
+        let made = made.unwrap_or_default();
+        let picture = made.png.and_then(|png| address(&png, now.form));
+        if now.known.len() >= KEPT {
+            now.known.clear();
+        }
+        let shown = Evaluated { picture, about: made.about };
+        now.known.insert(wish.subject, Known { text: wish.text, shown });
+    }
+}
+
+/// How a picture is put into a text.
+fn address(png: &[u8], form: PictureForm) -> Option<String> {
+    match form {
+        PictureForm::None => None,
+        PictureForm::Data => Some(format!("data:image/png;base64,{}", base64(png))),
+        PictureForm::File => {
+            let folder = environment::editor_dir();
+            let hash: String = Sha256::digest(png).iter().take(10).map(|byte| format!("{byte:02x}")).collect();
+            let path = folder.join(format!("{hash}.png"));
+            if !path.exists() {
+                fs::create_dir_all(&folder).and_then(|()| fs::write(&path, png)).ok()?;
+            }
+            super::uris::uri(&path).map(|uri| uri.as_str().to_owned())
+        }
+    }
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(chunk.get(i).copied().unwrap_or_default());
+        let word = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for i in 0..4 {
+            let letter = LETTERS[(word >> (18 - 6 * i) & 63) as usize];
+            out.push(if i <= chunk.len() { char::from(letter) } else { '=' });
+        }
+    }
+    out
+}
+
+/// The pictures as hovers ask for them.
+pub(super) struct View<'a> {
+    painter: &'a Painter,
+    workspace: &'a Workspace,
+}
+
+impl Pictures for View<'_> {
+    fn kind(&self, kind: &str) -> Option<String> {
+        let wish = Wish { subject: Subject::Kind(kind.to_owned()), text: None, open: BTreeMap::new() };
+        self.painter.ask(wish)?.picture
+    }
+
+    fn node(&self, path: &Path, node: &str) -> Option<Evaluated> {
+        let file = self.workspace.file(path)?;
+        let open = self.workspace.opened().map(|file| (file.path.clone(), file.text.clone())).collect();
+        let subject = Subject::Node(path.to_owned(), node.to_owned());
+        self.painter.ask(Wish { subject, text: Some(file.text.clone()), open })
+    }
+
+    fn file(&self, path: &Path) -> Option<String> {
+        let time = fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
+        let wish = Wish { subject: Subject::File(path.to_owned(), time), text: None, open: BTreeMap::new() };
+        self.painter.ask(wish)?.picture
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_become_base64() {
+        assert_eq!(
+            [b"".as_slice(), b"f", b"fo", b"foo", b"foob"].map(base64),
+            ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg=="]
+        );
+    }
+}

@@ -1,0 +1,176 @@
+//! How the pictures are made.
+use super::sketch::{self, SIDE};
+use super::{Made, Subject, Wish};
+use crate::library;
+use crate::serve::{Scene, Sight, Store};
+use glam::UVec2;
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
+use shibo_engine::picture::{ReadLimits, read};
+use shibo_engine::session::{Session, Settings};
+use shibo_engine::value::linear_to_srgb;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The memory for results.
+const MEMORY: u64 = 512 << 20;
+/// Larger pictures are not read for a hover, in pixels.
+const PIXELS: u64 = 64 << 20;
+
+/// A session, and the pictures that were made with it.
+pub(super) struct Studio {
+    cache_dir: Option<PathBuf>,
+    session: Option<Session>,
+    store: Store,
+}
+
+impl Studio {
+    /// Nothing is started before it is needed.
+    pub(super) fn new(cache_dir: Option<PathBuf>) -> Self {
+        Self { cache_dir, session: None, store: Store::default() }
+    }
+
+    /// Makes something; nothing if that is not possible, or no longer wanted.
+    pub(super) fn make(&mut self, wish: &Wish, cancel: &CancelToken) -> Option<Made> {
+        match &wish.subject {
+            Subject::Kind(kind) => self.kind(kind, cancel),
+            Subject::Node(path, node) => {
+                let session = self.session()?;
+                let graph = load(session, path, wish.text.as_deref()?, wish)?;
+                self.node(graph, node, cancel)
+            }
+            Subject::File(path, _) => file(path),
+        }
+    }
+
+    fn session(&mut self) -> Option<&Session> {
+        if self.session.is_none() {
+            // Half of the machine is left to the editor.
+            let threads = std::thread::available_parallelism().map_or(1, |n| n.get().div_ceil(2));
+            let cache_dir = self.cache_dir.clone();
+            let settings = Settings { threads, memory: MEMORY, cache_dir, ..Settings::default() };
+            self.session = Session::new(library::registry(), &settings).ok();
+        }
+        self.session.as_ref()
+    }
+
+    /// The example of a kind's manual.
+    fn kind(&mut self, kind: &str, cancel: &CancelToken) -> Option<Made> {
+        let session = self.session()?;
+        let doc = &session.registry().info(kind)?.doc;
+        let example = doc.split("```ron\n").nth(1)?.split("```").next().filter(|e| e.contains("\"example\""))?;
+        let canvas = format!("canvas: (size_mm: 40, resolution: {SIDE}, tile: Both, seed: 1)");
+        let text = format!("(version: 1, {canvas}, nodes: {{\n{example}\n}})");
+        let wish = Wish { subject: Subject::Kind(kind.to_owned()), text: None, open: Default::default() };
+        let graph = load(session, Path::new("example.ron"), &text, &wish)?;
+        let made = self.node(graph, "example", cancel)?;
+        Some(Made { about: String::new(), ..made })
+    }
+
+    /// A node, or `node.port`, of a graph.
+    fn node(&mut self, graph: Graph, node: &str, cancel: &CancelToken) -> Option<Made> {
+        let target = target(&graph, node)?;
+        self.session()?;
+        let session = self.session.as_ref()?;
+        let keys = session.keys(&graph).ok()?;
+        let scene = Arc::new(Scene::new(0, String::new(), graph, keys));
+        let target = scene.target(&target)?;
+        let looked = session.look(&scene.graph, &scene.keys, cancel, &Silent, |look| {
+            let value = look.value(target.node, target.output)?;
+            let bytes = value.as_ref().filter(|value| value.field().is_none()).map(|value| value.bytes());
+            let png = match scene.sight(look, &target)? {
+                Some(Sight::Field(field, manner)) => {
+                    let size = scene.size(SIDE);
+                    Some(scene.picture(look, &self.store, &target, (&field, manner), size)?.png.to_vec())
+                }
+                Some(Sight::Pixels(pixels)) => Some(scene.pixels(&self.store, &target, &pixels, SIDE).png.to_vec()),
+                Some(Sight::Object(_, Some(sketch))) => {
+                    sketch::draw(&sketch, scene.graph.canvas.size_mm).and_then(|p| png(&p, UVec2::splat(SIDE), 1))
+                }
+                _ => None,
+            };
+            let seconds = look.stats().get(target.node.index()).map(|stats| stats.seconds);
+            Ok((png, bytes, seconds))
+        });
+        let (png, bytes, seconds) = looked.ok()?;
+        let mut about = Vec::new();
+        about.extend(bytes.map(size));
+        about
+            .extend(seconds.filter(|seconds| *seconds > 0.0).map(|s| format!("{:.1} ms for this picture", 1000.0 * s)));
+        Some(Made { png, about: about.join(", ") })
+    }
+}
+
+/// A number of bytes in words.
+fn size(bytes: usize) -> String {
+    match bytes {
+        0..10_240 => format!("{bytes} bytes"),
+        10_240..10_485_760 => format!("{} KiB", bytes >> 10),
+        _ => format!("{} MiB", bytes >> 20),
+    }
+}
+
+fn load(session: &Session, path: &Path, text: &str, _wish: &Wish) -> Option<Graph> {
+    let options = LoadOptions {
+        preset: None,
+        set: Vec::new(),
+        resolution: None,
+        working_dir: PathBuf::new(),
+        limits: Limits::default(),
+    };
+    load_text(path, text, session.registry(), &options).graph
+}
+
+/// The name of what is looked at for `node` or `node.port`; of a sub-graph, the node that makes the output.
+fn target(graph: &Graph, node: &str) -> Option<String> {
+    let (name, port) = match node.split_once('.') {
+        Some((name, port)) => (name, Some(port)),
+        None => (node, None),
+    };
+    if let Some(found) = graph.uses.iter().find(|found| found.name == name) {
+        let (_, node, output) = match port {
+            Some(port) => found.outputs.iter().find(|(name, ..)| name == port)?,
+            None => found.outputs.first()?,
+        };
+        let node = &graph.nodes[*node];
+        let output = node.node.outputs().get(*output)?;
+        return Some(format!("@{}:{}", node.name, output.name));
+    }
+    Some(port.map_or(format!("@{name}"), |port| format!("@{name}:{port}")))
+}
+
+/// A small form of a picture file.
+fn file(path: &Path) -> Option<Made> {
+    let limits = ReadLimits { max_pixels: PIXELS, ..ReadLimits::default() };
+    let picture = read(path, &limits).ok()?;
+    let longest = picture.width.max(picture.height);
+    let step = longest.div_ceil(SIDE).max(1);
+    let size = UVec2::new(picture.width.div_ceil(step), picture.height.div_ceil(step));
+    let channels = usize::from(picture.data_channels()).min(3);
+    let channels = if channels == 2 { 1 } else { channels.max(1) };
+    let mut pixels = Vec::with_capacity((size.x * size.y) as usize * channels);
+    for y in 0..size.y {
+        for x in 0..size.x {
+            let at = ((y * step) * picture.width + x * step) as usize;
+            for channel in 0..channels {
+                let value = picture.planes[channel * picture.pixels() + at];
+                let shown = if picture.source.is_float() { linear_to_srgb(value.max(0.0)) } else { value };
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a byte")]
+                pixels.push((shown.clamp(0.0, 1.0) * 255.0).round() as u8);
+            }
+        }
+    }
+    Some(Made { png: png(&pixels, size, channels), about: String::new() })
+}
+
+/// Bytes as PNG, with one channel or three.
+fn png(pixels: &[u8], size: UVec2, channels: usize) -> Option<Vec<u8>> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, size.x, size.y);
+    encoder.set_color(if channels == 1 { png::ColorType::Grayscale } else { png::ColorType::Rgb });
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().ok()?;
+    writer.write_image_data(pixels).ok()?;
+    writer.finish().ok()?;
+    Some(out)
+}

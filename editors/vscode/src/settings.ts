@@ -1,0 +1,27 @@
+// What the server is told of the settings, and which commands it runs. Free of the editor's own types, so that tests read it.
+
+export interface Options {
+  inlayHints: { units: boolean; values: boolean; types: boolean };
+  pictures: 'data' | 'file' | 'none';
+  codeLens: boolean;
+}
+
+/** The settings of the section `shibo` as the server takes them. */
+export function options(get: <T>(key: string, fallback: T) => T): Options {
+  return {
+    inlayHints: {
+      units: get('inlayHints.units', true),
+      values: get('inlayHints.values', true),
+      types: get('inlayHints.types', true),
+    },
+    pictures: get('pictures', 'data'),
+    codeLens: get('codeLens', true),
+  };
+}
+
+/** Commands of the server. */
+export const SERVER = { render: 'shibo.render', preview: 'shibo.preview', show: 'shibo.show' } as const;
+/** Commands of this extension. */
+export const OWN = { preview: 'shibo.openPreview', show: 'shibo.showNode', restart: 'shibo.restart' } as const;
+/** How the server is started. */
+export const ARGUMENTS = ['lsp'];

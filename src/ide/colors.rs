@@ -39,8 +39,9 @@ fn significant(v: f32) -> String {
     if v == 0.0 {
         return "0.0".to_owned();
     }
-    let digits = (3 - v.abs().log10().floor() as i32).clamp(0, 9);
-    let text = format!("{v:.*}", usize::try_from(digits).unwrap_or_default());
+    // One digit more after the point for each zero in front.
+    let zeros = (1..6).take_while(|n| v.abs() < 0.1_f32.powi(*n)).count();
+    let text = format!("{v:.*}", 4 + zeros - usize::from(v.abs() >= 1.0));
     let short = text.trim_end_matches('0');
     if short.ends_with('.') { format!("{short}0") } else { short.to_owned() }
 }

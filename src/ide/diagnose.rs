@@ -7,7 +7,7 @@ use super::view::{Item, Value};
 use super::walk::{Visit, walk};
 use super::world::Cx;
 use shibo_engine::diagnostics::{Diagnostic, SourceMap, Span};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -44,9 +44,9 @@ pub(crate) struct Finding {
 }
 
 /// What was found in each file of a run of the checks.
-pub(crate) fn by_file(diagnostics: &[Diagnostic], sources: &SourceMap) -> HashMap<PathBuf, Vec<Finding>> {
+pub(crate) fn by_file(diagnostics: &[Diagnostic], sources: &SourceMap) -> BTreeMap<PathBuf, Vec<Finding>> {
     let path = |span: Span| sources.path(span.file).to_owned();
-    let mut found: HashMap<PathBuf, Vec<Finding>> = HashMap::new();
+    let mut found: BTreeMap<PathBuf, Vec<Finding>> = BTreeMap::new();
     for one in diagnostics {
         let related = one.related.iter().map(|r| (path(r.span), r.span.start..r.span.end, r.message.clone()));
         found.entry(path(one.span)).or_default().push(Finding {

@@ -4,7 +4,7 @@ use super::habits::Habits;
 use super::world::World;
 use shibo_engine::graph::import_path;
 use shibo_engine::registry::Registry;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -81,9 +81,9 @@ impl Workspace {
         self.refresh();
     }
 
-    /// The files that are open.
-    pub(crate) fn opened(&self) -> impl Iterator<Item = &Arc<File>> {
-        self.open.values()
+    /// The texts of the files that are open.
+    pub(crate) fn texts(&self) -> BTreeMap<PathBuf, Arc<str>> {
+        self.open.values().map(|file| (file.path.clone(), file.text.clone())).collect()
     }
 
     /// Something may have changed on disk.
@@ -182,7 +182,8 @@ impl World for Workspace {
         if let Some(known) = self.known().imports.get(&key) {
             return known.clone();
         }
-        let found = import_path(from, name, self.registry.library()).map(|path| identity(&path));
+        let open = |path: &Path| self.open.contains_key(&identity(path));
+        let found = import_path(from, name, self.registry.library(), &open).map(|path| identity(&path));
         self.known().imports.insert(key, found.clone());
         found
     }

@@ -11,7 +11,7 @@ use lsp_types::{
 use serde_json::json;
 use shibo_engine::graph::{Limits, LoadOptions, Loaded, load_text};
 use shibo_engine::registry::Registry;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -48,7 +48,7 @@ struct Open {
 /// What was found when a file was checked.
 struct Checked {
     /// By the file that it is in; with the text that the places are of.
-    found: HashMap<PathBuf, (Arc<str>, Vec<Finding>)>,
+    found: BTreeMap<PathBuf, (Arc<str>, Vec<Finding>)>,
     /// The files that were looked at, as they were.
     seen: Vec<(PathBuf, Option<(SystemTime, u64)>)>,
 }
@@ -153,7 +153,7 @@ impl Checker {
     fn check(&mut self, path: &Path) {
         let Some(open) = self.open.get(path) else { return };
         let file = open.file.clone();
-        let mut found: HashMap<PathBuf, (Arc<str>, Vec<Finding>)> = HashMap::new();
+        let mut found: BTreeMap<PathBuf, (Arc<str>, Vec<Finding>)> = BTreeMap::new();
         let mut seen = Vec::new();
         if file.is_graph() {
             let Loaded { graph, diagnostics, sources, files } =
@@ -187,6 +187,7 @@ impl Checker {
             resolution: None,
             working_dir: std::env::current_dir().unwrap_or_default(),
             limits: Limits::default(),
+            overlay: self.workspace.texts(),
         }
     }
 

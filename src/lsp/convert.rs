@@ -12,7 +12,7 @@ use lsp_types::{
     TextDocumentEdit, TextEdit, WorkspaceEdit,
 };
 use serde_json::{Value as Json, json};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// The commands that the server runs.
@@ -194,7 +194,7 @@ fn text_edits(edits: &[Edit], lines: &Lines) -> Vec<TextEdit> {
 /// Changes of several files; files that are made come first. Nothing if a file cannot be addressed.
 pub(super) fn workspace_edit(server: &Server, edits: &Edits, creates: &[(PathBuf, String)]) -> Option<WorkspaceEdit> {
     let mut operations = Vec::new();
-    let mut changes = HashMap::new();
+    let mut changes = BTreeMap::new();
     for (path, text) in creates {
         let (uri, _) = server.address(path)?;
         let options = CreateFileOptions { overwrite: Some(false), ignore_if_exists: Some(false) };
@@ -209,18 +209,18 @@ pub(super) fn workspace_edit(server: &Server, edits: &Edits, creates: &[(PathBuf
         let (uri, version) = server.address(path)?;
         let edits = text_edits(edits, &server.lines(path)?);
         if creates.is_empty() {
-            changes.insert(uri, edits);
+            changes.insert(uri.as_str().to_owned(), edits);
             continue;
         }
         let text_document = OptionalVersionedTextDocumentIdentifier { uri, version };
         let edits = edits.into_iter().map(OneOf::Left).collect();
         operations.push(DocumentChangeOperation::Edit(TextDocumentEdit { text_document, edits }));
     }
-    Some(if creates.is_empty() {
-        WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }
-    } else {
-        WorkspaceEdit { document_changes: Some(DocumentChanges::Operations(operations)), ..WorkspaceEdit::default() }
-    })
+    if creates.is_empty() {
+        return serde_json::from_value(json!({ "changes": changes })).ok();
+    }
+    let operations = Some(DocumentChanges::Operations(operations));
+    Some(WorkspaceEdit { document_changes: operations, ..WorkspaceEdit::default() })
 }
 
 #[cfg(test)]

@@ -205,7 +205,7 @@ impl Pictures for View<'_> {
 
     fn node(&self, path: &Path, node: &str) -> Option<Evaluated> {
         let file = self.workspace.file(path)?;
-        let open = self.workspace.opened().map(|file| (file.path.clone(), file.text.clone())).collect();
+        let open = self.workspace.texts();
         let subject = Subject::Node(path.to_owned(), node.to_owned());
         self.painter.ask(Wish { subject, text: Some(file.text.clone()), open })
     }

@@ -83,17 +83,22 @@ pub(super) fn find(
 }
 
 /// The path of the graph that the import `name` means in the graph file `from`, which is the one that is rendered; that of a graph of
-/// the library begins with `shibo:`. `None` if there is no such file.
-pub fn import_path(from: &Path, name: &str, library: Option<&dyn Library>) -> Option<PathBuf> {
+/// the library begins with `shibo:`. `None` if there is no such file; those that are `open` in an editor need not be saved.
+pub fn import_path(
+    from: &Path,
+    name: &str,
+    library: Option<&dyn Library>,
+    open: &dyn Fn(&Path) -> bool,
+) -> Option<PathBuf> {
     if let Some(name) = name.strip_prefix(LIBRARY) {
         return in_library(name, library);
     }
     let folder = from.parent().unwrap_or(Path::new(""));
     let paths = search_paths(from, &mut Vec::new(), &mut SourceMap::default(), &mut Report::default());
-    let found = find(name, folder, &paths, library).path;
+    let found = find(name, folder, (&paths, open), library).path;
     let exists = match within(&found) {
         Some(inside) => library.is_some_and(|library| library.text(&inside).is_some()),
-        None => found.is_file(),
+        None => open(&found) || found.is_file(),
     };
     exists.then_some(found)
 }

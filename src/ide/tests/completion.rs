@@ -71,16 +71,14 @@ impl<'a> Visit<'a> for Holes<'a> {
             Shape::Text(text) => {
                 let inside = value.range.start + 1..value.range.end - 1;
                 let path = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Path);
+                let formula = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula);
+                let named = matches!(expect, Expect::Use(_, _, Some("graph" | "preset")));
+                let param = text.starts_with('$') && !matches!(expect, Expect::Note);
+                let node = expect.reference(self.cx).is_some() && !text.starts_with(['#', '=']);
                 if path || matches!(expect, Expect::Entry(Section::Imports, _)) {
                     let start = text.rfind('/').map_or(0, |i| i + 1);
                     self.push("path", inside.start + start..inside.end, &text[start..]);
-                } else if matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula) {
-                    // A formula is no reference.
-                } else if matches!(expect, Expect::Use(_, _, Some("graph" | "preset"))) {
-                    self.push("reference", inside, text);
-                } else if text.starts_with('$') && !matches!(expect, Expect::Note) {
-                    self.push("reference", inside, text);
-                } else if expect.reference(self.cx).is_some() && !text.starts_with(['#', '=']) {
+                } else if !formula && (named || param || node) {
                     self.push("reference", inside, text);
                 }
             }

@@ -1,5 +1,7 @@
 //! What the answers are worth on the graphs that come with the program.
+mod changes;
 mod completion;
+mod edits;
 
 use super::{Cx, File, Habits, Workspace, World};
 use std::path::{Path, PathBuf};

@@ -110,13 +110,14 @@ fn size(bytes: usize) -> String {
     }
 }
 
-fn load(session: &Session, path: &Path, text: &str, _wish: &Wish) -> Option<Graph> {
+fn load(session: &Session, path: &Path, text: &str, wish: &Wish) -> Option<Graph> {
     let options = LoadOptions {
         preset: None,
         set: Vec::new(),
         resolution: None,
         working_dir: PathBuf::new(),
         limits: Limits::default(),
+        overlay: wish.open.clone(),
     };
     load_text(path, text, session.registry(), &options).graph
 }

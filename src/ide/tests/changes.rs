@@ -1,0 +1,133 @@
+//! Changes: what a rename and the actions make of a text, and that the text means the same afterwards.
+use super::super::actions::{Action, actions, apply};
+use super::super::diagnose::hints;
+use super::super::rename::rename;
+use super::super::{Cx, Workspace};
+use super::graphs;
+use shibo_engine::eval::Keys;
+use shibo_engine::graph::{Graph, LoadOptions, load_text};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+fn workspace() -> Workspace {
+    Workspace::new(Arc::new(crate::library::registry()), Vec::new())
+}
+
+/// The actions for what is between two `|` of a text, or at one.
+fn offered(text: &str) -> (String, Vec<Action>) {
+    let (from, to) = (text.find('|').unwrap(), text.rfind('|').unwrap());
+    let plain = text.replace('|', "");
+    let mut workspace = workspace();
+    let file = workspace.open(Path::new("/nowhere/a.ron"), plain.as_str());
+    let cx = Cx { world: &workspace, file: &file };
+    let found = hints(cx);
+    let selected = from..if to == from { from } else { to - 1 };
+    (plain, actions(cx, &selected, &found))
+}
+
+/// The text after the action whose title begins so.
+fn after(text: &str, title: &str) -> String {
+    let (plain, actions) = offered(text);
+    let titles: Vec<&str> = actions.iter().map(|action| action.title.as_str()).collect();
+    let found = actions.iter().find(|action| action.title.starts_with(title));
+    let found = found.unwrap_or_else(|| panic!("{title} is not among {titles:?}"));
+    apply(&plain, &found.edits[Path::new("/nowhere/a.ron")])
+}
+
+#[test]
+fn actions_change_what_they_say() {
+    let text = "(\n  nodes: {\n    \"a\": Perlin(size: |3),\n  },\n  outputs: { \"o\": \"a\" },\n)";
+    let named = after(text, "Name this value as parameter `$size`");
+    assert!(named.contains("params: {\n    \"size\": Number(default: 3, unit: \"mm\""), "{named}");
+    assert!(named.contains("Perlin(size: \"$size\")"), "{named}");
+    let text = "(nodes: { \"a\": Perlin(size: 3), \"b\": Blur(|radius: 1) }, outputs: { \"o\": \"b\" })";
+    assert!(after(text, "Add `input`").contains("Blur(radius: 1, input: \"a\")"));
+    let text = "(presets: { |\"b\": { }, \"a\": { } }, nodes: {})";
+    assert!(after(text, "Sort").contains("{ \"a\": { }, \"b\": { } }"));
+    let text = "(nodes: { \"a\": Image(path: \"/nowhere/sub/|x.png\") })";
+    assert!(after(text, "Make the path relative").contains("path: \"sub/x.png\""));
+    let text = "(\n  nodes: {\n    // One.\n    \"a\": Perlin(),\n    \"|b\": Perlin(),\n    \"c\": Perlin(),\n  },\n  outputs: { \"o\": \"a\" },\n)";
+    assert_eq!(
+        after(text, "Remove all 2"),
+        "(\n  nodes: {\n    // One.\n    \"a\": Perlin(),\n  },\n  outputs: { \"o\": \"a\" },\n)"
+    );
+}
+
+/// The keys of the outputs of a graph, which tell its pictures.
+fn keys(path: &Path, text: &str, others: &[(PathBuf, String)]) -> BTreeMap<String, String> {
+    let overlay = others.iter().map(|(path, text)| (path.clone(), text.as_str().into())).collect();
+    let options = LoadOptions { overlay, ..LoadOptions::default() };
+    let loaded = load_text(path, text, &crate::library::registry(), &options);
+    let graph: Graph = loaded.graph.unwrap_or_else(|| panic!("{text}\n{:?}", loaded.diagnostics));
+    let keys = Keys::of(&graph).unwrap();
+    let key = |output: &shibo_engine::graph::GraphOutput| keys.output(output.node, output.output).to_string();
+    graph.outputs.iter().map(|output| (output.name.clone(), key(output))).collect()
+}
+
+#[test]
+fn what_is_extracted_makes_the_same_pictures() {
+    let mut tried = 0;
+    for graph in crate::library::graphs() {
+        let path = graphs().join(graph.path);
+        let mut workspace = workspace();
+        let file = workspace.open(&path, graph.text);
+        let cx = Cx { world: &workspace, file: &file };
+        let items = file.entries(super::super::Section::Nodes);
+        let before = keys(&path, graph.text, &[]);
+        for window in items.windows(4).step_by(7) {
+            let selected = window[0].range.start..window[3].range.end;
+            let found = actions(cx, &selected, &[]);
+            let Some(action) = found.into_iter().find(|action| !action.creates.is_empty()) else { continue };
+            let text = apply(graph.text, &action.edits[&file.path]);
+            assert_eq!(
+                keys(&path, &text, &action.creates),
+                before,
+                "{}: {text}\n{}",
+                action.title,
+                action.creates[0].1
+            );
+            tried += 1;
+        }
+    }
+    assert!(tried > 100, "{tried}");
+}
+
+#[test]
+fn what_is_put_in_place_makes_the_same_pictures() {
+    let mut tried = 0;
+    for graph in crate::library::graphs() {
+        let path = graphs().join(graph.path);
+        let mut workspace = workspace();
+        let file = workspace.open(&path, graph.text);
+        let cx = Cx { world: &workspace, file: &file };
+        let before = keys(&path, graph.text, &[]);
+        for item in file.entries(super::super::Section::Nodes) {
+            let found = actions(cx, &(item.range.start..item.range.start), &[]);
+            let Some(action) = found.iter().find(|action| action.title.starts_with("Put the nodes")) else { continue };
+            let text = apply(graph.text, &action.edits[&file.path]);
+            assert_eq!(keys(&path, &text, &[]), before, "{}: {}\n{text}", graph.path, action.title);
+            tried += 1;
+        }
+    }
+    assert!(tried > 10, "{tried}");
+}
+
+#[test]
+fn names_in_escapes_and_expressions_are_renamed() {
+    let text = r#"(params: { "p": Number(default: 1) }, nodes: { "a": Perlin(size: "= $p + 2 * $p"), "b": Blur(input: "\u{61}", radius: r"$p") }, outputs: { "o": "b" })"#;
+    let mut workspace = workspace();
+    let file = workspace.open(Path::new("/nowhere/a.ron"), text);
+    let cx = Cx { world: &workspace, file: &file };
+    let renamed = |at: usize, name: &str| {
+        let edits = rename(cx, &file, at, name).unwrap();
+        apply(text, &edits[&file.path])
+    };
+    let node = renamed(text.find("\"a\"").unwrap() + 1, "grain");
+    assert!(node.contains("\"grain\": Perlin") && node.contains("input: \"grain\""), "{node}");
+    let param = renamed(text.find("$p").unwrap() + 1, "size");
+    assert!(param.contains("= $size + 2 * $size") && param.contains("radius: \"$size\""), "{param}");
+    assert!(param.starts_with("(params: { \"size\""), "{param}");
+    assert!(rename(cx, &file, text.find("$p").unwrap() + 1, "1p").is_err());
+    assert!(rename(cx, &file, text.find("\"a\"").unwrap() + 1, "b").unwrap_err().contains("already"));
+}

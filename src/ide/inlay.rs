@@ -91,7 +91,9 @@ impl<'a> Visit<'a> for Found<'a> {
             }
             Shape::Text(text) if self.shown.values && text.starts_with(['$', '=']) => {
                 let formula = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula);
-                if !formula
+                if let Some(plain) = default_text(self.cx, text).filter(|_| !formula) {
+                    self.push(value.range.end, format!(" = {plain}"), false);
+                } else if !formula
                     && !matches!(expect, Expect::Note)
                     && let Some(known) = evaluate::value(self.cx, text)
                 {
@@ -101,6 +103,13 @@ impl<'a> Visit<'a> for Found<'a> {
             _ => {}
         }
     }
+}
+
+/// The default of the parameter that a text stands for, if that is a text itself, such as a colour.
+fn default_text<'a>(cx: Cx<'a>, text: &str) -> Option<&'a str> {
+    let item = cx.file.entry(Section::Params, text.strip_prefix('$')?)?;
+    let default = item.value.as_ref()?.body()?.value("default")?.text()?;
+    (!default.starts_with(['$', '='])).then_some(default)
 }
 
 /// The unit of a value in a place.

@@ -6,6 +6,10 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// Notes older than this are of pages that are gone.
+const OLD: Duration = Duration::from_secs(30 * 24 * 3600);
 
 /// Starts the user's editor at a place. The command is cut into words at blanks; a word may be in quotes.
 pub(super) fn open(command: &str, place: &Place) {
@@ -50,6 +54,7 @@ impl Note {
     pub(super) fn write(graph: &Path, url: &str) -> Option<Self> {
         let path = environment::page_note(&graph.canonicalize().ok()?);
         fs::create_dir_all(path.parent()?).ok()?;
+        tidy(path.parent()?);
         let _ = fs::remove_file(&path);
         let mut options = fs::OpenOptions::new();
         options.write(true).create_new(true);
@@ -58,6 +63,22 @@ impl Note {
         let note = json!({ "url": url, "pid": std::process::id() });
         options.open(&path).ok()?.write_all(note.to_string().as_bytes()).ok()?;
         Some(Self(path))
+    }
+}
+
+/// Removes notes that processes left behind which were killed.
+fn tidy(folder: &Path) {
+    let old = |path: &Path| {
+        let modified = fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
+        let age = modified.and_then(|time| time.elapsed().ok());
+        age.is_some_and(|age| age > OLD)
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let note = name.to_str().is_some_and(|name| name.starts_with("page-") && name.ends_with(".json"));
+        if note && old(&entry.path()) {
+            let _ = fs::remove_file(entry.path());
+        }
     }
 }
 

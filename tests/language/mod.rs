@@ -129,6 +129,16 @@ impl Client {
         }
     }
 
+    /// A message of that method, if one comes in time.
+    pub(crate) fn heard(&mut self, method: &str, within: Duration) -> Option<Json> {
+        let end = std::time::Instant::now() + within;
+        while let Ok(message) = self.told.recv_timeout(end.saturating_duration_since(std::time::Instant::now())) {
+            self.waiting.push_back(message);
+        }
+        let at = self.waiting.iter().position(|message| message["method"] == method)?;
+        self.waiting.remove(at)
+    }
+
     /// Opens a text.
     pub(crate) fn open(&mut self, path: &Path, text: &str) {
         let doc = json!({ "uri": uri(path), "languageId": "ron", "version": 1, "text": text });

@@ -18,14 +18,15 @@ vim.cmd('edit ' .. folder .. '/a.ron')
 local diagnostics = function() return vim.diagnostic.get(0, { severity = { min = vim.diagnostic.severity.WARN } }) end
 
 -- An error at its place.
-wait('an error is shown', function() return #diagnostics() > 0 end)
-local error = diagnostics()[1]
+wait('errors are shown', function() return #diagnostics() > 1 end)
+local error = vim.tbl_filter(function(d) return d.code == 'unknown-kind' end, diagnostics())[1]
 local line = vim.api.nvim_buf_get_lines(0, error.lnum, error.lnum + 1, true)[1]
 check('the error is at the kind', line:sub(error.col + 1, error.end_col) == 'Perlim', error)
 
 -- It goes away while typing.
 vim.api.nvim_buf_set_text(0, error.lnum, error.col, error.lnum, error.end_col, { 'Perlin' })
-wait('the error is gone', function() return #diagnostics() == 0 end, diagnostics)
+local of = function(code) return vim.tbl_filter(function(d) return d.code == code end, diagnostics()) end
+wait('the error is gone', function() return #of('unknown-kind') == 0 end, diagnostics)
 
 -- The node of the right type comes first.
 local at = vim.fn.search('Dots(points: "')

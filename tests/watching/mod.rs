@@ -66,8 +66,9 @@ impl Watch {
             .arg("watch")
             .arg(graph)
             .args(["--no-open", "--log", "json", "--threads", "2", "--cache-dir"])
-            .arg(cache)
+            .arg(&cache)
             .args(args)
+            .env("XDG_CACHE_HOME", &cache)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -160,12 +161,17 @@ impl Watch {
 
     /// Sets parameters as the page does.
     pub(crate) fn set(&self, body: &str) -> u16 {
+        self.post("values", body).0
+    }
+
+    /// POST of a JSON text: status and body.
+    pub(crate) fn post(&self, path: &str, body: &str) -> (u16, Vec<u8>) {
         let (port, token) = self.address();
         let request = format!(
-            "POST /{token}/values HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: http://127.0.0.1:{port}\r\nContent-Type: application/json\r\nContent-Length: {}\r\nConnection: close\r\n\r\n{body}",
+            "POST /{token}/{path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: http://127.0.0.1:{port}\r\nContent-Type: application/json\r\nContent-Length: {}\r\nConnection: close\r\n\r\n{body}",
             body.len()
         );
-        split(&self.raw(request.as_bytes())).0
+        split(&self.raw(request.as_bytes()))
     }
 
     /// A number of `/proc/PID/status`.

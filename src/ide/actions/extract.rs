@@ -55,6 +55,7 @@ impl<'a> Plan<'a> {
         while let Some(more) = plan.look() {
             plan.moved.insert(more);
         }
+        plan.part_outputs();
         let body = cx.file.section(Section::Nodes)?;
         let uses_import =
             plan.moved.iter().any(|index| cx.file.head(&body.items[*index]).is_some_and(super::super::world::is_use));
@@ -86,8 +87,9 @@ impl<'a> Plan<'a> {
                             self.inputs.insert(says, (input, ty));
                         }
                         (false, true) => {
-                            let output = says.replace('.', "_");
-                            self.outputs.insert(says, output);
+                            // Not `node_port`: that may be the name of the file of a channel.
+                            let output = says.split_once('.').map(|(node, port)| format!("{port}_of_{node}"));
+                            self.outputs.insert(says.clone(), output.unwrap_or(says));
                         }
                         _ => {}
                     }
@@ -96,6 +98,15 @@ impl<'a> Plan<'a> {
             }
         }
         None
+    }
+
+    /// Gives outputs names that are no names of the files of each other's channels, such as `skin` and `skin_height`.
+    fn part_outputs(&mut self) {
+        let names: Vec<String> = self.outputs.values().cloned().collect();
+        let channel = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.starts_with('_'));
+        if names.iter().any(|a| names.iter().any(|b| channel(a, b))) {
+            self.outputs.values_mut().for_each(|name| name.push_str("_out"));
+        }
     }
 
     /// A name for the import and the file.

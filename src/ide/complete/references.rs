@@ -18,6 +18,8 @@ struct Wires {
     after: HashSet<String>,
     /// What the node at the cursor reads already.
     own: HashSet<String>,
+    /// What fields of the same name read in other nodes, and how often.
+    alike: HashMap<String, usize>,
     /// The entry of `nodes` at the cursor.
     me: Option<usize>,
 }
@@ -25,13 +27,14 @@ struct Wires {
 impl<'a> Ask<'a> {
     /// The nodes and outputs that may be read here, those first whose type fits.
     pub(super) fn references(&self, expect: Expect<'a>, fits: Option<Accepts>) -> Vec<Completion> {
-        let wires = self.wires();
-        let file = self.cx.file;
         let port_name = self.port_name(expect);
+        let wires = self.wires(port_name);
+        let file = self.cx.file;
         let owner = self.owner(expect);
         let mut found = Vec::new();
         let inputs = file.names(Section::Inputs).map(|name| (name, None));
         let nodes = file.entries(Section::Nodes).iter().enumerate().filter_map(|(i, n)| Some((n.name()?, Some(i))));
+        let siblings = self.siblings();
         let me = wires.me.and_then(|me| file.entries(Section::Nodes).get(me)?.name());
         for (name, index) in inputs.chain(nodes) {
             if Some(name) == me || wires.after.contains(name) {
@@ -43,7 +46,7 @@ impl<'a> Ask<'a> {
                 + if wires.own.contains(name) { 0.6 } else { 0.0 };
             for (i, port) in self.types.ports(name).iter().enumerate() {
                 let forms = forms(name, port, i, self.types.ports(name).len());
-                let usage = Usage { wires: &wires, fits, owner, kind, port_name };
+                let usage = Usage { wires: &wires, fits, owner, kind, port_name, me, siblings: &siblings };
                 for (plain, label) in forms {
                     let mut score = base + self.fitness(name, port, i, &usage);
                     // Outputs of sub-graphs are usually named, those of nodes are not.
@@ -90,13 +93,21 @@ impl<'a> Ask<'a> {
         let of_port = usage.wires.ports.get(&key).copied().unwrap_or_default();
         let of_node = usage.wires.nodes.get(name).copied().unwrap_or_default();
         let used = if index == 0 { of_node.max(of_port) } else { of_port };
-        score += if used > 0 { 3.0 + 0.1 * used.min(5) as f64 } else { 0.0 };
+        score += if used > 0 { 2.2 + 0.1 * used.min(5) as f64 } else { 0.0 };
         if index > 0 {
             score += if of_node == 0 { 1.0 } else { 0.4 };
         }
         if !port.name.is_empty() && port.name == usage.port_name {
             score -= 5.0;
         }
+        if usage.me.is_some_and(|me| !port.name.is_empty() && shares(&port.name, me)) {
+            score -= 1.5;
+        }
+        if index > 0 && usage.siblings.contains(&port.name.as_str()) {
+            score -= 1.5;
+        }
+        let label = if index == 0 { name.to_owned() } else { format!("{name}.{}", port.name) };
+        score -= 1.2 * (1.0 + usage.wires.alike.get(&label).copied().unwrap_or_default() as f64).ln();
         if let Some((kind, field)) = usage.owner {
             let habits = self.cx.world.habits();
             let from = source_of(usage.kind, if index == 0 { "" } else { &port.name });
@@ -105,8 +116,23 @@ impl<'a> Ask<'a> {
         score
     }
 
+    /// Whether the name of a field and a colon come before a place.
+    fn is_field(&self, at: usize, field: &str) -> bool {
+        let before = self.cx.file.text[..at].trim_end();
+        let key = before.strip_suffix(':').map(|before| before.trim_end().trim_end_matches('"'));
+        key.is_some_and(|key| key.strip_suffix(field).is_some_and(|rest| rest.ends_with([' ', '(', '"', '\n', ','])))
+    }
+
+    /// The names after the dots of what the node at the cursor reads already.
+    fn siblings(&self) -> Vec<&'a str> {
+        let items = self.trail.node().map_or(&[][..], |level| &level.body.items[..]);
+        let text =
+            |item: &'a super::super::view::Item| item.value.as_ref()?.text()?.split_once('.').map(|(_, port)| port);
+        items.iter().filter(|item| self.at < item.range.start || item.range.end < self.at).filter_map(text).collect()
+    }
+
     /// Who reads whom, what is written at the cursor aside.
-    fn wires(&self) -> Wires {
+    fn wires(&self, field: &str) -> Wires {
         let file = self.cx.file;
         let nodes = file.entries(Section::Nodes);
         let entry_at = |at: usize| {
@@ -114,8 +140,14 @@ impl<'a> Ask<'a> {
             (at <= nodes[index].range.end).then_some(index)
         };
         let me = entry_at(self.at);
-        let mut wires =
-            Wires { nodes: HashMap::new(), ports: HashMap::new(), after: HashSet::new(), own: HashSet::new(), me };
+        let mut wires = Wires {
+            nodes: HashMap::new(),
+            ports: HashMap::new(),
+            after: HashSet::new(),
+            own: HashSet::new(),
+            alike: HashMap::new(),
+            me,
+        };
         let mut readers: HashMap<String, Vec<usize>> = HashMap::new();
         for found in occurrences(self.cx).into_iter().filter(|o| !o.declares) {
             if found.literal.0.start <= self.at && self.at <= found.literal.0.end {
@@ -124,6 +156,9 @@ impl<'a> Ask<'a> {
             match found.symbol {
                 Symbol::Node(name) => {
                     let reader = entry_at(found.range.start);
+                    if self.is_field(found.literal.0.start, field) {
+                        *wires.alike.entry(found.literal.1.clone()).or_default() += 1;
+                    }
                     if reader.is_some() && reader == me {
                         wires.own.insert(name.clone());
                     }
@@ -154,6 +189,10 @@ struct Usage<'u> {
     owner: Option<(&'u str, &'u str)>,
     kind: &'u str,
     port_name: &'u str,
+    /// The node at the cursor.
+    me: Option<&'u str>,
+    /// The outputs that it reads of other nodes, by their names after the dot.
+    siblings: &'u [&'u str],
 }
 
 /// How an output may be written; whether that is the name of the node alone.

@@ -115,7 +115,11 @@ impl<'a> Ask<'a> {
             let label = format!("${name}");
             let mut score = 0.02 * i as f64;
             score += if fits.contains(&head) { 0.0 } else { 6.0 };
-            score += if docs_only_nodes(expect) { 4.0 } else { 0.0 };
+            score += match expect {
+                Expect::Port(_, port, _) if super::super::docs::only_wires(port) => 6.0,
+                Expect::Port(..) => 3.0,
+                _ => 0.0,
+            };
             score -= if name == field { 6.0 } else { 0.0 };
             let part = name.split('_').any(|a| field.split('_').any(|b| a == b));
             score -= if part && name != field { 2.0 } else { 0.0 };
@@ -274,9 +278,4 @@ fn param_types(expect: Expect<'_>, ask: &Ask<'_>) -> Option<&'static [&'static s
         Expect::Use(_, _, Some("preset")) => &["Text", "Choice"],
         _ => return None,
     })
-}
-
-/// Whether nodes are more likely here than parameters.
-fn docs_only_nodes(expect: Expect<'_>) -> bool {
-    matches!(expect, Expect::Port(_, port, _) if super::super::docs::only_wires(port))
 }

@@ -31,7 +31,7 @@ pub(super) enum Jump {
 struct Inner {
     /// Pages that are listened to.
     heard: HashSet<String>,
-    /// Those that were started here; they end with the server.
+    /// Those that were started here.
     children: Vec<Child>,
 }
 
@@ -51,6 +51,14 @@ impl Pages {
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Ends the pages that were started here.
+    pub(super) fn stop(&self) {
+        for mut child in std::mem::take(&mut self.lock().children) {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
     }
 
     fn say(&self, kind: MessageType, text: impl Into<String>) {
@@ -140,15 +148,6 @@ impl Pages {
                 self.say(MessageType::ERROR, format!("`{output}` could not be rendered: {text}"));
             }
             Err(error) => self.say(MessageType::ERROR, format!("`{output}` could not be rendered: {error}")),
-        }
-    }
-}
-
-impl Drop for Inner {
-    fn drop(&mut self) {
-        for child in &mut self.children {
-            let _ = child.kill();
-            let _ = child.wait();
         }
     }
 }

@@ -111,6 +111,7 @@ fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, Pro
     };
     let mut server = Server::new(parts, move |message| drop(out.send(message)));
     let good = server.run(&told);
+    server.pages.stop();
     // The threads end when nobody can tell them anything more.
     drop(server);
     let _ = checking.join();

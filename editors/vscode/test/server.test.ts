@@ -84,7 +84,7 @@ test('an error is told at its place', async () => {
 });
 
 test('completion offers the node that fits', async () => {
-  const position = { line: 6, character: 21 };
+  const position = { line: 6, character: 23 };
   const list = (await client.sendRequest(CompletionRequest.type, { textDocument: { uri }, position })) as CompletionList;
   assert.equal(list.items[0]?.label, 'soft');
   const kinds = (await client.sendRequest(CompletionRequest.type, { textDocument: { uri }, position: { line: 4, character: 16 } })) as CompletionList;

@@ -53,7 +53,8 @@ impl<'a> Plan<'a> {
         let mut plan = Self { cx, moved, inputs: BTreeMap::new(), params: BTreeSet::new(), outputs: BTreeMap::new() };
         // Objects have no literals that could be defaults of inputs: the nodes that make them move, too.
         while let Some(more) = plan.look() {
-            plan.moved.insert(more);
+            // An input of this graph cannot move.
+            plan.moved.insert(more?);
         }
         plan.part_outputs();
         let body = cx.file.section(Section::Nodes)?;
@@ -67,8 +68,8 @@ impl<'a> Plan<'a> {
         self.moved.iter().any(|index| items[*index].range.contains(&at))
     }
 
-    /// Finds what goes in and out; or a node that has to move, too.
-    fn look(&mut self) -> Option<usize> {
+    /// Finds what goes in and out; or a node that has to move, too, if it can.
+    fn look(&mut self) -> Option<Option<usize>> {
         let types = Types::new(self.cx);
         (self.inputs, self.params, self.outputs) = Default::default();
         for found in occurrences(self.cx).into_iter().filter(|found| !found.declares) {
@@ -82,8 +83,8 @@ impl<'a> Plan<'a> {
                     match (inside, moves) {
                         (true, false) => {
                             let ty = types.of(&says);
-                            let Some(ty) = ty.filter(|ty| default(*ty).is_some()) else { return index };
-                            let input = says.replace('.', "_");
+                            let Some(ty) = ty.filter(|ty| default(*ty).is_some()) else { return Some(index) };
+                            let input = self.input_name(&says);
                             self.inputs.insert(says, (input, ty));
                         }
                         (false, true) => {
@@ -98,6 +99,14 @@ impl<'a> Plan<'a> {
             }
         }
         None
+    }
+
+    /// A name for the input that stands for a reference: none that a node or a parameter of the new graph may have.
+    fn input_name(&self, says: &str) -> String {
+        let plain = says.replace('.', "_");
+        let node = plain != says && self.cx.file.entry(Section::Nodes, &plain).is_some();
+        let taken = node || self.cx.file.entry(Section::Params, &plain).is_some();
+        if taken { format!("{plain}_in") } else { plain }
     }
 
     /// Gives outputs names that are no names of the files of each other's channels, such as `skin` and `skin_height`.

@@ -2,6 +2,7 @@
 mod changes;
 mod completion;
 mod edits;
+mod places;
 
 use super::{Cx, File, Habits, Workspace, World};
 use std::path::{Path, PathBuf};

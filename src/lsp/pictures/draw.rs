@@ -95,8 +95,9 @@ impl Studio {
         let (png, bytes, seconds) = looked.ok()?;
         let mut about = Vec::new();
         about.extend(bytes.map(size));
-        about
-            .extend(seconds.filter(|seconds| *seconds > 0.0).map(|s| format!("{:.1} ms for this picture", 1000.0 * s)));
+        about.extend(
+            seconds.filter(|seconds| *seconds >= 1e-4).map(|s| format!("{:.1} ms for this picture", 1000.0 * s)),
+        );
         Some(Made { png, about: about.join(", ") })
     }
 }

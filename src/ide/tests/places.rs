@@ -1,0 +1,110 @@
+//! Outlines, folds, selections, hints: what is where.
+use super::super::{Cx, File, Workspace, complete, diagnose, inlay, lens, navigate, signature, structure, tokens};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{Context, Node, Output, Outputs};
+use shibo_engine::registry::{Family, Kind, Registry};
+use shibo_engine::value::{Field, Stop, Type};
+use std::path::Path;
+use std::sync::Arc;
+
+const TEXT: &str = "// One.
+// Two.
+(
+  params: { \"p\": Number(default: 2, unit: \"mm\") },
+  nodes: {
+    // First.
+    \"a\": Perlin(size: \"$p\"),
+    \"b\": Blur(input: \"a\", radius: 1),
+
+    // Second.
+    \"c\": Blur(
+      input: \"b\",
+    ),
+  },
+  outputs: { \"o\": \"b\" },
+)
+";
+
+fn with<T>(text: &str, ask: impl FnOnce(Cx<'_>, &Arc<File>) -> T) -> T {
+    let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
+    let file = workspace.open(Path::new("/nowhere/a.ron"), text);
+    ask(Cx { world: &workspace, file: &file }, &file)
+}
+
+#[test]
+fn structure_is_found() {
+    with(TEXT, |cx, file| {
+        let outline = structure::outline(cx);
+        let nodes = outline.iter().find(|entry| entry.name == "nodes").unwrap();
+        let shown: Vec<_> = nodes.children.iter().map(|n| (n.name.as_str(), n.detail.as_str())).collect();
+        assert_eq!(shown, [("a", "Perlin → Gray"), ("b", "Blur → Gray"), ("c", "Blur → Gray")]);
+        let folds: Vec<&str> = structure::folds(cx).iter().map(|(range, _)| file.at(range)).collect();
+        assert!(folds.contains(&"// One.\n// Two."), "{folds:?}");
+        assert!(folds.iter().any(|fold| fold.trim_start().starts_with("// First.") && fold.ends_with("radius: 1)")), "{folds:?}");
+        assert!(folds.iter().any(|fold| fold.starts_with("(\n      input")), "{folds:?}");
+        let at = TEXT.find("a\", radius").unwrap();
+        let selected: Vec<&str> = structure::selections(cx, at).iter().map(|range| file.at(range)).collect();
+        assert_eq!(selected[..3], ["a", "\"a\"", "input: \"a\""]);
+        assert_eq!(*selected.last().unwrap(), TEXT);
+    });
+}
+
+#[test]
+fn what_is_there_is_told() {
+    with(TEXT, |cx, file| {
+        let hints = diagnose::hints(cx);
+        assert_eq!(hints.len(), 1);
+        assert!(hints[0].unneeded && file.at(&hints[0].range).starts_with("\"c\": Blur("));
+        let inlays = inlay::inlays(cx, &(0..TEXT.len()), inlay::Shown::default());
+        let shown: Vec<(&str, &str)> =
+            inlays.iter().map(|one| (TEXT[..one.at].rsplit([' ', '(']).next().unwrap(), one.text.as_str())).collect();
+        assert!(shown.contains(&("\"$p\"", " = 2 mm")) && shown.contains(&("1", " mm")), "{shown:?}");
+        let none = inlay::Shown { units: false, values: false, types: false };
+        assert!(inlay::inlays(cx, &(0..TEXT.len()), none).is_empty());
+        let at = TEXT.find("a\", radius").unwrap();
+        let (_, place) = navigate::definition(cx, file, at).unwrap();
+        assert_eq!(file.at(&place.range), "\"a\"");
+        let found = signature(cx, at).unwrap();
+        assert_eq!(found.active.map(|i| &found.label[found.fields[i].0.clone()]), Some("input: Field"));
+        let kinds: Vec<&str> = tokens::tokens(cx)
+            .iter()
+            .filter(|(_, token)| *token == tokens::Token::Kind)
+            .map(|(range, _)| file.at(range))
+            .collect();
+        assert_eq!(kinds, ["Number", "Perlin", "Blur", "Blur"]);
+        assert_eq!(lens::node_at(cx, at).as_deref(), Some("b"));
+        assert_eq!(lens::node_at(cx, TEXT.find("\"o\"").unwrap()).as_deref(), Some("b"));
+    });
+}
+
+/// Deprecated: nobody should use it any more. There is a better one.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+struct Old {
+    /// Deprecated: it does nothing.
+    level: f64,
+}
+
+impl Node for Old {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "Nothing.")];
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Ok(Outputs::one(Field::constant(Type::Gray, &[0.0])))
+    }
+}
+
+#[test]
+fn what_is_deprecated_is_struck() {
+    let registry = Registry::new([Family { name: "Test", doc: "For tests.", kinds: vec![Kind::of::<Old>()] }]);
+    let mut workspace = Workspace::new(Arc::new(registry), Vec::new());
+    let text = "(nodes: { \"a\": Old(level: 1), \"b\": O }, outputs: { \"o\": \"a\", \"p\": \"b\" })";
+    let file = workspace.open(Path::new("/nowhere/a.ron"), text);
+    let cx = Cx { world: &workspace, file: &file };
+    let hints = diagnose::hints(cx);
+    let struck: Vec<&str> = hints.iter().filter(|hint| hint.deprecated).map(|hint| file.at(&hint.range)).collect();
+    assert_eq!(struck, ["Old", "level"]);
+    assert_eq!(hints[0].message, "Deprecated: nobody should use it any more.");
+    let offers = complete(cx, text.find("O }").unwrap() + 1);
+    assert!(offers.iter().any(|offer| offer.label == "Old" && offer.deprecated));
+}

@@ -273,6 +273,29 @@ fn colours_keep_their_notation() {
 }
 
 #[test]
+fn texts_are_formatted() {
+    let text =
+        GRAPH.replace("Perlin(size: \"$size\")", "Perlin( size:\"$size\" )").replace("radius: 0.5", "radius:0.5");
+    let (_folder, path, mut client) = with(&text);
+    let options = json!({ "tabSize": 2, "insertSpaces": true });
+    let doc = json!({ "uri": uri(&path) });
+    let edits = client.result("textDocument/formatting", &json!({ "textDocument": doc, "options": options }));
+    // Parameters have a line each.
+    let params = GRAPH.replace("params: { ", "params: {\n    ").replace("cell\") },", "cell\"),\n  },");
+    assert_eq!(applied(&text, &edits), params);
+    assert!(!edits[0]["newText"].as_str().unwrap().contains("canvas"), "lines that are right stay: {edits}");
+    let range = json!({ "start": { "line": 5, "character": 6 }, "end": { "line": 5, "character": 8 } });
+    let part = json!({ "textDocument": doc, "options": options, "range": range });
+    let edits = client.result("textDocument/rangeFormatting", &part);
+    assert_eq!(applied(&text, &edits), GRAPH.replace("radius: 0.5", "radius:0.5"));
+    // A text that is not sound stays as it is.
+    client.change(&path, 2, &text.replace("outputs", "\"outputs"));
+    let edits = client.result("textDocument/formatting", &json!({ "textDocument": doc, "options": options }));
+    assert_eq!(edits, json!([]));
+    client.stop();
+}
+
+#[test]
 fn positions_are_negotiated() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().canonicalize().unwrap();

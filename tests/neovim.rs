@@ -7,7 +7,7 @@ use std::process::Command;
 const A: &str = "(
   canvas: (size_mm: 20, resolution: 64),
   nodes: {
-    \"noise\": Perlim(size: 4),
+    \"noise\": Perlim( size:4 ),
     \"points\": PoissonPoints(pitch: 2),
     \"dots\": Dots(points: \"\", diameter: 1),
     \"both\": Math(operation: Max, a: \"noise\", b: \"dots\"),
@@ -34,8 +34,10 @@ fn an_editor_session() {
         .output()
         .expect("neovim is installed (apt-get install neovim)");
     assert!(run.status.success(), "{}{}", String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
-    let expected =
-        A.replace("Perlim", "Perlin").replace("points: \"\"", "points: \"points\"").replace("\"height\"", "\"relief\"");
+    let expected = A
+        .replace("Perlim( size:4 )", "Perlin(size: 4)")
+        .replace("points: \"\"", "points: \"points\"")
+        .replace("\"height\"", "\"relief\"");
     assert_eq!(fs::read_to_string(root.join("a.ron")).unwrap(), expected);
     assert_eq!(fs::read_to_string(root.join("b.ron")).unwrap(), B.replace("a.height", "a.relief"));
 }

@@ -10,6 +10,7 @@ mod docs;
 mod evaluate;
 mod expect;
 mod file;
+pub(crate) mod format;
 mod habits;
 pub(crate) mod hover;
 pub(crate) mod inlay;

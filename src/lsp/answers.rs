@@ -2,18 +2,18 @@
 use super::convert;
 use super::server::{Answer, Document, Refusal, Server, read};
 use super::{actions, uris};
-use crate::ide::{self, File, Topic, World, colors, hover, inlay, lens, navigate, rename, structure, tokens};
+use crate::ide::{self, File, Topic, World, colors, format, hover, inlay, lens, navigate, rename, structure, tokens};
 use lsp_server::ErrorCode;
 use lsp_types::{
     CodeActionParams, CodeLens, CodeLensParams, Color, ColorInformation, ColorPresentation, ColorPresentationParams,
-    Command, CompletionItem, CompletionList, CompletionParams, DocumentColorParams, DocumentHighlight,
-    DocumentHighlightKind, DocumentHighlightParams, DocumentLink, DocumentLinkParams, DocumentSymbolParams,
-    Documentation, ExecuteCommandParams, FoldingRange, FoldingRangeKind, FoldingRangeParams, GotoDefinitionParams,
-    Hover, HoverContents, HoverParams, InlayHint, InlayHintKind, InlayHintLabel, InlayHintParams, Location,
-    MarkupContent, MarkupKind, ParameterInformation, ParameterLabel, PrepareRenameResponse, ReferenceParams,
-    RenameParams, SelectionRange, SelectionRangeParams, SemanticTokens, SemanticTokensParams,
-    SemanticTokensRangeParams, SignatureHelp, SignatureHelpParams, SignatureInformation, SymbolInformation,
-    TextDocumentPositionParams, TextEdit, Uri, WorkspaceSymbolParams,
+    Command, CompletionItem, CompletionList, CompletionParams, DocumentColorParams, DocumentFormattingParams,
+    DocumentHighlight, DocumentHighlightKind, DocumentHighlightParams, DocumentLink, DocumentLinkParams,
+    DocumentRangeFormattingParams, DocumentSymbolParams, Documentation, ExecuteCommandParams, FoldingRange,
+    FoldingRangeKind, FoldingRangeParams, GotoDefinitionParams, Hover, HoverContents, HoverParams, InlayHint,
+    InlayHintKind, InlayHintLabel, InlayHintParams, Location, MarkupContent, MarkupKind, ParameterInformation,
+    ParameterLabel, PrepareRenameResponse, ReferenceParams, RenameParams, SelectionRange, SelectionRangeParams,
+    SemanticTokens, SemanticTokensParams, SemanticTokensRangeParams, SignatureHelp, SignatureHelpParams,
+    SignatureInformation, SymbolInformation, TextDocumentPositionParams, TextEdit, Uri, WorkspaceSymbolParams,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -47,6 +47,8 @@ pub(super) fn answer(server: &mut Server, method: &str, params: Json) -> Answer 
         "textDocument/semanticTokens/full" => semantic_tokens(server, wanted(params)?),
         "textDocument/semanticTokens/range" => semantic_tokens_in(server, wanted(params)?),
         "textDocument/codeLens" => lenses(server, wanted(params)?),
+        "textDocument/formatting" => formatted(server, wanted(params)?),
+        "textDocument/rangeFormatting" => formatted_part(server, wanted(params)?),
         "workspace/executeCommand" => server.execute(wanted::<ExecuteCommandParams>(params)?),
         _ => Err(Refusal(ErrorCode::MethodNotFound, format!("there is no request `{method}`"))),
     }
@@ -303,6 +305,19 @@ fn lenses(server: &Server, params: CodeLensParams) -> Answer {
         CodeLens { range: document.lines.span(&one.range), command: Some(command), data: None }
     };
     json(lens::lenses(server.cx(document)).into_iter().map(lens).collect::<Vec<_>>())
+}
+
+fn formatted(server: &Server, params: DocumentFormattingParams) -> Answer {
+    let document = server.document(&params.text_document.uri)?;
+    let edits = document.file.is_graph().then(|| format::format_all(&document.file.text)).flatten();
+    json(convert::text_edits(&edits.unwrap_or_default(), &document.lines))
+}
+
+fn formatted_part(server: &Server, params: DocumentRangeFormattingParams) -> Answer {
+    let document = server.document(&params.text_document.uri)?;
+    let part = document.lines.range(params.range);
+    let edits = document.file.is_graph().then(|| format::format_part(&document.file.text, part)).flatten();
+    json(convert::text_edits(&edits.unwrap_or_default(), &document.lines))
 }
 
 impl Server {

@@ -50,6 +50,8 @@ pub(super) fn capabilities(encoding: Encoding) -> Json {
             "full": true,
             "range": true,
         },
+        "documentFormattingProvider": true,
+        "documentRangeFormattingProvider": true,
         "codeLensProvider": {},
         "executeCommandProvider": { "commands": COMMANDS },
         "workspace": { "workspaceFolders": { "supported": true, "changeNotifications": true } },
@@ -187,7 +189,7 @@ pub(super) fn symbol_kind(entry: &Entry) -> SymbolKind {
     }
 }
 
-fn text_edits(edits: &[Edit], lines: &Lines) -> Vec<TextEdit> {
+pub(super) fn text_edits(edits: &[Edit], lines: &Lines) -> Vec<TextEdit> {
     edits.iter().map(|edit| TextEdit::new(lines.span(&edit.range), edit.text.clone())).collect()
 }
 

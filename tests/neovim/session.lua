@@ -1,4 +1,4 @@
--- What a person does in neovim: opens a graph, looks at an error, completes, renames, and looks at the files afterwards.
+-- What a person does in neovim: opens a graph, looks at an error, completes, renames, formats, and looks at the files afterwards.
 local folder, program = vim.env.FOLDER, vim.env.SHIBO
 vim.o.swapfile = false
 vim.opt.runtimepath:append(vim.env.PLUGIN)
@@ -48,5 +48,6 @@ wait('the other file is changed', function()
   local other = vim.fn.bufnr(folder .. '/b.ron')
   return other > 0 and table.concat(vim.api.nvim_buf_get_lines(other, 0, -1, true)):find('a%.relief') ~= nil
 end)
+if vim.lsp.buf.format then vim.lsp.buf.format({ timeout_ms = 60000 }) else vim.lsp.buf.formatting_sync(nil, 60000) end
 vim.cmd('silent wall')
 vim.cmd('qall!')

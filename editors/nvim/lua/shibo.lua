@@ -10,8 +10,10 @@ local function show_document(_, params, context)
   end
   local client = vim.lsp.get_client_by_id(context.client_id)
   local range = params.selection or { start = { line = 0, character = 0 }, ['end'] = { line = 0, character = 0 } }
+  local encoding = client and client.offset_encoding or 'utf-16'
   vim.schedule(function()
-    vim.lsp.util.jump_to_location({ uri = params.uri, range = range }, client and client.offset_encoding or 'utf-16')
+    local show = vim.lsp.util.show_document or vim.lsp.util.jump_to_location
+    show({ uri = params.uri, range = range }, encoding, vim.lsp.util.show_document and { focus = true } or nil)
   end)
   return { success = true }
 end
@@ -24,7 +26,7 @@ local function run(command, ...)
 end
 
 -- Shows the node at the cursor on the page of the graph, which is opened if need be.
-function M.show() run('shibo.show', vim.lsp.util.make_position_params().position) end
+function M.show() run('shibo.show', vim.lsp.util.make_position_params(0, 'utf-16').position) end
 -- Opens the page of the graph.
 function M.preview() run('shibo.preview') end
 -- Writes the pictures of an output.
@@ -32,8 +34,11 @@ function M.render(output) run('shibo.render', output) end
 
 function M.attach(opts, buffer)
   local path = vim.api.nvim_buf_get_name(buffer)
-  local root = opts.root or vim.fn.fnamemodify(path, ':p:h')
-  if not clients[root] then
+  local folder = vim.fn.fnamemodify(path, ':p:h')
+  -- The workspace is the repository, so that names are changed in all its graphs; else the folder of the file.
+  local git = vim.fn.finddir('.git', folder .. ';')
+  local root = opts.root or (git ~= '' and vim.fn.fnamemodify(git, ':p:h:h')) or folder
+  if not clients[root] or not vim.lsp.get_client_by_id(clients[root]) then
     local capabilities = vim.lsp.protocol.make_client_capabilities()
     capabilities.window = vim.tbl_extend('force', capabilities.window or {}, { showDocument = { support = true } })
     clients[root] = vim.lsp.start_client({

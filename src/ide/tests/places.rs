@@ -41,7 +41,10 @@ fn structure_is_found() {
         assert_eq!(shown, [("a", "Perlin → Gray"), ("b", "Blur → Gray"), ("c", "Blur → Gray")]);
         let folds: Vec<&str> = structure::folds(cx).iter().map(|(range, _)| file.at(range)).collect();
         assert!(folds.contains(&"// One.\n// Two."), "{folds:?}");
-        assert!(folds.iter().any(|fold| fold.trim_start().starts_with("// First.") && fold.ends_with("radius: 1)")), "{folds:?}");
+        assert!(
+            folds.iter().any(|fold| fold.trim_start().starts_with("// First.") && fold.ends_with("radius: 1)")),
+            "{folds:?}"
+        );
         assert!(folds.iter().any(|fold| fold.starts_with("(\n      input")), "{folds:?}");
         let at = TEXT.find("a\", radius").unwrap();
         let selected: Vec<&str> = structure::selections(cx, at).iter().map(|range| file.at(range)).collect();

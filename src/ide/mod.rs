@@ -1,6 +1,6 @@
 //! What an editor must know of graph files: text and place in, answer out. Nothing here knows how editors ask.
 //!
-//! [`view`] gives the values of any text their places, [`file`] finds sections and names in it, [`expect`] says what may be written
+//! [`view`] gives the values of any text their places, [`mod@file`] finds sections and names in it, [`expect`] says what may be written
 //! in each place, and [`walk`] brings the two together; everything else is built on that. Nothing here evaluates a picture.
 pub(crate) mod actions;
 pub(crate) mod colors;

@@ -59,7 +59,10 @@ pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static st
         Expect::Use(_, each, None) => {
             expect::USE.into_iter().filter(|(name, _)| each || !matches!(*name, "over" | "ids")).collect()
         }
-        Expect::File("Gltf", None) => expect::GLTF.to_vec(),
+        Expect::File("Gltf" | "Usd", None) => expect::GLTF.to_vec(),
+        Expect::File("MaterialX", None) => expect::MATERIALX.to_vec(),
+        Expect::File("Preset", None) => expect::TARGET.to_vec(),
+        Expect::File("Pack", None) => expect::PACK.to_vec(),
         Expect::File(_, None) => expect::FILE.to_vec(),
         Expect::Input(_, None) => expect::PARAM.into_iter().filter(|(n, _)| matches!(*n, "default" | "doc")).collect(),
         Expect::Param(word, None) => {
@@ -97,7 +100,9 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
             plain(&shibo_engine::picture::Depth::ALL.map(shibo_engine::picture::Depth::name))
         }
         Expect::File("File", Some("combined")) => plain(&["true", "false"]),
-        Expect::File("Gltf", Some("mesh")) => plain(&["Plane"]),
+        Expect::File("Gltf" | "Usd", Some("mesh")) => plain(&["Plane"]),
+        Expect::File("MaterialX", Some("shading")) => plain(&shibo_engine::export::Shading::ALL.map(|(name, _)| name)),
+        Expect::File("Preset", Some("target")) => plain(&shibo_engine::export::Program::ALL.map(|(name, _)| name)),
         Expect::Param("Bool", Some("default")) => plain(&["true", "false"]),
         _ => Vec::new(),
     }

@@ -48,9 +48,21 @@ pub(crate) const FILE: [(&str, &str); 5] = [
     ("combined", "Whether the channels of a material go into one file; only in `Exr`."),
     ("range", "The values that become the smallest and the largest integer."),
 ];
-/// The fields of `Gltf`.
+/// The fields of `Gltf` and `Usd`.
 pub(crate) const GLTF: [(&str, &str); 2] =
     [("material", "The material."), ("mesh", "`Plane`, or the name of an atlas whose mesh wears it.")];
+/// The fields of `MaterialX`.
+pub(crate) const MATERIALX: [(&str, &str); 2] = [("material", "The material."), ("shading", "The surface shader.")];
+/// The fields of `Preset`.
+pub(crate) const TARGET: [(&str, &str); 2] =
+    [("material", "The material."), ("target", "The program whose pictures are written.")];
+/// The fields of `Pack`.
+pub(crate) const PACK: [(&str, &str); 4] = [
+    ("r", "The field that becomes red."),
+    ("g", "The field that becomes green."),
+    ("b", "The field that becomes blue."),
+    ("a", "The field that becomes opacity."),
+];
 /// The fields of the declaration of a parameter.
 pub(crate) const PARAM: [(&str, &str); 5] = [
     ("default", "The value if nothing else is given."),
@@ -93,7 +105,7 @@ pub(crate) enum Expect<'a> {
     Value(&'a FieldInfo, &'a ParamInfo),
     /// A struct in a list.
     Struct(&'a ParamInfo),
-    /// `File` or `Gltf`, and a field of it.
+    /// `File`, `Gltf` or another form of an output, and a field of it.
     File(&'a str, Option<&'a str>),
     /// A text for readers.
     Note,

@@ -12,7 +12,7 @@ const GRAPH: &str = r##"// A graph.
   params: { "pitch": Number(default: -1.4e-3, range: (0.4, 6), unit: "mm") },
   nodes: {
     // The first.
-    "points": PoissonPoints(pitch: "$pitch", seed: 0x1F),
+    "points": Sown(pitch: "$pitch", seed: 0x1F),
     "stack": Layers(layers: [(mask: "points", count: 3u8), (mask: Kind())], label: "a \"b\"\n"), // behind
     "raw": Text(value: r#"a "quoted" text"#, on: true, c: 'x', r#type: 1..2),
   },

@@ -209,7 +209,14 @@ impl<'a> Ask<'a> {
     }
 
     fn output_forms(&self) -> Vec<Completion> {
-        let forms = [("File", "File(from: \"$1\"$0)"), ("Gltf", "Gltf(material: \"$1\"$0)")];
+        let forms = [
+            ("File", "File(from: \"$1\"$0)"),
+            ("Gltf", "Gltf(material: \"$1\"$0)"),
+            ("MaterialX", "MaterialX(material: \"$1\"$0)"),
+            ("Usd", "Usd(material: \"$1\"$0)"),
+            ("Preset", "Preset(material: \"$1\", target: $0)"),
+            ("Pack", "Pack(r: \"$1\"$0)"),
+        ];
         let form = |(label, insert): (&str, &str)| {
             let offer = self.offer(label, Sort::Kind, "with settings of the file", Topic::Text(String::new()), 30.0);
             let bare = self.cx.file.text[self.replace.end..].trim_start().starts_with('(');

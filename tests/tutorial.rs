@@ -65,7 +65,7 @@ const MISTAKES: [(&str, &str, &str); 22] = [
     ("size: 76", "size: 76mm", "write numbers without a unit"),
     ("size: 76", "size: \"= panel * 2\"", "write `Expression(a: \"panel\""),
     ("size: 76", "size: \"= 2 * (3\"", "a closing bracket is missing"),
-    ("radius: 14),", "radius: 14,", "close the brackets before it with `)`"),
+    ("radius: 14),", "radius: 14,", "close the bracket before it"),
     (r#"a: "panel.distance", amount"#, "a: panel.distance, amount", "in quotes"),
     (r#"material: "inlay", exposure"#, r#"material: "whole", exposure"#, "Material comes from `"),
     ("BlendMaterials", "MaterialBlend", "here it is called `BlendMaterials`"),

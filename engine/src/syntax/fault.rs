@@ -78,6 +78,13 @@ pub(super) fn settle(text: &str, mut faults: Vec<SyntaxError>) -> Vec<SyntaxErro
         told.extend((told.last() != Some(&at)).then_some(at));
         !follows
     });
+    // Where a text just ends, what it ends in is no mistake of its own.
+    if let [.., before, last] = &faults[..]
+        && last.unfinished
+        && before.range.end >= text.trim_end().len()
+    {
+        faults.remove(faults.len() - 2);
+    }
     faults
 }
 

@@ -11,7 +11,7 @@
 //! let tree = Tree::parse("(nodes: { \"a\": Bands(pitch: , count: 3) }) // end");
 //! assert_eq!(tree.errors().len(), 1);
 //! // What is at an offset: the node, and its surroundings.
-//! let node = tree.covering(35..36);
+//! let node = tree.covering(37..38);
 //! assert_eq!((node.kind(), node.text()), (NodeKind::Number, "3"));
 //! let entry = node.parent().unwrap();
 //! assert_eq!(entry.key().unwrap().text(), "count");

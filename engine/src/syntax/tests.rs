@@ -423,3 +423,12 @@ fn lost_brackets_of_sections_cost_no_other_section() {
         assert_eq!(nodes.entries().filter_map(Node::key_text).collect::<Vec<_>>(), ["a"], "{text}");
     }
 }
+
+#[test]
+fn a_text_that_just_ends_is_one_mistake() {
+    for text in ["(\n  version: 1,\n  node", "(nodes: { \"a\": Bands(pitch: 2, cou", "(nodes: {"] {
+        let tree = Tree::parse(text);
+        assert_eq!(tree.errors().len(), 1, "{text}: {:#?}", tree.errors());
+        assert!(tree.errors()[0].unfinished, "{text}");
+    }
+}

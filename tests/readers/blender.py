@@ -80,9 +80,19 @@ def by_hand(flip=False, by=1.0):
 
     links.new(image("base_color", "sRGB"), surface.inputs["Base Color"])
     for channel, socket in (("roughness", "Roughness"), ("metallic", "Metallic"), ("coat", "Coat Weight"),
-                            ("coat_roughness", "Coat Roughness"), ("sheen", "Sheen Weight")):
+                            ("coat_roughness", "Coat Roughness"), ("sheen", "Sheen Weight"), ("anisotropy", "Anisotropic")):
         if os.path.exists(f"{stem}_{channel}.png"):
             links.new(image(channel, "Non-Color"), surface.inputs[socket])
+    if os.path.exists(f"{stem}_anisotropy_angle.exr"):
+        # Degrees clockwise become turns the other way round.
+        node, turn = nodes.new("ShaderNodeTexImage"), nodes.new("ShaderNodeMath")
+        node.image = bpy.data.images.load(f"{stem}_anisotropy_angle.exr")
+        node.image.colorspace_settings.name = "Non-Color"
+        links.new(placed.outputs["Vector"], node.inputs["Vector"])
+        turn.operation = "DIVIDE"
+        turn.inputs[1].default_value = -360
+        links.new(node.outputs["Color"], turn.inputs[0])
+        links.new(turn.outputs["Value"], surface.inputs["Anisotropic Rotation"])
     for channel, socket in (("normal", "Normal"), ("coat_normal", "Coat Normal")):
         if not os.path.exists(f"{stem}_{channel}.png"):
             continue
@@ -111,8 +121,8 @@ def constants(material):
     """Numbers that stand in the script: the hand-made material takes them over, its pictures are its own."""
     of, to = build("numbers", folder), material
     for socket in of.node_tree.nodes["Principled BSDF"].inputs:
-        target = to.node_tree.nodes["Principled BSDF"].inputs[socket.name]
-        if not socket.is_linked and not target.is_linked and hasattr(socket, "default_value"):
+        target = to.node_tree.nodes["Principled BSDF"].inputs.get(socket.name)
+        if target is not None and not socket.is_linked and not target.is_linked and hasattr(socket, "default_value"):
             target.default_value = socket.default_value
     return material
 

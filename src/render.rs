@@ -149,7 +149,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal, start: Instant) -> Res
         let mut graph = open::graph(open::load(&args.graph, &registry, &values, args.resolution), terminal)?;
         report::show(terminal, &graph.advice(), &graph.sources);
         show_nodes(&mut graph, args)?;
-        args.target.map_or(Ok(()), |target| target.replace_outputs(&mut graph))?;
+        args.target.map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
         sets.push(Set { graph, preset });
     }
     let session = open::session(registry, &args.engine, terminal)?;

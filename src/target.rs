@@ -49,9 +49,9 @@ impl Target {
         }
     }
 
-    /// Makes each material of the graph's outputs such files, and leaves all other outputs out. They lie on the mesh that the
-    /// graph's own glTF or USD files have, if there is one.
-    pub(crate) fn replace_outputs(self, graph: &mut Graph) -> Result<(), Quit> {
+    /// Makes each material of the graph's outputs such files, one under two names only once unless outputs are `named`, and
+    /// leaves all other outputs out. They lie on the mesh that the graph's own glTF or USD files have, if there is one.
+    pub(crate) fn replace_outputs(self, graph: &mut Graph, named: bool) -> Result<(), Quit> {
         let export = self.export();
         let mesh = graph.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != ExportMesh::Plane));
         let mesh = matches!(export, Export::Gltf | Export::Usd).then(|| mesh.unwrap_or(ExportMesh::Plane));
@@ -61,7 +61,7 @@ impl Target {
             let source = (output.node, output.output);
             let new = !seen.contains(&source);
             seen.push(source);
-            new
+            new || named
         });
         if graph.outputs.is_empty() {
             let message = "the graph has no output that is a material, which --as could write";

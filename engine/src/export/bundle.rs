@@ -103,11 +103,13 @@ pub(super) struct Maps<'a> {
     stem: &'a str,
     pub(super) maps: Vec<Map>,
     used: Vec<Channel>,
+    /// The channels that were asked for by themselves.
+    known: Vec<(Channel, Source)>,
 }
 
 impl<'a> Maps<'a> {
     pub(super) fn new(material: &'a Material, stem: &'a str) -> Self {
-        Self { material, stem, maps: Vec::new(), used: Vec::new() }
+        Self { material, stem, maps: Vec::new(), used: Vec::new(), known: Vec::new() }
     }
 
     pub(super) fn has(&self, channel: Channel) -> bool {
@@ -128,14 +130,19 @@ impl<'a> Maps<'a> {
         file
     }
 
-    /// A channel by itself, if the material has it: its number, or a picture under its name.
+    /// A channel by itself, if the material has it: its number, or a picture under its name, made once.
     pub(super) fn channel(&mut self, channel: Channel) -> Option<Source> {
+        if let Some((_, source)) = self.known.iter().find(|(known, _)| *known == channel) {
+            return Some(source.clone());
+        }
         let field = self.material.get(channel)?.clone();
         self.used.push(channel);
-        if let Some(values) = field.as_constant() {
-            return Some(Source::Value(values.iter().map(|value| f64::from(*value)).collect()));
-        }
-        Some(Source::File(self.add(channel.name(), vec![field], samples(channel))))
+        let source = match field.as_constant() {
+            Some(values) => Source::Value(values.iter().map(|value| f64::from(*value)).collect()),
+            None => Source::File(self.add(channel.name(), vec![field], samples(channel))),
+        };
+        self.known.push((channel, source.clone()));
+        Some(source)
     }
 
     /// What was asked for, with documents, and the channels that were not.
@@ -144,6 +151,20 @@ impl<'a> Maps<'a> {
         let lost = channels.filter(|channel| !self.used.contains(channel)).collect();
         Bundle { maps: self.maps, documents, lost }
     }
+}
+
+/// Hands rows to several pictures, whose channels follow each other; each comes with the number of its channels.
+pub(super) fn write_rows<'w>(
+    pictures: impl Iterator<Item = (usize, &'w mut Writer)>,
+    mut planes: &[&[f32]],
+    rows: u32,
+) -> Result<(), WriteError> {
+    for (channels, writer) in pictures {
+        let (own, rest) = planes.split_at(channels.min(planes.len()));
+        writer.write_rows(own, rows)?;
+        planes = rest;
+    }
+    Ok(())
 }
 
 /// How a channel is stored in a file of its own.
@@ -186,13 +207,8 @@ impl BundleWriter {
     ///
     /// # Errors
     /// As [`Writer::write_rows`].
-    pub fn write_rows(&mut self, mut planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
-        for (map, writer) in self.bundle.maps.iter().zip(&mut self.writers) {
-            let (own, rest) = planes.split_at(map.channels().min(planes.len()));
-            writer.write_rows(own, rows)?;
-            planes = rest;
-        }
-        Ok(())
+    pub fn write_rows(&mut self, planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
+        write_rows(self.bundle.maps.iter().map(Map::channels).zip(&mut self.writers), planes, rows)
     }
 
     /// Completes all files and gives them their names, the documents last.

@@ -2,6 +2,7 @@
 //!
 //! The textures are written as temporary files beside the target while their rows are computed, and are copied into it when
 //! all are complete: the memory that is needed does not grow with them.
+use super::bundle::write_rows;
 use super::gltf::{Exported, Texture};
 use super::shape::Shape;
 use crate::picture::{AtomicFile, Compression, Encoding, Format, PictureSpec, WriteError, Writer, Written};
@@ -54,13 +55,8 @@ impl GlbWriter {
     ///
     /// # Errors
     /// As [`Writer::write_rows`].
-    pub fn write_rows(&mut self, mut planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
-        for (texture, writer) in self.exported.textures.iter().zip(&mut self.writers) {
-            let (own, rest) = planes.split_at(texture.channels().min(planes.len()));
-            writer.write_rows(own, rows)?;
-            planes = rest;
-        }
-        Ok(())
+    pub fn write_rows(&mut self, planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
+        write_rows(self.exported.textures.iter().map(Texture::channels).zip(&mut self.writers), planes, rows)
     }
 
     /// Completes the file and gives it its name.

@@ -43,8 +43,8 @@ impl Xml {
                 let unit = [("value", value.as_str()), ("unittype", "distance"), ("unit", "meter")];
                 self.empty("input", &[&head[..], &unit].concat())
             }
-            Given::File(file, "") => self.empty("input", &[&head[..], &[("value", file)]].concat()),
-            Given::File(file, space) => {
+            Given::File(file, None) => self.empty("input", &[&head[..], &[("value", file)]].concat()),
+            Given::File(file, Some(space)) => {
                 self.empty("input", &[&head[..], &[("value", file.as_str()), ("colorspace", *space)]].concat())
             }
             Given::Node(node) => self.empty("input", &[&head[..], &[("nodename", node)]].concat()),

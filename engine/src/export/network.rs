@@ -36,8 +36,8 @@ pub(super) enum Given {
     Value(String),
     /// A length or several, in metres.
     Metres(String),
-    /// A file, and the space of its colours.
-    File(String, &'static str),
+    /// A file, and the space of its colours, if it holds colours.
+    File(String, Option<&'static str>),
     /// Another node.
     Node(String),
 }
@@ -101,8 +101,9 @@ impl Builder<'_, '_> {
     }
 
     fn image(&mut self, name: &str, ty: &'static str, file: &str) -> String {
-        let colors = if ty == "color3" && file.ends_with("png") { "srgb_texture" } else { "lin_rec709" };
-        let mut inputs = vec![("file", "filename", Given::File(file.into(), if ty == "color3" { colors } else { "" }))];
+        let colors = if file.ends_with("png") { "srgb_texture" } else { "lin_rec709" };
+        let colors = (ty == "color3").then_some(colors);
+        let mut inputs = vec![("file", "filename", Given::File(file.into(), colors))];
         let metres = self.place.size_mm / 1000.0;
         if self.place.wraps == [true; 2] && !self.once {
             let from = 1.0 - (1.0 / metres.y).floor() * metres.y;

@@ -187,7 +187,8 @@ fn import(maps: &[Map]) -> String {
             let kind = match map.samples {
                 Samples::Color => "color",
                 Samples::Fine => "normal",
-                _ => "mask",
+                Samples::Data => "mask",
+                Samples::Half | Samples::Float => "float",
             };
             format!("    ({:?}, {kind:?}),", map.file)
         })
@@ -224,6 +225,8 @@ for task, kind in tasks:
             texture.set_editor_property("compression_settings", unreal.TextureCompressionSettings.TC_NORMALMAP)
         elif kind == "mask":
             texture.set_editor_property("compression_settings", unreal.TextureCompressionSettings.TC_MASKS)
+        elif kind == "float":
+            texture.set_editor_property("compression_settings", unreal.TextureCompressionSettings.TC_HDR)
         unreal.EditorAssetLibrary.save_loaded_asset(texture)
 "#;
 

@@ -53,22 +53,10 @@ impl Preview {
         ];
         let mut inputs = Vec::new();
         for (channel, input, ty, output) in known {
-            // The network has most of the pictures.
-            let file = maps.maps.iter().map(|map| map.file.clone()).find(|file| is_of(file, channel));
-            let source = file.map(Source::File).or_else(|| maps.channel(channel));
-            inputs.extend(source.map(|source| (input, ty, output, channel, source)));
+            inputs.extend(maps.channel(channel).map(|source| (input, ty, output, channel, source)));
         }
         Self(inputs)
     }
-}
-
-/// Whether a file is the picture of a channel.
-fn is_of(file: &str, channel: Channel) -> bool {
-    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-    // `coat_normal` ends with `normal`.
-    let longer = Channel::ALL.iter().filter(|other| other.name().len() > channel.name().len());
-    let own = |channel: Channel| stem.ends_with(&format!("_{}", channel.name()));
-    own(channel) && !longer.copied().any(own)
 }
 
 /// Lines with indentation.
@@ -243,8 +231,8 @@ impl Text {
                     self.line(&format!("{kind} inputs:{name} = ({value})"));
                 }
                 Given::Value(value) | Given::Metres(value) => self.line(&format!("{kind} inputs:{name} = {value}")),
-                Given::File(file, "") => self.line(&format!("asset inputs:{name} = {}", asset(file))),
-                Given::File(file, space) => {
+                Given::File(file, None) => self.line(&format!("asset inputs:{name} = {}", asset(file))),
+                Given::File(file, Some(space)) => {
                     self.line(&format!("asset inputs:{name} = {} (", asset(file)));
                     self.line(&format!("    colorSpace = \"{space}\""));
                     self.line(")");

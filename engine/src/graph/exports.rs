@@ -47,8 +47,9 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
     };
     let Some(fields) = read::fields(body, &format!("`{kind}`"), known, report) else { return };
     if kind == "Pack" {
-        let given = COLORS.map(|color| read::get(&fields, color));
-        let given = given.map(|part| part.filter(|part| read::text(part, "r", report).is_some()).cloned());
+        let mut given =
+            |color| read::get(&fields, color).filter(|part| read::text(part, color, report).is_some()).cloned();
+        let given = COLORS.map(&mut given);
         decl.from = given.iter().flatten().next().cloned();
         if fields.is_empty() {
             let help = "write `r: \"node\"`, `g`, `b` and `a`, all or some of them";
@@ -138,37 +139,31 @@ impl Unit<'_> {
 
     /// A grey field of a packed picture.
     fn packed(&mut self, part: &Part) -> Result<(NodeIndex, usize), ()> {
-        let Shape::Text(reference) = part.shape() else { return Err(()) };
-        let meaning = self.resolve(0, part, &reference);
-        match (self.type_of(&meaning.target), meaning.target) {
-            (Some(Type::Gray), Target::Out { flat, output }) => Ok((NodeIndex::new(flat), output)),
-            (Some(ty), _) => {
-                let message = format!("`Pack` takes fields of one number each; `{}` is {ty}", shorten(&reference));
-                let help = "take it apart with `SplitChannels`, or use an output that is Gray";
-                self.report.push(part.error(Code::TypeMismatch, message).help(help));
-                Err(())
-            }
-            (None, _) => Err(()),
-        }
+        let help = "take it apart with `SplitChannels`, or use an output that is Gray";
+        self.node_of(part, Type::Gray, "`Pack` takes fields of one number each", help)
     }
 
     /// The mesh of a `Gltf` or a `Usd`, if the output is one; an error is reported.
     pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
         let Some(mesh) = &decl.mesh else { return Ok(None) };
         let MeshDecl::Node(part) = mesh else { return Ok(Some(ExportMesh::Plane)) };
+        let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";
+        let (node, output) = self.node_of(part, Atlas::TYPE, "`mesh` must be an atlas", help)?;
+        Ok(Some(ExportMesh::Atlas { node, output }))
+    }
+
+    /// The node and its output that a reference means, which must be of a type; an error is reported.
+    fn node_of(&mut self, part: &Part, wanted: Type, rule: &str, help: &str) -> Result<(NodeIndex, usize), ()> {
         let Shape::Text(reference) = part.shape() else { return Err(()) };
         let meaning = self.resolve(0, part, &reference);
-        match (self.type_of(&meaning.target), meaning.target) {
-            (Some(Atlas::TYPE), Target::Out { flat, output }) => {
-                Ok(Some(ExportMesh::Atlas { node: NodeIndex::new(flat), output }))
-            }
-            (Some(ty), _) => {
-                let message = format!("`mesh` must be an atlas; `{}` is {ty}", shorten(&reference));
-                let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";
+        let Some(ty) = self.type_of(&meaning.target) else { return Err(()) };
+        match meaning.target {
+            Target::Out { flat, output } if ty == wanted => Ok((NodeIndex::new(flat), output)),
+            _ => {
+                let message = format!("{rule}; `{}` is {ty}", shorten(&reference));
                 self.report.push(part.error(Code::TypeMismatch, message).help(help));
                 Err(())
             }
-            (None, _) => Err(()),
         }
     }
 }

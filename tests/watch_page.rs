@@ -240,6 +240,11 @@ fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
     place.write(&place.text().replacen("\"lumps\": Perlin", &field, 1));
     wait_for_file(&mut page, &place);
     assert_eq!(page.eval(TEXT).as_str(), Some(&*text), "strokes stay while the mesh does");
+    // Another shape has none, and they are there again when it is gone.
+    page.eval("document.querySelector('[data-shape=cube]').click()");
+    assert_eq!(page.eval(TEXT).as_str(), Some(""));
+    page.eval("document.querySelector('[data-shape=mesh]').click()");
+    assert_eq!(page.eval(TEXT).as_str(), Some(&*text));
     page.eval("document.querySelector('[data-stroke=undo]').click()");
     assert_eq!(page.eval(TEXT).as_str().expect("text").lines().count(), 3);
     page.eval("document.querySelector('[data-stroke=clear]').click()");

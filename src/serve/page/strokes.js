@@ -29,9 +29,9 @@ export class Strokes {
     this.show(null);
   }
 
-  // The mesh that is shown, or null where there is none. Another one has other strokes.
+  // The mesh that is shown, or null while another shape is. Strokes wait for their mesh; another mesh has others.
   show(mesh) {
-    if (mesh !== this.mesh) this.strokes = [];
+    if (mesh && mesh !== this.owner) [this.owner, this.strokes] = [mesh, []];
     this.mesh = mesh;
     this.button.hidden = !mesh;
     if (!mesh) this.drawing = false;
@@ -113,7 +113,7 @@ export class Strokes {
   }
 
   paint(gl, view) {
-    if (!this.strokes.length) return;
+    if (!this.mesh || !this.strokes.length) return;
     if (this.gl !== gl) this.prepare(gl);
     gl.useProgram(this.program);
     gl.uniformMatrix4fv(this.view, false, view);

@@ -54,6 +54,48 @@ fn calf(out: &Path, resolution: &str, more: &[&str]) -> Taken {
     run(&args)
 }
 
+/// What writing costs: six channels that cost next to nothing to compute, 4096², as pictures and as files for other programs.
+const SIX: &str = r##"(
+  canvas: (size_mm: 60, resolution: 4096),
+  nodes: {
+    "a": Perlin(size: 5), "b": Perlin(size: 1, seed: 2),
+    "color": GradientMap(input: "a", stops: [(0, "#402010"), (1, "#c09060")]),
+    "normal": HeightToNormal(input: "b"),
+    "skin": Material(base_color: "color", roughness: "a", metallic: "b", normal: "normal", ao: "b", coat: "a"),
+  },
+  outputs: {
+    "png": "skin",
+    "flat": File(from: "color", format: Exr, depth: F16),
+    "mip": File(from: "color", format: Exr, depth: F16, mip: true),
+  },
+)"##;
+
+fn written(dir: &Path) {
+    let file = dir.join("six.ron");
+    std::fs::write(&file, SIX).expect("the folder can be written");
+    let (file, out) = (file.to_string_lossy(), dir.join("six"));
+    let out = out.to_string_lossy();
+    let render = |more: &[&str]| {
+        let mut args = vec!["render", &file, "-o", &out, "--no-cache", "--stats", "json"];
+        args.extend(more);
+        run(&args)
+    };
+    let ways: [(&str, &[&str]); 4] = [
+        ("six channels 4096² as PNG", &["--output", "png"]),
+        ("six channels 4096² as glTF", &["--as", "gltf", "--output", "png"]),
+        ("a colour 4096² as EXR", &["--output", "flat"]),
+        ("a colour 4096² as EXR in tiles with mip levels", &["--output", "mip"]),
+    ];
+    let mut runs: [Vec<Taken>; 4] = Default::default();
+    for _ in 0..5 {
+        ways.iter().zip(&mut runs).for_each(|((_, args), runs)| runs.push(render(args)));
+    }
+    let taken = runs.map(median);
+    ways.iter().zip(taken).for_each(|((name, _), taken)| report(name, taken));
+    println!("glTF costs {:.2} times the CPU time of PNG", taken[1].cpu / taken[0].cpu);
+    println!("mip levels cost {:.2} times the CPU time of none", taken[3].cpu / taken[2].cpu);
+}
+
 fn main() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let file = dir.path().join("chain.ron");
@@ -78,6 +120,7 @@ fn main() {
     report("calf 2048², filling the cache", calf(&out, "2048", &["--cache-dir", &cache]));
     let cached = (0..5).map(|_| calf(&out, "2048", &["--cache-dir", &cache])).collect();
     report("calf 2048², all cached", median(cached));
+    written(dir.path());
     if std::env::var_os("SHIBO_BENCH_LARGE").is_some() {
         let args = ["--no-cache", "--output", "material.height"];
         let (small, large) = (calf(&out, "4096", &args), calf(&out, "16384", &args));

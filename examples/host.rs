@@ -59,10 +59,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let size = graph.canvas.resolution;
     let corner = (size / 2).as_ivec2() - 128;
     let window = Window { x: corner.x, y: corner.y, width: 256, height: 256 };
-    let wanted = [(graph.canvas.grid(size), window)];
-    let (tiles, stats) = session.rasters(&graph, &field, &wanted, &cancel, &progress)?;
+    let grid = graph.canvas.grid(size);
     let mut mine = vec![0.0_f32; window.len() * field.channels()];
-    mine.copy_from_slice(tiles[0].data());
+    let stats = session.raster_into(&graph, &field, (&grid, window), &mut mine, &cancel, &progress)?;
     let mean = mine.iter().map(|v| f64::from(*v)).sum::<f64>() / mine.len() as f64;
     println!("{} channels of {}×{} pixels, mean {mean:.4}", field.channels(), window.width, window.height);
     println!("{} nodes took part; {} events", stats.len(), progress.events.load(Ordering::Relaxed));

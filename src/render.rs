@@ -12,7 +12,7 @@ use crate::target::Target;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use shibo_engine::eval::CancelToken;
-use shibo_engine::graph::{Graph, GraphOutput};
+use shibo_engine::graph::{Graph, GraphOutput, Storage};
 use shibo_engine::picture::{Depth, Format};
 use shibo_engine::session::{RenderRequest, Report};
 use shibo_engine::value::Resolution;
@@ -217,6 +217,7 @@ fn show_nodes(graph: &mut Graph, args: &RenderArgs) -> Result<(), Quit> {
             depth: None,
             combined: false,
             range: None,
+            storage: Storage::default(),
             span,
         });
     }

@@ -1,9 +1,7 @@
 //! `render --as`: the materials of a graph as files for another program, whatever its outputs say.
 use crate::quit::Quit;
 use clap::ValueEnum;
-use shibo_engine::export::{Program, Shading};
-use shibo_engine::graph::{Export, ExportMesh, Graph};
-use shibo_engine::value::Type;
+use shibo_engine::graph::{Export, Graph};
 
 /// What materials are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -35,41 +33,26 @@ pub(crate) enum Target {
 
 impl Target {
     fn export(self) -> Export {
-        match self {
-            Self::Gltf => Export::Gltf,
-            Self::MaterialX => Export::MaterialX(Shading::OpenPbr),
-            Self::MaterialXStandard => Export::MaterialX(Shading::StandardSurface),
-            Self::Usd => Export::Usd,
-            Self::Unreal => Export::Preset(Program::Unreal),
-            Self::Unity => Export::Preset(Program::Unity),
-            Self::Godot => Export::Preset(Program::Godot),
-            Self::Blender => Export::Preset(Program::Blender),
-            Self::Arnold => Export::Preset(Program::Arnold),
-            Self::RenderMan => Export::Preset(Program::RenderMan),
-        }
+        let name = self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+        Export::TARGETS.iter().find(|(known, _)| *known == name).map_or(Export::Gltf, |(_, export)| *export)
     }
 
-    /// Makes each material of the graph's outputs such files, one under two names only once unless outputs are `named`, and
-    /// leaves all other outputs out. They lie on the mesh that the graph's own glTF or USD files have, if there is one.
+    /// Makes the graph's materials such files and leaves its other outputs out.
     pub(crate) fn replace_outputs(self, graph: &mut Graph, named: bool) -> Result<(), Quit> {
-        let export = self.export();
-        let mesh = graph.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != ExportMesh::Plane));
-        let mesh = matches!(export, Export::Gltf | Export::Usd).then(|| mesh.unwrap_or(ExportMesh::Plane));
-        graph.outputs.retain(|output| output.ty == Type::Material);
-        let mut seen = Vec::new();
-        graph.outputs.retain(|output| {
-            let source = (output.node, output.output);
-            let new = !seen.contains(&source);
-            seen.push(source);
-            new || named
-        });
-        if graph.outputs.is_empty() {
-            let message = "the graph has no output that is a material, which --as could write";
-            return Err(Quit::Usage(format!("{message}; connect a `Material` to an output")));
-        }
-        for output in &mut graph.outputs {
-            (output.export, output.mesh, output.combined) = (Some(export), mesh, false);
-        }
-        Ok(())
+        graph.export_as(self.export(), named).map_err(Quit::Usage)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_target_is_one_of_the_engine() {
+        let names: Vec<String> = Target::value_variants()
+            .iter()
+            .filter_map(|target| Some(target.to_possible_value()?.get_name().to_owned()))
+            .collect();
+        assert_eq!(names, Export::TARGETS.map(|(name, _)| name.to_owned()));
     }
 }

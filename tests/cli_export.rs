@@ -197,3 +197,148 @@ fn an_export_that_fails_leaves_nothing() {
     let error = desk.shibo("render a.ron -o out --region 0,0,8,8").expect(2).stderr;
     assert!(error.contains("whole pictures"), "{error}");
 }
+
+/// The samples of a channel in an EXR, level by level.
+fn levels(desk: &Desk, file: &str, channel: &str) -> Vec<Vec<f32>> {
+    use exr::prelude::*;
+    let reader = read().no_deep_data().all_resolution_levels().all_channels().first_valid_layer().all_attributes();
+    let image = reader.from_file(desk.path(file)).unwrap();
+    let list = &image.layer_data.channel_data.list;
+    let found =
+        list.iter().find(|c| c.name == Text::from(channel)).unwrap_or_else(|| panic!("{file} has no {channel}"));
+    found.sample_data.levels_as_slice().iter().map(|level| level.values_as_f32().collect()).collect()
+}
+
+#[test]
+fn mip_levels_keep_what_a_surface_looks_like() {
+    let outputs = r#"{
+        "m": File(from: "skin", format: Exr, depth: F32, mip: true),
+        "kept": File(from: "skin", format: Exr, depth: F32, mip: true, widen_roughness: false),
+        "one": File(from: "skin", format: Exr, depth: F32, mip: true, combined: true),
+        "flat": File(from: "skin", format: Exr, depth: F32),
+        "plain": File(from: "rough", mip: true),
+    }"#;
+    let desk = desk("Both", outputs);
+    desk.shibo("render a.ron -o out").expect(0);
+    let flat = levels(&desk, "out/flat_roughness.exr", "Y");
+    assert_eq!(flat.len(), 1);
+    let wide = levels(&desk, "out/m_roughness.exr", "Y");
+    let kept = levels(&desk, "out/kept_roughness.exr", "Y");
+    // 64 × 32, …, 1 × 1.
+    assert_eq!(wide.iter().map(Vec::len).collect::<Vec<_>>(), [2048, 512, 128, 32, 8, 2, 1]);
+    assert_eq!((&wide[0], &kept[0]), (&flat[0], &flat[0]), "the picture itself is the same");
+    let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
+    assert!((kept[6][0] - mean(&flat[0])).abs() < 1e-5);
+    // The slopes of the bump are averaged away: alpha² grows by half of their variance.
+    let normal: Vec<Vec<f32>> = ["R", "G", "B"].map(|c| levels(&desk, "out/flat_normal.exr", c).remove(0)).into();
+    let slope = |c: usize| {
+        (0..2048).map(move |i| i).map(|i| (2.0 * normal[c][i] - 1.0) / (2.0 * normal[2][i] - 1.0)).collect::<Vec<f32>>()
+    };
+    let (x, y) = (slope(0), slope(1));
+    let square = mean(&x.iter().zip(&y).map(|(x, y)| x * x + y * y).collect::<Vec<_>>());
+    let lost = square - mean(&x).powi(2) - mean(&y).powi(2);
+    let expected = (mean(&flat[0].iter().map(|r| r.powi(4)).collect::<Vec<_>>()) + 0.5 * lost).powf(0.25).min(1.0);
+    assert!((wide[6][0] - expected).abs() < 1e-4, "{} instead of {expected}", wide[6][0]);
+    // All channels in one file say the same.
+    assert_eq!(levels(&desk, "out/one.exr", "roughness"), wide);
+    let normals: Vec<Vec<Vec<f32>>> =
+        ["X", "Y", "Z"].map(|c| levels(&desk, "out/one.exr", &format!("normal.{c}"))).into();
+    for level in 0..7 {
+        for i in 0..normals[0][level].len() {
+            let length: f32 = normals.iter().map(|plane| (2.0 * plane[level][i] - 1.0).powi(2)).sum();
+            assert!((length - 1.0).abs() < 1e-4, "level {level}: {length}");
+        }
+    }
+    assert_eq!(levels(&desk, "out/plain.exr", "Y").len(), 7, "a file with levels is an EXR");
+
+    let said = desk.shibo("render a.ron -o arnold --as arnold").expect(0);
+    assert!(said.stderr.contains("ao"), "{}", said.stderr);
+    let rough = levels(&desk, "arnold/m_specular_roughness.exr", "Y");
+    assert_eq!(rough.len(), 7);
+    assert!(rough[6][0] > kept[6][0] + 0.005, "{} and {}", rough[6][0], kept[6][0]);
+}
+
+#[test]
+fn colours_and_normals_are_stored_as_asked_for() {
+    let outputs = r#"{
+        "gl": File(from: "skin", format: Png),
+        "dx": File(from: "skin", format: Png, normal: DirectX),
+        "aces": File(from: "skin", format: Exr, depth: F32, color_space: AcesCg),
+        "light": File(from: "skin", format: Png, depth: U16, color_space: LinearRec709),
+    }"#;
+    let desk = desk("Both", outputs);
+    desk.shibo(
+        "render a.ron -o out --output gl.normal --output dx.normal --output aces.base_color --output light.base_color",
+    )
+    .expect(0);
+    let (up, down) = (picture(&desk, "out/gl_normal.png"), picture(&desk, "out/dx_normal.png"));
+    for (x, y) in [(30, 10), (33, 20), (20, 15)] {
+        let (up, down) = (pixel(&up, x, y), pixel(&down, x, y));
+        assert!((up[1] + down[1] - 1.0).abs() < 1e-4 && up[0] == down[0] && up[2] == down[2], "{up:?} {down:?}");
+    }
+    assert!((pixel(&up, 32, 10)[1] - pixel(&down, 32, 10)[1]).abs() > 0.05, "above the bump it faces up");
+    // #804020 in linear light.
+    let linear = [0.215_86, 0.051_27, 0.014_44];
+    let light = pixel(&picture(&desk, "out/light_base_color.png"), 3, 3);
+    assert!((0..3).all(|c| (light[c] - linear[c]).abs() < 1e-3), "{light:?}");
+    // The rows of the matrix of S-2014-004, by hand.
+    let aces = ["R", "G", "B"].map(|c| levels(&desk, "out/aces_base_color.exr", c)[0][0]);
+    let expected = [0.150_44, 0.062_33, 0.022_63];
+    assert!((0..3).all(|c| (aces[c] - expected[c]).abs() < 2e-4), "{aces:?}");
+    use exr::prelude::*;
+    let meta = MetaData::read_from_file(desk.path("out/aces_base_color.exr"), false).unwrap();
+    let primaries = meta.headers[0].shared_attributes.chromaticities.unwrap();
+    assert_eq!((primaries.red.0, primaries.white.1), (0.713, 0.337_67));
+
+    // What was written is read back as it was.
+    desk.write("b.ron", r#"(canvas: (size_mm: 60, resolution: 8), nodes: { "i": Image(path: "out/aces_base_color.exr", color_space: AcesCg) },
+        outputs: { "c": File(from: "i", format: Exr, depth: F32) })"#);
+    desk.shibo("render b.ron -o out").expect(0);
+    let back = ["R", "G", "B"].map(|c| levels(&desk, "out/c.exr", c)[0][0]);
+    assert!((0..3).all(|c| (back[c] - linear[c]).abs() < 2e-4), "{back:?}");
+}
+
+#[test]
+fn simple_shapes_wear_a_material() {
+    let outputs = r#"{ "a": Gltf(material: "skin", mesh: Sphere), "b": Gltf(material: "skin", mesh: Cylinder),
+        "c": Usd(material: "skin", mesh: Cube) }"#;
+    let desk = desk("Both", outputs);
+    desk.shibo("render a.ron -o out").expect(0);
+    for (file, name) in [("out/a.glb", "sphere"), ("out/b.glb", "cylinder")] {
+        let bytes = std::fs::read(desk.path(file)).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        assert!(text.contains(&format!("\"name\":\"{name}\"")) && text.contains("KHR_texture_transform"), "{file}");
+    }
+    let usd = text(&desk, "out/c.usda");
+    assert!(usd.contains("def Mesh \"cube\"") && usd.contains("UsdTransform2d"), "{usd}");
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_export_leaves_nothing_behind() {
+    for target in ["gltf", "usd", "materialx", "unreal", "arnold", "blender"] {
+        let desk = desk("Both", r#"{ "m": "skin" }"#);
+        desk.shibo(&format!("render a.ron --as {target} -o out")).expect(0);
+        let before = files(&desk, "out");
+        let contents: Vec<Vec<u8>> =
+            before.iter().map(|file| std::fs::read(desk.path(format!("out/{file}"))).unwrap()).collect();
+        let args = ["render", "a.ron", "--as", target, "--resolution", "16000", "--no-cache", "--compress", "best"];
+        let mut command = desk.command(args);
+        let mut child =
+            command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped()).spawn().unwrap();
+        let start = std::time::Instant::now();
+        while !files(&desk, "out").iter().any(|name| name.ends_with(".tmp")) {
+            assert!(start.elapsed() < std::time::Duration::from_secs(60), "{target}: nothing is written");
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        let code = child.wait().unwrap().code();
+        let mut said = String::new();
+        std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut said).unwrap();
+        assert_eq!(code, Some(1), "{target}: {said}");
+        assert_eq!(files(&desk, "out"), before, "{target}");
+        for (file, content) in before.iter().zip(contents) {
+            assert_eq!(std::fs::read(desk.path(format!("out/{file}"))).unwrap(), content, "{target}: {file}");
+        }
+    }
+}

@@ -170,3 +170,28 @@ fn a_cancelled_run_tells_nothing() {
     let value = session(64 << 20).value(&graph, (output.node, output.output), &cancel, &Silent);
     assert_eq!(value.map(drop), Err(Failure::Cancelled));
 }
+
+#[test]
+fn a_window_is_written_into_memory_of_the_caller() {
+    let session = session(64 << 20);
+    let graph = graph("\"a\": Ramp(factor: 1)", "a", 300);
+    let cancel = CancelToken::default();
+    let (name, field) = session.pictures(&graph, "out", &cancel, &Silent).unwrap().remove(0);
+    assert_eq!(name, "out");
+    let grid = graph.canvas.grid(graph.canvas.resolution);
+    // Over the border of blocks, and beyond that of the picture, where it repeats.
+    for window in [Window { x: 250, y: 3, width: 40, height: 290 }, Window { x: -7, y: 290, width: 20, height: 30 }] {
+        let mut mine = vec![f32::NAN; window.len()];
+        session.raster_into(&graph, &field, (&grid, window), &mut mine, &cancel, &Silent).unwrap();
+        for (i, value) in mine.iter().enumerate() {
+            let (x, y) = (window.x + (i % window.width as usize) as i32, window.y + (i / window.width as usize) as i32);
+            assert_eq!(*value, (x.rem_euclid(300) + y.rem_euclid(300)) as f32, "{x}, {y}");
+        }
+    }
+    let mut wrong = vec![0.0; 10];
+    let window = Window { x: 0, y: 0, width: 3, height: 3 };
+    let failed = session.raster_into(&graph, &field, (&grid, window), &mut wrong, &cancel, &Silent);
+    assert_eq!(failed.unwrap_err(), Failure::Usage("the window has 9 values, the memory for them 10".to_owned()));
+    let unknown = session.pictures(&graph, "height", &cancel, &Silent).unwrap_err();
+    assert!(unknown.to_string().contains("no output `height`"), "{unknown}");
+}

@@ -120,3 +120,29 @@ fn a_node_can_make_its_input_tile() {
     let found = advice("Both", nodes, &["s"]);
     assert_eq!(found, [("the output `o0` does not tile: node `s` does not repeat with the canvas".to_owned(), 6)]);
 }
+
+#[test]
+fn the_seed_may_be_given_like_a_parameter() {
+    let load = |text: &str, set: &[(&str, &str)]| {
+        let set = set.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+        let options = LoadOptions { set, ..LoadOptions::default() };
+        load_text(Path::new("a.ron"), text, &graph_nodes::registry(), &options)
+    };
+    let seed = |loaded: &Loaded| loaded.graph.as_ref().unwrap().canvas.seed;
+    let plain = r#"(canvas: (seed: 3), nodes: {"n": Bands()}, outputs: {"o": "n"})"#;
+    assert_eq!(seed(&load(plain, &[])), 3);
+    assert_eq!(seed(&load(plain, &[("seed", "7")])), 7);
+    assert_eq!(seed(&load(plain, &[("seed", "7"), ("seed", "18446744073709551615")])), u64::MAX);
+
+    // A parameter of that name comes first.
+    let own = r#"(params: {"seed": Integer(default: 5)}, nodes: {"n": Bands()}, outputs: {"o": "n"})"#;
+    let loaded = load(own, &[("seed", "7")]);
+    assert_eq!((seed(&loaded), loaded.graph.unwrap().params[0].value.as_str()), (0, "7"));
+
+    for wrong in ["-1", "1.5", "green", "", "18446744073709551616"] {
+        let loaded = load(plain, &[("seed", wrong)]);
+        let [error] = &loaded.diagnostics[..] else { panic!("{wrong}: {:?}", loaded.diagnostics) };
+        assert!(!error.warning && loaded.graph.is_none(), "{error:?}");
+        assert_eq!(loaded.sources.origin(error.span.file), &Origin::Param { name: "seed".to_owned() });
+    }
+}

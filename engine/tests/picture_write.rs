@@ -3,8 +3,9 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
 
 use shibo_engine::picture::{
-    Compression, Depth, Encoding, Format, Picture, PictureSpec, ReadLimits, SampleKind, Transfer, WriteError, Writer,
-    Written, default_for, linear_sample, read, read_layer, remove_stale_temporaries,
+    Compression, Depth, Encoding, Format, MipFilter, Picture, PictureSpec, ReadLimits, SampleKind, Transfer,
+    WriteError, Writer, Written, default_for, linear_sample, read, read_layer, remove_stale_temporaries,
+    texture_attributes,
 };
 use std::path::Path;
 
@@ -18,6 +19,8 @@ fn spec(format: Format, depth: Depth, channels: usize) -> PictureSpec {
         depth,
         encoding: Encoding::default(),
         compression: Compression::Fast,
+        mips: Vec::new(),
+        chromaticities: None,
         metadata: vec![("Software".into(), "Shibo test".into()), ("graph".into(), "Straße 7".into())],
     }
 }
@@ -281,4 +284,62 @@ fn the_colour_space_has_a_default() {
         write(&path, &spec, &planes(&spec), 71).unwrap();
         assert_eq!(default_for(&read(&path, &ReadLimits::default()).unwrap()), expected);
     }
+}
+
+#[test]
+fn tiles_have_all_their_levels() {
+    use exr::prelude::*;
+    for (depth, tolerance) in [(Depth::F32, 1e-6_f32), (Depth::F16, 1e-3)] {
+        for (width, height) in [(83, 71), (64, 64), (200, 1), (129, 65)] {
+            let dir = tempfile::tempdir().unwrap();
+            let path = dir.path().join("a.exr");
+            let mips = vec![MipFilter::Mean; 3];
+            let mut metadata = vec![("Software".to_owned(), "Shibo test".to_owned())];
+            metadata.extend(texture_attributes([true, false]));
+            let spec = PictureSpec { width, height, mips, metadata, ..spec(Format::Exr, depth, 3) };
+            let planes = planes(&spec);
+            let mut writer = Writer::create(&path, &spec).unwrap();
+            // Bands that do not end where tiles do.
+            for first in (0..height).step_by(10) {
+                let rows = 10.min(height - first);
+                let band =
+                    |plane: &Vec<f32>| plane[(first * width) as usize..((first + rows) * width) as usize].to_vec();
+                let band: Vec<Vec<f32>> = planes.iter().map(band).collect();
+                writer.write_rows(&band.iter().map(Vec::as_slice).collect::<Vec<_>>(), rows).unwrap();
+            }
+            writer.finish().unwrap();
+            let image =
+                read().no_deep_data().all_resolution_levels().all_channels().first_valid_layer().all_attributes();
+            let image = image.from_file(&path).unwrap();
+            assert_eq!(image.layer_data.attributes.wrap_mode_name, Some(Text::from("periodic,clamp")));
+            // The channels lie in the order of their names.
+            for (channel, name) in ["A", "B", "R"].iter().enumerate() {
+                let given = spec.channels.iter().position(|c| c == name).unwrap();
+                let found = &image.layer_data.channel_data.list[channel];
+                assert_eq!(found.name, Text::from(*name));
+                let levels = found.sample_data.levels_as_slice();
+                assert_eq!(levels.len() as u32, width.max(height).ilog2() + 1);
+                let whole = &planes[given];
+                let mean = whole.iter().sum::<f32>() / whole.len() as f32;
+                for (level, samples) in levels.iter().enumerate() {
+                    let samples: Vec<f32> = samples.values_as_f32().collect();
+                    let size = [(width >> level).max(1), (height >> level).max(1)];
+                    assert_eq!(samples.len() as u32, size[0] * size[1]);
+                    let own = samples.iter().sum::<f32>() / samples.len() as f32;
+                    assert!(
+                        (own - mean).abs() < tolerance.max(2e-5),
+                        "{width}x{height} level {level}: {own} for {mean}"
+                    );
+                    if level == 0 {
+                        let near = |(a, b): (&f32, &f32)| (a - b).abs() <= tolerance;
+                        assert!(samples.iter().zip(whole).all(near));
+                    }
+                }
+            }
+        }
+    }
+    let wrong = PictureSpec { mips: vec![MipFilter::Mean], ..spec(Format::Png, Depth::U8, 1) };
+    assert!(wrong.check().unwrap_err().to_string().contains("`Exr` only"));
+    let wrong = PictureSpec { mips: vec![MipFilter::Mean], ..spec(Format::Exr, Depth::F32, 3) };
+    assert!(wrong.check().is_err());
 }

@@ -21,6 +21,8 @@ pub(crate) fn write_tiff(path: &std::path::Path, width: u32, channels: &[&str], 
         depth: Depth::F32,
         encoding: Encoding::default(),
         compression: Compression::Fast,
+        mips: Vec::new(),
+        chromaticities: None,
         metadata: Vec::new(),
     };
     let mut writer = Writer::create(path, &spec).expect("a folder to write to");

@@ -99,8 +99,12 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
         Expect::File("File", Some("depth")) => {
             plain(&shibo_engine::picture::Depth::ALL.map(shibo_engine::picture::Depth::name))
         }
-        Expect::File("File", Some("combined")) => plain(&["true", "false"]),
-        Expect::File("Gltf" | "Usd", Some("mesh")) => plain(&["Plane"]),
+        Expect::File("File", Some("combined" | "mip" | "widen_roughness")) => plain(&["true", "false"]),
+        Expect::File("File", Some("normal")) => plain(&["OpenGl", "DirectX"]),
+        Expect::File("File", Some("color_space")) => plain(&["Srgb", "LinearRec709", "AcesCg"]),
+        Expect::File("Gltf" | "Usd", Some("mesh")) => {
+            plain(&shibo_engine::graph::ExportMesh::SHAPES.map(|(name, _)| name))
+        }
         Expect::File("MaterialX", Some("shading")) => plain(&shibo_engine::export::Shading::ALL.map(|(name, _)| name)),
         Expect::File("Preset", Some("target")) => plain(&shibo_engine::export::Program::ALL.map(|(name, _)| name)),
         Expect::Param("Bool", Some("default")) => plain(&["true", "false"]),

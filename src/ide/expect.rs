@@ -41,16 +41,25 @@ pub(crate) const LAYOUT: [(&str, &str); 3] = [
     ("offset", "To the right and down, in mm."),
 ];
 /// The fields of `File`.
-pub(crate) const FILE: [(&str, &str); 5] = [
+pub(crate) const FILE: [(&str, &str); 9] = [
     ("from", "The node, or `\"node.port\"`."),
     ("format", "The file format."),
     ("depth", "The type of the samples."),
     ("combined", "Whether the channels of a material go into one file; only in `Exr`."),
     ("range", "The values that become the smallest and the largest integer."),
+    ("mip", "Whether an `Exr` is written in tiles with mip levels, as renderers read textures."),
+    (
+        "widen_roughness",
+        "Whether mip levels of a roughness grow by the normals that they average away; `true` if left out.",
+    ),
+    ("normal", "Which way `y` of a normal map points: up, `OpenGl`, or down, `DirectX`."),
+    ("color_space", "What colours are stored as."),
 ];
 /// The fields of `Gltf` and `Usd`.
-pub(crate) const GLTF: [(&str, &str); 2] =
-    [("material", "The material."), ("mesh", "`Plane`, or the name of an atlas whose mesh wears it.")];
+pub(crate) const GLTF: [(&str, &str); 2] = [
+    ("material", "The material."),
+    ("mesh", "`Plane`, `Sphere`, `Cylinder`, `Cube`, or the name of an atlas whose mesh wears it."),
+];
 /// The fields of `MaterialX`.
 pub(crate) const MATERIALX: [(&str, &str); 2] = [("material", "The material."), ("shading", "The surface shader.")];
 /// The fields of `Preset`.

@@ -175,17 +175,31 @@ impl<'g> Run<'g> {
     /// # Errors
     /// As the field's code says.
     pub fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
+        let out = Mutex::new(Tile::new(*grid, window, field.channels()));
+        self.blocks(field, grid, window, |part| lock(&out).copy_from(part, 0, 0))?;
+        Ok(out.into_inner().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The same into `out`, row by row from the top, the channels of a pixel side by side. `out` has room for exactly
+    /// that.
+    ///
+    /// # Errors
+    /// As the field's code says. What `out` then holds is not known.
+    pub fn raster_into(&self, field: &Field, grid: &Grid, window: Window, out: &mut [f32]) -> Result<(), Stop> {
+        let out = Mutex::new(out);
+        self.blocks(field, grid, window, |part| part.interleave(window, &mut lock(&out)))
+    }
+
+    /// Computes the parts of a window on all threads and hands each to `take`.
+    fn blocks(&self, field: &Field, grid: &Grid, window: Window, take: impl Fn(&Tile) + Sync) -> Result<(), Stop> {
         self.prepare(field, grid)?;
         let owner = field.owner().or(field.key()).unwrap_or_else(|| Key::of("raster", &[]));
         let blocks: Vec<Window> = Blocks::endless(window).iter().map(|(x, y)| Piece::window(x, y)).collect();
-        // Each part is freed as soon as it is copied.
-        let out = Mutex::new(Tile::new(*grid, window, field.channels()));
+        // Each part is freed as soon as it is taken.
         blocks.par_iter().try_for_each(|block| {
-            let part = self.read(field, grid, block.intersection(&window), owner)?;
-            lock(&out).copy_from(&part, 0, 0);
-            Ok::<(), Stop>(())
-        })?;
-        Ok(out.into_inner().unwrap_or_else(PoisonError::into_inner))
+            take(&*self.read(field, grid, block.intersection(&window), owner)?);
+            Ok(())
+        })
     }
 
     pub(super) fn failed(&self, owner: Key, problem: &Problem) {

@@ -1,8 +1,9 @@
 //! Several files that belong together: the pictures of a material, and documents that name them.
 use crate::picture::{
-    AtomicFile, Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, Writer, Written,
+    AtomicFile, Compression, Depth, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer, Written,
+    texture_attributes,
 };
-use crate::value::{Channel, Field, Material};
+use crate::value::{Channel, Field, Material, Type};
 use glam::{DVec2, UVec2};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -38,14 +39,24 @@ pub(super) enum Samples {
 pub struct Map {
     /// The name of the file.
     pub file: String,
-    /// The fields whose channels it holds, one after another.
+    /// The fields whose channels it holds, one after another, and what only its mip levels are made of.
     pub fields: Vec<Field>,
     pub(super) samples: Samples,
+    /// What makes the mip levels of a texture; empty for a picture without.
+    pub(super) mips: Vec<MipFilter>,
+    /// For the header.
+    pub(super) metadata: Vec<(String, String)>,
 }
 
 impl Map {
-    fn channels(&self) -> usize {
+    /// The planes that its rows are handed over with.
+    fn planes(&self) -> usize {
         self.fields.iter().map(Field::channels).sum()
+    }
+
+    /// The channels of the file.
+    fn channels(&self) -> usize {
+        if self.mips.is_empty() { self.planes() } else { self.mips.iter().map(|filter| filter.channels()).sum() }
     }
 
     fn spec(&self, size: UVec2, (dither, compression): (bool, Compression)) -> PictureSpec {
@@ -65,7 +76,9 @@ impl Map {
             depth,
             encoding: Encoding { transfer, dither, ..Encoding::default() },
             compression,
-            metadata: Vec::new(),
+            mips: self.mips.clone(),
+            chromaticities: None,
+            metadata: self.metadata.clone(),
         }
     }
 }
@@ -126,8 +139,27 @@ impl<'a> Maps<'a> {
     pub(super) fn add(&mut self, suffix: &str, fields: Vec<Field>, samples: Samples) -> String {
         let extension = if matches!(samples, Samples::Half | Samples::Float) { "exr" } else { "png" };
         let file = format!("{}_{suffix}.{extension}", self.stem);
-        self.maps.push(Map { file: file.clone(), fields, samples });
+        self.maps.push(Map { file: file.clone(), fields, samples, mips: Vec::new(), metadata: Vec::new() });
         file
+    }
+
+    /// A channel as a texture of a renderer: floats in tiles, with mip levels in which a roughness grows by the normals lost.
+    pub(super) fn texture(&mut self, suffix: &str, channel: Channel, samples: Samples, wraps: [bool; 2]) {
+        let field = self.field(channel);
+        let normal = match channel {
+            Channel::Roughness => self.material.get(Channel::Normal),
+            Channel::CoatRoughness => self.material.get(Channel::CoatNormal),
+            _ => None,
+        };
+        let mips = match (channel.ty(), normal) {
+            (_, Some(_)) => vec![MipFilter::Roughness { normal: 1 }],
+            (Type::Normal, _) => vec![MipFilter::Normal],
+            _ => vec![MipFilter::Mean; field.channels()],
+        };
+        self.add(suffix, [Some(&field), normal].into_iter().flatten().cloned().collect(), samples);
+        if let Some(map) = self.maps.last_mut() {
+            (map.mips, map.metadata) = (mips, texture_attributes(wraps));
+        }
     }
 
     /// A channel by itself, if the material has it: its number, or a picture under its name, made once.
@@ -180,7 +212,8 @@ pub(super) fn samples(channel: Channel) -> Samples {
 
 /// A bundle of one picture, under the name itself.
 pub(super) fn packed(fields: Vec<Field>, place: &Place) -> Bundle {
-    let map = Map { file: format!("{}.png", place.stem), fields, samples: Samples::Data };
+    let file = format!("{}.png", place.stem);
+    let map = Map { file, fields, samples: Samples::Data, mips: Vec::new(), metadata: Vec::new() };
     Bundle { maps: vec![map], ..Bundle::default() }
 }
 
@@ -208,7 +241,7 @@ impl BundleWriter {
     /// # Errors
     /// As [`Writer::write_rows`].
     pub fn write_rows(&mut self, planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
-        write_rows(self.bundle.maps.iter().map(Map::channels).zip(&mut self.writers), planes, rows)
+        write_rows(self.bundle.maps.iter().map(Map::planes).zip(&mut self.writers), planes, rows)
     }
 
     /// Completes all files and gives them their names, the documents last.

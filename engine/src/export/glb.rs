@@ -44,6 +44,8 @@ impl GlbWriter {
             depth: texture.depth,
             encoding: Encoding { transfer: texture.transfer, dither, ..Encoding::default() },
             compression,
+            mips: Vec::new(),
+            chromaticities: None,
             metadata: Vec::new(),
         };
         let writers = exported.textures.iter().map(|texture| Writer::create(path, &spec(texture)));

@@ -7,6 +7,7 @@ mod materialx;
 mod network;
 mod preset;
 mod shape;
+mod solids;
 mod usd;
 
 pub use bundle::{Bundle, BundleWriter, Map, Place};

@@ -16,9 +16,9 @@ pub enum Program {
     Godot,
     /// Blender, with a script that builds the material.
     Blender,
-    /// Arnold: `standard_surface`, EXR.
+    /// Arnold: `standard_surface`, EXR in tiles with mip levels.
     Arnold,
-    /// `RenderMan`: `PxrSurface`, EXR.
+    /// `RenderMan`: `PxrSurface`, EXR in tiles with mip levels.
     RenderMan,
 }
 
@@ -54,8 +54,8 @@ pub fn preset(material: &Material, place: &Place, program: Program) -> Bundle {
         Program::Unreal => unreal(&mut maps),
         Program::Unity => unity(&mut maps),
         Program::Godot => named(&mut maps, GODOT),
-        Program::Arnold => floats(&mut maps, ARNOLD),
-        Program::RenderMan => floats(&mut maps, RENDERMAN),
+        Program::Arnold => floats(&mut maps, ARNOLD, place.wraps),
+        Program::RenderMan => floats(&mut maps, RENDERMAN, place.wraps),
         Program::Blender => {
             let script = blender(&mut maps, place);
             return maps.bundle(vec![(format!("{}_blender.py", place.stem), script)]);
@@ -168,13 +168,12 @@ fn named(maps: &mut Maps<'_>, names: &Names) {
     }
 }
 
-/// The same as floats: scene-linear colours, normals and heights for renderers.
-fn floats(maps: &mut Maps<'_>, names: &Names) {
+/// The same as textures of floats: scene-linear colours, normals and heights for renderers.
+fn floats(maps: &mut Maps<'_>, names: &Names, wraps: [bool; 2]) {
     for (channel, name) in names {
         if maps.has(*channel) {
-            let field = maps.field(*channel);
             let samples = if *channel == Channel::Height { Samples::Float } else { Samples::Half };
-            maps.add(name, vec![field], samples);
+            maps.texture(name, *channel, samples, wraps);
         }
     }
 }

@@ -96,7 +96,7 @@ impl Shape {
         ((0..self.positions.len()).map(vertex).collect(), indices, 1e-3 / reach, [from.x, -from.z, from.y])
     }
 
-    fn add(&mut self, at: Vec3, normal: Vec3, tangent: Vec4, uv: Vec2) -> u32 {
+    pub(super) fn add(&mut self, at: Vec3, normal: Vec3, tangent: Vec4, uv: Vec2) -> u32 {
         let index = u32::try_from(self.positions.len()).unwrap_or(u32::MAX);
         self.positions.push(at);
         self.normals.push(normal);

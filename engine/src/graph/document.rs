@@ -4,6 +4,7 @@ use super::params::{self, ParamDecl};
 use super::part::{Entry, Part, Shape};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
+use super::storage::{self, Storage};
 use crate::diagnostics::Code;
 use crate::picture::{Depth, Format};
 use crate::value::{Accepts, Type};
@@ -84,6 +85,8 @@ pub(super) struct OutputDecl {
     /// Whether the channels of a material go into one file.
     pub(super) combined: bool,
     pub(super) range: Option<(f64, f64)>,
+    /// How pictures are stored besides that.
+    pub(super) storage: Storage,
     /// What is written instead of pictures.
     pub(super) export: Option<ExportDecl>,
     /// What `Gltf` or `Usd` says of the mesh.
@@ -254,6 +257,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         depth: None,
         combined: false,
         range: None,
+        storage: Storage::default(),
         export: None,
         mesh: None,
     };
@@ -282,7 +286,8 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         }
     };
     let (word, body) = body;
-    let known = ["from", "format", "depth", "combined", "range"];
+    let known: Vec<&str> =
+        ["from", "format", "depth", "combined", "range"].into_iter().chain(storage::FIELDS).collect();
     let Some(fields) = read::fields(&body, "`File`", &known, report) else { return decl };
     decl.from = read::get(&fields, "from").filter(|from| read::text(from, "from", report).is_some()).cloned();
     if read::get(&fields, "from").is_none() {
@@ -297,6 +302,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
     decl.combined =
         read::get(&fields, "combined").and_then(|part| choice(part, "combined", &combined, report)).unwrap_or_default();
     decl.range = read::get(&fields, "range").and_then(|part| params::range(part, report));
+    decl.storage = storage::read(&fields, decl.format, report);
     if let (Some(format), Some(depth), Some(part)) = (decl.format, decl.depth, read::get(&fields, "depth")) {
         check_depth(format, depth, part, report);
     }

@@ -30,8 +30,8 @@ pub(super) enum ExportDecl {
 /// The mesh of an exported file, as written.
 #[derive(Debug)]
 pub(super) enum MeshDecl {
-    /// A square.
-    Plane,
+    /// A shape that needs no mesh.
+    Shape(ExportMesh),
     /// A reference to an atlas.
     Node(Part),
 }
@@ -87,12 +87,18 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
         decl.from = None;
     }
     if matches!(kind, "Gltf" | "Usd") {
-        decl.mesh = Some(MeshDecl::Plane);
+        decl.mesh = Some(MeshDecl::Shape(ExportMesh::Plane));
         if let Some(mesh) = read::get(&fields, "mesh") {
             match mesh.shape() {
                 Shape::Text(_) => decl.mesh = Some(MeshDecl::Node(mesh.clone())),
-                Shape::Word(word) if word == "Plane" => {}
-                _ => report.push(mismatch(mesh, "`mesh`", "`Plane` or the name of an atlas: `mesh: \"atlas\"`")),
+                Shape::Word(_) => {
+                    decl.mesh = choice(mesh, "mesh", &ExportMesh::SHAPES, report).map(MeshDecl::Shape);
+                }
+                _ => report.push(mismatch(
+                    mesh,
+                    "`mesh`",
+                    "`Plane`, `Sphere`, `Cylinder`, `Cube` or an atlas: `mesh: \"atlas\"`",
+                )),
             }
         }
     }
@@ -146,7 +152,10 @@ impl Unit<'_> {
     /// The mesh of a `Gltf` or a `Usd`, if the output is one; an error is reported.
     pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
         let Some(mesh) = &decl.mesh else { return Ok(None) };
-        let MeshDecl::Node(part) = mesh else { return Ok(Some(ExportMesh::Plane)) };
+        let part = match mesh {
+            MeshDecl::Shape(shape) => return Ok(Some(*shape)),
+            MeshDecl::Node(part) => part,
+        };
         let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";
         let (node, output) = self.node_of(part, Atlas::TYPE, "`mesh` must be an atlas", help)?;
         Ok(Some(ExportMesh::Atlas { node, output }))

@@ -1,4 +1,5 @@
 //! A graph whose references are resolved: what is evaluated.
+use super::storage::Storage;
 use crate::diagnostics::{Diagnostic, SourceMap, Span};
 use crate::export::{Program, Shading};
 use crate::node::DynNode;
@@ -110,6 +111,8 @@ pub struct GraphOutput {
     pub combined: bool,
     /// The values that become the smallest and the largest integer, if they are stated.
     pub range: Option<(f64, f64)>,
+    /// How its pictures are stored besides that.
+    pub storage: Storage,
     /// What it is written as, if not as pictures.
     pub export: Option<Export>,
     /// The mesh that wears it, if it is a material in a glTF or a USD file.
@@ -133,11 +136,60 @@ pub enum Export {
     Pack([Option<(NodeIndex, usize)>; 4]),
 }
 
+impl Export {
+    /// What a whole graph can be written as, by the names that users give.
+    pub const TARGETS: [(&'static str, Self); 10] = [
+        ("gltf", Self::Gltf),
+        ("materialx", Self::MaterialX(Shading::OpenPbr)),
+        ("materialx-standard", Self::MaterialX(Shading::StandardSurface)),
+        ("usd", Self::Usd),
+        ("unreal", Self::Preset(Program::Unreal)),
+        ("unity", Self::Preset(Program::Unity)),
+        ("godot", Self::Preset(Program::Godot)),
+        ("blender", Self::Preset(Program::Blender)),
+        ("arnold", Self::Preset(Program::Arnold)),
+        ("renderman", Self::Preset(Program::RenderMan)),
+    ];
+}
+
+impl Graph {
+    /// Makes each material of the outputs such files, one under two names only once unless outputs are `named`, and leaves
+    /// all other outputs out. They lie on the mesh that the graph's own glTF or USD files have, if there is one.
+    ///
+    /// # Errors
+    /// What to do if no output is a material.
+    pub fn export_as(&mut self, export: Export, named: bool) -> Result<(), String> {
+        let mesh = self.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != ExportMesh::Plane));
+        let mesh = matches!(export, Export::Gltf | Export::Usd).then(|| mesh.unwrap_or(ExportMesh::Plane));
+        self.outputs.retain(|output| output.ty == Type::Material);
+        let mut seen = Vec::new();
+        self.outputs.retain(|output| {
+            let source = (output.node, output.output);
+            let new = !seen.contains(&source);
+            seen.push(source);
+            new || named
+        });
+        if self.outputs.is_empty() {
+            return Err("the graph has no output that is a material; connect a `Material` to an output".to_owned());
+        }
+        for output in &mut self.outputs {
+            (output.export, output.mesh, output.combined) = (Some(export), mesh, false);
+        }
+        Ok(())
+    }
+}
+
 /// The mesh of an exported file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExportMesh {
     /// A square of one metre.
     Plane,
+    /// A sphere of one metre across.
+    Sphere,
+    /// A cylinder, one metre across and high.
+    Cylinder,
+    /// A cube of one metre.
+    Cube,
     /// That of an atlas.
     Atlas {
         /// The node it comes from.
@@ -145,6 +197,17 @@ pub enum ExportMesh {
         /// Which of its outputs.
         output: usize,
     },
+}
+
+impl ExportMesh {
+    /// The shapes that need no mesh, by name.
+    pub const SHAPES: [(&'static str, Self); 4] =
+        [("Plane", Self::Plane), ("Sphere", Self::Sphere), ("Cylinder", Self::Cylinder), ("Cube", Self::Cube)];
+
+    /// Whether textures cover it once, as those of an atlas do, and end there.
+    pub const fn is_atlas(self) -> bool {
+        matches!(self, Self::Atlas { .. })
+    }
 }
 
 /// A parameter of a graph with the value in force.

@@ -21,6 +21,9 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+/// The name that stands for the canvas' seed among the values that are given.
+const SEED: &str = "seed";
+
 /// Loads the graph file at `path`, with everything that it imports.
 pub fn load(path: &Path, registry: &Registry, options: &LoadOptions) -> Loaded {
     run(path, None, registry, options)
@@ -61,7 +64,8 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
     }
     check_preset(doc, options, &mut files.sources, &mut files.report);
     let settings = set(doc, options, &mut params, &mut files.sources, &mut files.report);
-    let (mut canvas, asked) = canvas_of(doc, &mut params, &mut files.report);
+    let seed = seed(doc, options, &mut files.sources, &mut files.report);
+    let (mut canvas, asked) = canvas_of(doc, seed, &mut params, &mut files.report);
     let typed = resolution(options, &mut files.sources, &mut files.report);
     canvas::resize(&mut canvas, typed.as_ref().unwrap_or(&asked), typed.is_some(), &mut files.report);
     let mut linked = None;
@@ -98,11 +102,12 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
     })
 }
 
-/// The canvas, and then the parameters that come from it.
-fn canvas_of(doc: &Doc, params: &mut Params, report: &mut Report) -> (Canvas, Asked) {
+/// The canvas, with another seed if one is given, and then the parameters that come from it.
+fn canvas_of(doc: &Doc, seed: Option<u64>, params: &mut Params, report: &mut Report) -> (Canvas, Asked) {
     let mut before = params.clone();
     defaults::follow(doc, &mut before, &mut Report::default());
-    let (canvas, asked) = canvas::read(doc.document.canvas.as_ref(), &before, report);
+    let (mut canvas, asked) = canvas::read(doc.document.canvas.as_ref(), &before, report);
+    canvas.seed = seed.unwrap_or(canvas.seed);
     defaults::settle(doc, params, Facts::of(&canvas), report);
     (canvas, asked)
 }
@@ -151,7 +156,7 @@ fn link_imports(
         files.report.enter(instances, None);
         let mut params = defaults::params(doc, None, &mut files.report);
         presets(doc, None, &mut files.report);
-        let (canvas, _) = canvas_of(doc, &mut params, &mut files.report);
+        let (canvas, _) = canvas_of(doc, None, &mut params, &mut files.report);
         let mut unit = unit(files, registry, sizes, canvas, instances);
         unit.declare(index, String::new(), params, None);
         unit.fill(0, &[]);
@@ -253,6 +258,9 @@ fn set(
             continue;
         }
         let Some(decl) = doc.document.param(name) else {
+            if name == SEED {
+                continue;
+            }
             let span = sources.add_argument(origin, "--set ", &format!("{name}={value}"));
             let names = doc.document.params.iter().map(|(entry, _)| entry.name.as_str());
             let message = format!("there is no parameter `{}`", shorten(name));
@@ -267,15 +275,29 @@ fn set(
     settings
 }
 
+/// The canvas' seed of the command line: `--set seed=` means it unless a parameter has that name.
+fn seed(doc: &Doc, options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) -> Option<u64> {
+    let (name, value) = options.set.iter().rev().find(|(name, _)| name == SEED)?;
+    if doc.document.param(name).is_some() {
+        return None;
+    }
+    let span = sources.add_argument(Origin::Param { name: name.clone() }, &format!("--set {name}="), value);
+    canvas::seed(&given(value, value.to_owned(), span).or_else(|| given(value, ron_string(value), span))?, report)
+}
+
+/// A text as a value that was given at `span`, where it is written as `value`.
+fn given(value: &str, text: String, span: Span) -> Option<Part> {
+    let piece = Piece { end: text.len(), span, copied: text == value, related: Vec::new(), given: true };
+    Src::made(span.file, text, vec![piece]).whole()
+}
+
 /// A value from the command line: RON, or bare text where a text is wanted.
 pub(super) fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
     let ron = Tree::parse(value).errors().is_empty();
     let bare = decl.takes_bare_text() && !(ron && value.trim_start().starts_with(['"', '(', 'r']));
     let text = if bare || !ron { ron_string(value) } else { value.to_owned() };
-    let piece = Piece { end: text.len(), span, copied: text == value, related: Vec::new(), given: true };
-    let whole = |text: String| Src::made(span.file, text, vec![piece.clone()]).whole();
     // A text without any token, such as a comment, is nothing that could be meant.
-    whole(text).or_else(|| whole(ron_string(value))).unwrap_or_else(|| decl.default.clone())
+    given(value, text, span).or_else(|| given(value, ron_string(value), span)).unwrap_or_else(|| decl.default.clone())
 }
 
 /// The resolution of the command line, if it is valid.

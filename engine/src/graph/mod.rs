@@ -34,6 +34,7 @@ mod remedy;
 mod report;
 mod scope;
 mod spared;
+mod storage;
 mod structs;
 mod subst;
 mod tiling;
@@ -42,6 +43,7 @@ mod uses;
 pub use imports::import_path;
 pub use linked::{Export, ExportMesh, Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
 pub use load::{load, load_text};
+pub use storage::{FileColors, Storage};
 
 use crate::diagnostics::{Diagnostic, SourceMap};
 use crate::value::Resolution;
@@ -54,7 +56,8 @@ use std::sync::Arc;
 pub struct LoadOptions {
     /// The preset whose values replace the defaults.
     pub preset: Option<String>,
-    /// Values of parameters: RON, or bare text for `Text`, `Path` and `Color`. They replace those of the preset.
+    /// Values of parameters: RON, or bare text for `Text`, `Path` and `Color`. They replace those of the preset. `seed` is
+    /// the canvas' seed unless a parameter has that name.
     pub set: Vec<(String, String)>,
     /// The resolution to use instead of the canvas' own.
     pub resolution: Option<Resolution>,

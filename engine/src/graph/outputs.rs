@@ -62,6 +62,7 @@ impl Unit<'_> {
                 depth: decl.depth,
                 combined: decl.combined,
                 range: decl.range,
+                storage: decl.storage,
                 export,
                 mesh,
                 span: from.span(),

@@ -10,6 +10,8 @@ pub enum ColorSpace {
     Srgb,
     /// Colour, proportional to light.
     Linear,
+    /// Colour of ACEScg: AP1 primaries, proportional to light.
+    AcesCg,
     /// Data, not colour: heights, masks, normals.
     Raw,
 }
@@ -26,8 +28,38 @@ pub fn default_for(picture: &Picture) -> ColorSpace {
     }
 }
 
-/// Converts the samples to linear light in place. Linear and raw pictures are left alone; opacity always is.
+/// From linear Rec.709 to ACEScg (AP1), adapted from D65 to the white of ACES by Bradford's method (S-2014-004).
+pub const REC709_TO_AP1: [[f32; 3]; 3] = [
+    [0.613_097_4, 0.339_523_15, 0.047_379_45],
+    [0.070_193_72, 0.916_353_9, 0.013_452_4],
+    [0.020_615_6, 0.109_569_77, 0.869_814_6],
+];
+
+/// The way back.
+const AP1_TO_REC709: [[f32; 3]; 3] = [
+    [1.705_051, -0.621_792_1, -0.083_258_87],
+    [-0.130_256_42, 1.140_804_7, -0.010_548_32],
+    [-0.024_003_36, -0.128_968_98, 1.152_972_3],
+];
+
+fn from_ap1(picture: &mut Picture) {
+    let pixels = picture.pixels();
+    if picture.data_channels() < 3 {
+        return;
+    }
+    let (red, rest) = picture.planes.split_at_mut(pixels);
+    let (green, blue) = rest.split_at_mut(pixels);
+    for ((r, g), b) in red.iter_mut().zip(green).zip(blue) {
+        let color = [*r, *g, *b];
+        [*r, *g, *b] = AP1_TO_REC709.map(|row| row[0] * color[0] + row[1] * color[1] + row[2] * color[2]);
+    }
+}
+
+/// Converts the samples to linear Rec.709 in place. Linear and raw pictures are left alone; opacity always is.
 pub fn to_linear(picture: &mut Picture, space: ColorSpace) {
+    if space == ColorSpace::AcesCg {
+        return from_ap1(picture);
+    }
     if space != ColorSpace::Srgb {
         return;
     }
@@ -257,5 +289,19 @@ mod tests {
         let expected: Vec<f32> = samples[..192].iter().map(|sample| linear_sample(*sample)).collect();
         assert_eq!(picture.planes[..192], expected);
         assert_eq!(picture.planes[192..], samples[192..], "opacity is not colour");
+    }
+
+    #[test]
+    fn colours_of_aces_come_back() {
+        // White stays white, and the way back undoes the way there.
+        for row in REC709_TO_AP1.iter().chain(&AP1_TO_REC709) {
+            assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{row:?}");
+        }
+        for i in 0..3 {
+            for j in 0..3 {
+                let product: f32 = (0..3).map(|k| AP1_TO_REC709[i][k] * REC709_TO_AP1[k][j]).sum();
+                assert!((product - f32::from(u8::from(i == j))).abs() < 1e-5, "{i}, {j}: {product}");
+            }
+        }
     }
 }

@@ -235,7 +235,8 @@ fn clipped(values: &[f32], tolerance: f32) -> u64 {
     runs.map(|run| u64::from(run.iter().map(|value| u32::from(!(*value >= low && *value <= high))).sum::<u32>())).sum()
 }
 
-fn range_of(samples: &[f32]) -> Tally {
+/// The least and greatest sample, and how many are not finite.
+pub(super) fn range_of(samples: &[f32]) -> Tally {
     let mut tally = Tally::default();
     for run in samples.chunks(1 << 12) {
         let (mut least, mut greatest, mut non_finite) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8], 0_u32);

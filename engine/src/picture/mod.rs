@@ -21,6 +21,7 @@ mod guard;
 mod header;
 mod limits;
 mod lossless;
+mod mips;
 mod raster;
 mod read;
 mod read_exr;
@@ -35,12 +36,13 @@ mod write_svg;
 mod write_tiff;
 
 pub use atomic::{AtomicFile, remove_stale_temporaries};
-pub use color::{ColorSpace, SrgbEncoder, default_for, linear_sample, to_linear};
+pub use color::{ColorSpace, REC709_TO_AP1, SrgbEncoder, default_for, linear_sample, to_linear};
 pub use guard::caught;
 pub use header::{FileFormat, Header, check, check_bytes, header, header_bytes, header_layer};
 pub use limits::{FileError, ReadError, ReadLimits};
+pub use mips::MipFilter;
 pub use read::{read, read_bytes, read_layer};
-pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError};
+pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};
 pub use write::{Writer, Written};
 pub use write_svg::{Drawing, write_svg};
 

@@ -1,5 +1,6 @@
 //! What is written, and how writing can fail.
 
+use super::mips::MipFilter;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -173,6 +174,10 @@ pub struct PictureSpec {
     pub encoding: Encoding,
     /// How hard to compress.
     pub compression: Compression,
+    /// For an EXR in tiles with mip levels, what makes the smaller ones, channel after channel; empty for rows without.
+    pub mips: Vec<MipFilter>,
+    /// The primaries and the white that an EXR's header states: x and y of red, green, blue and white.
+    pub chromaticities: Option<[f32; 8]>,
     /// Pairs of a name and a text for the header. `Software` has a place of its own in every format.
     pub metadata: Vec<(String, String)>,
 }
@@ -202,7 +207,21 @@ impl PictureSpec {
             }
             _ => {}
         }
+        let made: usize = self.mips.iter().map(|filter| filter.channels()).sum();
+        if !self.mips.is_empty() && (format != Format::Exr || made != count) {
+            return Err(WriteError::Mips { format });
+        }
         if format == Format::Exr { self.check_names() } else { Ok(()) }
+    }
+
+    /// The planes that rows are handed over with: the channels, and what only mip levels are made of.
+    #[must_use]
+    pub fn planes(&self) -> usize {
+        let beyond = self.mips.iter().map(|filter| match filter {
+            MipFilter::Roughness { normal } => normal + 3,
+            MipFilter::Mean | MipFilter::Normal => 0,
+        });
+        beyond.max().unwrap_or(0).max(self.channels.len())
     }
 
     fn check_names(&self) -> Result<(), WriteError> {
@@ -262,6 +281,12 @@ pub enum WriteError {
         /// Height.
         height: u32,
     },
+    /// Mip levels in a format that has none here, or not for all channels.
+    #[error("mip levels of all channels can be written to `Exr` only, not to `{format}`")]
+    Mips {
+        /// The format.
+        format: Format,
+    },
     /// A range that is empty or not finite.
     #[error("range is `({low}, {high})`; it must be two different, finite numbers")]
     Range {
@@ -314,4 +339,12 @@ impl WriteError {
 /// Metadata as one text.
 pub(super) fn described(metadata: &[(String, String)]) -> String {
     metadata.iter().map(|(name, text)| format!("{name}: {text}")).collect::<Vec<_>>().join("\n")
+}
+
+/// What a texture's header tells renderers, in the words of OpenImageIO: that it is one, and whether it repeats.
+#[must_use]
+pub fn texture_attributes(wraps: [bool; 2]) -> Vec<(String, String)> {
+    let mode = |wraps: bool| if wraps { "periodic" } else { "clamp" };
+    let modes = format!("{},{}", mode(wraps[0]), mode(wraps[1]));
+    vec![("textureformat".to_owned(), "Plain Texture".to_owned()), ("wrapmodes".to_owned(), modes)]
 }

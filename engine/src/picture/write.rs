@@ -3,7 +3,7 @@
 use super::atomic::AtomicFile;
 use super::encode::{RowEncoder, Rows, Tally};
 use super::spec::{Format, PictureSpec, WriteError};
-use super::write_exr::ExrSink;
+use super::write_exr::{ExrSink, TiledSink};
 use super::write_png::PngSink;
 use super::write_tiff::TiffSink;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -57,6 +57,7 @@ enum Sink {
     Png(Box<PngSink<Output>>),
     Tiff(Box<TiffSink<Output>>),
     Exr(Box<ExrSink<Output>>),
+    Tiled(Box<TiledSink<Output>>),
 }
 
 impl Writer {
@@ -72,6 +73,9 @@ impl Writer {
         let sink = match spec.format {
             Format::Png => Sink::Png(Box::new(PngSink::new(output.clone(), spec).map_err(at)?)),
             Format::Tiff => Sink::Tiff(Box::new(TiffSink::new(output.clone(), spec).map_err(at)?)),
+            Format::Exr if !spec.mips.is_empty() => {
+                Sink::Tiled(Box::new(TiledSink::new(output.clone(), spec).map_err(at)?))
+            }
             Format::Exr => Sink::Exr(Box::new(ExrSink::new(output.clone(), spec).map_err(at)?)),
             // Holds no samples of any depth, as the check has said.
             Format::Svg => {
@@ -95,7 +99,8 @@ impl Writer {
         self.next_row
     }
 
-    /// Writes the next rows: of every channel, in the order of the specification, `rows` times the width samples.
+    /// Writes the next rows: of every channel in the order of the specification, and of what only mip
+    /// levels are made of ([`PictureSpec::planes`]), `rows` times the width samples.
     ///
     /// # Errors
     /// When the lengths do not fit, or the system refuses; then the writer should be dropped.
@@ -103,8 +108,7 @@ impl Writer {
         let (first, height) = (self.next_row, self.spec.height);
         let end = first.saturating_add(rows);
         let samples = rows as usize * self.spec.width as usize;
-        if planes.len() != self.spec.channels.len() || planes.iter().any(|plane| plane.len() != samples) || end > height
-        {
+        if planes.len() != self.spec.planes() || planes.iter().any(|plane| plane.len() != samples) || end > height {
             return Err(WriteError::Rows { first, end, height });
         }
         let step = u32::try_from(self.rows_at_once()).unwrap_or(u32::MAX);
@@ -127,6 +131,7 @@ impl Writer {
             Sink::Png(_) => 1,
             Sink::Tiff(sink) => sink.rows_per_block() * rayon::current_num_threads(),
             Sink::Exr(sink) => sink.rows_per_block() * rayon::current_num_threads(),
+            Sink::Tiled(_) => 1,
         };
         (BAND_BYTES / self.encoder.row_bytes()).max(block_rows)
     }
@@ -136,6 +141,7 @@ impl Writer {
             Sink::Png(sink) => sink.write(&self.encoder, rows),
             Sink::Tiff(sink) => sink.write(&self.encoder, rows),
             Sink::Exr(sink) => sink.write(&self.encoder, rows),
+            Sink::Tiled(sink) => sink.write(rows),
         };
         self.tally = self.tally.with(tally.map_err(|error| WriteError::at(&self.path, error))?);
         Ok(())
@@ -166,6 +172,7 @@ impl Writer {
             Sink::Png(sink) => sink.finish().map_err(at)?,
             Sink::Tiff(sink) => sink.finish().map_err(at)?,
             Sink::Exr(sink) => sink.finish().map_err(at)?,
+            Sink::Tiled(sink) => sink.finish().map_err(at)?,
         }
         let Counted { file, length, .. } = output.into_inner();
         let range = (tally.least, tally.greatest);

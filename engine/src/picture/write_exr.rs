@@ -3,11 +3,16 @@
 //! The `exr` crate writes the header's attributes and knows PIZ; the container is put together here, because the crate's
 //! writers want all blocks from within one call, and write custom attributes in an order that differs from run to run.
 
+mod tiled;
+
+pub(super) use tiled::TiledSink;
+
 use super::encode::{RowEncoder, Rows, Tally};
 use super::lossless::{Zlib, exr_predict};
 use super::spec::{Compression, Depth, PictureSpec};
 use exr::compression::Compression as Method;
-use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleType, Text};
+use exr::math::Vec2;
+use exr::meta::attribute::{ChannelDescription, Chromaticities, IntegerBounds, LineOrder, SampleType, Text};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData, magic_number};
 use exr::prelude::SmallVec;
@@ -32,14 +37,7 @@ impl<W: Write + Seek> ExrSink<W> {
     pub(super) fn new(mut output: W, spec: &PictureSpec) -> io::Result<Self> {
         let header = header(spec);
         let mut start = header_bytes(&header).map_err(io::Error::other)?;
-        // Custom attributes go before the zero that ends the header.
-        let end = start.pop();
-        for (name, text) in attributes(&spec.metadata) {
-            start.extend(name.bytes().chain(*b"\0string\0"));
-            let length = i32::try_from(text.len()).map_err(io::Error::other)?;
-            start.extend(length.to_le_bytes().iter().chain(text.as_bytes()));
-        }
-        start.extend(end);
+        attributes(&mut start, &spec.metadata)?;
         let table = start.len() as u64;
         // Zeros until the end: a reader knows that the file is incomplete.
         start.resize(start.len() + header.chunk_count * 8, 0);
@@ -93,20 +91,24 @@ impl<W: Write + Seek> ExrSink<W> {
     }
 }
 
-fn header(spec: &PictureSpec) -> Header {
+/// The channels in the order that the format demands.
+fn channels(spec: &PictureSpec) -> SmallVec<[ChannelDescription; 5]> {
     let sample_type = if spec.depth == Depth::F16 { SampleType::F16 } else { SampleType::F32 };
     let mut names: Vec<&String> = spec.channels.iter().collect();
     names.sort();
-    let channels: SmallVec<[ChannelDescription; 5]> =
-        names.into_iter().map(|name| ChannelDescription::new(name.as_str(), sample_type, false)).collect();
+    names.into_iter().map(|name| ChannelDescription::new(name.as_str(), sample_type, false)).collect()
+}
+
+fn header(spec: &PictureSpec) -> Header {
     // Wavelets do better than DEFLATE on grain, in more time.
     let method = match spec.compression {
         Compression::Fast => Method::ZIP16,
         Compression::Best => Method::PIZ,
     };
     let size = (spec.width as usize, spec.height as usize);
-    let mut header = Header::new(Text::default(), size, channels);
+    let mut header = Header::new(Text::default(), size, channels(spec));
     header.own_attributes.layer_name = None;
+    header.shared_attributes.chromaticities = spec.chromaticities.map(chromaticities);
     header.with_encoding(method, BlockDescription::ScanLines, LineOrder::Increasing)
 }
 
@@ -120,12 +122,33 @@ fn header_bytes(header: &Header) -> exr::error::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+fn chromaticities([rx, ry, gx, gy, bx, by, wx, wy]: [f32; 8]) -> Chromaticities {
+    Chromaticities { red: Vec2(rx, ry), green: Vec2(gx, gy), blue: Vec2(bx, by), white: Vec2(wx, wy) }
+}
+
+/// Adds texts to the bytes of a header, which end with a zero.
+fn attributes(header: &mut Vec<u8>, metadata: &[(String, String)]) -> io::Result<()> {
+    let end = header.pop();
+    for (name, text) in named(metadata) {
+        header.extend(name.bytes().chain(*b"\0string\0"));
+        let length = i32::try_from(text.len()).map_err(io::Error::other)?;
+        header.extend(length.to_le_bytes().iter().chain(text.as_bytes()));
+    }
+    header.extend(end);
+    Ok(())
+}
+
+/// Attributes that have a meaning for other programs: OpenImageIO's for textures.
+const KNOWN: [(&str, &str); 3] =
+    [("Software", "software"), ("wrapmodes", "wrapmodes"), ("textureformat", "textureformat")];
+
 /// Names and texts as the format takes them: names of 1 to 31 printable ASCII characters that no standard attribute has.
-fn attributes(metadata: &[(String, String)]) -> Vec<(String, String)> {
+fn named(metadata: &[(String, String)]) -> Vec<(String, String)> {
     let mut attributes: Vec<(String, String)> = Vec::new();
     for (name, text) in metadata {
-        // The software has a standard attribute; the others might by accident, and then of another type.
-        let name = if name == "Software" { "software".into() } else { format!("shibo.{name}") };
+        // Others might be standard attributes by accident, and then of another type.
+        let known = KNOWN.iter().find(|(known, _)| known == name);
+        let name = known.map_or_else(|| format!("shibo.{name}"), |(_, standard)| (*standard).to_owned());
         let name: String = name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).take(31).collect();
         if attributes.iter().all(|(other, _)| *other != name) {
             attributes.push((name, text.clone()));
@@ -140,13 +163,18 @@ fn compress(block: &[u8], y: usize, header: &Header, zlib: &Zlib) -> exr::error:
         let place = IntegerBounds::new((0, i32::try_from(y)?), (header.layer_size.width(), rows));
         return header.compression.compress_image_section_to_le(header, to_native(block.to_vec(), header), place);
     }
+    Ok(packed(block, zlib))
+}
+
+/// The bytes of a block for the method ZIP.
+fn packed(block: &[u8], zlib: &Zlib) -> Vec<u8> {
     let bytes = exr_predict(block);
     if dense(&bytes, zlib) {
-        return Ok(block.to_vec());
+        return block.to_vec();
     }
     let packed = zlib.stream(&bytes);
     // What does not become smaller is stored as it is; readers tell it by its length.
-    Ok(if packed.len() < block.len() { packed } else { block.to_vec() })
+    if packed.len() < block.len() { packed } else { block.to_vec() }
 }
 
 /// Whether bytes are not worth compressing, by a sixteenth of each of their halves: the noise of fine surfaces in 32 bits

@@ -148,6 +148,8 @@ mod tests {
             depth: format.depths()[0],
             encoding: Encoding::default(),
             compression: Compression::Fast,
+            mips: Vec::new(),
+            chromaticities: None,
             metadata: Vec::new(),
         };
         let plane: Vec<f32> = (0..width * height)

@@ -73,7 +73,7 @@ impl Render<'_, '_> {
                 (made.map_err(|error| Failure::File(error.to_string()))?, "MaterialX")
             }
             Export::Usd => {
-                let once = output.mesh != Some(ExportMesh::Plane);
+                let once = output.mesh.is_some_and(ExportMesh::is_atlas);
                 (usd(&material, &shape, &place(once)), "the shaders of USD")
             }
             Export::Preset(program) => (preset(&material, &place(false), program), "this target"),
@@ -83,7 +83,7 @@ impl Render<'_, '_> {
                 let fields = exported.textures.iter().flat_map(|texture| &texture.fields);
                 let fields = fields.map(|field| (String::new(), field.clone())).collect();
                 let files = Some(Files::Glb(Box::new((exported, shape))));
-                return Ok(Job { planned, fields, lines: None, files });
+                return Ok(textures(planned, fields, files));
             }
         };
         self.warn_lost(output, target, &bundle.lost);
@@ -92,8 +92,15 @@ impl Render<'_, '_> {
 
     /// A material as it lies on the mesh of an output, and the mesh.
     fn on_mesh(&self, output: &GraphOutput, material: &Material) -> Result<(Material, Shape), Failure> {
-        let plane = || (material.clone(), Shape::plane(self.planner.graph.canvas.size_mm));
-        let Some(ExportMesh::Atlas { node, output }) = output.mesh else { return Ok(plane()) };
+        let size = self.planner.graph.canvas.size_mm;
+        let plane = || (material.clone(), Shape::plane(size));
+        let (node, output) = match output.mesh {
+            None | Some(ExportMesh::Plane) => return Ok(plane()),
+            Some(ExportMesh::Sphere) => return Ok((material.clone(), Shape::sphere(size))),
+            Some(ExportMesh::Cylinder) => return Ok((material.clone(), Shape::cylinder(size))),
+            Some(ExportMesh::Cube) => return Ok((material.clone(), Shape::cube(size))),
+            Some(ExportMesh::Atlas { node, output }) => (node, output),
+        };
         let mut values = self.run.values(&[(node, output)])?;
         let Some(atlas) = values.pop().and_then(Atlas::unwrap) else { return Ok(plane()) };
         let filled = |(channel, field): &(Channel, Field)| (*channel, self.session.registry.with_gutter(field, &atlas));
@@ -127,7 +134,7 @@ impl Render<'_, '_> {
         let (planned, window) = (&job.planned, self.planner.window);
         // The textures of an atlas end at its edges.
         let tile = self.planner.graph.canvas.tile;
-        let tile = if planned.output.mesh == Some(ExportMesh::Plane) { tile } else { Tiling::NONE };
+        let tile = if planned.output.mesh.is_some_and(ExportMesh::is_atlas) { Tiling::NONE } else { tile };
         let (name, wraps) = (&planned.output.name, [tile.x, tile.y]);
         let size = UVec2::new(window.width, window.height);
         let how = (self.planner.request.dither, compression);
@@ -141,7 +148,12 @@ impl Render<'_, '_> {
 fn bundled(planned: Planned<'_>, bundle: Bundle) -> Job<'_> {
     let fields = bundle.maps.iter().flat_map(|map| &map.fields);
     let fields = fields.map(|field| (String::new(), field.clone())).collect();
-    Job { planned, fields, lines: None, files: Some(Files::Bundle(bundle)) }
+    textures(planned, fields, Some(Files::Bundle(bundle)))
+}
+
+/// A job whose fields are the textures of files.
+fn textures(planned: Planned<'_>, fields: Vec<(String, Field)>, files: Option<Files>) -> Job<'_> {
+    Job { planned, fields, lines: None, beyond: 0, mips: Vec::new(), files }
 }
 
 /// The files that jobs and copies from the cache make, in the order in which they were planned.

@@ -2,8 +2,10 @@
 mod bands;
 mod export;
 mod look;
+mod pictures;
 mod plan;
 mod render;
+mod storage;
 mod verify;
 
 pub use look::Look;
@@ -214,6 +216,32 @@ impl Session {
                 tiles.push(run.raster(field, grid, *window).map_err(|stop| located(run, graph, stop))?);
             }
             Ok((tiles, run.stats()))
+        })
+    }
+}
+
+impl Session {
+    /// The values of a field of `graph` in a window of a grid, written into memory of the caller: row by row from the top,
+    /// the channels of a pixel side by side, `window.len() * field.channels()` values. Returns what was done for them.
+    ///
+    /// # Errors
+    /// What went wrong, at its place; memory of another length. What `out` then holds is not known.
+    pub fn raster_into(
+        &self,
+        graph: &Graph,
+        field: &Field,
+        (grid, window): (&Grid, Window),
+        out: &mut [f32],
+        cancel: &CancelToken,
+        observer: &dyn Observer,
+    ) -> Result<Vec<NodeStats>, Failure> {
+        let wanted = window.len() * field.channels();
+        if out.len() != wanted {
+            return Err(Failure::Usage(format!("the window has {wanted} values, the memory for them {}", out.len())));
+        }
+        self.run(graph, cancel, observer, |run| {
+            run.raster_into(field, grid, window, out).map_err(|stop| located(run, graph, stop))?;
+            Ok(run.stats())
         })
     }
 }

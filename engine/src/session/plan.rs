@@ -3,7 +3,7 @@ use super::{Failure, RenderRequest};
 use crate::diagnostics::{did_you_mean, suggest};
 use crate::eval::Keys;
 use crate::graph::{Export, Graph, GraphOutput};
-use crate::picture::{Depth, Format};
+use crate::picture::{Depth, Format, texture_attributes};
 use crate::value::{Channel, Key, Renders, Type, Window};
 use std::path::PathBuf;
 
@@ -184,7 +184,7 @@ impl Planner<'_> {
         let format = stated.unwrap_or(match depth {
             Some(Depth::F16 | Depth::F32) => Format::Exr,
             Some(Depth::U8 | Depth::U16) => output.format.filter(|f| *f != Format::Exr).unwrap_or(Format::Png),
-            None if floats => Format::Exr,
+            None if floats || output.storage.mip => Format::Exr,
             None => Format::Png,
         });
         let fine = matches!(pixels, Type::Gray | Type::Normal | Type::Ids);
@@ -209,14 +209,18 @@ impl Planner<'_> {
     fn metadata(&self, planned: &Planned<'_>) -> Vec<(String, String)> {
         let canvas = &self.graph.canvas;
         let params: Vec<String> = self.graph.params.iter().map(|p| format!("{}: {}", p.name, p.value)).collect();
-        vec![
+        let mut metadata = vec![
             ("Software".into(), concat!("Shibo ", env!("CARGO_PKG_VERSION")).into()),
             ("shibo:graph".into(), planned.key.to_string()),
             ("shibo:output".into(), planned.output.name.clone()),
             ("shibo:seed".into(), canvas.seed.to_string()),
             ("shibo:size_mm".into(), format!("{} {}", canvas.size_mm.x, canvas.size_mm.y)),
             ("shibo:parameters".into(), params.join(", ")),
-        ]
+        ];
+        if planned.output.storage.mip {
+            metadata.extend(texture_attributes([canvas.tile.x, canvas.tile.y]));
+        }
+        metadata
     }
 
     /// The key of the encoded file: everything that its bytes depend on.
@@ -227,7 +231,11 @@ impl Planner<'_> {
         let pixels = [resolution.x, resolution.y, x.cast_unsigned(), y.cast_unsigned(), width, height];
         let pixels: Vec<u8> = pixels.into_iter().flat_map(u32::to_le_bytes).collect();
         let request = self.request;
-        let how = [planned.depth as u8, u8::from(request.dither), u8::from(request.best_compression)];
+        let storage = planned.output.storage;
+        let flags =
+            [request.dither, request.best_compression, storage.mip, storage.widen_roughness, storage.normal_down];
+        let how = [planned.depth as u8, storage.color_space.map_or(0, |space| space as u8 + 1)];
+        let how: Vec<u8> = how.into_iter().chain(flags.map(u8::from)).collect();
         let mut parts: Vec<&[u8]> = vec![planned.key.as_bytes(), planned.part.name().as_bytes(), ty.name().as_bytes()];
         parts.extend([planned.format.extension().as_bytes(), range.as_flattened(), &pixels, &how]);
         parts.extend(planned.metadata.iter().flat_map(|(name, value)| [name.as_bytes(), value.as_bytes()]));

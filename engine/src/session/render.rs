@@ -1,12 +1,13 @@
 //! Rendering: from the outputs of a graph to picture files.
 use super::export::{Files, Sink, files};
 use super::plan::{Part, Planned, Planner, wanted};
+use super::storage::{self, mips, stored};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, Event, NodeStats, Observer, Run, Shelf};
-use crate::graph::{Export, ExportMesh, Graph, GraphOutput};
+use crate::graph::{Export, ExportMesh, FileColors, Graph, GraphOutput};
 use crate::picture::{
-    Compression, Depth, Drawing, Encoding, Format, PictureSpec, Transfer, WriteError, Writer, Written,
+    Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer, Written,
     remove_stale_temporaries, write_svg,
 };
 use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Type, Value, Window};
@@ -57,6 +58,10 @@ pub(super) struct Job<'g> {
     pub(super) fields: Vec<(String, Field)>,
     /// What is written as lines instead.
     pub(super) lines: Option<Arc<Segments>>,
+    /// How many of the fields, the last ones, are no channels of the file but needed for its mip levels.
+    pub(super) beyond: usize,
+    /// What makes the mip levels; empty without.
+    pub(super) mips: Vec<MipFilter>,
     /// What is made for another program, whose textures are the fields.
     pub(super) files: Option<Files>,
 }
@@ -129,6 +134,9 @@ impl<'r> Render<'r, '_> {
         if let Some(export) = output.export.filter(|_| channel.is_none()) {
             let mesh = match output.mesh {
                 None | Some(ExportMesh::Plane) => Key::of("plane", &[]),
+                Some(ExportMesh::Sphere) => Key::of("sphere", &[]),
+                Some(ExportMesh::Cylinder) => Key::of("cylinder", &[]),
+                Some(ExportMesh::Cube) => Key::of("cube", &[]),
                 Some(ExportMesh::Atlas { node, output }) => self.planner.keys.output(node, output),
             };
             return Ok(vec![(Part::Export(export), Key::of("gltf", &[key.as_bytes(), mesh.as_bytes()]))]);
@@ -253,7 +261,7 @@ impl<'r> Render<'r, '_> {
         let spec = PictureSpec {
             width: window.width,
             height: window.height,
-            channels: job.fields.iter().flat_map(|(name, field)| channel_names(name, field.ty())).collect(),
+            channels: job.channels(),
             format: planned.format,
             depth: planned.depth,
             encoding: Encoding {
@@ -262,6 +270,8 @@ impl<'r> Render<'r, '_> {
                 ..encoding(planned, job)
             },
             compression,
+            mips: job.mips.clone(),
+            chromaticities: storage::chromaticities(&planned.output.storage),
             metadata: planned.metadata.clone(),
         };
         Writer::create(&planned.path, &spec).map(|writer| Sink::Picture(Box::new(writer))).map_err(failed)
@@ -335,7 +345,22 @@ pub(super) fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
         }
         _ => value.field().map(|field| (String::new(), field)).into_iter().collect(),
     };
-    Job { planned, fields, lines: value.lines(), files: None }
+    let storage = planned.output.storage;
+    let (part, fields) =
+        (planned.part.clone(), fields.into_iter().map(|(name, field)| (name, stored(&storage, field))));
+    let fields = fields.collect();
+    let mut job = Job { planned, fields, lines: value.lines(), beyond: 0, mips: Vec::new(), files: None };
+    let channel = if let Part::Channel(channel) = part { Some(channel) } else { None };
+    job.mips = mips(&mut job, channel, if let Value::Material(material) = value { Some(material) } else { None });
+    job
+}
+
+impl Job<'_> {
+    /// The names of the file's channels.
+    fn channels(&self) -> Vec<String> {
+        let own = &self.fields[..self.fields.len() - self.beyond];
+        own.iter().flat_map(|(name, field)| channel_names(name, field.ty())).collect()
+    }
 }
 
 /// The names of a field's channels in a file; those of a material are `channel.R`.
@@ -362,6 +387,7 @@ fn encoding(planned: &Planned<'_>, job: &Job<'_>) -> Encoding {
     let (lo, hi) = if ty == Type::Ids { (0.0, whole) } else { planned.range };
     #[expect(clippy::cast_possible_truncation, reason = "picture samples are f32")]
     let range = (lo as f32, hi as f32);
-    let transfer = if ty == Type::Rgb { Transfer::Srgb } else { Transfer::Raw };
+    let light = matches!(planned.output.storage.color_space, Some(FileColors::LinearRec709 | FileColors::AcesCg));
+    let transfer = if ty == Type::Rgb && !light { Transfer::Srgb } else { Transfer::Raw };
     Encoding { transfer, range: Some(range), ..Encoding::default() }
 }

@@ -103,6 +103,22 @@ impl Tile {
         }
     }
 
+    /// Copies the pixels, which lie within `whole`, to their places in a picture of `whole` whose rows follow each other
+    /// and whose channels lie side by side.
+    pub(crate) fn interleave(&self, whole: Window, out: &mut [f32]) {
+        let (channels, width) = (self.channels, whole.width as usize);
+        let offset = |from: i32, to: i32| to.abs_diff(from) as usize;
+        let (left, top) = (offset(whole.x, self.window.x), offset(whole.y, self.window.y));
+        for row in 0..self.window.height as usize {
+            let start = ((top + row) * width + left) * channels;
+            let pixels = &mut out[start..start + self.width() * channels];
+            for channel in 0..channels {
+                let values = pixels[channel..].iter_mut().step_by(channels);
+                values.zip(self.row(channel, row)).for_each(|(to, from)| *to = *from);
+            }
+        }
+    }
+
     /// The memory it takes.
     pub fn bytes(&self) -> usize {
         self.data.len() * size_of::<f32>() + size_of::<Self>()

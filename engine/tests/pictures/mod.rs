@@ -21,7 +21,19 @@ pub(crate) fn written(format: Format, depth: Depth, channels: usize, compression
     let path = folder.path().join("a");
     let names = (0..channels).map(|index| format!("c{index}")).collect();
     let (encoding, metadata) = (Encoding::default(), vec![("Software".to_owned(), "test".to_owned())]);
-    let spec = PictureSpec { width: 37, height: 41, channels: names, format, depth, encoding, compression, metadata };
+    let (mips, chromaticities) = (Vec::new(), None);
+    let spec = PictureSpec {
+        width: 37,
+        height: 41,
+        channels: names,
+        format,
+        depth,
+        encoding,
+        compression,
+        mips,
+        chromaticities,
+        metadata,
+    };
     let plane: Vec<f32> = (0..PIXELS).map(|index| f32::from(index % 251) / 250.0).collect();
     let mut writer = Writer::create(&path, &spec).unwrap();
     writer.write_rows(&vec![&plane[..]; channels], 41).unwrap();

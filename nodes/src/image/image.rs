@@ -21,6 +21,8 @@ pub enum ColorSpace {
     Srgb,
     /// Colour, proportional to light.
     Linear,
+    /// Colour of ACEScg: AP1 primaries, proportional to light.
+    AcesCg,
     /// Data: heights, masks, normals.
     Raw,
 }
@@ -188,6 +190,7 @@ impl Node for Image {
         let space = self.color_space.map(|space| match space {
             ColorSpace::Srgb => picture::ColorSpace::Srgb,
             ColorSpace::Linear => picture::ColorSpace::Linear,
+            ColorSpace::AcesCg => picture::ColorSpace::AcesCg,
             ColorSpace::Raw => picture::ColorSpace::Raw,
         });
         let crop = self.part(header.width, header.height)?;

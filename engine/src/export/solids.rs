@@ -1,0 +1,139 @@
+//! Simple shapes, a metre wide, on which a material shows in its real size: texture coordinates are metres along the surface.
+use super::shape::{Part, Shape};
+use glam::{DVec2, Vec2, Vec3};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
+
+/// Quads around a sphere or a cylinder.
+const AROUND: u16 = 96;
+/// Quads from pole to pole.
+const DOWN: u16 = 48;
+
+/// A mesh that grows by patches of quads.
+struct Patches(Shape);
+
+impl Patches {
+    fn new(name: &str, size_mm: DVec2) -> Self {
+        let part = Part { name: name.into(), indices: Vec::new() };
+        Self(Shape { parts: vec![part], repeats: Some(1000.0 / size_mm), ..Shape::default() })
+    }
+
+    /// Adds `columns` by `rows` quads. `vertex` gives the place, the normal, the direction to the right and the coordinates for
+    /// parts of the way to the right and down, as seen from outside.
+    fn add(&mut self, (columns, rows): (u16, u16), vertex: impl Fn(f32, f32) -> (Vec3, Vec3, Vec3, Vec2)) {
+        let mut numbers = Vec::new();
+        for row in 0..=rows {
+            for column in 0..=columns {
+                let (right, down) = (f32::from(column) / f32::from(columns), f32::from(row) / f32::from(rows));
+                let (at, normal, along, uv) = vertex(right, down);
+                numbers.push(self.0.add(at, normal, along.extend(1.0), uv));
+            }
+        }
+        let number =
+            |column: u16, row: u16| numbers[usize::from(row) * (usize::from(columns) + 1) + usize::from(column)];
+        for row in 0..rows {
+            for column in 0..columns {
+                let [a, b, c, d] = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| number(column + x, row + y));
+                for triangle in [[a, d, c], [a, c, b]] {
+                    let [p, q, r] = triangle.map(|n| self.0.positions[n as usize]);
+                    // At a pole one side of a quad is a point.
+                    if (q - p).cross(r - p).length() > 1e-9 {
+                        self.0.parts[0].indices.extend(triangle);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Shape {
+    /// A sphere of a metre across; the poles are up and down.
+    pub fn sphere(size_mm: DVec2) -> Self {
+        let mut patches = Patches::new("sphere", size_mm);
+        patches.add((AROUND, DOWN), |right, down| {
+            let (turn, fall) = (right * TAU, down * PI);
+            // Exactly zero at the poles, so that their quads are known to be triangles.
+            let radius = if down == 0.0 || down == 1.0 { 0.0 } else { fall.sin() };
+            let normal = Vec3::new(radius * turn.sin(), fall.cos(), radius * turn.cos());
+            (0.5 * normal, normal, Vec3::new(turn.cos(), 0.0, -turn.sin()), 0.5 * Vec2::new(turn, fall))
+        });
+        patches.0
+    }
+
+    /// An upright cylinder, a metre across and a metre high.
+    pub fn cylinder(size_mm: DVec2) -> Self {
+        let mut patches = Patches::new("cylinder", size_mm);
+        patches.add((AROUND, 1), |right, down| {
+            let turn = right * TAU;
+            let normal = Vec3::new(turn.sin(), 0.0, turn.cos());
+            let at = 0.5 * normal + Vec3::Y * (0.5 - down);
+            (at, normal, Vec3::new(turn.cos(), 0.0, -turn.sin()), Vec2::new(0.5 * turn, down))
+        });
+        for up in [1.0, -1.0] {
+            patches.add((AROUND, 1), |right, down| {
+                // Seen from outside the rim runs to the right if the middle is up.
+                let turn = right * TAU;
+                let (x, z) = (0.5 * down * turn.sin(), 0.5 * down * up * turn.cos());
+                let at = Vec3::new(x, 0.5 * up, z);
+                (at, Vec3::Y * up, Vec3::X, Vec2::new(0.5 + x, 0.5 + up * z))
+            });
+        }
+        patches.0
+    }
+
+    /// A cube of a metre.
+    pub fn cube(size_mm: DVec2) -> Self {
+        let mut patches = Patches::new("cube", size_mm);
+        let sides = (0_u8..4).map(|n| {
+            let turn = f32::from(n) * FRAC_PI_2;
+            (Vec3::new(turn.cos(), 0.0, -turn.sin()).round(), Vec3::NEG_Y)
+        });
+        for (right, down) in sides.chain([(Vec3::X, Vec3::Z), (Vec3::X, Vec3::NEG_Z)]) {
+            let normal = down.cross(right);
+            patches.add((1, 1), |x, y| {
+                let at = 0.5 * normal + (x - 0.5) * right + (y - 0.5) * down;
+                (at, normal, right, Vec2::new(x, y))
+            });
+        }
+        patches.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_are_closed_face_outwards_and_measure_metres() {
+        let size = DVec2::splat(100.0);
+        for (shape, area, tolerance) in [
+            (Shape::sphere(size), PI, 0.01),
+            (Shape::cylinder(size), 1.5 * PI, 0.01),
+            (Shape::cube(size), 6.0, 1e-5),
+            (Shape::plane(size), 1.0, 1e-6),
+        ] {
+            let name = shape.parts[0].name.clone();
+            let mut found = 0.0;
+            for triangle in shape.parts[0].indices.as_chunks::<3>().0 {
+                let [a, b, c] = triangle.map(|n| n as usize);
+                let at = |n: usize| shape.positions[n];
+                let cross = (at(b) - at(a)).cross(at(c) - at(a));
+                found += 0.5 * cross.length();
+                for n in [a, b, c] {
+                    assert!(cross.normalize().dot(shape.normals[n]) > 0.99, "{name} faces inwards at {:?}", at(n));
+                    assert!((shape.normals[n].length() - 1.0).abs() < 1e-5);
+                    assert!(shape.normals[n].dot(shape.tangents[n].truncate()).abs() < 1e-5, "{name}");
+                }
+                // The tangent is the way in which u grows; along it coordinates are metres where nothing is pinched.
+                let (e, f) = (at(b) - at(a), at(c) - at(a));
+                let (p, q) = (shape.uvs[b] - shape.uvs[a], shape.uvs[c] - shape.uvs[a]);
+                let det = p.x * q.y - q.x * p.y;
+                let along = (e * q.y - f * p.y) / det;
+                assert!(along.normalize().dot(shape.tangents[a].truncate()) > 0.9, "{name}: {along}");
+                let down = (f * p.x - e * q.x) / det;
+                assert!((down.length() - 1.0).abs() < 0.02, "{name}: a metre down is {}", down.length());
+            }
+            assert!((found - area).abs() < tolerance * area, "{name}: {found} square metres instead of {area}");
+            assert_eq!(shape.repeats, Some(DVec2::splat(10.0)));
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! How the pictures of an output are stored: mip levels, the colour space, the direction of normals.
+use super::document::choice;
+use super::part::{Entry, Part};
+use super::read;
+use super::report::Report;
+use crate::diagnostics::Code;
+use crate::picture::Format;
+
+/// How pictures are stored, besides format and depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Storage {
+    /// Whether they are tiled and have mip levels; only in `Exr`.
+    pub mip: bool,
+    /// Whether the mip levels of a roughness grow by the variance of the normals that they average away.
+    pub widen_roughness: bool,
+    /// Whether `y` of normals points down, as Direct3D has it.
+    pub normal_down: bool,
+    /// What colours are stored as; what suits the format if it is not stated.
+    pub color_space: Option<FileColors>,
+}
+
+impl Default for Storage {
+    fn default() -> Self {
+        Self { mip: false, widen_roughness: true, normal_down: false, color_space: None }
+    }
+}
+
+/// The colours of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FileColors {
+    /// Rec.709 primaries with the sRGB curve.
+    Srgb,
+    /// Rec.709 primaries, proportional to light.
+    LinearRec709,
+    /// ACEScg: AP1 primaries, proportional to light.
+    AcesCg,
+}
+
+/// The fields of `File` that are read here.
+pub(super) const FIELDS: [&str; 4] = ["mip", "widen_roughness", "normal", "color_space"];
+
+/// Reads them; what is in error keeps its default.
+pub(super) fn read(fields: &[Entry], format: Option<Format>, report: &mut Report) -> Storage {
+    let mut storage = Storage::default();
+    let truth = [("true", true), ("false", false)];
+    let spaces =
+        [("Srgb", FileColors::Srgb), ("LinearRec709", FileColors::LinearRec709), ("AcesCg", FileColors::AcesCg)];
+    let get = |name: &str| read::get(fields, name);
+    if let Some(part) = get("mip") {
+        storage.mip = choice(part, "mip", &truth, report).unwrap_or_default();
+        if let (true, Some(format)) = (storage.mip, format.filter(|format| *format != Format::Exr)) {
+            let message = format!("`{format}` files have no mip levels here");
+            report.push(part.error(Code::BadValue, message).help("write `format: Exr`, or leave `mip` out"));
+        }
+    }
+    if let Some(part) = get("widen_roughness") {
+        storage.widen_roughness = choice(part, "widen_roughness", &truth, report).unwrap_or(true);
+    }
+    if let Some(part) = get("normal") {
+        let directions = [("OpenGl", false), ("DirectX", true)];
+        storage.normal_down = choice(part, "normal", &directions, report).unwrap_or_default();
+    }
+    if let Some(part) = get("color_space") {
+        storage.color_space = choice(part, "color_space", &spaces, report);
+        check_curve(part, storage.color_space, format, report);
+    }
+    storage
+}
+
+fn check_curve(part: &Part, space: Option<FileColors>, format: Option<Format>, report: &mut Report) {
+    if space == Some(FileColors::Srgb) && format == Some(Format::Exr) {
+        let message = "`Exr` holds light, which has no sRGB curve";
+        report.push(part.error(Code::BadValue, message).help("write `color_space: LinearRec709`, or another format"));
+    }
+}

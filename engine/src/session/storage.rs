@@ -1,0 +1,84 @@
+//! The fields of a picture as its file stores them: colour spaces, the direction of normals, and what mip levels need.
+use super::render::Job;
+use crate::graph::{FileColors, Storage};
+use crate::picture::{Format, MipFilter, REC709_TO_AP1};
+use crate::value::{Channel, Field, Halo, Material, Tile, Type};
+
+/// The chromaticities of AP1: red, green, blue and white.
+const AP1: [f32; 8] = [0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.321_68, 0.337_67];
+/// Those of Rec.709.
+const REC709: [f32; 8] = [0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329];
+
+/// The primaries that a file's header states, if the graph does.
+pub(super) fn chromaticities(storage: &Storage) -> Option<[f32; 8]> {
+    storage.color_space.map(|space| if space == FileColors::AcesCg { AP1 } else { REC709 })
+}
+
+/// A field as it is stored.
+pub(super) fn stored(storage: &Storage, field: Field) -> Field {
+    match field.ty() {
+        Type::Normal if storage.normal_down => flipped(&field),
+        Type::Rgb if storage.color_space == Some(FileColors::AcesCg) => to_ap1(&field),
+        _ => field,
+    }
+}
+
+/// A normal with y the other way round.
+pub(super) fn flipped(normal: &Field) -> Field {
+    Field::map(Type::Normal, [normal.clone()], Halo::NONE, |out: &mut Tile, [from]: [&Tile; 1]| {
+        for (channel, plane) in out.planes_mut().into_iter().enumerate() {
+            let turn = |v: &f32| if channel == 1 { 1.0 - v } else { *v };
+            plane.iter_mut().zip(from.plane(channel)).for_each(|(out, v)| *out = turn(v));
+        }
+        Ok(())
+    })
+}
+
+fn to_ap1(color: &Field) -> Field {
+    Field::map(Type::Rgb, [color.clone()], Halo::NONE, |out: &mut Tile, [from]: [&Tile; 1]| {
+        for (row, plane) in REC709_TO_AP1.iter().zip(out.planes_mut()) {
+            let pixels = from.plane(0).iter().zip(from.plane(1)).zip(from.plane(2));
+            plane.iter_mut().zip(pixels).for_each(|(out, ((r, g), b))| *out = row[0] * r + row[1] * g + row[2] * b);
+        }
+        Ok(())
+    })
+}
+
+/// What makes the mip levels of a job's picture; empty without. A normal that a roughness needs and the picture has not is
+/// added to the fields.
+pub(super) fn mips(job: &mut Job<'_>, channel: Option<Channel>, material: Option<&Material>) -> Vec<MipFilter> {
+    let storage = job.planned.output.storage;
+    if !storage.mip || job.planned.format != Format::Exr {
+        return Vec::new();
+    }
+    let mut filters = Vec::new();
+    let mut first = 0;
+    for (name, field) in &job.fields {
+        let own = channel.or_else(|| Channel::from_name(name));
+        match normal_of(own).filter(|_| storage.widen_roughness) {
+            Some(normal) if material.is_some_and(|material| material.get(normal).is_some()) => {
+                let within = job.fields.iter().position(|(name, _)| name == normal.name());
+                let planes = |count: usize| job.fields.iter().take(count).map(|(_, field)| field.channels()).sum();
+                filters.push(MipFilter::Roughness { normal: planes(within.unwrap_or(job.fields.len())) });
+            }
+            _ if field.ty() == Type::Normal => filters.push(MipFilter::Normal),
+            _ => filters.extend(std::iter::repeat_n(MipFilter::Mean, field.channels())),
+        }
+        first += field.channels();
+    }
+    let beyond = filters.iter().any(|filter| matches!(filter, MipFilter::Roughness { normal } if *normal >= first));
+    if let Some(normal) = normal_of(channel).filter(|_| beyond).and_then(|normal| material?.get(normal)) {
+        job.fields.push((String::new(), normal.clone()));
+        job.beyond = 1;
+    }
+    filters
+}
+
+/// The normals whose loss widens a roughness.
+fn normal_of(channel: Option<Channel>) -> Option<Channel> {
+    match channel? {
+        Channel::Roughness => Some(Channel::Normal),
+        Channel::CoatRoughness => Some(Channel::CoatNormal),
+        _ => None,
+    }
+}

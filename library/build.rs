@@ -1,11 +1,11 @@
-//! Build script of the command: lists the graphs that we ship, with the pictures that they read, so that they are part of
+//! Build script of the library: lists the graphs that we ship, with the pictures that they read, so that they are part of
 //! the program and are found by name wherever it is installed.
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
-    let folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default()).join("graphs");
+    let folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default()).join("../graphs");
     println!("cargo::rerun-if-changed={}", folder.display());
     let mut files = Vec::new();
     list(&folder, "", &mut files)?;

@@ -1,0 +1,136 @@
+//! The graphs that come with Shibo, and the kinds of nodes: what graph files may refer to by name. Programs that load graphs
+//! begin with [`registry`].
+use sha2::{Digest, Sha256};
+use shibo_engine::registry::{Library, Registry};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// All files of the folder `graphs`, by their paths in it.
+static FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/library.rs"));
+
+/// The folder of sub-graphs for others to use.
+const PARTS: &str = "lib/";
+const EXTENSION: &str = ".ron";
+
+/// All nodes, and the graphs that come along. Pictures and meshes that these read are unpacked into `folder`, made if need
+/// be, which several programs may share.
+pub fn registry(folder: PathBuf) -> Registry {
+    shibo_nodes::registry().with_library(Arc::new(Shipped { folder }))
+}
+
+/// A graph that comes along.
+#[derive(Clone, Copy, Debug)]
+pub struct Graph {
+    /// The name after `shibo:`.
+    pub name: &'static str,
+    /// Its path within the library.
+    pub path: &'static str,
+    /// The text.
+    pub text: &'static str,
+}
+
+impl Graph {
+    /// Whether it is a part for other graphs.
+    pub fn is_part(&self) -> bool {
+        self.path.starts_with(PARTS)
+    }
+
+    /// What it is: the first sentence of its first comment.
+    pub fn doc(&self) -> &'static str {
+        let line = self.text.lines().next().and_then(|line| line.strip_prefix("//")).unwrap_or_default().trim();
+        line.split_once(". ").map_or(line, |(first, _)| first).trim_end_matches('.')
+    }
+}
+
+/// All graphs that come along, those to be rendered first.
+pub fn graphs() -> Vec<Graph> {
+    let graph = |(path, bytes): &(&'static str, &'static [u8])| {
+        let name = path.strip_prefix(PARTS).unwrap_or(path).strip_suffix(EXTENSION)?;
+        let text = std::str::from_utf8(bytes).ok()?;
+        (!name.contains('/')).then_some(Graph { name, path, text })
+    };
+    let mut graphs: Vec<Graph> = FILES.iter().filter_map(graph).collect();
+    graphs.sort_by_key(|graph| (graph.is_part(), graph.name));
+    graphs
+}
+
+fn content(path: &str) -> Option<&'static [u8]> {
+    FILES.iter().find(|(name, _)| *name == path).map(|(_, bytes)| *bytes)
+}
+
+/// The files that come along, and where they are unpacked.
+struct Shipped {
+    folder: PathBuf,
+}
+
+impl Library for Shipped {
+    fn names(&self) -> Vec<&str> {
+        graphs().into_iter().map(|graph| graph.name).collect()
+    }
+
+    fn find(&self, name: &str) -> Option<String> {
+        let paths = [format!("{name}{EXTENSION}"), format!("{PARTS}{name}{EXTENSION}")];
+        paths.into_iter().find(|path| content(path).is_some())
+    }
+
+    fn text(&self, path: &str) -> Option<&str> {
+        content(path).and_then(|bytes| std::str::from_utf8(bytes).ok())
+    }
+
+    fn file(&self, path: &str) -> Result<PathBuf, String> {
+        let bytes = content(path).ok_or_else(|| format!("there is no file `{path}` in the library"))?;
+        unpack(&self.folder, path, bytes)
+    }
+}
+
+/// Writes a file of the library into `folder`, unless it is there already. Its name tells its content, so that several
+/// versions of the program can share the folder.
+fn unpack(folder: &Path, path: &str, bytes: &[u8]) -> Result<PathBuf, String> {
+    let hash: String = Sha256::digest(bytes).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let name = path.rsplit('/').next().unwrap_or(path);
+    let file = folder.join(format!("{hash}-{name}"));
+    if fs::read(&file).is_ok_and(|found| found == bytes) {
+        return Ok(file);
+    }
+    // Another process may do the same at the same time.
+    let part = folder.join(format!(".{hash}-{name}.{}", std::process::id()));
+    let written =
+        fs::create_dir_all(folder).and_then(|()| fs::write(&part, bytes)).and_then(|()| fs::rename(&part, &file));
+    written.map_err(|error| {
+        let _ = fs::remove_file(&part);
+        format!("cannot write `{}`, which the library needs: {error}", file.display())
+    })?;
+    Ok(file)
+}
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "tests fail by panicking")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn graphs_are_found_by_name() {
+        let shipped = Shipped { folder: PathBuf::new() };
+        assert_eq!(shipped.find("walnut").as_deref(), Some("walnut.ron"));
+        assert_eq!(shipped.find("wrinkles").as_deref(), Some("lib/wrinkles.ron"));
+        assert_eq!(shipped.find("nothing"), None);
+        let graphs = graphs();
+        assert!(graphs.len() > 30 && graphs.iter().all(|graph| graph.doc().len() > 8), "{graphs:?}");
+        let names: std::collections::BTreeSet<_> = graphs.iter().map(|graph| graph.name).collect();
+        assert_eq!(names.len(), graphs.len(), "two graphs of one name");
+    }
+
+    #[test]
+    fn files_are_unpacked_once_and_mended() {
+        let folder = tempfile::tempdir().unwrap();
+        let dir = folder.path().join("a/b");
+        let file = unpack(&dir, "pictures/x.png", b"content").unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"content");
+        fs::write(&file, b"something else").unwrap();
+        assert_eq!(unpack(&dir, "pictures/x.png", b"content"), Ok(file.clone()));
+        assert_eq!(fs::read(&file).unwrap(), b"content");
+        assert_ne!(unpack(&dir, "pictures/x.png", b"other").unwrap(), file);
+        assert_eq!(fs::read_dir(&dir).unwrap().count(), 2, "nothing else is left");
+    }
+}

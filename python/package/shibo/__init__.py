@@ -1,0 +1,230 @@
+"""Shibo: a node-graph procedural texture engine.
+
+    import shibo
+    graph = shibo.load("shibo:calf")
+    graph.set(pitch=0.9)
+    height = graph.render("height", resolution=1024)     # float32, millimetres
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import tempfile
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Optional, Union
+
+from . import _shibo
+from ._shibo import Diagnostic, ShiboError
+
+__version__ = _shibo.VERSION
+__all__ = ["Diagnostic", "Graph", "Session", "ShiboError", "check", "graphs", "load"]
+
+Value = Union[bool, int, float, str, "os.PathLike[str]", Sequence[float]]
+"""What a parameter may be given."""
+Resolution = Union[int, "tuple[int, int]"]
+"""Pixels of the longer side, or width and height."""
+Region = "tuple[int, int, int, int]"
+"""A part of a picture: x, y, width and height in pixels from the top left."""
+Progress = Callable[[str, int, int], Any]
+"""Called with the name of a node, its steps done and all of its steps."""
+Path = Union[str, "os.PathLike[str]"]
+
+
+def _cache_home() -> Optional[pathlib.Path]:
+    """The user's folder for caches: as the command has it."""
+    for name, below in (("XDG_CACHE_HOME", ""), ("HOME", ".cache")):
+        value = os.environ.get(name, "")
+        if os.path.isabs(value):
+            return pathlib.Path(value) / below
+    return None
+
+
+class Session:
+    """Threads and caches, shared by the graphs that are loaded with it.
+
+    `threads` compute, 0 is one per core; `memory` and `cache_size` are MiB. Results are kept in `cache_dir`, by default
+    the folder of the command, unless `cache` is false."""
+
+    def __init__(
+        self,
+        *,
+        threads: int = 0,
+        memory: int = 1536,
+        cache: bool = True,
+        cache_dir: Optional[Path] = None,
+        cache_size: int = 4096,
+    ) -> None:
+        home = _cache_home()
+        if cache and cache_dir is None and home is not None:
+            cache_dir = home / "shibo"
+        library = (home or pathlib.Path(tempfile.gettempdir())) / "shibo-library"
+        self._native = _shibo.Session(
+            library,
+            threads=threads,
+            memory=memory,
+            cache_dir=cache_dir if cache else None,
+            cache_size=cache_size,
+        )
+
+    @property
+    def cache_error(self) -> Optional[str]:
+        """Why the cache folder is not used, if it could not be."""
+        return self._native.cache_error
+
+
+_lock = threading.Lock()
+_default: Optional[Session] = None
+
+
+def _session(session: Optional[Session]) -> _shibo.Session:
+    """The session given, or the one that all share."""
+    global _default
+    if session is not None:
+        return session._native
+    with _lock:
+        if _default is None:
+            _default = Session()
+        return _default._native
+
+
+class Graph:
+    """A graph file with values for its parameters; made by `load`.
+
+    The file is read again for every render, so an edit counts. Threads may use one graph, or several, at the same time."""
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        preset: Optional[str] = None,
+        session: Optional[Session] = None,
+        values: Optional[Mapping[str, Value]] = None,
+    ) -> None:
+        self._native = _shibo.Graph(path, _session(session), preset, dict(values or {}))
+
+    def __repr__(self) -> str:
+        return f"<shibo.Graph {self.path}>"
+
+    @property
+    def path(self) -> pathlib.Path:
+        """The file."""
+        return pathlib.Path(self._native.path)
+
+    @property
+    def preset(self) -> Optional[str]:
+        """The preset in use, or several as `a+b`; may be set."""
+        return self._native.preset
+
+    @preset.setter
+    def preset(self, preset: Optional[str]) -> None:
+        self._native.preset = preset
+
+    @property
+    def presets(self) -> list[str]:
+        """The names of the presets."""
+        return self._native.presets
+
+    @property
+    def outputs(self) -> list[str]:
+        """The names of the outputs."""
+        return self._native.outputs
+
+    @property
+    def params(self) -> dict[str, dict[str, Any]]:
+        """The parameters by name: `type`, `value` and `default` as RON, `range`, `unit`, `doc`, `options`."""
+        return self._native.params
+
+    @property
+    def canvas(self) -> dict[str, Any]:
+        """`size_mm`, `resolution`, `tile` and `seed`."""
+        return self._native.canvas
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        """Warnings, and advice that needs the whole graph."""
+        return self._native.diagnostics
+
+    def set(self, values: Optional[Mapping[str, Value]] = None, /, **more: Value) -> None:
+        """Gives parameters values, `{"left.gap": 2}` those of the sub-graph `left`; `seed` is the canvas' seed unless a
+        parameter has that name. If a value is in error, `ShiboError` tells what it must be, and nothing changes."""
+        self._native.set_values({**(values or {}), **more})
+
+    def render(
+        self,
+        name: str,
+        *,
+        resolution: Optional[Resolution] = None,
+        region: Optional[Region] = None,
+        values: Optional[Mapping[str, Value]] = None,
+        progress: Optional[Progress] = None,
+    ) -> Any:
+        """An output as a new array of 32-bit floats, (height, width) or (height, width, channels); of a whole material a
+        dict of them. `name` is an output, `OUTPUT.CHANNEL`, or a channel that only one material has.
+
+        Colours are scene-linear Rec.709, heights millimetres, normals ½ + ½n with y up. `values` are those of parameters
+        for this picture alone. Ctrl-C, or an exception of `progress`, stops the work at once."""
+        return self._native.render(
+            name, resolution=resolution, region=region, values=values and dict(values), progress=progress
+        )
+
+    def seeds(
+        self,
+        name: str,
+        seeds: Iterable[int],
+        *,
+        resolution: Optional[Resolution] = None,
+        region: Optional[Region] = None,
+    ) -> Iterator[tuple[int, Any]]:
+        """`render` for seeds of the canvas, one after another: (seed, array)."""
+        for seed in seeds:
+            yield seed, self.render(name, resolution=resolution, region=region, values={"seed": seed})
+
+    def write(
+        self,
+        out: Path,
+        *,
+        outputs: Sequence[str] = (),
+        resolution: Optional[Resolution] = None,
+        region: Optional[Region] = None,
+        target: Optional[str] = None,
+        format: Optional[str] = None,
+        depth: Optional[str] = None,
+        values: Optional[Mapping[str, Value]] = None,
+        progress: Optional[Progress] = None,
+    ) -> list[pathlib.Path]:
+        """The outputs as files in the folder `out`, which is made if need be: what `shibo render` writes, byte by byte.
+        Either all files are written or none.
+
+        `outputs` are all unless some are named; a `target` writes the materials for that program, by the names of
+        `shibo render --as`; `format` is png, tiff, exr or svg, `depth` 8, 16, f16 or f32, instead of the graph's."""
+        files = self._native.write(
+            out,
+            outputs=list(outputs),
+            resolution=resolution,
+            region=region,
+            target=target,
+            format=format,
+            depth=depth,
+            values=values and dict(values),
+            progress=progress,
+        )
+        return [pathlib.Path(file) for file in files]
+
+
+def load(
+    path: Path, *, preset: Optional[str] = None, session: Optional[Session] = None, **params: Value
+) -> Graph:
+    """The graph file at `path`, or one that comes along, `shibo:NAME`. An error in it is a `ShiboError`."""
+    return Graph(path, preset=preset, session=session, values=params)
+
+
+def check(path: Path, *, session: Optional[Session] = None) -> list[Diagnostic]:
+    """The errors and warnings of a graph file, without computing anything."""
+    return _shibo.check(path, _session(session))
+
+
+def graphs() -> list[str]:
+    """The names of the graphs that come along, to be loaded as `shibo:NAME`."""
+    return _shibo.graphs()

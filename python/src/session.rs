@@ -1,0 +1,44 @@
+//! Threads and caches, shared by graphs.
+use crate::diagnostics::exception;
+use pyo3::prelude::*;
+use shibo_engine::session::{Session as Engine, Settings};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Threads and caches for any number of graphs, which threads of the program may share.
+#[pyclass(frozen, module = "shibo")]
+pub(crate) struct Session {
+    pub(crate) inner: Arc<Engine>,
+}
+
+#[pymethods]
+impl Session {
+    #[new]
+    #[pyo3(signature = (library, *, threads=0, memory=1536, cache_dir=None, cache_size=4096))]
+    fn new(
+        py: Python<'_>,
+        library: PathBuf,
+        threads: u16,
+        memory: u32,
+        cache_dir: Option<PathBuf>,
+        cache_size: u32,
+    ) -> PyResult<Self> {
+        let settings = Settings {
+            threads: usize::from(threads),
+            memory: u64::from(memory) << 20,
+            cache_dir,
+            disk: u64::from(cache_size) << 20,
+        };
+        let made = py.detach(|| Engine::new(shibo_library::registry(library), &settings));
+        match made {
+            Ok(engine) => Ok(Self { inner: Arc::new(engine) }),
+            Err(error) => Err(exception(py, error.to_string(), Vec::new())),
+        }
+    }
+
+    /// Why the cache folder is not used, if it could not be.
+    #[getter]
+    fn cache_error(&self) -> Option<String> {
+        self.inner.cache_error().map(ToString::to_string)
+    }
+}

@@ -4,6 +4,7 @@
 //! of a normal the vector, which is made a unit vector again where a level is read; of a roughness the square of the
 //! distribution's width, to which a part of the variance of the slopes that were averaged away is added (after M. Olano and
 //! D. Baker, "LEAN Mapping", 2010). So a bumpy surface that is far away reflects as much as it should.
+use std::borrow::Cow;
 
 /// How channels of a picture become those of smaller ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,9 +39,9 @@ impl MipFilter {
     }
 
     /// The moments of a row whose planes are given, of which `first` is the filter's own.
-    fn take(self, planes: &[&[f32]], first: usize, out: &mut Vec<Vec<f32>>) {
+    fn take<'a>(self, planes: &[&'a [f32]], first: usize, out: &mut Vec<Cow<'a, [f32]>>) {
         match self {
-            Self::Mean => out.push(planes[first].to_vec()),
+            Self::Mean => out.push(Cow::Borrowed(planes[first])),
             Self::Normal => out.extend((first..first + 3).map(|c| planes[c].iter().map(|v| 2.0 * v - 1.0).collect())),
             Self::Roughness { normal } => {
                 let slope = |c: usize| {
@@ -49,15 +50,16 @@ impl MipFilter {
                 };
                 let (x, y) = (slope(0), slope(1));
                 let square = x.iter().zip(&y).map(|(x, y)| x * x + y * y).collect();
-                out.extend([planes[first].iter().map(|r| r.powi(4)).collect(), x, y, square]);
+                let width = planes[first].iter().map(|r| r.powi(4)).collect();
+                out.extend([width, Cow::Owned(x), Cow::Owned(y), square]);
             }
         }
     }
 
     /// The channels that moments stand for.
-    fn give(self, moments: &[Vec<f32>], out: &mut Vec<Vec<f32>>) {
+    fn give<'a>(self, moments: &'a [Vec<f32>], out: &mut Vec<Cow<'a, [f32]>>) {
         match self {
-            Self::Mean => out.push(moments[0].clone()),
+            Self::Mean => out.push(Cow::Borrowed(&moments[0])),
             Self::Normal => {
                 let [x, y, z] = moments else { return };
                 let unit: Vec<f32> = x.iter().zip(y).zip(z).map(|((x, y), z)| (x * x + y * y + z * z).sqrt()).collect();
@@ -132,7 +134,7 @@ impl Pyramid {
 
     /// Takes the next row of the picture, all planes of it, and hands on the rows that it completes: the number of the level
     /// and its channels.
-    pub(super) fn push(&mut self, planes: &[&[f32]], mut made: impl FnMut(usize, &[Vec<f32>])) {
+    pub(super) fn push(&mut self, planes: &[&[f32]], mut made: impl FnMut(usize, &[Cow<'_, [f32]>])) {
         let mut moments = Vec::new();
         let mut first = 0;
         for filter in &self.filters {
@@ -148,14 +150,15 @@ impl Pyramid {
                 first += filter.moments();
             }
             made(index + 1, &channels);
-            moments = row;
+            drop(channels);
+            moments = row.into_iter().map(Cow::Owned).collect();
         }
     }
 }
 
 impl Level {
     /// Takes a row of the level before; a row of this one, if that completes it.
-    fn add(&mut self, row: &[Vec<f32>]) -> Option<Vec<Vec<f32>>> {
+    fn add(&mut self, row: &[Cow<'_, [f32]>]) -> Option<Vec<Vec<f32>>> {
         let narrow: Vec<Vec<f32>> = row.iter().map(|plane| halved(plane, self.width)).collect();
         let y = self.come;
         self.come += 1;
@@ -227,7 +230,7 @@ mod tests {
         let mut made = vec![Vec::new(); sizes(width, height).len()];
         for y in 0..height {
             let row: Vec<f32> = (0..width).map(|x| pixel(x, y)).collect();
-            pyramid.push(&[&row], |level, channels| made[level].extend(&channels[0]));
+            pyramid.push(&[&row], |level, channels| made[level].extend(channels[0].iter()));
         }
         made
     }
@@ -260,7 +263,9 @@ mod tests {
         let (y, z) = ([0.5; 2], [0.5 + 0.5 * tilt; 2]);
         let mut pyramid = Pyramid::new(&[MipFilter::Roughness { normal: 1 }, MipFilter::Normal], 2, 1);
         let mut seen = Vec::new();
-        pyramid.push(&[&[0.3, 0.3], &x, &y, &z], |level, channels| seen.push((level, channels.to_vec())));
+        pyramid.push(&[&[0.3, 0.3], &x, &y, &z], |level, channels| {
+            seen.push((level, channels.iter().map(|plane| plane.to_vec()).collect::<Vec<_>>()))
+        });
         let [(1, channels)] = &seen[..] else { panic!("{seen:?}") };
         assert!((channels[0][0] - (0.3_f32.powi(4) + 0.5).powf(0.25)).abs() < 1e-6, "{channels:?}");
         assert_eq!([channels[1][0], channels[2][0], channels[3][0]], [0.5, 0.5, 1.0]);

@@ -171,7 +171,7 @@ fn tile(level: &Level, (x, rows): (u32, u32), order: &[usize], depth: Depth) -> 
     let (left, width) = ((x * SIDE) as usize, level.width as usize);
     let right = (left + SIDE as usize).min(width);
     let mut bytes = Vec::with_capacity((right - left) * rows as usize * order.len() * depth.bytes());
-    let mut halves = vec![f16::ZERO; right - left];
+    let (mut halves, mut clamped) = (vec![f16::ZERO; right - left], Vec::with_capacity(right - left));
     let most = f16::MAX.to_f32();
     for row in 0..rows as usize {
         for channel in order {
@@ -179,13 +179,17 @@ fn tile(level: &Level, (x, rows): (u32, u32), order: &[usize], depth: Depth) -> 
             if depth == Depth::F16 {
                 // Finite values beyond the range become the largest, not infinity.
                 let clamp = |v: &f32| if v.is_finite() { v.clamp(-most, most) } else { *v };
-                let clamped: Vec<f32> = samples.iter().map(clamp).collect();
+                clamped.clear();
+                clamped.extend(samples.iter().map(clamp));
                 halves.convert_from_f32_slice(&clamped);
-                bytes.extend(halves.iter().flat_map(|half| half.to_le_bytes()));
+                bytes.extend_from_slice(bytemuck::cast_slice(halves.reinterpret_cast()));
             } else {
-                bytes.extend(samples.iter().flat_map(|sample| sample.to_le_bytes()));
+                bytes.extend_from_slice(bytemuck::cast_slice(samples));
             }
         }
+    }
+    if cfg!(target_endian = "big") {
+        bytes.chunks_exact_mut(depth.bytes()).for_each(<[u8]>::reverse);
     }
     bytes
 }

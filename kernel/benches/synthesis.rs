@@ -126,6 +126,7 @@ mod report {
             kappa: 2.5,
             even: Some(EvenUse { amount: 1.0, tile: None, halved: false }),
             passes: 2,
+            rounds: 0,
             averaged: true,
             jitter: 0.0,
             guide_weight: 1.0,
@@ -135,7 +136,7 @@ mod report {
             adrift: true,
             hash: Hash::new(3),
         };
-        let analysed = Analysed { plane: exemplar.plane, levels, usable: &[], guide: &[] };
+        let analysed = Analysed { plane: exemplar.plane, levels, usable: &[], guide: &[], picture: None };
         let output = Output { start: [0, 0], size: [side, side], wrap: [true; 2] };
         run(&analysed, &output, &settings, &Bent(bend)).expect("nothing stops it").coords
     }

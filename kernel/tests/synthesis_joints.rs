@@ -51,7 +51,7 @@ fn a_turned_lattice_that_must_fit_keeps_its_phase_everywhere() {
     let basis = Basis { a: [13.3, 0.4], b: [-0.3, 11.6] };
     let exemplar = near_regular(basis);
     let levels = analysed(&exemplar);
-    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
+    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[], picture: None };
     for (size, angle) in [([160, 144], 0.65f32), ([97, 110], -0.3), ([130, 130], 2.2)] {
         let j = from_angle_scale(angle, 1.0, 1.0);
         let sides = size.map(|n| n as f64);
@@ -84,7 +84,7 @@ fn where_sides_join_is_no_worse_than_anywhere_else() {
         (near_regular, Start::Lattice(basis), None),
     ] {
         let levels = analysed(&exemplar);
-        let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
+        let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[], picture: None };
         // A whole number of the coarsest pixels, or not; neither is a whole number of periods.
         for (size, most) in [([208, 192], 1.2), ([203, 190], 1.7)] {
             let output = Output { start: [0, 0], size, wrap: [true; 2] };
@@ -125,7 +125,7 @@ fn ends(coords: &[Position], [w, h]: [usize; 2], near: usize) -> (f64, f64) {
 fn tiles_of_even_use_do_not_meet_where_sides_join() {
     let exemplar = lumps(64, 64, false);
     let levels = analysed(&exemplar);
-    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
+    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[], picture: None };
     let output = Output { start: [0, 0], size: [256, 256], wrap: [true; 2] };
     let (mut joint, mut mean) = (0.0, 0.0);
     for seed in 0..24 {
@@ -144,7 +144,7 @@ fn tiles_of_even_use_do_not_meet_where_sides_join() {
 fn sides_are_laid_where_pieces_go_on() {
     let exemplar = lumps(64, 64, false);
     let levels = analysed(&exemplar);
-    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[] };
+    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[], picture: None };
     let output = Output { start: [0, 0], size: [203, 160], wrap: [true; 2] };
     for seed in 0..12 {
         let made = |adrift: bool, wrap: [bool; 2]| {

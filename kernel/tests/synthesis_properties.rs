@@ -20,7 +20,7 @@ use synthesis::{Plain, analysed, lumps, plane, settings};
 
 fn synthesise(exemplar: &Texels<f32>, usable: &[bool], output: &Output, local: bool, inputs: &Plain) -> Vec<Position> {
     let levels = analysed(exemplar);
-    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable, guide: &[] };
+    let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable, guide: &[], picture: None };
     run(&analysed, output, &settings(local), inputs).expect("nothing stops it").coords
 }
 
@@ -242,6 +242,33 @@ fn lattices_are_found_to_parts_of_a_pixel() {
     }
     let noise = Texels::new(plane(64, 64, false), 1, (0..4096).map(|n| hash.unit_f32(n)).collect());
     assert!(detect(&noise).is_none_or(|found| !found.is_regular()));
+}
+
+#[test]
+fn a_lattice_is_found_though_less_than_two_periods_are_visible() {
+    // A wall of running bond: two courses and two half bricks are 56 pixels, of which 96 show 1.7.
+    let n = 96;
+    let hash = Hash::new(8);
+    let wall = |p: usize| {
+        let (x, y) = (p % n, p / n);
+        let (course, inside) = (y / 28, y % 28);
+        let along = (x + course % 2 * 28) % 56;
+        let joint = inside < 4 || along < 4;
+        (if joint { 1.0 } else { 0.2 } + 0.2 * hash.unit(p as u64)) as f32
+    };
+    let picture = Texels::new(plane(n, n, false), 1, (0..n * n).map(wall).collect());
+    let found = detect(&picture).expect("it repeats");
+    assert!(found.is_regular() && found.mean > 0.8, "{found:?}");
+    for v in [[56.0, 0.0], [28.0, 28.0]] {
+        let off = found.basis.coordinates(v).map(|c| (c - c.round()).abs());
+        assert!(off[0].max(off[1]) < 0.05, "{found:?}");
+    }
+    // What has no order has none at any size.
+    for seed in 0..6 {
+        let data = (0..n * n).map(|p| Hash::new(seed).unit_f32(p as u64)).collect();
+        let lumps = Texels::new(plane(n, n, false), 1, data).blurred(12);
+        assert!(detect(&lumps).is_none_or(|found| !found.is_regular()), "{:?}", detect(&lumps));
+    }
 }
 
 fn jacobian() -> impl Strategy<Value = [f64; 4]> {

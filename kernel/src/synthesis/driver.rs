@@ -9,6 +9,7 @@ use super::lattice_start::{Fitted, fit};
 use super::origin::{best_origin, starting_at};
 use super::plane::{Lookup, Plane};
 use super::region::{Needs, Output, Region, plan};
+use super::rematch;
 use super::table::Table;
 use super::texels::{Texels, mirrored};
 use crate::ground::hash::Hash;
@@ -25,6 +26,8 @@ pub struct Analysed<'a> {
     pub usable: &'a [bool],
     /// A guide value for every pixel; empty for none.
     pub guide: &'a [f32],
+    /// The picture that is compared, and whether its levels are those of a pyramid; nothing is mended without it.
+    pub picture: Option<(&'a Texels<f32>, bool)>,
 }
 
 /// Where the coordinates of the first level come from.
@@ -47,6 +50,9 @@ pub struct Settings {
     pub even: Option<EvenUse>,
     /// Correction passes per level.
     pub passes: u32,
+    /// Rounds at the finest level in which what the result shows is looked up in the exemplar, to mend where pieces meet;
+    /// there are more at the next coarser ones. 0 mends nothing; nothing is mended where `J` is not 1.
+    pub rounds: u32,
     /// Whether three predictions are averaged where `J` is not 1.
     pub averaged: bool,
     /// Displacement of pixels after upsampling, in pixels of the level, at levels of more than 2.
@@ -140,7 +146,9 @@ pub fn run<I: Inputs>(
         .rev()
         .map(|level| {
             // Runs are broken up at the finest level only, at the end.
-            let reach = passes * 4 * level.hood.reach() + if level.h == 1 { RUN_REACH } else { 0 };
+            let broken = if level.h == 1 { RUN_REACH } else { 0 };
+            let mended = rematch::reads(rematch::rounds(settings.rounds, level.h), level.h);
+            let reach = passes * 4 * level.hood.reach() + mended + broken;
             Needs { h: level.h, reach, tile: tile.filter(|_| level.h >= 2) }
         })
         .collect();

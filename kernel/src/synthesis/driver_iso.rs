@@ -1,9 +1,12 @@
 //! The levels of a synthesis where `J = 1`: whole numbers, upsampled and corrected.
 use super::analysis::Level;
 use super::aniso::Position;
+use super::coverage::Factors;
 use super::driver::{Inputs, Run};
 use super::iso;
+use super::levels::image;
 use super::region::Region;
+use super::rematch;
 use super::table::Table;
 use crate::ground::window::index;
 use rayon::prelude::*;
@@ -49,6 +52,12 @@ impl<I: Inputs> Run<'_, I> {
                 };
                 iso::correct(table, region, &terms, &mut map);
             })?;
+            if rematch::rounds(self.settings.rounds, region.h) > 0 {
+                if !once {
+                    factors = self.even(region).map(|even| table.factors(&even, region, &map));
+                }
+                self.mend((table, region), factors.as_ref(), (&guide, &fixed), &mut map);
+            }
             if region.h == 1 {
                 iso::break_runs(table, region, &fixed, &mut map);
             }
@@ -57,6 +66,26 @@ impl<I: Inputs> Run<'_, I> {
             }
         }
         Ok(map.par_iter().map(|&at| coarser.pixel(at).map(|v| v as f32 + 0.5)).collect())
+    }
+
+    /// Mends where pieces meet.
+    fn mend(
+        &self,
+        (table, region): (&Table, &Region),
+        factors: Option<&Factors>,
+        (guide, fixed): (&[f32], &[bool]),
+        map: &mut [u32],
+    ) {
+        let Some((picture, pyramid)) = self.exemplar.picture else { return };
+        let terms = rematch::Terms {
+            factors,
+            guide,
+            guide_weight: self.settings.guide_weight * (region.h as f32 / 8.0).min(1.0),
+            fixed,
+            hash: self.settings.hash.with(0x6D65_6E64).with(region.h as u64),
+        };
+        let image = image(picture, region.h, pyramid);
+        rematch::mend((table, &image), region, &terms, rematch::rounds(self.settings.rounds, region.h), map);
     }
 
     pub(super) fn upsample_iso(

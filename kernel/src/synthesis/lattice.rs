@@ -28,12 +28,14 @@ pub struct Found {
     pub mean: f64,
     /// The least one.
     pub least: f64,
+    /// Whether that could be seen at few sums only, because little more than one period is visible.
+    pub few: bool,
 }
 
 impl Found {
-    /// Whether the exemplar is near-regular.
+    /// Whether the exemplar is near-regular. What is seen at few sums has to be clear: there chance can do more.
     pub fn is_regular(&self) -> bool {
-        self.mean >= 0.40 && self.least >= 0.30
+        if self.few { self.mean >= 0.70 && self.least >= 0.60 } else { self.mean >= 0.40 && self.least >= 0.30 }
     }
 }
 
@@ -76,6 +78,15 @@ pub fn detect(picture: &Texels<f32>) -> Option<Found> {
     peaks.retain(|p| p.1 >= 0.75 * strongest);
     peaks.sort_by(|a, b| length(wide(a.0)).total_cmp(&length(wide(b.0))).then(a.0.cmp(&b.0)));
     peaks.truncate(16);
+    let best = [false, true].map(|few| best(&map, &peaks, few));
+    let [usual, few] = best;
+    let found =
+        if usual.is_some_and(|found| found.is_regular()) { usual } else { few.filter(Found::is_regular).or(usual) };
+    found.map(|found| Found { basis: map.refine(found.basis, found.few), ..found })
+}
+
+/// The best basis of two peaks.
+fn best(map: &Correlation, peaks: &[([i32; 2], f64)], few: bool) -> Option<Found> {
     let mut best: Option<(f64, Found)> = None;
     for (k, first) in peaks.iter().enumerate() {
         for second in &peaks[k + 1..] {
@@ -83,14 +94,14 @@ pub fn detect(picture: &Texels<f32>) -> Option<Found> {
             if basis.det().abs() < f64::max(25.0, 0.5 * length(basis.a) * length(basis.b)) {
                 continue;
             }
-            let Some((mean, least)) = map.strength(&basis) else { continue };
+            let Some((mean, least)) = map.strength(&basis, few) else { continue };
             let score = mean - 0.02 * libm::log2(basis.det().abs() / 100.0);
             if best.as_ref().is_none_or(|b| score > b.0) {
-                best = Some((score, Found { basis, mean, least }));
+                best = Some((score, Found { basis, mean, least, few }));
             }
         }
     }
-    best.map(|(_, found)| Found { basis: map.refine(found.basis), ..found })
+    best.map(|best| best.1)
 }
 
 fn wide(v: [i32; 2]) -> [f64; 2] {
@@ -180,28 +191,33 @@ impl Correlation {
         around.map(|(x, y)| (self.at(x, y), x, y)).fold((f64::MIN, 0, 0), |a, b| if b.0 > a.0 { b } else { a })
     }
 
-    /// The numbers of the sums of a basis within half the picture, one of each pair of opposites.
-    fn sums(&self, basis: &Basis) -> Vec<[f64; 2]> {
+    /// The numbers of the sums of a basis, one of each pair of opposites: within half the picture, or, where those are few,
+    /// wherever a third of it overlaps.
+    fn sums(&self, basis: &Basis, few: bool) -> Vec<[f64; 2]> {
         let inside = |i: i32, j: i32| {
-            let v = basis.at(f64::from(i), f64::from(j));
-            v[0].abs() <= self.half[0] && v[1].abs() <= self.half[1]
+            let [x, y] = basis.at(f64::from(i), f64::from(j)).map(f64::abs);
+            if few {
+                let share = |v: f64, half: f64| (1.0 - 0.5 * v / half).max(0.0);
+                return share(x, self.half[0]) * share(y, self.half[1]) >= 1.0 / 3.0;
+            }
+            x <= self.half[0] && y <= self.half[1]
         };
         let all = (-40..=40).flat_map(|i| (0..=40).map(move |j| (i, j)));
         let one = all.filter(|&(i, j)| (j > 0 || i > 0) && inside(i, j));
         one.map(|(i, j)| [f64::from(i), f64::from(j)]).collect()
     }
 
-    /// Mean and least correlation at the sums of a basis; `None` if there are fewer than four.
-    fn strength(&self, basis: &Basis) -> Option<(f64, f64)> {
-        let values: Vec<f64> = self.sums(basis).into_iter().map(|[i, j]| self.near(basis.at(i, j)).0).collect();
+    /// Mean and least correlation at the sums of a basis; `None` if there are fewer than four, or than two if that is few.
+    fn strength(&self, basis: &Basis, few: bool) -> Option<(f64, f64)> {
+        let values: Vec<f64> = self.sums(basis, few).into_iter().map(|[i, j]| self.near(basis.at(i, j)).0).collect();
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-        (values.len() >= 4).then(|| (mean, values.iter().copied().fold(f64::MAX, f64::min)))
+        (values.len() >= if few { 2 } else { 4 }).then(|| (mean, values.iter().copied().fold(f64::MAX, f64::min)))
     }
 
     /// The basis that fits the peaks at its sums best.
-    fn refine(&self, basis: Basis) -> Basis {
+    fn refine(&self, basis: Basis, few: bool) -> Basis {
         let (mut m, mut r) = ([0.0; 3], [[0.0; 2]; 2]);
-        for [i, j] in self.sums(&basis) {
+        for [i, j] in self.sums(&basis, few) {
             let (v, x, y) = self.near(basis.at(i, j));
             let weight = v.max(0.0);
             let top = |before: f64, after: f64| {

@@ -7,7 +7,7 @@
 //! finest pixels, `h = 1` being the finest level. A Jacobian `J = ∂S/∂p` leads from output to exemplar.
 //!
 //! [`exact`] holds the stages as in the source, on real coordinates; [`iso`] and [`aniso`] are the fast correctors
-//! on analysed exemplars ([`analysis`]), driven by [`driver`]. Whatever reads a neighbour's coordinates goes through
+//! on analysed exemplars ([`analysis`]), driven by [`driver`]; where `J = 1`, joints are mended after them. Whatever reads a neighbour's coordinates goes through
 //! [`Lookup`].
 
 pub mod analysis;
@@ -26,10 +26,12 @@ pub mod lattice_start;
 pub mod levels;
 pub mod magnify;
 pub mod origin;
+mod patches;
 pub mod pca;
 mod placing;
 mod plane;
 pub mod region;
+mod rematch;
 pub mod sampling;
 pub mod seams;
 mod settle;
@@ -40,5 +42,6 @@ mod surface_pass;
 pub mod surface_sampling;
 mod table;
 pub mod texels;
+mod vote;
 
 pub use plane::{Lookup, Neighbours, Plane};

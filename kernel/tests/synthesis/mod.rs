@@ -62,6 +62,7 @@ pub(crate) fn settings(local: bool) -> Settings {
         kappa: 2.0,
         even: Some(EvenUse { amount: 1.0, tile: local.then_some(32), halved: false }),
         passes: 2,
+        rounds: 0,
         averaged: true,
         jitter: 0.3,
         guide_weight: 1.0,

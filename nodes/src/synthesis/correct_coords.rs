@@ -87,6 +87,7 @@ impl Default for CorrectCoords {
 }
 
 impl Node for CorrectCoords {
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[Fact::Size];
     const OUTPUTS: &'static [Output] = &[Output::new("coords", Type::CoordMap, "The map, corrected.")];
 
@@ -128,8 +129,9 @@ impl Node for CorrectCoords {
         };
         let jacobians = stages::jacobians(cx, cx.get_opt(&self.jacobian)?.as_ref(), map.size, map.pitch)?;
         let plane = stages::plane(&map);
+        let lookup = stages::Ended(plane);
         let jacobian = |pixel: usize| stages::at(&jacobians, pixel);
-        let corrector = Corrector { features: &features, rule: &rule, lookup: &plane, jacobian };
+        let corrector = Corrector { features: &features, rule: &rule, lookup: &lookup, jacobian };
         let mut coords = stages::wide(&map);
         for pass in 0..self.passes {
             cx.evaluator.progress(u64::from(pass), u64::from(self.passes));

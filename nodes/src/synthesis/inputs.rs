@@ -45,6 +45,11 @@ pub(super) fn checked(tile: &Tile) -> Result<Vec<Jacobian>, Problem> {
 }
 
 impl FieldInputs<'_> {
+    /// Whether a Jacobian turns or stretches anything.
+    pub(super) fn bends(&self) -> bool {
+        self.jacobian.as_ref().is_some_and(|field| field.as_constant().is_none_or(|j| *j != IDENTITY))
+    }
+
     fn raster(&self, field: &Field, region: &Region) -> Result<Tile, Stop> {
         let h = f64::from(u32::try_from(region.h).unwrap_or(1));
         let step = self.pitch * h;

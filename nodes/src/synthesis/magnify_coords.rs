@@ -13,6 +13,9 @@ use shibo_kernel::synthesis::texels::Fetch;
 ///
 /// Between coordinates, equation (6) of the source is used with a Jacobian, and (5), which fits `J = 1`, without.
 ///
+/// Coordinates that never met an exemplar, such as those of `StartCoords` alone, are read as pixels of `input`: of its own if
+/// it is a picture file, else of 128x128 over the canvas.
+///
 /// ```ron
 /// "coarse": Worley(size: 10, jitter: 0.8),
 /// "exemplar": Exemplar(input: "coarse", size: (24, 24), periodic: Yes),

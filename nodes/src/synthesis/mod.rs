@@ -6,6 +6,8 @@
 mod analysis;
 mod appearance_space;
 mod candidate_sets;
+mod coords_from_field;
+mod coords_to_field;
 mod correct_coords;
 mod detect_lattice;
 mod exemplar;
@@ -33,6 +35,8 @@ mod upsample_coords;
 
 pub use appearance_space::AppearanceSpace;
 pub use candidate_sets::CandidateSets;
+pub use coords_from_field::CoordsFromField;
+pub use coords_to_field::CoordsToField;
 pub use correct_coords::CorrectCoords;
 pub use detect_lattice::DetectLattice;
 pub use exemplar::Exemplar;
@@ -75,6 +79,8 @@ pub fn family() -> Family {
             Kind::of::<SynthesizeSurface>(),
             Kind::of::<SampleExemplar>(),
             Kind::of::<MagnifyCoords>(),
+            Kind::of::<CoordsToField>(),
+            Kind::of::<CoordsFromField>(),
             Kind::of::<IndirectionMap>(),
         ],
     }

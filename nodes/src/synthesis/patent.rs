@@ -2,6 +2,7 @@
 //! jittered if that is wanted, and corrected (1), (2).
 use super::analysis::{features, plane};
 use super::inputs::FieldInputs;
+use super::stages::Ended;
 use super::synthesize::Synthesize;
 use shibo_engine::value::{Exemplar, Stop};
 use shibo_kernel::ground::hash::Hash;
@@ -23,6 +24,12 @@ pub(super) fn level(features: &Texels<f64>, h: usize, pyramid: bool) -> (Texels<
 /// Numbers in double precision.
 pub(super) fn wide(texels: &Texels<f32>) -> Texels<f64> {
     Texels::new(texels.plane, texels.channels, texels.data.iter().map(|v| f64::from(*v)).collect())
+}
+
+/// What a first coordinate is, `k` finest pixels on, of an exemplar of `n`: 0 as in the source, if `n` is a power of two or the
+/// spacing is given. With another size, zeros would repeat the largest power of two below instead of the exemplar.
+fn begun(node: &Synthesize, k: usize, n: usize) -> f64 {
+    if node.start_size.is_some() || node.jacobian.is_some() { 0.0 } else { (k % n) as f64 }
 }
 
 /// Coordinates of all pixels.
@@ -52,7 +59,11 @@ pub(super) fn run(
     let first = region(1 << levels);
     let mut map: Vec<[f64; 2]> = match inputs.start {
         Some(_) => inputs.start(&first)?.into_iter().map(|c| c.map(f64::from)).collect(),
-        None => vec![[0.0; 2]; first.plane.w * first.plane.h],
+        None => (0..first.plane.w * first.plane.h)
+            .map(|p| {
+                [(p % first.plane.w, finest.w), (p / first.plane.w, finest.h)].map(|(k, n)| begun(node, k << levels, n))
+            })
+            .collect(),
     };
     for l in 1..=levels {
         inputs.step(l as usize - 1, levels as usize)?;
@@ -75,7 +86,7 @@ pub(super) fn run(
             kappa: 1.0,
             sub_passes: node.sub_passes,
         };
-        let corrector = Corrector { features: &features, rule: &rule, lookup: &region.plane, jacobian };
+        let corrector = Corrector { features: &features, rule: &rule, lookup: &Ended(region.plane), jacobian };
         for _ in 0..node.passes {
             inputs.cx.check()?;
             corrector.pass(region.plane, &[], &mut map);

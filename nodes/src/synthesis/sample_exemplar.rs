@@ -16,6 +16,9 @@ use shibo_kernel::synthesis::texels::Fetch;
 /// picture is magnified, at lower ones averaged. Where features are rotated, coordinates lie between its pixels, and
 /// `filter` says what is seen there. A normal map is rotated with the Jacobian, if that is connected.
 ///
+/// Coordinates that never met an exemplar, such as those of `StartCoords` alone, are read as pixels of `input`: of its own if
+/// it is a picture file, else of 128x128 over the canvas. `CorrectCoords` and `Synthesize` tell them their exemplar.
+///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
 /// "input": GradientMap(input: "cells.border", stops: [(0.0, "#2a1a10"), (0.25, "#8a5a34"), (1.0, "#c99a66")]),

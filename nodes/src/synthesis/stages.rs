@@ -4,8 +4,9 @@ use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{CoordMap, Field, Grid, Stop, Tile, Window};
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::ground::window::OCTANTS;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
+use shibo_kernel::synthesis::{Lookup, Neighbours, Plane};
 
 /// Size of a map, and where its sides join.
 pub(super) fn plane(map: &CoordMap) -> Plane {
@@ -49,4 +50,34 @@ pub(super) fn afford(cx: &Context<'_>, pixels: u64) -> Result<(), Stop> {
     }
     let message = format!("{pixels} pixels need {} MiB; {} MiB are allowed", pixels >> 14, cx.evaluator.memory() >> 20);
     Err(Problem::new(Code::TooLarge, message).at("coords").help("start smaller, or raise --memory").into())
+}
+
+/// A map beyond whose sides there is nothing, unless they join: then pixels there continue themselves.
+pub(super) struct Ended(pub(super) Plane);
+
+impl Lookup for Ended {
+    fn index(&self, x: i32, y: i32) -> usize {
+        self.0.index(x, y)
+    }
+}
+
+impl Neighbours for Ended {
+    fn near(&self, (x, y): (i32, i32), octant: usize) -> Option<(usize, [f32; 2])> {
+        let Plane { w, h, wrap } = self.0;
+        let [dx, dy] = OCTANTS[octant];
+        let there = |k: i32, n: usize, wrap: bool| wrap || usize::try_from(k).is_ok_and(|k| k < n);
+        let there = there(x + dx, w, wrap[0]) && there(y + dy, h, wrap[1]);
+        there.then(|| (self.index(x + dx, y + dy), [0.0; 2]))
+    }
+}
+
+/// A map whose opposite sides fit, shifted so that another pixel is the first.
+pub(super) fn rolled(coords: Vec<[f32; 2]>, size: UVec2, origin: (i32, i32), wrap: [bool; 2]) -> Vec<[f32; 2]> {
+    let by = |k: i32, n: u32, wrap: bool| if wrap { k.rem_euclid(n.cast_signed()).unsigned_abs() as usize } else { 0 };
+    let (dx, dy) = (by(origin.0, size.x, wrap[0]), by(origin.1, size.y, wrap[1]));
+    if dx == 0 && dy == 0 {
+        return coords;
+    }
+    let (w, h) = (size.x as usize, size.y as usize);
+    (0..w * h).map(|p| coords[(p / w + dy) % h * w + (p % w + dx) % w]).collect()
 }

@@ -207,6 +207,7 @@ impl SynthesizeSurface {
             kappa: narrow(self.copy_size.unwrap_or(if self.preset == Preset::Faithful { 3.0 } else { 2.5 })),
             even: (even > 0.0).then(|| EvenUse { amount: narrow(even), tile: local.then_some(TILE), halved: false }),
             passes: self.passes,
+            rounds: 0,
             averaged: self.averaged,
             jitter: narrow(self.jitter),
             guide_weight: narrow(self.guide_weight),
@@ -260,6 +261,7 @@ impl SynthesizeSurface {
             levels: &levels,
             usable: &exemplar.usable,
             guide: if inputs.fields.guide.is_some() { &exemplar.guide } else { &[] },
+            picture: None,
         };
         let surface = Surfaces {
             atlas: &inputs.atlas,

@@ -1,6 +1,6 @@
 //! Pores: vessels cut open, locked to the phase of the year.
 //!
-//! A jittered grid in X and Y of fibre space; along Z each column is divided into segments at offsets of its own, with
+//! A jittered grid in X and Y of fibre space, turned so that no cut of a board runs along its rows; along Z each column is divided into segments at offsets of its own, with
 //! at most one spindle each. Its density and radius follow the year in which the pore's own middle grew, so that no
 //! pore is cut by a ring border. Seen from afar, the mean coverage of the year stands for them.
 use super::year_table::YearTable;
@@ -23,6 +23,8 @@ pub struct PoreStyle {
     pub density: [f32; 2],
     /// The part of the year that is early wood.
     pub early: f32,
+    /// How much pores stand in groups, 0..1.
+    pub groups: f32,
     /// Elongation and thickening in mm a year, and the height of the ground in mm.
     pub elongation: f32,
     /// See above.
@@ -37,12 +39,19 @@ pub struct Pores {
     style: PoreStyle,
     columns: Noise3,
     segments: Noise3,
+    groups: Noise3,
     calendar: Option<Calendar>,
     mean: YearTable,
 }
 
 /// How far from the middle of its cell a pore may stand, in cells.
 const JITTER: f32 = 0.8;
+
+/// The cosine and sine of the angle by which the grid is turned: at no cut of a board do its rows show.
+const TURN: [f32; 2] = [0.851_658_6, 0.524_097_9];
+
+/// Size of a group of pores in mm: across the grain and along it.
+const GROUP: [f32; 2] = [2.6, 34.0];
 
 /// Points computed together.
 const RUN: usize = 64;
@@ -73,7 +82,14 @@ impl Pores {
             [value, 0.0, 0.0, 0.0]
         };
         let mean = YearTable::of_table(&(0..entries).map(cover).collect::<Vec<_>>(), usize::from(entries));
-        Self { style, columns: Noise3::new(hash, 0), segments: Noise3::new(hash, 1), calendar, mean }
+        Self {
+            style,
+            columns: Noise3::new(hash, 0),
+            segments: Noise3::new(hash, 1),
+            groups: Noise3::new(hash, 2),
+            calendar,
+            mean,
+        }
     }
 
     /// The year's phase at a point of fibre space.
@@ -123,12 +139,13 @@ impl Pores {
         let (mut cells, mut starts) = ([(0, 0); RUN], [0.0_f32; RUN]);
         let (mut px, mut py, mut aways) = ([0.0_f32; RUN], [0.0_f32; RUN], [0.0_f32; RUN]);
         for i in 0..n {
-            let ((_, cx), (_, cy)) = (math::floor_int(x[i] * inverse - 0.5), math::floor_int(y[i] * inverse - 0.5));
+            let (x, y) = (x[i] * TURN[0] - y[i] * TURN[1], x[i] * TURN[1] + y[i] * TURN[0]);
+            let ((_, cx), (_, cy)) = (math::floor_int(x * inverse - 0.5), math::floor_int(y * inverse - 0.5));
             let (cx, cy) = (cx.wrapping_add(dx), cy.wrapping_add(dy));
             let word = self.columns.word(cx, cy, 0);
             px[i] = (cx as f32 + 0.5 + JITTER * (unit(word, 0) - 0.5)) * s.cell;
             py[i] = (cy as f32 + 0.5 + JITTER * (unit(word, 10) - 0.5)) * s.cell;
-            let (ox, oy) = (x[i] - px[i], y[i] - py[i]);
+            let (ox, oy) = (x - px[i], y - py[i]);
             (cells[i], starts[i], aways[i]) = ((cx, cy), unit(word, 20) * 7.3, ox * ox + oy * oy);
         }
         let mut known = None;
@@ -159,7 +176,11 @@ impl Pores {
     fn vessel(&self, (cx, cy): (i32, i32), segment: i32, [px, py]: [f32; 2], middle: f32) -> Option<(f32, f32)> {
         let s = &self.style;
         let word = self.segments.word(cx, cy, segment);
-        let chance = unit(word, 0);
+        let mut chance = unit(word, 0);
+        if s.groups > 0.0 {
+            let group = self.groups.at(px / GROUP[0], py / GROUP[0], middle / GROUP[1]);
+            chance /= math::max(1.0 + 3.0 * s.groups * group, 1e-3);
+        }
         if chance >= math::max(s.density[0], s.density[1]) {
             return None;
         }
@@ -199,6 +220,7 @@ mod tests {
             radius: [0.145, 0.035],
             density: [0.85, 0.2],
             early: 0.26,
+            groups: 0.0,
             elongation: 260.0,
             thickening: 2.3,
             ground: 0.0,
@@ -217,6 +239,45 @@ mod tests {
             mean += f64::from(pores.mean(z / 260.0 + x.hypot(y) / 2.3, 0.0, 0.0));
         }
         assert!((sum / mean - 1.0).abs() < 0.2, "{} {}", sum / n as f64, mean / n as f64);
+    }
+
+    /// Along lines in many directions, about as many pores are met: no line runs along a row of the grid.
+    #[test]
+    fn no_cut_shows_rows() {
+        let style = PoreStyle { radius: [0.1; 2], density: [0.7; 2], ..oak() };
+        let pores = Pores::new(style, None, Hash::new(4));
+        let share = |turn: f32, away: f32| {
+            let (s, c) = turn.sin_cos();
+            let at = |i: u16| {
+                let along = 0.05 * f32::from(i) + 20.0;
+                pores.at([along * c - away * s, along * s + away * c, 5.0], 0.0)
+            };
+            (0..4000).map(at).sum::<f32>() / 4000.0
+        };
+        let shares: Vec<f32> = [0.0, std::f32::consts::FRAC_PI_2]
+            .iter()
+            .flat_map(|t| (0..8_u8).map(|k| share(*t, 0.05 * f32::from(k))))
+            .collect();
+        let (low, high) = shares.iter().fold((1.0_f32, 0.0_f32), |(l, h), v| (l.min(*v), h.max(*v)));
+        assert!(high < 1.6 * low, "{shares:?}");
+    }
+
+    #[test]
+    fn groups_leave_places_without_pores() {
+        let spread = |groups: f32| {
+            let pores = Pores::new(PoreStyle { density: [0.4; 2], groups, ..oak() }, None, Hash::new(4));
+            let hash = Hash::new(9);
+            let place = |k: u64| {
+                let (x, z) = (20.0 + 100.0 * hash.unit_f32(2 * k), 300.0 * hash.unit_f32(2 * k + 1));
+                (0..200_u8).map(|i| pores.at([x + 0.01 * f32::from(i), 0.3, z], 0.0)).sum::<f32>() / 200.0
+            };
+            let all: Vec<f32> = (0..300).map(place).collect();
+            let mean = all.iter().sum::<f32>() / 300.0;
+            (mean, (all.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() / 300.0).sqrt() / mean)
+        };
+        let (plain, grouped) = (spread(0.0), spread(1.0));
+        assert!(grouped.1 > 1.15 * plain.1, "{plain:?} {grouped:?}");
+        assert!((grouped.0 / plain.0 - 1.0).abs() < 0.35, "{plain:?} {grouped:?}");
     }
 
     #[test]

@@ -88,7 +88,7 @@ impl Default for FiberSpace {
 }
 
 impl Node for FiberSpace {
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     const OUTPUTS: &'static [Output] = &[
         Output::new("place", Type::SolidVector, "Coordinates X, Y across and Z along the fibres.").in_unit("mm"),
         Output::new("direction", Type::SolidVector, "The direction of the fibres in space, of length 1."),

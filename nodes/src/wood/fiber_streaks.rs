@@ -15,6 +15,8 @@ use shibo_kernel::wood::solids::Code;
 /// Draws fibres into the colour of wood: streaks from 0.05 to 1.3 mm wide, drifts of tone over many centimetres, and
 /// streaks of pigment.
 ///
+/// Dark fibres are not grey: more of the same pigment makes wood darker and warmer. `tint` gives that hue.
+///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
@@ -46,6 +48,8 @@ pub struct FiberStreaks {
     pub streak: f64,
     /// The colour of pigment.
     pub streak_color: Color,
+    /// The hue that fibres take as they become darker, mostly that of late wood; if not given, they only become darker.
+    pub tint: Option<Color>,
     /// How deep fibres are in the surface.
     #[schemars(range(min = 0, max = 1), extend("unit" = "mm"))]
     pub depth: f64,
@@ -63,6 +67,7 @@ impl Default for FiberStreaks {
             drift: 0.06,
             streak: 0.0,
             streak_color: Color([0x4a, 0x32, 0x26].map(|byte: u8| srgb_to_linear(f32::from(byte) / 255.0))),
+            tint: None,
             depth: 0.006,
             seed: 0,
         }
@@ -70,7 +75,7 @@ impl Default for FiberStreaks {
 }
 
 /// Layers of streaks: width and length in mm, and strength among those of their kind.
-const FINE: [(f32, f32, f32); 2] = [(0.16, 7.0, 0.75), (0.34, 16.0, 0.65)];
+const FINE: [(f32, f32, f32); 4] = [(0.16, 7.0, 0.75), (0.34, 16.0, 0.65), (0.06, 2.5, 0.8), (0.1, 4.5, 0.8)];
 const COARSE: [(f32, f32, f32); 2] = [(0.9, 42.0, 0.7), (2.4, 110.0, 0.7)];
 
 /// Makes `fine` the deviation of tone between fibres that is measured in pictures of wood (1 to 4 waves a mm).
@@ -87,8 +92,15 @@ fn add(at: [&[f32]; 3], pixel: f32, noise: Noise3, layer: (f32, f32, f32), to: &
     }
 }
 
+/// The powers of tone in red, green and blue: Beer's law for a pigment of this colour, with the luminance kept.
+fn powers(tint: Option<Color>) -> Option<[f32; 3]> {
+    let absorbed = tint?.0.map(|c| -math::log2(c.clamp(0.004, 0.98)));
+    let mean = 0.2126 * absorbed[0] + 0.7152 * absorbed[1] + 0.0722 * absorbed[2];
+    Some(absorbed.map(|a| a / mean))
+}
+
 struct Streaks {
-    noise: [Noise3; 8],
+    noise: [Noise3; 10],
     fine: f32,
     coarse: f32,
     drift: f32,
@@ -107,8 +119,8 @@ impl Streaks {
             #[inline(always)]
             || {
                 let at = [x, y, z];
-                for (layer, noise) in FINE.into_iter().zip(self.noise) {
-                    add(at, patch.pixel, noise, layer, relief, true);
+                for (layer, n) in FINE.into_iter().zip([0, 1, 8, 9]) {
+                    add(at, patch.pixel, self.noise[n], layer, relief, true);
                 }
                 for (layer, noise) in COARSE.into_iter().zip(&self.noise[2..]) {
                     add(at, patch.pixel, *noise, layer, tone, true);
@@ -135,7 +147,7 @@ impl Streaks {
 }
 
 impl Node for FiberStreaks {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its streaks."),
         Output::new("height", Type::Solid, "The relief of the fibres.").in_unit("mm"),
@@ -156,13 +168,23 @@ impl Node for FiberStreaks {
         let code = Code::of_inputs(move |patch, inputs, out| streaks.fill(patch, inputs, out)).kept();
         let all = Solid::new(Type::SolidVector, vec![fiber], code);
         let all = cx.shared("all", all);
-        let dye = self.streak_color.0;
+        let (dye, powers) = (self.streak_color.0, powers(self.tint));
         let paint = Code::of_inputs(move |_, inputs, out| {
             let (tone, pigment) = (inputs[1].plane(1), inputs[1].plane(2));
             for (c, plane) in out.iter_mut().enumerate() {
                 for (((out, color), tone), pigment) in plane.iter_mut().zip(inputs[0].plane(c)).zip(tone).zip(pigment) {
                     // Where there is pigment, its colour shows, with some of the light and dark of the rings.
-                    *out = math::lerp(*color, dye[c] * 0.55 + 0.45 * *color, *pigment) * *tone;
+                    *out = math::lerp(*color, dye[c] * 0.55 + 0.45 * *color, *pigment);
+                    if powers.is_none() {
+                        *out *= *tone;
+                    }
+                }
+                if let Some(powers) = powers {
+                    let power = powers[c];
+                    dispatch(
+                        #[inline(always)]
+                        || plane.iter_mut().zip(tone).for_each(|(out, tone)| *out *= math::pow(*tone, power)),
+                    );
                 }
             }
         });
@@ -173,5 +195,24 @@ impl Node for FiberStreaks {
         Ok(Outputs::one(paint.solid(Type::SolidColor, vec![color, all.clone()]))
             .with("height", relief.solid(Type::Solid, vec![all.clone()]))
             .with("tone", all.channel(1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tint_turns_dark_fibres_to_its_hue_and_keeps_their_lightness() {
+        assert_eq!(powers(None), None);
+        let grey = powers(Some(Color([0.2; 3]))).unwrap();
+        assert!(grey.iter().all(|p| (p - 1.0).abs() < 1e-5), "{grey:?}");
+        let brown = powers(Some(Color([0.25, 0.1, 0.03]))).unwrap();
+        let dark = brown.map(|p| 0.8_f32.powf(p));
+        assert!(dark[0] > dark[1] && dark[1] > dark[2], "{dark:?}");
+        let light = 0.2126 * dark[0] + 0.7152 * dark[1] + 0.0722 * dark[2];
+        assert!((light - 0.8).abs() < 0.02, "{light}");
+        // No colour divides by nothing.
+        assert!(powers(Some(Color([1.0; 3]))).unwrap().iter().all(|p| p.is_finite()));
     }
 }

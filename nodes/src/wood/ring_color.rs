@@ -270,7 +270,7 @@ impl RingColor {
 }
 
 impl Node for RingColor {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour, scene-linear."),
         Output::new("late", Type::Solid, "How much of the point is late wood, 0..1 and a little more in deep years."),

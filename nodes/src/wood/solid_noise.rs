@@ -53,6 +53,7 @@ impl Default for SolidNoise {
 }
 
 impl Node for SolidNoise {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Solid, "The noise, 0..1.")];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 

@@ -145,7 +145,7 @@ impl VaryGrowth {
 }
 
 impl Node for VaryGrowth {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[
         Output::new("time", Type::Solid, "The time of irregular growth.").in_unit("years"),
         Output::new("calendar", Type::Curve, "Where years begin: points (even time, year, 0)."),

@@ -17,7 +17,8 @@ use shibo_kernel::wood::years::Calendar;
 
 /// Draws the pores of wood: dark dashes along the grain, dots on end grain, most of them in early wood.
 ///
-/// Where pores are smaller than pixels, how much of each part of the year they cover on average is drawn.
+/// Where pores are smaller than pixels, how much of each part of the year they cover on average is drawn. Most woods have two
+/// populations, few large pores and many small ones: draw them with a node each.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -64,6 +65,9 @@ pub struct WoodPores {
     /// The part of the year that is early wood.
     #[schemars(range(min = 0, max = 1))]
     pub early: f64,
+    /// How much pores stand in groups, with empty places between them, as in ash and walnut: 0 for evenly.
+    #[schemars(range(min = 0, max = 1))]
+    pub groups: f64,
     /// How dark pores are.
     #[schemars(range(min = 0, max = 1))]
     pub darkness: f64,
@@ -91,6 +95,7 @@ impl Default for WoodPores {
             radius: Linear::new(0.145, 0.035),
             density: Linear::new(0.85, 0.2),
             early: 0.26,
+            groups: 0.0,
             darkness: 0.62,
             filling: None,
             depth: 0.11,
@@ -107,6 +112,7 @@ impl WoodPores {
             radius: [narrow(self.radius.at0), narrow(self.radius.at1)],
             density: [narrow(self.density.at0), narrow(self.density.at1)],
             early: narrow(self.early),
+            groups: narrow(self.groups),
             elongation: narrow(self.elongation_speed),
             thickening: narrow(self.thickening_speed),
             ground: narrow(self.ground),
@@ -117,7 +123,7 @@ impl WoodPores {
 }
 
 impl Node for WoodPores {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its pores."),
         Output::new("mask", Type::Solid, "How much of a point is pore, 0..1."),

@@ -263,7 +263,8 @@ fn lit() -> (f64, f64) {
     let mut open = vec![0.0; TILE * TILE];
     let occluded = rate(TILE * TILE, || occlusion::occlusion(&view, rect, &spec, black_box(&mut open)));
     let grey = vec![0.4; TILE * TILE];
-    let surface = Surface { color: [&grey; 3], roughness: &grey, occlusion: &open, finish: None };
+    let surface =
+        Surface { color: [&grey; 3], roughness: &grey, occlusion: &open, normal: None, fibers: None, finish: None };
     let [mut r, mut g, mut b] = [(); 3].map(|()| vec![0.0; TILE * TILE]);
     let lit = rate(TILE * TILE, || {
         relief::relief(&view, rect, &surface, &ReliefSpec::new([1.0; 2]), [black_box(&mut r), &mut g, &mut b]);

@@ -2,6 +2,7 @@
 
 pub mod combine_normals;
 pub mod curvature;
+pub mod display;
 pub mod layers;
 pub mod normal;
 pub mod occlusion;

@@ -4,12 +4,16 @@
 //! upper left; diffuse Lambert, specular GGX with height-correlated Smith shadowing (E. Heitz, 2014) and Schlick's
 //! Fresnel term with 4 % at normal incidence. Ambient occlusion darkens sky and fill fully and the key light by half,
 //! which stands in for cast shadows. Metal reflects its own colour and scatters nothing; sheen is the light of fine
-//! fibres seen from the side; a coat is a second, smooth surface of 4 %. A filmic curve (K. Narkowicz's fit of ACES)
-//! ends it. Output is linear light 0..1.
+//! fibres seen from the side; a coat is a second, smooth surface of 4 %. Fibres that lie in the surface, as those of wood, reflect
+//! light of the material's own colour in a cone around them (S. Marschner et al., "Measuring and modeling the appearance of
+//! finished wood", 2005). A [`Curve`] ends it. Output is linear light 0..1.
+//!
+//! The gloss of the fill light is weighted by the square of openness: light from the side does not reach the ground of a groove.
 
-use crate::ground::math::{max, min};
+use crate::ground::math::{self, max, min};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
+use crate::surface::display::{Curve, shown};
 use shibo_engine::value::Window;
 
 /// Parameters.
@@ -23,14 +27,26 @@ pub struct ReliefSpec {
     pub azimuth: f64,
     /// Its height above the surface, radians.
     pub elevation: f64,
-    /// Factor on all light before the filmic curve.
+    /// Factor on all light before the curve.
     pub exposure: f64,
+    /// How light is shown.
+    pub curve: Curve,
+    /// How much fibres in the surface reflect.
+    pub fibers: f64,
 }
 
 impl ReliefSpec {
     /// Light from the upper left, 40° high.
     pub const fn new(step: [f64; 2]) -> Self {
-        Self { step, strength: 1.0, azimuth: 225.0_f64.to_radians(), elevation: 40.0_f64.to_radians(), exposure: 1.0 }
+        Self {
+            step,
+            strength: 1.0,
+            azimuth: 225.0_f64.to_radians(),
+            elevation: 40.0_f64.to_radians(),
+            exposure: 1.0,
+            curve: Curve::Filmic,
+            fibers: 0.0,
+        }
     }
 }
 
@@ -43,6 +59,10 @@ pub struct Surface<'a> {
     pub roughness: &'a [f32],
     /// Openness 0..1.
     pub occlusion: &'a [f32],
+    /// A normal in place of that of the height, ½ + ½n with y up.
+    pub normal: Option<[&'a [f32]; 3]>,
+    /// How much fibres lie in the surface, and their angle in degrees.
+    pub fibers: Option<[&'a [f32]; 2]>,
     /// Channels that few materials have.
     pub finish: Option<Finish<'a>>,
 }
@@ -152,6 +172,13 @@ fn render(
                 block[..n].copy_from_slice(&plane[at..at + n]);
             }
             block.rough[..n].copy_from_slice(&surface.roughness[at..at + n]);
+            block.slopes([kx, ky]);
+            if let Some(normal) = surface.normal {
+                unpack(&mut block.normal, normal, at, n);
+            }
+            if let Some(fibers) = surface.fibers {
+                block.fibers(fibers, at, n);
+            }
             block.open[..n].copy_from_slice(&surface.occlusion[at..at + n]);
             if let Some(finish) = surface.finish {
                 for (block, plane) in block.finish.iter_mut().zip([finish.metallic, finish.sheen, finish.coat]) {
@@ -159,13 +186,17 @@ fn render(
                 }
                 if let Some(lacquer) = finish.lacquer {
                     block.lacquer(&lacquer, at, n);
-                    block.shade::<2>([kx, ky], exposure, &lights);
+                    block.shade::<2>(&lights);
                 } else {
-                    block.shade::<1>([kx, ky], exposure, &lights);
+                    block.shade::<1>(&lights);
                 }
             } else {
-                block.shade::<0>([kx, ky], exposure, &lights);
+                block.shade::<0>(&lights);
             }
+            if surface.fibers.is_some() {
+                block.shine(spec.fibers as f32, &lights[0]);
+            }
+            block.show(exposure, spec.curve);
             for (plane, block) in out.iter_mut().zip(&block.out) {
                 plane[at..at + n].copy_from_slice(&block[..n]);
             }
@@ -182,6 +213,10 @@ struct Block {
     color: [[f32; BLOCK]; 3],
     rough: [f32; BLOCK],
     open: [f32; BLOCK],
+    /// With y down.
+    normal: [[f32; BLOCK]; 3],
+    /// How much fibres lie in the surface, and the cosine and sine of their angle.
+    fiber: [[f32; BLOCK]; 3],
     finish: [[f32; BLOCK]; 3],
     coat_rough: [f32; BLOCK],
     /// Of the coat, with y down; of no length where it is that of the ground.
@@ -197,6 +232,8 @@ impl Default for Block {
             color: [[0.0; BLOCK]; 3],
             rough: [1.0; BLOCK],
             open: [1.0; BLOCK],
+            normal: [[0.0; BLOCK]; 3],
+            fiber: [[0.0; BLOCK]; 3],
             finish: [[0.0; BLOCK]; 3],
             coat_rough: [COAT; BLOCK],
             coat_normal: [[0.0; BLOCK]; 3],
@@ -214,22 +251,71 @@ impl Block {
             block[..n].copy_from_slice(&plane[at..at + n]);
         }
         if let Some(normal) = lacquer.normal {
-            for ((block, plane), sign) in self.coat_normal.iter_mut().zip(normal).zip([1.0, -1.0, 1.0]) {
-                for (block, stored) in block[..n].iter_mut().zip(&plane[at..at + n]) {
-                    *block = sign * (2.0 * stored - 1.0);
-                }
+            unpack(&mut self.coat_normal, normal, at, n);
+        }
+    }
+
+    /// The normals of the height.
+    #[inline(always)]
+    fn slopes(&mut self, [kx, ky]: [f32; 2]) {
+        let [a, b, c] = &self.height;
+        let [nx, ny, nz] = &mut self.normal;
+        for i in 0..BLOCK {
+            let (x, y) = ((b[i + 2] - b[i]) * kx, (c[i + 1] - a[i + 1]) * ky);
+            let z = 1.0 / (1.0 + x * x + y * y).sqrt();
+            (nx[i], ny[i], nz[i]) = (x * z, y * z, z);
+        }
+    }
+
+    #[inline(always)]
+    fn fibers(&mut self, [lying, angle]: [&[f32]; 2], at: usize, n: usize) {
+        let [share, cosine, sine] = &mut self.fiber;
+        share[..n].copy_from_slice(&lying[at..at + n]);
+        for i in 0..n {
+            let (s, c) = math::sin_cos(angle[at + i] * (std::f32::consts::PI / 180.0));
+            (cosine[i], sine[i]) = (c, s);
+        }
+    }
+
+    /// Adds what fibres reflect: a cone around the fibre, as wide as fibres differ, in the colour of the material.
+    #[inline(always)]
+    fn shine(&mut self, gain: f32, key: &Light) {
+        let color = &self.color;
+        let [nx, ny, nz] = &self.normal;
+        let [share, cosine, sine] = &self.fiber;
+        let [red, green, blue] = &mut self.out;
+        for i in 0..BLOCK {
+            let (n, t) = ([nx[i], ny[i], nz[i]], [cosine[i], sine[i]]);
+            // The fibre lies in the surface whose normal this is.
+            let away = n[0] * t[0] + n[1] * t[1];
+            let u = [t[0] - away * n[0], t[1] - away * n[1], -away * n[2]];
+            let long = 1.0 / max((u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt(), 1e-3);
+            // The sum of the sines with the light and with the eye is 0 on the cone.
+            let off = (u[0] * key.l[0] + u[1] * key.l[1] + u[2] * (key.l[2] + 1.0)) * long;
+            let facing = max(n[0] * key.l[0] + n[1] * key.l[1] + n[2] * key.l[2], 0.0);
+            let cone = math::exp(-off * off * (0.5 / (FIBER_WIDTH * FIBER_WIDTH)));
+            let lit = gain * share[i] * facing * (0.5 + 0.5 * self.open[i]) * (cone - FIBER_MEAN);
+            for ((out, base), light) in [&mut *red, &mut *green, &mut *blue].into_iter().zip(color).zip(key.color) {
+                out[i] = max(out[i] + light * lit * base[i], 0.0);
             }
         }
     }
 
     #[inline(always)]
-    fn shade<const FINISH: u8>(&mut self, [kx, ky]: [f32; 2], exposure: f32, lights: &[Light; 2]) {
-        let [a, b, c] = &self.height;
+    fn show(&mut self, exposure: f32, curve: Curve) {
         let [red, green, blue] = &mut self.out;
         for i in 0..BLOCK {
-            let (x, y) = ((b[i + 2] - b[i]) * kx, (c[i + 1] - a[i + 1]) * ky);
-            let z = 1.0 / (1.0 + x * x + y * y).sqrt();
-            let pixel = Pixel { n: [x * z, y * z, z], rough: self.rough[i], open: self.open[i] };
+            let light = [red[i] * exposure, green[i] * exposure, blue[i] * exposure];
+            [red[i], green[i], blue[i]] = shown(curve, light);
+        }
+    }
+
+    #[inline(always)]
+    fn shade<const FINISH: u8>(&mut self, lights: &[Light; 2]) {
+        let [nx, ny, nz] = &self.normal;
+        let [red, green, blue] = &mut self.out;
+        for i in 0..BLOCK {
+            let pixel = Pixel { n: [nx[i], ny[i], nz[i]], rough: self.rough[i], open: self.open[i] };
             let base = [self.color[0][i], self.color[1][i], self.color[2][i]];
             let finish = [self.finish[0][i], self.finish[1][i], self.finish[2][i]];
             let color = match FINISH {
@@ -242,9 +328,17 @@ impl Block {
                     [lit[0] + self.emission[0][i], lit[1] + self.emission[1][i], lit[2] + self.emission[2][i]]
                 }
             };
-            red[i] = filmic(color[0] * exposure);
-            green[i] = filmic(color[1] * exposure);
-            blue[i] = filmic(color[2] * exposure);
+            [red[i], green[i], blue[i]] = color;
+        }
+    }
+}
+
+/// Stored normals, ½ + ½n with y up, as vectors with y down.
+#[inline(always)]
+fn unpack(to: &mut [[f32; BLOCK]; 3], normal: [&[f32]; 3], at: usize, n: usize) {
+    for ((block, plane), sign) in to.iter_mut().zip(normal).zip([1.0, -1.0, 1.0]) {
+        for (block, stored) in block[..n].iter_mut().zip(&plane[at..at + n]) {
+            *block = sign * (2.0 * stored - 1.0);
         }
     }
 }
@@ -280,7 +374,7 @@ impl Pixel {
         let diffuse = |k: usize| key.color[k] * key_diffuse * shadow + fill.color[k] * fill_diffuse * self.open + sky;
         Lit {
             diffuse: [diffuse(0), diffuse(1), diffuse(2)],
-            gloss: [(0.75 * key_gloss + 0.5 * wide) * shadow, fill_gloss * self.open],
+            gloss: [(0.75 * key_gloss + 0.5 * wide) * shadow, fill_gloss * self.open * self.open],
             mirror: self.open * max(0.25 + 1.2 * toward, 0.0) * (1.0 - 0.6 * rough),
         }
     }
@@ -310,7 +404,8 @@ impl Pixel {
         let rough = min(max(rough, 0.06), 1.0);
         let smooth = rough * rough * rough * rough;
         let shadow = 0.5 + 0.5 * self.open;
-        let (over_key, over_fill) = (key.shade(normal, smooth).1 * shadow, fill.shade(normal, smooth).1 * self.open);
+        let side = self.open * self.open;
+        let (over_key, over_fill) = (key.shade(normal, smooth).1 * shadow, fill.shade(normal, smooth).1 * side);
         let away = 1.0 - min(max(self.n[2], 0.0), 1.0);
         let nap = sheen * away * away;
         let channel = |k: usize| {
@@ -329,98 +424,10 @@ impl Pixel {
 /// Roughness of a coat that has none of its own.
 pub const COAT: f32 = 0.25;
 
-/// Narkowicz's fit of the ACES curve, 0..∞ → 0..1.
-#[inline(always)]
-fn filmic(x: f32) -> f32 {
-    let x = max(x, 0.0) * 0.8;
-    min((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 1.0)
-}
+/// The width of the cone in which fibres reflect, as a sum of two sines, and its mean over fibres in all directions of a level
+/// surface, by which the material becomes darker elsewhere.
+const FIBER_WIDTH: f32 = 0.3;
+const FIBER_MEAN: f32 = 0.5;
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slopes_towards_the_light_are_brighter() {
-        let (rect, big) = (Window::of(0, 0, 8, 8), Window::of(-1, -1, 10, 10));
-        let one = vec![1.0; 64];
-        let half = vec![0.3; 64];
-        let surface = Surface { color: [&half; 3], roughness: &half, occlusion: &one, finish: None };
-        let mut values = Vec::new();
-        for slope in [-0.2, 0.0, 0.2] {
-            let data: Vec<f32> = (0..100u8).map(|k| slope * f32::from(k % 10)).collect();
-            let [mut r, mut g, mut b] = [(); 3].map(|()| vec![0.0; 64]);
-            relief(&View::new(&data, big), rect, &surface, &ReliefSpec::new([1.0; 2]), [&mut r, &mut g, &mut b]);
-            assert!(r.iter().chain(&g).chain(&b).all(|v| (0.0..=1.0).contains(v)));
-            values.push(g[27]);
-        }
-        assert!(values[2] > values[1] && values[1] > values[0], "{values:?}");
-    }
-
-    /// The picture of a slope up to the lower right, of a colour with a finish. At .33 it mirrors the light.
-    fn finished(slope: f32, base: [f32; 3], finish: Option<[f32; 3]>) -> [f32; 3] {
-        lacquered(slope, base, finish, None)
-    }
-
-    /// The same, with the coat's roughness, its normal and the emission.
-    fn lacquered(
-        slope: f32,
-        base: [f32; 3],
-        finish: Option<[f32; 3]>,
-        lacquer: Option<(f32, Option<[f32; 3]>, f32)>,
-    ) -> [f32; 3] {
-        let own = lacquer.map(|(rough, normal, glow)| {
-            (vec![rough; 64], normal.map(|n| n.map(|v| vec![0.5 + 0.5 * v; 64])), vec![glow; 64])
-        });
-        let lacquer = own.as_ref().map(|(roughness, normal, glow)| Lacquer {
-            roughness,
-            normal: normal.as_ref().map(|n| n.each_ref().map(|plane| &plane[..])),
-            emission: [glow; 3],
-        });
-        let (rect, big) = (Window::of(0, 0, 8, 8), Window::of(-1, -1, 10, 10));
-        let plane = |v: f32| vec![v; 64];
-        let (color, half, one) = (base.map(plane), plane(0.5), plane(1.0));
-        let finish = finish.map(|shares| shares.map(plane));
-        let finish = finish.as_ref().map(|[metallic, sheen, coat]| Finish { metallic, sheen, coat, lacquer });
-        let surface = Surface { color: color.each_ref().map(|c| &c[..]), roughness: &half, occlusion: &one, finish };
-        let data: Vec<f32> = (0..100u8).map(|k| slope * f32::from(k % 10 + k / 10)).collect();
-        let mut out = [plane(0.0), plane(0.0), plane(0.0)];
-        let planes = out.each_mut().map(|plane| &mut plane[..]);
-        relief(&View::new(&data, big), rect, &surface, &ReliefSpec::new([1.0; 2]), planes);
-        out.map(|plane| plane[27])
-    }
-
-    #[test]
-    fn metal_coat_and_sheen_show() {
-        let red = [0.5, 0.1, 0.1];
-        let plain = finished(0.3, red, None);
-        let none = finished(0.3, red, Some([0.0; 3]));
-        assert!(plain.iter().zip(none).all(|(a, b)| (a - b).abs() < 1e-5), "{plain:?} {none:?}");
-        // Metal colours its highlight: the share of red in it is that of the metal.
-        let metal = finished(0.1, red, Some([1.0, 0.0, 0.0]));
-        assert!(metal[0] / metal[1] > 2.0, "{metal:?}");
-        // A coat shines where its own highlight is, white; sheen is bright where it is seen from the side.
-        let coat = finished(0.33, red, Some([0.0, 0.0, 1.0]));
-        assert!(coat[1] - finished(0.33, red, None)[1] > 0.05, "{coat:?}");
-        let gain = |slope| finished(slope, red, Some([0.0, 1.0, 0.0]))[1] - finished(slope, red, None)[1];
-        assert!(gain(2.0) > 0.01 && gain(0.0).abs() < 1e-6, "{} {}", gain(2.0), gain(0.0));
-    }
-
-    #[test]
-    fn a_lacquer_has_a_surface_of_its_own() {
-        let (gray, coat) = ([0.2; 3], Some([0.0, 0.0, 1.0]));
-        // As the ground where it has no normal, and as rough as a coat is.
-        let same = lacquered(0.33, gray, coat, Some((COAT, None, 0.0)));
-        assert!(same.iter().zip(finished(0.33, gray, coat)).all(|(a, b)| (a - b).abs() < 1e-6));
-        // A level coat on a slope that mirrors the light does not; one that slopes so on level ground does.
-        let level = lacquered(0.33, gray, coat, Some((COAT, Some([0.0, 0.0, 1.0]), 0.0)));
-        assert!(same[1] - level[1] > 0.05, "{same:?} {level:?}");
-        // The ground falls towards the upper left: the normal points there, which is up with y up.
-        let z = 1.0 / (1.0 + 2.0 * 0.33_f32 * 0.33).sqrt();
-        let sloping = Some([-0.33 * z, 0.33 * z, z]);
-        let tilted = lacquered(0.0, gray, coat, Some((COAT, sloping, 0.0)));
-        assert!(tilted[1] - finished(0.0, gray, coat)[1] > 0.05, "{tilted:?}");
-        let glowing = lacquered(0.0, gray, None.or(Some([0.0; 3])), Some((COAT, None, 0.3)));
-        assert!(glowing[1] > finished(0.0, gray, None)[1] + 0.05, "{glowing:?}");
-    }
-}
+mod tests;

@@ -1,15 +1,28 @@
 //! [`Relief`]: a lit picture of a surface, for looking at.
 //!
 //! Key light, weak fill and a sky; Lambert and GGX (E. Heitz, 2014), 4 % at normal incidence; ambient occlusion darkens
-//! the sky and, by half, the key light; a filmic curve comes last. See [`kernel::relief`](shibo_kernel::surface::relief). Of a
-//! material metal, sheen and coat show too, but not anisotropy. Cost: O(pixels).
+//! the sky and, by half, the key light; a curve for the screen comes last. See [`kernel::relief`](shibo_kernel::surface::relief). Of a
+//! material metal, sheen and coat show too, and with `fibers` anisotropy. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
+use shibo_engine::node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, NormalField, Output, Outputs, Rgb};
 use shibo_engine::value::{Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::tile;
+use shibo_kernel::surface::display::Curve;
 use shibo_kernel::surface::relief::{self, Finish, Lacquer, ReliefSpec, Surface};
+
+/// How light is shown on the screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Tone {
+    /// As film: channel by channel. Pale woods turn a little green, dark colours lighter.
+    #[default]
+    Filmic,
+    /// Hues are kept: in full light the base colour is shown as it is. An `exposure` of about 0.45 is full light.
+    Neutral,
+    /// As it is; what is brighter than white is cut off.
+    Linear,
+}
 
 /// A lit picture of a surface seen from above: of a height, or of a whole material. Scene-linear colour, for looking at.
 ///
@@ -37,6 +50,8 @@ pub struct Relief {
     pub roughness: Option<In<Gray>>,
     /// Ambient occlusion, 1 is open. Without it that of the material; without both 1.
     pub ao: Option<In<Gray>>,
+    /// A normal that is shown in place of that of the height, such as one with the tilt of fibres.
+    pub normal: Option<In<NormalField>>,
     /// The colour where no base colour is given.
     pub color: Color,
     /// Factor on the height: 1 is true to scale.
@@ -51,6 +66,12 @@ pub struct Relief {
     /// Factor on all light.
     #[schemars(range(min = 0, max = 1e3))]
     pub exposure: f64,
+    /// How light is shown on the screen.
+    pub tone: Tone,
+    /// How much light fibres reflect that lie in the surface, in the colour of the material: about 0.6 for wood. Their share and
+    /// their direction are the anisotropy of the material and its angle. With a `normal` that follows their tilt, figure shows.
+    #[schemars(range(min = 0, max = 4))]
+    pub fibers: f64,
 }
 
 impl Default for Relief {
@@ -61,17 +82,20 @@ impl Default for Relief {
             base_color: None,
             roughness: None,
             ao: None,
+            normal: None,
             color: Color([0.16, 0.085, 0.045]),
             strength: 1.0,
             azimuth: 225.0,
             elevation: 40.0,
             exposure: 1.0,
+            tone: Tone::Filmic,
+            fibers: 0.0,
         }
     }
 }
 
 impl Node for Relief {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[Output::new("picture", Type::Rgb, "The lit picture, scene-linear, 0..1.")];
     const FACTS: &'static [Fact] = &[];
 
@@ -99,6 +123,12 @@ impl Node for Relief {
         };
         let lacquer = [Channel::CoatRoughness, Channel::CoatNormal, Channel::Emission];
         let mut inputs = vec![height, color, roughness, ao];
+        let normal = cx.get_opt(&self.normal)?;
+        let lies = [normal.is_some(), self.fibers > 0.0 && has(&[Channel::Anisotropy])];
+        inputs.extend(normal);
+        if lies[1] {
+            inputs.extend([Channel::Anisotropy, Channel::AnisotropyAngle].map(|of| channel(None, of, &[0.0])));
+        }
         if has(&finish) || has(&lacquer) {
             inputs.extend(finish.map(|of| channel(None, of, &[0.0])));
         }
@@ -108,7 +138,7 @@ impl Node for Relief {
             inputs.extend(material.as_ref().and_then(|m| m.get(Channel::CoatNormal)).cloned());
         }
         let tiling = inputs.iter().fold(Tiling::BOTH, |tiling, input| tiling.and(input.tiling()));
-        Ok(Outputs::one(Field::new(Type::Rgb, tiling, Lit { inputs, node: self.clone() })))
+        Ok(Outputs::one(Field::new(Type::Rgb, tiling, Lit { inputs, lies, node: self.clone() })))
     }
 }
 
@@ -118,9 +148,11 @@ fn planes(tile: &Tile) -> [&[f32]; 3] {
 
 /// The lit picture; reads only the height beyond the window.
 struct Lit {
-    /// Height, colour, roughness, occlusion; of some materials also metal, sheen and coat; of some the
-    /// coat's roughness, the emission, and the coat's normal.
+    /// Height, colour, roughness, occlusion; the normal and the fibres' share and angle, if `lies` says so; of some materials
+    /// also metal, sheen and coat; of some the coat's roughness, the emission, and the coat's normal.
     inputs: Vec<Field>,
+    /// Whether there is a normal, and whether there are fibres.
+    lies: [bool; 2],
     node: Relief,
 }
 
@@ -134,11 +166,18 @@ impl FieldSource for Lit {
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let (grid, window) = (out.grid, out.window);
         let tiles: Vec<&Tile> = given.tiles().collect();
-        let [height, color, roughness, ao, finish @ ..] = &tiles[..] else { return Ok(()) };
+        let [height, color, roughness, ao, further @ ..] = &tiles[..] else { return Ok(()) };
+        let (normal, further) = further.split_at(usize::from(self.lies[0]));
+        let (fibers, finish) = further.split_at(2 * usize::from(self.lies[1]));
         let surface = Surface {
             color: [color.plane(0), color.plane(1), color.plane(2)],
             roughness: roughness.plane(0),
             occlusion: ao.plane(0),
+            normal: normal.first().map(|normal| planes(normal)),
+            fibers: match fibers {
+                [share, angle] => Some([share.plane(0), angle.plane(0)]),
+                _ => None,
+            },
             finish: match finish {
                 [metallic, sheen, coat, lacquer @ ..] => Some(Finish {
                     metallic: metallic.plane(0),
@@ -162,6 +201,12 @@ impl FieldSource for Lit {
             azimuth: self.node.azimuth.to_radians(),
             elevation: self.node.elevation.to_radians(),
             exposure: self.node.exposure,
+            curve: match self.node.tone {
+                Tone::Filmic => Curve::Filmic,
+                Tone::Neutral => Curve::Neutral,
+                Tone::Linear => Curve::Linear,
+            },
+            fibers: self.node.fibers,
         };
         relief::relief(&tile::view(height, 0), window, &surface, &spec, tile::planes3(out));
         Ok(())
@@ -173,6 +218,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{check_field, field, lumps, port, render};
+    use shibo_engine::value::Value;
 
     #[test]
     fn a_material_is_lit_as_its_channels_are() {
@@ -184,6 +230,29 @@ mod tests {
         let b = render(&whole, &[Material::new(channels).into()]);
         assert_eq!(a, b);
         assert!(a.data().iter().all(|v| (0.0..=1.0).contains(v)));
+    }
+
+    #[test]
+    fn fibres_are_those_of_the_material() {
+        let wood = |angle: f32| {
+            let channels = [(Channel::Anisotropy, 1.0), (Channel::AnisotropyAngle, angle)];
+            Value::from(Material::new(channels.map(|(c, v)| (c, Field::constant(Type::Gray, &[v])))))
+        };
+        let lit = |fibers: f64, angle: f32| {
+            let node = Relief { material: Some(port(0)), fibers, tone: Tone::Neutral, ..Relief::default() };
+            render(&node, &[wood(angle)])
+        };
+        assert_eq!(lit(0.0, 45.0), lit(0.0, 135.0));
+        assert!(lit(0.6, 135.0).data()[0] > 1.1 * lit(0.6, 45.0).data()[0]);
+        let level = Field::constant(Type::Normal, &[0.5, 0.5, 1.0]);
+        let node = Relief { height: Some(port(0)), normal: Some(port(1)), ..Relief::default() };
+        let flat = Relief { height: Some(port(0)), ..Relief::default() };
+        let flat = render(&flat, &[Field::constant(Type::Gray, &[0.0]).into()]);
+        assert_eq!(render(&node, &[lumps().into(), level.into()]), flat);
+        check_field(&field(
+            &Relief { tone: Tone::Linear, ..node },
+            &[lumps().into(), Field::constant(Type::Normal, &[0.4, 0.6, 0.9]).into()],
+        ));
     }
 
     #[test]

@@ -265,11 +265,14 @@ mod tests {
     #[test]
     fn groups_leave_places_without_pores() {
         let spread = |groups: f32| {
-            let pores = Pores::new(PoreStyle { density: [0.4; 2], groups, ..oak() }, None, Hash::new(4));
+            let style = PoreStyle { radius: [0.1; 2], density: [0.4; 2], groups, ..oak() };
+            let pores = Pores::new(style, None, Hash::new(4));
             let hash = Hash::new(9);
+            // The share of pores in squares of 1.5 mm of end grain.
             let place = |k: u64| {
                 let (x, z) = (20.0 + 100.0 * hash.unit_f32(2 * k), 300.0 * hash.unit_f32(2 * k + 1));
-                (0..200_u8).map(|i| pores.at([x + 0.01 * f32::from(i), 0.3, z], 0.0)).sum::<f32>() / 200.0
+                let at = |i: u16| [x + 0.05 * f32::from(i % 30), 0.05 * f32::from(i / 30), z];
+                (0..900).map(|i| pores.at(at(i), 0.0)).sum::<f32>() / 900.0
             };
             let all: Vec<f32> = (0..300).map(place).collect();
             let mean = all.iter().sum::<f32>() / 300.0;

@@ -190,38 +190,41 @@ fn show_nodes(graph: &mut Graph, args: &RenderArgs) -> Result<(), Quit> {
     if args.output.is_empty() {
         graph.outputs.clear();
     }
-    for name in &args.node {
-        let (index, output) = find::output(graph, name)?;
-        let node = &graph.nodes[index];
-        let ty = node.outputs[output];
-        if ty.renders().is_none() {
-            return Err(Quit::Usage(format!("`{name}` is {ty}, which is no picture; `shibo dump` prints it")));
-        }
-        let plain: String = name.chars().map(|c| if matches!(c, '/' | '.') { '_' } else { c }).collect();
-        let taken = |name: &str, graph: &Graph| graph.outputs.iter().any(|o| o.name.eq_ignore_ascii_case(name));
-        let mut file = plain.clone();
-        let mut number = 2;
-        while taken(&file, graph) {
-            file = format!("{plain}_{number}");
-            number += 1;
-        }
-        let span = node.span;
-        graph.outputs.push(GraphOutput {
-            export: None,
-            mesh: None,
-            name: file,
-            node: index,
-            output,
-            ty,
-            format: None,
-            depth: None,
-            combined: false,
-            range: None,
-            storage: Storage::default(),
-            span,
-        });
+    args.node.iter().try_for_each(|name| add_node(graph, name).map(drop))
+}
+
+/// Makes an output of what a node makes; its name, which no other output has.
+pub(crate) fn add_node(graph: &mut Graph, name: &str) -> Result<String, Quit> {
+    let (index, output) = find::output(graph, name)?;
+    let node = &graph.nodes[index];
+    let ty = node.outputs[output];
+    if ty.renders().is_none() {
+        return Err(Quit::Usage(format!("`{name}` is {ty}, which is no picture; `shibo dump` prints it")));
     }
-    Ok(())
+    let plain: String = name.chars().map(|c| if matches!(c, '/' | '.') { '_' } else { c }).collect();
+    let taken = |name: &str, graph: &Graph| graph.outputs.iter().any(|o| o.name.eq_ignore_ascii_case(name));
+    let mut file = plain.clone();
+    let mut number = 2;
+    while taken(&file, graph) {
+        file = format!("{plain}_{number}");
+        number += 1;
+    }
+    let span = node.span;
+    graph.outputs.push(GraphOutput {
+        export: None,
+        mesh: None,
+        name: file.clone(),
+        node: index,
+        output,
+        ty,
+        format: None,
+        depth: None,
+        combined: false,
+        range: None,
+        storage: Storage::default(),
+        span,
+    });
+    Ok(file)
 }
 
 fn request(args: &RenderArgs, set: &Set, sets: usize) -> RenderRequest {
@@ -268,7 +271,7 @@ fn finish(args: &RenderArgs, set: &Set, done: Report, terminal: &Terminal, start
         }
     }
     let Some(format) = args.stats else { return Ok(()) };
-    let stats = Stats::new(start, graph.canvas.resolution.to_array(), done.nodes, &done.files, set.preset.as_deref());
+    let stats = Stats::new(start, graph, done.nodes, &done.files, set.preset.as_deref());
     match format {
         StatsArg::Json => terminal.json(&stats),
         StatsArg::Human => {

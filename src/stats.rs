@@ -3,7 +3,7 @@ use crate::terminal::{Style, Text};
 use cpu_time::ProcessTime;
 use serde::Serialize;
 use shibo_engine::eval::{NodeState, NodeStats};
-use shibo_engine::graph::Graph;
+use shibo_engine::graph::{Graph, GraphUse};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -22,7 +22,60 @@ pub(crate) struct Stats {
     peak_rss_mib: Option<f64>,
     resolution: [u32; 2],
     nodes: Vec<NodeStats>,
+    /// The sub-graphs in use, those inside of others included, with the sums of what is in them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    uses: Vec<UseStats>,
     files: Vec<String>,
+}
+
+/// What was done for the nodes of a sub-graph.
+#[derive(Debug, PartialEq, Serialize)]
+pub(crate) struct UseStats {
+    name: String,
+    kind: String,
+    /// Of the states of its nodes the first of computed, disk, memory, folded and unused that there is.
+    state: NodeState,
+    seconds: f64,
+    tiles: u64,
+    nodes: usize,
+}
+
+/// The sub-graphs in use with the sums of their nodes.
+pub(crate) fn uses(nodes: &[NodeStats], uses: &[GraphUse]) -> Vec<UseStats> {
+    let rank = |state: NodeState| match state {
+        NodeState::Computed => 0,
+        NodeState::Disk => 1,
+        NodeState::Memory => 2,
+        NodeState::Folded => 3,
+        NodeState::Unused => 4,
+    };
+    let sum = |found: &GraphUse| {
+        let is_in = |name: &str| name.strip_prefix(&found.name).is_some_and(|rest| rest.starts_with(['/', '.']));
+        let inside = nodes.iter().filter(|node| is_in(&node.name));
+        let mut sum = UseStats {
+            name: found.name.clone(),
+            kind: kind(found),
+            state: NodeState::Unused,
+            seconds: 0.0,
+            tiles: 0,
+            nodes: 0,
+        };
+        for node in inside {
+            sum.seconds += node.seconds;
+            sum.tiles += node.tiles;
+            sum.nodes += 1;
+            if rank(node.state) < rank(sum.state) {
+                sum.state = node.state;
+            }
+        }
+        sum
+    };
+    uses.iter().map(sum).collect()
+}
+
+fn kind(found: &GraphUse) -> String {
+    let stem = found.path.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
+    format!("Use {stem}")
 }
 
 /// A line of the table: a node, or a sub-graph with all that is in it.
@@ -41,7 +94,7 @@ impl Stats {
     /// Of the process so far.
     pub(crate) fn new(
         start: Instant,
-        resolution: [u32; 2],
+        graph: &Graph,
         nodes: Vec<NodeStats>,
         files: &[PathBuf],
         preset: Option<&str>,
@@ -51,7 +104,8 @@ impl Stats {
             wall_s: start.elapsed().as_secs_f64(),
             cpu_s: ProcessTime::try_now().map_or(0.0, |time| time.as_duration().as_secs_f64()),
             peak_rss_mib: peak_rss_mib(),
-            resolution,
+            resolution: graph.canvas.resolution.to_array(),
+            uses: uses(&nodes, &graph.uses),
             nodes,
             files: files.iter().map(|path| path.to_string_lossy().into_owned()).collect(),
         }
@@ -59,10 +113,7 @@ impl Stats {
 
     /// The same as a table, the most costly first.
     pub(crate) fn table(&self, page: &mut Text, graph: &Graph) {
-        let kinds = graph.uses.iter().map(|found| {
-            let stem = found.path.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
-            (found.name.as_str(), format!("Use {stem}"))
-        });
+        let kinds = graph.uses.iter().map(|found| (found.name.as_str(), kind(found)));
         let rows = rows(&self.nodes, &kinds.collect());
         let total: f64 = rows.iter().map(|row| row.seconds).sum();
         let shown: Vec<&Row> = rows.iter().filter(|row| row.seconds > SHOWN * total).collect();
@@ -137,5 +188,10 @@ mod tests {
         let sum = Row { name: "u".into(), kind: "Use part".into(), seconds: 1.0, tiles: 6, nodes: 3, spared: 1 };
         assert_eq!(rows[0], sum);
         assert_eq!((rows[1].name.as_str(), rows[1].kind.as_str(), rows.len()), ("a", "K", 2));
+        let part = |name: &str| GraphUse { name: name.into(), path: "part.ron".into(), outputs: Vec::new() };
+        let sums = super::uses(&nodes, &[part("u"), part("u/v"), part("none")]);
+        assert_eq!((sums[0].state, sums[0].seconds, sums[0].nodes), (NodeState::Computed, 1.0, 3));
+        assert_eq!((sums[1].state, sums[1].seconds, sums[1].nodes), (NodeState::Disk, 0.5, 1));
+        assert_eq!((sums[2].state, sums[2].nodes, sums[2].kind.as_str()), (NodeState::Unused, 0, "Use part"));
     }
 }

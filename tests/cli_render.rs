@@ -26,6 +26,35 @@ fn states(stats: &Json) -> Vec<(String, String)> {
 }
 
 #[test]
+fn only_what_no_output_reaches_is_unused() {
+    let desk = Desk::with_graph();
+    desk.write(
+        "part.ron",
+        "(nodes: { \"n\": Perlin(size: 2), \"m\": Material(roughness: 0.5, height: \"n\") }, outputs: { \"m\": \"m\" })",
+    );
+    desk.write(
+        "u.ron",
+        "(canvas: (size_mm: 8, resolution: 32), imports: { \"part\": \"part.ron\" },
+          nodes: { \"u\": Use(graph: \"part\"), \"spare\": Perlin(size: 1), \"one\": Constant(value: 1),
+                   \"set\": SetChannels(material: \"u.m\", roughness: \"one\") },
+          outputs: { \"o\": \"set\" })",
+    );
+    for _ in 0..2 {
+        // Also when nothing is left to be done.
+        let stats = desk.shibo("render u.ron --stats json").expect(0).json();
+        let unused: Vec<String> =
+            states(&stats).into_iter().filter(|(_, state)| state == "unused").map(|(name, _)| name).collect();
+        assert_eq!(unused, ["spare"], "{stats}");
+        let uses = stats["uses"].as_array().unwrap();
+        assert_eq!((uses.len(), &uses[0]["name"], &uses[0]["kind"]), (1, &"u".into(), &"Use part".into()), "{stats}");
+        let inside =
+            stats["nodes"].as_array().unwrap().iter().filter(|n| n["name"].as_str().unwrap().starts_with("u/"));
+        let sum: f64 = inside.map(|n| n["seconds"].as_f64().unwrap()).sum();
+        assert!((uses[0]["seconds"].as_f64().unwrap() - sum).abs() < 1e-9 && uses[0]["nodes"].as_u64() >= Some(2));
+    }
+}
+
+#[test]
 fn a_second_run_computes_nothing() {
     let desk = Desk::with_graph();
     let first = desk.shibo("render a.ron --stats json").expect(0).json();

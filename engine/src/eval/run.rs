@@ -264,10 +264,11 @@ impl<'g> Run<'g> {
 
     /// What was done for each node, in the order of the graph.
     pub fn stats(&self) -> Vec<NodeStats> {
-        self.graph.nodes.node_indices().map(|index| self.node_stats(index)).collect()
+        let needed = self.graph.needed();
+        self.graph.nodes.node_indices().map(|index| self.node_stats(index, needed[index.index()])).collect()
     }
 
-    fn node_stats(&self, index: NodeIndex) -> NodeStats {
+    fn node_stats(&self, index: NodeIndex, needed: bool) -> NodeStats {
         let node = &self.graph.nodes[index];
         // A value that a node only passes on is the work of another one.
         let own = usize::from(keys::no_op_slot(self.graph, node).is_some())..node.node.outputs().len();
@@ -277,6 +278,7 @@ impl<'g> Run<'g> {
             Work { computed: 1.., .. } => NodeState::Computed,
             Work { disk: 1.., .. } => NodeState::Disk,
             Work { memory: 1.., .. } => NodeState::Memory,
+            _ if needed => NodeState::Folded,
             _ => NodeState::Unused,
         };
         let tiles = if node.outputs.iter().any(|ty| ty.is_field()) { work.computed } else { 0 };

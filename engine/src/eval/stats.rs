@@ -14,7 +14,10 @@ pub enum NodeState {
     Memory,
     /// It was on disk.
     Disk,
-    /// Nothing asked for it.
+    /// An output needs it, but it did not have to be made by itself: those that read it compute it with their own values, or
+    /// what they make of it was at hand.
+    Folded,
+    /// No output needs it.
     Unused,
 }
 

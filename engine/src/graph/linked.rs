@@ -4,6 +4,7 @@ use crate::diagnostics::{Diagnostic, SourceMap, Span};
 use crate::export::{Program, Shading};
 use crate::node::DynNode;
 use crate::value::{Canvas, ChannelSet, Field, Type};
+use petgraph::Direction;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,6 +31,29 @@ pub struct Graph {
     pub warnings: Vec<Diagnostic>,
     /// Where `canvas` is written, for problems of the picture's size.
     pub canvas_span: Span,
+}
+
+impl Graph {
+    /// For each node whether an output depends on it: on its values, or on the mesh that it makes.
+    pub fn needed(&self) -> Vec<bool> {
+        let mut needed = vec![false; self.nodes.node_count()];
+        let mut waiting: Vec<NodeIndex> = Vec::new();
+        for output in &self.outputs {
+            waiting.push(output.node);
+            if let Some(ExportMesh::Atlas { node, .. }) = output.mesh {
+                waiting.push(node);
+            }
+            if let Some(Export::Pack(sources)) = output.export {
+                waiting.extend(sources.into_iter().flatten().map(|(node, _)| node));
+            }
+        }
+        while let Some(index) = waiting.pop() {
+            if !std::mem::replace(&mut needed[index.index()], true) {
+                waiting.extend(self.nodes.neighbors_directed(index, Direction::Incoming));
+            }
+        }
+        needed
+    }
 }
 
 /// The use of a sub-graph.

@@ -10,13 +10,18 @@ const NAMED: usize = 3;
 impl Graph {
     /// Advice that needs the whole graph: a warning for each node that keeps outputs from repeating with the canvas.
     pub fn advice(&self) -> Vec<Diagnostic> {
+        self.breaks_in_tiling().into_iter().map(|(_, warning)| warning).collect()
+    }
+
+    /// The nodes that keep outputs from repeating with the canvas, each with a warning that says so.
+    pub fn breaks_in_tiling(&self) -> Vec<(NodeIndex, Diagnostic)> {
         let order = petgraph::algo::toposort(&self.nodes, None).unwrap_or_default();
         let at_fault = self.at_fault(&order);
         let outputs = self.outputs_of(&order, &at_fault);
         let mut found: Vec<NodeIndex> =
             order.into_iter().filter(|node| at_fault[node.index()] && !outputs[node.index()].is_empty()).collect();
         found.sort_unstable();
-        found.into_iter().map(|node| self.breaks_tiling(&self.nodes[node], &outputs[node.index()])).collect()
+        found.into_iter().map(|node| (node, self.breaks_tiling(&self.nodes[node], &outputs[node.index()]))).collect()
     }
 
     /// For each node whether it does not repeat as the canvas does, although all that it reads does.

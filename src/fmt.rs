@@ -2,13 +2,13 @@
 use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
+use crate::write;
 use clap::Args;
 use shibo_engine::diagnostics::SourceMap;
 use shibo_engine::graph::Limits;
-use shibo_engine::picture::AtomicFile;
 use shibo_engine::syntax::{Tree, format};
 use std::fs;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {
             Ok(text) if text.before == text.after => {}
             Ok(_) if args.check => listed += &format!("{}\n", path.display()),
             Ok(text) => {
-                replace(&path, &text.after)
+                write::replace(&path, &text.after)
                     .map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", path.display())))?;
                 terminal.say(&format!("laid out {}", path.display()));
             }
@@ -148,13 +148,3 @@ fn lay_out(path: &Path, bytes: Vec<u8>, terminal: &Terminal) -> Result<Text, Qui
 
 /// The most mistakes of one file that are shown.
 const MOST: usize = 20;
-
-/// Replaces the content of a file, or of what a link to a file leads to. It keeps its permissions.
-fn replace(path: &Path, text: &str) -> io::Result<()> {
-    let path = path.canonicalize()?;
-    let permissions = fs::metadata(&path)?.permissions();
-    let mut file = AtomicFile::create(&path)?;
-    file.write_all(text.as_bytes())?;
-    file.set_permissions(permissions)?;
-    file.commit()
-}

@@ -29,6 +29,8 @@ mod target;
 mod templates;
 mod terminal;
 mod watch;
+mod write;
+mod zip;
 
 use args::{Cli, Command};
 use clap::Parser;

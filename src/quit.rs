@@ -21,6 +21,15 @@ impl Quit {
         Self::Failed(anyhow::Error::msg(message.into()))
     }
 
+    /// What went wrong, for those who read it elsewhere.
+    pub(crate) fn text(&self) -> String {
+        match self {
+            Self::Shown | Self::Closed => "it could not be done".to_owned(),
+            Self::Failed(error) => format!("{error:#}"),
+            Self::Usage(message) => message.clone(),
+        }
+    }
+
     /// Prints what was not printed yet, and gives the exit code.
     pub(crate) fn code(&self, terminal: &Terminal) -> ExitCode {
         match self {

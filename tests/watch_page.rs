@@ -151,7 +151,7 @@ fn the_lit_view_draws_the_material() {
     let generation = page.eval("document.getElementById('lit').dataset.generation");
     place.write(&place.text().replace("resolution: 1024", "resolution: 512"));
     page.wait(&format!("document.getElementById('lit').dataset.generation != {generation}"));
-    assert_calm(&page, "410");
+    assert_calm(&page, "");
 }
 
 /// A graph whose material lies on a mesh of that shape.
@@ -181,7 +181,7 @@ fn the_mesh_of_the_graph_wears_the_material() {
     let mut page = open(&browser, &watch);
     page.key("2");
     // It is the first shape that is shown.
-    page.wait(&format!("!{MESH}.hidden && {MESH}.classList.contains('on')"));
+    page.wait(&format!("!{MESH}.hidden && {MESH}.ariaPressed == 'true'"));
     page.wait("document.getElementById('lit').dataset.drawn > 1");
     let (count, differ) = colours(&mut page);
     assert!(count > 100 && differ, "{count} colours");
@@ -190,8 +190,8 @@ fn the_mesh_of_the_graph_wears_the_material() {
     place.write(&on_a_mesh("Cube"));
     page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
     place.write(&plain(0.5));
-    page.wait(&format!("{MESH}.hidden && !{MESH}.classList.contains('on')"));
-    assert_calm(&page, "410");
+    page.wait(&format!("{MESH}.hidden && {MESH}.ariaPressed != 'true'"));
+    assert_calm(&page, "");
 }
 
 /// Row C20: strokes are drawn on the mesh by hand, and are text for the graph.
@@ -249,7 +249,7 @@ fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
     assert_eq!(page.eval(TEXT).as_str().expect("text").lines().count(), 3);
     page.eval("document.querySelector('[data-stroke=clear]').click()");
     assert_eq!(page.eval(TEXT).as_str(), Some(""));
-    assert_calm(&page, "410");
+    assert_calm(&page, "");
 }
 
 #[test]
@@ -285,7 +285,7 @@ fn every_node_can_be_looked_at() {
         }
     }
     page.wait(&format!("{ROOT}.shown?.startsWith('@') && {ROOT}.target.startsWith('@')"));
-    assert_calm(&page, "404");
+    assert_calm(&page, "");
 }
 
 #[test]
@@ -313,7 +313,7 @@ fn what_is_no_picture_is_drawn() {
             );
             page.screenshot();
         }
-        assert_calm(&page, "404");
+        assert_calm(&page, "");
     }
 }
 
@@ -385,7 +385,7 @@ fn the_page_fits_small_and_large_screens() {
         }
         page.screenshot();
     }
-    assert_calm(&page, "404");
+    assert_calm(&page, "");
 }
 
 #[test]
@@ -461,4 +461,11 @@ fn figures_of_latency() {
         times.sort_by(f64::total_cmp);
         println!("save of an edit {what} to its 512² picture on the page: {times:.0?} ms");
     }
+    // Dragging a slider: how many pictures a second are seen.
+    let seen = page.eval(&format!(
+        "(async () => {{ const s = document.querySelector('[data-param=roughness] input[type=range]'); const seen = new Set(); const end = Date.now() + 3000; \
+         for (let i = 0; Date.now() < end; i += 1) {{ s.value = 0.3 + (i % 200) * 0.001; s.dispatchEvent(new Event('input', {{ bubbles: true }})); \
+         await new Promise(done => setTimeout(done, 16)); seen.add({ROOT}.picture); }} return seen.size; }})()"
+    ));
+    println!("a drag of a slider late in the graph: {:.1} pictures a second", seen.as_f64().unwrap() / 3.0);
 }

@@ -1,6 +1,4 @@
 //! `shibo pack`: a graph and all that it reads in one file.
-mod zip;
-
 use crate::args::ValueArgs;
 use crate::environment;
 use crate::library;
@@ -8,6 +6,7 @@ use crate::open;
 use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
+use crate::zip;
 use clap::Args;
 use shibo_engine::diagnostics::{Code, Diagnostic, Origin};
 use shibo_engine::graph::Graph;

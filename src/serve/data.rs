@@ -1,5 +1,6 @@
 //! Answers about one target: its picture, a tile of it, its value at a place, its data.
 use super::handlers::{AboutQuery, App, No, Of, png};
+use super::levels;
 use super::object;
 use super::paint::Painter;
 use super::scene::{Scene, Sight, Target, lock};
@@ -16,10 +17,8 @@ use shibo_engine::value::{Type, Value, Window, linear_to_srgb};
 
 /// The width and height of a tile of a picture that is not sent whole.
 const TILE: u32 = 512;
-/// The longest side of a thumbnail.
-const THUMB: u32 = 96;
 
-type Query2<T> = Result<Query<T>, QueryRejection>;
+pub(super) type Query2<T> = Result<Query<T>, QueryRejection>;
 
 /// What a query about a target, and a size, says.
 #[derive(Debug, Deserialize)]
@@ -34,7 +33,8 @@ pub(super) struct Sized {
 pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result<Response, No> {
     let Query(Sized { g, t, s }) = query?;
     let scene = app.scene(g)?;
-    let target = scene.target(&t).ok_or(No::Unknown)?;
+    // A node may be gone from the file while somebody looks at it.
+    let target = scene.target(&t).ok_or(No::Nothing)?;
     app.stage.set_focus(&t);
     let longest = s.clamp(1, super::WHOLE);
     let answer = app.look(&scene, move |look, stage, scene| describe(look, stage, scene, &target, longest)).await?;
@@ -50,6 +50,7 @@ fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, long
         "kind": node.kind,
         "doc": output.map_or("", |o| o.doc),
         "text": wiring::text(node, &scene.graph.sources),
+        "fields": wiring::constants(scene, node, stage.session.registry()),
         "generation": scene.generation,
     });
     if let Some(Value::Material(material)) = look.value(target.node, target.output)? {
@@ -108,34 +109,7 @@ pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result
             Ok(Painter::new(manner.ty, range).png(&tile, &|| look.is_over()))
         })
         .await?;
-    bytes.map(|bytes| png(bytes.into())).ok_or(No::Unknown)
-}
-
-/// What a query about a node says.
-#[derive(Debug, Deserialize)]
-pub(super) struct Node {
-    g: u64,
-    /// The node's number.
-    n: usize,
-}
-
-/// A small picture of the main output of a node.
-pub(super) async fn thumb(State(app): State<App>, query: Query2<Node>) -> Result<Response, No> {
-    let Query(Node { g, n }) = query?;
-    let scene = app.scene(g)?;
-    let node = petgraph::graph::NodeIndex::new(n);
-    let name = scene.graph.nodes.node_weight(node).ok_or(No::Unknown)?.name.clone();
-    let target = Target { name: format!("@{name}"), node, output: 0, channel: None };
-    let stored = app
-        .look(&scene, move |look, stage, scene| match scene.sight(look, &target)? {
-            Some(Sight::Field(field, manner)) => {
-                scene.picture(look, &stage.store, &target, (&field, manner), scene.size(THUMB)).map(Some)
-            }
-            Some(Sight::Pixels(pixels)) => Ok(Some(scene.pixels(&stage.store, &target, &pixels, THUMB))),
-            _ => Ok(None),
-        })
-        .await?;
-    stored.map(|stored| png(stored.png.clone())).ok_or(No::Unknown)
+    bytes.map(|bytes| png(bytes.into())).ok_or(No::Nothing)
 }
 
 /// What a query about a pixel says.
@@ -175,7 +149,7 @@ pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Resul
             Ok(Some(answer))
         })
         .await?;
-    answer.map(|answer| Json(answer).into_response()).ok_or(No::Unknown)
+    answer.map(|answer| Json(answer).into_response()).ok_or(No::Nothing)
 }
 
 /// The data of an object, thinned out for drawing.
@@ -188,14 +162,24 @@ pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<
             Ok(object::object(ty, &sketch, &scene.graph.canvas))
         })
         .await?;
-    data.map(|data| Json(data).into_response()).ok_or(No::Unknown)
+    data.map(|data| Json(data).into_response()).ok_or(No::Nothing)
 }
 
-/// The boxes and wires of the graph.
-pub(super) async fn graph(State(app): State<App>, query: Query2<Of>) -> Result<Response, No> {
-    let scene = app.scene(query?.g)?;
-    let drawn = tokio::task::spawn_blocking(move || wiring::wiring(&scene.graph)).await;
-    drawn.map(|drawn| Json(drawn).into_response()).map_err(|_| No::Unknown)
+/// What a query about a level of the graph says.
+#[derive(Debug, Deserialize)]
+pub(super) struct Level {
+    g: u64,
+    /// The sub-graph; the graph itself without.
+    #[serde(default)]
+    u: String,
+}
+
+/// The boxes and wires of the graph, or of a sub-graph of it.
+pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Result<Response, No> {
+    let Query(Level { g, u }) = query?;
+    let scene = app.scene(g)?;
+    let drawn = tokio::task::spawn_blocking(move || levels::level(&scene.graph, &u)).await;
+    drawn.map_err(|_| No::Unknown)?.map(|drawn| Json(drawn).into_response()).ok_or(No::Nothing)
 }
 
 /// What was done for each node.

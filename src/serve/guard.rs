@@ -1,4 +1,5 @@
 //! Which requests are answered, and what browsers may do with the answers.
+use super::connections::Acquaintance;
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
@@ -69,8 +70,12 @@ pub(super) async fn guard(State(guard): State<Arc<Guard>>, request: Request<Body
     let uri = request.uri();
     let authority = uri.authority().map(ToString::to_string);
     let mut response = match guard.refusal(request.method(), uri.path(), authority.as_deref(), request.headers()) {
-        Some(status) => status.into_response(),
-        None => next.run(request).await,
+        // A stranger must not keep the connection.
+        Some(status) => (status, [(header::CONNECTION, "close")]).into_response(),
+        None => {
+            request.extensions().get::<Acquaintance>().into_iter().for_each(Acquaintance::make);
+            next.run(request).await
+        }
     };
     for (name, value) in HEADERS {
         response.headers_mut().entry(name).or_insert(HeaderValue::from_static(value));

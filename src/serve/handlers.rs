@@ -3,7 +3,7 @@ use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::scene::{Scene, Target, View};
 use super::stage::{News, Stage, Values};
-use super::{data, editor, map, mesh};
+use super::{change, data, editor, export, map, mesh, thumb, wear};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::rejection::{BytesRejection, QueryRejection};
@@ -70,14 +70,20 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps)
         .route("/{token}/picture/{file}", get(picture))
         .route("/{token}/look", get(data::look))
         .route("/{token}/tile", get(data::tile))
-        .route("/{token}/thumb", get(data::thumb))
+        .route("/{token}/thumb", get(thumb::thumb))
+        .route("/{token}/vary", get(thumb::vary))
         .route("/{token}/probe", get(data::probe))
         .route("/{token}/object", get(data::object))
         .route("/{token}/map", get(map::map))
+        .route("/{token}/wear", get(wear::wear))
         .route("/{token}/mesh", get(mesh::mesh))
         .route("/{token}/graph", get(data::graph))
         .route("/{token}/stats", get(data::stats))
         .route("/{token}/values", post(values))
+        .route("/{token}/change", post(change::change))
+        .route("/{token}/export", post(export::export))
+        .route("/{token}/export/{id}", get(export::fetch))
+        .route("/{token}/export/{id}/stop", post(export::stop))
         .route("/{token}/show", post(editor::show))
         .route("/{token}/jump", post(editor::jump))
         .layer(DefaultBodyLimit::max(BODY))
@@ -91,8 +97,12 @@ pub(super) enum No {
     Bad(String),
     /// There is no such thing.
     Unknown,
-    /// The request is about a graph that is no longer shown.
+    /// What is asked for has no answer of that kind: an object has no picture.
+    Nothing,
+    /// The request is about a graph that is no longer shown. That is nothing to complain of: pages cannot know it yet.
     Superseded,
+    /// The file is not what the request is based on.
+    Conflict(String),
     /// There are too many requests at once.
     Busy,
     /// It cannot be made; the reason is among the errors that are shown.
@@ -104,7 +114,8 @@ impl IntoResponse for No {
         let (status, text) = match self {
             Self::Bad(text) => (StatusCode::BAD_REQUEST, text),
             Self::Unknown => (StatusCode::NOT_FOUND, String::new()),
-            Self::Superseded => (StatusCode::GONE, String::new()),
+            Self::Nothing | Self::Superseded => (StatusCode::NO_CONTENT, String::new()),
+            Self::Conflict(text) => (StatusCode::CONFLICT, text),
             Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, String::new()),
             Self::Failed(text) => (StatusCode::UNPROCESSABLE_ENTITY, text),
         };
@@ -147,6 +158,11 @@ pub(super) struct About {
 }
 
 impl App {
+    /// Other values of parameters are wished; whether somebody took note.
+    pub(super) fn wish(&self, values: Values) -> bool {
+        (self.wishes)(values)
+    }
+
     /// The scene of that generation.
     pub(super) fn scene(&self, generation: u64) -> Result<Arc<Scene>, No> {
         let scene = self.stage.scene().ok_or(No::Unknown)?;
@@ -172,12 +188,25 @@ impl App {
         scene: &Arc<Scene>,
         work: impl FnOnce(&Look<'_>, &Stage, &Scene) -> Result<T, Failure> + Send + 'static,
     ) -> Result<T, No> {
+        let of = scene.clone();
+        let look = move |stage: &Stage, token: &CancelToken| {
+            stage.session.look(&of.graph, &of.keys, token, &Silent, |look| work(look, stage, &of))
+        };
+        self.apart(scene, look).await
+    }
+
+    /// Lets `work` run as long as the page waits for it and the scene is the one being shown.
+    pub(super) async fn apart<T: Send + 'static>(
+        &self,
+        scene: &Arc<Scene>,
+        work: impl FnOnce(&Stage, &CancelToken) -> Result<T, Failure> + Send + 'static,
+    ) -> Result<T, No> {
         let view = View::new(scene);
         let place = self.queue().await?;
-        let (stage, scene, token): (_, _, CancelToken) = (self.stage.clone(), scene.clone(), view.token());
+        let (stage, token) = (self.stage.clone(), view.token());
         let task = tokio::task::spawn_blocking(move || {
             let _place = place;
-            stage.session.look(&scene.graph, &scene.keys, &token, &Silent, |look| work(look, &stage, &scene))
+            work(&stage, &token)
         });
         let result = task.await.map_err(|_| No::Failed("it could not be made".to_owned()))?;
         drop(view);
@@ -194,7 +223,9 @@ async fn state(State(app): State<App>) -> Response {
 }
 
 async fn picture(State(app): State<App>, Path((_, file)): Path<(String, String)>) -> Result<Response, No> {
-    let stored = file.strip_suffix(".png").and_then(|id| app.stage.picture(id)).ok_or(No::Unknown)?;
+    let id = file.strip_suffix(".png").ok_or(No::Unknown)?;
+    let id = Some(id).filter(|id| id.len() == 32 && id.bytes().all(|b| b.is_ascii_hexdigit())).ok_or(No::Unknown)?;
+    let stored = app.stage.picture(id).ok_or(No::Nothing)?;
     Ok(png(stored.png.clone()))
 }
 
@@ -265,7 +296,7 @@ async fn values(
         return Err(StatusCode::UNSUPPORTED_MEDIA_TYPE.into_response());
     }
     let values: Values = serde_json::from_slice(&body).map_err(|e| No::Bad(e.to_string()).into_response())?;
-    if (app.wishes)(values) { Ok(StatusCode::ACCEPTED) } else { Err(No::Busy.into_response()) }
+    if app.wish(values) { Ok(StatusCode::ACCEPTED) } else { Err(No::Busy.into_response()) }
 }
 
 /// The query of a request about a target.

@@ -1,6 +1,6 @@
 //! Fields as textures for the lit view: plain samples without a file around them.
 use super::handlers::{App, No};
-use super::scene::Sight;
+use super::scene::{Manner, Sight};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::HeaderName;
@@ -21,23 +21,27 @@ pub(super) struct Texture {
     t: String,
     /// The longest side.
     s: u32,
+    /// Whether to send the numbers as they are, for measuring.
+    #[serde(default)]
+    exact: bool,
 }
 
 /// A field by rows from the top. The header `x-map` says `WIDTH HEIGHT FORM`: `rgba8` for colours (sRGB-encoded) and
-/// normals, `r16f` for everything that has one channel.
+/// normals, `r16f` for everything that has one channel. Exact numbers have the form `f32x1` to `f32x4`, by rows and not by planes,
+/// and the header ends in the unit of the values if they have one.
 pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, QueryRejection>) -> Result<Response, No> {
-    let Query(Texture { g, t, s }) = query?;
+    let Query(Texture { g, t, s, exact }) = query?;
     let scene = app.scene(g)?;
     let target = scene.target(&t).ok_or(No::Unknown)?;
     let size = scene.size(s.clamp(1, LONGEST));
     let samples = app
         .look(&scene, move |look, _, scene| {
-            let Some(Sight::Field(field, _)) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
-            Ok(Some(samples(field.ty(), &tile)))
+            Ok(Some(if exact { numbers(manner, &tile) } else { samples(field.ty(), &tile) }))
         })
         .await?;
-    let (form, bytes) = samples.ok_or(No::Unknown)?;
+    let (form, bytes) = samples.ok_or(No::Nothing)?;
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (HeaderName::from_static("x-map"), format!("{} {} {form}", size.x, size.y)),
@@ -45,10 +49,21 @@ pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, Qu
     Ok((head, bytes).into_response())
 }
 
-fn samples(ty: Type, tile: &Tile) -> (&'static str, Vec<u8>) {
+fn numbers(manner: Manner, tile: &Tile) -> (String, Vec<u8>) {
+    let channels = tile.channels();
+    let mut bytes = vec![0; tile.window.len() * channels * 4];
+    for c in 0..channels {
+        let places = bytes.chunks_exact_mut(4).skip(c).step_by(channels);
+        places.zip(tile.plane(c)).for_each(|(place, v)| place.copy_from_slice(&v.to_le_bytes()));
+    }
+    let unit = if manner.unit == "°" { "deg" } else { manner.unit };
+    (format!("f32x{channels} {} {unit}", manner.ty), bytes)
+}
+
+fn samples(ty: Type, tile: &Tile) -> (String, Vec<u8>) {
     if tile.channels() == 1 {
         let bytes = tile.plane(0).iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect();
-        return ("r16f", bytes);
+        return ("r16f".to_owned(), bytes);
     }
     let srgb = (ty == Type::Rgb).then(SrgbEncoder::new);
     let code = |v: f32| match &srgb {
@@ -61,7 +76,7 @@ fn samples(ty: Type, tile: &Tile) -> (&'static str, Vec<u8>) {
             pixel[c] = code(*v);
         }
     }
-    ("rgba8", bytes)
+    ("rgba8".to_owned(), bytes)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]

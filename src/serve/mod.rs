@@ -2,12 +2,16 @@
 //!
 //! A request must hold the token of the run, and must have been sent to exactly this address: the Host header, and Origin
 //! if there is one, are compared. Nothing in a request is ever used as a path on disk. Everything is read-only except the
-//! values of parameters.
+//! values of parameters, and the graph file itself, which is changed only as long as its content is what the page has seen.
 mod assets;
+mod change;
+mod connections;
 mod data;
 mod editor;
+mod export;
 mod guard;
 mod handlers;
+mod levels;
 mod map;
 mod mesh;
 mod object;
@@ -16,6 +20,9 @@ mod scene;
 mod sights;
 mod stage;
 mod store;
+mod texts;
+mod thumb;
+mod wear;
 mod wiring;
 
 pub(crate) use editor::Place;
@@ -25,22 +32,11 @@ pub(crate) use store::Store;
 
 use crate::quit::Quit;
 use guard::Guard;
-use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
 use std::io::ErrorKind;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
-use tokio::sync::Semaphore;
-
-/// The most connections at a time; more wait.
-const CONNECTIONS: usize = 256;
-/// The most bytes of the head of a request.
-const HEAD: usize = 32 << 10;
-/// How long a request may take to arrive, and an idle connection may stay.
-const ARRIVAL: Duration = Duration::from_secs(15);
 
 /// A server at work.
 pub(crate) struct Server {
@@ -84,35 +80,8 @@ pub(crate) fn start(
     let token = token()?;
     let url = format!("http://127.0.0.1:{port}/{token}/");
     let app = handlers::router(stage, (Arc::new(wishes), Arc::new(jump)), Guard::new(port, &token));
-    runtime.spawn(accept(listener, app));
+    runtime.spawn(connections::accept(listener, app));
     Ok(Server { url, runtime })
-}
-
-async fn accept(listener: TcpListener, app: axum::Router) {
-    let room = Arc::new(Semaphore::new(CONNECTIONS));
-    loop {
-        let Ok(place) = room.clone().acquire_owned().await else { return };
-        let stream = match listener.accept().await {
-            Ok((stream, _)) => stream,
-            Err(_) => {
-                // Out of file handles, most likely: some will be closed.
-                tokio::time::sleep(Duration::from_millis(50)).await;
-                continue;
-            }
-        };
-        let _ = stream.set_nodelay(true);
-        let service = TowerToHyperService::new(app.clone());
-        tokio::spawn(async move {
-            let connection = hyper::server::conn::http1::Builder::new()
-                .timer(TokioTimer::new())
-                .header_read_timeout(ARRIVAL)
-                .max_buf_size(HEAD)
-                .serve_connection(TokioIo::new(stream), service);
-            // The browser may close the connection at any time.
-            let _ = connection.await;
-            drop(place);
-        });
-    }
 }
 
 /// 128 random bits.

@@ -39,6 +39,18 @@ impl Painter {
 
     /// A tile as PNG; nothing if it was stopped.
     pub(crate) fn png(&self, tile: &Tile, until: &(dyn Fn() -> bool + Sync)) -> Option<Vec<u8>> {
+        let (bytes, channels) = self.bytes(tile, until);
+        encode(&bytes, tile.window.width, tile.window.height, channels, until)
+    }
+
+    /// The same as a small picture, at most `longest` pixels wide and high: the large one, shrunk.
+    pub(crate) fn small(&self, tile: &Tile, longest: u32) -> (Vec<u8>, [u32; 2]) {
+        let (bytes, channels) = self.bytes(tile, &|| false);
+        small(&bytes, [tile.window.width, tile.window.height], channels, longest)
+    }
+
+    /// The pixels, by rows, and how many channels they have.
+    fn bytes(&self, tile: &Tile, until: &(dyn Fn() -> bool + Sync)) -> (Vec<u8>, usize) {
         let channels = if self.ty == Type::Gray { 1 } else { 3 };
         let width = tile.width();
         let mut bytes = vec![0; width * tile.height() * channels];
@@ -48,7 +60,7 @@ impl Painter {
             }
         };
         bytes.par_chunks_mut((width * channels).max(1)).enumerate().for_each(paint);
-        encode(&bytes, tile.window.width, tile.window.height, channels, until)
+        (bytes, channels)
     }
 
     fn row(&self, tile: &Tile, y: usize, out: &mut [u8]) {
@@ -81,6 +93,31 @@ impl Painter {
         let [lo, hi] = self.range;
         ((value - lo) / (hi - lo).max(f32::MIN_POSITIVE) * 255.0 + 0.5) as u8
     }
+}
+
+/// Pixels as a picture that is at most `longest` pixels wide and high, each the mean of those that it covers, as PNG.
+pub(crate) fn small(bytes: &[u8], [width, height]: [u32; 2], channels: usize, longest: u32) -> (Vec<u8>, [u32; 2]) {
+    let side = u64::from(width.max(height)).max(1);
+    let scaled = |n: u32| match u64::from(n) * u64::from(longest) {
+        _ if side <= u64::from(longest) => n,
+        wide => u32::try_from(wide.div_ceil(side)).unwrap_or(n).max(1),
+    };
+    let size = [scaled(width), scaled(height)];
+    let [w, h, columns, rows] = [width, height, size[0], size[1]].map(|n| n as usize);
+    let mut out = Vec::with_capacity(columns * rows * channels);
+    for y in 0..rows {
+        let (top, bottom) = (y * h / rows, ((y + 1) * h / rows).max(y * h / rows + 1));
+        for x in 0..columns {
+            let (left, right) = (x * w / columns, ((x + 1) * w / columns).max(x * w / columns + 1));
+            for c in 0..channels {
+                let row = |y: usize| (left..right).map(move |x| usize::from(bytes[(y * w + x) * channels + c]));
+                let sum: usize = (top..bottom).flat_map(row).sum();
+                let count = (bottom - top) * (right - left);
+                out.push(u8::try_from((sum + count / 2) / count).unwrap_or(u8::MAX));
+            }
+        }
+    }
+    (encode(&out, size[0], size[1], channels, &|| false).unwrap_or_default(), size)
 }
 
 /// A colour for a region: neighbours by number are far apart in hue.
@@ -141,6 +178,19 @@ mod tests {
         assert_eq!(range(Type::Gray, &tile(1, &[-0.25, 0.5])), [-0.25, 0.5]);
         assert_eq!(range(Type::Vec2, &tile(2, &[-3.0, 1.0, 0.0, 2.0])), [-3.0, 3.0]);
         assert_eq!(range(Type::Gray, &tile(1, &[f32::NAN, f32::NAN])), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn small_pictures_are_means() {
+        let bytes: Vec<u8> = (0..6 * 4).map(|i| if i % 6 < 3 { 0 } else { 200 }).collect();
+        let decoded = |(png, size): (Vec<u8>, [u32; 2])| {
+            let image = image::load_from_memory(&png).unwrap();
+            assert_eq!([image.width(), image.height()], size);
+            image.to_luma8().into_raw()
+        };
+        assert_eq!(decoded(small(&bytes, [6, 4], 1, 2)), [0, 200, 0, 200]);
+        assert_eq!(decoded(small(&bytes, [6, 4], 1, 1)), [100]);
+        assert_eq!(decoded(small(&bytes, [6, 4], 1, 6)), bytes);
     }
 
     #[test]

@@ -303,7 +303,7 @@ impl Scene {
     }
 
     /// The name of the picture of a field on a grid.
-    fn id(&self, target: &Target, field: &Field, grid: &Grid) -> String {
+    pub(super) fn id(&self, target: &Target, field: &Field, grid: &Grid) -> String {
         let key = field.key().unwrap_or_else(|| {
             let channel = target.channel.map_or("", Channel::name);
             Key::of("channel", &[self.keys.output(target.node, target.output).as_bytes(), channel.as_bytes()])

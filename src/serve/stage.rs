@@ -1,7 +1,10 @@
 //! What the loop that follows the files, the evaluation and the pages share: the last good scene, the current errors, and
 //! the news for pages.
+use super::export::Exports;
 use super::scene::{Scene, Shown, lock};
 use super::store::{Store, Stored};
+use super::texts::Texts;
+use super::wear;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
 use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
@@ -9,6 +12,7 @@ use shibo_engine::eval::{NodeState, NodeStats};
 use shibo_engine::session::Session;
 use shibo_engine::value::Key;
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast;
@@ -59,7 +63,16 @@ pub(crate) struct Stage {
     pub(crate) session: Session,
     /// The pictures.
     pub(crate) store: Store,
-    name: String,
+    /// The graph file.
+    pub(super) path: PathBuf,
+    /// The texts that it had.
+    pub(crate) texts: Texts,
+    /// What pages export.
+    pub(super) exports: Exports,
+    /// Held while a page changes the file.
+    pub(super) writing: Mutex<()>,
+    /// The content that a page wrote last.
+    pub(super) own: Mutex<Option<String>>,
     present: Mutex<Present>,
     news: broadcast::Sender<News>,
     focus: Mutex<Option<String>>,
@@ -70,12 +83,16 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    /// An empty stage for the graph file of that name.
-    pub(crate) fn new(session: Session, name: String) -> Self {
+    /// An empty stage for that graph file.
+    pub(crate) fn new(session: Session, path: PathBuf) -> Self {
         Self {
             session,
             store: Store::default(),
-            name,
+            path,
+            texts: Texts::default(),
+            exports: Exports::default(),
+            writing: Mutex::default(),
+            own: Mutex::default(),
             present: Mutex::default(),
             news: broadcast::Sender::new(BACKLOG),
             focus: Mutex::default(),
@@ -201,8 +218,7 @@ impl Stage {
         self.tell("done", &done);
     }
 
-    /// Marks a node as taken from memory if it did not run because the pictures that need it were known already. Otherwise
-    /// it would look like a node that no output needs.
+    /// Marks a node as taken from memory if it did not run because the pictures that need it were known already.
     fn remember(&self, scene: &Scene, stats: &mut [NodeStats]) {
         let mut made = lock(&self.made);
         if made.len() > MADE {
@@ -211,14 +227,24 @@ impl Stage {
         for (index, stat) in scene.graph.nodes.node_indices().zip(stats) {
             let key = scene.keys.output(index, 0);
             match (stat.state, made.get(&key)) {
-                (NodeState::Unused, Some(seconds)) => (stat.state, stat.seconds) = (NodeState::Memory, *seconds),
-                (NodeState::Unused, None) => {}
+                (NodeState::Folded, Some(seconds)) => (stat.state, stat.seconds) = (NodeState::Memory, *seconds),
+                (NodeState::Folded | NodeState::Unused, _) => {}
                 _ => drop(made.insert(key, stat.seconds)),
             }
         }
     }
 
+    /// Whether a page wrote that content.
+    pub(crate) fn is_own(&self, sha256: &str) -> bool {
+        lock(&self.own).as_deref() == Some(sha256)
+    }
+
     /// The values of parameters in force.
+    pub(super) fn values(&self) -> Values {
+        lock(&self.present).values.clone()
+    }
+
+    /// Sets them.
     pub(crate) fn set_values(&self, values: &Values) {
         lock(&self.present).values.clone_from(values);
     }
@@ -227,7 +253,7 @@ impl Stage {
     pub(crate) fn state(&self) -> Json {
         let present = lock(&self.present);
         let mut state = json!({
-            "file": self.name,
+            "file": self.path.file_name().map_or_else(|| "graph".into(), |name| name.to_string_lossy()),
             "version": env!("CARGO_PKG_VERSION"),
             "errors": present.errors,
             "warnings": present.warnings,
@@ -265,6 +291,12 @@ fn describe(scene: &Scene) -> Json {
             "seed": canvas.seed.to_string(),
         },
         "nodes": graph.nodes.node_count(),
+        // Why it does not repeat although the canvas asks for it.
+        "breaks": graph.breaks_in_tiling().into_iter().map(|(node, why)| json!({
+            "node": graph.nodes[node].name, "message": why.message, "help": why.help,
+        })).collect::<Vec<_>>(),
+        // Whether shapes can be cut out of something.
+        "solid": wear::has_solid(scene),
         // Equal names are the same mesh.
         "mesh": scene.mesh().map(|(node, output)| scene.keys.output(node, output).to_string()),
         "outputs": outputs.collect::<Vec<_>>(),

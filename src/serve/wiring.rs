@@ -1,55 +1,16 @@
-//! The graph as pages draw it: boxes in columns, and wires.
-use crate::graph::layout::layout;
+//! The text of a node, and the constants in it.
+use super::change::is_own;
+use super::scene::Scene;
 use serde_json::{Value as Json, json};
 use shibo_engine::diagnostics::{SourceMap, Span};
-use shibo_engine::graph::{Graph, GraphNode, Input};
-use std::collections::BTreeSet;
+use shibo_engine::graph::GraphNode;
+use shibo_engine::node::{ParamInfo, ParamType, Role};
+use shibo_engine::registry::Registry;
 
 /// Longer texts of nodes are cut, in bytes.
 const TEXT: usize = 2000;
-
-/// Nodes with their places, and wires with their bends.
-pub(super) fn wiring(graph: &Graph) -> Json {
-    let mut wires = Vec::new();
-    for index in graph.nodes.node_indices() {
-        for (slot, input) in graph.nodes[index].inputs.iter().enumerate() {
-            if let Input::Wire { node, output } = input {
-                wires.push((node.index(), index.index(), *output, slot));
-            }
-        }
-    }
-    let ends: Vec<(usize, usize)> = wires.iter().map(|w| (w.0, w.1)).collect();
-    let layout = layout(graph.nodes.node_count(), &ends, |_| false);
-    let outputs: BTreeSet<usize> = graph.outputs.iter().map(|o| o.node.index()).collect();
-    let nodes = graph.nodes.node_indices().map(|index| {
-        let node = &graph.nodes[index];
-        let place = layout.places[index.index()];
-        let ports = node.node.outputs().iter().zip(&node.outputs);
-        json!({
-            "name": node.name,
-            "kind": node.kind,
-            "column": place.column,
-            "row": place.row,
-            "ports": ports.map(|(o, ty)| json!({ "name": o.name, "type": ty.to_string() })).collect::<Vec<_>>(),
-            "color": node.outputs.first().map(|ty| ty.color()),
-            "output": outputs.contains(&index.index()),
-            "line": graph.sources.position(node.span.file, node.span.start).line,
-        })
-    });
-    let wires = wires.iter().zip(&layout.bends).map(|((from, to, output, slot), bends)| {
-        let bends: Vec<_> = bends.iter().map(|p| json!([p.column, p.row])).collect();
-        let from_node = &graph.nodes[petgraph::graph::NodeIndex::new(*from)];
-        let ty = from_node.outputs.get(*output);
-        let port = graph.nodes[petgraph::graph::NodeIndex::new(*to)].slots.get(*slot);
-        json!({ "from": from, "to": to, "port": port, "color": ty.map(|ty| ty.color()), "bends": bends })
-    });
-    json!({
-        "nodes": nodes.collect::<Vec<_>>(),
-        "wires": wires.collect::<Vec<_>>(),
-        "columns": layout.columns,
-        "rows": layout.rows,
-    })
-}
+/// Longer values of fields are no constants to be edited, in bytes.
+const FIELD: usize = 80;
 
 /// The text of a node in its file, from its kind to the bracket that ends it.
 pub(super) fn text(node: &GraphNode, sources: &SourceMap) -> String {
@@ -60,4 +21,25 @@ pub(super) fn text(node: &GraphNode, sources: &SourceMap) -> String {
     let close = text.get(after..).and_then(|rest| rest.find(')')).map_or(after, |at| after + at + 1);
     let shown = text.get(start..close).unwrap_or(&node.kind);
     if shown.len() > TEXT { node.kind.clone() } else { shown.to_owned() }
+}
+
+/// The fields of a node that are written in the graph file itself: the text, and what is known of the parameter.
+pub(super) fn constants(scene: &Scene, node: &GraphNode, registry: &Registry) -> Json {
+    let info = registry.info(&node.kind);
+    let field = |(name, span): &(String, Span)| {
+        let whole = is_own(scene, *span).then(|| scene.graph.sources.text(span.file))?;
+        let text = whole.get(span.start..span.end)?;
+        let found = info.and_then(|info| info.fields.iter().find(|field| field.name == *name))?;
+        let mut about = json!({ "name": name, "text": text, "doc": found.doc });
+        if let Role::Param(ParamInfo { min, max, unit, choices, ty, .. }) = &found.role {
+            about["min"] = json!(min);
+            about["max"] = json!(max);
+            about["unit"] = json!(unit);
+            about["whole"] = (*ty == ParamType::Integer).into();
+            about["choices"] =
+                choices.iter().filter(|choice| !choice.has_arguments).map(|choice| choice.name.as_str()).collect();
+        }
+        (text.len() <= FIELD).then_some(about)
+    };
+    node.fields.iter().filter_map(field).collect()
 }

@@ -61,8 +61,7 @@ enum LogArg {
 pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
     let (sender, signals) = channel();
     let session = open::session(library::registry(), &args.engine, terminal)?;
-    let name = args.graph.file_name().map_or_else(|| "graph".to_owned(), |n| n.to_string_lossy().into_owned());
-    let stage = Arc::new(Stage::new(session, name));
+    let stage = Arc::new(Stage::new(session, args.graph.clone()));
     let wishes = sender.clone();
     let editor = args.editor.clone();
     let server = serve::start(

@@ -154,7 +154,12 @@ impl<'a> Watch<'a> {
         let reading = load::load(self.path, self.stage.session.registry(), &self.values);
         let hold = reading.hold(closed);
         let unfinished = !hold.is_zero() && reading.is_unfinished();
-        let Reading { sha256, state, before, loaded, refused } = reading;
+        let Reading { sha256, state, before, loaded, text, refused } = reading;
+        if let Some((sha, text)) = sha256.as_ref().zip(text) {
+            self.stage.texts.keep(sha, &text);
+        }
+        let own = sha256.as_ref().is_some_and(|sha| self.stage.is_own(sha)) && cause.ends_with(" saved");
+        let cause = if own { format!("{cause} from the page") } else { cause.to_owned() };
         if !unfinished {
             self.teller.saved(sha256.as_deref());
         }
@@ -173,7 +178,7 @@ impl<'a> Watch<'a> {
             (Some(mut graph), Some(sha256)) => {
                 graph.warnings.extend(graph.advice());
                 self.warn(&graph);
-                self.desk.put(Job { generation, sha256, graph, cause: cause.to_owned(), since }, self.stage);
+                self.desk.put(Job { generation, sha256, graph, cause, since }, self.stage);
             }
             (graph, sha256) => {
                 let loaded = Loaded { graph, ..loaded };

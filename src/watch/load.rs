@@ -28,6 +28,8 @@ pub(super) struct Reading {
     pub(super) before: Option<Metadata>,
     /// The graph, or its errors.
     pub(super) loaded: Loaded,
+    /// The text, if it is one.
+    pub(super) text: Option<String>,
     /// The values of parameters that were left out because the graph no longer takes them.
     pub(super) refused: Vec<String>,
 }
@@ -65,7 +67,7 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
         }
     };
     let sha256 = if let State::Content(hash) = &state { Some(hex(hash)) } else { None };
-    Reading { sha256, state, before, loaded, refused }
+    Reading { sha256, state, before, loaded, text, refused }
 }
 
 /// Reads at most one byte more than is allowed.

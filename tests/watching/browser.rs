@@ -142,6 +142,42 @@ impl Page {
         self.eval(&event);
     }
 
+    /// Presses a key as a keyboard does. `modifiers` is the sum of 1 for Alt, 2 for Control and 8 for Shift.
+    pub(crate) fn press(&mut self, key: &str, modifiers: u8) {
+        let code = match key {
+            "Tab" => 9,
+            "Enter" => 13,
+            "Escape" => 27,
+            "Backspace" => 8,
+            "ArrowLeft" => 37,
+            "ArrowUp" => 38,
+            "ArrowRight" => 39,
+            "ArrowDown" => 40,
+            key => u32::from(key.to_uppercase().as_bytes()[0]),
+        };
+        let plain = key.len() == 1 && modifiers & 3 == 0;
+        let mut event = json!({
+            "type": if plain { "keyDown" } else { "rawKeyDown" },
+            "key": key, "code": key, "modifiers": modifiers, "windowsVirtualKeyCode": code,
+        });
+        if plain {
+            event["text"] = key.into();
+        }
+        self.call("Input.dispatchKeyEvent", event.clone());
+        if key == "Enter" {
+            self.call("Input.dispatchKeyEvent", json!({ "type": "char", "key": key, "text": "\r" }));
+        }
+        event["type"] = "keyUp".into();
+        self.call("Input.dispatchKeyEvent", event);
+    }
+
+    /// Waits until what has changed is painted.
+    pub(crate) fn painted(&mut self) {
+        self.eval(
+            "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
+        );
+    }
+
     /// The size of the window in CSS pixels, and how many pixels of the screen each has.
     pub(crate) fn size(&mut self, width: u32, height: u32, scale: f64) {
         let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": scale, "mobile": false });

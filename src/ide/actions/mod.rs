@@ -1,9 +1,12 @@
 //! Changes that an editor offers at a place: fixes for what is wrong, and other forms of what is right.
+mod assign;
 mod extract;
 mod fixes;
 mod inline;
 mod insert;
 mod refactor;
+
+pub(crate) use assign::{add_preset, alike, assign, promote};
 
 use super::diagnose::Finding;
 use super::file::File;

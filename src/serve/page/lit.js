@@ -1,16 +1,19 @@
 // The material on a shape: textures from the server, an orbiting eye, a light that turns. Drawn only when something changes.
 import { camera } from './camera.js';
+import { press } from './dom.js';
 import { mesh, samples } from './net.js';
 import { FRAGMENT, VERTEX } from './shaders.js';
 import { SHAPES } from './shapes.js';
+import { Ground, Staging } from './staging.js';
 import { Strokes } from './strokes.js';
+import { texture } from './textures.js';
 
 export const CHANNELS = ['base_color', 'roughness', 'metallic', 'normal', 'height', 'ao', 'anisotropy', 'anisotropy_angle', 'sheen', 'coat', 'opacity'];
 const UNIFORM = (channel) => `u${channel.replace(/(^|_)([a-z])/g, (_, __, c) => c.toUpperCase())}`;
 const HEIGHT = CHANNELS.indexOf('height');
 const SLIDERS = [
   ['repeat', 'Repeats', 1, 8, 1, 1], ['relief', 'Relief', 0, 4, 0.05, 1], ['exposure', 'Exposure', -2, 2, 0.05, 0, 'EV'],
-  ['light', 'Light', -180, 180, 1, 0, '°'], ['roughness', 'Roughness', 0.05, 1, 0.01, 0.5], ['metallic', 'Metal', 0, 1, 0.01, 0],
+  ['light', 'Light round', -180, 180, 1, 0, '°'], ['lightHeight', 'Light height', 3, 88, 1, 37, '°'], ['lightSize', 'Light size', 0.2, 4, 0.1, 1], ['roughness', 'Roughness', 0.05, 1, 0.01, 0.5], ['metallic', 'Metal', 0, 1, 0.01, 0],
   ['anisotropy', 'Anisotropy', 0, 1, 0.01, 0], ['coat', 'Coat', 0, 1, 0.01, 0],
 ];
 
@@ -39,6 +42,8 @@ export class Lit {
     this.strokes = new Strokes(document.getElementById('draw'), document.getElementById('strokes'), () => this.draw());
     this.listen();
     this.build();
+    this.staging = new Staging(this);
+    this.ground = new Ground();
   }
 
   // The view costs nothing until it is looked at.
@@ -112,16 +117,17 @@ export class Lit {
       if (e.shiftKey) {
         this.set('light', ((this.values.light + dx * 0.5 + 540) % 360) - 180);
       } else {
-        this.turn -= dx * 0.008;
-        this.tilt = Math.min(1.5, Math.max(-1.5, this.tilt + dy * 0.008));
+        this.turnBy(-dx * 0.008, dy * 0.008);
       }
       this.draw();
     });
-    canvas.addEventListener('wheel', (e) => {
+    canvas.addEventListener('wheel', (e) => { e.preventDefault(); this.zoom(Math.exp(-e.deltaY * 0.0012)); }, { passive: false });
+    canvas.addEventListener('keydown', (e) => {
+      const by = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[e.key];
+      if (!by || e.ctrlKey || e.altKey || e.metaKey) return;
       e.preventDefault();
-      this.distance = Math.min(12, Math.max(1.25, this.distance * Math.exp(e.deltaY * 0.0012)));
-      this.draw();
-    }, { passive: false });
+      this.turnBy(-by[0] * 0.12, -by[1] * 0.12);
+    });
     canvas.addEventListener('dblclick', () => this.reset());
     for (const b of document.querySelectorAll('[data-shape]')) b.onclick = () => this.setShape(b.dataset.shape);
     for (const b of document.querySelectorAll('[data-relief]')) b.onclick = () => this.setRelief(b.dataset.relief);
@@ -136,7 +142,7 @@ export class Lit {
       const label = Object.assign(document.createElement('label'), { textContent: text, htmlFor: `light-${name}` });
       const value = Object.assign(document.createElement('span'), { className: 'unit' });
       const slider = Object.assign(document.createElement('input'), { type: 'range', id: `light-${name}`, min, max, step });
-      slider.oninput = () => this.set(name, slider.valueAsNumber);
+      slider.oninput = () => { this.set(name, slider.valueAsNumber); this.staging.touched(name); };
       head.append(label, value);
       row.append(head, slider);
       this.panel.append(row);
@@ -159,6 +165,20 @@ export class Lit {
     const { slider, value: text, unit } = this.sliders[name];
     slider.value = value;
     text.textContent = `${+value.toFixed(2)}${unit && ` ${unit}`}`;
+    this.staging?.keepSoon();
+    this.draw();
+  }
+
+  turnBy(turn, tilt) {
+    this.staging.keepSoon();
+    this.turn += turn;
+    this.tilt = Math.min(1.5, Math.max(-1.5, this.tilt + tilt));
+    this.draw();
+  }
+
+  zoom(by) {
+    this.staging.keepSoon();
+    this.distance = Math.min(12, Math.max(1.25, this.distance / by));
     this.draw();
   }
 
@@ -172,8 +192,10 @@ export class Lit {
   setShape(shape) {
     this.shape = shape;
     this.strokes.show(shape === 'mesh' ? this.shapes.mesh : null);
-    for (const b of document.querySelectorAll('[data-shape]')) b.classList.toggle('on', b.dataset.shape === shape);
+    press(document.getElementById('shapes'), (b) => b.dataset.shape === shape);
     this.reset();
+    this.staging?.shaped(shape);
+    this.onshape?.();
   }
 
   // The mesh of the graph is one of the shapes, as long as the graph has one.
@@ -192,7 +214,11 @@ export class Lit {
       delete this.meshes[name];
     }
     delete this.shapes.mesh;
-    if (found) this.shapes.mesh = { make: () => found, perMm: found.perMm, middle: found.middle, view: [0.5, 0.3, 3.2] };
+    if (found) {
+      let foot = 0;
+      for (let i = 1; i < found.data.length; i += 11) foot = Math.min(foot, found.data[i]);
+      this.shapes.mesh = { make: () => found, perMm: found.perMm, middle: found.middle, foot, view: [0.5, 0.3, 3.2] };
+    }
     document.querySelector('[data-shape=mesh]').hidden = !found;
     if (found && !had) this.setShape('mesh');
     else if (!found && this.shape === 'mesh') this.setShape('sphere');
@@ -200,14 +226,20 @@ export class Lit {
     else this.draw();
   }
 
+  // What is cut out of a solid is offered where there is one.
+  setSolid(there) {
+    for (const b of document.querySelectorAll('[data-shape^=solid]')) b.hidden = !there;
+    if (!there && this.shapes[this.shape].solid) this.setShape('sphere');
+  }
+
   nextShape() {
-    const names = Object.keys(this.shapes);
+    const names = [...document.querySelectorAll('[data-shape]:not([hidden])')].map((b) => b.dataset.shape);
     this.setShape(names[(names.indexOf(this.shape) + 1) % names.length]);
   }
 
   setRelief(relief) {
     this.relief = relief;
-    for (const b of document.querySelectorAll('[data-relief]')) b.classList.toggle('on', b.dataset.relief === relief);
+    press(document.getElementById('reliefs'), (b) => b.dataset.relief === relief);
     this.draw();
   }
 
@@ -234,8 +266,8 @@ export class Lit {
       if (!CHANNELS.includes(channel)) return;
       const same = old[channel]?.t === map.t && old[channel]?.id === map.id && old[channel]?.size >= size;
       if (same) { made[channel] = old[channel]; return; }
-      const found = await samples({ g: scene.generation, t: map.t, s: size });
-      if (found) made[channel] = { ...map, size, ...this.texture(found, channel) };
+      const found = await (map.solid ? samples({ g: scene.generation, t: map.t, s: size, shape: map.solid }, 'wear') : samples({ g: scene.generation, t: map.t, s: size }));
+      if (found) made[channel] = { ...map, size, ...texture(this, found, channel) };
       else if (old[channel]?.t === map.t) made[channel] = old[channel];
     }));
     const kept = new Set([...Object.values(made), ...Object.values(this.pinned?.maps ?? {})]);
@@ -245,30 +277,6 @@ export class Lit {
     this.canvas.dataset.generation = scene.generation;
     this.canvas.dataset.size = size;
     this.draw();
-  }
-
-  texture({ width, height, form, data }, channel) {
-    const { gl } = this;
-    const texture = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    let range = [0, 0];
-    let mips = true;
-    if (form === 'r16f') {
-      const halves = new Uint16Array(data);
-      gl.pixelStorei(gl.UNPACK_ALIGNMENT, 2);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, width, height, 0, gl.RED, gl.HALF_FLOAT, halves);
-      gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-      range = extent(halves);
-      mips = !!this.mipHalf;
-    } else {
-      const inner = channel === 'base_color' ? gl.SRGB8_ALPHA8 : gl.RGBA8;
-      gl.texImage2D(gl.TEXTURE_2D, 0, inner, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(data));
-    }
-    if (mips) gl.generateMipmap(gl.TEXTURE_2D);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, mips ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
-    if (this.sharp && channel !== 'height') gl.texParameterf(gl.TEXTURE_2D, this.sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
-    return { texture, range };
   }
 
   pin() {
@@ -334,19 +342,7 @@ export class Lit {
     this.quality = this.bearable(this.budget);
     const ratio = Math.min(devicePixelRatio || 1, 2) * this.quality;
     const [w, h] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.max(1, Math.round(n * ratio)));
-    if (w !== canvas.width || h !== canvas.height) [canvas.width, canvas.height] = [w, h];
-    gl.viewport(0, 0, canvas.width, canvas.height);
-    gl.disable(gl.SCISSOR_TEST);
-    gl.clearColor(0, 0, 0, 0);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const split = this.pinned ? Math.round(canvas.width * this.wipe) : 0;
-    gl.enable(gl.SCISSOR_TEST);
-    if (this.pinned) {
-      gl.scissor(0, 0, split, canvas.height);
-      this.material(this.pinned);
-    }
-    gl.scissor(split, 0, canvas.width - split, canvas.height);
-    this.material(this.now);
+    this.render(w, h);
     // Reading a pixel waits for the picture, which tells what it costs.
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
     const took = performance.now() - began;
@@ -361,11 +357,29 @@ export class Lit {
     canvas.dataset.quality = this.quality;
   }
 
+  // Draws so many pixels: what is lit, and left of the line what was pinned.
+  render(w, h) {
+    const { gl, canvas } = this;
+    if (w !== canvas.width || h !== canvas.height) [canvas.width, canvas.height] = [w, h];
+    gl.viewport(0, 0, w, h);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const split = this.pinned ? Math.round(w * this.wipe) : 0;
+    gl.enable(gl.SCISSOR_TEST);
+    if (this.pinned) {
+      gl.scissor(0, 0, split, h);
+      this.material(this.pinned);
+    }
+    gl.scissor(split, 0, w - split, h);
+    this.material(this.now);
+  }
+
   material({ maps, mm }) {
     const { gl, canvas, uniforms: u, values } = this;
-    const { span, perMm } = this.shapes[this.shape];
-    // A mesh wears its textures once.
-    const repeat = perMm ? 1 : values.repeat;
+    const { span, perMm, solid } = this.shapes[this.shape];
+    // A mesh wears its textures once, and so does what is cut out of a solid.
+    const repeat = perMm || solid ? 1 : values.repeat;
     let bits = 0;
     CHANNELS.forEach((channel, i) => {
       gl.activeTexture(gl.TEXTURE0 + i);
@@ -381,7 +395,7 @@ export class Lit {
     gl.uniformMatrix4fv(u.uView, false, view);
     gl.uniform3fv(u.uEye, eye);
     gl.uniformMatrix3fv(u.uLight, false, [Math.cos(a), 0, -Math.sin(a), 0, 1, 0, Math.sin(a), 0, Math.cos(a)]);
-    gl.uniform2f(u.uRepeat, repeat, perMm ? 1 : (repeat * mm[0]) / mm[1]);
+    gl.uniform2f(u.uRepeat, repeat, perMm || solid ? 1 : (repeat * mm[0]) / mm[1]);
     gl.uniform1f(u.uDisplace, moved ? (perMm ?? (span / repeat) / mm[0]) * values.relief : 0);
     gl.uniform2fv(u.uHeights, heights);
     gl.uniform1f(u.uUvPerMm, 1 / mm[0]);
@@ -389,25 +403,15 @@ export class Lit {
     gl.uniform1f(u.uRelief, values.relief);
     gl.uniform1i(u.uParallax, this.relief === 'parallax' ? 1 : 0);
     gl.uniform1f(u.uExposure, 2 ** values.exposure);
+    gl.uniform1i(u.uScene, this.staging.scene);
+    const [high, round] = [(values.lightHeight * Math.PI) / 180, -0.8567];
+    gl.uniform4f(u.uKey, Math.sin(round) * Math.cos(high), Math.sin(high), Math.cos(round) * Math.cos(high), values.lightSize);
     gl.uniform1i(u.uMaps, bits);
     gl.uniform4f(u.uConstants, values.roughness, values.metallic, values.anisotropy, values.coat);
     const { array, count } = this.mesh();
     gl.bindVertexArray(array);
     gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
+    if (this.staging.shadow) this.ground.paint(gl, view, this.shapes[this.shape].foot);
     this.strokes.paint(gl, view);
   }
-}
-
-// The least and the greatest of numbers in half precision.
-function extent(halves) {
-  let [lo, hi] = [Infinity, -Infinity];
-  for (const h of halves) {
-    const e = (h >> 10) & 31;
-    const m = h & 1023;
-    if (e === 31) continue;
-    const v = (e ? (1 + m / 1024) * 2 ** (e - 15) : m * 2 ** -24) * (h & 0x8000 ? -1 : 1);
-    if (v < lo) lo = v;
-    if (v > hi) hi = v;
-  }
-  return lo > hi ? [0, 0] : [lo, hi];
 }

@@ -3,36 +3,52 @@ const query = (path, args) => `${path}?${new URLSearchParams(args)}`;
 
 export async function ask(path, args) {
   const response = await fetch(query(path, args));
-  return response.ok ? response.json() : null;
+  return response.status === 200 ? response.json() : null;
 }
 
 export async function bitmap(path, args) {
   const response = await fetch(args ? query(path, args) : path);
-  if (!response.ok) return null;
+  if (response.status !== 200) return null;
   return createImageBitmap(await response.blob(), { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
 }
 
-export async function samples(args) {
-  const response = await fetch(query('map', args));
-  if (!response.ok) return null;
+export async function samples(args, path = 'map') {
+  const response = await fetch(query(path, args));
+  if (response.status !== 200) return null;
   const [width, height, form] = response.headers.get('x-map').split(' ');
   return { width: +width, height: +height, form, data: await response.arrayBuffer() };
+}
+
+// The numbers of a field as they are, for measuring: by rows, all channels of a pixel together.
+export async function exact(args) {
+  const response = await fetch(query('map', { ...args, exact: true }));
+  if (response.status !== 200) return null;
+  const [width, height, form, type, unit] = response.headers.get('x-map').split(' ');
+  const data = new Float32Array(await response.arrayBuffer());
+  return { width: +width, height: +height, channels: +form.slice(4), type, unit: unit === 'deg' ? '°' : unit ?? '', data };
 }
 
 // The mesh that wears the material: vertices of 11 numbers, triangles, how long a mm is, and where its middle lies, z up.
 export async function mesh(args) {
   const response = await fetch(query('mesh', args));
-  if (!response.ok) return null;
+  if (response.status !== 200) return null;
   const [vertices, indices, perMm, ...middle] = response.headers.get('x-mesh').split(' ').map(Number);
   const bytes = await response.arrayBuffer();
   return { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices), perMm, middle };
 }
 
-function post(path, what) {
+export function post(path, what) {
   return fetch(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(what) });
 }
 
 export const send = (values) => post('values', values);
+
+// Changes the graph file: what it is based on, the change, and the values that are to be in force then. Tells the new content.
+export async function change(base, what, then = null) {
+  const response = await post('change', { base, change: what, then });
+  if (!response.ok) throw new Error((await response.text()) || 'the file could not be changed');
+  return (await response.json()).sha256;
+}
 
 // Shows the line of a node in the editor, if there is one.
 export const jump = (node) => post('jump', { node }).catch(() => {});

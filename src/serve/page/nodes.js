@@ -1,17 +1,26 @@
-// The graph: boxes with thumbnails, time and where their result came from. Thousands of nodes are drawn as they come into view.
+// The graph, level by level: boxes with thumbnails, cost and where their result came from. A sub-graph is a box that opens.
+// Thousands of nodes are drawn as they come into view.
 import { ask, bitmap } from './net.js';
+import { paintBox } from './box.js';
 
-const [W, H, DX, DY] = [150, 96, 200, 112];
+export const [W, H, DX, DY] = [168, 112, 220, 130];
 const KEPT = 600;
+// The least scale of a fit: labels of 12 pixels stay 11 pixels high.
+const READABLE = 0.92;
+const NEXT = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 export class Graph {
-  constructor(canvas, onselect) {
+  // `onselect` hears of a node to be looked at, `onjump` of one to be shown in the editor, `onlevel` of another level.
+  constructor(canvas, { onselect, onjump, onlevel }) {
     this.canvas = canvas;
     this.context = canvas.getContext('2d');
-    this.onselect = onselect;
+    Object.assign(this, { onselect, onjump, onlevel });
+    this.level = '';
     this.nodes = [];
+    this.names = [];
     this.wires = [];
     this.stats = [];
+    this.sums = [];
     this.thumbs = new Map();
     this.asked = new Set();
     this.queue = [];
@@ -20,6 +29,7 @@ export class Graph {
     this.selected = null;
     this.hover = -1;
     this.fitted = true;
+    this.heat = false;
     // While pictures are made, thumbnails wait.
     this.patient = false;
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -48,9 +58,11 @@ export class Graph {
       }
     });
     canvas.addEventListener('pointerup', (e) => {
-      if (from && moved < 4) { const i = this.hit(e); if (i >= 0) this.onselect(this.nodes[i].name); }
+      if (from && moved < 4) { const i = this.hit(e); if (i >= 0) this.show(this.nodes[i]); }
       from = null;
     });
+    canvas.addEventListener('dblclick', (e) => { const i = this.hit(e); if (i >= 0) this.dive(this.nodes[i]); });
+    canvas.addEventListener('keydown', (e) => this.key(e));
     canvas.addEventListener('wheel', (e) => {
       e.preventDefault();
       const before = this.place(e);
@@ -63,9 +75,90 @@ export class Graph {
     }, { passive: false });
   }
 
+  // A click, or Enter: the picture of a node; of a sub-graph that of its main output.
+  show(node) {
+    this.marked = node.name;
+    if (node.index !== null && node.index !== undefined) {
+      const name = this.names[node.index];
+      this.onselect(node.use && node.output ? `${name}:${node.ports[0].name}` : name, node);
+    }
+    this.tell();
+  }
+
+  // A double click, or O: the level of a sub-graph, the line of a node in the editor.
+  dive(node) {
+    if (node.use) this.enter(node.name);
+    else if (node.outside) this.enter(node.name.includes('/') ? node.name.slice(0, node.name.lastIndexOf('/')) : '');
+    else this.onjump(node.name);
+  }
+
+  key(e) {
+    if (e.ctrlKey || e.metaKey || e.altKey) return;
+    const node = this.nodes[this.at()];
+    const by = NEXT[e.key];
+    if (by) this.go(node, by);
+    else if (e.key === 'Enter' && node) this.show(node);
+    else if (e.key.toLowerCase() === 'o' && node) this.dive(node);
+    else if (e.key === 'Backspace' && this.level) this.enter(this.level.includes('/') ? this.level.slice(0, this.level.lastIndexOf('/')) : '');
+    else return;
+    e.preventDefault();
+    e.stopPropagation();
+  }
+
+  // The nearest box in a direction.
+  go(from, [dx, dy]) {
+    // The first arrow begins at an output.
+    if (!from) { this.mark(this.nodes.find((n) => n.shown) ?? this.nodes.at(-1)); return; }
+    const away = (n) => {
+      const [x, y] = [(n.x - from.x) / DX, (n.y - from.y) / DY];
+      const along = x * dx + y * dy;
+      return along < 0.3 ? Infinity : along + 2 * Math.abs(x * dy + y * dx);
+    };
+    const best = this.nodes.reduce((a, b) => (away(b) < away(a) ? b : a), from);
+    this.mark(away(best) === Infinity ? from : best);
+  }
+
+  mark(node) {
+    if (!node) return;
+    this.marked = node.name;
+    this.center = [node.x + W / 2, node.y + H / 2];
+    this.scale = Math.max(this.scale, READABLE);
+    this.fitted = false;
+    this.tell();
+    this.draw();
+  }
+
+  tell() {
+    const i = this.at();
+    if (i >= 0) document.getElementById('graph-at').textContent = this.about(i);
+  }
+
+  // The box of the level that holds what is marked.
+  at() {
+    const known = this.byName?.get(this.marked ?? this.selected);
+    if (known !== undefined) return known;
+    const index = this.index(this.selected);
+    return index < 0 ? -1 : this.nodes.findIndex((n) => n.members?.includes(index));
+  }
+
+  box(name) { return this.nodes[this.byName?.get(name)] ?? null; }
+  index(name) { return this.names.indexOf(name); }
+
+  // Shows another level.
+  enter(path) {
+    this.level = path;
+    this.marked = null;
+    this.fitted = true;
+    this.fresh = true;
+    this.onlevel(path);
+    return this.load(this.generation);
+  }
+
   about(i) {
-    const s = this.stats[i];
-    return `${this.nodes[i].name}: ${this.nodes[i].kind}, line ${this.nodes[i].line}${s ? `\n${s.state}, ${(s.seconds * 1000).toFixed(1)} ms` : ''}`;
+    const node = this.nodes[i];
+    const s = this.sums[i];
+    const what = node.use ? `${node.kind}, ${node.members.length} nodes; double click or O opens it` : node.outside ? 'outside of this level' : `${node.kind}, line ${node.line}`;
+    return `${node.name}: ${what}${s ? `\n${s.state}, ${(s.seconds * 1000).toFixed(1)} ms` : ''}${node.broken ? `\n${node.broken}` : ''}`;
   }
 
   place(e) {
@@ -82,24 +175,39 @@ export class Graph {
     this.generation = generation;
     this.asked.clear();
     this.queue.length = 0;
-    const graph = await ask('graph', { g: generation });
-    if (!graph || this.generation !== generation) return;
-    const first = !this.nodes.length;
+    const { level } = this;
+    const graph = await ask('graph', { g: generation, u: level });
+    if (this.generation !== generation || this.level !== level) return;
+    // The sub-graph may be gone from the file.
+    if (!graph && level) { await this.enter(''); return; }
+    if (!graph) return;
+    const first = !this.nodes.length || this.fresh;
+    this.fresh = false;
     this.nodes = graph.nodes.map((n) => ({ ...n, x: n.column * DX, y: n.row * DY }));
     this.wires = graph.wires;
+    this.names = graph.names;
     this.byName = new Map(this.nodes.map((n, i) => [n.name, i]));
     this.canvas.dataset.nodes = this.nodes.length;
+    this.canvas.dataset.level = level;
     if (first) this.fit();
     await this.loadStats(generation);
   }
 
   async loadStats(generation) {
     const stats = await ask('stats', { g: generation });
-    if (stats && this.generation === generation) {
-      this.stats = stats;
-      this.canvas.dataset.computed = stats.filter((s) => s.state === 'computed').length;
-      this.draw();
-    }
+    if (!stats || this.generation !== generation) return;
+    this.stats = stats;
+    // A box has the cost of all that is in it, and the state of what was most work.
+    const order = ['computed', 'disk', 'memory', 'folded', 'unused'];
+    this.sums = this.nodes.map((node) => {
+      const inside = (node.members ?? []).map((i) => stats[i]).filter(Boolean);
+      if (!inside.length) return null;
+      return { state: order.find((s) => inside.some((i) => i.state === s)), seconds: inside.reduce((sum, i) => sum + i.seconds, 0) };
+    });
+    this.dearest = this.sums.reduce((most, s) => Math.max(most, s?.seconds ?? 0), 0);
+    this.canvas.dataset.computed = stats.filter((s) => s.state === 'computed').length;
+    this.canvas.dataset.unused = stats.filter((s) => s.state === 'unused').map((s) => s.name).join(' ');
+    this.draw();
   }
 
   resize() {
@@ -116,24 +224,28 @@ export class Graph {
     const min = (list) => list.reduce((a, b) => Math.min(a, b));
     const max = (list) => list.reduce((a, b) => Math.max(a, b));
     const [left, right, top, bottom] = [min(xs), max(xs) + W, min(ys), max(ys) + H];
+    const [wide, high] = [this.canvas.clientWidth / (right - left + 60), this.canvas.clientHeight / (bottom - top + 40)];
+    this.scale = Math.min(Math.max(Math.min(wide, high), READABLE), innerWidth < 2400 ? 1.2 : 2);
     this.center = [(left + right) / 2, (top + bottom) / 2];
-    this.scale = Math.min(this.canvas.clientWidth / (right - left + 60), this.canvas.clientHeight / (bottom - top + 40), innerWidth < 2400 ? 1.2 : 2);
+    // What does not fit is shown from the end: outputs are at the right.
+    const output = this.nodes.find((n) => n.shown) ?? this.nodes.at(-1);
+    if (wide < this.scale) this.center[0] = right + 30 - this.canvas.clientWidth / 2 / this.scale;
+    if (high < this.scale) this.center[1] = output.y + H / 2;
     this.fitted = true;
-    // A graph too large to be seen as a whole is shown around its first output.
-    if (this.scale < 0.08) {
-      const output = this.nodes.find((n) => n.output) ?? this.nodes[0];
-      this.scale = 0.35;
-      this.center = [output.x + W / 2, output.y + H / 2];
-    }
     this.draw();
   }
 
   // Marks a node, and brings it into view if need be.
-  select(name, bring) {
+  async select(name, bring) {
     this.selected = name;
-    const node = this.nodes[this.byName?.get(name)];
+    this.marked = null;
+    if (bring && name && this.box(name) === null) {
+      const level = name.includes('/') ? name.slice(0, name.lastIndexOf('/')) : '';
+      if (level !== this.level) await this.enter(level);
+    }
+    const node = this.nodes[this.at()];
     if (node && bring) {
-      this.scale = Math.max(this.scale, 0.7);
+      this.scale = Math.max(this.scale, READABLE);
       this.fitted = false;
       this.center = [node.x + W / 2, node.y + H / 2];
     }
@@ -155,13 +267,14 @@ export class Graph {
     const k = scale * this.ratio;
     c.setTransform(k, 0, 0, k, canvas.width / 2 - this.center[0] * k, canvas.height / 2 - this.center[1] * k);
     const view = [this.center[0] - canvas.width / 2 / k, this.center[1] - canvas.height / 2 / k, this.center[0] + canvas.width / 2 / k, this.center[1] + canvas.height / 2 / k];
-    const near = this.selected === null ? -1 : this.byName?.get(this.selected) ?? -1;
+    const near = this.at();
     for (const wire of this.wires) this.wire(wire, view, near, scale);
     c.globalAlpha = 1;
-    const colors = Object.fromEntries(['raised', 'line', 'text', 'dim', 'accent', 'stage', 'computed', 'memory', 'disk', 'unused'].map((n) => [n, color(`--${n}`)]));
+    const colors = Object.fromEntries(['raised', 'line', 'text', 'dim', 'accent', 'bad', 'stage', 'computed', 'memory', 'disk', 'folded', 'unused'].map((n) => [n, color(`--${n}`)]));
     this.nodes.forEach((node, i) => {
       if (node.x > view[2] || node.y > view[3] || node.x + W < view[0] || node.y + H < view[1]) return;
-      this.box(node, i, colors, scale);
+      paintBox(this, node, i, colors, i === near);
+      if (node.index !== null && node.index !== undefined && !this.asked.has(i)) { this.asked.add(i); this.queue.push(i); }
     });
     this.fetch();
   }
@@ -186,89 +299,9 @@ export class Graph {
     c.stroke();
   }
 
-  box(node, i, colors, scale) {
-    const c = this.context;
-    const stat = this.stats[i];
-    c.globalAlpha = stat?.state === 'unused' ? 0.55 : 1;
-    c.fillStyle = colors.raised;
-    c.strokeStyle = node.name === this.selected ? colors.accent : i === this.hover ? colors.dim : colors.line;
-    c.lineWidth = node.name === this.selected ? 2.5 : 1;
-    c.beginPath();
-    c.roundRect(node.x, node.y, W, H, 9);
-    c.fill();
-    c.stroke();
-    if (scale < 0.05) return;
-    // From afar the thumbnail is all there is to see.
-    const high = scale < 0.3 ? H - 12 : 52;
-    const thumb = this.thumbs.get(node.name);
-    c.save();
-    c.beginPath();
-    c.roundRect(node.x + 6, node.y + 6, W - 12, high, 5);
-    c.clip();
-    c.fillStyle = colors.stage;
-    c.fillRect(node.x + 6, node.y + 6, W - 12, high);
-    if (thumb?.image) {
-      const share = high / (W - 12);
-      c.drawImage(thumb.image, 0, thumb.image.height * (0.5 - share / 2), thumb.image.width, thumb.image.height * share, node.x + 6, node.y + 6, W - 12, high);
-    } else if (thumb) this.sketch(node, colors);
-    c.restore();
-    if (!this.asked.has(i)) { this.asked.add(i); this.queue.push(i); }
-    if (scale < 0.3) return;
-    c.fillStyle = node.output ? colors.accent : colors.text;
-    c.font = '600 12px system-ui, sans-serif';
-    c.fillText(node.name, node.x + 9, node.y + 73, W - 18);
-    c.fillStyle = colors.dim;
-    c.font = '11px system-ui, sans-serif';
-    c.fillText(node.kind, node.x + 9, node.y + 88, W - 66);
-    if (stat) {
-      c.fillStyle = colors[stat.state];
-      c.beginPath();
-      c.arc(node.x + W - 12, node.y + 84, 3.5, 0, 7);
-      c.fill();
-      if (stat.state === 'computed') {
-        const ms = stat.seconds * 1000;
-        c.fillStyle = colors.dim;
-        c.textAlign = 'right';
-        c.fillText(ms >= 999.5 ? `${(ms / 1000).toFixed(1)} s` : `${ms < 9.95 ? ms.toFixed(1) : ms.toFixed(0)} ms`, node.x + W - 20, node.y + 88);
-        c.textAlign = 'left';
-      }
-    }
-  }
-
-  // Objects have no picture: some of their points and lines stand for them.
-  sketch(node, colors) {
-    const c = this.context;
-    const { object } = this.thumbs.get(node.name);
-    if (!object) {
-      c.fillStyle = colors.dim;
-      c.font = '11px system-ui, sans-serif';
-      c.textAlign = 'center';
-      c.fillText(node.ports[0]?.type ?? '', node.x + W / 2, node.y + 36);
-      c.textAlign = 'left';
-      return;
-    }
-    const [width] = object.size_mm;
-    const count = Math.max(1, object.count);
-    // A part of what covers the canvas; the whole of what does not.
-    const part = Math.min(1, Math.sqrt(500 / count));
-    const k = object.own ? Math.min((W - 12) / width, 52 / object.size_mm[1]) : (W - 12) / (width * part);
-    const left = object.own ? (W - 12 - width * k) / 2 : 0;
-    const at = (x, y) => [node.x + 6 + left + x * k, node.y + 6 + y * k];
-    c.strokeStyle = c.fillStyle = node.color ?? colors.accent;
-    c.lineWidth = 1;
-    c.beginPath();
-    for (const [x0, y0, x1, y1] of object.lines ?? []) {
-      if (Math.min(x0, x1) * k > W || Math.min(y0, y1) * k > 60) continue;
-      c.moveTo(...at(x0, y0));
-      c.lineTo(...at(x1, y1));
-    }
-    c.stroke();
-    for (const [x, y] of object.points ?? []) if (x * k < W && y * k < 60) c.fillRect(...at(x, y).map((v) => v - 1), 2, 2);
-  }
-
   // Fetches the thumbnails that came into view, a few at a time.
   async fetch() {
-    while (this.queue.length && !this.patient && (this.working ?? 0) < 3) {
+    while (this.queue.length && !this.patient && (this.working ?? 0) < 2) {
       const i = this.queue.shift();
       const node = this.nodes[i];
       if (!node) continue;
@@ -278,8 +311,8 @@ export class Graph {
   }
 
   async thumbnail(i, node, generation) {
-    const image = await bitmap('thumb', { g: generation, n: i });
-    const object = image ? null : await ask('object', { g: generation, t: `@${node.name}` });
+    const image = await bitmap('thumb', { g: generation, n: node.index, o: node.output ?? 0 });
+    const object = image || node.use ? null : await ask('object', { g: generation, t: `@${this.names[node.index]}` });
     if (this.generation !== generation) return;
     this.thumbs.get(node.name)?.image?.close();
     this.thumbs.set(node.name, { image, object });

@@ -1,58 +1,96 @@
-// The parameters of the graph: sliders, presets, and the text to put back into the file.
-const element = (tag, props = {}, ...children) => {
-  const made = Object.assign(document.createElement(tag), props);
-  made.append(...children);
-  return made;
-};
+// The parameters of the graph: sliders, presets, where each value comes from, and how it gets into the file.
+import { element, notice, short } from './dom.js';
 
 const unquote = (text) => { try { return JSON.parse(text); } catch { return text.replace(/^"|"$/g, ''); } };
-const digits = (n) => String(Math.abs(n) >= 100 ? +n.toFixed(1) : +n.toPrecision(4));
+const code = (v) => Math.round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055));
+
+// A colour as browsers write it.
+function hex(value) {
+  if (value.startsWith('"')) return unquote(value);
+  const numbers = value.replace(/[()\s]/g, '').split(',').map(Number);
+  return `#${numbers.slice(0, 3).map((v) => Math.min(255, Math.max(0, code(v))).toString(16).padStart(2, '0')).join('')}`;
+}
 
 export class Parameters {
-  constructor(root, onchange) {
+  // `onchange` hears of values with what was done and by which control; `onsave` of changes of the file.
+  constructor(root, { onchange, onsave }) {
     this.root = root;
     this.onchange = onchange;
+    this.onsave = onsave;
     this.rows = new Map();
     this.preset = null;
     this.set = new Map();
+    this.params = [];
     this.shape = '';
   }
 
+  get values() { return { preset: this.preset, set: new Map(this.set) }; }
+
   // Follows the graph; what somebody is moving at the moment is left alone.
   update(scene, values) {
-    const shape = JSON.stringify([scene.presets, scene.params.map(({ value, before, after, ...rest }) => rest)]);
-    if (!this.busy) {
-      this.preset = values.preset;
-      this.set = new Map(values.set);
-    }
+    const shape = JSON.stringify([scene.presets, scene.params.map(({ value, default: _, before, after, ...rest }) => rest)]);
+    // The file may no longer allow what somebody has just set.
+    this.resync ||= this.busy && this.sha !== undefined && this.sha !== scene.sha256;
+    this.sha = scene.sha256;
+    this.told = values;
+    if (!this.busy) this.follow();
     this.params = scene.params;
     if (shape !== this.shape) {
       this.shape = shape;
       this.build(scene);
     }
-    for (const param of scene.params) this.rows.get(param.name)?.(param);
-    this.mark();
+    this.show();
   }
 
-  get changed() { return this.params.filter((p) => p.value !== p.default); }
-
-  mark() {
-    for (const button of this.root.querySelectorAll('.presets button')) {
-      button.classList.toggle('on', button.value === (this.preset ?? ''));
-    }
-    for (const button of this.root.querySelectorAll('h2 button')) button.disabled = !this.changed.length;
+  follow() {
+    this.resync = false;
+    this.preset = this.told.preset;
+    this.set = new Map(this.told.set);
   }
 
-  change(name, value) {
-    if (value === null) this.set.delete(name); else this.set.set(name, value);
-    this.tell();
-  }
-
-  tell() {
+  // For a moment after a change, what the server tells may be older.
+  hold() {
     this.busy = true;
     clearTimeout(this.rest);
-    this.rest = setTimeout(() => { this.busy = false; }, 600);
-    this.onchange({ preset: this.preset, set: [...this.set] });
+    this.rest = setTimeout(() => {
+      this.busy = false;
+      if (this.resync) { this.follow(); this.show(); }
+    }, 600);
+  }
+
+  // The values as they are wished, those set by hand before those that are shown.
+  value(param) { return this.set.get(param.name) ?? param.value; }
+
+  get changed() { return this.params.filter((p) => this.value(p) !== p.default); }
+
+  show() {
+    for (const param of this.params) this.rows.get(param.name)?.(param);
+    for (const button of this.root.querySelectorAll('.presets button')) {
+      const on = button.value === (this.preset ?? '');
+      button.ariaPressed = String(on);
+      const by = on && this.set.size ? ` + ${this.set.size} by hand` : '';
+      button.textContent = (button.value || 'as written') + by;
+    }
+    for (const button of this.root.querySelectorAll('[data-needs=changed]')) button.disabled = !this.changed.length;
+  }
+
+  change(name, value, group = name) {
+    if (value === null) this.set.delete(name); else this.set.set(name, value);
+    this.tell(value === null ? `${name} reset` : `${name} ${unquote(value)}`, group);
+  }
+
+  tell(label, group = null) {
+    this.hold();
+    this.show();
+    this.onchange(this.values, label, group);
+  }
+
+  // Takes values from elsewhere, from the history say.
+  take(values) {
+    this.preset = values.preset;
+    this.set = new Map(values.set);
+    this.hold();
+    this.show();
   }
 
   build(scene) {
@@ -60,66 +98,100 @@ export class Parameters {
     const copy = element('button', { id: 'copy', textContent: 'Copy as RON', title: 'The lines to put into the graph file' });
     copy.onclick = () => this.copy(copy);
     const reset = element('button', { id: 'reset', textContent: 'Reset', title: 'The values of the file' });
-    reset.onclick = () => { this.set.clear(); this.preset = null; this.tell(); };
+    reset.onclick = () => { this.set.clear(); this.preset = null; this.tell('Reset'); };
+    for (const b of [copy, reset]) b.dataset.needs = 'changed';
     this.root.replaceChildren(element('h2', {}, 'Parameters', element('div', { className: 'spring' }), copy, reset));
-    if (scene.presets.length) {
-      const button = (name, text) => {
-        const made = element('button', { value: name ?? '', textContent: text });
-        made.onclick = () => { this.preset = name; this.set.clear(); this.tell(); this.mark(); };
-        return made;
-      };
-      this.root.append(element('div', { className: 'presets' }, button(null, 'as written'), ...scene.presets.map((p) => button(p, p))));
+    const presets = element('div', { className: 'presets', role: 'group', ariaLabel: 'Presets' });
+    for (const name of scene.presets.length ? [null, ...scene.presets] : []) {
+      const made = element('button', { value: name ?? '', textContent: name ?? 'as written' });
+      made.onclick = () => { this.preset = name; this.set.clear(); this.tell(name ? `Preset ${name}` : 'As written'); };
+      presets.append(made);
     }
+    this.root.append(presets);
     if (!scene.params.length) {
-      this.root.append(element('p', { className: 'doc', textContent: 'The graph declares no parameters. Add some to its params: { … }.' }));
+      this.root.append(element('p', { className: 'doc', textContent: 'The graph declares no parameters. Look at a node, and make parameters of its values.' }));
+      return;
     }
     for (const param of scene.params) this.root.append(this.row(param));
+    const name = element('input', { type: 'text', id: 'preset-name', placeholder: 'Name', ariaLabel: 'Name of the new preset', spellcheck: false });
+    const add = element('button', { textContent: 'New preset', title: 'Write the present values into the file as a preset' });
+    add.dataset.needs = 'changed';
+    add.onclick = () => this.add(name);
+    name.onkeydown = (e) => { if (e.key === 'Enter') add.click(); };
+    this.root.append(element('div', { className: 'row' }, name, add));
+  }
+
+  add(box) {
+    const name = box.value.trim();
+    if (!name) { box.focus(); notice('Give the preset a name', true); return; }
+    const set = this.changed.map((p) => [p.name, this.value(p)]);
+    this.onsave({ preset: { name, set } }, { preset: name, set: new Map() }, `Preset ${name} made`);
+    box.value = '';
+  }
+
+  // What has been set by hand goes into the file, or into the preset that is in force.
+  save() {
+    if (!this.set.size) return;
+    const preset = this.preset?.split('+').at(-1) ?? null;
+    this.onsave({ values: { set: [...this.set], preset } }, { preset: this.preset, set: new Map() }, preset ? `Saved to preset ${preset}` : 'Saved to file');
   }
 
   row(param) {
     const id = `param-${param.name}`;
     const label = element('label', { htmlFor: id, textContent: param.name.replaceAll('_', ' '), title: param.doc });
-    const reset = element('button', { className: 'reset', textContent: '↺', title: 'The value of the file', ariaLabel: `Reset ${param.name}` });
+    const reset = element('button', { className: 'reset', textContent: '↺', ariaLabel: `Reset ${param.name}` });
     const head = element('div', { className: 'head' }, label, reset);
-    const row = element('div', { className: 'param' }, head);
-    row.dataset.param = param.name;
-    reset.onclick = () => { this.preset = null; this.set.delete(param.name); if (param.value !== param.default) this.tell(); };
+    const row = element('div', { className: 'param', dataset: { param: param.name } }, head);
     const make = { Number: 'number', Integer: 'number', Bool: 'bool', Color: 'color', Choice: 'choice' }[param.type] ?? 'text';
     const show = this[make](param, id, head, row);
+    const from = element('div', { className: 'from' });
+    row.append(from);
     if (param.doc) row.append(element('div', { className: 'doc', textContent: param.doc }));
     this.rows.set(param.name, (now) => {
-      row.classList.toggle('changed', now.value !== now.default);
-      if (!row.contains(document.activeElement) || !this.busy) show(now.value);
+      const value = this.value(now);
+      const byHand = this.set.has(now.name);
+      const changed = value !== now.default;
+      row.classList.toggle('changed', changed || byHand);
+      reset.disabled = !changed && !byHand;
+      reset.title = byHand ? 'Without the value set by hand' : 'The value of the file';
+      reset.onclick = () => this.change(now.name, byHand ? null : now.default, null);
+      // What is overridden stays in sight.
+      from.textContent = byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '';
+      if (!row.contains(document.activeElement) || !this.moving) show(value);
     });
+    row.addEventListener('pointerdown', () => { this.moving = true; });
+    row.addEventListener('change', () => { this.moving = false; });
     return row;
   }
 
   number(param, id, head, row) {
     const whole = param.type === 'Integer';
-    const step = whole ? 1 : 'any';
-    const box = element('input', { type: 'number', id, step });
+    const box = element('input', { type: 'number', id, step: whole ? 1 : 'any' });
     head.append(box, element('span', { className: 'unit', textContent: param.unit ?? '' }));
     let slider = null;
-    const send = (n) => {
+    const send = (n, group) => {
       if (!Number.isFinite(n)) return;
       const [lo, hi] = param.range ?? [-Infinity, Infinity];
       const within = Math.min(Math.max(whole ? Math.round(n) : n, lo), hi);
-      this.change(param.name, whole ? String(within) : String(+within.toPrecision(6)));
+      // Both show it at once, whether the file can be evaluated or not.
+      if (slider) slider.value = within;
+      box.value = short(within);
+      this.change(param.name, whole ? String(within) : String(+within.toPrecision(6)), group);
     };
     if (param.range) {
       const [lo, hi] = param.range;
-      slider = element('input', { type: 'range', min: lo, max: hi, step: whole ? 1 : (hi - lo) / 1000, ariaLabel: param.name });
-      slider.oninput = () => { box.value = digits(slider.valueAsNumber); send(whole ? slider.valueAsNumber : +slider.valueAsNumber.toPrecision(4)); };
+      slider = element('input', { type: 'range', min: lo, max: hi, step: whole ? 1 : 10 ** Math.floor(Math.log10((hi - lo) / 200)), ariaLabel: param.name.replaceAll('_', ' ') });
+      slider.oninput = () => send(whole ? slider.valueAsNumber : +slider.valueAsNumber.toPrecision(4), param.name);
       slider.title = `${lo} … ${hi} ${param.unit ?? ''}`;
       row.append(slider);
     }
-    box.onchange = () => send(box.valueAsNumber);
-    return (value) => { const n = Number(value); box.value = digits(n); if (slider) slider.value = n; };
+    box.onchange = () => send(box.valueAsNumber, null);
+    return (value) => { const n = Number(value); box.value = short(n); if (slider) slider.value = n; };
   }
 
   bool(param, id, head) {
     const box = element('input', { type: 'checkbox', id });
-    box.onchange = () => this.change(param.name, String(box.checked));
+    box.onchange = () => this.change(param.name, String(box.checked), null);
     head.append(box);
     return (value) => { box.checked = value === 'true'; };
   }
@@ -128,35 +200,26 @@ export class Parameters {
     const box = element('input', { type: 'color', id });
     box.oninput = () => this.change(param.name, `"${box.value}"`);
     head.append(box);
-    return (value) => {
-      if (value.startsWith('"')) { box.value = unquote(value); return; }
-      const code = (v) => Math.round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055));
-      const numbers = value.replace(/[()\s]/g, '').split(',').map(Number);
-      box.value = `#${numbers.slice(0, 3).map((v) => Math.min(255, Math.max(0, code(v))).toString(16).padStart(2, '0')).join('')}`;
-    };
+    return (value) => { box.value = hex(value); };
   }
 
   choice(param, id, head, row) {
     const box = element('select', { id }, ...param.options.map((o) => element('option', { value: o, textContent: o })));
-    box.onchange = () => this.change(param.name, box.value);
+    box.onchange = () => this.change(param.name, box.value, null);
     row.append(box);
     return (value) => { box.value = unquote(value); };
   }
 
   text(param, id, head, row) {
     const box = element('input', { type: 'text', id, spellcheck: false });
-    box.onchange = () => this.change(param.name, JSON.stringify(box.value));
+    box.onchange = () => this.change(param.name, JSON.stringify(box.value), null);
     row.append(box);
     return (value) => { box.value = unquote(value); };
   }
 
   // The declarations with their new defaults, as they stand in the file.
-  text_of_changes() {
-    return this.changed.map((p) => `${p.before}${p.value}${p.after}`).join('\n');
-  }
-
   async copy(button) {
-    const text = this.text_of_changes();
+    const text = this.changed.map((p) => `${p.before}${this.value(p)}${p.after}`).join('\n');
     button.dataset.copied = text;
     try {
       await navigator.clipboard.writeText(text);
@@ -168,7 +231,6 @@ export class Parameters {
       area.remove();
     }
     button.textContent = 'Copied';
-    button.classList.add('copied');
-    setTimeout(() => { button.textContent = 'Copy as RON'; button.classList.remove('copied'); }, 1200);
+    setTimeout(() => { button.textContent = 'Copy as RON'; }, 1200);
   }
 }

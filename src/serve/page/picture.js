@@ -1,18 +1,25 @@
 // The picture: move, zoom to the texel, repeat, planes, comparison, values. Places are pixels of the full size.
 import { bitmap } from './net.js';
+import { Comparison } from './compare.js';
+import { drawObject } from './objects.js';
+import { isNeutral, neutral, toned } from './tone.js';
 
 const TILE = 512;
 const KEPT = 160;
 
 export class Picture {
-  constructor(canvas, { onview, oncursor }) {
+  constructor(canvas, { onview, oncursor, online }) {
     this.canvas = canvas;
     this.context = canvas.getContext('2d');
     this.onview = onview;
     this.size = [1, 1];
-    this.bitmap = null;
-    this.pinned = null;
-    this.wipe = 0.5;
+    // What is shown, and what it is compared with.
+    this.now = null;
+    this.comparison = new Comparison();
+    this.tone = neutral();
+    this.seam = false;
+    this.line = null;
+    this.online = online;
     this.plane = 'all';
     this.repeat = false;
     this.fitted = true;
@@ -29,12 +36,21 @@ export class Picture {
   listen(oncursor) {
     const { canvas } = this;
     let from = null;
-    canvas.addEventListener('pointerdown', (e) => { from = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
-    canvas.addEventListener('pointerup', () => { from = null; });
-    canvas.addEventListener('pointercancel', () => { from = null; });
+    canvas.addEventListener('pointerdown', (e) => {
+      from = [e.clientX, e.clientY];
+      canvas.setPointerCapture(e.pointerId);
+      if (e.shiftKey) this.line = [this.place(...from), this.place(...from)];
+    });
+    const end = () => { if (from && this.line?.open) this.online(this.line); from = null; };
+    canvas.addEventListener('pointerup', end);
+    canvas.addEventListener('pointercancel', end);
     canvas.addEventListener('pointerleave', () => oncursor(null));
     canvas.addEventListener('pointermove', (e) => {
-      if (from) {
+      if (from && e.shiftKey && this.line) {
+        this.line[1] = this.place(e.clientX, e.clientY);
+        this.line.open = true;
+        this.draw();
+      } else if (from) {
         const k = this.ratio / this.scale;
         this.center[0] -= (e.clientX - from[0]) * k;
         this.center[1] -= (e.clientY - from[1]) * k;
@@ -49,6 +65,14 @@ export class Picture {
       this.zoom(Math.exp(-e.deltaY * (e.ctrlKey ? 0.01 : 0.0018)), e.clientX, e.clientY);
     }, { passive: false });
     canvas.addEventListener('dblclick', () => this.fit());
+    canvas.addEventListener('keydown', (e) => {
+      const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[e.key];
+      if (!by || e.ctrlKey || e.altKey || e.metaKey) return;
+      e.preventDefault();
+      this.center = this.center.map((c, i) => c + (by[i] * 0.1 * canvas.width) / this.scale);
+      this.fitted = false;
+      this.draw();
+    });
   }
 
   get ratio() { return devicePixelRatio || 1; }
@@ -56,7 +80,9 @@ export class Picture {
   // The place under a point of the window, in pixels of the full size.
   place(x, y) {
     const box = this.canvas.getBoundingClientRect();
-    const dx = (x - box.left) * this.ratio - this.canvas.width / 2;
+    let dx = (x - box.left) * this.ratio - this.canvas.width / 2;
+    // Side by side, each half has a middle of its own.
+    if (this.comparison.before && this.comparison.mode === 'side') dx += (dx < 0 ? 0.25 : -0.25) * this.canvas.width;
     const dy = (y - box.top) * this.ratio - this.canvas.height / 2;
     return [this.center[0] + dx / this.scale, this.center[1] + dy / this.scale];
   }
@@ -102,28 +128,38 @@ export class Picture {
 
   zoomTo(scale) { this.zoom(scale / this.scale); }
 
-  // Shows a bitmap of a whole picture whose full size is `size`; `source` says where tiles of it come from.
-  show(image, size, source) {
-    const resized = size[0] !== this.size[0] || size[1] !== this.size[1];
-    this.size = size;
-    this.bitmap = image;
+  get bitmap() { return this.now?.image ?? null; }
+
+  // Shows a whole picture whose full size is `size`: the image, and its range and type; `source` says where tiles of it come from.
+  show(now, size, source) {
+    this.now = now;
     this.object = null;
     this.source = source;
     this.wanted.clear();
-    if (resized || this.fitted) this.fit(); else this.draw();
+    this.resized(size);
   }
 
   // Shows points or lines in mm instead.
   showObject(object, size) {
-    const resized = size[0] !== this.size[0] || size[1] !== this.size[1];
-    this.size = size;
     this.object = object;
-    this.bitmap = null;
+    this.now = null;
     this.source = null;
-    if (resized || this.fitted) this.fit(); else this.draw();
+    this.resized(size);
   }
 
-  pin() { this.pinned = this.pinned ? null : this.bitmap && { bitmap: this.bitmap, size: this.size }; this.draw(); return !!this.pinned; }
+  resized(size) {
+    const other = size[0] !== this.size[0] || size[1] !== this.size[1];
+    this.size = size;
+    if (other || this.fitted) this.fit(); else this.draw();
+  }
+
+  // Two pictures of the same heights share one range, so that what is deeper looks deeper.
+  get sharedRange() {
+    const other = this.comparison.before;
+    if (this.tone.range || !other || !this.now || other.type !== this.now.type || other.type === 'Rgb') return this.tone.range;
+    const [a, b] = [this.comparison.after ?? this.now, other].map((s) => s.range);
+    return a && b ? [Math.min(a[0], b[0]), Math.max(a[1], b[1])] : null;
+  }
 
   draw() {
     if (this.queued) return;
@@ -135,14 +171,41 @@ export class Picture {
     const { canvas, context: c } = this;
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.clearRect(0, 0, canvas.width, canvas.height);
-    const split = this.pinned ? Math.round(canvas.width * this.wipe) : 0;
-    if (this.pinned) this.layer(this.pinned.bitmap, [0, split], null);
-    if (this.object) this.paintObject();
-    else if (this.bitmap) this.layer(this.bitmap, [split, canvas.width], this.source);
+    const { comparison } = this;
+    const after = comparison.after ?? this.now;
+    const source = comparison.after ? null : this.source;
+    if (comparison.before && (after || this.object)) {
+      comparison.paint(this, (area, side) => (side ? (after ? this.layer(after, area, source) : drawObject(this)) : this.layer(comparison.before, area, null)));
+    } else if (this.object) {
+      drawObject(this);
+    } else if (after) {
+      this.layer(after, [0, canvas.width], source);
+    }
+    if (this.line) this.mark();
     this.onview(this.bitmap || this.object ? this.scale : null);
   }
 
-  layer(image, [left, right], source) {
+  // The line of a profile.
+  mark() {
+    const { canvas, context: c, scale } = this;
+    const at = ([x, y]) => [(x - this.center[0]) * scale + canvas.width / 2, (y - this.center[1]) * scale + canvas.height / 2];
+    for (const [style, width] of [['#000', 4], ['#fff', 1.5]]) {
+      c.strokeStyle = style;
+      c.lineWidth = width * this.ratio;
+      c.beginPath();
+      c.moveTo(...at(this.line[0]));
+      c.lineTo(...at(this.line[1]));
+      c.stroke();
+    }
+  }
+
+  // A picture within an area of the canvas, moved sideways by `shift`.
+  layer(from, [left, right, shift = 0], tiles) {
+    const range = this.sharedRange;
+    const own = range && from.range && range[0] === from.range[0] && range[1] === from.range[1];
+    const tone = { ...this.tone, range: own ? null : range };
+    const image = isNeutral(tone) ? from.image : toned(from, tone);
+    const source = isNeutral(tone) && !this.seam ? tiles : null;
     const { canvas, context: c, scale } = this;
     const [w, h] = this.size;
     c.save();
@@ -152,12 +215,18 @@ export class Picture {
     const shown = this.inPlane(image);
     const n = this.repeat ? 2 : 1;
     const texel = scale * w / image.width;
-    for (let j = 0; j < n; j += 1) {
-      for (let i = 0; i < n; i += 1) {
-        const x0 = Math.round((i * w - this.center[0]) * scale + canvas.width / 2);
-        const y0 = Math.round((j * h - this.center[1]) * scale + canvas.height / 2);
-        const x1 = Math.round(((i + 1) * w - this.center[0]) * scale + canvas.width / 2);
-        const y1 = Math.round(((j + 1) * h - this.center[1]) * scale + canvas.height / 2);
+    const place = (x, y) => [Math.round((x - this.center[0]) * scale + canvas.width / 2 + shift), Math.round((y - this.center[1]) * scale + canvas.height / 2)];
+    if (this.seam) {
+      const [[x0, y0], [x1, y1]] = [place(0, 0), place(n * w, n * h)];
+      c.beginPath();
+      c.rect(x0, y0, x1 - x0, y1 - y0);
+      c.clip();
+    }
+    // With the seams in the middle, half of a repeat more is drawn at each side.
+    const from2 = this.seam ? -0.5 : 0;
+    for (let j = from2; j < n; j += 1) {
+      for (let i = from2; i < n; i += 1) {
+        const [[x0, y0], [x1, y1]] = [place(i * w, j * h), place((i + 1) * w, (j + 1) * h)];
         if (x1 < left || y1 < 0 || x0 > right || y0 > canvas.height) continue;
         c.imageSmoothingEnabled = texel < 2 || image.width < w;
         c.imageSmoothingQuality = 'high';
@@ -240,31 +309,5 @@ export class Picture {
     for (let x = left; start(x, 0) < canvas.width; x += 1) { const at = Math.round(start(x, 0)) + 0.5; c.moveTo(at, 0); c.lineTo(at, canvas.height); }
     for (let y = top; start(y, 1) < canvas.height; y += 1) { const at = Math.round(start(y, 1)) + 0.5; c.moveTo(0, at); c.lineTo(canvas.width, at); }
     c.stroke();
-  }
-
-  paintObject() {
-    const { canvas, context: c, scale } = this;
-    const { object } = this;
-    const style = getComputedStyle(document.documentElement);
-    const mm = (this.size[0] * scale) / object.size_mm[0];
-    const x0 = canvas.width / 2 - this.center[0] * scale;
-    const y0 = canvas.height / 2 - this.center[1] * scale;
-    c.fillStyle = style.getPropertyValue('--back');
-    c.fillRect(x0, y0, this.size[0] * scale, this.size[1] * scale);
-    const width = Math.max(1, Math.min(3, mm * 0.05)) * Math.sqrt(this.ratio);
-    c.lineWidth = width;
-    for (const [alive, color] of [[0, '--bad'], [1, '--accent']]) {
-      c.strokeStyle = style.getPropertyValue(color);
-      c.beginPath();
-      for (const line of object.lines ?? []) {
-        if ((line[4] ?? 1) !== alive) continue;
-        c.moveTo(x0 + line[0] * mm, y0 + line[1] * mm);
-        c.lineTo(x0 + line[2] * mm, y0 + line[3] * mm);
-      }
-      c.stroke();
-    }
-    c.fillStyle = style.getPropertyValue('--accent');
-    const dot = Math.max(1.5, Math.min(5, mm * 0.1));
-    for (const [x, y] of object.points ?? []) c.fillRect(x0 + x * mm - dot / 2, y0 + y * mm - dot / 2, dot, dot);
   }
 }

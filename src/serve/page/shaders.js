@@ -42,6 +42,8 @@ uniform float uRelief;
 uniform int uParallax;
 uniform float uFine;        // how many steps are taken, 1 being all
 uniform float uExposure;
+uniform int uScene;         // studio, overcast sky, evening, one light in the dark
+uniform vec4 uKey;          // where the key light stands, and its size: 1 is as in the studio
 out vec4 oColor;
 
 const float PI = 3.14159265;
@@ -60,12 +62,35 @@ float box(vec3 d, vec3 to, vec3 side, vec2 half_size, float blur) {
   return inside.x * inside.y * energy.x * energy.y * smoothstep(0.0, 0.25, z);
 }
 
+vec3 key_color() {
+  if (uScene == 1) return vec3(1.0, 0.98, 0.94);
+  if (uScene == 2) return vec3(1.35, 0.85, 0.5);
+  return vec3(1.05, 1.0, 0.93);
+}
+
 vec3 studio(vec3 d, float roughness) {
   d = uLight * d;
   float blur = roughness * roughness * 1.6;
   float sky = smoothstep(-0.5 - blur, 0.6 + blur, d.y);
+  vec3 side = normalize(vec3(0.65, 0.0, 0.75));
+  float key = box(d, uKey.xyz, side, vec2(0.42, 0.3) * uKey.w, blur);
+  if (uScene == 1) {
+    // A bright sky all over, a brown ground, the sun behind clouds.
+    vec3 light = mix(vec3(0.2, 0.17, 0.14), mix(vec3(0.95, 1.0, 1.05), vec3(0.62, 0.76, 1.0), clamp(d.y, 0.0, 1.0)), sky);
+    return light + vec3(3.0) * key_color() * key;
+  }
+  if (uScene == 2) {
+    // A low sun, a dark blue sky, a glow along the horizon.
+    vec3 light = mix(vec3(0.09, 0.07, 0.06), vec3(0.2, 0.25, 0.38), sky);
+    light += vec3(0.9, 0.42, 0.16) * exp(-10.0 / (1.0 + 6.0 * blur) * d.y * d.y) * (0.6 + 0.4 * dot(d, uKey.xyz));
+    return light + vec3(8.0) * key_color() * key;
+  }
+  if (uScene == 3) {
+    vec3 light = vec3(0.025) + vec3(9.0) * key_color() * key;
+    return light + vec3(1.3, 1.4, 1.6) * box(d, normalize(vec3(0.9, 0.2, -0.5)), normalize(vec3(0.5, 0.0, 0.9)), vec2(0.06, 0.9), blur);
+  }
   vec3 light = mix(vec3(0.15, 0.14, 0.13), vec3(0.52, 0.535, 0.56), sky);
-  light += vec3(7.4, 7.1, 6.6) * box(d, normalize(vec3(-0.75, 0.75, 0.65)), normalize(vec3(0.65, 0.0, 0.75)), vec2(0.42, 0.3), blur);
+  light += vec3(7.05) * key_color() * key;
   light += vec3(3.0, 3.2, 3.6) * box(d, normalize(vec3(0.95, 0.25, 0.25)), normalize(vec3(-0.25, 0.0, 0.95)), vec2(0.16, 0.75), blur);
   light += vec3(2.2) * box(d, normalize(vec3(0.1, 1.0, -0.25)), vec3(1.0, 0.0, 0.0), vec2(0.9, 0.22), blur);
   light += vec3(1.2, 1.15, 1.05) * box(d, normalize(vec3(-0.6, -0.1, -0.8)), normalize(vec3(-0.8, 0.0, 0.6)), vec2(0.3, 0.6), blur);
@@ -112,7 +137,7 @@ float shadow(vec2 uv, float depth, vec3 l, float lod) {
     float below = (uHeights.y - textureLod(uHeight, uv + reach * t, lod).r) / (uHeights.y - uHeights.x);
     worst = max(worst, (depth * (1.0 - t) - below) * (1.2 - t));
   }
-  return 1.0 - smoothstep(0.0, 0.28, worst);
+  return 1.0 - smoothstep(0.0, 0.28 * uKey.w, worst);
 }
 
 float d_ggx(float at, float ab, float toh, float boh, float noh) {
@@ -144,7 +169,7 @@ void main() {
   vec3 D = cross(T, N);                      // towards +v, that is, down
   if (dot(D, dFdx(vPosition) * dFdx(vUv).y + dFdy(vPosition) * dFdy(vUv).y) < 0.0) D = -D;
   vec3 V = normalize(uEye - vPosition);
-  vec3 L = normalize(transpose(uLight) * vec3(-0.75, 0.75, 0.65));
+  vec3 L = normalize(transpose(uLight) * uKey.xyz);
   vec2 dx = dFdx(vUv), dy = dFdy(vUv);
   vec2 uv = vUv;
   float depth = 0.0;
@@ -207,10 +232,12 @@ void main() {
   if (nol > 0.0 && dot(geometric, L) > 0.0) {
     vec3 H = normalize(V + L);
     float loh = max(dot(L, H), 0.0);
-    float d = d_ggx(at, ab, dot(t, H), dot(b, H), max(dot(N, H), 0.0));
+    // A large light has a wide highlight.
+    float wide = 0.02 * (uKey.w - 1.0);
+    float d = d_ggx(max(at + wide, 2e-3), max(ab + wide, 2e-3), dot(t, H), dot(b, H), max(dot(N, H), 0.0));
     float v = v_ggx(at, ab, dot(t, V), dot(b, V), nov, dot(t, L), dot(b, L), nol);
     vec3 f = f0 + (1.0 - f0) * pow(1.0 - loh, 5.0);
-    vec3 key = vec3(2.3, 2.2, 2.05) * nol * lit * mix(1.0, ao, 0.4);
+    vec3 key = 2.2 * key_color() * nol * lit * mix(1.0, ao, 0.4);
     color += key * (diffuse / PI * (1.0 - f) + min(d * v * f, vec3(16.0)));
   }
   color += sheen * mix(vec3(1.0), base, 0.5) * pow(1.0 - nov, 4.0) * studio(N, 1.0) * ao;

@@ -70,7 +70,7 @@ function cylinder(k) {
 }
 
 // A cube with rounded edges: the faces of a cube, pulled onto a smaller one and pushed out along the normal.
-function cube(k) {
+function cube(k, place = (a, b) => [(a + 1) / 2, (b + 1) / 2]) {
   const [half, round] = [0.8, 0.09];
   const axes = [
     [[1, 0, 0], [0, -1, 0], [0, 0, 1]], [[-1, 0, 0], [0, -1, 0], [0, 0, -1]], [[0, 0, -1], [0, -1, 0], [1, 0, 0]],
@@ -78,7 +78,7 @@ function cube(k) {
   ];
   // More vertices where the edges are round.
   const warp = (s) => { const x = 2 * s - 1; return Math.sign(x) * (1 - (1 - Math.abs(x)) ** 1.35); };
-  const faces = axes.map(([x, y, z]) => grid(Math.round(96 * k), Math.round(96 * k), (u, v) => {
+  const faces = axes.map(([x, y, z], face) => grid(Math.round(96 * k), Math.round(96 * k), (u, v) => {
     const [a, b] = [warp(u), warp(v)];
     const p = [0, 1, 2].map((k) => half * (a * x[k] + b * y[k] + z[k]));
     const inner = p.map((c) => Math.max(-(half - round), Math.min(half - round, c)));
@@ -88,15 +88,36 @@ function cube(k) {
     const dot = x.reduce((sum, c, k) => sum + c * n[k], 0);
     const t = x.map((c, k) => c - dot * n[k]);
     const tl = Math.hypot(...t) || 1;
-    return [...inner.map((c, k) => c + round * n[k]), ...n, ...t.map((c) => c / tl), (a + 1) / 2, (b + 1) / 2];
+    return [...inner.map((c, k) => c + round * n[k]), ...n, ...t.map((c) => c / tl), ...place(a, b, face)];
   }));
   return join(faces);
 }
 
-// `span`: the length on the shape of one turn of u, in its own units.
+// Shapes of solids: each point of the surface has a texel of its own, as the server computes it.
+const once = (make) => (k) => { const made = make(k); for (let i = 9; i < made.data.length; i += 11) made.data[i] /= 2; return made; };
+const inAtlas = (a, b, face) => [((face % 3) + 0.5 + 0.497 * a) / 3, (Math.floor(face / 3) + 0.5 + 0.497 * b) / 2];
+
+function leg(k) {
+  const radius = (y) => (0.28 + 0.1 * cos(4.2 * y) + 0.05 * cos(13 * y)) * Math.sqrt(Math.max(0, 1 - y ** 16));
+  const at = (u, s) => {
+    // More rings of vertices near the ends, where it closes.
+    const v = 0.5 - 0.5 * cos(PI * s);
+    const [t, y] = [2 * PI * u, 1 - 2 * v];
+    const e = 1e-4;
+    const slope = (radius(Math.min(1, y + e)) - radius(Math.max(-1, y - e))) / (Math.min(1, y + e) - Math.max(-1, y - e));
+    const length = Math.hypot(1, slope);
+    return [radius(y) * sin(t), y, radius(y) * cos(t), sin(t) / length, -slope / length, cos(t) / length, cos(t), 0, -sin(t), u, v];
+  };
+  return join([grid(Math.round(256 * Math.max(k, 0.5)), Math.round(360 * Math.max(k, 0.5)), at)]);
+}
+
+// `span`: the length on the shape of one turn of u, in its own units; `foot`: where it touches the ground.
 export const SHAPES = {
-  sphere: { make: sphere, span: PI, view: [0.5, 0.12, 3.3] },
+  sphere: { make: sphere, foot: -1, span: PI, view: [0.5, 0.12, 3.3] },
   plane: { make: plane, span: 2, view: [-0.35, 0.3, 3.2] },
-  cylinder: { make: cylinder, span: (2 * PI * 0.78) / 3, view: [0.3, 0.28, 3.7] },
-  cube: { make: cube, span: 1.6, view: [0.62, 0.42, 4.0] },
+  cylinder: { make: cylinder, foot: -0.92, span: (2 * PI * 0.78) / 3, view: [0.3, 0.28, 3.7] },
+  cube: { make: cube, foot: -0.8, span: 1.6, view: [0.62, 0.42, 4.0] },
+  'solid-sphere': { make: once(sphere), foot: -1, span: 2 * PI, solid: 'sphere', view: [0.5, 0.5, 3.3] },
+  'solid-cube': { make: (k) => cube(k, inAtlas), foot: -0.8, span: 4.8, solid: 'cube', view: [0.62, 0.52, 4.0] },
+  'solid-leg': { make: leg, foot: -1, span: 2, solid: 'leg', view: [0.5, 0.25, 3.4] },
 };

@@ -1,5 +1,5 @@
 // The news of the server. As a shared worker it holds one connection for all tabs: browsers allow six to a server.
-const KINDS = ['state', 'shown', 'errors', 'warnings', 'busy', 'progress', 'done', 'look'];
+const KINDS = ['state', 'shown', 'errors', 'warnings', 'busy', 'progress', 'done', 'look', 'export'];
 
 export function listen(tell) {
   let source;

@@ -9,10 +9,10 @@ const VERSION: u16 = 20;
 
 /// Why there is no archive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct TooLarge;
+pub(crate) struct TooLarge;
 
 /// The archive of these files, names and contents.
-pub(super) fn zip(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, TooLarge> {
+pub(crate) fn zip(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, TooLarge> {
     let count = u16::try_from(files.len()).map_err(|_| TooLarge)?;
     let mut archive = Vec::new();
     let mut directory = Vec::new();

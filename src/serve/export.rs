@@ -1,0 +1,198 @@
+//! Files that a page exports: rendered into a temporary folder with progress, and fetched when they are done.
+use super::handlers::{App, No};
+use super::scene::lock;
+use super::stage::{Stage, Values};
+use crate::render::add_node;
+use crate::target::Target;
+use crate::zip;
+use axum::body::Bytes;
+use axum::extract::{Path, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Json, Response};
+use serde::Deserialize;
+use serde_json::{Value as Data, json};
+use shibo_engine::eval::{CancelToken, Event, Observer};
+use shibo_engine::graph::{self, Graph, LoadOptions};
+use shibo_engine::picture::Format;
+use shibo_engine::session::{Failure, RenderRequest};
+use shibo_engine::value::Resolution;
+use std::collections::BTreeMap;
+use std::fs;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// The most exports at work.
+const AT_ONCE: usize = 2;
+/// Finished exports that are kept until they are fetched.
+const KEPT: usize = 4;
+/// The time between two reports of progress.
+const PROGRESS: Duration = Duration::from_millis(150);
+
+/// What is to be exported.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Wish {
+    g: u64,
+    /// A target; all outputs without.
+    target: Option<String>,
+    /// Whether to write the materials as glTF files instead.
+    #[serde(default)]
+    gltf: bool,
+    /// The pixels of the longer side; those of the graph without.
+    resolution: Option<u32>,
+    /// `png`, `tiff` or `exr`; as the graph says without.
+    format: Option<String>,
+}
+
+/// An export: what stops it, and what it made.
+struct Export {
+    cancel: CancelToken,
+    made: Option<(String, Bytes)>,
+}
+
+/// The exports of a run, by number.
+#[derive(Default)]
+pub(crate) struct Exports(Mutex<(u64, BTreeMap<u64, Export>)>);
+
+impl Exports {
+    fn begin(&self) -> Option<(u64, CancelToken)> {
+        let mut inner = lock(&self.0);
+        let at_work = inner.1.values().filter(|export| export.made.is_none()).count();
+        if at_work >= AT_ONCE {
+            return None;
+        }
+        while inner.1.len() >= KEPT + AT_ONCE {
+            let oldest = inner.1.iter().find(|(_, export)| export.made.is_some()).map(|(id, _)| *id)?;
+            inner.1.remove(&oldest);
+        }
+        inner.0 += 1;
+        let (id, cancel) = (inner.0, CancelToken::default());
+        inner.1.insert(id, Export { cancel: cancel.clone(), made: None });
+        Some((id, cancel))
+    }
+
+    fn end(&self, id: u64, made: Option<(String, Bytes)>) {
+        let mut inner = lock(&self.0);
+        match (made, inner.1.get_mut(&id)) {
+            (Some(made), Some(export)) => export.made = Some(made),
+            _ => drop(inner.1.remove(&id)),
+        }
+    }
+}
+
+/// Tells pages how far an export has come.
+struct Telling<'a> {
+    stage: &'a Stage,
+    id: u64,
+    last: Mutex<Instant>,
+}
+
+impl Observer for Telling<'_> {
+    fn event(&self, event: Event) {
+        let Event::Rows { done, total } = event else { return };
+        let mut last = lock(&self.last);
+        if last.elapsed() >= PROGRESS {
+            *last = Instant::now();
+            self.stage.tell("export", &json!({ "id": self.id, "state": "running", "done": done, "total": total }));
+        }
+    }
+}
+
+/// Starts an export; its number is answered.
+pub(super) async fn export(State(app): State<App>, body: Bytes) -> Result<Json<Data>, No> {
+    let wish: Wish = serde_json::from_slice(&body).map_err(|error| No::Bad(error.to_string()))?;
+    let scene = app.scene(wish.g)?;
+    let stage = app.stage.clone();
+    let values = stage.values();
+    let text = stage.texts.get(&scene.sha256).ok_or(No::Nothing)?;
+    let (id, cancel) = stage.exports.begin().ok_or(No::Busy)?;
+    tokio::task::spawn_blocking(move || {
+        let result = load(&stage, &text, &wish, values).and_then(|graph| render(&stage, graph, &wish, id, &cancel));
+        let news = match &result {
+            Ok((name, bytes)) => json!({ "id": id, "state": "done", "name": name, "bytes": bytes.len() }),
+            Err(Failure::Cancelled) => json!({ "id": id, "state": "cancelled" }),
+            Err(failure) => json!({ "id": id, "state": "failed", "message": failure.to_string() }),
+        };
+        stage.exports.end(id, result.ok());
+        stage.tell("export", &news);
+    });
+    Ok(Json(json!({ "id": id })))
+}
+
+/// Stops an export.
+pub(super) async fn stop(State(app): State<App>, Path((_, id)): Path<(String, u64)>) -> StatusCode {
+    if let Some(export) = lock(&app.stage.exports.0).1.get(&id) {
+        export.cancel.cancel();
+    }
+    StatusCode::ACCEPTED
+}
+
+/// The file that an export made.
+pub(super) async fn fetch(State(app): State<App>, Path((_, id)): Path<(String, u64)>) -> Result<Response, No> {
+    let made = lock(&app.stage.exports.0).1.get(&id).and_then(|export| export.made.clone());
+    let (name, bytes) = made.ok_or(No::Unknown)?;
+    let plain: String = name.chars().filter(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-')).collect();
+    let head = [
+        (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
+        (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{plain}\"")),
+    ];
+    Ok((head, bytes).into_response())
+}
+
+/// The graph as it is shown, with the resolution and the outputs that are wished.
+fn load(stage: &Stage, text: &Arc<str>, wish: &Wish, values: Values) -> Result<Graph, Failure> {
+    let options = LoadOptions {
+        preset: values.preset,
+        set: values.set,
+        resolution: wish.resolution.map(Resolution::Longer),
+        working_dir: std::env::current_dir().unwrap_or_default(),
+        ..LoadOptions::default()
+    };
+    let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &options);
+    loaded.graph.ok_or_else(|| Failure::from(loaded.diagnostics))
+}
+
+/// Renders it: the name of the file, and its bytes.
+fn render(
+    stage: &Stage,
+    mut graph: Graph,
+    wish: &Wish,
+    id: u64,
+    cancel: &CancelToken,
+) -> Result<(String, Bytes), Failure> {
+    let usage = |quit: crate::quit::Quit| Failure::Usage(quit.text());
+    let mut outputs = Vec::new();
+    if wish.gltf {
+        Target::Gltf.replace_outputs(&mut graph, false).map_err(usage)?;
+    } else if let Some(target) = &wish.target {
+        outputs.push(match target.strip_prefix('@') {
+            Some(node) => add_node(&mut graph, &node.replacen(':', ".", 1)).map_err(usage)?,
+            None => target.clone(),
+        });
+    }
+    let folder = tempfile::tempdir().map_err(|error| Failure::File(format!("cannot make a folder: {error}")))?;
+    let format = wish.format.as_deref().and_then(|name| match name {
+        "png" => Some(Format::Png),
+        "tiff" => Some(Format::Tiff),
+        "exr" => Some(Format::Exr),
+        _ => None,
+    });
+    let request = RenderRequest { dir: folder.path().to_path_buf(), outputs, format, ..RenderRequest::default() };
+    let telling = Telling { stage, id, last: Mutex::new(Instant::now()) };
+    let done = stage.session.render(&graph, &request, cancel, &telling)?;
+    let mut files = Vec::new();
+    for path in &done.files {
+        let bytes = fs::read(path).map_err(|error| Failure::File(format!("cannot read what was made: {error}")))?;
+        let inside = path.strip_prefix(folder.path()).unwrap_or(path);
+        files.push((inside.to_string_lossy().replace('\\', "/"), bytes));
+    }
+    match files.len() {
+        0 => Err(Failure::Usage("the graph has no outputs to export".to_owned())),
+        1 => Ok(files.pop().map(|(name, bytes)| (name, bytes.into())).unwrap_or_default()),
+        _ => {
+            let stem = graph.path.file_stem().map_or_else(|| "maps".into(), |stem| stem.to_string_lossy());
+            let archive = zip::zip(&files).map_err(|_| Failure::File("the files are larger than 4 GiB".to_owned()))?;
+            Ok((format!("{stem}.zip"), archive.into()))
+        }
+    }
+}

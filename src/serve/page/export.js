@@ -1,0 +1,120 @@
+// Files: this map, all maps, or a glTF file, at a resolution of one's choice.
+import { element, short } from './dom.js';
+import { post } from './net.js';
+import { frames, zip } from './frames.js';
+import { html } from './share.js';
+
+const SIZES = [256, 512, 1024, 2048, 4096, 8192];
+
+export class Exporter {
+  constructor(root, page) {
+    this.root = root;
+    this.page = page;
+    this.build();
+  }
+
+  build() {
+    const select = (id, text, options) => {
+      const made = element('select', { id }, ...options.map(([value, name]) => element('option', { value, textContent: name })));
+      return [made, element('label', { htmlFor: id, textContent: text }), made];
+    };
+    const [what, ...whatRow] = select('export-what', 'What', [['map', 'This map'], ['maps', 'All maps'], ['gltf', 'glTF (.glb)']]);
+    const [size, ...sizeRow] = select('export-size', 'Longer side', [['', 'as in the graph'], ...SIZES.map((n) => [n, `${n} px`])]);
+    const [format, ...formatRow] = select('export-format', 'Format', [['', 'as in the graph'], ['png', 'PNG'], ['tiff', 'TIFF'], ['exr', 'EXR']]);
+    this.begin = element('button', { id: 'export-begin', textContent: 'Export' });
+    this.cancel = element('button', { id: 'export-cancel', textContent: 'Cancel', hidden: true });
+    this.bar = element('progress', { max: 1, value: 0, hidden: true, ariaLabel: 'Progress of the export' });
+    this.note = element('p', { className: 'doc', id: 'export-note', role: 'status' });
+    this.share = element('button', { id: 'share', textContent: 'Share 3D view', title: 'One HTML file with the material in light, which opens without Shibo' });
+    this.share.onclick = () => this.shared();
+    this.film = element('button', { id: 'turntable', textContent: 'Turntable', title: 'The 3D view as 36 pictures: a turn, or the line of a comparison' });
+    this.film.onclick = () => this.sequence();
+    this.begin.onclick = () => this.start(what.value, size.value, format.value);
+    this.cancel.onclick = () => { this.stopped = true; if (this.id) post(`export/${this.id}/stop`, {}); };
+    this.root.replaceChildren(
+      element('div', { className: 'fields' }, ...whatRow, ...sizeRow, ...formatRow),
+      element('div', { className: 'row' }, this.begin, this.cancel), element('div', { className: 'row' }, this.share, this.film), this.bar, this.note,
+    );
+  }
+
+  // The lit view as a file.
+  async shared() {
+    const { lit, state } = this.page;
+    if (!lit.asked) { this.page.controls.setView('lit'); }
+    if (!lit.asked) { this.note.textContent = 'There is nothing in light yet.'; return; }
+    this.share.disabled = true;
+    this.note.textContent = 'Putting the file together …';
+    try {
+      const blob = new Blob([await html(lit, state.file)], { type: 'text/html' });
+      this.save(blob, `${state.file.replace(/\.ron$/, '')}.html`);
+    } catch {
+      this.note.textContent = 'The graph has changed meanwhile; try again.';
+    }
+    this.share.disabled = false;
+  }
+
+  // A turn of the shape as pictures.
+  async sequence() {
+    const { lit, state } = this.page;
+    if (!lit.now) this.page.controls.setView('lit');
+    if (!lit.now) { this.note.textContent = 'There is nothing in light yet.'; return; }
+    this.busy(true);
+    this.stopped = false;
+    const made = await frames(lit, 36, 1024, (share) => { this.bar.value = share; return !this.stopped; });
+    this.busy(false);
+    if (made) this.save(zip(made), `${state.file.replace(/\.ron$/, '')}_frames.zip`); else this.note.textContent = 'Cancelled';
+  }
+
+  save(blob, name) {
+    const link = element('a', { href: URL.createObjectURL(blob), download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+    this.note.textContent = `${name}, ${short(blob.size / 1048576)} MiB`;
+  }
+
+  async start(what, size, format) {
+    const { state, target } = this.page;
+    if (!state?.scene || this.id) return;
+    const wish = { g: state.scene.generation, gltf: what === 'gltf' };
+    if (what === 'map') wish.target = target;
+    if (size) wish.resolution = +size;
+    if (format && what !== 'gltf') wish.format = format;
+    this.busy(true);
+    this.note.textContent = 'Rendering …';
+    this.early = [];
+    const answer = await post('export', wish).catch(() => null);
+    if (answer?.status !== 200) {
+      this.busy(false);
+      this.note.textContent = answer ? (await answer.text()) || 'Too much is being made at the moment; try again.' : 'Not connected.';
+      return;
+    }
+    this.id = (await answer.json()).id;
+    // It may have been done before the answer was here.
+    for (const news of this.early) this.heard(news);
+  }
+
+  busy(on) {
+    this.begin.disabled = on;
+    this.cancel.hidden = this.bar.hidden = !on;
+    this.bar.removeAttribute('value');
+    if (!on) this.id = null;
+  }
+
+  heard(news) {
+    if (!this.id) { this.early?.push(news); return; }
+    if (news.id !== this.id) return;
+    if (news.state === 'running') { this.bar.value = news.done / Math.max(1, news.total); return; }
+    const { id } = this;
+    this.busy(false);
+    this.root.dataset.last = news.state;
+    if (news.state === 'done') {
+      this.note.textContent = `${news.name}, ${short(news.bytes / 1048576)} MiB`;
+      const link = element('a', { href: `export/${id}`, download: news.name });
+      this.root.append(link);
+      link.click();
+      link.remove();
+    } else {
+      this.note.textContent = news.state === 'cancelled' ? 'Cancelled' : news.message;
+    }
+  }
+}

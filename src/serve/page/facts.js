@@ -1,0 +1,68 @@
+// What stands below the picture.
+import { $, notice } from './dom.js';
+import { ask, latest } from './net.js';
+import { valueAt } from './tone.js';
+
+// Whether the canvas tiles, and what is in the way.
+export function tiling(page, look) {
+  const { canvas, breaks } = page.state.scene;
+  const [first] = breaks ?? [];
+  const button = $('tiling');
+  button.hidden = false;
+  button.className = first ? 'bad' : '';
+  button.textContent = first ? 'does not tile' : canvas.tile.every(Boolean) ? 'tiles' : canvas.tile.some(Boolean) ? 'tiles one way' : 'no tiling';
+  button.title = first ? `${first.message}; ${first.help}` : 'As the canvas of the graph says';
+  button.onclick = () => { if (first) { look(`@${first.node}`); notice(first.message); } else page.controls.setSeam(!page.picture.seam); };
+}
+
+const n = (v) => (Number.isInteger(v) ? String(v) : (+v).toFixed(Math.abs(v) < 10 ? 4 : 2));
+
+// What black and white are, or how many things there are.
+export function legend(page, object) {
+  const { shown, picture } = page;
+  let text = '';
+  const range = picture.sharedRange ?? shown?.range;
+  if (object?.note) text = object.note;
+  else if (object) text = `${object.count.toLocaleString()} ${object.unit}`;
+  else if (shown?.own) text = `${shown.size.join(' × ')} px of its own`;
+  else if (range && (range[0] !== 0 || range[1] !== 1)) {
+    const [lo, hi] = range.map((v) => `${+v.toPrecision(3)}${shown.unit ? ` ${shown.unit}` : ''}`);
+    text = `black ${lo} · white ${hi}${picture.tone.range ? ' · locked' : picture.comparison.before && picture.sharedRange ? ' · shared' : ''}`;
+  }
+  $('legend').textContent = text;
+}
+// The place under the cursor, and the values there.
+export const probe = latest(async (page, pixel) => {
+  const { state, shown, picture, target } = page;
+  if (!pixel || !state?.scene || picture.object?.own) { $('cursor').textContent = ''; return; }
+  const [x, y] = pixel;
+  if (shown?.own) { $('cursor').textContent = `${x}, ${y} px`; return; }
+  const found = shown?.picture ? await ask('probe', { g: state.scene.generation, t: target, x, y }) : null;
+  const { canvas } = state.scene;
+  const share = [0, 1].map((i) => (pixel[i] + 0.5) / canvas.resolution[i]);
+  const mm = found?.mm ?? share.map((s, i) => s * canvas.size_mm[i]);
+  let text = `x ${mm[0].toFixed(3)}  y ${mm[1].toFixed(3)} mm   ·   ${x}, ${y} px`;
+  if (found) {
+    const values = found.type === 'Normal' ? found.values.map((v) => 2 * v - 1) : found.values;
+    text += `   ·   ${values.map(n).join('  ')}${found.unit ? ` ${found.unit}` : ''}`;
+    if (found.srgb) text += `   ·   #${found.srgb.map((v) => v.toString(16).padStart(2, '0')).join('')}`;
+  }
+  const { before, after } = picture.comparison;
+  if (before) text += `   ·   left ${valueAt(before, share).map(n).join('  ')}`;
+  if (after) text += `   right ${valueAt(after, share).map(n).join('  ')}`;
+  $('cursor').textContent = text;
+});
+
+// What is going on.
+export function status(page) {
+  const s = $('status');
+  const { state } = page;
+  s.className = '';
+  if (document.documentElement.dataset.online === 'no') { s.textContent = 'not connected: is `shibo watch` running?'; s.className = 'bad'; return; }
+  if (!state) return;
+  if (state.errors.length) { s.textContent = `${state.errors.length} error${state.errors.length > 1 ? 's' : ''}: the last good picture stays`; s.className = 'bad'; return; }
+  if (page.waiting) { s.textContent = state.progress ? `${state.progress.node} …` : 'evaluating …'; s.className = 'busy'; return; }
+  const ms = (v) => (v >= 999.5 ? `${(v / 1000).toFixed(1)} s` : `${v.toFixed(0)} ms`);
+  const { done } = state;
+  if (done) s.textContent = `${done.ran} of ${state.scene?.nodes ?? '?'} nodes ran · shown in ${ms(done.first_ms)} · sharp in ${ms(done.all_ms)}`;
+}

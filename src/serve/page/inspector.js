@@ -1,0 +1,59 @@
+// What is known of the node that is looked at, and its constants.
+import { $, element } from './dom.js';
+
+const text = (tag, className, content = '') => element(tag, { className, textContent: content });
+
+// `node` and `stat` are what the graph knows of it; `onport` looks at another output, `onchange` changes the file.
+export function inspect(about, { node, stat, target, onport, onclose, onjump, onchange }) {
+  const box = $('inspector');
+  box.hidden = false;
+  const close = element('button', { textContent: '✕', ariaLabel: 'Back to the outputs' });
+  close.onclick = onclose;
+  const jump = element('button', { textContent: 'In the editor', title: 'Show its line in the editor' });
+  jump.onclick = onjump;
+  const parts = [element('h2', {}, 'Node', text('div', 'spring'), jump, close), text('div', 'name', about.node), text('div', 'kind', about.kind)];
+  if (node?.ports.length > 1 && !node.use) {
+    const ports = element('div', { className: 'ports', role: 'group', ariaLabel: 'Outputs of the node' });
+    node.ports.forEach((p, i) => {
+      const full = i ? `@${about.node}:${p.name}` : `@${about.node}`;
+      const b = element('button', { textContent: p.name, ariaPressed: String(target === full) });
+      b.onclick = () => onport(full);
+      ports.append(b);
+    });
+    parts.push(ports);
+  }
+  const facts = [about.doc, stat && `${stat.state}${stat.state === 'computed' ? ` in ${(stat.seconds * 1000).toFixed(1)} ms` : ''}`, node?.line && `line ${node.line}`];
+  parts.push(text('div', 'facts', facts.filter(Boolean).join(' · ')));
+  if (node?.broken) parts.push(text('div', 'facts bad', node.broken));
+  for (const field of about.fields ?? []) { const made = constant(about.node, field, onchange); if (made) parts.push(made); }
+  parts.push(text('pre', '', about.text));
+  box.replaceChildren(...parts);
+}
+
+// A number, a switch, a choice or a colour that is written at the node: edited in place, or made a parameter.
+function constant(node, field, onchange) {
+  const { name, text: written } = field;
+  const id = `field-${name}`;
+  const number = /^-?[\d._]+(e-?\d+)?$/i.test(written);
+  const color = /^"#[0-9a-f]{6}"$/i.test(written);
+  const bool = written === 'true' || written === 'false';
+  const choice = field.choices?.includes(written);
+  if (!number && !color && !bool && !choice) return null;
+  let box = null;
+  let value = () => box.value;
+  if (choice) box = element('select', { id }, ...field.choices.map((c) => element('option', { value: c, textContent: c })));
+  else box = element('input', { id, type: bool ? 'checkbox' : color ? 'color' : 'number', step: field.whole ? 1 : 'any' });
+  if (bool) { box.checked = written === 'true'; value = () => String(box.checked); }
+  else if (color) { box.value = written.slice(1, -1); value = () => `"${box.value}"`; }
+  else box.value = number ? written.replaceAll('_', '') : written;
+  if (number && field.min !== null && field.min !== undefined) box.min = field.min;
+  if (number && field.max !== null && field.max !== undefined) box.max = field.max;
+  box.onchange = () => { if (box.value !== '') onchange({ field: { node, field: name, value: value() } }, `${node}: ${name} ${value()}`); };
+  const head = element('div', { className: 'head' }, element('label', { htmlFor: id, textContent: name.replaceAll('_', ' '), title: field.doc }), box, element('span', { className: 'unit', textContent: field.unit ?? '' }));
+  if (!choice) {
+    const make = element('button', { textContent: 'Make parameter', ariaLabel: `Make a parameter of ${name}`, title: 'A parameter of the graph, with a slider here' });
+    make.onclick = () => onchange({ promote: { node, field: name } }, `Parameter of ${node}: ${name}`);
+    head.append(make);
+  }
+  return element('div', { className: 'param constant', dataset: { field: name } }, head);
+}

@@ -1,0 +1,165 @@
+// Every value that is set and every save is a step: undone, done again, gone back to, compared.
+import { $, element, notice } from './dom.js';
+import { change } from './net.js';
+
+const MOST = 200;
+// A control that rests this long has ended its step, in ms.
+const REST = 900;
+const SIZE = 84;
+const same = (a, b) => JSON.stringify([a.preset, [...a.set].sort()]) === JSON.stringify([b.preset, [...b.set].sort()]);
+
+export class Looks {
+  // `apply` puts values in force; `compare` shows two steps beside each other.
+  constructor(root, { apply, compare }) {
+    this.root = root;
+    this.apply = apply;
+    this.compare = compare;
+    this.steps = [];
+    this.at = null;
+    this.sha = null;
+    this.marked = [];
+    $('undo').onclick = () => this.undo();
+    $('redo').onclick = () => this.redo();
+  }
+
+  add(step) {
+    this.steps.push({ ...step, parent: this.at, pictures: {}, number: (this.steps.at(-1)?.number ?? 0) + 1 });
+    const made = this.steps.at(-1);
+    if (this.at) this.at.next = made;
+    if (this.steps.length > MOST) { const gone = this.steps.shift(); for (const s of this.steps) if (s.parent === gone) s.parent = null; }
+    this.at = made;
+    this.draw();
+  }
+
+  // Values that somebody has set; a drag of one control is one step.
+  record(values, label, group) {
+    const now = Date.now();
+    if (group && this.at?.group === group && now - this.touched < REST) {
+      Object.assign(this.at, { values, label });
+      this.draw();
+    } else {
+      this.add({ values, label, group, sha: this.sha });
+    }
+    this.touched = now;
+  }
+
+  // Changes the file; that is a step. What comes of it is one's own.
+  async save(what, values, label) {
+    const sha = await this.write(what, values);
+    this.add({ values, label, sha, own: true });
+  }
+
+  async write(what, values) {
+    this.writing = true;
+    try {
+      this.sha = await change(this.sha, what, { preset: values.preset, set: [...values.set] });
+      return this.sha;
+    } finally {
+      this.writing = false;
+      this.seen(this.last);
+    }
+  }
+
+  // What the server shows: the first time, after a save of somebody else's, and else only the pictures.
+  seen(state) {
+    this.last = state;
+    const { scene, values } = state;
+    // Until the answer is here, nobody knows whose content that is; an old one may still be on its way.
+    if (!scene || this.writing || scene.generation === this.known) return;
+    this.known = scene.generation;
+    if (!this.at) {
+      this.sha = scene.sha256;
+      this.add({ values, label: 'Opened', sha: scene.sha256 });
+    } else if (scene.sha256 !== this.sha && scene.sha256 !== this.at.parent?.sha) {
+      this.sha = scene.sha256;
+      // Values that were just set here may not be in force there yet.
+      this.add({ values: this.at.values, label: 'File saved', sha: scene.sha256, external: true });
+    }
+  }
+
+  // A picture of the present look.
+  shown(now, image) {
+    if (!this.at) return;
+    this.at.pictures[now.target] = now;
+    this.at.target = now.target;
+    const canvas = this.at.canvas ??= element('canvas', { width: SIZE, height: SIZE });
+    const k = Math.max(SIZE / image.width, SIZE / image.height);
+    const c = canvas.getContext('2d');
+    c.imageSmoothingQuality = 'high';
+    c.drawImage(image, (SIZE - image.width * k) / 2, (SIZE - image.height * k) / 2, image.width * k, image.height * k);
+  }
+
+  pictures(all) { if (this.at) Object.assign(this.at.pictures, all); }
+
+  get canUndo() { return !!this.before(); }
+
+  // The step that undoing leads to: saves of others stay as they are.
+  before() {
+    let { at } = this;
+    while (at?.external && at.parent && same(at.values, at.parent.values)) at = at.parent;
+    return at?.parent ?? null;
+  }
+
+  async undo() {
+    const to = this.before();
+    if (!to) return;
+    let from = this.at;
+    for (let s = from; s !== to; s = s.parent) s.parent.next = s;
+    while (from.external && from.parent !== to) from = from.parent;
+    await this.go(to, from.own && this.sha === from.sha ? to.sha : this.sha, `Undone: ${from.label}`);
+  }
+
+  async redo() {
+    const to = this.at?.next;
+    if (to) await this.go(to, to.own ? to.sha : this.sha, `Done again: ${to.label}`);
+  }
+
+  // Goes to a step, with the file as `sha` says.
+  async go(to, sha, text) {
+    try {
+      if (sha !== this.sha) {
+        await this.write({ restore: { to: sha } }, to.values);
+        this.apply(to.values, false);
+      } else {
+        this.apply(to.values, true);
+      }
+    } catch (error) {
+      notice(error.message, true);
+      return;
+    }
+    this.at = to;
+    if (to.own) to.sha = this.sha;
+    this.touched = 0;
+    notice(text);
+    this.draw();
+  }
+
+  draw() {
+    $('undo').disabled = !this.canUndo;
+    $('redo').disabled = !this.at?.next;
+    if (!this.root.closest('details').open) return;
+    const row = (step) => {
+      const go = element('button', { className: 'look', title: 'Go back to this look' }, step.canvas, element('span', { textContent: `${step.number}. ${step.label}` }));
+      go.ariaPressed = String(step === this.at);
+      go.onclick = () => this.go(step, step.sha, `Back at: ${step.label}`);
+      const mark = element('button', { textContent: 'Compare', ariaLabel: `Compare look ${step.number}` });
+      mark.ariaPressed = String(this.marked.includes(step));
+      mark.onclick = () => this.mark(step);
+      return element('li', {}, go, mark);
+    };
+    const focused = [...this.root.querySelectorAll('button')].indexOf(document.activeElement);
+    this.root.replaceChildren(
+      element('p', { className: 'doc', textContent: 'Click a look to go back to it; mark two to compare them.' }),
+      element('ol', { className: 'looks' }, ...[...this.steps].reverse().map(row)),
+    );
+    if (focused >= 0) this.root.querySelectorAll('button')[focused]?.focus();
+  }
+
+  // Two marked looks are compared.
+  mark(step) {
+    this.marked = this.marked.includes(step) ? this.marked.filter((s) => s !== step) : [...this.marked, step].slice(-2);
+    this.draw();
+    const [a, b] = [...this.marked].sort((x, y) => x.number - y.number);
+    this.compare(b ? [a, b] : null);
+  }
+}

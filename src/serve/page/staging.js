@@ -1,0 +1,132 @@
+// Where the shape stands: environment, backdrop, shadow at its foot, and the view that is kept for each graph.
+import { element, keep, setting } from './dom.js';
+
+const SCENES = ['Studio', 'Overcast sky', 'Evening', 'One light'];
+const BACKDROPS = ['As the page', 'Black', 'Grey', 'White'];
+// A plane shows its relief in light that grazes it.
+const GRAZING = 14;
+const USUAL = 37;
+// The most graphs whose views are kept.
+const KEPT = 12;
+
+export class Staging {
+  constructor(lit) {
+    this.lit = lit;
+    this.scene = 0;
+    this.backdrop = 0;
+    this.shadow = true;
+    this.file = null;
+    this.byHand = false;
+    const select = (id, text, options, set) => {
+      const made = element('select', { id }, ...options.map((name, i) => element('option', { value: i, textContent: name })));
+      made.onchange = () => { set(+made.value); this.keepSoon(); };
+      lit.panel.append(element('div', { className: 'param' }, element('label', { htmlFor: id, textContent: text }), made));
+      return made;
+    };
+    this.sceneBox = select('light-scene', 'Environment', SCENES, (n) => { this.scene = n; lit.draw(); });
+    this.backBox = select('light-backdrop', 'Backdrop', BACKDROPS, (n) => this.setBackdrop(n));
+    this.shadowBox = element('input', { type: 'checkbox', id: 'light-shadow', checked: true });
+    this.shadowBox.onchange = () => { this.shadow = this.shadowBox.checked; this.keepSoon(); lit.draw(); };
+    lit.panel.append(element('label', { className: 'check', htmlFor: 'light-shadow' }, this.shadowBox, 'Shadow on the ground'));
+    this.shaped(lit.shape);
+  }
+
+  setBackdrop(n) {
+    this.backdrop = n;
+    document.getElementById('stage').dataset.backdrop = n;
+  }
+
+  // The height of the light is the user's once it was moved.
+  touched(name) { if (name === 'lightHeight') this.byHand = true; }
+
+  shaped(shape) {
+    if (!this.byHand) this.lit.set('lightHeight', shape === 'plane' ? GRAZING : USUAL);
+  }
+
+  // The view of a graph, as it was left.
+  open(file) {
+    if (this.file === file) return;
+    this.file = file;
+    const kept = setting('views')?.find(([name]) => name === file)?.[1];
+    if (!kept) return;
+    const { lit } = this;
+    const [shape, turn, tilt, distance, light, height, size, exposure, scene, backdrop, shadow] = kept;
+    if (lit.shapes[shape]) lit.setShape(shape);
+    Object.assign(lit, { turn, tilt, distance });
+    this.byHand = true;
+    for (const [name, value] of Object.entries({ light, lightHeight: height, lightSize: size, exposure })) lit.set(name, value);
+    this.scene = scene;
+    this.shadow = shadow;
+    this.setBackdrop(backdrop);
+    this.sceneBox.value = scene;
+    this.backBox.value = backdrop;
+    this.shadowBox.checked = shadow;
+    this.dirty = false;
+  }
+
+  keepSoon() {
+    if (!this.file) return;
+    clearTimeout(this.soon);
+    this.soon = setTimeout(() => {
+      const { lit } = this;
+      const round = (v) => +v.toFixed(3);
+      const { light, lightHeight, lightSize, exposure } = lit.values;
+      const now = [lit.shape, ...[lit.turn, lit.tilt, lit.distance, light, lightHeight, lightSize, exposure].map(round), this.scene, this.backdrop, this.shadow];
+      keep('views', [[this.file, now], ...(setting('views') ?? []).filter(([name]) => name !== this.file)].slice(0, KEPT));
+    }, 400);
+  }
+}
+
+const VERTEX = `#version 300 es
+layout(location = 0) in vec2 aPlace;
+uniform mat4 uView;
+uniform float uFoot;
+out vec2 vPlace;
+void main() { vPlace = aPlace; gl_Position = uView * vec4(aPlace.x * 2.2, uFoot, aPlace.y * 2.2, 1.0); }`;
+const FRAGMENT = `#version 300 es
+precision highp float;
+in vec2 vPlace;
+out vec4 oColor;
+void main() {
+  float r = length(vPlace) * 2.2;
+  float dark = 0.55 * exp(-2.2 * r * r) + 0.2 * exp(-0.9 * r * r);
+  oColor = vec4(0.0, 0.0, 0.0, dark * smoothstep(2.2, 1.4, r));
+}`;
+
+// The shadow where the shape touches the ground.
+export class Ground {
+  paint(gl, view, foot) {
+    if (foot === undefined) return;
+    if (this.gl !== gl) this.prepare(gl);
+    gl.useProgram(this.program);
+    gl.uniformMatrix4fv(this.view, false, view);
+    gl.uniform1f(this.foot, foot);
+    gl.bindVertexArray(this.array);
+    gl.enable(gl.BLEND);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+  }
+
+  prepare(gl) {
+    this.gl = gl;
+    this.program = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(this.program, shader);
+    }
+    gl.linkProgram(this.program);
+    this.view = gl.getUniformLocation(this.program, 'uView');
+    this.foot = gl.getUniformLocation(this.program, 'uFoot');
+    this.array = gl.createVertexArray();
+    gl.bindVertexArray(this.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]), gl.STATIC_DRAW);
+    gl.enableVertexAttribArray(0);
+    gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 8, 0);
+  }
+}

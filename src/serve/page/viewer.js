@@ -1,0 +1,109 @@
+// The material in light on a page of its own, as it is shared: no server, no other file.
+import { camera } from './camera.js';
+import { FRAGMENT, VERTEX } from './shaders.js';
+import { SHAPES } from './shapes.js';
+
+// `shared` is what share.js has put together.
+export async function view(canvas, shared) {
+  const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
+  if (!gl) { document.body.append('This browser has no WebGL 2.'); return; }
+  const half = gl.getExtension('EXT_color_buffer_half_float') || gl.getExtension('EXT_color_buffer_float');
+  const program = gl.createProgram();
+  for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  gl.useProgram(program);
+  gl.enable(gl.DEPTH_TEST);
+  const at = (name) => gl.getUniformLocation(program, name);
+  let bits = 0;
+  for (const [i, channel] of shared.channels.entries()) {
+    gl.uniform1i(at(`u${channel.replace(/(^|_)([a-z])/g, (_, __, c) => c.toUpperCase())}`), i);
+    const map = shared.maps[channel];
+    gl.activeTexture(gl.TEXTURE0 + i);
+    if (!map) continue;
+    bits |= 1 << i;
+    const image = new Image();
+    image.src = map.image;
+    await image.decode();
+    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+    if (map.range) {
+      // Sixteen bits in two channels of a picture.
+      const sheet = new OffscreenCanvas(image.width, image.height).getContext('2d');
+      sheet.drawImage(image, 0, 0);
+      const { data } = sheet.getImageData(0, 0, image.width, image.height);
+      const [lo, hi] = map.range;
+      const values = Float32Array.from({ length: data.length / 4 }, (_, k) => lo + ((hi - lo) * (data[4 * k] * 256 + data[4 * k + 1])) / 65535);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, image.width, image.height, 0, gl.RED, gl.FLOAT, values);
+    } else {
+      gl.texImage2D(gl.TEXTURE_2D, 0, channel === 'base_color' ? gl.SRGB8_ALPHA8 : gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
+    }
+    const mips = !map.range || half;
+    if (mips) gl.generateMipmap(gl.TEXTURE_2D);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, mips ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
+  }
+  const shape = SHAPES[shared.shape];
+  const moved = shared.relief === 'displacement' && !!shared.maps.height;
+  const { data, index } = shape.make(moved ? 1 : 0.35);
+  gl.bindVertexArray(gl.createVertexArray());
+  gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+  gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
+  for (const [i, [n, from]] of [[3, 0], [3, 3], [3, 6], [2, 9]].entries()) {
+    gl.enableVertexAttribArray(i);
+    gl.vertexAttribPointer(i, n, gl.FLOAT, false, 44, from * 4);
+  }
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, index, gl.STATIC_DRAW);
+
+  const v = shared.values;
+  const eye = { turn: shared.turn, tilt: shared.tilt, distance: shared.distance };
+  let { light } = v;
+  const paint = () => {
+    const ratio = Math.min(devicePixelRatio || 1, 2);
+    [canvas.width, canvas.height] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.max(1, Math.round(n * ratio)));
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.clearColor(...shared.back, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const flat = Math.cos(eye.tilt);
+    const from = [Math.sin(eye.turn) * flat, Math.sin(eye.tilt), Math.cos(eye.turn) * flat].map((c) => c * eye.distance);
+    const a = (light * Math.PI) / 180;
+    const [high, round] = [(v.lightHeight * Math.PI) / 180, -0.8567];
+    gl.uniformMatrix4fv(at('uView'), false, camera(from, canvas.width / canvas.height));
+    gl.uniform3fv(at('uEye'), from);
+    gl.uniformMatrix3fv(at('uLight'), false, [Math.cos(a), 0, -Math.sin(a), 0, 1, 0, Math.sin(a), 0, Math.cos(a)]);
+    gl.uniform2f(at('uRepeat'), v.repeat, (v.repeat * shared.mm[0]) / shared.mm[1]);
+    gl.uniform1f(at('uDisplace'), moved ? (shape.span / v.repeat / shared.mm[0]) * v.relief : 0);
+    gl.uniform2fv(at('uHeights'), shared.maps.height?.range ?? [0, 0]);
+    gl.uniform1f(at('uUvPerMm'), 1 / shared.mm[0]);
+    gl.uniform2f(at('uAspect'), 1, shared.mm[0] / shared.mm[1]);
+    gl.uniform1f(at('uRelief'), v.relief);
+    gl.uniform1i(at('uParallax'), shared.relief === 'parallax' ? 1 : 0);
+    gl.uniform1f(at('uFine'), 0.7);
+    gl.uniform1f(at('uExposure'), 2 ** v.exposure);
+    gl.uniform1i(at('uScene'), shared.scene);
+    gl.uniform4f(at('uKey'), Math.sin(round) * Math.cos(high), Math.sin(high), Math.cos(round) * Math.cos(high), v.lightSize);
+    gl.uniform1i(at('uMaps'), bits);
+    gl.uniform4f(at('uConstants'), v.roughness, v.metallic, v.anisotropy, v.coat);
+    gl.drawElements(gl.TRIANGLES, index.length, gl.UNSIGNED_INT, 0);
+    canvas.dataset.drawn = (Number(canvas.dataset.drawn) || 0) + 1;
+  };
+  let queued = false;
+  const draw = () => { if (!queued) { queued = true; requestAnimationFrame(() => { queued = false; paint(); }); } };
+  const turn = (dx, dy) => { eye.turn -= dx; eye.tilt = Math.min(1.5, Math.max(-1.5, eye.tilt + dy)); draw(); };
+  const zoom = (by) => { eye.distance = Math.min(12, Math.max(1.25, eye.distance * by)); draw(); };
+  canvas.onpointerdown = (e) => canvas.setPointerCapture(e.pointerId);
+  canvas.onpointermove = (e) => {
+    if (!canvas.hasPointerCapture(e.pointerId)) return;
+    if (e.shiftKey) { light += e.movementX * 0.5; draw(); } else turn(e.movementX * 0.008, e.movementY * 0.008);
+  };
+  canvas.addEventListener('wheel', (e) => { e.preventDefault(); zoom(Math.exp(e.deltaY * 0.0012)); }, { passive: false });
+  canvas.onkeydown = (e) => {
+    const by = { ArrowLeft: [0.12, 0], ArrowRight: [-0.12, 0], ArrowUp: [0, 0.12], ArrowDown: [0, -0.12] }[e.key];
+    if (by) turn(...by); else if (e.key === '+') zoom(0.85); else if (e.key === '-') zoom(1.18);
+  };
+  new ResizeObserver(draw).observe(canvas);
+  draw();
+}

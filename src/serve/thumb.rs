@@ -1,0 +1,139 @@
+//! Thumbnails: what stands for a node is its picture, shrunk. The graph evaluated with so few pixels would look different.
+use super::data::Query2;
+use super::handlers::{App, No, png};
+use super::paint::{Painter, small};
+use super::scene::{COARSE, Manner, Scene, Sight, Target, WHOLE};
+use super::stage::{Stage, Values};
+use super::store::{Store, Stored};
+use axum::extract::{Query, State};
+use axum::response::Response;
+use petgraph::graph::NodeIndex;
+use serde::Deserialize;
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::graph::{self, LoadOptions};
+use shibo_engine::session::{Failure, Look};
+use shibo_engine::value::{Field, Key, Window};
+use std::sync::Arc;
+
+/// The longest side.
+const LONGEST: u32 = 96;
+/// The longest side of a variation.
+const VARIATION: u32 = 240;
+
+/// What a query about a node says.
+#[derive(Debug, Deserialize)]
+pub(super) struct Node {
+    g: u64,
+    /// The node's number.
+    n: usize,
+    /// Which of its outputs.
+    #[serde(default)]
+    o: usize,
+}
+
+/// A small picture of an output of a node.
+pub(super) async fn thumb(State(app): State<App>, query: Query2<Node>) -> Result<Response, No> {
+    let Query(Node { g, n, o }) = query?;
+    let scene = app.scene(g)?;
+    let node = NodeIndex::new(n);
+    let found = scene.graph.nodes.node_weight(node).filter(|node| o < node.outputs.len()).ok_or(No::Unknown)?;
+    let target = Target { name: format!("@{}", found.name), node, output: o, channel: None };
+    let stored = app
+        .look(&scene, move |look, stage, scene| match scene.sight(look, &target)? {
+            Some(Sight::Field(field, manner)) => shrunk(look, &stage.store, scene, &target, (&field, manner)).map(Some),
+            Some(Sight::Pixels(pixels)) => Ok(Some(scene.pixels(&stage.store, &target, &pixels, LONGEST))),
+            _ => Ok(None),
+        })
+        .await?;
+    stored.map(|stored| png(stored.png.clone())).ok_or(No::Nothing)
+}
+
+/// The sharp picture of a field, shrunk. Outputs have been made as large, so most of what it needs is in memory.
+fn shrunk(
+    look: &Look<'_>,
+    store: &Store,
+    scene: &Scene,
+    target: &Target,
+    (field, manner): (&Field, Manner),
+) -> Result<Arc<Stored>, Failure> {
+    let size = scene.size(WHOLE);
+    let sharp = scene.known(store, target, field, size);
+    let id = Key::of("thumb", &[scene.id(target, field, &scene.graph.canvas.grid(size)).as_bytes()]).to_string();
+    if let Some(known) = store.get(&id) {
+        return Ok(known);
+    }
+    let made = |(png, size): (Vec<u8>, [u32; 2]), range| {
+        Arc::new(Stored { id: id.clone(), png: png.into(), size, range, ty: field.ty() })
+    };
+    let stored = match sharp.and_then(|sharp| Some(made(decoded(&sharp.png)?, sharp.range))) {
+        Some(stored) => stored,
+        None => {
+            let tile = look.raster(field, &scene.graph.canvas.grid(size), Window::full(size))?;
+            let range = super::paint::range(manner.ty, &tile);
+            made(Painter::new(manner.ty, range).small(&tile, LONGEST), range)
+        }
+    };
+    store.put(stored.clone());
+    Ok(stored)
+}
+
+/// What a query about a variation says.
+#[derive(Debug, Deserialize)]
+pub(super) struct Variation {
+    g: u64,
+    t: String,
+    /// The values of parameters, as JSON.
+    v: String,
+    /// What is black.
+    lo: Option<f32>,
+    /// What is white.
+    hi: Option<f32>,
+}
+
+/// A small picture of a target as it would be with other values of the parameters.
+pub(super) async fn vary(State(app): State<App>, query: Query2<Variation>) -> Result<Response, No> {
+    let Query(Variation { g, t, v, lo, hi }) = query?;
+    let values: Values = serde_json::from_str(&v).map_err(|error| No::Bad(error.to_string()))?;
+    let scene = app.scene(g)?;
+    let text = app.stage.texts.get(&scene.sha256).ok_or(No::Nothing)?;
+    let made = app.apart(&scene, move |stage, cancel| varied(stage, cancel, &text, values, (&t, lo.zip(hi)))).await?;
+    made.map(|bytes| png(bytes.into())).ok_or(No::Nothing)
+}
+
+fn varied(
+    stage: &Stage,
+    cancel: &CancelToken,
+    text: &str,
+    values: Values,
+    (target, given): (&str, Option<(f32, f32)>),
+) -> Result<Option<Vec<u8>>, Failure> {
+    let options = LoadOptions {
+        preset: values.preset,
+        set: values.set,
+        working_dir: std::env::current_dir().unwrap_or_default(),
+        ..LoadOptions::default()
+    };
+    let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &options);
+    let graph = loaded.graph.ok_or(Failure::Errors(loaded.diagnostics))?;
+    let keys = stage.session.keys(&graph)?;
+    let scene = Scene::new(0, String::new(), graph, keys);
+    let Some(target) = scene.target(target) else { return Ok(None) };
+    stage.session.look(&scene.graph, &scene.keys, cancel, &Silent, |look| match scene.sight(look, &target)? {
+        Some(Sight::Field(field, manner)) => {
+            let size = scene.size(COARSE);
+            let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
+            let range = given.map_or_else(|| super::paint::range(manner.ty, &tile), |(lo, hi)| [lo, hi]);
+            Ok(Some(Painter::new(manner.ty, range).small(&tile, VARIATION).0))
+        }
+        _ => Ok(None),
+    })
+}
+
+/// A picture that was made before, shrunk.
+fn decoded(bytes: &[u8]) -> Option<(Vec<u8>, [u32; 2])> {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().ok()?;
+    let mut pixels = vec![0; reader.output_buffer_size()?];
+    let info = reader.next_frame(&mut pixels).ok()?;
+    let channels = info.color_type.samples();
+    Some(small(&pixels, [info.width, info.height], channels, LONGEST))
+}

@@ -26,7 +26,8 @@ export function inspect(about, { node, stat, target, onport, onclose, onjump, on
   parts.push(text('div', 'facts', facts.filter(Boolean).join(' · ')));
   if (node?.broken) parts.push(text('div', 'facts bad', node.broken));
   for (const field of about.fields ?? []) { const made = constant(about.node, field, onchange); if (made) parts.push(made); }
-  parts.push(text('pre', '', about.text));
+  // It may be long, and is scrolled by keys.
+  parts.push(element('pre', { textContent: about.text, tabIndex: 0, role: 'region', ariaLabel: 'Text of the node' }));
   box.replaceChildren(...parts);
 }
 

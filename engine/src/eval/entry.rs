@@ -19,11 +19,13 @@ pub enum Shelf {
     Files,
     /// Which channels materials have, and their keys.
     Channels,
+    /// What fields prepared of whole pictures.
+    Wholes,
 }
 
 impl Shelf {
     /// All shelves.
-    pub const ALL: [Self; 4] = [Self::Objects, Self::Tiles, Self::Files, Self::Channels];
+    pub const ALL: [Self; 5] = [Self::Objects, Self::Tiles, Self::Files, Self::Channels, Self::Wholes];
 
     /// The name of its folder.
     pub const fn name(self) -> &'static str {
@@ -32,14 +34,23 @@ impl Shelf {
             Self::Tiles => "tiles",
             Self::Files => "files",
             Self::Channels => "channels",
+            Self::Wholes => "wholes",
         }
     }
 }
 
 /// What the entries of one build have in common: names that no other build uses, and tags that no other build accepts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Seal {
     build: Key,
+    /// What only those know who may write, if there are others.
+    secret: Option<[u8; 32]>,
+}
+
+impl std::fmt::Debug for Seal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Seal").field("build", &self.build).field("keyed", &self.secret.is_some()).finish()
+    }
 }
 
 /// Length and hash of a content.
@@ -76,12 +87,33 @@ impl Seal {
 
     /// The seals of a build, named by its fingerprint.
     pub const fn new(build: Key) -> Self {
-        Self { build }
+        Self { build, secret: None }
+    }
+
+    /// The same for those who know `secret`: without it nobody makes tags that it accepts.
+    #[must_use]
+    pub fn keyed(self, secret: &[u8]) -> Self {
+        Self { secret: Some(blake3::derive_key("shibo 2026 entries of shared caches", secret)), ..self }
+    }
+
+    /// A tag over `parts`, each delimited.
+    pub(super) fn tag(&self, domain: &str, parts: &[&[u8]]) -> [u8; 32] {
+        let mut hasher = self.secret.as_ref().map_or_else(blake3::Hasher::new, blake3::Hasher::new_keyed);
+        for part in std::iter::once(domain.as_bytes()).chain(parts.iter().copied()) {
+            hasher.update(&(part.len() as u64).to_le_bytes());
+            hasher.update(part);
+        }
+        *hasher.finalize().as_bytes()
     }
 
     /// The name of an entry, in this build.
     pub fn name(&self, key: Key) -> Key {
-        Key::of("entry", &[self.build.as_bytes(), key.as_bytes()])
+        let parts = [self.build.as_bytes().as_slice(), key.as_bytes()];
+        match self.secret {
+            // The beginning of the tag: as good a name as any.
+            Some(_) => Key::from_bytes(*self.tag("entry", &parts).first_chunk().unwrap_or(&[0; 16])),
+            None => Key::of("entry", &parts),
+        }
     }
 
     /// What follows a content that belongs to `key`.

@@ -1,0 +1,209 @@
+//! A store that machines share, behind a [`Remote`]: it may be slow, full, gone, or return anything, and the run only loses a
+//! few seconds.
+//!
+//! - Each answer is waited for at most [`PATIENCE`]. What went wrong is counted, and a store that fails several times, or for
+//!   [`MOST_LOST`] in all, is not asked again in this process.
+//! - Writes happen on a thread of their own, and only of what is worth it: what took longer to compute than to send, or
+//!   [`COSTLY`]. [`SharedStore::finish`] waits for them within what is left of the allowance.
+//! - Nothing is believed without its seal, which with a secret nobody can make who does not know it.
+mod entry;
+mod tally;
+
+pub use entry::Checked;
+
+use super::{Digester, Seal, Shelf, Store};
+use crate::value::Key;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tally::Tally;
+
+/// An answer that takes longer is no answer.
+pub const PATIENCE: Duration = Duration::from_millis(1500);
+/// After so much waiting for nothing a store is not asked again. With one more answer that does not come it is still less
+/// than five seconds.
+const MOST_LOST: Duration = Duration::from_millis(2500);
+/// What takes so long to compute is always shared.
+const COSTLY: Duration = Duration::from_millis(200);
+/// Larger results are not shared.
+const LARGEST: u64 = 256 << 20;
+/// The most bytes that wait to be written.
+const WAITING: u64 = 512 << 20;
+
+/// Why a [`Remote`] did not do what it was asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Trouble {
+    /// No answer in time.
+    Slow,
+    /// No connection, or a broken one.
+    Gone,
+    /// Not allowed to read or to write.
+    Denied,
+    /// No such bucket or folder.
+    Missing,
+    /// An answer that says that it cannot, such as 503.
+    Failed,
+    /// Something else than was written.
+    Wrong,
+}
+
+impl Trouble {
+    /// As the end of a sentence about the store.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Slow => "does not answer in time",
+            Self::Gone => "cannot be reached",
+            Self::Denied => "does not allow it",
+            Self::Missing => "has no such bucket or folder",
+            Self::Failed => "answers that it cannot",
+            Self::Wrong => "returns something else than was written",
+        }
+    }
+}
+
+/// Bytes by name on another machine. No call takes much longer than it is given.
+pub trait Remote: Send + Sync {
+    /// The bytes under a name, at most `most`; `None` if there are none.
+    ///
+    /// # Errors
+    /// Any trouble.
+    fn get(&self, name: &str, most: u64, within: Duration) -> Result<Option<Vec<u8>>, Trouble>;
+
+    /// Puts bytes under a name; they appear there when they are complete.
+    ///
+    /// # Errors
+    /// Any trouble.
+    fn put(&self, name: &str, bytes: Vec<u8>, within: Duration) -> Result<(), Trouble>;
+}
+
+/// A store that machines share.
+pub struct SharedStore {
+    shared: Arc<Shared>,
+    seal: Seal,
+    queue: Mutex<Option<Sender<Job>>>,
+}
+
+struct Shared {
+    remote: Box<dyn Remote>,
+    tally: Mutex<Tally>,
+    /// Told when a write is over.
+    written: Condvar,
+}
+
+/// A write that waits.
+struct Job {
+    name: String,
+    bytes: Vec<u8>,
+}
+
+impl Shared {
+    fn tally(&self) -> MutexGuard<'_, Tally> {
+        self.tally.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn write(&self, jobs: &Receiver<Job>) {
+        while let Ok(Job { name, bytes }) = jobs.recv() {
+            let length = bytes.len() as u64;
+            if self.tally().may_write() {
+                let start = Instant::now();
+                // Large entries may take longer, as long as the command has other work to do.
+                let within = PATIENCE.max(Duration::from_secs_f64(length as f64 / 4e6));
+                let result = self.remote.put(&name, bytes, within);
+                self.tally().wrote(length, start.elapsed(), result);
+            }
+            self.tally().waiting -= length;
+            self.written.notify_all();
+        }
+    }
+}
+
+impl SharedStore {
+    /// A store behind `remote`, whose entries are those of `seal`.
+    pub fn new(remote: Box<dyn Remote>, seal: Seal) -> Self {
+        let shared = Arc::new(Shared { remote, tally: Mutex::default(), written: Condvar::new() });
+        let (sender, receiver) = channel();
+        let writer = shared.clone();
+        let started = std::thread::Builder::new().name("shibo-shared".into()).spawn(move || writer.write(&receiver));
+        // Without a thread nothing is written, which only costs time.
+        Self { shared, seal, queue: Mutex::new(started.is_ok().then_some(sender)) }
+    }
+
+    fn name(&self, shelf: Shelf, key: Key) -> String {
+        let name = self.seal.name(key).to_string();
+        format!("{}/{}/{}", shelf.name(), &name[..2], &name[2..])
+    }
+
+    /// Waits until everything is written, as long as that is bearable, and gives up the rest.
+    pub fn finish(&self) {
+        let mut tally = self.shared.tally();
+        let end = Instant::now() + tally.left();
+        while tally.waiting > 0 && tally.may_write() {
+            let now = Instant::now();
+            if now >= end {
+                tally.gave_up();
+                break;
+            }
+            let waited = self.shared.written.wait_timeout(tally, end - now);
+            tally = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// What went wrong first and how often anything did, if it did.
+    pub fn trouble(&self) -> Option<(Trouble, u32)> {
+        self.shared.tally().trouble()
+    }
+}
+
+impl Store for SharedStore {
+    fn get(&self, shelf: Shelf, key: Key) -> Option<Vec<u8>> {
+        // Tiles are many and small: asking for each would take longer than computing most of them.
+        if shelf == Shelf::Tiles || !self.shared.tally().may_read() {
+            return None;
+        }
+        let (name, start) = (self.name(shelf, key), Instant::now());
+        let found = self.shared.remote.get(&name, LARGEST + entry::MORE, PATIENCE);
+        let opened = match found {
+            Ok(Some(bytes)) => entry::open(&self.seal, (shelf, key), &name, bytes).map(Some).ok_or(Trouble::Wrong),
+            Ok(None) => Ok(None),
+            Err(trouble) => Err(trouble),
+        };
+        let length = opened.as_ref().ok().and_then(Option::as_ref).map_or(0, Vec::len);
+        self.shared.tally().read(length as u64, start.elapsed(), opened.as_ref().err().copied());
+        opened.ok().flatten()
+    }
+
+    fn put(&self, shelf: Shelf, key: Key, content: &[u8], spared: Duration, stopped: &dyn Fn() -> bool) {
+        let length = content.len() as u64;
+        let small = shelf == Shelf::Channels;
+        if shelf == Shelf::Tiles || length > LARGEST || stopped() {
+            return;
+        }
+        {
+            let mut tally = self.shared.tally();
+            let worth = small || spared >= COSTLY || spared >= tally.cost(length) * 2;
+            if !worth || !tally.may_write() || tally.waiting + length > WAITING {
+                return;
+            }
+            tally.waiting += length + entry::MORE;
+        }
+        let name = self.name(shelf, key);
+        let mut digest = Digester::default();
+        digest.update(content);
+        let seal = self.seal.of(shelf, key, &digest.finish());
+        let bytes = entry::close(&self.seal, &name, content, &seal);
+        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        if queue.as_ref().is_none_or(|queue| queue.send(Job { name, bytes }).is_err()) {
+            self.shared.tally().waiting -= length + entry::MORE;
+        }
+    }
+
+    /// Nothing is removed: what is wrong there is overwritten by what is right.
+    fn remove(&self, _shelf: Shelf, _key: Key) {}
+
+    fn room(&self) -> u64 {
+        LARGEST
+    }
+}
+
+#[cfg(test)]
+mod tests;

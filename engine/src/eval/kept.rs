@@ -1,9 +1,55 @@
 //! Puts results into the store and takes them out. The [`Keeper`](super::keep::Keeper) decides which are worth keeping.
-use super::run::Run;
+use super::run::{Run, lock};
 use super::{Shelf, TileKey, codec, keep};
 use crate::value::{Field, Grid, Key, Tile, Type, Value, Window};
 use cpu_time::ThreadTime;
+use glam::{DVec2, UVec2};
 use std::time::Duration;
+
+/// What was prepared of whole pictures is not kept if it takes more than this part of a store.
+const WHOLE: u64 = 4;
+
+/// Something that was put into the store.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stored {
+    /// The node, and which of its outputs, that it is of.
+    pub node: String,
+    /// Its size.
+    pub bytes: u64,
+    /// The time that it took.
+    pub seconds: f64,
+}
+
+/// A tile with its place: the grid, the window and the number of channels, then the values.
+fn bytes_of(tile: &Tile) -> Vec<u8> {
+    let (grid, window) = (tile.grid, tile.window);
+    let floats = [grid.origin.x, grid.origin.y, grid.step.x, grid.step.y].map(f64::to_le_bytes);
+    let period = grid.period.map_or([0; 2], |period| period.to_array());
+    let channels = u32::try_from(tile.channels()).unwrap_or(0);
+    let [x, y] = [window.x, window.y].map(i32::cast_unsigned);
+    let words = [u32::from(grid.period.is_some()), period[0], period[1], x, y, window.width, window.height, channels];
+    let words = words.map(u32::to_le_bytes);
+    [floats.as_flattened(), words.as_flattened(), bytemuck::cast_slice(tile.data())].concat()
+}
+
+fn tile_of(bytes: &[u8]) -> Option<Tile> {
+    let (floats, rest) = bytes.split_at_checked(32)?;
+    let (words, data) = rest.split_at_checked(32)?;
+    let float = |i: usize| Some(f64::from_le_bytes(*floats.as_chunks::<8>().0.get(i)?));
+    let word = |i: usize| Some(u32::from_le_bytes(*words.as_chunks::<4>().0.get(i)?));
+    let (origin, step) = (DVec2::new(float(0)?, float(1)?), DVec2::new(float(2)?, float(3)?));
+    let period = if word(0)? == 0 { None } else { Some(UVec2::new(word(1)?, word(2)?)) };
+    let [x, y] = [word(3)?.cast_signed(), word(4)?.cast_signed()];
+    let window = Window { x, y, width: word(5)?, height: word(6)? };
+    let channels = word(7)?;
+    let bytes = u128::from(window.width) * u128::from(window.height) * u128::from(channels) * 4;
+    if bytes != data.len() as u128 {
+        return None;
+    }
+    let mut tile = Tile::unset(Grid { origin, step, period }, window, usize::try_from(channels).ok()?);
+    bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut()).copy_from_slice(data);
+    Some(tile)
+}
 
 impl Run<'_> {
     /// An object from the store. One of a wrong type is removed.
@@ -25,6 +71,51 @@ impl Run<'_> {
             && let Some(bytes) = codec::encode(value)
         {
             store.put(Shelf::Objects, key, &bytes, time, &|| self.cancel.is_cancelled());
+            self.note(key, bytes.len(), time);
+        }
+    }
+
+    fn note(&self, key: Key, bytes: usize, time: Duration) {
+        let stored = Stored { node: String::new(), bytes: bytes as u64, seconds: time.as_secs_f64() };
+        lock(&self.stored).push((key, stored));
+    }
+
+    /// What was put into the store for the whole graph or whole pictures, in the order of the graph.
+    pub fn stored(&self) -> Vec<Stored> {
+        let stored = lock(&self.stored);
+        let mut found = Vec::new();
+        for index in self.graph.nodes.node_indices() {
+            let node = &self.graph.nodes[index];
+            let specs = node.node.outputs();
+            for (output, spec) in specs.iter().enumerate() {
+                let key = self.keys.output(index, output);
+                let name = if specs.len() == 1 { node.name.clone() } else { format!("{}.{}", node.name, spec.name) };
+                let own = stored.iter().filter(|(of, _)| *of == key);
+                found.extend(own.map(|(_, one)| Stored { node: name.clone(), ..one.clone() }));
+            }
+        }
+        found
+    }
+
+    /// What a field prepared of whole pictures, from the store.
+    pub(super) fn stored_whole(&self, at: &TileKey) -> Option<Tile> {
+        let store = self.caches.store.as_ref()?;
+        let tile = tile_of(&store.get(Shelf::Wholes, at.name())?);
+        if tile.is_none() {
+            store.remove(Shelf::Wholes, at.name());
+        }
+        tile
+    }
+
+    /// Puts what a field prepared into the store, if it is worth that; `owner` is the result that it belongs to.
+    pub(super) fn keep_whole(&self, at: &TileKey, tile: &Tile, owner: Option<Key>, time: Duration) {
+        let Some(store) = self.caches.store.as_ref().filter(|store| tile.bytes() as u64 <= store.room() / WHOLE) else {
+            return;
+        };
+        if self.caches.keeper.object(tile.bytes(), time) && !self.cancel.is_cancelled() {
+            let bytes = bytes_of(tile);
+            store.put(Shelf::Wholes, at.name(), &bytes, time, &|| self.cancel.is_cancelled());
+            owner.into_iter().for_each(|owner| self.note(owner, bytes.len(), time));
         }
     }
 

@@ -7,11 +7,11 @@
 use super::memory::TileKey;
 use super::prepare::{At, at, reads};
 use super::run::Run;
-use crate::value::{Blocks, Field, FieldId, Grid, GridId, Piece, Window};
+use crate::value::{Blocks, Field, FieldId, Grid, Piece, Window};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// A larger window, in pixels, counts as the whole field.
-const FARTHEST: u32 = 1 << 18;
+pub(super) const FARTHEST: u32 = 1 << 18;
 
 /// The fields that a render reads, each before those that it reads, and which of their tiles may still be read.
 pub struct Passing<'f> {
@@ -110,14 +110,14 @@ impl<'f> Passing<'f> {
 
     /// The tiles that are not wanted any more once only the rows `rest` of the pictures are to be computed; each is given
     /// once.
-    fn passed(&mut self, rest: Window) -> Vec<(&'f Field, GridId, (i32, i32))> {
+    fn passed(&mut self, rest: Window) -> Vec<(&'f Field, Grid, (i32, i32))> {
         let wanted = self.wanted(rest);
         let mut passed = Vec::new();
         for (part, blocks) in self.parts.iter_mut().zip(wanted) {
             let Some(blocks) = blocks else { continue };
             let still = numbers(&blocks.rows);
             for row in part.rows.difference(&still) {
-                passed.extend(part.columns.iter().map(|column| (part.field, part.grid.id(), (*column, *row))));
+                passed.extend(part.columns.iter().map(|column| (part.field, part.grid, (*column, *row))));
             }
             part.rows.retain(|row| still.contains(row));
         }
@@ -126,7 +126,7 @@ impl<'f> Passing<'f> {
 }
 
 /// All fields that are read for tiles, each before those that it reads.
-fn readers_first<'f>(fields: &[&'f Field], grid: &Grid) -> Vec<(&'f Field, Grid)> {
+pub(super) fn readers_first<'f>(fields: &[&'f Field], grid: &Grid) -> Vec<(&'f Field, Grid)> {
     let mut order = Vec::new();
     let mut seen = HashSet::new();
     let mut open: Vec<(&Field, Grid, bool)> = fields.iter().map(|field| (*field, *grid, false)).collect();
@@ -151,7 +151,11 @@ impl Run<'_> {
     pub fn pass(&self, passing: &mut Passing<'_>, rest: Window) {
         for (field, grid, at) in passing.passed(rest) {
             if let Some(field) = field.key() {
-                self.caches.memory.tiles.remove(&TileKey { field, grid, at });
+                let tile = TileKey { field, grid: grid.id(), at };
+                self.caches.memory.tiles.remove(&tile);
+                if let Some(part) = self.reach.get().and_then(|reach| reach.at(&tile)) {
+                    self.caches.memory.tiles.remove(&part);
+                }
             }
         }
     }

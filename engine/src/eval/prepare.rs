@@ -86,9 +86,20 @@ impl Run<'_> {
         if let Some(tile) = key.as_ref().and_then(|key| tiles.get(key)) {
             return Ok(Some(tile));
         }
+        // Most fields prepare nothing, and need no look into the store.
+        let sought = key.filter(|_| !field.source().whole(grid).is_empty());
+        if let (Some(key), Some(tile)) = (key, sought.and_then(|key| self.stored_whole(&key))) {
+            let tile = Arc::new(tile);
+            tiles.insert(key, tile.clone());
+            return Ok(Some(tile));
+        }
+        let start = Clock::start(true);
         let whole = self.prepare_new(field, grid)?;
         if let (Some(key), Some(tile)) = (key, &whole) {
             tiles.insert(key, tile.clone());
+            if sought.is_some() {
+                self.keep_whole(&key, tile, field.owner().or(field.key()), start.elapsed());
+            }
         }
         Ok(whole)
     }

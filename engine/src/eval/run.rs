@@ -2,7 +2,9 @@
 use super::evaluators::{Clock, NodeEvaluator};
 use super::files::NodeFiles;
 use super::keep::Keeper;
+use super::kept::Stored;
 use super::prepare::Known;
+use super::reach::Reach;
 use super::stats::{Ledger, Work};
 use super::{CancelToken, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, Store, keys};
 use crate::diagnostics::{Code, Diagnostic, Problem};
@@ -13,7 +15,7 @@ use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 use std::time::Duration;
 
 /// Where results are kept between runs.
@@ -44,7 +46,11 @@ pub struct Run<'g> {
     pub(super) values: Mutex<HashMap<Key, Value>>,
     pub(super) known: RwLock<Known>,
     pub(super) cuts: Cuts,
+    /// What is read, if only a part of a picture is computed.
+    pub(super) reach: OnceLock<Reach>,
     failures: Mutex<Vec<(Key, Problem)>>,
+    /// What was put into the store besides tiles.
+    pub(super) stored: Mutex<Vec<(Key, Stored)>>,
     /// The results whose tiles have given a warning.
     warned: Mutex<BTreeSet<Key>>,
 }
@@ -74,7 +80,9 @@ impl<'g> Run<'g> {
             values: Mutex::default(),
             known: RwLock::default(),
             cuts: Cuts::default(),
+            reach: OnceLock::new(),
             failures: Mutex::default(),
+            stored: Mutex::default(),
             warned: Mutex::default(),
         }
     }

@@ -29,7 +29,7 @@ struct Want<'f> {
 enum How {
     /// As is best for the field.
     Best,
-    /// As a whole tile, which is kept.
+    /// As a whole tile, which is kept; of a part of a picture perhaps no more of it than is read.
     Tile(Piece, Piece),
     /// Just so, without the caches.
     Bare,
@@ -74,6 +74,8 @@ struct Fill<'f, 'r> {
 struct Keep<'r> {
     at: TileKey,
     guard: Option<Guard<'r>>,
+    /// Whether also beyond the process.
+    stored: bool,
 }
 
 /// A tile that is made in two parts, since one would read too much at once.
@@ -125,7 +127,7 @@ impl Run<'_> {
             (Some(key), how) => (key, how),
         };
         if let How::Tile(x, y) = how {
-            return self.tile(field, key, &grid, (x, y));
+            return self.tile(want.read, key, (x, y));
         }
         let kept = field.source().cost() == Cost::Local || self.is_shared(key, &grid);
         if field.as_constant().is_some() || (!kept && Blocks::endless(window).count() == 1) {
@@ -134,24 +136,29 @@ impl Run<'_> {
         let blocks = field.domain().blocks(&grid, window);
         match blocks.get(0).filter(|_| blocks.count() == 1) {
             Some((x, y)) if Piece::window(x, y) == window && (x.shift, y.shift) == (0, 0) => {
-                self.tile(field, key, &grid, (x, y))
+                self.tile(want.read, key, (x, y))
             }
             _ => Ok(Err(Frame::Join(Box::new(Join { field, key, grid, window, blocks, next: 0, out: None })))),
         }
     }
 
-    /// One whole tile from the caches, or what must be done for it.
+    /// One tile from the caches, or what must be done for it; `read` is what is wanted of it.
     fn tile<'f, 's>(
         &'s self,
-        field: &'f Field,
+        Read { field, grid, window }: Read<'f>,
         key: Key,
-        grid: &Grid,
         (x, y): (Piece, Piece),
     ) -> Result<Result<Arc<Tile>, Frame<'f, 's>>, Stop> {
         self.cancel.check()?;
         let owner = field.owner().unwrap_or(key);
-        let at = TileKey { field: key, grid: grid.id(), at: (x.index, y.index) };
+        let whole = TileKey { field: key, grid: grid.id(), at: (x.index, y.index) };
         let memory: &MemoryCache = &self.caches.memory;
+        let part = self.reach.get().and_then(|reach| reach.part(&whole, (x, y), window));
+        if let Some(tile) = part.and_then(|_| memory.tiles.get(&whole)) {
+            self.ledger.add(owner, Work { memory: 1, ..Work::default() });
+            return Ok(Ok(tile));
+        }
+        let at = part.map_or(whole, |(at, _)| at);
         let guard = match memory.tiles.get_value_or_guard(&at, None) {
             GuardResult::Value(tile) => {
                 self.ledger.add(owner, Work { memory: 1, ..Work::default() });
@@ -160,8 +167,8 @@ impl Run<'_> {
             GuardResult::Guard(guard) => Some(guard),
             GuardResult::Timeout => None,
         };
-        let window = Piece::window(x, y);
-        if let Some(tile) = self.stored_tile(&at, field, grid, window) {
+        let window = part.map_or(Piece::window(x, y), |(_, window)| window);
+        if let Some(tile) = self.stored_tile(&whole, field, &grid, Piece::window(x, y)) {
             self.ledger.add(owner, Work { disk: 1, ..Work::default() });
             let tile = Arc::new(tile);
             if let Some(guard) = guard {
@@ -169,7 +176,8 @@ impl Run<'_> {
             }
             return Ok(Ok(tile));
         }
-        self.fill(Read::new(field, grid, window), owner, Some(Keep { at, guard }), true).map(Err)
+        let stored = part.is_none();
+        self.fill(Read::new(field, &grid, window), owner, Some(Keep { at, guard, stored }), true).map(Err)
     }
 
     fn fill<'f, 's>(
@@ -202,7 +210,9 @@ impl<'f> Join<'f> {
         }
         match self.blocks.get(self.next) {
             Some((x, y)) => {
-                let read = Read::new(self.field, &self.grid, Piece::window(x, y));
+                let piece = Piece::window(x, y);
+                let wanted = Window { x: self.window.x - x.shift, y: self.window.y - y.shift, ..self.window };
+                let read = Read::new(self.field, &self.grid, piece.intersection(&wanted));
                 Step::Want(Want { read, owner: self.key, how: How::Tile(x, y) })
             }
             None => {
@@ -249,12 +259,14 @@ impl<'f> Fill<'f, '_> {
             run.ledger.add(self.owner, Work { time: own, computed, ..Work::default() });
         }
         let tile = Arc::new(tile);
-        if let Some(Keep { at, guard }) = self.keep.take() {
+        if let Some(Keep { at, guard, stored }) = self.keep.take() {
             if let Some(guard) = guard {
                 let _ = guard.insert(tile.clone());
             }
             // Those who wait for the tile have it now.
-            run.keep_tile(&at, field, &tile, debt);
+            if stored {
+                run.keep_tile(&at, field, &tile, debt);
+            }
         }
         Ok(Step::Done(tile))
     }

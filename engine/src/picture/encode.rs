@@ -5,14 +5,30 @@ use super::{Encoding, SrgbEncoder};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// What happened to the samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tally {
     pub(super) clipped: u64,
     pub(super) non_finite: u64,
+    #[serde(with = "bits")]
     pub(super) least: f32,
+    #[serde(with = "bits")]
     pub(super) greatest: f32,
+}
+
+/// Numbers that JSON has no word for.
+mod bits {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(value: &f32, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_u32(value.to_bits())
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f32, D::Error> {
+        u32::deserialize(from).map(f32::from_bits)
+    }
 }
 
 impl Default for Tally {

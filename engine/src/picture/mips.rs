@@ -4,10 +4,11 @@
 //! of a normal the vector, which is made a unit vector again where a level is read; of a roughness the square of the
 //! distribution's width, to which a part of the variance of the slopes that were averaged away is added (after M. Olano and
 //! D. Baker, "LEAN Mapping", 2010). So a bumpy surface that is far away reflects as much as it should.
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// How channels of a picture become those of smaller ones.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MipFilter {
     /// One channel: the mean.
     Mean,

@@ -22,6 +22,7 @@ mod header;
 mod limits;
 mod lossless;
 mod mips;
+mod part;
 mod raster;
 mod read;
 mod read_exr;
@@ -41,10 +42,11 @@ pub use guard::caught;
 pub use header::{FileFormat, Header, check, check_bytes, header, header_bytes, header_layer};
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use mips::MipFilter;
+pub use part::{JoinError, Joined, JoinedFile, PartHeader, PartOf, PartPicture, PartWriter, is_whole, join};
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};
 pub use write::{Writer, Written};
-pub use write_svg::{Drawing, write_svg};
+pub use write_svg::{Drawing, svg, write_svg};
 
 /// How the samples of a picture are stored in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,11 +1,12 @@
 //! What is written, and how writing can fail.
 
 use super::mips::MipFilter;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Formats that are written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Format {
     /// PNG with 8 or 16 bits.
     Png,
@@ -72,7 +73,7 @@ impl fmt::Display for Format {
 }
 
 /// How samples are stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Depth {
     /// 8-bit integers.
     U8,
@@ -123,7 +124,7 @@ impl fmt::Display for Depth {
 }
 
 /// The curve between values and integers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Transfer {
     /// None: data.
     #[default]
@@ -133,7 +134,7 @@ pub enum Transfer {
 }
 
 /// How values become integers. Float depths take the values as they are and ignore all of this.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Encoding {
     /// The curve, applied after `range`. Opacity (the last of 2 or 4 channels) is always raw.
     pub transfer: Transfer,
@@ -147,7 +148,7 @@ pub struct Encoding {
 }
 
 /// How much time is spent on small files. No samples are changed by it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Compression {
     /// As fast as disks are.
     #[default]
@@ -157,7 +158,7 @@ pub enum Compression {
 }
 
 /// All about a picture but its samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PictureSpec {
     /// Width in pixels.
     pub width: u32,
@@ -232,6 +233,12 @@ impl PictureSpec {
             }
         }
         Ok(())
+    }
+
+    /// Bytes of a row before it is compressed.
+    #[must_use]
+    pub fn row_bytes(&self) -> u64 {
+        u64::from(self.width) * (self.channels.len() * self.depth.bytes()) as u64
     }
 
     /// The channel that is opacity.

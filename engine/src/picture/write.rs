@@ -147,6 +147,26 @@ impl Writer {
         Ok(())
     }
 
+    /// Writes the next rows as the format's encoder has made them, which the caller has counted.
+    pub(super) fn write_encoded(&mut self, bytes: &[u8], rows: u32) -> Result<(), WriteError> {
+        let (first, end, height) = (self.next_row, self.next_row.saturating_add(rows), self.spec.height);
+        if bytes.len() != self.encoder.row_bytes() * rows as usize || end > height {
+            return Err(WriteError::Rows { first, end, height });
+        }
+        let written = match &mut self.sink {
+            Sink::Png(sink) => sink.write_encoded(bytes),
+            Sink::Tiff(sink) => sink.write_encoded(bytes),
+            Sink::Exr(sink) => sink.write_encoded(bytes),
+        };
+        self.next_row = end;
+        written.map_err(|error| WriteError::at(&self.path, error))
+    }
+
+    /// Adds to what is told at the end.
+    pub(super) fn count(&mut self, tally: Tally) {
+        self.tally = self.tally.with(tally);
+    }
+
     /// Completes the file and gives it its name.
     ///
     /// # Errors

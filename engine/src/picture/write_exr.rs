@@ -53,10 +53,18 @@ impl<W: Write + Seek> ExrSink<W> {
 
     pub(super) fn write(&mut self, encoder: &RowEncoder, rows: Rows<'_>) -> io::Result<Tally> {
         let tally = encoder.encode(rows, &mut self.pending);
-        let block_bytes = self.rows_per_block() * self.row_bytes;
-        let whole = self.pending.len() / block_bytes * block_bytes;
-        self.write_blocks(whole)?;
+        self.write_whole()?;
         Ok(tally)
+    }
+
+    pub(super) fn write_encoded(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.pending.extend_from_slice(bytes);
+        self.write_whole()
+    }
+
+    fn write_whole(&mut self) -> io::Result<()> {
+        let block_bytes = self.rows_per_block() * self.row_bytes;
+        self.write_blocks(self.pending.len() / block_bytes * block_bytes)
     }
 
     /// Compresses and writes the first bytes of `pending`.

@@ -77,11 +77,17 @@ impl<W: Write + 'static> PngSink<W> {
     }
 
     pub(super) fn write(&mut self, encoder: &RowEncoder, rows: Rows<'_>) -> io::Result<Tally> {
-        self.bytes.clear();
-        let tally = encoder.encode(rows, &mut self.bytes);
-        // The crate makes a text of the error, which no longer says that the disk is full.
-        self.stream.write_all(&self.bytes).map_err(|error| taken(&self.failure).unwrap_or(error))?;
+        let mut bytes = std::mem::take(&mut self.bytes);
+        bytes.clear();
+        let tally = encoder.encode(rows, &mut bytes);
+        self.write_encoded(&bytes)?;
+        self.bytes = bytes;
         Ok(tally)
+    }
+
+    pub(super) fn write_encoded(&mut self, bytes: &[u8]) -> io::Result<()> {
+        // The crate makes a text of the error, which no longer says that the disk is full.
+        self.stream.write_all(bytes).map_err(|error| taken(&self.failure).unwrap_or(error))
     }
 
     pub(super) fn finish(self) -> io::Result<()> {

@@ -37,6 +37,15 @@ pub fn write_svg(path: &Path, drawing: &Drawing<'_>) -> Result<(), WriteError> {
     file.commit().map_err(at)
 }
 
+/// The same as bytes.
+///
+/// # Errors
+/// Never, but the system might run out of memory.
+pub fn svg(drawing: &Drawing<'_>) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    body(&mut bytes, drawing).map(|()| bytes)
+}
+
 fn body(out: &mut impl Write, drawing: &Drawing<'_>) -> std::io::Result<()> {
     let (corner, size) = (drawing.corner, drawing.size);
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;

@@ -49,10 +49,18 @@ impl<W: Write + Seek> TiffSink<W> {
 
     pub(super) fn write(&mut self, encoder: &RowEncoder, rows: Rows<'_>) -> io::Result<Tally> {
         let tally = encoder.encode(rows, &mut self.pending);
-        let strip_bytes = self.rows_per_strip * self.row_bytes;
-        let whole = self.pending.len() / strip_bytes * strip_bytes;
-        self.write_strips(whole)?;
+        self.write_whole()?;
         Ok(tally)
+    }
+
+    pub(super) fn write_encoded(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.pending.extend_from_slice(bytes);
+        self.write_whole()
+    }
+
+    fn write_whole(&mut self) -> io::Result<()> {
+        let strip_bytes = self.rows_per_strip * self.row_bytes;
+        self.write_strips(self.pending.len() / strip_bytes * strip_bytes)
     }
 
     /// Compresses and writes the first bytes of `pending`.

@@ -21,7 +21,7 @@ const NARROWEST: u32 = 4 * TILE;
 impl Render<'_, '_> {
     /// Computes and writes the pictures together.
     pub(super) fn bands(&self, jobs: &[&Job<'_>], writers: &mut [Sink], grid: &Grid) -> Result<(), Failure> {
-        let window = self.planner.window;
+        let window = self.area;
         let strip = self.strip_width(jobs, grid);
         if strip < window.width {
             return self.strips(jobs, writers, grid, strip);
@@ -45,7 +45,7 @@ impl Render<'_, '_> {
 
     /// The same in strips of `width` columns.
     fn strips(&self, jobs: &[&Job<'_>], writers: &mut [Sink], grid: &Grid, width: u32) -> Result<(), Failure> {
-        let window = self.planner.window;
+        let window = self.area;
         let height = band_height(width);
         let strips = cut(window.x, window.right(), width)
             .map(|(x, right)| Window { x, width: right.abs_diff(x), ..window })
@@ -87,7 +87,7 @@ impl Render<'_, '_> {
 
     /// Tells how many rows are done.
     fn rows(&self, done: u64) {
-        self.observer.event(Event::Rows { done, total: u64::from(self.planner.window.height) });
+        self.observer.event(Event::Rows { done, total: u64::from(self.area.height) });
     }
 
     /// The values of a picture's fields.

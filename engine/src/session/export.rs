@@ -1,5 +1,6 @@
 //! Exported files: which textures they consist of, and what their rows are written to.
 use super::Failure;
+use super::part::PartSink;
 use super::plan::{Part, Planned};
 use super::render::{Job, Render, job};
 use crate::diagnostics::{Code, Diagnostic};
@@ -16,6 +17,7 @@ pub(super) enum Sink {
     Picture(Box<Writer>),
     Glb(Box<GlbWriter>),
     Bundle(Box<BundleWriter>),
+    Part(PartSink),
 }
 
 /// What a job makes besides a picture of its fields.
@@ -32,6 +34,7 @@ impl Sink {
             Self::Picture(writer) => writer.write_rows(planes, rows),
             Self::Glb(writer) => writer.write_rows(planes, rows),
             Self::Bundle(writer) => writer.write_rows(planes, rows),
+            Self::Part(writer) => writer.write_rows(planes, rows),
         };
         done.map_err(|error| Failure::File(error.to_string()))
     }
@@ -42,6 +45,7 @@ impl Sink {
             Self::Picture(writer) => writer.finish().map(|written| vec![written]),
             Self::Glb(writer) => writer.finish(),
             Self::Bundle(writer) => writer.finish(),
+            Self::Part(_) => Ok(Vec::new()),
         };
         done.map_err(|error| Failure::File(error.to_string()))
     }

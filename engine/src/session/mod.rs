@@ -1,14 +1,17 @@
 //! The engine as a program uses it: load a graph, render it, look into it. All state lives in a [`Session`].
 mod bands;
 mod export;
+mod files;
 mod look;
 mod pictures;
+mod part;
 mod plan;
 mod render;
 mod storage;
 mod verify;
 
 pub use look::Look;
+pub use part::{PartReport, Prepared};
 pub use render::{RenderRequest, Report};
 
 use crate::diagnostics::{Code, Diagnostic, Problem};

@@ -243,6 +243,21 @@ impl Planner<'_> {
     }
 }
 
+/// Channels and keys, 17 bytes each.
+pub(super) fn encode_channels(channels: &[(Channel, Key)]) -> Vec<u8> {
+    let index = |channel: &Channel| Channel::ALL.iter().position(|c| c == channel).and_then(|i| u8::try_from(i).ok());
+    channels.iter().flat_map(|(c, key)| index(c).into_iter().chain(*key.as_bytes())).collect()
+}
+
+pub(super) fn decode_channels(bytes: &[u8]) -> Option<Vec<(Channel, Key)>> {
+    let (entries, rest) = bytes.as_chunks::<17>();
+    let entry = |bytes: &[u8; 17]| {
+        let (index, key) = bytes.split_first()?;
+        Some((*Channel::ALL.get(usize::from(*index))?, Key::from_bytes(key.try_into().ok()?)))
+    };
+    entries.iter().map(entry).collect::<Option<Vec<_>>>().filter(|_| rest.is_empty())
+}
+
 /// The type of the field whose picture is rendered of a value of type `ty`.
 fn pixels(ty: Type) -> Type {
     match ty.renders() {

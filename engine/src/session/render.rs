@@ -1,18 +1,19 @@
 //! Rendering: from the outputs of a graph to picture files.
 use super::export::{Files, Sink, files};
-use super::plan::{Part, Planned, Planner, wanted};
+use super::plan::{Part, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
 use super::storage::{self, mips, stored};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, Event, NodeStats, Observer, Run, Shelf};
 use crate::graph::{Export, ExportMesh, FileColors, Graph, GraphOutput};
 use crate::picture::{
-    Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer, Written,
-    remove_stale_temporaries, write_svg,
+    AtomicFile, Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer,
+    Written, remove_stale_temporaries, svg,
 };
 use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Type, Value, Window};
 use glam::DVec2;
 use petgraph::graph::NodeIndex;
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -83,13 +84,8 @@ impl Session {
         make_dir(&request.dir)?;
         self.run(graph, cancel, observer, |run| {
             let planner = Planner { graph, keys: run.keys(), request, window };
-            let render = Render { session: self, run, planner, observer };
-            let mut pictures = Vec::new();
-            for (output, channel) in &wanted {
-                for (part, key) in render.parts(output, *channel)? {
-                    pictures.push(render.planner.picture(output, part, key)?);
-                }
-            }
+            let render = Render { session: self, run, planner, observer, area: window };
+            let pictures = render.pictures(&wanted)?;
             let planned: Vec<PathBuf> = pictures.iter().map(|p| p.path.clone()).collect();
             let jobs = render.jobs(pictures)?;
             render.write(&jobs)?;
@@ -98,7 +94,7 @@ impl Session {
     }
 }
 
-fn window(graph: &Graph, request: &RenderRequest) -> Result<Window, Failure> {
+pub(super) fn window(graph: &Graph, request: &RenderRequest) -> Result<Window, Failure> {
     let size = graph.canvas.resolution;
     let Some([x, y, width, height]) = request.region else { return Ok(Window::full(size)) };
     let fits = |at: u32, length: u32, whole: u32| length > 0 && at.checked_add(length).is_some_and(|end| end <= whole);
@@ -125,9 +121,22 @@ pub(super) struct Render<'r, 'g> {
     pub(super) run: &'r Run<'g>,
     pub(super) planner: Planner<'r>,
     pub(super) observer: &'r dyn Observer,
+    /// The pixels to be computed: those of the pictures, or some rows of them.
+    pub(super) area: Window,
 }
 
 impl<'r> Render<'r, '_> {
+    /// The pictures of outputs.
+    pub(super) fn pictures(&self, wanted: &[Wanted<'r>]) -> Result<Vec<Planned<'r>>, Failure> {
+        let mut pictures = Vec::new();
+        for (output, channel) in wanted {
+            for (part, key) in self.parts(output, *channel)? {
+                pictures.push(self.planner.picture(output, part, key)?);
+            }
+        }
+        Ok(pictures)
+    }
+
     /// The pictures that an output is made of, and the keys of what they show.
     fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(Part, Key)>, Failure> {
         let key = self.planner.keys.output(output.node, output.output);
@@ -204,6 +213,11 @@ impl<'r> Render<'r, '_> {
                 missing.push(planned);
             }
         }
+        self.made(missing)
+    }
+
+    /// Makes the fields of pictures.
+    pub(super) fn made(&self, missing: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
         let wanted: Vec<_> = missing.iter().map(|p| (p.output.node, p.output.output)).collect();
         let values = self.run.values(&wanted)?;
         missing.into_iter().zip(values).map(|(planned, value)| self.job(planned, &value)).collect()
@@ -216,10 +230,7 @@ impl<'r> Render<'r, '_> {
         let graph = self.planner.graph;
         let grid = graph.canvas.grid(graph.canvas.resolution);
         let (lines, jobs): (Vec<&Job<'_>>, Vec<&Job<'_>>) = jobs.iter().partition(|job| job.lines.is_some());
-        self.check_size(&jobs)?;
-        for (_, field) in jobs.iter().flat_map(|job| &job.fields) {
-            self.run.prepare(field, &grid).map_err(|stop| located(self.run, graph, stop))?;
-        }
+        self.ready(&jobs, &grid)?;
         let mut writers = jobs.iter().map(|job| self.sink(job)).collect::<Result<Vec<_>, _>>()?;
         if !jobs.is_empty() {
             self.bands(&jobs, &mut writers, &grid)?;
@@ -232,6 +243,19 @@ impl<'r> Render<'r, '_> {
                 self.warn_clipped(job, &written);
             }
             self.keep(job);
+        }
+        Ok(())
+    }
+
+    /// All that must be known before the first band of pictures.
+    pub(super) fn ready(&self, jobs: &[&Job<'_>], grid: &Grid) -> Result<(), Failure> {
+        self.check_size(jobs)?;
+        let fields: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
+        for field in &fields {
+            self.run.prepare(field, grid).map_err(|stop| located(self.run, self.planner.graph, stop))?;
+        }
+        if self.area != Window::full(self.planner.graph.canvas.resolution) {
+            self.run.limit(&fields, grid, self.area);
         }
         Ok(())
     }
@@ -254,11 +278,17 @@ impl<'r> Render<'r, '_> {
         let failed = |e: WriteError| Failure::File(e.to_string());
         let request = self.planner.request;
         let compression = if request.best_compression { Compression::Best } else { Compression::Fast };
-        let (planned, window) = (&job.planned, self.planner.window);
         if let Some(files) = &job.files {
             return self.exported(job, files, compression);
         }
-        let spec = PictureSpec {
+        let writer = Writer::create(&job.planned.path, &self.spec(job));
+        writer.map(|writer| Sink::Picture(Box::new(writer))).map_err(failed)
+    }
+
+    /// How a picture is encoded.
+    pub(super) fn spec(&self, job: &Job<'_>) -> PictureSpec {
+        let (request, planned, window) = (self.planner.request, &job.planned, self.planner.window);
+        PictureSpec {
             width: window.width,
             height: window.height,
             channels: job.channels(),
@@ -269,24 +299,31 @@ impl<'r> Render<'r, '_> {
                 origin: (window.x.cast_unsigned(), window.y.cast_unsigned()),
                 ..encoding(planned, job)
             },
-            compression,
+            compression: if request.best_compression { Compression::Best } else { Compression::Fast },
             mips: job.mips.clone(),
             chromaticities: storage::chromaticities(&planned.output.storage),
             metadata: planned.metadata.clone(),
-        };
-        Writer::create(&planned.path, &spec).map(|writer| Sink::Picture(Box::new(writer))).map_err(failed)
+        }
     }
 
     /// Writes segments as lines on a page of the canvas, or of the region that is asked for.
     fn write_lines(&self, job: &Job<'_>, segments: &Segments, grid: &Grid) -> Result<(), Failure> {
+        let bytes = self.drawn(job, segments, grid)?;
+        let path = &job.planned.path;
+        let written = AtomicFile::create(path).and_then(|mut file| file.write_all(&bytes).and_then(|()| file.commit()));
+        written.map_err(|e| Failure::File(WriteError::at(path, e).to_string()))?;
+        self.keep(job);
+        Ok(())
+    }
+
+    /// The same as bytes.
+    pub(super) fn drawn(&self, job: &Job<'_>, segments: &Segments, grid: &Grid) -> Result<Vec<u8>, Failure> {
         let window = self.planner.window;
         let corner = grid.origin + DVec2::new(f64::from(window.x), f64::from(window.y)) * grid.step;
         let size = DVec2::new(f64::from(window.width), f64::from(window.height)) * grid.step;
         let lines = segments.within(corner.as_vec2(), (corner + size).as_vec2());
         let drawing = Drawing { corner, size, lines: &lines, metadata: &job.planned.metadata };
-        write_svg(&job.planned.path, &drawing).map_err(|e| Failure::File(e.to_string()))?;
-        self.keep(job);
-        Ok(())
+        svg(&drawing).map_err(|e| Failure::File(e.to_string()))
     }
 
     fn warn_clipped(&self, job: &Job<'_>, written: &Written) {
@@ -318,21 +355,6 @@ impl<'r> Render<'r, '_> {
             store.put_file(job.planned.key, &job.planned.path, self.run.spent());
         }
     }
-}
-
-/// Channels and keys, 17 bytes each.
-fn encode_channels(channels: &[(Channel, Key)]) -> Vec<u8> {
-    let index = |channel: &Channel| Channel::ALL.iter().position(|c| c == channel).and_then(|i| u8::try_from(i).ok());
-    channels.iter().flat_map(|(c, key)| index(c).into_iter().chain(*key.as_bytes())).collect()
-}
-
-fn decode_channels(bytes: &[u8]) -> Option<Vec<(Channel, Key)>> {
-    let (entries, rest) = bytes.as_chunks::<17>();
-    let entry = |bytes: &[u8; 17]| {
-        let (index, key) = bytes.split_first()?;
-        Some((*Channel::ALL.get(usize::from(*index))?, Key::from_bytes(key.try_into().ok()?)))
-    };
-    entries.iter().map(entry).collect::<Option<Vec<_>>>().filter(|_| rest.is_empty())
 }
 
 pub(super) fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {

@@ -1,0 +1,203 @@
+//! Which pixels of each field are read while a part of a picture is computed.
+//!
+//! Tiles are computed whole as a rule, since the next tiles read them too. At the edges of a part nothing else does: a filter
+//! that reads four rows of the tile above would make 256 of them, and each filter before it another 256. So for a part
+//! everything is computed that is read, and no more. This follows from what fields state of themselves
+//! ([`FieldSource::inputs`]), and a value depends on its position alone, so no pixel changes by it.
+//!
+//! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
+use super::memory::TileKey;
+use super::passing::{FARTHEST, readers_first};
+use super::prepare::at;
+use super::run::{Run, lock};
+use crate::value::{Blocks, Field, Grid, GridId, Key, Piece, TILE, Window};
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+/// The pixels that are read of each field.
+pub(super) struct Reach {
+    areas: HashMap<(Key, GridId), Area>,
+    /// Under which keys parts of tiles are kept.
+    kept: Mutex<HashMap<TileKey, TileKey>>,
+}
+
+/// Columns and rows; all pixels that lie in one of both are read.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Area {
+    columns: Spans,
+    rows: Spans,
+}
+
+/// Intervals in order, each further from the next than a tile is wide: in no tile there are two.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Spans(Vec<(i32, i32)>);
+
+impl Spans {
+    /// Adds those pixels of pieces that lie between `from` and `to`.
+    fn add(&mut self, pieces: &[Piece], from: i32, to: i32) {
+        for piece in pieces {
+            let end = piece.start + piece.length.cast_signed();
+            let (low, high) = ((from - piece.shift).max(piece.start), (to - piece.shift).min(end));
+            if low < high {
+                self.insert(low, high);
+            }
+        }
+    }
+
+    fn insert(&mut self, mut low: i32, mut high: i32) {
+        let apart = TILE.cast_signed();
+        self.0.retain(|&(from, to)| {
+            let joins = from - apart < high && low < to + apart;
+            if joins {
+                (low, high) = (low.min(from), high.max(to));
+            }
+            !joins
+        });
+        let place = self.0.partition_point(|span| span.0 < low);
+        self.0.insert(place, (low, high));
+    }
+
+    /// What lies in a piece.
+    fn within(&self, piece: Piece) -> Option<(i32, i32)> {
+        let (start, end) = (piece.start, piece.start + piece.length.cast_signed());
+        self.0.iter().find(|(from, to)| *from < end && start < *to).map(|(from, to)| (*from.max(&start), *to.min(&end)))
+    }
+}
+
+impl Area {
+    fn add(&mut self, blocks: &Blocks, window: Window) {
+        self.columns.add(&blocks.columns, window.x, window.right());
+        self.rows.add(&blocks.rows, window.y, window.bottom());
+    }
+
+    fn windows(&self) -> impl Iterator<Item = Window> {
+        let rows = self.rows.0.iter();
+        rows.flat_map(|&row| self.columns.0.iter().map(move |&column| between(column, row)))
+    }
+}
+
+fn between((left, right): (i32, i32), (top, bottom): (i32, i32)) -> Window {
+    Window { x: left, y: top, width: right.abs_diff(left), height: bottom.abs_diff(top) }
+}
+
+impl Reach {
+    /// Of pictures of `fields` in `window`. All whole pictures that they need must be prepared.
+    fn new(fields: &[&Field], grid: &Grid, window: Window) -> Self {
+        let order = readers_first(fields, grid);
+        // `None` is everything.
+        let mut areas: HashMap<_, Option<Area>> = HashMap::new();
+        let want = |areas: &mut HashMap<_, Option<Area>>, field: &Field, grid: &Grid, window: Window| {
+            let area = areas.entry(at(field, grid)).or_insert_with(|| Some(Area::default()));
+            let near = window.width <= FARTHEST && window.height <= FARTHEST;
+            match area.as_mut().filter(|_| near) {
+                Some(known) if !window.is_empty() => known.add(&field.domain().blocks(grid, window), window),
+                Some(_) => {}
+                None => *area = None,
+            }
+        };
+        fields.iter().for_each(|field| want(&mut areas, field, grid, window));
+        let mut known = HashMap::new();
+        for (field, grid) in order {
+            let Some(area) = areas.get(&at(field, &grid)).cloned() else { continue };
+            let windows: Vec<Option<Window>> = match &area {
+                Some(area) => area.windows().map(Some).collect(),
+                None => vec![None],
+            };
+            for window in windows {
+                let shown = window.unwrap_or(Window { x: 0, y: 0, width: 1, height: 1 });
+                let source = field.source();
+                for read in source.inputs(&grid, shown).into_iter().chain(source.later(&grid, shown)) {
+                    // A window that is too large to be looked at stands for everything.
+                    let all = Window { width: u32::MAX / 4, ..read.window };
+                    want(&mut areas, read.field, &read.grid, window.map_or(all, |_| read.window));
+                }
+            }
+            if let (Some(key), Some(area)) = (field.key(), area) {
+                known.insert((key, grid.id()), area);
+            }
+        }
+        Self { areas: known, kept: Mutex::default() }
+    }
+
+    /// The key under which the part of a tile is kept that is read, if it is not computed whole.
+    pub(super) fn at(&self, tile: &TileKey) -> Option<TileKey> {
+        lock(&self.kept).remove(tile)
+    }
+
+    /// The part of a tile that is read, and under which key it is kept; `None` if it is to be computed whole: all of it is
+    /// read, or more than is known here.
+    pub(super) fn part(&self, tile: &TileKey, (x, y): (Piece, Piece), wanted: Window) -> Option<(TileKey, Window)> {
+        let area = self.areas.get(&(tile.field, tile.grid))?;
+        let part = between(area.columns.within(x)?, area.rows.within(y)?);
+        if !part.contains(&wanted) || part == Piece::window(x, y) {
+            return None;
+        }
+        let key = *lock(&self.kept).entry(*tile).or_insert_with(|| named(tile, part));
+        Some((key, part))
+    }
+}
+
+/// The key of a part of a tile.
+fn named(tile: &TileKey, part: Window) -> TileKey {
+    let place = [part.x, part.y, part.right(), part.bottom()].map(i32::to_le_bytes);
+    let field = Key::of("part of a tile", &[tile.field.as_bytes(), place.as_flattened()]);
+    TileKey { field, ..*tile }
+}
+
+impl Run<'_> {
+    /// From now on, computes no more of each field than pictures of `fields` in `window` need. To be called once, when these
+    /// fields are prepared and before any tile of them is computed.
+    pub fn limit(&self, fields: &[&Field], grid: &Grid, window: Window) {
+        let _ = self.reach.set(Reach::new(fields, grid, window));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::value::{Halo, Tiling, Type};
+    use glam::{DVec2, UVec2};
+
+    fn grid() -> Grid {
+        Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(2048)) }
+    }
+
+    fn keyed(field: Field, name: &str) -> Field {
+        field.keyed(Key::of("test", &[name.as_bytes()]))
+    }
+
+    #[test]
+    fn spans_stay_in_order_and_apart() {
+        let mut spans = Spans::default();
+        spans.insert(1000, 1100);
+        spans.insert(0, 10);
+        assert_eq!(spans.0, [(0, 10), (1000, 1100)]);
+        spans.insert(200, 300);
+        assert_eq!(spans.0, [(0, 300), (1000, 1100)]);
+        spans.insert(400, 900);
+        assert_eq!(spans.0, [(0, 1100)]);
+    }
+
+    #[test]
+    fn a_part_reads_its_halo_and_wraps() {
+        let source = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "a");
+        let fill = |_: &mut crate::value::Tile, [_]: [&crate::value::Tile; 1]| Ok(());
+        let blurred = keyed(Field::map(Type::Gray, [source.clone()], Halo::px(7), fill), "b");
+        let grid = grid();
+        let window = Window { x: 0, y: 0, width: 2048, height: 512 };
+        let reach = Reach::new(&[&blurred], &grid, window);
+        let area = &reach.areas[&(source.key().unwrap(), grid.id())];
+        assert_eq!(area.rows.0, [(0, 519), (2041, 2048)]);
+        assert_eq!(area.columns.0, [(0, 2048)]);
+        let piece = |index: i32| Piece { index, start: index * 256, length: 256, shift: 0 };
+        let tile = TileKey { field: source.key().unwrap(), grid: grid.id(), at: (0, 2) };
+        let wanted = Window { x: 0, y: 512, width: 256, height: 3 };
+        let (key, part) = reach.part(&tile, (piece(0), piece(2)), wanted).unwrap();
+        assert_eq!(part, Window { height: 7, ..wanted });
+        assert_ne!(key, tile);
+        // What nobody said that it would read is computed whole, and so is what is read whole.
+        assert!(reach.part(&tile, (piece(0), piece(2)), Window { height: 8, ..wanted }).is_none());
+        assert!(reach.part(&tile, (piece(0), piece(1)), Window { x: 0, y: 256, width: 1, height: 1 }).is_none());
+        assert!(reach.part(&tile, (piece(0), piece(4)), Window { x: 0, y: 1024, width: 1, height: 1 }).is_none());
+    }
+}

@@ -1,0 +1,314 @@
+//! Joins parts into pictures, a few rows at a time.
+use super::read::{PartFile, Unusable};
+use super::{CHUNK, EXTENSION, PartHeader, PartOf};
+use crate::picture::spec::WriteError;
+use crate::picture::{AtomicFile, PictureSpec, Writer, Written};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What joining one picture needs besides its rows: twice a band before and after compression.
+const PICTURE: u64 = 6 * CHUNK as u64;
+/// So many bad parts are told one by one.
+const TOLD: usize = 1000;
+
+/// The files that were written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joined {
+    /// In the order of the graph's outputs.
+    pub files: Vec<JoinedFile>,
+    /// The files of the parts.
+    pub parts: Vec<PathBuf>,
+}
+
+/// A file that was joined.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JoinedFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// What became of its samples, if it has any.
+    pub written: Option<Written>,
+    /// The values that its integers stand for.
+    pub range: (f32, f32),
+}
+
+/// Why parts were not joined. Nothing was written then.
+#[derive(Debug, thiserror::Error)]
+pub enum JoinError {
+    /// What is wrong with the parts, a line each.
+    #[error("{}", .0.join("\n"))]
+    Parts(Vec<String>),
+    /// The folder of the parts cannot be read.
+    #[error("the folder `{dir}` cannot be read: {source}")]
+    Folder {
+        /// The folder.
+        dir: String,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// A picture cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The work was cancelled.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// Joins the parts in the folder `from` into pictures in the folder `to`, within about `memory` bytes. `progress` is told
+/// the bytes that are read and those that will be, and answers whether to go on.
+///
+/// # Errors
+/// Parts that are missing, doubled, damaged or of another picture, and what the system refuses. Nothing is written then.
+pub fn join(
+    from: &Path,
+    to: &Path,
+    memory: u64,
+    progress: &(dyn Fn(u64, u64) -> bool + Sync),
+) -> Result<Joined, JoinError> {
+    let parts = complete(from)?;
+    let Some(header) = parts.first().map(|part| part.header.clone()) else { return Err(nothing(from)) };
+    let total = parts.iter().flat_map(|part| &part.index.chunks).map(|chunk| chunk.length).sum();
+    let all = All { parts: &parts, to, done: AtomicU64::new(0), total, progress };
+    let rows = header.pictures.iter().filter_map(|p| p.spec.as_ref()).map(|spec| spec.row_bytes()).max().unwrap_or(0);
+    let threads = rayon::current_num_threads() as u64;
+    let at_once = usize::try_from(memory / PICTURE.max(rows * 64 * threads)).unwrap_or(usize::MAX).max(1);
+    let mut made = Vec::with_capacity(header.pictures.len());
+    let numbers: Vec<usize> = (0..header.pictures.len()).collect();
+    for group in numbers.chunks(at_once) {
+        let group: Vec<Result<Made, Fault>> = group.par_iter().map(|&number| all.picture(&header, number)).collect();
+        for one in group {
+            made.push(one.map_err(|fault| all.explained(fault))?);
+        }
+    }
+    let mut files = Vec::with_capacity(made.len());
+    for Made { file, written, range } in made {
+        let path = file.target().to_path_buf();
+        file.commit().map_err(|error| WriteError::at(&path, error))?;
+        files.push(JoinedFile { path, written, range });
+    }
+    Ok(Joined { files, parts: parts.iter().map(|part| part.path.clone()).collect() })
+}
+
+/// A file that has no name yet.
+struct Made {
+    file: AtomicFile,
+    written: Option<Written>,
+    range: (f32, f32),
+}
+
+enum Fault {
+    /// A part, and what is wrong with it.
+    Part(String),
+    Write(WriteError),
+    Cancelled,
+}
+
+impl From<WriteError> for Fault {
+    fn from(error: WriteError) -> Self {
+        Self::Write(error)
+    }
+}
+
+struct All<'a> {
+    parts: &'a [PartFile],
+    to: &'a Path,
+    done: AtomicU64,
+    total: u64,
+    progress: &'a (dyn Fn(u64, u64) -> bool + Sync),
+}
+
+impl All<'_> {
+    fn picture(&self, header: &PartHeader, number: usize) -> Result<Made, Fault> {
+        let picture = &header.pictures[number];
+        let path = self.to.join(&picture.file);
+        match &picture.spec {
+            Some(spec) => self.rows(&path, spec, number),
+            None => {
+                let mut file = AtomicFile::create(&path).map_err(|error| WriteError::at(&path, error))?;
+                self.chunks(number, |_, bytes| file.write_all(bytes).map_err(|error| WriteError::at(&path, error)))?;
+                Ok(Made { file, written: None, range: (0.0, 1.0) })
+            }
+        }
+    }
+
+    fn rows(&self, path: &Path, spec: &PictureSpec, number: usize) -> Result<Made, Fault> {
+        let mut writer = Writer::create(path, spec)?;
+        self.chunks(number, |rows, bytes| writer.write_encoded(bytes, rows))?;
+        self.parts.iter().for_each(|part| writer.count(part.index.tallies[number]));
+        let (file, written) = writer.finish_unnamed()?;
+        Ok(Made { file, written: Some(written), range: spec.encoding.range.unwrap_or((0.0, 1.0)) })
+    }
+
+    /// Hands the chunks of a picture to `take`, from all parts in order.
+    fn chunks(&self, number: usize, mut take: impl FnMut(u32, &[u8]) -> Result<(), WriteError>) -> Result<(), Fault> {
+        let mut bytes = Vec::new();
+        for part in self.parts {
+            let mut file = File::open(&part.path).map_err(|e| bad(part, &format!("cannot be read: {e}")))?;
+            for chunk in part.chunks(number) {
+                part.read(&mut file, chunk, &mut bytes).map_err(|reason| bad(part, &reason))?;
+                take(chunk.rows, &bytes)?;
+                let done = self.done.fetch_add(chunk.length, Ordering::Relaxed) + chunk.length;
+                if !(self.progress)(done, self.total) {
+                    return Err(Fault::Cancelled);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// After the first damaged part: all of them.
+    fn explained(&self, fault: Fault) -> JoinError {
+        let first = match fault {
+            Fault::Part(first) => first,
+            Fault::Write(error) => return JoinError::Write(error),
+            Fault::Cancelled => return JoinError::Cancelled,
+        };
+        let check = |part: &PartFile| {
+            let mut file = File::open(&part.path).ok()?;
+            let mut bytes = Vec::new();
+            let reason = part.index.chunks.iter().find_map(|chunk| part.read(&mut file, chunk, &mut bytes).err())?;
+            Some(named(&part.header, &part.path, &reason))
+        };
+        let found: Vec<String> = self.parts.par_iter().filter_map(check).collect();
+        JoinError::Parts(if found.is_empty() { vec![first] } else { found })
+    }
+}
+
+fn bad(part: &PartFile, reason: &str) -> Fault {
+    Fault::Part(named(&part.header, &part.path, reason))
+}
+
+fn named(header: &PartHeader, path: &Path, reason: &str) -> String {
+    format!("part {} (`{}`) {reason}", header.part, path.display())
+}
+
+fn nothing(dir: &Path) -> JoinError {
+    let made = "make some with `shibo render GRAPH --part 1/N -o DIR`";
+    JoinError::Parts(vec![format!("there are no parts in `{}`; {made}", dir.display())])
+}
+
+/// All parts in a folder, in order, if none is missing or wrong.
+fn complete(dir: &Path) -> Result<Vec<PartFile>, JoinError> {
+    let failed = |source| JoinError::Folder { dir: dir.display().to_string(), source };
+    let mut paths = Vec::new();
+    for entry in dir.read_dir().map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let hidden = path.file_name().is_none_or(|name| name.as_encoded_bytes().starts_with(b"."));
+        if !hidden && path.extension().is_some_and(|extension| extension == EXTENSION) {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    let mut bad = Vec::new();
+    let mut seen = Vec::new();
+    let mut whole: Vec<PartFile> = Vec::new();
+    for path in paths {
+        match PartFile::open(&path) {
+            Ok(part) => whole.push(part),
+            Err(Unusable { reason, header }) => {
+                // The header of a damaged part might be what is damaged, so the name of the file says more.
+                let part = numbers(&path).or(header.map(|header| header.part));
+                let name = part.map_or("the file".to_owned(), |part| format!("part {part}"));
+                bad.push(format!("{name} (`{}`) {reason}", path.display()));
+                seen.extend(part);
+            }
+        }
+    }
+    let Some(usual) = usual(&whole) else {
+        return Err(if bad.is_empty() { nothing(dir) } else { JoinError::Parts(bad) });
+    };
+    let (fitting, others): (Vec<_>, Vec<_>) =
+        whole.into_iter().partition(|part| differs(&part.header, &usual).is_none());
+    for other in &others {
+        let difference = differs(&other.header, &usual).unwrap_or_default();
+        bad.push(named(&other.header, &other.path, &difference));
+        seen.push(other.header.part);
+    }
+    let parts = one_each(fitting, &usual, &seen, &mut bad);
+    if bad.is_empty() { Ok(parts) } else { Err(JoinError::Parts(bad)) }
+}
+
+/// The parts by number; tells those that are there twice or not at all.
+fn one_each(fitting: Vec<PartFile>, usual: &PartHeader, seen: &[PartOf], bad: &mut Vec<String>) -> Vec<PartFile> {
+    let mut by_number: BTreeMap<u32, PartFile> = BTreeMap::new();
+    for part in fitting {
+        let of = part.header.part;
+        if let Some(other) = by_number.get(&of.number) {
+            let both = (other.path.display(), part.path.display());
+            bad.push(format!("part {of} is there twice: `{}` and `{}`; remove one of them", both.0, both.1));
+        } else {
+            by_number.insert(of.number, part);
+        }
+    }
+    let known = |number: &u32| by_number.contains_key(number) || seen.iter().any(|of| of.number == *number);
+    let missing: Vec<u32> = (1..=usual.part.count).filter(|number| !known(number)).take(TOLD).collect();
+    bad.extend(missing.iter().map(|number| format!("part {number}/{} is missing", usual.part.count)));
+    let mut row = 0;
+    for part in by_number.values() {
+        let [first, rows] = part.header.rows;
+        let follows = first == row || !missing.is_empty() || !seen.is_empty();
+        if !follows || (part.header.part.number == usual.part.count && first.checked_add(rows) != Some(usual.size[1])) {
+            bad.push(named(&part.header, &part.path, "has other rows than its number says"));
+        }
+        row = first.saturating_add(rows);
+    }
+    by_number.into_values().collect()
+}
+
+/// What most parts are of.
+fn usual(parts: &[PartFile]) -> Option<PartHeader> {
+    let like = |one: &PartFile| parts.iter().filter(|other| differs(&other.header, &one.header).is_none()).count();
+    let mut best: Option<(usize, &PartFile)> = None;
+    for part in parts {
+        let count = like(part);
+        if best.is_none_or(|(most, _)| count > most) {
+            best = Some((count, part));
+        }
+        if count * 2 > parts.len() {
+            break;
+        }
+    }
+    best.map(|(_, part)| part.header.clone())
+}
+
+/// What tells a part from the usual ones, as the end of a sentence.
+fn differs(header: &PartHeader, usual: &PartHeader) -> Option<String> {
+    let unless = |same: bool, text: String| if same { None } else { Some(text) };
+    let (a, b) = (header, usual);
+    let version = || if a.version == b.version { "another build".to_owned() } else { format!("version {}", a.version) };
+    unless(a.version == b.version && a.build == b.build, format!("was made by {} of Shibo", version()))
+        .or_else(|| unless(a.graph == b.graph, format!("is of another graph: `{}`, not `{}`", a.graph, b.graph)))
+        .or_else(|| unless(a.seed == b.seed, format!("is of another seed: {}, not {}", a.seed, b.seed)))
+        .or_else(|| {
+            let [[w, h], [x, y]] = [a.size, b.size];
+            unless(a.size == b.size, format!("is of another size: {w} × {h}, not {x} × {y}"))
+        })
+        .or_else(|| {
+            unless(a.part.count == b.part.count, format!("is one of {}, not of {}", a.part.count, b.part.count))
+        })
+        .or_else(|| {
+            let text = format!("is of other parameters: {}, not {}", a.parameters, b.parameters);
+            unless(a.parameters == b.parameters, text)
+        })
+        .or_else(|| {
+            let files = |header: &PartHeader| header.pictures.iter().map(|p| p.file.clone()).collect::<Vec<_>>();
+            unless(
+                files(a) == files(b),
+                format!("is of other outputs: {}, not {}", files(a).join(", "), files(b).join(", ")),
+            )
+        })
+        .or_else(|| {
+            let text = "is of the graph as it was at another time, or was encoded in another way; render it again";
+            unless(a.pictures == b.pictures, text.into())
+        })
+}
+
+/// Which part a file is by its name.
+fn numbers(path: &Path) -> Option<PartOf> {
+    let (_, place) = path.file_stem()?.to_str()?.rsplit_once('.')?;
+    let (number, count) = place.split_once("-of-")?;
+    Some(PartOf { number: number.parse().ok()?, count: count.parse().ok()? })
+}

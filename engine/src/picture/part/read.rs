@@ -1,0 +1,145 @@
+//! Reads a part. Nothing in it is believed that its hashes do not confirm.
+use super::{CHUNK, Chunk, Index, MAGIC, MOST, PartHeader, hash};
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// The bytes of what follows the index.
+const END: u64 = 8 + 8 + 32;
+
+/// A part whose header and index are whole.
+pub(super) struct PartFile {
+    pub(super) path: PathBuf,
+    pub(super) header: PartHeader,
+    pub(super) index: Index,
+}
+
+/// Why a file is no part, as the end of a sentence; and its header, if at least that could be read.
+pub(super) struct Unusable {
+    pub(super) reason: String,
+    pub(super) header: Option<Box<PartHeader>>,
+}
+
+impl PartFile {
+    /// Reads header and index.
+    pub(super) fn open(path: &Path) -> Result<Self, Unusable> {
+        let failed = |error: &io::Error| Unusable { reason: format!("cannot be read: {error}"), header: None };
+        if !std::fs::metadata(path).map_err(|e| failed(&e))?.is_file() {
+            return Err(Unusable { reason: "is no file".into(), header: None });
+        }
+        let mut file = File::open(path).map_err(|e| failed(&e))?;
+        let length = file.metadata().map_err(|e| failed(&e))?.len();
+        let (json, start) = read_header(&mut file, length).map_err(|reason| Unusable { reason, header: None })?;
+        let header: PartHeader = serde_json::from_slice(&json)
+            .map_err(|_| Unusable { reason: "is damaged: its header cannot be read".into(), header: None })?;
+        match read_index(&mut file, (start, length), &json, &header) {
+            Ok(index) => Ok(Self { path: path.to_path_buf(), header, index }),
+            Err(reason) => Err(Unusable { reason, header: Some(Box::new(header)) }),
+        }
+    }
+
+    /// The chunks of a picture, in order.
+    pub(super) fn chunks(&self, picture: usize) -> impl Iterator<Item = &Chunk> {
+        self.index.chunks.iter().filter(move |chunk| chunk.picture == picture)
+    }
+
+    /// Reads a chunk into `bytes`.
+    pub(super) fn read(&self, file: &mut File, chunk: &Chunk, bytes: &mut Vec<u8>) -> Result<(), String> {
+        bytes.resize(usize::try_from(chunk.length).unwrap_or(usize::MAX), 0);
+        let read = file.seek(SeekFrom::Start(chunk.at)).and_then(|_| file.read_exact(bytes));
+        read.map_err(|error| format!("cannot be read: {error}"))?;
+        if hash(&[bytes]).to_hex().as_str() == chunk.hash {
+            Ok(())
+        } else {
+            Err("is damaged: its content is not what was written".into())
+        }
+    }
+}
+
+/// Whether the file `path` is the part that `header` describes, and whole. How its pictures are encoded is not compared: that
+/// follows from their keys.
+#[must_use]
+pub fn is_whole(path: &Path, header: &PartHeader) -> bool {
+    let Ok(part) = PartFile::open(path) else { return false };
+    let bare = |header: &PartHeader| {
+        let mut header = header.clone();
+        header.pictures.iter_mut().for_each(|picture| picture.spec = None);
+        header
+    };
+    let (Ok(mut file), mut bytes) = (File::open(path), Vec::new()) else { return false };
+    bare(&part.header) == bare(header)
+        && part.index.chunks.iter().all(|chunk| part.read(&mut file, chunk, &mut bytes).is_ok())
+}
+
+fn read_header(file: &mut File, length: u64) -> Result<(Vec<u8>, u64), String> {
+    let cut = |_: io::Error| "is truncated".to_owned();
+    let mut start = [0; 16];
+    if length < 16 {
+        return Err(if length == 0 { "is empty".into() } else { "is truncated".into() });
+    }
+    file.read_exact(&mut start).map_err(cut)?;
+    if start[..8] != MAGIC[..] {
+        return Err("is no part of a picture, or of another version of Shibo".into());
+    }
+    let json = u64::from_le_bytes(start[8..].try_into().unwrap_or_default());
+    if json > MOST || 16 + json > length {
+        return Err("is truncated".into());
+    }
+    let mut bytes = vec![0; usize::try_from(json).unwrap_or(0)];
+    file.read_exact(&mut bytes).map_err(cut)?;
+    Ok((bytes, 16 + json))
+}
+
+fn read_index(file: &mut File, (start, length): (u64, u64), json: &[u8], header: &PartHeader) -> Result<Index, String> {
+    let cut = |_: io::Error| "is truncated".to_owned();
+    let end = length.checked_sub(END).filter(|end| *end >= start).ok_or("is truncated")?;
+    let mut tail = [0; 48];
+    file.seek(SeekFrom::Start(end)).and_then(|_| file.read_exact(&mut tail)).map_err(cut)?;
+    let at = u64::from_le_bytes(tail[8..16].try_into().unwrap_or_default());
+    if tail[..8] != MAGIC[..] || at < start || at > end || end - at > MOST {
+        return Err("is truncated".into());
+    }
+    let mut bytes = vec![0; usize::try_from(end - at).unwrap_or(0)];
+    file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut bytes)).map_err(cut)?;
+    let damaged = || "is damaged: its header or its index is not what was written".to_owned();
+    if hash(&[json, &bytes]).as_bytes() != &tail[16..] {
+        return Err(damaged());
+    }
+    let index: Index = serde_json::from_slice(&bytes).map_err(|_| damaged())?;
+    if fits(header, &index, (start, at)) { Ok(index) } else { Err(damaged()) }
+}
+
+/// Whether an index describes what its header promises.
+fn fits(header: &PartHeader, index: &Index, (start, end): (u64, u64)) -> bool {
+    let part = header.part;
+    let shape = part.number >= 1 && part.number <= part.count && index.tallies.len() == header.pictures.len();
+    let mut rows = vec![0_u64; header.pictures.len()];
+    let placed = index.chunks.iter().all(|chunk| {
+        let Some(picture) = header.pictures.get(chunk.picture) else { return false };
+        rows[chunk.picture] += u64::from(chunk.rows);
+        let inside = chunk.at >= start && chunk.at.checked_add(chunk.length).is_some_and(|to| to <= end);
+        let row = picture.spec.as_ref().map_or(0, super::PictureSpec::row_bytes);
+        // Of a picture as many bytes as its rows have, and never more at once than one row or what is written at once.
+        inside
+            && match &picture.spec {
+                Some(_) => chunk.length == row * u64::from(chunk.rows) && chunk.length <= row.max(CHUNK as u64),
+                None => chunk.rows == 0 && chunk.length <= CHUNK as u64,
+            }
+    });
+    let complete = header.pictures.iter().zip(rows).all(|(picture, rows)| {
+        let wanted = if picture.spec.is_some() { header.rows[1] } else { 0 };
+        rows == u64::from(wanted)
+    });
+    let mut names: Vec<&str> = header.pictures.iter().map(|picture| picture.file.as_str()).collect();
+    names.sort_unstable();
+    // A name must not lead out of the folder.
+    let plain =
+        |name: &str| Path::new(name).file_name().is_some_and(|file| file == name) && !name.contains(['/', '\\']);
+    let named = names.iter().all(|name| plain(name)) && names.windows(2).all(|pair| pair[0] != pair[1]);
+    let sized = header
+        .pictures
+        .iter()
+        .flat_map(|p| &p.spec)
+        .all(|spec| [spec.width, spec.height] == header.size && spec.check().is_ok());
+    shape && placed && complete && named && sized
+}

@@ -1,0 +1,30 @@
+//! Which files a render makes, without making them.
+use super::plan::{Planner, wanted};
+use super::render::{Render, RenderRequest, window};
+use super::{Failure, Session};
+use crate::eval::{CancelToken, Observer};
+use crate::graph::Graph;
+use crate::value::Key;
+use std::path::PathBuf;
+
+impl Session {
+    /// The files that a render makes, and the keys of what they hold. Of several files for another program only the main one.
+    ///
+    /// # Errors
+    /// What went wrong, at its place.
+    pub fn files(
+        &self,
+        graph: &Graph,
+        request: &RenderRequest,
+        cancel: &CancelToken,
+        observer: &dyn Observer,
+    ) -> Result<Vec<(PathBuf, Key)>, Failure> {
+        let wanted = wanted(graph, &request.outputs)?;
+        let window = window(graph, request)?;
+        self.run(graph, cancel, observer, |run| {
+            let planner = Planner { graph, keys: run.keys(), request, window };
+            let render = Render { session: self, run, planner, observer, area: window };
+            Ok(render.pictures(&wanted)?.into_iter().map(|picture| (picture.path, picture.key)).collect())
+        })
+    }
+}

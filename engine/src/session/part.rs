@@ -1,0 +1,205 @@
+//! One picture by many machines: what all of them need is made once, and each computes some rows.
+use super::export::Sink;
+use super::plan::{Part, Planned, Planner, wanted};
+use super::render::{Job, Render};
+use super::{Failure, RenderRequest, Session, located};
+use crate::eval::{CancelToken, NodeStats, Observer, Stored};
+use crate::graph::Graph;
+use crate::picture::{Format, PartHeader, PartOf, PartPicture, PartWriter, is_whole};
+use crate::value::{TILE, Window};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Nobody is at work on a file that was not written to for so long.
+const ABANDONED: Duration = Duration::from_secs(3600);
+
+/// What rendering a part did.
+#[derive(Clone, Debug)]
+pub struct PartReport {
+    /// Its file.
+    pub file: PathBuf,
+    /// Whether it was there already.
+    pub known: bool,
+    /// What was done for each node.
+    pub nodes: Vec<NodeStats>,
+}
+
+/// What preparing a render did.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// What was stored, in the order of the graph.
+    pub stored: Vec<Stored>,
+    /// What was done for each node.
+    pub nodes: Vec<NodeStats>,
+}
+
+/// The rows of one picture of a part.
+pub(super) struct PartSink {
+    writer: Arc<Mutex<PartWriter>>,
+    number: usize,
+}
+
+impl PartSink {
+    pub(super) fn write_rows(&self, planes: &[&[f32]], rows: u32) -> Result<(), crate::picture::WriteError> {
+        self.writer.lock().unwrap_or_else(PoisonError::into_inner).write_rows(self.number, planes, rows)
+    }
+}
+
+impl Session {
+    /// Renders one of several parts of the outputs of `graph` into a file in `request.dir`, named after `stem`: to be joined
+    /// with the others by [`join`](crate::picture::join). A part that is there already is left as it is.
+    ///
+    /// # Errors
+    /// What went wrong, at its place.
+    pub fn render_part(
+        &self,
+        graph: &Graph,
+        request: &RenderRequest,
+        (part, stem): (PartOf, &str),
+        cancel: &CancelToken,
+        observer: &dyn Observer,
+    ) -> Result<PartReport, Failure> {
+        let wanted = wanted(graph, &request.outputs)?;
+        let area = rows(graph, part)?;
+        let dir = if request.dir.as_os_str().is_empty() { Path::new(".") } else { &request.dir };
+        std::fs::create_dir_all(dir)
+            .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
+        remove_abandoned(dir, &part.file_name(stem));
+        self.run(graph, cancel, observer, |run| {
+            let window = Window::full(graph.canvas.resolution);
+            let planner = Planner { graph, keys: run.keys(), request, window };
+            let render = Render { session: self, run, planner, observer, area };
+            let pictures = render.pictures(&wanted)?;
+            if let Some(export) = pictures.iter().find(|picture| matches!(picture.part, Part::Export(_))) {
+                let message = format!("`{}` is made for another program, with whole pictures", export.output.name);
+                return Err(Failure::Usage(format!(
+                    "{message}; name other outputs with --output, or leave --part out"
+                )));
+            }
+            let leveled = |picture: &&Planned<'_>| picture.output.storage.mip && picture.format == Format::Exr;
+            if let Some(picture) = pictures.iter().find(leveled) {
+                let message = format!("`{}` has mip levels, which are made of whole pictures", picture.output.name);
+                return Err(Failure::Usage(format!("{message}; write it without `mip`, or leave --part out")));
+            }
+            let file = request.dir.join(part.file_name(stem));
+            let mut header = render.header(part, stem, &pictures);
+            if is_whole(&file, &header) {
+                return Ok(PartReport { file, known: true, nodes: run.stats() });
+            }
+            let jobs = render.made(pictures)?;
+            for (picture, job) in header.pictures.iter_mut().zip(&jobs) {
+                picture.spec = job.lines.is_none().then(|| render.spec(job));
+            }
+            render.write_part(&file, &header, &jobs)?;
+            Ok(PartReport { file, known: false, nodes: run.stats() })
+        })
+    }
+
+    /// Makes all that pictures of `graph` need before the first of their pixels, so that the caches have it.
+    ///
+    /// # Errors
+    /// What went wrong, at its place.
+    pub fn prepare(
+        &self,
+        graph: &Graph,
+        request: &RenderRequest,
+        cancel: &CancelToken,
+        observer: &dyn Observer,
+    ) -> Result<Prepared, Failure> {
+        let wanted = wanted(graph, &request.outputs)?;
+        self.run(graph, cancel, observer, |run| {
+            let window = Window::full(graph.canvas.resolution);
+            let planner = Planner { graph, keys: run.keys(), request, window };
+            let render = Render { session: self, run, planner, observer, area: window };
+            let pictures = render.pictures(&wanted)?;
+            let jobs = render.made(pictures)?;
+            let grid = graph.canvas.grid(graph.canvas.resolution);
+            for (_, field) in jobs.iter().flat_map(|job| &job.fields) {
+                run.prepare(field, &grid).map_err(|stop| located(run, graph, stop))?;
+            }
+            Ok(Prepared { stored: run.stored(), nodes: run.stats() })
+        })
+    }
+}
+
+/// Removes what attempts at the same part have left that were killed. Other machines may be at work in the folder, so only
+/// what was not written to for an hour is abandoned.
+fn remove_abandoned(dir: &Path, name: &str) {
+    let begin = format!(".{name}.");
+    for entry in dir.read_dir().into_iter().flatten().flatten() {
+        let file = entry.file_name();
+        let own = file.to_str().is_some_and(|file| file.starts_with(&begin) && file.ends_with(".tmp"));
+        let age = || entry.metadata().ok()?.modified().ok()?.elapsed().ok();
+        if own && age().is_some_and(|age| age > ABANDONED) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The rows of a part: whole rows of tiles.
+fn rows(graph: &Graph, part: PartOf) -> Result<Window, Failure> {
+    let size = graph.canvas.resolution;
+    let tiles = size.y.div_ceil(TILE);
+    if part.number == 0 || part.number > part.count {
+        return Err(Failure::Usage(format!("there is no part {part}; parts are numbered from 1")));
+    }
+    if part.count > tiles {
+        let message = format!("the picture has {tiles} rows of tiles, {TILE} pixels each, so at most as many parts");
+        return Err(Failure::Usage(format!("{message}; {} are too many", part.count)));
+    }
+    let own = part.of(tiles);
+    let (y, end) = (own.start * TILE, (own.end * TILE).min(size.y));
+    Ok(Window { x: 0, y: y.cast_signed(), width: size.x, height: end - y })
+}
+
+impl<'r> Render<'r, '_> {
+    /// What the parts of these pictures have in common. How they are encoded is not known yet.
+    fn header(&self, part: PartOf, stem: &str, pictures: &[Planned<'r>]) -> PartHeader {
+        let graph = self.planner.graph;
+        let parameters: Vec<String> = graph.params.iter().map(|p| format!("{}: {}", p.name, p.value)).collect();
+        let name = |picture: &Planned<'_>| picture.path.file_name().map(|name| name.to_string_lossy().into_owned());
+        let of = |picture: &Planned<'_>| PartPicture {
+            file: name(picture).unwrap_or_default(),
+            key: picture.key.to_string(),
+            spec: None,
+        };
+        PartHeader {
+            version: env!("CARGO_PKG_VERSION").into(),
+            build: self.session.registry.code().to_string(),
+            graph: stem.into(),
+            parameters: parameters.join(", "),
+            seed: graph.canvas.seed,
+            size: graph.canvas.resolution.to_array(),
+            part,
+            rows: [self.area.y.cast_unsigned(), self.area.height],
+            pictures: pictures.iter().map(of).collect(),
+        }
+    }
+
+    fn write_part(&self, file: &Path, header: &PartHeader, jobs: &[Job<'_>]) -> Result<(), Failure> {
+        let failed = |error: crate::picture::WriteError| Failure::File(error.to_string());
+        let graph = self.planner.graph;
+        let grid = graph.canvas.grid(graph.canvas.resolution);
+        let (numbers, rows): (Vec<usize>, Vec<&Job<'_>>) =
+            jobs.iter().enumerate().filter(|(_, job)| job.lines.is_none()).unzip();
+        self.ready(&rows, &grid)?;
+        let writer = Arc::new(Mutex::new(PartWriter::create(file, header).map_err(failed)?));
+        let sink = |number| Sink::Part(PartSink { writer: writer.clone(), number });
+        let mut sinks: Vec<Sink> = numbers.into_iter().map(sink).collect();
+        if !rows.is_empty() {
+            self.bands(&rows, &mut sinks, &grid)?;
+        }
+        drop(sinks);
+        let writer = Arc::into_inner(writer).expect("the sinks, the only other owners, are gone");
+        let mut writer = writer.into_inner().unwrap_or_else(PoisonError::into_inner);
+        if header.part.number == 1 {
+            for (number, job) in jobs.iter().enumerate() {
+                let Some(segments) = &job.lines else { continue };
+                let bytes = self.drawn(job, segments, &grid)?;
+                writer.put(number, &bytes).map_err(failed)?;
+            }
+        }
+        writer.finish().map_err(failed)
+    }
+}

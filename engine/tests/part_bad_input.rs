@@ -1,0 +1,139 @@
+//! Parts that are not what they should be: joining says so, writes nothing, and never panics.
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
+use proptest::prelude::*;
+use proptest::sample::Index;
+use shibo_engine::picture::{
+    Compression, Depth, Encoding, Format, JoinError, PartHeader, PartOf, PartPicture, PartWriter, PictureSpec, Writer,
+    join,
+};
+use std::path::Path;
+
+const SIZE: [u32; 2] = [40, 300];
+
+fn specs() -> Vec<PictureSpec> {
+    let spec = |format, depth, channels: &[&str]| PictureSpec {
+        width: SIZE[0],
+        height: SIZE[1],
+        channels: channels.iter().map(ToString::to_string).collect(),
+        format,
+        depth,
+        encoding: Encoding::default(),
+        compression: Compression::Fast,
+        metadata: vec![("Software".into(), "test".into())],
+    };
+    vec![
+        spec(Format::Png, Depth::U8, &["R", "G", "B"]),
+        spec(Format::Exr, Depth::F32, &["Y"]),
+        spec(Format::Tiff, Depth::U16, &["Y"]),
+    ]
+}
+
+fn plane(channel: u32, first: u32, rows: u32) -> Vec<f32> {
+    let value = |i: u32| ((i * 7 + 31 * channel) % 1000) as f32 / 999.0;
+    (first * SIZE[0]..(first + rows) * SIZE[0]).map(value).collect()
+}
+
+fn names() -> [&'static str; 3] {
+    ["a.png", "b.exr", "c.tiff"]
+}
+
+fn parts(dir: &Path) {
+    for (number, rows) in [(1, [0, 256]), (2, [256, 44])] {
+        let part = PartOf { number, count: 2 };
+        let picture =
+            |(file, spec): (&str, PictureSpec)| PartPicture { file: file.into(), key: "k".into(), spec: Some(spec) };
+        let header = PartHeader {
+            version: "1".into(),
+            build: "b".into(),
+            graph: "g".into(),
+            parameters: String::new(),
+            seed: 1,
+            size: SIZE,
+            part,
+            rows,
+            pictures: names().into_iter().zip(specs()).map(picture).collect(),
+        };
+        let mut writer = PartWriter::create(&dir.join(part.file_name("g")), &header).unwrap();
+        for (number, spec) in specs().iter().enumerate() {
+            let planes: Vec<_> =
+                (0_u32..).take(spec.channels.len()).map(|channel| plane(channel, rows[0], rows[1])).collect();
+            let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
+            writer.write_rows(number, &planes, rows[1]).unwrap();
+        }
+        writer.finish().unwrap();
+    }
+}
+
+/// The files of a single run.
+fn whole(dir: &Path) -> Vec<Vec<u8>> {
+    let write = |(name, spec): (&str, PictureSpec)| {
+        let mut writer = Writer::create(&dir.join(name), &spec).unwrap();
+        let planes: Vec<_> = (0_u32..).take(spec.channels.len()).map(|channel| plane(channel, 0, SIZE[1])).collect();
+        writer.write_rows(&planes.iter().map(Vec::as_slice).collect::<Vec<_>>(), SIZE[1]).unwrap();
+        writer.finish().unwrap();
+        std::fs::read(dir.join(name)).unwrap()
+    };
+    names().into_iter().zip(specs()).map(write).collect()
+}
+
+fn joined(dir: &Path, out: &Path) -> Result<Vec<Vec<u8>>, JoinError> {
+    let made = join(dir, out, 1 << 20, &|_, _| true)?;
+    Ok(made.files.iter().map(|file| std::fs::read(&file.path).unwrap()).collect())
+}
+
+#[test]
+fn parts_become_the_files_of_a_single_run() {
+    let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    parts(dir.path());
+    assert_eq!(joined(dir.path(), out.path()).unwrap(), whole(out.path()));
+    let stopped = tempfile::tempdir().unwrap();
+    let result = join(dir.path(), stopped.path(), 1 << 20, &|done, total| done * 2 < total);
+    assert!(matches!(result, Err(JoinError::Cancelled)));
+    assert_eq!(stopped.path().read_dir().unwrap().count(), 0);
+}
+
+/// Changes of a file: where, how far, what is put there, and how.
+type Change = (Index, Index, u8, u8);
+
+fn changed(sample: &[u8], changes: &[Change]) -> Vec<u8> {
+    let mut bytes = sample.to_vec();
+    for (place, length, value, how) in changes {
+        // Most of it is rows; header, index and end are where it hurts.
+        let (from, to) = match how % 4 {
+            0 => (0, bytes.len().min(1500)),
+            1 => (bytes.len().saturating_sub(1500), bytes.len()),
+            _ => (0, bytes.len()),
+        };
+        let place = from + place.index((to - from).max(1));
+        let stop = (place + 1 + length.index(24)).min(bytes.len());
+        match how / 4 % 4 {
+            0 if place < bytes.len() => bytes[place] ^= value,
+            1 => bytes[place.min(stop)..stop].fill(*value),
+            2 => drop(bytes.drain(place.min(stop)..stop)),
+            _ => bytes.truncate(place),
+        }
+    }
+    bytes
+}
+
+proptest! {
+    #[test]
+    fn no_change_of_a_part_is_believed(changes in prop::collection::vec(any::<Change>(), 1..5), second: bool) {
+        let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+        parts(dir.path());
+        let right = joined(dir.path(), out.path()).unwrap();
+        let place = dir.path().join(PartOf { number: 1 + u32::from(second), count: 2 }.file_name("g"));
+        let good = std::fs::read(&place).unwrap();
+        let bad = changed(&good, &changes);
+        std::fs::write(&place, &bad).unwrap();
+        let other = tempfile::tempdir().unwrap();
+        match joined(dir.path(), other.path()) {
+            Ok(made) => prop_assert!(bad == good && made == right),
+            Err(JoinError::Parts(said)) => {
+                prop_assert!(said.iter().any(|line| line.contains(if second { "2/2" } else { "1/2" })), "{said:?}");
+                prop_assert_eq!(other.path().read_dir().unwrap().count(), 0);
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+}

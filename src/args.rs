@@ -1,6 +1,7 @@
 //! The command line.
-use crate::{cache, check, completions, dump, fmt, graph, lsp, new, nodes, pack, render, watch};
+use crate::{cache, check, completions, dump, fmt, graph, job, lsp, new, nodes, pack, parts, render, watch};
 use clap::{Args, Parser, Subcommand};
+use shibo_engine::picture::PartOf;
 use shibo_engine::value::Resolution;
 use std::path::PathBuf;
 
@@ -28,6 +29,12 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render the outputs of a graph to picture files.
     Render(render::RenderArgs),
+    /// Compute and keep what all parts of a graph's pictures need.
+    Prepare(parts::PrepareArgs),
+    /// Join the parts of pictures that `render --part` made.
+    Join(parts::JoinArgs),
+    /// Write a job that renders a graph on many machines.
+    Job(job::JobArgs),
     /// Show a graph in a browser, and follow every save of it.
     Watch(watch::WatchArgs),
     /// Report all errors of graph files.
@@ -78,6 +85,10 @@ pub(crate) struct EngineArgs {
     /// The folder for results; $XDG_CACHE_HOME/shibo or ~/.cache/shibo if not given.
     #[arg(long, value_name = "DIR")]
     pub(crate) cache_dir: Option<PathBuf>,
+    /// Results that machines share: s3://BUCKET/PREFIX, gs://, az://, https:// or file:///FOLDER; $SHIBO_SHARED_CACHE if
+    /// not given.
+    #[arg(long, value_name = "URL")]
+    pub(crate) shared_cache: Option<String>,
     /// The most that this folder may hold, in MiB.
     #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) cache_size: u32,
@@ -98,6 +109,32 @@ pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
         None => side(text).map(Resolution::Longer),
     };
     read.ok_or_else(|| "write WIDTHxHEIGHT, or one number for the longer side, in pixels".to_owned())
+}
+
+/// Reads `I/N`, or `I-J/N` for several parts.
+pub(crate) fn parts(text: &str) -> Result<Parts, String> {
+    let read = |text: &str| text.trim().parse::<u32>().ok();
+    let numbers = text.split_once('/').and_then(|(which, count)| {
+        let (first, last) = which.split_once('-').unwrap_or((which, which));
+        Some(Parts { first: read(first)?, last: read(last)?, count: read(count)? })
+    });
+    let known = numbers.filter(|parts| parts.first >= 1 && parts.first <= parts.last && parts.last <= parts.count);
+    known.ok_or_else(|| "write NUMBER/COUNT: 1/16 is the first of 16 parts, 16/16 the last".to_owned())
+}
+
+/// Some of several parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Parts {
+    first: u32,
+    last: u32,
+    count: u32,
+}
+
+impl Parts {
+    /// One by one.
+    pub(crate) fn each(self) -> impl Iterator<Item = PartOf> {
+        (self.first..=self.last).map(move |number| PartOf { number, count: self.count })
+    }
 }
 
 /// Reads `X,Y,W,H`.
@@ -126,6 +163,10 @@ mod tests {
         assert!(["", "0", "1x", "-1x3", "1x2x3", "1e3"].iter().all(|text| resolution(text).is_err()));
         assert_eq!(region("0, 1,2,3"), Ok([0, 1, 2, 3]));
         assert!(["", "1,2,3", "1,2,3,4,5", "1,2,3,-4"].iter().all(|text| region(text).is_err()));
+        assert_eq!(parts("3/16"), Ok(Parts { first: 3, last: 3, count: 16 }));
+        assert_eq!(parts("3-4/16").unwrap().each().map(|part| part.number).collect::<Vec<_>>(), [3, 4]);
+        let wrong = ["", "3", "0/3", "4/3", "-1/3", "1/0", "a/b", "3-2/4", "1-5/4", "1-/4"];
+        assert!(wrong.iter().all(|text| parts(text).is_err()));
         assert_eq!(assignment("a=b=c"), Ok(("a".into(), "b=c".into())));
         assert!(assignment("=1").is_err() && assignment("a").is_err());
     }

@@ -1,10 +1,11 @@
 //! `shibo cache`: the results kept on disk.
 use crate::open;
 use crate::quit::Quit;
+use crate::shared::{self, Address};
 use crate::terminal::Terminal;
 use clap::{Args, Subcommand};
 use serde_json::json;
-use shibo_engine::eval::{DiskCache, DiskUse, Seal};
+use shibo_engine::eval::{Checked, DiskCache, DiskUse, Seal, Trouble};
 use shibo_engine::value::Key;
 use std::path::PathBuf;
 
@@ -13,6 +14,9 @@ use std::path::PathBuf;
 pub(crate) struct CacheArgs {
     #[command(subcommand)]
     action: Action,
+    /// The cache that machines share, instead of the folder; for `clear` and `verify` it must be given here.
+    #[arg(long, value_name = "URL", global = true, conflicts_with = "cache_dir")]
+    shared_cache: Option<String>,
     /// The folder of the cache; $XDG_CACHE_HOME/shibo or ~/.cache/shibo if not given.
     #[arg(long, value_name = "DIR", global = true)]
     cache_dir: Option<PathBuf>,
@@ -25,10 +29,15 @@ enum Action {
     Stat,
     /// Remove everything.
     Clear,
+    /// Check that every entry of a shared cache is what was written, with the same $SHIBO_CACHE_KEY if there is one.
+    Verify,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &CacheArgs, terminal: &Terminal) -> Result<(), Quit> {
+    if let Some(url) = &args.shared_cache {
+        return shared(url, &args.action, terminal);
+    }
     let Some(dir) = open::cache_dir(args.cache_dir.as_deref(), terminal) else {
         return Err(Quit::failed("there is no cache"));
     };
@@ -37,6 +46,7 @@ pub(crate) fn run(args: &CacheArgs, terminal: &Terminal) -> Result<(), Quit> {
             let usage = if dir.is_dir() { open_cache(&dir)?.usage() } else { DiskUse::default() };
             terminal.json(&json!({ "dir": dir.to_string_lossy(), "entries": usage.entries, "bytes": usage.bytes }))
         }
+        Action::Verify => Err(Quit::Usage("only a shared cache is verified: say `--shared-cache URL`".into())),
         Action::Clear => {
             let usage = if dir.is_dir() { open_cache(&dir)?.clear() } else { DiskUse::default() };
             terminal.say(&format!(
@@ -48,6 +58,37 @@ pub(crate) fn run(args: &CacheArgs, terminal: &Terminal) -> Result<(), Quit> {
             Ok(())
         }
     }
+}
+
+/// The same of a cache that machines share.
+fn shared(url: &str, action: &Action, terminal: &Terminal) -> Result<(), Quit> {
+    let address = Address::read(url).map_err(Quit::Usage)?;
+    let entries = shared::entries(&address)?;
+    let failed = |trouble: Trouble| Quit::failed(format!("the shared cache {address} {}", trouble.text()));
+    let (mut count, mut bytes, mut foreign) = (0_u64, 0_u64, 0_u64);
+    // The tags of all builds are alike but for the secret.
+    let seal = shared::seal(Seal::new(Key::of("no build", &[])));
+    let verify = matches!(action, Action::Verify);
+    if matches!(action, Action::Clear) {
+        let (count, bytes) = entries.clear().map_err(failed)?;
+        terminal.say(&format!("removed {count} entries, {} MiB, from {address}", bytes >> 20));
+        return Ok(());
+    }
+    let mut visit = |name: &str, size: u64, content: &[u8]| {
+        (count, bytes) = (count + 1, bytes + size);
+        foreign += u64::from(verify && seal.check(name, content) == Checked::Foreign);
+    };
+    entries.each(verify, &mut visit).map_err(failed)?;
+    let place = address.to_string();
+    if !verify {
+        return terminal.json(&json!({ "url": place, "entries": count, "bytes": bytes }));
+    }
+    terminal.json(&json!({ "url": place, "entries": count, "bytes": bytes, "foreign": foreign }))?;
+    if foreign == 0 {
+        return Ok(());
+    }
+    let what = "damaged, or were written with another key; renders ignore them";
+    Err(Quit::failed(format!("{foreign} of {count} entries are {what}")))
 }
 
 fn open_cache(dir: &std::path::Path) -> Result<DiskCache, Quit> {

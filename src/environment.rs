@@ -34,6 +34,16 @@ pub(crate) fn page_note(graph: &Path) -> PathBuf {
     editor_dir().join(format!("page-{hash}.json"))
 }
 
+/// The address of the cache that machines share, if there is one.
+pub(crate) fn shared_cache() -> Option<String> {
+    variable("SHIBO_SHARED_CACHE").map(|url| url.to_string_lossy().into_owned())
+}
+
+/// What all who may write into the shared cache know.
+pub(crate) fn cache_key() -> Option<Vec<u8>> {
+    variable("SHIBO_CACHE_KEY").map(OsString::into_encoded_bytes)
+}
+
 /// The folder for results: `$XDG_CACHE_HOME/shibo`, else `~/.cache/shibo`.
 pub(crate) fn cache_dir() -> Option<PathBuf> {
     // The specification says that relative paths are to be ignored.

@@ -13,18 +13,22 @@ mod fmt;
 mod graph;
 mod ide;
 mod interrupt;
+mod job;
 mod library;
 mod lsp;
 mod new;
 mod nodes;
 mod open;
 mod pack;
+mod parts;
 mod progress;
 mod quit;
 mod render;
 mod report;
 mod serve;
+mod shared;
 mod stats;
+mod sweep;
 mod target;
 mod templates;
 mod terminal;
@@ -56,6 +60,9 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
     match command {
         Command::Render(args) => render::run(&args, terminal, start),
         Command::Watch(args) => watch::run(&args, terminal),
+        Command::Prepare(args) => parts::prepare(&args, terminal),
+        Command::Join(args) => parts::join(&args, terminal),
+        Command::Job(args) => job::run(&args, terminal),
         Command::Check(args) => check::run(&args, terminal),
         Command::Fmt(args) => fmt::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),

@@ -3,8 +3,10 @@ use crate::args::{EngineArgs, ValueArgs};
 use crate::environment;
 use crate::quit::Quit;
 use crate::report;
+use crate::shared::{self, Shared};
 use crate::terminal::Terminal;
 use shibo_engine::diagnostics::SourceMap;
+use shibo_engine::eval::{DiskCache, Layers, Seal, Store};
 use shibo_engine::graph::{self, Graph, LoadOptions, Loaded};
 use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Session, Settings};
@@ -35,17 +37,42 @@ pub(crate) fn graph(loaded: Loaded, terminal: &Terminal) -> Result<Graph, Quit> 
 
 /// A session with all nodes. A cache that cannot be used is a warning.
 pub(crate) fn session(registry: Registry, engine: &EngineArgs, terminal: &Terminal) -> Result<Session, Quit> {
+    opened(registry, engine, terminal).map(|(session, _)| session)
+}
+
+/// The same with the shared cache, if there is one, which is to be [`closed`].
+pub(crate) fn opened(
+    registry: Registry,
+    engine: &EngineArgs,
+    terminal: &Terminal,
+) -> Result<(Session, Option<Shared>), Quit> {
+    let seal = Seal::new(registry.code());
+    let shared = if engine.no_cache { None } else { shared::open(engine.shared_cache.as_deref(), seal)? };
     let settings = Settings {
         threads: usize::from(engine.threads),
         memory: u64::from(engine.memory) << 20,
         cache_dir: if engine.no_cache { None } else { cache_dir(engine.cache_dir.as_deref(), terminal) },
         disk: u64::from(engine.cache_size) << 20,
     };
-    let session = Session::new(registry, &settings).map_err(|e| Quit::Failed(e.into()))?;
-    if let Some(error) = session.cache_error() {
-        terminal.warning(&format!("{error}; nothing is kept for the next run"));
+    let mut stores: Vec<Box<dyn Store>> = Vec::new();
+    match settings.cache_dir.as_ref().map(|dir| DiskCache::open(dir, settings.disk, seal)).transpose() {
+        Ok(disk) => stores.extend(disk.map(|disk| Box::new(disk) as Box<dyn Store>)),
+        Err(error) => terminal.warning(&format!("{error}; nothing is kept for the next run")),
     }
-    Ok(session)
+    stores.extend(shared.iter().map(|shared| Box::new(shared.store.clone()) as Box<dyn Store>));
+    let store = match stores.len() {
+        0 | 1 => stores.pop(),
+        _ => Some(Box::new(Layers::new(stores)) as Box<dyn Store>),
+    };
+    let session = Session::with_store(registry, &settings, store).map_err(|e| Quit::Failed(e.into()))?;
+    Ok((session, shared))
+}
+
+/// Ends the writing into the shared cache, and warns if it failed.
+pub(crate) fn closed(shared: Option<Shared>, terminal: &Terminal) {
+    if let Some(warning) = shared.and_then(|shared| shared.finish()) {
+        terminal.warning(&warning);
+    }
 }
 
 /// The folder for results: the one given, or the user's.

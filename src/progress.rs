@@ -1,16 +1,36 @@
 //! Progress bars.
 use crate::terminal::{Terminal, escape};
+use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use shibo_engine::diagnostics::Diagnostic;
 use shibo_engine::eval::{Event, Observer};
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// What is told while a command works.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct ProgressArgs {
+    /// Print errors and warnings only.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+    /// Print progress on stdout, for a program that runs the command.
+    #[arg(long, value_name = "FORM")]
+    progress: Option<Form>,
+}
+
+/// Who reads the progress.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Form {
+    /// Sessions of `OpenJobDescription`.
+    Openjd,
+}
 
 /// Shows how far a run has come, and keeps its warnings.
 pub(crate) struct Progress<'t> {
     terminal: &'t Terminal,
     quiet: bool,
+    form: Option<Form>,
     state: Mutex<State>,
 }
 
@@ -19,12 +39,19 @@ struct State {
     nodes: BTreeMap<String, ProgressBar>,
     rows: Option<ProgressBar>,
     warnings: Vec<Diagnostic>,
+    /// When something was printed last, and what.
+    told: Option<(Instant, String)>,
 }
 
 impl<'t> Progress<'t> {
     /// Progress on `terminal`; no bars if `quiet`.
     pub(crate) fn new(terminal: &'t Terminal, quiet: bool) -> Self {
-        Self { terminal, quiet, state: Mutex::default() }
+        Self { terminal, quiet, form: None, state: Mutex::default() }
+    }
+
+    /// Progress as the command line says.
+    pub(crate) fn with(terminal: &'t Terminal, args: &ProgressArgs) -> Self {
+        Self { form: args.progress, ..Self::new(terminal, args.quiet) }
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -42,7 +69,7 @@ impl<'t> Progress<'t> {
 
     fn bar(&self, name: &str, unit: &str) -> ProgressBar {
         let bar = self.terminal.bars().add(ProgressBar::new(0));
-        let template = format!("{{prefix:>20!}} {{bar:32}} {{pos}}/{{len}} {unit} {{elapsed}}");
+        let template = format!("{{prefix:>20!}} {{bar:32}} {{pos}}/{{len}} {unit} {{elapsed}}, {{eta}} left");
         if let Ok(style) = ProgressStyle::with_template(&template) {
             bar.set_style(style);
         }
@@ -50,6 +77,28 @@ impl<'t> Progress<'t> {
         // Work that is over at once gets no bar.
         bar.enable_steady_tick(Duration::from_millis(100));
         bar
+    }
+
+    /// Prints how much is done, once a second and at the end: of a node as a status, of the rows as progress.
+    fn tell(&self, node: Option<&str>, done: u64, total: u64) {
+        let percent = 100.0 * done as f64 / total.max(1) as f64;
+        let line = match node {
+            Some(node) => format!("openjd_status: {node} {percent:.0} %"),
+            None => format!("openjd_progress: {percent:.1}"),
+        };
+        let last = node.is_none() && done >= total;
+        let mut state = self.lock();
+        let due = state
+            .told
+            .as_ref()
+            .is_none_or(|(at, before)| *before != line && (last || at.elapsed() >= Duration::from_secs(1)));
+        if due {
+            state.told = Some((Instant::now(), line.clone()));
+            let mut page = self.terminal.page();
+            page.push(&line).end();
+            // Who has stopped reading misses nothing that it needs.
+            let _ = self.terminal.print(&page);
+        }
     }
 
     fn node(&self, name: String, done: u64, total: u64) {
@@ -77,6 +126,8 @@ impl Observer for Progress<'_> {
     fn event(&self, event: Event) {
         match event {
             Event::Warning(warning) => self.lock().warnings.push(warning),
+            Event::Node { name, done, total } if self.form.is_some() => self.tell(Some(&name), done, total),
+            Event::Rows { done, total } if self.form.is_some() => self.tell(None, done, total),
             _ if self.quiet || self.terminal.bars().is_hidden() => {}
             Event::Node { name, done, total } => self.node(name, done, total),
             Event::Rows { done, total } => self.rows(done, total),

@@ -1,23 +1,24 @@
 //! `shibo render`: the outputs of a graph as picture files.
-use crate::args::{EngineArgs, ValueArgs, assignment, region, resolution};
+use crate::args::{EngineArgs, Parts, ValueArgs, assignment, parts, region, resolution};
 use crate::find;
 use crate::interrupt;
 use crate::library;
 use crate::open;
-use crate::progress::Progress;
+use crate::progress::{Progress, ProgressArgs};
 use crate::quit::Quit;
 use crate::report;
 use crate::stats::Stats;
+use crate::sweep::{self, Axis, axis};
 use crate::target::Target;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::{Graph, GraphOutput, Storage};
 use shibo_engine::picture::{Depth, Format};
-use shibo_engine::session::{RenderRequest, Report};
+use shibo_engine::session::{Failure, RenderRequest, Report, Session};
 use shibo_engine::value::Resolution;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 const EXAMPLES: &str = "\
@@ -30,6 +31,8 @@ Examples:
   shibo render inlay.ron --set left.gap=2              a parameter of the sub-graph `left`
   shibo render calf.ron --node grain/dome              any node, also of a sub-graph
   shibo render calf.ron --region 0,0,256,256           the top left corner
+  shibo render calf.ron --sweep seed=1..100 --sweep pitch=0.6..1.2/4 --sheet sheet.png
+  shibo render calf.ron --part 3/16 -o parts           one of 16 parts, for `shibo join parts -o maps`
   shibo render veins.ron --output lines --format svg   segments, for plotters and engravers
   shibo render calf.ron --as usd                       the material as a USD file with its textures
 
@@ -43,32 +46,42 @@ const PRESET: &str = "{preset}";
 #[command(after_help = EXAMPLES)]
 pub(crate) struct RenderArgs {
     /// The graph file, or `shibo:NAME` for a graph that comes with the program.
-    graph: PathBuf,
+    pub(crate) graph: PathBuf,
     /// The folder for the pictures; made if need be. `{preset}` in it is the name of the preset.
     #[arg(short, long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
+    pub(crate) out: PathBuf,
     /// Render only this output, or this channel of a material (NAME.CHANNEL); may be repeated.
     #[arg(long, value_name = "NAME")]
-    output: Vec<String>,
+    pub(crate) output: Vec<String>,
     /// Render what this node makes, or an output of it (NODE.PORT); of a sub-graph USE/NODE. May be repeated.
     #[arg(long, value_name = "NODE")]
     node: Vec<String>,
     /// Write the materials as files for another program; other outputs are left out.
     #[arg(long = "as", value_name = "TARGET", conflicts_with_all = ["node", "region", "combined", "format", "depth"])]
-    target: Option<Target>,
+    pub(crate) target: Option<Target>,
     /// The pixels of the pictures, instead of the graph's: of the longer side, or width and height.
     #[arg(long, value_name = "N|WxH", value_parser = resolution)]
-    resolution: Option<Resolution>,
+    pub(crate) resolution: Option<Resolution>,
     /// Render only a part: pixels of the whole picture, from the top left.
     #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
     region: Option<[u32; 4]>,
+    /// Render only some rows, for `shibo join`: part I of N, or parts I to J; `--out` is the folder for the parts.
+    #[arg(long, value_name = "I[-J]/N", value_parser = parts, conflicts_with_all = ["region", "target"])]
+    part: Option<Parts>,
     /// Give a parameter of the graph, or of a sub-graph (USE.PARAM), a value; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    set: Vec<(String, String)>,
+    pub(crate) set: Vec<(String, String)>,
+    /// Render a variant for each of these values of a parameter, of `seed` or of `preset`: 1..100, 0.6..1.2/4 or a,b,c.
+    /// Repeated, it renders all combinations. What an earlier run has made is left as it is.
+    #[arg(long, value_name = "NAME=VALUES", value_parser = axis, conflicts_with_all = ["part", "stats"])]
+    pub(crate) sweep: Vec<Axis>,
+    /// Draw all variants on one labelled picture.
+    #[arg(long, value_name = "FILE.png", requires = "sweep")]
+    pub(crate) sheet: Option<PathBuf>,
     /// Use the values of a preset of the graph, or of several: `a+b`. Repeated, it makes one set of pictures each, whose
     /// names begin with that of the preset unless `{preset}` is in `--out`.
     #[arg(long, value_name = "NAME")]
-    preset: Vec<String>,
+    pub(crate) preset: Vec<String>,
     /// The format of all pictures, instead of the graph's.
     #[arg(long)]
     format: Option<FormatArg>,
@@ -85,13 +98,12 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "HOW", default_value = "fast")]
     compress: CompressArg,
     #[command(flatten)]
-    engine: EngineArgs,
+    pub(crate) engine: EngineArgs,
     /// Print what the run took and did on stdout.
     #[arg(long, value_name = "FORMAT")]
     stats: Option<StatsArg>,
-    /// Print errors and warnings only.
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    pub(crate) progress: ProgressArgs,
 }
 
 /// The formats of pictures.
@@ -140,6 +152,9 @@ struct Set {
 
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs, terminal: &Terminal, start: Instant) -> Result<(), Quit> {
+    if !args.sweep.is_empty() {
+        return sweep::run(args, terminal);
+    }
     let cancel = CancelToken::default();
     interrupt::cancel_on_signals(&cancel);
     let registry = library::registry();
@@ -152,15 +167,56 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal, start: Instant) -> Res
         args.target.map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
         sets.push(Set { graph, preset });
     }
-    let session = open::session(registry, &args.engine, terminal)?;
-    for set in &sets {
-        let progress = Progress::new(terminal, args.quiet);
-        let result = session.render(&set.graph, &request(args, set, sets.len()), &cancel, &progress);
-        report::show(terminal, &progress.finish(), &set.graph.sources);
-        let done = result.map_err(|failure| open::failed(failure, &set.graph.sources, terminal))?;
-        finish(args, set, done, terminal, start)?;
+    if args.part.is_some() && sets.len() > 1 && !args.out.to_string_lossy().contains(PRESET) {
+        let message = "the parts of several presets would have the same names";
+        return Err(Quit::Usage(format!("{message}; write `{PRESET}` into --out")));
     }
-    Ok(())
+    let (session, shared) = open::opened(registry, &args.engine, terminal)?;
+    let done = sets.iter().try_for_each(|set| one_set(&session, args, (set, sets.len()), &cancel, (terminal, start)));
+    open::closed(shared, terminal);
+    done
+}
+
+/// Renders a set of pictures.
+fn one_set(
+    session: &Session,
+    args: &RenderArgs,
+    (set, sets): (&Set, usize),
+    cancel: &CancelToken,
+    (terminal, start): (&Terminal, Instant),
+) -> Result<(), Quit> {
+    let progress = Progress::with(terminal, &args.progress);
+    let request = request(args, set, sets);
+    let result = match args.part {
+        Some(parts) => some_parts(session, set, &request, (parts, &stem(&args.graph)), (cancel, &progress)),
+        None => session.render(&set.graph, &request, cancel, &progress),
+    };
+    report::show(terminal, &progress.finish(), &set.graph.sources);
+    let done = result.map_err(|failure| open::failed(failure, &set.graph.sources, terminal))?;
+    finish(args, set, done, terminal, start)
+}
+
+/// Renders those parts that are not there.
+fn some_parts(
+    session: &Session,
+    set: &Set,
+    request: &RenderRequest,
+    (parts, stem): (Parts, &str),
+    (cancel, progress): (&CancelToken, &Progress<'_>),
+) -> Result<Report, Failure> {
+    let mut all = Report::default();
+    for part in parts.each() {
+        let report = session.render_part(&set.graph, request, (part, stem), cancel, progress)?;
+        all.files.push(report.file);
+        all.nodes = report.nodes;
+    }
+    Ok(all)
+}
+
+/// The name of a graph in file names.
+pub(crate) fn stem(graph: &Path) -> String {
+    let name = graph.file_stem().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    file_name(name.strip_prefix("shibo:").unwrap_or(&name))
 }
 
 /// The presets of the sets of pictures.
@@ -183,7 +239,7 @@ fn file_name(preset: &str) -> String {
 }
 
 /// Makes outputs of the nodes that are asked for; without `--output` there are no others.
-fn show_nodes(graph: &mut Graph, args: &RenderArgs) -> Result<(), Quit> {
+pub(crate) fn show_nodes(graph: &mut Graph, args: &RenderArgs) -> Result<(), Quit> {
     if args.node.is_empty() {
         return Ok(());
     }
@@ -231,15 +287,27 @@ fn request(args: &RenderArgs, set: &Set, sets: usize) -> RenderRequest {
     let preset = set.preset.as_deref().map_or("default".to_owned(), file_name);
     let dir = args.out.to_string_lossy();
     let named = dir.contains(PRESET);
+    let dir = if named { PathBuf::from(dir.replace(PRESET, &preset)) } else { args.out.clone() };
+    let prefix = if sets > 1 && !named { format!("{preset}_") } else { String::new() };
+    request_of(args, &set.graph, (&dir, prefix), sets == 1)
+}
+
+/// What to render of a graph, into which folder, and what the names of the files begin with. `once`: it is the only render.
+pub(crate) fn request_of(
+    args: &RenderArgs,
+    graph: &Graph,
+    (dir, prefix): (&Path, String),
+    once: bool,
+) -> RenderRequest {
     // The nodes that are asked for are the last of the outputs.
-    let nodes = set.graph.outputs.iter().rev().take(args.node.len()).map(|output| output.name.clone());
+    let nodes = graph.outputs.iter().rev().take(args.node.len()).map(|output| output.name.clone());
     let mut outputs = args.output.clone();
     if !args.node.is_empty() {
         outputs.extend(nodes.collect::<Vec<_>>().into_iter().rev());
     }
     RenderRequest {
-        dir: if named { PathBuf::from(dir.replace(PRESET, &preset)) } else { args.out.clone() },
-        prefix: if sets > 1 && !named { format!("{preset}_") } else { String::new() },
+        dir: dir.to_path_buf(),
+        prefix,
         outputs,
         region: args.region,
         format: args.format.map(|format| match format {
@@ -257,14 +325,14 @@ fn request(args: &RenderArgs, set: &Set, sets: usize) -> RenderRequest {
         dither: args.dither,
         best_compression: args.compress == CompressArg::Best,
         combined: args.combined,
-        once: sets == 1,
+        once,
     }
 }
 
 /// Says what was done.
 fn finish(args: &RenderArgs, set: &Set, done: Report, terminal: &Terminal, start: Instant) -> Result<(), Quit> {
     let graph = &set.graph;
-    if !args.quiet {
+    if !args.progress.quiet {
         done.files.iter().for_each(|file| terminal.say(&format!("wrote {}", file.display())));
         if done.files.is_empty() {
             terminal.warning("the graph has no outputs; name what to render in `outputs: { … }`");

@@ -76,13 +76,14 @@ pub(crate) fn run(args: &DumpArgs, terminal: &Terminal) -> Result<(), Quit> {
     let place = find::output(&graph, &args.node)?;
     let solid = graph.nodes[place.0].outputs[place.1].is_solid();
     let points = args.at.as_deref().map(|path| at::read(path, if solid { 3 } else { 2 })).transpose()?;
-    let session = open::session(registry, &args.engine, terminal)?;
+    let (session, shared) = open::opened(registry, &args.engine, terminal)?;
     let progress = Progress::new(terminal, false);
     let source = Source { session: &session, graph: &graph, cancel: &cancel, progress: &progress };
     let data = session.value(&graph, place, &cancel, &progress).and_then(|value| match &points {
         Some(points) => source.at(&value, points),
         None => source.data(&value),
     });
+    open::closed(shared, terminal);
     report::show(terminal, &progress.finish(), &graph.sources);
     let data = data.map_err(|failure| open::failed(failure, &graph.sources, terminal))?;
     terminal.json(&data)

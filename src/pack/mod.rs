@@ -38,34 +38,57 @@ pub(crate) struct PackArgs {
 /// Runs the command.
 pub(crate) fn run(args: &PackArgs, terminal: &Terminal) -> Result<(), Quit> {
     let mut paths = BTreeSet::new();
-    let graph = load(args, None, terminal)?;
+    let graph = load(&args.graph, ValueArgs::default(), terminal)?;
     collect(&graph, &mut paths, terminal)?;
     for preset in &graph.presets {
-        collect(&load(args, Some(preset.clone()), terminal)?, &mut paths, terminal)?;
+        let values = ValueArgs { set: Vec::new(), preset: Some(preset.clone()) };
+        collect(&load(&args.graph, values, terminal)?, &mut paths, terminal)?;
     }
-    let folder = common_folder(&paths);
-    let name = |path: &PathBuf| {
-        let inside = path.strip_prefix(&folder).unwrap_or(path);
-        inside.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
-    };
     if args.list {
-        return terminal.data(&paths.iter().map(|path| name(path) + "\n").collect::<String>());
+        let folder = common_folder(&paths);
+        return terminal.data(&paths.iter().map(|path| name(path, &folder) + "\n").collect::<String>());
     }
     let out = args.out.clone().unwrap_or_else(|| args.graph.with_extension("zip"));
-    let mut files = Vec::new();
-    for path in &paths {
-        let content = fs::read(path).map_err(|e| Quit::failed(format!("cannot read `{}`: {e}", path.display())))?;
-        files.push((name(path), content));
-    }
+    let files = read(&paths)?;
     let archive = zip::zip(&files).map_err(|zip::TooLarge| Quit::failed("the files are larger than 4 GiB together"))?;
     write(&out, &archive).map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", out.display())))?;
     terminal.say(&format!("wrote {}, {} files", out.display(), files.len()));
     Ok(())
 }
 
-fn load(args: &PackArgs, preset: Option<String>, terminal: &Terminal) -> Result<Graph, Quit> {
-    let values = ValueArgs { set: Vec::new(), preset };
-    open::graph(open::load(&args.graph, &library::registry(), &values, None), terminal)
+/// What a graph with these values reads, and which of the files is the graph's own.
+pub(crate) fn gather(path: &Path, values: &ValueArgs, terminal: &Terminal) -> Result<(Files, String), Quit> {
+    if path.starts_with("shibo:") || path.to_string_lossy().starts_with("shibo:") {
+        let message = "a graph that comes with the program has no file";
+        return Err(Quit::Usage(format!("{message}; copy it first with `shibo new NAME --from GRAPH`")));
+    }
+    let mut paths = BTreeSet::new();
+    collect(&load(path, values.clone(), terminal)?, &mut paths, terminal)?;
+    let main = name(&plain(path), &common_folder(&paths));
+    Ok((read(&paths)?, main))
+}
+
+/// Names and contents.
+type Files = Vec<(String, Vec<u8>)>;
+
+fn read(paths: &BTreeSet<PathBuf>) -> Result<Files, Quit> {
+    let folder = common_folder(paths);
+    let mut files = Vec::new();
+    for path in paths {
+        let content = fs::read(path).map_err(|e| Quit::failed(format!("cannot read `{}`: {e}", path.display())))?;
+        files.push((name(path, &folder), content));
+    }
+    Ok(files)
+}
+
+/// The name of a file in a folder, with slashes.
+fn name(path: &Path, folder: &Path) -> String {
+    let inside = path.strip_prefix(folder).unwrap_or(path);
+    inside.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+fn load(path: &Path, values: ValueArgs, terminal: &Terminal) -> Result<Graph, Quit> {
+    open::graph(open::load(path, &library::registry(), &values, None), terminal)
 }
 
 /// Adds all files of a graph but those that come with the program.

@@ -1,0 +1,161 @@
+//! `shibo job`: a graph as a job for the machines of a render farm. Existing schedulers run it; its tasks are commands of this
+//! program.
+mod openjd;
+mod slurm;
+
+use crate::args::{EngineArgs, ValueArgs, resolution};
+use crate::library;
+use crate::open;
+use crate::pack;
+use crate::quit::Quit;
+use crate::render::stem;
+use crate::report;
+use crate::terminal::Terminal;
+use clap::{Args, ValueEnum};
+use shibo_engine::value::{Resolution, TILE};
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo job calf.ron -o calf.job --resolution 16384 --parts 32
+  openjd check calf.job/template.yaml
+  openjd run calf.job/template.yaml --step join --run-dependencies -p OutDir=/mnt/share/calf
+  shibo job calf.ron -o calf.job --for slurm && calf.job/submit.sh /mnt/share/calf
+
+The job prepares what all parts need, renders the parts, and joins them. A task that failed is simply run again.";
+
+/// Who runs a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Scheduler {
+    /// Engines for `OpenJobDescription`, as AWS Deadline Cloud.
+    Openjd,
+    /// A Slurm cluster.
+    Slurm,
+}
+
+/// Write a job that renders a graph on many machines.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct JobArgs {
+    /// The graph file.
+    graph: PathBuf,
+    /// The folder for the job; made if need be.
+    #[arg(short, long, value_name = "DIR")]
+    out: PathBuf,
+    /// Who runs it.
+    #[arg(long = "for", value_name = "SCHEDULER", default_value = "openjd")]
+    scheduler: Scheduler,
+    /// In how many parts; 16, or one for each row of tiles, if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    parts: Option<u32>,
+    /// Render only this output, or this channel of a material (NAME.CHANNEL); may be repeated.
+    #[arg(long, value_name = "NAME")]
+    output: Vec<String>,
+    /// The pixels of the pictures, instead of the graph's: of the longer side, or width and height.
+    #[arg(long, value_name = "N|WxH", value_parser = resolution)]
+    resolution: Option<Resolution>,
+    /// Dither what is rounded to integers.
+    #[arg(long)]
+    dither: bool,
+    #[command(flatten)]
+    values: ValueArgs,
+    #[command(flatten)]
+    engine: EngineArgs,
+}
+
+/// What both kinds of jobs have in common.
+struct Job {
+    name: String,
+    /// The graph within the folder of the job.
+    graph: String,
+    parts: u32,
+    /// MiB for results; a task takes some more.
+    memory: u32,
+    /// What follows the graph in `prepare` and in `render`.
+    common: Vec<String>,
+    /// What else follows it in `render`.
+    rendering: Vec<String>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &JobArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let loaded = open::load(&args.graph, &library::registry(), &args.values, args.resolution);
+    let graph = open::graph(loaded, terminal)?;
+    report::show(terminal, &graph.advice(), &graph.sources);
+    if let Some(export) = graph.outputs.iter().find(|o| o.export.is_some() && args.output.is_empty()) {
+        let message = format!("`{}` is made for another program, with whole pictures", export.name);
+        return Err(Quit::Usage(format!("{message}; name the other outputs with --output")));
+    }
+    let rows = graph.canvas.resolution.y.div_ceil(TILE);
+    let parts = args.parts.unwrap_or(rows.min(16));
+    if parts > rows {
+        return Err(Quit::Usage(format!(
+            "the picture has {rows} rows of tiles, so at most as many parts; {parts} are too many"
+        )));
+    }
+    let (files, main) = pack::gather(&args.graph, &args.values, terminal)?;
+    let job = Job {
+        name: stem(&args.graph),
+        graph: format!("graph/{main}"),
+        parts,
+        memory: args.engine.memory,
+        common: common(args),
+        rendering: if args.dither { vec!["--dither".into()] } else { Vec::new() },
+    };
+    for (name, content) in files {
+        write(&args.out.join("graph").join(name), &content)?;
+    }
+    match args.scheduler {
+        Scheduler::Openjd => {
+            write(&args.out.join("template.yaml"), openjd::template(&job).as_bytes())?;
+            write(&args.out.join("parameter_values.yaml"), openjd::values(&job).as_bytes())?;
+            write(&args.out.join("asset_references.yaml"), openjd::assets().as_bytes())?;
+        }
+        Scheduler::Slurm => {
+            let script = args.out.join("submit.sh");
+            write(&script, slurm::script(&job).as_bytes())?;
+            executable(&script)?;
+        }
+    }
+    terminal.say(&format!("wrote {}, a job of {parts} parts", args.out.display()));
+    Ok(())
+}
+
+/// The arguments that `prepare` and `render` share.
+fn common(args: &JobArgs) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
+    if let Some(resolution) = args.resolution {
+        let text = match resolution {
+            Resolution::Longer(longer) => longer.to_string(),
+            Resolution::Exact(size) => format!("{}x{}", size.x, size.y),
+        };
+        add("--resolution", text);
+    }
+    args.output.iter().for_each(|name| add("--output", name.clone()));
+    args.values.set.iter().for_each(|(name, value)| add("--set", format!("{name}={value}")));
+    args.values.preset.iter().for_each(|name| add("--preset", name.clone()));
+    add("--memory", args.engine.memory.to_string());
+    if args.engine.threads > 0 {
+        add("--threads", args.engine.threads.to_string());
+    }
+    args.engine.shared_cache.iter().for_each(|url| add("--shared-cache", url.clone()));
+    words
+}
+
+fn write(path: &Path, content: &[u8]) -> Result<(), Quit> {
+    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| std::fs::write(path, content));
+    made.map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", path.display())))
+}
+
+#[cfg(unix)]
+fn executable(path: &Path) -> Result<(), Quit> {
+    use std::os::unix::fs::PermissionsExt;
+    let done = std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o755));
+    done.map_err(|e| Quit::failed(format!("cannot make `{}` executable: {e}", path.display())))
+}
+
+#[cfg(not(unix))]
+fn executable(_path: &Path) -> Result<(), Quit> {
+    Ok(())
+}

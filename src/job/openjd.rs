@@ -1,0 +1,120 @@
+//! A job bundle of `OpenJobDescription` 2023-09.
+use super::Job;
+use serde_json::{Value as Json, json};
+use std::fmt::Write;
+
+/// Where the parts lie until they are joined, and what is prepared.
+const PARTS: &str = "{{Param.OutDir}}/parts";
+const CACHE: &str = "{{Param.OutDir}}/parts/cache";
+
+/// The template. JSON is YAML, but people read this one.
+pub(super) fn template(job: &Job) -> String {
+    let mut page = String::new();
+    let memory = u64::from(job.memory) * 5 / 4 + 512;
+    let name = quoted(&job.name);
+    let _ = write!(
+        page,
+        "specificationVersion: jobtemplate-2023-09
+extensions: [TASK_CHUNKING]
+name: {name}
+parameterDefinitions:
+  - name: Graph
+    type: PATH
+    objectType: FILE
+    dataFlow: IN
+    default: {graph}
+    description: The graph file; what it reads lies beside it.
+  - name: OutDir
+    type: PATH
+    objectType: DIRECTORY
+    dataFlow: OUT
+    default: out
+    description: The folder for the pictures, which all machines must see.
+  - name: Shibo
+    type: STRING
+    default: shibo
+    description: The program.
+steps:
+",
+        graph = quoted(&job.graph),
+    );
+    let graph = ["{{Param.Graph}}".to_owned()];
+    let told = ["--progress", "openjd", "--quiet"].map(str::to_owned);
+    let cache = ["--cache-dir", CACHE].map(str::to_owned);
+    let needs = format!(
+        "    hostRequirements:
+      amounts:
+        - {{name: amount.worker.vcpu, min: 1}}
+        - {{name: amount.worker.memory, min: {memory}}}
+"
+    );
+    let prepare = [&["prepare".to_owned()], &graph[..], &job.common, &cache, &told].concat();
+    page.push_str(&step("prepare", None, "", &needs, &prepare));
+    let space = format!(
+        "    parameterSpace:
+      taskParameterDefinitions:
+        - name: Part
+          type: CHUNK[INT]
+          range: \"1-{parts}\"
+          chunks: {{defaultTaskCount: 1, targetRuntimeSeconds: 600, rangeConstraint: CONTIGUOUS}}
+",
+        parts = job.parts
+    );
+    let part = ["--part".to_owned(), format!("{{{{Task.Param.Part}}}}/{}", job.parts), "-o".into(), PARTS.into()];
+    let render = [&["render".to_owned()], &graph[..], &part, &job.common, &job.rendering, &cache, &told].concat();
+    page.push_str(&step("render", Some("prepare"), &space, &needs, &render));
+    let memory = job.memory.to_string();
+    let join = ["join", PARTS, "-o", "{{Param.OutDir}}", "--remove", "--memory", &memory].map(str::to_owned);
+    page.push_str(&step("join", Some("render"), "", &needs, &[&join[..], &told].concat()));
+    page
+}
+
+fn step(name: &str, after: Option<&str>, space: &str, needs: &str, words: &[String]) -> String {
+    let after = after.map_or(String::new(), |after| format!("    dependencies:\n      - dependsOn: {after}\n"));
+    let mut args = String::new();
+    for word in words {
+        let _ = writeln!(args, "            - {}", quoted(word));
+    }
+    format!(
+        "  - name: {name}
+{after}{space}{needs}    script:
+      actions:
+        onRun:
+          command: \"{{{{Param.Shibo}}}}\"
+          args:
+{args}"
+    )
+}
+
+/// The values that a scheduler takes if it is not told others.
+pub(super) fn values(job: &Job) -> String {
+    let of = |name: &str, value: &str| json!({ "name": name, "value": value });
+    let values = Json::Array(vec![of("Graph", &job.graph), of("OutDir", "out"), of("Shibo", "shibo")]);
+    lines("parameterValues", &values)
+}
+
+/// What must be copied to where the tasks run.
+pub(super) fn assets() -> String {
+    "assetReferences:
+  inputs:
+    filenames: []
+    directories:
+      - graph
+  outputs:
+    directories:
+      - out
+  referencedPaths: []
+"
+    .to_owned()
+}
+
+fn lines(name: &str, list: &Json) -> String {
+    let items = list.as_array().into_iter().flatten();
+    let items = items.map(|item| format!("  - {item}\n")).collect::<String>();
+    format!("{name}:\n{items}")
+}
+
+/// A text in YAML, in which nothing has another meaning.
+fn quoted(text: &str) -> String {
+    Json::from(text).to_string()
+}

@@ -1,0 +1,64 @@
+//! A job for Slurm: one script, which submits itself three times.
+use super::Job;
+
+/// The script.
+pub(super) fn script(job: &Job) -> String {
+    let words = |words: &[String]| words.iter().map(|word| format!(" {}", quoted(word))).collect::<String>();
+    let (name, graph) = (quoted(&job.name), quoted(&job.graph));
+    let (parts, memory) = (job.parts, u64::from(job.memory) * 5 / 4 + 512);
+    let (common, rendering) = (words(&job.common), words(&job.rendering));
+    let join_memory = job.memory;
+    format!(
+        r#"#!/bin/bash
+# Renders a graph with Slurm:   ./submit.sh [OUTDIR]
+# All nodes must see this folder and OUTDIR, and have `shibo` on their path (or as $SHIBO). Run it again after a failure:
+# parts that are there are not rendered again. Options for sbatch, such as a partition: $SBATCH_PARTITION and the like.
+set -euo pipefail
+shibo=${{SHIBO:-shibo}}
+
+if [ "${{1:-}}" = --task ]; then
+    task=$2 here=$3 out=$4
+    cd "$here"
+    case $task in
+        prepare) "$shibo" prepare {graph}{common} --cache-dir "$out/parts/cache" ;;
+        render) "$shibo" render {graph} --part "$SLURM_ARRAY_TASK_ID/{parts}" -o "$out/parts"{common}{rendering} --cache-dir "$out/parts/cache" ;;
+        join) "$shibo" join "$out/parts" -o "$out" --remove --memory {join_memory} ;;
+    esac
+    exit
+fi
+
+here=$(cd "$(dirname "$0")" && pwd)
+mkdir -p "${{1:-$here/out}}/log"
+out=$(cd "${{1:-$here/out}}" && pwd)
+submit() {{
+    local task=$1
+    shift
+    sbatch --parsable --job-name {name}-"$task" --mem {memory} --kill-on-invalid-dep=yes \
+        --output "$out/log/$task-%j-%a.txt" "$@" "$here/submit.sh" --task "$task" "$here" "$out"
+}}
+prepare=$(submit prepare)
+render=$(submit render --array=1-{parts} --dependency="afterok:${{prepare%%;*}}")
+join=$(submit join --dependency="afterok:${{render%%;*}}")
+echo "submitted: prepare ${{prepare%%;*}}, render ${{render%%;*}} ({parts} tasks), join ${{join%%;*}}; the pictures come into $out"
+"#
+    )
+}
+
+/// A word that a shell takes as it is.
+fn quoted(word: &str) -> String {
+    format!("'{}'", word.replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_taken_as_they_are() {
+        for word in ["a b", "it's", "$(rm -rf /)", "`x`", "\"", "a\nb", "", "*", "\\"] {
+            let output =
+                std::process::Command::new("bash").args(["-c", &format!("printf %s {}", quoted(word))]).output();
+            assert_eq!(output.unwrap().stdout, word.as_bytes(), "{word:?}");
+        }
+    }
+}

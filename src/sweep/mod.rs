@@ -1,0 +1,262 @@
+//! `render --sweep`: the variants of a graph, which share what they have in common. What an earlier run has made is left as it
+//! is.
+mod axis;
+mod font;
+mod sheet;
+mod table;
+
+pub(crate) use axis::{Axis, axis};
+
+use crate::args::ValueArgs;
+use crate::interrupt;
+use crate::library;
+use crate::open;
+use crate::progress::Progress;
+use crate::quit::Quit;
+use crate::render::{RenderArgs, request_of, show_nodes};
+use crate::report;
+use crate::terminal::Terminal;
+use sheet::Sheet;
+use shibo_engine::diagnostics::Diagnostic;
+use shibo_engine::eval::{CancelToken, Event, Observer, Silent};
+use shibo_engine::graph::Graph;
+use shibo_engine::registry::Registry;
+use shibo_engine::session::{Failure, Session};
+use shibo_engine::value::{Channel, Key, Resolution, Tile, Type, Value, Window};
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+use table::Table;
+
+/// So many values of each name are tried before anything is rendered.
+const TRIED: usize = 16;
+
+/// One run through all variants.
+struct Sweep<'a> {
+    args: &'a RenderArgs,
+    terminal: &'a Terminal,
+    session: Session,
+    cancel: CancelToken,
+    count: usize,
+    told: Told<'a>,
+}
+
+/// Warnings, each of which is shown once although many variants give it.
+struct Told<'a> {
+    terminal: &'a Terminal,
+    warnings: Mutex<Vec<Diagnostic>>,
+    seen: Mutex<BTreeSet<String>>,
+}
+
+impl Observer for Told<'_> {
+    fn event(&self, event: Event) {
+        if let Event::Warning(warning) = event {
+            self.warnings.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(warning);
+        }
+    }
+}
+
+impl Told<'_> {
+    fn show(&self, graph: &Graph) {
+        let mut seen = self.seen.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut warnings = self.warnings.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        // The same place of the graph with other values is the same warning.
+        let new = |warning: &Diagnostic| seen.insert(format!("{:?} {:?}", warning.code, warning.span));
+        let shown: Vec<Diagnostic> = warnings.drain(..).filter(new).collect();
+        report::show(self.terminal, &shown, &graph.sources);
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let axes = &args.sweep;
+    let count = axis::count(axes).map_err(Quit::Usage)?;
+    let set: Vec<&str> = args.set.iter().map(|(name, _)| name.as_str()).collect();
+    if let Some(axis) = axes.iter().find(|axis| set.contains(&axis.name.as_str())) {
+        return Err(Quit::Usage(format!("`{}` is both set and swept; leave one of them out", axis.name)));
+    }
+    if !args.preset.is_empty() && (args.preset.len() > 1 || axes.iter().any(|axis| axis.name == "preset")) {
+        return Err(Quit::Usage("name one preset with --preset, or several with `--sweep preset=a,b`".into()));
+    }
+    let cancel = CancelToken::default();
+    interrupt::cancel_on_signals(&cancel);
+    let registry = library::registry();
+    try_values(args, terminal, &registry)?;
+    let (session, shared) = open::opened(registry, &args.engine, terminal)?;
+    let told = Told { terminal, warnings: Mutex::default(), seen: Mutex::default() };
+    let sweep = Sweep { args, terminal, session, cancel, count, told };
+    let done = sweep.all();
+    open::closed(shared, terminal);
+    done
+}
+
+/// The graph with the values of a variant.
+fn graph(args: &RenderArgs, values: &[(&str, &str)], registry: &Registry, terminal: &Terminal) -> Result<Graph, Quit> {
+    let mut set = args.set.clone();
+    let mut preset = args.preset.first().cloned();
+    for (name, value) in values {
+        if *name == "preset" {
+            preset = Some((*value).to_owned());
+        } else {
+            set.push(((*name).to_owned(), (*value).to_owned()));
+        }
+    }
+    let loaded = open::load(&args.graph, registry, &ValueArgs { set, preset }, args.resolution);
+    let mut graph = match loaded.graph {
+        Some(graph) => graph,
+        None => {
+            report::show(terminal, &loaded.diagnostics, &loaded.sources);
+            return Err(Quit::Shown);
+        }
+    };
+    show_nodes(&mut graph, args)?;
+    args.target.map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
+    Ok(graph)
+}
+
+/// Tells of wrong names and values before hours of work: some values of each name are tried, the first and the last among
+/// them. Warnings are shown of the first variant only.
+fn try_values(args: &RenderArgs, terminal: &Terminal, registry: &Registry) -> Result<(), Quit> {
+    let first = axis::variant(&args.sweep, 0);
+    let found = graph(args, &first, registry, terminal)?;
+    report::show(terminal, &found.warnings, &found.sources);
+    for (i, axis) in args.sweep.iter().enumerate() {
+        let last = axis.values.len() - 1;
+        let tried: BTreeSet<usize> = (0..TRIED).map(|n| last * n / (TRIED - 1)).filter(|n| *n > 0).collect();
+        for n in tried {
+            let mut values = first.clone();
+            values[i].1 = &axis.values[n];
+            graph(args, &values, registry, terminal)?;
+        }
+    }
+    Ok(())
+}
+
+impl Sweep<'_> {
+    fn all(&self) -> Result<(), Quit> {
+        let args = self.args;
+        let names: Vec<&str> = args.sweep.iter().map(|axis| axis.name.as_str()).collect();
+        std::fs::create_dir_all(&args.out)
+            .map_err(|e| Quit::failed(format!("cannot make the folder `{}`: {e}", args.out.display())))?;
+        let mut table = Table::open(&args.out, &names);
+        let (mut made, mut known) = (0, 0);
+        let mut keys = Vec::new();
+        let progress = Progress::with(self.terminal, &args.progress);
+        let begun = Instant::now();
+        for number in 0..self.count {
+            let values = axis::variant(&args.sweep, number);
+            let graph = graph(args, &values, self.session.registry(), self.terminal)?;
+            let files = self.files(&graph, &values)?;
+            keys.extend(files.iter().flat_map(|(_, key)| key.bytes()));
+            if files.iter().all(|(file, key)| table.has(file, key)) {
+                files.iter().for_each(|(file, _)| table.keep(file));
+                known += 1;
+            } else {
+                let seconds = self.render(&graph, &values)?;
+                table.add(&files, &values, seconds)?;
+                made += 1;
+                self.say(&values, files.len(), (number + 1, made), begun.elapsed());
+            }
+            progress.event(Event::Rows { done: number as u64 + 1, total: self.count as u64 });
+        }
+        progress.finish();
+        table.finish()?;
+        if !args.progress.quiet {
+            let folder = args.out.display();
+            self.terminal
+                .say(&format!("{made} variants rendered, {known} were there already; {folder}/sweep.csv lists them"));
+        }
+        args.sheet.as_ref().map_or(Ok(()), |path| self.sheet(path, &Key::of("sheet", &[&keys]).to_string()))
+    }
+
+    fn say(&self, values: &[(&str, &str)], files: usize, (number, made): (usize, usize), took: Duration) {
+        if !self.args.progress.quiet {
+            let left = took.as_secs_f64() / made as f64 * (self.count - number) as f64;
+            let (count, label) = (self.count, label(values));
+            self.terminal.say(&format!("{number}/{count} {label}: wrote {files} files; about {} left", time(left)));
+        }
+    }
+
+    /// The files of a variant, and the keys of what they hold.
+    fn files(&self, graph: &Graph, values: &[(&str, &str)]) -> Result<Vec<(PathBuf, String)>, Quit> {
+        let request = request_of(self.args, graph, (&self.args.out, axis::prefix(values)), false);
+        let files = self.session.files(graph, &request, &self.cancel, &Silent);
+        let files = files.map_err(|failure| self.failed(failure, graph))?;
+        Ok(files.into_iter().map(|(path, key)| (path, key.to_string())).collect())
+    }
+
+    /// Renders a variant, and gives the seconds that it took.
+    fn render(&self, graph: &Graph, values: &[(&str, &str)]) -> Result<f64, Quit> {
+        let request = request_of(self.args, graph, (&self.args.out, axis::prefix(values)), false);
+        let start = Instant::now();
+        let done = self.session.render(graph, &request, &self.cancel, &self.told);
+        self.told.show(graph);
+        done.map_err(|failure| self.failed(failure, graph))?;
+        Ok(start.elapsed().as_secs_f64())
+    }
+
+    fn failed(&self, failure: Failure, graph: &Graph) -> Quit {
+        if failure == Failure::Cancelled {
+            return Quit::failed("interrupted; the same command goes on from here");
+        }
+        open::failed(failure, &graph.sources, self.terminal)
+    }
+
+    /// Makes the contact sheet, unless it is there.
+    fn sheet(&self, path: &std::path::Path, key: &str) -> Result<(), Quit> {
+        let path = sheet::path(path, &self.args.out);
+        if sheet::is_there(&path, key) {
+            return Ok(());
+        }
+        let label_of = |number| label(&axis::variant(&self.args.sweep, number));
+        let longest = (0..self.count).map(|number| label_of(number).chars().count()).max().unwrap_or(1);
+        let mut sheet = Sheet::create(&path, self.count, longest, key)?;
+        for number in 0..self.count {
+            let values = axis::variant(&self.args.sweep, number);
+            let graph = graph(self.args, &values, self.session.registry(), self.terminal)?;
+            let tile = self.small(&graph).map_err(|failure| self.failed(failure, &graph))?;
+            sheet.add(tile, label_of(number))?;
+        }
+        sheet.finish()?;
+        if !self.args.progress.quiet {
+            self.terminal.say(&format!("wrote {}", path.display()));
+        }
+        Ok(())
+    }
+
+    /// A small picture of a variant: of the first coloured output, or of a material's colour.
+    fn small(&self, graph: &Graph) -> Result<Option<Tile>, Failure> {
+        let named = |name: &str| {
+            self.args.output.iter().any(|wanted| wanted == name || wanted.starts_with(&format!("{name}.")))
+        };
+        let wanted: Vec<_> = graph.outputs.iter().filter(|o| self.args.output.is_empty() || named(&o.name)).collect();
+        let of = |ty: Type| wanted.iter().find(|output| output.ty == ty).copied();
+        let Some(output) = of(Type::Rgb).or_else(|| of(Type::Material)).or_else(|| wanted.first().copied()) else {
+            return Ok(None);
+        };
+        let value = self.session.value(graph, (output.node, output.output), &self.cancel, &Silent)?;
+        let field = match &value {
+            Value::Material(material) => Some(material.or_default(Channel::BaseColor)),
+            value => value.field(),
+        };
+        let Some(field) = field.map(|field| field.to_rgb()) else { return Ok(None) };
+        let pixels = Resolution::Longer(sheet::SIDE).of(graph.canvas.size_mm);
+        let wanted = [(graph.canvas.grid(pixels), Window::full(pixels))];
+        let (mut tiles, _) = self.session.rasters(graph, &field, &wanted, &self.cancel, &Silent)?;
+        Ok(tiles.pop())
+    }
+}
+
+/// A variant as people read it.
+fn label(values: &[(&str, &str)]) -> String {
+    values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ")
+}
+
+fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}

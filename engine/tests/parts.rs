@@ -158,13 +158,12 @@ fn parts_compute_hardly_more_than_a_single_run() {
 }
 
 #[test]
-fn a_region_computes_what_it_needs() {
+fn a_region_is_cut_out_of_the_whole() {
     let _counted = COUNTED.lock();
     let graph = graph(NODES, "\"last\": \"last\"", (600, 900), "Both");
     let all = whole(&graph);
     let out = tempfile::tempdir().unwrap();
     let cut = RenderRequest { region: Some([130, 250, 200, 301]), ..request(out.path()) };
-    PIXELS.store(0, Ordering::Relaxed);
     session().render(&graph, &cut, &CancelToken::default(), &Silent).unwrap();
     let cut = shibo_engine::picture::read_bytes(&files(out.path())[0].1, &Default::default()).unwrap();
     let whole = shibo_engine::picture::read_bytes(&all[0].1, &Default::default()).unwrap();

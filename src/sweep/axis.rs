@@ -80,7 +80,7 @@ fn list(text: &str) -> Result<Vec<String>, String> {
 }
 
 /// The values of a variant, one for each name.
-pub(crate) fn variant<'a>(axes: &'a [Axis], mut number: usize) -> Vec<(&'a str, &'a str)> {
+pub(crate) fn variant(axes: &[Axis], mut number: usize) -> Vec<(&str, &str)> {
     let mut values = Vec::with_capacity(axes.len());
     for axis in axes.iter().rev() {
         values.push((axis.name.as_str(), axis.values[number % axis.values.len()].as_str()));

@@ -1,4 +1,5 @@
 //! Nodes that compute little and count how often they do.
+#![allow(dead_code, reason = "each test program uses a part of it")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnySolid, Context, Gray, In, Node, Output, Outputs};

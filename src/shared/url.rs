@@ -51,7 +51,9 @@ impl Address {
         let path = path.trim_matches('/');
         if kind == Kind::Folder {
             if !matches!(host, "" | "localhost") || path.is_empty() {
-                return Err("a shared folder must be written with its whole path: file:///mnt/share".into());
+                return Err(
+                    "the shared cache in a folder must be written with its whole path: file:///mnt/share".into()
+                );
             }
         } else if host.is_empty() || host.contains(|c: char| c.is_whitespace() || c.is_control()) {
             return Err(format!("the address of the shared cache names no bucket or server; write {forms}"));

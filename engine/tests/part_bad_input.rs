@@ -19,6 +19,8 @@ fn specs() -> Vec<PictureSpec> {
         depth,
         encoding: Encoding::default(),
         compression: Compression::Fast,
+        mips: Vec::new(),
+        chromaticities: None,
         metadata: vec![("Software".into(), "test".into())],
     };
     vec![

@@ -44,6 +44,8 @@ impl Sheet {
             depth: Depth::U8,
             encoding: Encoding { transfer: Transfer::Srgb, ..Encoding::default() },
             compression: Compression::Fast,
+            mips: Vec::new(),
+            chromaticities: None,
             metadata: vec![("shibo:sheet".into(), key.into())],
         };
         let writer = Writer::create(path, &spec).map_err(failed)?;

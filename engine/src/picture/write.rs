@@ -157,6 +157,8 @@ impl Writer {
             Sink::Png(sink) => sink.write_encoded(bytes),
             Sink::Tiff(sink) => sink.write_encoded(bytes),
             Sink::Exr(sink) => sink.write_encoded(bytes),
+            // Their smaller levels are made of samples.
+            Sink::Tiled(_) => Err(io::ErrorKind::Unsupported.into()),
         };
         self.next_row = end;
         written.map_err(|error| WriteError::at(&self.path, error))

@@ -287,8 +287,8 @@ impl Noise3 {
 /// The share that is left of detail of `size` mm at pixels of `pixel` mm: all from 2.5 pixels a wave on, none below 0.8.
 ///
 /// A mean over pixels would fade detail of two to six pixels much earlier, and the picture would look airbrushed beside a
-/// photograph. Noise has no period that pixels could beat with: what folds back is noise again, and the low-frequency
-/// error of whole woods stays below a tenth of their own energy.
+/// photograph. Noise has no period that pixels could beat with: what folds back is noise again. The price is some
+/// low-frequency error in pictures that are much coarser than the detail.
 #[inline(always)]
 pub fn visible(size: f32, pixel: f32) -> f32 {
     if pixel > 0.0 { math::smooth((size / pixel - 0.8) * (1.0 / 1.7)) } else { 1.0 }

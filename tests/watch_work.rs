@@ -274,7 +274,7 @@ fn maps_and_models_are_exported() {
     }
     let mut alone = browser.open(&format!("file://{}", path.display()));
     alone.size(640, 480, 1.0);
-    alone.wait("document.querySelector('canvas')?.dataset.drawn > 1");
+    alone.wait("document.querySelector('canvas')?.dataset.drawn > 2");
     alone.painted();
     let (pixels, width) = alone.screenshot();
     let seen: std::collections::BTreeSet<_> =

@@ -3,6 +3,9 @@ import { camera } from './camera.js';
 import { FRAGMENT, VERTEX } from './shaders.js';
 import { SHAPES } from './shapes.js';
 
+// Milliseconds that a picture may take while something moves, and when all is still.
+const [MOVING, RESTING] = [40, 700];
+
 // `shared` is what share.js has put together.
 export async function view(canvas, shared) {
   const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
@@ -61,8 +64,14 @@ export async function view(canvas, shared) {
   const v = shared.values;
   const eye = { turn: shared.turn, tilt: shared.tilt, distance: shared.distance };
   let { light } = v;
-  const paint = () => {
-    const ratio = Math.min(devicePixelRatio || 1, 2);
+  // Without a graphics card it is drawn coarsely while it moves, and finer when it rests. The first picture tells nothing of that.
+  let [cost, drawn, resting] = [null, 0, null];
+  const paint = (budget) => {
+    const full = Math.min(devicePixelRatio || 1, 2);
+    const pixels = canvas.clientWidth * canvas.clientHeight * full * full;
+    const share = cost === null ? 0.2 : Math.min(1, Math.max(0.15, Math.sqrt(budget / (cost * pixels))));
+    const ratio = full * share;
+    const began = performance.now();
     [canvas.width, canvas.height] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.max(1, Math.round(n * ratio)));
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...shared.back, 1);
@@ -88,10 +97,15 @@ export async function view(canvas, shared) {
     gl.uniform1i(at('uMaps'), bits);
     gl.uniform4f(at('uConstants'), v.roughness, v.metallic, v.anisotropy, v.coat);
     gl.drawElements(gl.TRIANGLES, index.length, gl.UNSIGNED_INT, 0);
-    canvas.dataset.drawn = (Number(canvas.dataset.drawn) || 0) + 1;
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    drawn += 1;
+    if (drawn > 1) cost = (performance.now() - began) / (canvas.width * canvas.height);
+    canvas.dataset.drawn = drawn;
+    clearTimeout(resting);
+    if (budget < RESTING) resting = setTimeout(() => draw(drawn > 1 ? RESTING : MOVING), drawn > 1 ? 220 : 0);
   };
   let queued = false;
-  const draw = () => { if (!queued) { queued = true; requestAnimationFrame(() => { queued = false; paint(); }); } };
+  const draw = (budget = MOVING) => { if (!queued) { queued = true; requestAnimationFrame(() => { queued = false; paint(budget); }); } };
   const turn = (dx, dy) => { eye.turn -= dx; eye.tilt = Math.min(1.5, Math.max(-1.5, eye.tilt + dy)); draw(); };
   const zoom = (by) => { eye.distance = Math.min(12, Math.max(1.25, eye.distance * by)); draw(); };
   canvas.onpointerdown = (e) => canvas.setPointerCapture(e.pointerId);
@@ -104,6 +118,6 @@ export async function view(canvas, shared) {
     const by = { ArrowLeft: [0.12, 0], ArrowRight: [-0.12, 0], ArrowUp: [0, 0.12], ArrowDown: [0, -0.12] }[e.key];
     if (by) turn(...by); else if (e.key === '+') zoom(0.85); else if (e.key === '-') zoom(1.18);
   };
-  new ResizeObserver(draw).observe(canvas);
+  new ResizeObserver(() => draw()).observe(canvas);
   draw();
 }

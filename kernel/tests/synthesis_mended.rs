@@ -1,6 +1,7 @@
 //! Joints that are mended: fewer torn features, as sharp as before; and windows, threads, guides and given pixels as
 //! everywhere in synthesis.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "test pictures are small")]
+#[expect(dead_code, reason = "the lumps are for other tests")]
 mod synthesis;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::synthesis::aniso::Position;
@@ -161,7 +162,7 @@ fn guides_are_followed_and_given_pixels_stay() {
     let right = coords.iter().enumerate().filter(|(p, at)| (at[0] < 36.0) == (p % 96 < 48)).count();
     assert!(right as f64 > 0.85 * coords.len() as f64, "{right} of {}", coords.len());
 
-    let given = |x: f64, y: f64| (x > 40.0 && y > 50.0 && x < 52.0).then(|| [(x - 10.0) as f32, (y - 30.0) as f32]);
+    let given = |x: f64, y: f64| (x > 40.0 && y > 50.0 && x < 52.0).then_some([(x - 10.0) as f32, (y - 30.0) as f32]);
     let inputs = Plain { fixed: Some(given), ..Plain::default() };
     let coords = grown(&exemplar, &[], &output, &plain(2, 7), &inputs);
     for (p, at) in coords.iter().enumerate() {

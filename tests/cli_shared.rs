@@ -39,7 +39,9 @@ fn render(desk: &Desk, machine: &str, url: &str, key: Option<&str>) -> Ran {
             desk.command(place.chain([&*format!("cache-{machine}"), "--shared-cache", bucket, "--stats", "json"]));
         again.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))));
         again.env_remove("SHIBO_CACHE_KEY");
-        key.iter().for_each(|key| drop(again.env("SHIBO_CACHE_KEY", key)));
+        if let Some(key) = key {
+            again.env("SHIBO_CACHE_KEY", key);
+        }
         command = again;
     }
     let ran = finish(command).expect(0);

@@ -109,7 +109,7 @@ fn what_makes_no_sense_is_told_before_anything_is_rendered() {
         ("--sweep sise=1..2", 1, "size"),
         ("--sweep size=1..99", 1, "size"),
         ("--sweep preset=none", 1, "preset"),
-        ("--sweep seed=a,b", 1, "whole number"),
+        ("--sweep seed=a,b", 1, "seed"),
         ("--sweep seed=1..2 --part 1/1", 2, "cannot be used"),
         ("--sheet a.png", 2, "--sweep"),
         ("--set seed=-1", 1, "seed is `-1`"),

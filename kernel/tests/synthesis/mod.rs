@@ -1,4 +1,5 @@
 //! What the tests of synthesis share: an exemplar, its analysis, and the plainest inputs.
+#![allow(dead_code, reason = "each test program uses a part of it")]
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::synthesis::Plane;
 use shibo_kernel::synthesis::analysis::{AnalysisSpec, Level, analyse, find_seconds, spacings};

@@ -121,7 +121,7 @@ fn wrong_uses_are_told_at_their_places() {
         (r#"Gltf(material: "lumps")"#, "type-mismatch", "`Gltf` takes a material; `lumps` is Gray"),
         (r#"Gltf(material: "skin", mesh: "lumps")"#, "type-mismatch", "`mesh` must be an atlas; `lumps` is Gray"),
         (r#"Gltf(material: "skin", mesh: "lump")"#, "unknown-node", "lump"),
-        (r#"Gltf(material: "skin", mesh: Plan)"#, "type-mismatch", "`mesh` must be `Plane` or the name of an atlas"),
+        (r#"Gltf(material: "skin", mesh: Plan)"#, "unknown-variant", "there is no mesh `Plan`"),
         ("Gltf()", "missing-input", "`Gltf` has no `material`"),
         (r#"Gltf(material: "skin", meshes: Plane)"#, "unknown-field", "meshes"),
     ] {

@@ -94,7 +94,7 @@ fn clipped_samples_are_told_once_and_in_all() {
         "a.ron",
         GRAPH
             .replace("TILE", "Both")
-            .replace("\"even\": AutoLevels(input: \"softer\")", "\"even\": Remap(input: \"softer\", to: (-1, 2))")
+            .replace("\"even\": AutoLevels(input: \"softer\")", "\"even\": Remap(input: \"softer\", to: (-9, 10))")
             .replace(
                 "\"tiff\": File(from: \"normal\", format: Tiff),",
                 "\"tiff\": File(from: \"even\", format: Tiff),",

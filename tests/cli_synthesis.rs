@@ -258,7 +258,7 @@ fn larger_candidate_sets_join_more_and_none_joins_nothing() {
     let at = |sets: &str| {
         let nodes = format!(
             "{GROUND}    \"exemplar\": Exemplar(input: \"ground\", size: (32, 32)),\n    \"sets\": {sets},\n    \"coords\": \
-             Synthesize(exemplar: \"sets\", size: (64, 64)),\n    \"shown\": SampleExemplar(coords: \"coords\", input: \"ground\"),"
+             Synthesize(exemplar: \"sets\", size: (64, 64), mend: 0),\n    \"shown\": SampleExemplar(coords: \"coords\", input: \"ground\"),"
         );
         desk.write("a.ron", graph(CANVAS, &nodes, "shown"));
         coords(&desk, "coords")

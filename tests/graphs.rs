@@ -70,9 +70,9 @@ fn pictures(session: &Session, graph: &Graph, part: Window) -> Vec<(String, Fiel
     fields.into_iter().map(|(name, field)| (name, field.clone(), raster(&field))).collect()
 }
 
-/// Of these graphs a gap between threads lies exactly at the edge, where steps are as large as in other gaps. They are compared
-/// with the largest twentieth of the steps inside, and must not be larger than those.
-const GAP_AT_EDGE: [&str; 1] = ["worn_strap"];
+/// Of these graphs a gap between threads, or a line of crossing seams, lies exactly at the edge, where steps are as large as in
+/// other gaps. They are compared with the largest twentieth of the steps inside, and must not be larger than those.
+const GAP_AT_EDGE: [&str; 2] = ["worn_strap", "quilted"];
 
 /// The mean step across the picture's edges over the step inside which so many of a hundred steps do not exceed.
 fn seam(tile: &Tile, percent: usize) -> f32 {

@@ -109,23 +109,24 @@ impl<'a> Types<'a> {
     }
 
     fn of_output(&self, info: &KindInfo, ty: OutputType, body: Option<&'a Body>) -> Option<Accepts> {
-        let at = |port: &str| -> Vec<Accepts> {
+        let at = |port: &str| -> Vec<Option<Accepts>> {
             let value = body.and_then(|body| body.value(port));
             let several = value.and_then(Value::body).filter(|body| body.bracket == b'[');
             match several {
-                Some(list) => list.items.iter().filter_map(|i| self.of_value(i.value.as_ref()?)).collect(),
-                None => value.and_then(|value| self.of_value(value)).into_iter().collect(),
+                Some(list) => list.items.iter().map(|i| self.of_value(i.value.as_ref()?)).collect(),
+                None => value.map(|value| self.of_value(value)).into_iter().collect(),
             }
         };
         match ty {
             OutputType::Fixed(ty) => Some(Accepts::One(ty)),
             OutputType::Told => None,
             OutputType::Like(ports) => {
-                let found: Vec<Accepts> = ports.iter().flat_map(|port| at(port)).collect();
-                widest(&found, info, ports)
+                // As long as one of them is not known, the widest is not.
+                let found: Option<Vec<Accepts>> = ports.iter().flat_map(|port| at(port)).collect();
+                widest(&found?, info, ports)
             }
             OutputType::SolidLike(ports) => {
-                let mut found = ports.iter().flat_map(|port| at(port));
+                let mut found = ports.iter().flat_map(|port| at(port)).flatten();
                 Some(found.find(|ty| *ty != Accepts::One(Type::Solid)).unwrap_or(Accepts::One(Type::Solid)))
             }
         }

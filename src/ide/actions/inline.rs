@@ -81,7 +81,7 @@ impl Job<'_, '_> {
             let follows = given.is_none() && text.contains('$');
             let becomes = match &value.shape {
                 Shape::Text(says) if says.starts_with('$') && !follows => Becomes::Text(text, Some(says.clone())),
-                Shape::Text(says) if says.starts_with('=') && !follows => {
+                Shape::Text(says) if says.starts_with('=') && !follows && !self.in_formula(name) => {
                     let formula = says[1..].trim().to_owned();
                     Becomes::Text(text, Some(format!("({formula})")))
                 }
@@ -114,6 +114,14 @@ impl Job<'_, '_> {
             add_to(self.cx.file, Section::Params, &declared.join(&format!(",\n{deep}")))
         };
         (params, edits)
+    }
+
+    /// Whether a formula that runs for every pixel reads a parameter. There an expression would be computed again, in another
+    /// precision.
+    fn in_formula(&self, name: &str) -> bool {
+        occurrences(self.inner()).iter().any(|found| {
+            matches!(&found.symbol, Symbol::Param(param) if param == name) && !found.literal.1.starts_with(['$', '='])
+        })
     }
 
     /// The text of the nodes, with other names and with values in the place of parameters and inputs.

@@ -205,7 +205,7 @@ fn levels(desk: &Desk, file: &str, channel: &str) -> Vec<Vec<f32>> {
     let image = reader.from_file(desk.path(file)).unwrap();
     let list = &image.layer_data.channel_data.list;
     let found =
-        list.iter().find(|c| c.name == Text::from(channel)).unwrap_or_else(|| panic!("{file} has no {channel}"));
+        list.iter().find(|c| c.name.to_string() == channel).unwrap_or_else(|| panic!("{file} has no {channel}"));
     found.sample_data.levels_as_slice().iter().map(|level| level.values_as_f32().collect()).collect()
 }
 
@@ -231,9 +231,8 @@ fn mip_levels_keep_what_a_surface_looks_like() {
     assert!((kept[6][0] - mean(&flat[0])).abs() < 1e-5);
     // The slopes of the bump are averaged away: alpha² grows by half of their variance.
     let normal: Vec<Vec<f32>> = ["R", "G", "B"].map(|c| levels(&desk, "out/flat_normal.exr", c).remove(0)).into();
-    let slope = |c: usize| {
-        (0..2048).map(move |i| i).map(|i| (2.0 * normal[c][i] - 1.0) / (2.0 * normal[2][i] - 1.0)).collect::<Vec<f32>>()
-    };
+    let slope =
+        |c: usize| (0..2048).map(|i| (2.0 * normal[c][i] - 1.0) / (2.0 * normal[2][i] - 1.0)).collect::<Vec<f32>>();
     let (x, y) = (slope(0), slope(1));
     let square = mean(&x.iter().zip(&y).map(|(x, y)| x * x + y * y).collect::<Vec<_>>());
     let lost = square - mean(&x).powi(2) - mean(&y).powi(2);

@@ -318,13 +318,13 @@ fn tiles_have_all_their_levels() {
                 let found = &image.layer_data.channel_data.list[channel];
                 assert_eq!(found.name, Text::from(*name));
                 let levels = found.sample_data.levels_as_slice();
-                assert_eq!(levels.len() as u32, width.max(height).ilog2() + 1);
+                assert_eq!(levels.len(), width.max(height).ilog2() as usize + 1);
                 let whole = &planes[given];
                 let mean = whole.iter().sum::<f32>() / whole.len() as f32;
                 for (level, samples) in levels.iter().enumerate() {
                     let samples: Vec<f32> = samples.values_as_f32().collect();
                     let size = [(width >> level).max(1), (height >> level).max(1)];
-                    assert_eq!(samples.len() as u32, size[0] * size[1]);
+                    assert_eq!(samples.len(), (size[0] * size[1]) as usize);
                     let own = samples.iter().sum::<f32>() / samples.len() as f32;
                     assert!(
                         (own - mean).abs() < tolerance.max(2e-5),

@@ -1,7 +1,6 @@
 //! Joints that are mended: fewer torn features, as sharp as before; and windows, threads, guides and given pixels as
 //! everywhere in synthesis.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "test pictures are small")]
-#[expect(dead_code, reason = "the lumps are for other tests")]
 mod synthesis;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::synthesis::aniso::Position;

@@ -105,7 +105,6 @@ fn unpack(folder: &Path, path: &str, bytes: &[u8]) -> Result<PathBuf, String> {
 }
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod tests {
     use super::*;
 

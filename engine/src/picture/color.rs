@@ -297,9 +297,9 @@ mod tests {
         for row in REC709_TO_AP1.iter().chain(&AP1_TO_REC709) {
             assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{row:?}");
         }
-        for i in 0..3 {
-            for j in 0..3 {
-                let product: f32 = (0..3).map(|k| AP1_TO_REC709[i][k] * REC709_TO_AP1[k][j]).sum();
+        for (i, row) in AP1_TO_REC709.iter().enumerate() {
+            let there = [0, 1, 2].map(|j| (0..3).map(|k| row[k] * REC709_TO_AP1[k][j]).sum::<f32>());
+            for (j, product) in there.into_iter().enumerate() {
                 assert!((product - f32::from(u8::from(i == j))).abs() < 1e-5, "{i}, {j}: {product}");
             }
         }

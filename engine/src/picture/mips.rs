@@ -309,7 +309,7 @@ mod tests {
         let mut pyramid = Pyramid::new(&[MipFilter::Roughness { normal: 1 }, MipFilter::Normal], side, side);
         let (mut texel, mut normals) = (Vec::new(), Vec::new());
         for y in 0..side {
-            let mut planes = vec![vec![roughness; side as usize], vec![], vec![], vec![]];
+            let mut planes = [vec![roughness; side as usize], vec![], vec![], vec![]];
             for x in 0..side {
                 let (x, y) = (x as f32, y as f32);
                 let (sx, sy) = (slope * (x * 0.8).sin(), slope * (y * 0.59 + 0.3 * x).cos());

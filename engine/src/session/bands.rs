@@ -13,8 +13,9 @@ use crate::value::{Field, Grid, TILE, Tile, Window};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Rows of tiles that the readers of a field may still read: the current one, the one above and the one below.
-const ROWS: u64 = 3;
+/// Rows of tiles that the readers of a field may still read: the current one, and two above and below, which occlusion and wide
+/// blurs of large pictures read.
+const ROWS: u64 = 5;
 /// The least width of strips: at their edges some tiles are computed twice.
 const NARROWEST: u32 = 4 * TILE;
 

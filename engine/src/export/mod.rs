@@ -15,8 +15,9 @@ pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
 pub use materialx::materialx;
 pub use network::Shading;
-pub use preset::{Program, preset};
+pub use preset::{Program, preset, y_down};
 pub use shape::Shape;
+pub use solids::SimpleShape;
 pub use usd::usd;
 
 use crate::value::Field;

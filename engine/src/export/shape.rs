@@ -34,8 +34,7 @@ fn turned(v: DVec3) -> DVec3 {
 type Corner = [u32; 12];
 
 impl Shape {
-    /// A square of a metre that faces up, on which a canvas of `size_mm` shows in its real size.
-    pub fn plane(size_mm: DVec2) -> Self {
+    pub(super) fn plane(size_mm: DVec2) -> Self {
         let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
         Self {
             positions: corners.iter().map(|(u, v)| Vec3::new(u - 0.5, 0.0, v - 0.5)).collect(),

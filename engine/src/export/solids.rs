@@ -3,6 +3,31 @@ use super::shape::{Part, Shape};
 use glam::{DVec2, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
+/// A shape that needs no mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SimpleShape {
+    /// A square of a metre that faces up.
+    #[default]
+    Plane,
+    /// A sphere of a metre across; the poles are up and down.
+    Sphere,
+    /// An upright cylinder, a metre across and a metre high.
+    Cylinder,
+    /// A cube of a metre.
+    Cube,
+}
+
+impl SimpleShape {
+    /// All of them, by name.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("Plane", Self::Plane), ("Sphere", Self::Sphere), ("Cylinder", Self::Cylinder), ("Cube", Self::Cube)];
+
+    /// The word for it in graph files.
+    pub const fn name(self) -> &'static str {
+        Self::ALL[self as usize].0
+    }
+}
+
 /// Quads around a sphere or a cylinder.
 const AROUND: u16 = 96;
 /// Quads from pole to pole.
@@ -46,8 +71,17 @@ impl Patches {
 }
 
 impl Shape {
-    /// A sphere of a metre across; the poles are up and down.
-    pub fn sphere(size_mm: DVec2) -> Self {
+    /// A simple shape, on which a canvas of `size_mm` shows in its real size.
+    pub fn simple(shape: SimpleShape, size_mm: DVec2) -> Self {
+        match shape {
+            SimpleShape::Plane => Self::plane(size_mm),
+            SimpleShape::Sphere => Self::sphere(size_mm),
+            SimpleShape::Cylinder => Self::cylinder(size_mm),
+            SimpleShape::Cube => Self::cube(size_mm),
+        }
+    }
+
+    fn sphere(size_mm: DVec2) -> Self {
         let mut patches = Patches::new("sphere", size_mm);
         patches.add((AROUND, DOWN), |right, down| {
             let (turn, fall) = (right * TAU, down * PI);
@@ -59,8 +93,7 @@ impl Shape {
         patches.0
     }
 
-    /// An upright cylinder, a metre across and a metre high.
-    pub fn cylinder(size_mm: DVec2) -> Self {
+    fn cylinder(size_mm: DVec2) -> Self {
         let mut patches = Patches::new("cylinder", size_mm);
         patches.add((AROUND, 1), |right, down| {
             let turn = right * TAU;
@@ -80,8 +113,7 @@ impl Shape {
         patches.0
     }
 
-    /// A cube of a metre.
-    pub fn cube(size_mm: DVec2) -> Self {
+    fn cube(size_mm: DVec2) -> Self {
         let mut patches = Patches::new("cube", size_mm);
         let sides = (0_u8..4).map(|n| {
             let turn = f32::from(n) * FRAC_PI_2;
@@ -105,12 +137,10 @@ mod tests {
     #[test]
     fn shapes_are_closed_face_outwards_and_measure_metres() {
         let size = DVec2::splat(100.0);
-        for (shape, area, tolerance) in [
-            (Shape::sphere(size), PI, 0.01),
-            (Shape::cylinder(size), 1.5 * PI, 0.01),
-            (Shape::cube(size), 6.0, 1e-5),
-            (Shape::plane(size), 1.0, 1e-6),
-        ] {
+        let measures = [(1.0, 1e-6), (PI, 0.01), (1.5 * PI, 0.01), (6.0, 1e-5)];
+        for ((word, simple), (area, tolerance)) in SimpleShape::ALL.into_iter().zip(measures) {
+            assert_eq!(simple.name(), word);
+            let shape = Shape::simple(simple, size);
             let name = shape.parts[0].name.clone();
             let mut found = 0.0;
             for triangle in shape.parts[0].indices.as_chunks::<3>().0 {

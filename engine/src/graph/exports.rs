@@ -5,7 +5,7 @@ use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::scope::{Target, Unit};
 use crate::diagnostics::Code;
-use crate::export::{Program, Shading};
+use crate::export::{Program, Shading, SimpleShape};
 use crate::graph::{Export, ExportMesh};
 use crate::value::{Atlas, Carried, Type};
 use petgraph::graph::NodeIndex;
@@ -31,7 +31,7 @@ pub(super) enum ExportDecl {
 #[derive(Debug)]
 pub(super) enum MeshDecl {
     /// A shape that needs no mesh.
-    Shape(ExportMesh),
+    Simple(SimpleShape),
     /// A reference to an atlas.
     Node(Part),
 }
@@ -87,12 +87,12 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
         decl.from = None;
     }
     if matches!(kind, "Gltf" | "Usd") {
-        decl.mesh = Some(MeshDecl::Shape(ExportMesh::Plane));
+        decl.mesh = Some(MeshDecl::Simple(SimpleShape::Plane));
         if let Some(mesh) = read::get(&fields, "mesh") {
             match mesh.shape() {
                 Shape::Text(_) => decl.mesh = Some(MeshDecl::Node(mesh.clone())),
                 Shape::Word(_) => {
-                    decl.mesh = choice(mesh, "mesh", &ExportMesh::SHAPES, report).map(MeshDecl::Shape);
+                    decl.mesh = choice(mesh, "mesh", &SimpleShape::ALL, report).map(MeshDecl::Simple);
                 }
                 _ => report.push(mismatch(
                     mesh,
@@ -153,7 +153,7 @@ impl Unit<'_> {
     pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
         let Some(mesh) = &decl.mesh else { return Ok(None) };
         let part = match mesh {
-            MeshDecl::Shape(shape) => return Ok(Some(*shape)),
+            MeshDecl::Simple(shape) => return Ok(Some(ExportMesh::Simple(*shape))),
             MeshDecl::Node(part) => part,
         };
         let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";

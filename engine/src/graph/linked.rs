@@ -1,7 +1,7 @@
 //! A graph whose references are resolved: what is evaluated.
 use super::storage::Storage;
 use crate::diagnostics::{Diagnostic, SourceMap, Span};
-use crate::export::{Program, Shading};
+use crate::export::{Program, Shading, SimpleShape};
 use crate::node::DynNode;
 use crate::value::{Canvas, ChannelSet, Field, Type};
 use petgraph::Direction;
@@ -183,8 +183,9 @@ impl Graph {
     /// # Errors
     /// What to do if no output is a material.
     pub fn export_as(&mut self, export: Export, named: bool) -> Result<(), String> {
-        let mesh = self.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != ExportMesh::Plane));
-        let mesh = matches!(export, Export::Gltf | Export::Usd).then(|| mesh.unwrap_or(ExportMesh::Plane));
+        let plane = ExportMesh::Simple(SimpleShape::Plane);
+        let mesh = self.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != plane));
+        let mesh = matches!(export, Export::Gltf | Export::Usd).then(|| mesh.unwrap_or(plane));
         self.outputs.retain(|output| output.ty == Type::Material);
         let mut seen = Vec::new();
         self.outputs.retain(|output| {
@@ -206,14 +207,8 @@ impl Graph {
 /// The mesh of an exported file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExportMesh {
-    /// A square of one metre.
-    Plane,
-    /// A sphere of one metre across.
-    Sphere,
-    /// A cylinder, one metre across and high.
-    Cylinder,
-    /// A cube of one metre.
-    Cube,
+    /// One that needs no mesh.
+    Simple(SimpleShape),
     /// That of an atlas.
     Atlas {
         /// The node it comes from.
@@ -224,10 +219,6 @@ pub enum ExportMesh {
 }
 
 impl ExportMesh {
-    /// The shapes that need no mesh, by name.
-    pub const SHAPES: [(&'static str, Self); 4] =
-        [("Plane", Self::Plane), ("Sphere", Self::Sphere), ("Cylinder", Self::Cylinder), ("Cube", Self::Cube)];
-
     /// Whether textures cover it once, as those of an atlas do, and end there.
     pub const fn is_atlas(self) -> bool {
         matches!(self, Self::Atlas { .. })

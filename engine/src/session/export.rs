@@ -5,7 +5,9 @@ use super::plan::{Part, Planned};
 use super::render::{Job, Render, job};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
-use crate::export::{Bundle, BundleWriter, Exported, GlbWriter, Place, Shape, materialx, pack, preset, usd};
+use crate::export::{
+    Bundle, BundleWriter, Exported, GlbWriter, Place, Shape, SimpleShape, materialx, pack, preset, usd,
+};
 use crate::graph::{Export, ExportMesh, GraphOutput};
 use crate::picture::{Compression, WriteError, Writer, Written};
 use crate::value::{Atlas, Carried, Channel, Field, Material, Tiling, Value};
@@ -97,16 +99,14 @@ impl Render<'_, '_> {
     /// A material as it lies on the mesh of an output, and the mesh.
     fn on_mesh(&self, output: &GraphOutput, material: &Material) -> Result<(Material, Shape), Failure> {
         let size = self.planner.graph.canvas.size_mm;
-        let plane = || (material.clone(), Shape::plane(size));
+        let simple = |shape| (material.clone(), Shape::simple(shape, size));
         let (node, output) = match output.mesh {
-            None | Some(ExportMesh::Plane) => return Ok(plane()),
-            Some(ExportMesh::Sphere) => return Ok((material.clone(), Shape::sphere(size))),
-            Some(ExportMesh::Cylinder) => return Ok((material.clone(), Shape::cylinder(size))),
-            Some(ExportMesh::Cube) => return Ok((material.clone(), Shape::cube(size))),
+            None => return Ok(simple(SimpleShape::Plane)),
+            Some(ExportMesh::Simple(shape)) => return Ok(simple(shape)),
             Some(ExportMesh::Atlas { node, output }) => (node, output),
         };
         let mut values = self.run.values(&[(node, output)])?;
-        let Some(atlas) = values.pop().and_then(Atlas::unwrap) else { return Ok(plane()) };
+        let Some(atlas) = values.pop().and_then(Atlas::unwrap) else { return Ok(simple(SimpleShape::Plane)) };
         let filled = |(channel, field): &(Channel, Field)| (*channel, self.session.registry.with_gutter(field, &atlas));
         Ok((Material::new(material.channels().iter().map(filled)), Shape::atlas(&atlas)))
     }

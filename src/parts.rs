@@ -8,7 +8,7 @@ use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
 use clap::Args;
-use shibo_engine::eval::{CancelToken, DiskCache, Event, NodeState, Observer, Seal};
+use shibo_engine::eval::{CancelToken, DiskCache, NodeState, Seal};
 use shibo_engine::picture::{self, JoinError};
 use shibo_engine::session::{Prepared, RenderRequest};
 use shibo_engine::value::{Key, Resolution};
@@ -111,7 +111,7 @@ pub(crate) fn join(args: &JoinArgs, terminal: &Terminal) -> Result<(), Quit> {
     let _ = picture::remove_stale_temporaries(&args.out);
     let progress = Progress::with(terminal, &args.progress);
     let told = |done: u64, total: u64| {
-        progress.event(Event::Rows { done: done >> 20, total: (total >> 20).max(1) });
+        progress.of_all(done >> 20, (total >> 20).max(1), "MiB");
         !cancel.is_cancelled()
     };
     let joined = pool.install(|| picture::join(&args.parts, &args.out, u64::from(args.memory) << 20, &told));
@@ -127,15 +127,11 @@ pub(crate) fn join(args: &JoinArgs, terminal: &Terminal) -> Result<(), Quit> {
         remove(&args.parts, &joined.parts);
     }
     for file in &joined.files {
-        let path = file.path.display();
         if !args.progress.quiet {
-            terminal.say(&format!("wrote {path}"));
+            terminal.say(&format!("wrote {}", file.path.display()));
         }
-        let Some(written) = file.written.filter(|written| written.clipped > 0) else { continue };
-        let ((low, high), (least, greatest), clipped) = (file.range, written.range, written.clipped);
-        terminal.warning(&format!(
-            "{clipped} samples of `{path}` lie outside {low}..{high} and were clipped; its values are {least}..{greatest}"
-        ));
+        let range = (f64::from(file.range.0), f64::from(file.range.1));
+        file.written.and_then(|written| written.loss(&file.path, range)).iter().for_each(|text| terminal.warning(text));
     }
     Ok(())
 }

@@ -252,7 +252,9 @@ impl Graph {
             dir: out,
             outputs,
             region,
-            format: format.map(|name| word(name, "format", &FORMATS)).transpose()?,
+            format: format
+                .map(|name| word(name, "format", &Format::ALL.map(|format| (format.extension(), format))))
+                .transpose()?,
             depth: depth.map(|name| word(name, "depth", &DEPTHS)).transpose()?,
             ..RenderRequest::default()
         };
@@ -261,8 +263,6 @@ impl Graph {
     }
 }
 
-const FORMATS: [(&str, Format); 4] =
-    [("png", Format::Png), ("tiff", Format::Tiff), ("exr", Format::Exr), ("svg", Format::Svg)];
 const DEPTHS: [(&str, Depth); 4] = [("8", Depth::U8), ("16", Depth::U16), ("f16", Depth::F16), ("f32", Depth::F32)];
 
 /// One of several words.

@@ -100,10 +100,10 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
             plain(&shibo_engine::picture::Depth::ALL.map(shibo_engine::picture::Depth::name))
         }
         Expect::File("File", Some("combined" | "mip" | "widen_roughness")) => plain(&["true", "false"]),
-        Expect::File("File", Some("normal")) => plain(&["OpenGl", "DirectX"]),
-        Expect::File("File", Some("color_space")) => plain(&["Srgb", "LinearRec709", "AcesCg"]),
+        Expect::File("File", Some("normal")) => plain(&shibo_engine::graph::Storage::NORMALS.map(|(name, _)| name)),
+        Expect::File("File", Some("color_space")) => plain(&shibo_engine::graph::FileColors::ALL.map(|(name, _)| name)),
         Expect::File("Gltf" | "Usd", Some("mesh")) => {
-            plain(&shibo_engine::graph::ExportMesh::SHAPES.map(|(name, _)| name))
+            plain(&shibo_engine::export::SimpleShape::ALL.map(|(name, _)| name))
         }
         Expect::File("MaterialX", Some("shading")) => plain(&shibo_engine::export::Shading::ALL.map(|(name, _)| name)),
         Expect::File("Preset", Some("target")) => plain(&shibo_engine::export::Program::ALL.map(|(name, _)| name)),

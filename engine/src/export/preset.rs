@@ -47,6 +47,11 @@ fn mapped(field: &Field, change: impl Fn(usize, f32) -> f32 + Send + Sync + 'sta
     })
 }
 
+/// A normal map, stored as ½ + ½n, with y the other way round.
+pub fn y_down(normal: &Field) -> Field {
+    mapped(normal, |channel, v| if channel == 1 { 1.0 - v } else { v })
+}
+
 /// The pictures, and a script for some programs.
 pub fn preset(material: &Material, place: &Place, program: Program) -> Bundle {
     let mut maps = Maps::new(material, &place.stem);
@@ -72,7 +77,7 @@ fn unreal(maps: &mut Maps<'_>) {
     maps.add("ORM", packed.into(), Samples::Data);
     if maps.has(Channel::Normal) {
         let normal = maps.field(Channel::Normal);
-        maps.add("Normal", vec![mapped(&normal, |c, v| if c == 1 { 1.0 - v } else { v })], Samples::Fine);
+        maps.add("Normal", vec![y_down(&normal)], Samples::Fine);
     }
     let rest = [
         (Channel::Height, "Height"),

@@ -36,6 +36,17 @@ pub enum FileColors {
     AcesCg,
 }
 
+impl FileColors {
+    /// All of them, by name.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("Srgb", Self::Srgb), ("LinearRec709", Self::LinearRec709), ("AcesCg", Self::AcesCg)];
+}
+
+impl Storage {
+    /// The words for the directions of `y` in normals, and whether it points down.
+    pub const NORMALS: [(&'static str, bool); 2] = [("OpenGl", false), ("DirectX", true)];
+}
+
 /// The fields of `File` that are read here.
 pub(super) const FIELDS: [&str; 4] = ["mip", "widen_roughness", "normal", "color_space"];
 
@@ -43,8 +54,6 @@ pub(super) const FIELDS: [&str; 4] = ["mip", "widen_roughness", "normal", "color
 pub(super) fn read(fields: &[Entry], format: Option<Format>, report: &mut Report) -> Storage {
     let mut storage = Storage::default();
     let truth = [("true", true), ("false", false)];
-    let spaces =
-        [("Srgb", FileColors::Srgb), ("LinearRec709", FileColors::LinearRec709), ("AcesCg", FileColors::AcesCg)];
     let get = |name: &str| read::get(fields, name);
     if let Some(part) = get("mip") {
         storage.mip = choice(part, "mip", &truth, report).unwrap_or_default();
@@ -57,11 +66,10 @@ pub(super) fn read(fields: &[Entry], format: Option<Format>, report: &mut Report
         storage.widen_roughness = choice(part, "widen_roughness", &truth, report).unwrap_or(true);
     }
     if let Some(part) = get("normal") {
-        let directions = [("OpenGl", false), ("DirectX", true)];
-        storage.normal_down = choice(part, "normal", &directions, report).unwrap_or_default();
+        storage.normal_down = choice(part, "normal", &Storage::NORMALS, report).unwrap_or_default();
     }
     if let Some(part) = get("color_space") {
-        storage.color_space = choice(part, "color_space", &spaces, report);
+        storage.color_space = choice(part, "color_space", &FileColors::ALL, report);
         check_curve(part, storage.color_space, format, report);
     }
     storage

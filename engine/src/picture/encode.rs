@@ -144,7 +144,7 @@ impl RowEncoder {
             let samples = rows.row(*channel, row, self.width);
             tally = tally.with(match self.depth {
                 Depth::U8 | Depth::U16 => self.integers(samples, *channel, y, scratch),
-                Depth::F16 => halves(samples, scratch),
+                Depth::F16 => halves(samples, &mut scratch.halves, &mut scratch.values),
                 Depth::F32 => range_of(samples),
             });
             let codes = scratch.codes.iter();
@@ -276,19 +276,19 @@ pub(super) fn range_of(samples: &[f32]) -> Tally {
     tally
 }
 
-/// Converts a row into `scratch.halves`. Finite values beyond the range become the largest, not infinity.
-fn halves(samples: &[f32], scratch: &mut Scratch) -> Tally {
+/// Converts samples into `halves`; `values` is memory for that. Finite values beyond the range become the largest, not infinity.
+pub(super) fn halves(samples: &[f32], halves: &mut Vec<f16>, values: &mut Vec<f32>) -> Tally {
     let mut tally = range_of(samples);
-    scratch.halves.resize(samples.len(), f16::ZERO);
+    halves.resize(samples.len(), f16::ZERO);
     if tally.least >= -F16_MAX && tally.greatest <= F16_MAX {
-        scratch.halves.convert_from_f32_slice(samples);
+        halves.convert_from_f32_slice(samples);
         return tally;
     }
     let beyond = |sample: f32| sample.is_finite() && sample.abs() > F16_MAX;
     tally.clipped = samples.iter().filter(|sample| beyond(**sample)).count() as u64;
     let clamp = |sample: f32| if beyond(sample) { F16_MAX.copysign(sample) } else { sample };
-    scratch.values.clear();
-    scratch.values.extend(samples.iter().map(|sample| clamp(*sample)));
-    scratch.halves.convert_from_f32_slice(&scratch.values);
+    values.clear();
+    values.extend(samples.iter().map(|sample| clamp(*sample)));
+    halves.convert_from_f32_slice(values);
     tally
 }

@@ -46,7 +46,7 @@ pub use part::{JoinError, Joined, JoinedFile, PartHeader, PartOf, PartPicture, P
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};
 pub use write::{Writer, Written};
-pub use write_svg::{Drawing, svg, write_svg};
+pub use write_svg::{Drawing, svg};
 
 /// How the samples of a picture are stored in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

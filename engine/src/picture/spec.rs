@@ -44,6 +44,12 @@ impl Format {
         }
     }
 
+    /// The format of files with an extension, in small letters.
+    #[must_use]
+    pub fn from_extension(extension: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.extension() == extension)
+    }
+
     /// The extension of such files, without dot.
     #[must_use]
     pub fn extension(self) -> &'static str {

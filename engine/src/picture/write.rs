@@ -27,6 +27,18 @@ pub struct Written {
     pub bytes: u64,
 }
 
+impl Written {
+    /// What integers could not hold, for people, if there is any: `path` is the file, `range` what its integers stand for.
+    #[must_use]
+    pub fn loss(&self, path: &Path, (low, high): (f64, f64)) -> Option<String> {
+        let (Self { clipped, range: (least, greatest), .. }, path) = (self, path.display());
+        let message = format!(
+            "{clipped} samples of `{path}` lie outside {low}..{high} and were clipped; its values are {least}..{greatest}"
+        );
+        (*clipped > 0).then_some(message)
+    }
+}
+
 /// A picture file under construction.
 ///
 /// Rows are handed over in bands of any height from y = 0 down. The file appears under its name at [`Writer::finish`]; a

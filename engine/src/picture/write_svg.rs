@@ -1,11 +1,9 @@
 //! SVG files of lines, in millimetres: for plotters, laser engravers and drawing programs.
-use super::spec::WriteError;
-use super::{AtomicFile, spec};
+use super::spec;
 use glam::{DVec2, Vec2};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::io::Write;
 
 /// Lines on a page.
 #[derive(Clone, Debug)]
@@ -23,21 +21,8 @@ pub struct Drawing<'a> {
 /// The width of lines that have none of their own, mm.
 const HAIRLINE: f32 = 0.05;
 
-/// Writes `drawing` to `path`: a page of the size in mm, y down, with a group of lines for every width (to 1/100 mm, from
-/// the thinnest), each group one path of lines in their order. Numbers are to 1/1000 mm.
-///
-/// # Errors
-/// When the file cannot be written; what was there before is kept.
-pub fn write_svg(path: &Path, drawing: &Drawing<'_>) -> Result<(), WriteError> {
-    let at = |error| WriteError::at(path, error);
-    let file = AtomicFile::create(path).map_err(at)?;
-    let mut out = BufWriter::new(file);
-    body(&mut out, drawing).map_err(at)?;
-    let file = out.into_inner().map_err(|error| at(error.into_error()))?;
-    file.commit().map_err(at)
-}
-
-/// The same as bytes.
+/// The bytes of a page of the drawing's size in mm, y down, with a group of lines for every width (to 1/100 mm, from the
+/// thinnest), each group one path of lines in their order. Numbers are to 1/1000 mm.
 ///
 /// # Errors
 /// Never, but the system might run out of memory.
@@ -107,10 +92,7 @@ mod tests {
         let metadata = [("Software".to_owned(), "a < b & c".to_owned())];
         let size = DVec2::new(30.0, 20.0);
         let drawing = Drawing { corner: DVec2::ZERO, size, lines: &lines, metadata: &metadata };
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.svg");
-        write_svg(&path, &drawing).unwrap();
-        let text = std::fs::read_to_string(&path).unwrap();
+        let text = String::from_utf8(svg(&drawing).unwrap()).unwrap();
         assert!(text.contains(r#"width="30mm" height="20mm" viewBox="0 0 30 20""#), "{text}");
         assert!(text.contains("<desc>Software: a &lt; b &amp; c</desc>"), "{text}");
         assert!(text.contains(r#"<path stroke-width="0.05" d="M1.000 1.000L0.123 2.000"/>"#), "{text}");

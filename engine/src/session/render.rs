@@ -5,6 +5,7 @@ use super::storage::{self, mips, stored};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, Event, NodeStats, Observer, Run, Shelf};
+use crate::export::SimpleShape;
 use crate::graph::{Export, ExportMesh, FileColors, Graph, GraphOutput};
 use crate::picture::{
     AtomicFile, Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer,
@@ -142,10 +143,8 @@ impl<'r> Render<'r, '_> {
         let key = self.planner.keys.output(output.node, output.output);
         if let Some(export) = output.export.filter(|_| channel.is_none()) {
             let mesh = match output.mesh {
-                None | Some(ExportMesh::Plane) => Key::of("plane", &[]),
-                Some(ExportMesh::Sphere) => Key::of("sphere", &[]),
-                Some(ExportMesh::Cylinder) => Key::of("cylinder", &[]),
-                Some(ExportMesh::Cube) => Key::of("cube", &[]),
+                None => Key::of(SimpleShape::Plane.name(), &[]),
+                Some(ExportMesh::Simple(shape)) => Key::of(shape.name(), &[]),
                 Some(ExportMesh::Atlas { node, output }) => self.planner.keys.output(node, output),
             };
             return Ok(vec![(Part::Export(export), Key::of("gltf", &[key.as_bytes(), mesh.as_bytes()]))]);
@@ -276,13 +275,15 @@ impl<'r> Render<'r, '_> {
 
     fn sink(&self, job: &Job<'_>) -> Result<Sink, Failure> {
         let failed = |e: WriteError| Failure::File(e.to_string());
-        let request = self.planner.request;
-        let compression = if request.best_compression { Compression::Best } else { Compression::Fast };
         if let Some(files) = &job.files {
-            return self.exported(job, files, compression);
+            return self.exported(job, files, self.compression());
         }
         let writer = Writer::create(&job.planned.path, &self.spec(job));
         writer.map(|writer| Sink::Picture(Box::new(writer))).map_err(failed)
+    }
+
+    fn compression(&self) -> Compression {
+        if self.planner.request.best_compression { Compression::Best } else { Compression::Fast }
     }
 
     /// How a picture is encoded.
@@ -299,7 +300,7 @@ impl<'r> Render<'r, '_> {
                 origin: (window.x.cast_unsigned(), window.y.cast_unsigned()),
                 ..encoding(planned, job)
             },
-            compression: if request.best_compression { Compression::Best } else { Compression::Fast },
+            compression: self.compression(),
             mips: job.mips.clone(),
             chromaticities: storage::chromaticities(&planned.output.storage),
             metadata: planned.metadata.clone(),
@@ -327,16 +328,7 @@ impl<'r> Render<'r, '_> {
     }
 
     fn warn_clipped(&self, job: &Job<'_>, written: &Written) {
-        if written.clipped == 0 {
-            return;
-        }
-        let (lo, hi) = job.planned.range;
-        let (least, greatest) = written.range;
-        let message = format!(
-            "{} samples of `{}` lie outside {lo}..{hi} and were clipped; its values are {least}..{greatest}",
-            written.clipped,
-            job.planned.path.display(),
-        );
+        let Some(message) = written.loss(&job.planned.path, job.planned.range) else { return };
         let help = match job.files {
             Some(_) => "these textures hold 0 to 1: limit the channels, with `Remap(…, clamp: true)` say",
             None => "state the values with `File(from: …, range: (lowest, highest))`, or render to EXR",

@@ -1,5 +1,6 @@
 //! The fields of a picture as its file stores them: colour spaces, the direction of normals, and what mip levels need.
 use super::render::Job;
+use crate::export::y_down;
 use crate::graph::{FileColors, Storage};
 use crate::picture::{Format, MipFilter, REC709_TO_AP1};
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
@@ -17,21 +18,10 @@ pub(super) fn chromaticities(storage: &Storage) -> Option<[f32; 8]> {
 /// A field as it is stored.
 pub(super) fn stored(storage: &Storage, field: Field) -> Field {
     match field.ty() {
-        Type::Normal if storage.normal_down => flipped(&field),
+        Type::Normal if storage.normal_down => y_down(&field),
         Type::Rgb if storage.color_space == Some(FileColors::AcesCg) => to_ap1(&field),
         _ => field,
     }
-}
-
-/// A normal with y the other way round.
-pub(super) fn flipped(normal: &Field) -> Field {
-    Field::map(Type::Normal, [normal.clone()], Halo::NONE, |out: &mut Tile, [from]: [&Tile; 1]| {
-        for (channel, plane) in out.planes_mut().into_iter().enumerate() {
-            let turn = |v: &f32| if channel == 1 { 1.0 - v } else { *v };
-            plane.iter_mut().zip(from.plane(channel)).for_each(|(out, v)| *out = turn(v));
-        }
-        Ok(())
-    })
 }
 
 fn to_ap1(color: &Field) -> Field {

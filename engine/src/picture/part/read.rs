@@ -140,6 +140,6 @@ fn fits(header: &PartHeader, index: &Index, (start, end): (u64, u64)) -> bool {
         .pictures
         .iter()
         .flat_map(|p| &p.spec)
-        .all(|spec| [spec.width, spec.height] == header.size && spec.check().is_ok());
+        .all(|spec| [spec.width, spec.height] == header.size && spec.mips.is_empty() && spec.check().is_ok());
     shape && placed && complete && named && sized
 }

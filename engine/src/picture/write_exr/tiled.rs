@@ -2,7 +2,7 @@
 //!
 //! All levels grow together while the rows of the picture come, so tiles lie in the file in the order in which they are
 //! complete; the table at the beginning tells where.
-use super::super::encode::{Rows, Tally, range_of};
+use super::super::encode::{Rows, Tally, halves, range_of};
 use super::super::lossless::Zlib;
 use super::super::mips::{Pyramid, sizes};
 use super::super::spec::{Depth, PictureSpec};
@@ -12,7 +12,6 @@ use exr::math::{RoundingMode, Vec2};
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{LevelMode, LineOrder, Text, TileDescription};
 use exr::meta::header::Header;
-use half::f16;
 use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -105,9 +104,6 @@ impl<W: Write + Seek> TiledSink<W> {
     pub(in crate::picture) fn write(&mut self, rows: Rows<'_>) -> io::Result<Tally> {
         let width = self.levels[0].width as usize;
         let mut tally = Tally::default();
-        for channel in 0..self.order.len() {
-            tally = tally.with(self.tally(&rows.planes[channel][..rows.count as usize * width]));
-        }
         for row in 0..rows.count as usize {
             let planes: Vec<&[f32]> = rows.planes.iter().map(|plane| &plane[row * width..][..width]).collect();
             for (waiting, plane) in self.levels[0].rows.iter_mut().zip(&planes) {
@@ -119,32 +115,30 @@ impl<W: Write + Seek> TiledSink<W> {
             });
             for level in 0..self.levels.len() {
                 if self.levels[level].is_due() {
-                    self.write_tiles(level)?;
+                    let found = self.write_tiles(level)?;
+                    // What the smaller levels hold follows from the picture.
+                    tally = if level == 0 { tally.with(found) } else { tally };
                 }
             }
         }
         Ok(tally)
     }
 
-    fn tally(&self, samples: &[f32]) -> Tally {
-        let mut tally = range_of(samples);
-        let most = f16::MAX.to_f32();
-        if self.depth == Depth::F16 && !(tally.least >= -most && tally.greatest <= most) {
-            tally.clipped = samples.iter().filter(|v| v.is_finite() && v.abs() > most).count() as u64;
-        }
-        tally
-    }
-
     /// Compresses and writes the rows of a level that wait.
-    fn write_tiles(&mut self, index: usize) -> io::Result<()> {
+    fn write_tiles(&mut self, index: usize) -> io::Result<Tally> {
         let count = self.levels[index].waiting();
         let level = &self.levels[index];
         let across = level.width.div_ceil(SIDE);
         let (zlib, order, depth) = (&self.zlib, &self.order, self.depth);
-        let tiles: Vec<Vec<u8>> =
-            (0..across).into_par_iter().map(|x| packed(&tile(level, (x, count), order, depth), zlib)).collect();
+        let made = |x| {
+            let (bytes, tally) = tile(level, (x, count), order, depth);
+            (packed(&bytes, zlib), tally)
+        };
+        let tiles: Vec<(Vec<u8>, Tally)> = (0..across).into_par_iter().map(made).collect();
+        let mut tally = Tally::default();
         let (y, first) = (level.written, level.first + (level.written * across) as usize);
-        for (x, tile) in (0..across).zip(tiles) {
+        for (x, (tile, found)) in (0..across).zip(tiles) {
+            tally = tally.with(found);
             let level = u32::try_from(index).map_err(io::Error::other)?;
             let length = u32::try_from(tile.len()).map_err(io::Error::other)?;
             self.output.write_all(&[x, y, level, level, length].map(u32::to_le_bytes).concat())?;
@@ -155,7 +149,7 @@ impl<W: Write + Seek> TiledSink<W> {
         let level = &mut self.levels[index];
         level.written += 1;
         level.rows.iter_mut().for_each(Vec::clear);
-        Ok(())
+        Ok(tally)
     }
 
     pub(in crate::picture) fn finish(mut self) -> io::Result<()> {
@@ -166,24 +160,20 @@ impl<W: Write + Seek> TiledSink<W> {
     }
 }
 
-/// The bytes of a tile: row by row, within it channel by channel.
-fn tile(level: &Level, (x, rows): (u32, u32), order: &[usize], depth: Depth) -> Vec<u8> {
+/// The bytes of a tile, row by row and within it channel by channel, and what became of the samples.
+fn tile(level: &Level, (x, rows): (u32, u32), order: &[usize], depth: Depth) -> (Vec<u8>, Tally) {
     let (left, width) = ((x * SIDE) as usize, level.width as usize);
     let right = (left + SIDE as usize).min(width);
     let mut bytes = Vec::with_capacity((right - left) * rows as usize * order.len() * depth.bytes());
-    let (mut halves, mut clamped) = (vec![f16::ZERO; right - left], Vec::with_capacity(right - left));
-    let most = f16::MAX.to_f32();
+    let (mut row_of_halves, mut values, mut tally) = (Vec::new(), Vec::new(), Tally::default());
     for row in 0..rows as usize {
         for channel in order {
             let samples = &level.rows[*channel][row * width..][left..right];
             if depth == Depth::F16 {
-                // Finite values beyond the range become the largest, not infinity.
-                let clamp = |v: &f32| if v.is_finite() { v.clamp(-most, most) } else { *v };
-                clamped.clear();
-                clamped.extend(samples.iter().map(clamp));
-                halves.convert_from_f32_slice(&clamped);
-                bytes.extend_from_slice(bytemuck::cast_slice(halves.reinterpret_cast()));
+                tally = tally.with(halves(samples, &mut row_of_halves, &mut values));
+                bytes.extend_from_slice(bytemuck::cast_slice(row_of_halves.reinterpret_cast()));
             } else {
+                tally = tally.with(range_of(samples));
                 bytes.extend_from_slice(bytemuck::cast_slice(samples));
             }
         }
@@ -191,5 +181,5 @@ fn tile(level: &Level, (x, rows): (u32, u32), order: &[usize], depth: Depth) -> 
     if cfg!(target_endian = "big") {
         bytes.chunks_exact_mut(depth.bytes()).for_each(<[u8]>::reverse);
     }
-    bytes
+    (bytes, tally)
 }

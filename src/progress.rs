@@ -37,7 +37,8 @@ pub(crate) struct Progress<'t> {
 #[derive(Default)]
 struct State {
     nodes: BTreeMap<String, ProgressBar>,
-    rows: Option<ProgressBar>,
+    /// Of the whole command.
+    all: Option<ProgressBar>,
     warnings: Vec<Diagnostic>,
     /// When something was printed last, and what.
     told: Option<(Instant, String)>,
@@ -61,9 +62,9 @@ impl<'t> Progress<'t> {
     /// Removes the bars and gives the warnings.
     pub(crate) fn finish(&self) -> Vec<Diagnostic> {
         let mut state = self.lock();
-        state.nodes.values().chain(&state.rows).for_each(ProgressBar::finish_and_clear);
+        state.nodes.values().chain(&state.all).for_each(ProgressBar::finish_and_clear);
         state.nodes.clear();
-        state.rows = None;
+        state.all = None;
         std::mem::take(&mut state.warnings)
     }
 
@@ -114,9 +115,16 @@ impl<'t> Progress<'t> {
         bar.set_position(done);
     }
 
-    fn rows(&self, done: u64, total: u64) {
+    /// How much of all is done, counted in `unit`.
+    pub(crate) fn of_all(&self, done: u64, total: u64, unit: &str) {
+        if self.form.is_some() {
+            return self.tell(None, done, total);
+        }
+        if self.quiet || self.terminal.bars().is_hidden() {
+            return;
+        }
         let mut state = self.lock();
-        let bar = state.rows.get_or_insert_with(|| self.bar("writing", "rows"));
+        let bar = state.all.get_or_insert_with(|| self.bar("writing", unit));
         bar.set_length(total);
         bar.set_position(done);
     }
@@ -127,10 +135,9 @@ impl Observer for Progress<'_> {
         match event {
             Event::Warning(warning) => self.lock().warnings.push(warning),
             Event::Node { name, done, total } if self.form.is_some() => self.tell(Some(&name), done, total),
-            Event::Rows { done, total } if self.form.is_some() => self.tell(None, done, total),
+            Event::Rows { done, total } => self.of_all(done, total, "rows"),
             _ if self.quiet || self.terminal.bars().is_hidden() => {}
             Event::Node { name, done, total } => self.node(name, done, total),
-            Event::Rows { done, total } => self.rows(done, total),
             _ => {}
         }
     }

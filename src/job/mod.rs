@@ -11,6 +11,7 @@ use crate::quit::Quit;
 use crate::render::stem;
 use crate::report;
 use crate::terminal::Terminal;
+use crate::write;
 use clap::{Args, ValueEnum};
 use shibo_engine::value::{Resolution, TILE};
 use std::path::{Path, PathBuf};
@@ -103,17 +104,17 @@ pub(crate) fn run(args: &JobArgs, terminal: &Terminal) -> Result<(), Quit> {
         rendering: if args.dither { vec!["--dither".into()] } else { Vec::new() },
     };
     for (name, content) in files {
-        write(&args.out.join("graph").join(name), &content)?;
+        put(&args.out.join("graph").join(name), &content)?;
     }
     match args.scheduler {
         Scheduler::Openjd => {
-            write(&args.out.join("template.yaml"), openjd::template(&job).as_bytes())?;
-            write(&args.out.join("parameter_values.yaml"), openjd::values(&job).as_bytes())?;
-            write(&args.out.join("asset_references.yaml"), openjd::assets().as_bytes())?;
+            put(&args.out.join("template.yaml"), openjd::template(&job).as_bytes())?;
+            put(&args.out.join("parameter_values.yaml"), openjd::values(&job).as_bytes())?;
+            put(&args.out.join("asset_references.yaml"), openjd::assets().as_bytes())?;
         }
         Scheduler::Slurm => {
             let script = args.out.join("submit.sh");
-            write(&script, slurm::script(&job).as_bytes())?;
+            put(&script, slurm::script(&job).as_bytes())?;
             executable(&script)?;
         }
     }
@@ -143,9 +144,8 @@ fn common(args: &JobArgs) -> Vec<String> {
     words
 }
 
-fn write(path: &Path, content: &[u8]) -> Result<(), Quit> {
-    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| std::fs::write(path, content));
-    made.map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", path.display())))
+fn put(path: &Path, content: &[u8]) -> Result<(), Quit> {
+    write::whole(path, content).map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", path.display())))
 }
 
 #[cfg(unix)]

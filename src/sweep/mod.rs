@@ -158,7 +158,7 @@ impl Sweep<'_> {
                 made += 1;
                 self.say(&values, files.len(), (number + 1, made), begun.elapsed());
             }
-            progress.event(Event::Rows { done: number as u64 + 1, total: self.count as u64 });
+            progress.of_all(number as u64 + 1, self.count as u64, "variants");
         }
         progress.finish();
         table.finish()?;

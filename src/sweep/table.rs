@@ -1,6 +1,6 @@
 //! `sweep.csv`: a row for every file, so that a second run knows what is there.
 use crate::quit::Quit;
-use shibo_engine::picture::AtomicFile;
+use crate::write;
 use std::collections::HashMap;
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -92,9 +92,7 @@ impl Table {
     }
 
     fn replace(&self, text: &[u8]) -> Result<(), Quit> {
-        let written =
-            AtomicFile::create(&self.path).and_then(|mut file| file.write_all(text).and_then(|()| file.commit()));
-        written.map_err(|e| failed(&self.path, &e))
+        write::whole(&self.path, text).map_err(|e| failed(&self.path, &e))
     }
 }
 

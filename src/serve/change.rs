@@ -14,7 +14,7 @@ use axum::response::Json;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
 use shibo_engine::diagnostics::Span;
-use shibo_engine::graph::{self, Limits, LoadOptions};
+use shibo_engine::graph;
 use std::fs;
 use std::ops::Range;
 use std::sync::Arc;
@@ -132,12 +132,7 @@ pub(super) fn is_own(scene: &Scene, span: Span) -> bool {
 
 /// Refuses a text that would not load.
 fn check(stage: &Stage, text: &str) -> Result<(), No> {
-    let options = LoadOptions {
-        working_dir: std::env::current_dir().unwrap_or_default(),
-        limits: Limits::default(),
-        ..LoadOptions::default()
-    };
-    let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &options);
+    let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &Values::default().options());
     match loaded.diagnostics.iter().find(|found| !found.warning) {
         Some(error) => Err(No::Failed(format!("nothing was written: {}", error.message))),
         None => Ok(()),

@@ -141,13 +141,7 @@ pub(super) async fn fetch(State(app): State<App>, Path((_, id)): Path<(String, u
 
 /// The graph as it is shown, with the resolution and the outputs that are wished.
 fn load(stage: &Stage, text: &Arc<str>, wish: &Wish, values: Values) -> Result<Graph, Failure> {
-    let options = LoadOptions {
-        preset: values.preset,
-        set: values.set,
-        resolution: wish.resolution.map(Resolution::Longer),
-        working_dir: std::env::current_dir().unwrap_or_default(),
-        ..LoadOptions::default()
-    };
+    let options = LoadOptions { resolution: wish.resolution.map(Resolution::Longer), ..values.options() };
     let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &options);
     loaded.graph.ok_or_else(|| Failure::from(loaded.diagnostics))
 }
@@ -171,12 +165,7 @@ fn render(
         });
     }
     let folder = tempfile::tempdir().map_err(|error| Failure::File(format!("cannot make a folder: {error}")))?;
-    let format = wish.format.as_deref().and_then(|name| match name {
-        "png" => Some(Format::Png),
-        "tiff" => Some(Format::Tiff),
-        "exr" => Some(Format::Exr),
-        _ => None,
-    });
+    let format = wish.format.as_deref().and_then(Format::from_extension);
     let request = RenderRequest { dir: folder.path().to_path_buf(), outputs, format, ..RenderRequest::default() };
     let telling = Telling { stage, id, last: Mutex::new(Instant::now()) };
     let done = stage.session.render(&graph, &request, cancel, &telling)?;

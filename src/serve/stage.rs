@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
 use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
 use shibo_engine::eval::{NodeState, NodeStats};
+use shibo_engine::graph::LoadOptions;
 use shibo_engine::session::Session;
 use shibo_engine::value::Key;
 use std::collections::HashMap;
@@ -38,6 +39,18 @@ pub(crate) struct Values {
     /// Names and values, as RON.
     #[serde(default)]
     pub(crate) set: Vec<(String, String)>,
+}
+
+impl Values {
+    /// How a graph is loaded with them.
+    pub(crate) fn options(self) -> LoadOptions {
+        LoadOptions {
+            preset: self.preset,
+            set: self.set,
+            working_dir: std::env::current_dir().unwrap_or_default(),
+            ..LoadOptions::default()
+        }
+    }
 }
 
 /// A piece of news: its kind, and what it says.

@@ -10,7 +10,7 @@ use axum::response::Response;
 use petgraph::graph::NodeIndex;
 use serde::Deserialize;
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{self, LoadOptions};
+use shibo_engine::graph;
 use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Field, Key, Window};
 use std::sync::Arc;
@@ -107,13 +107,7 @@ fn varied(
     values: Values,
     (target, given): (&str, Option<(f32, f32)>),
 ) -> Result<Option<Vec<u8>>, Failure> {
-    let options = LoadOptions {
-        preset: values.preset,
-        set: values.set,
-        working_dir: std::env::current_dir().unwrap_or_default(),
-        ..LoadOptions::default()
-    };
-    let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &options);
+    let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &values.options());
     let graph = loaded.graph.ok_or(Failure::Errors(loaded.diagnostics))?;
     let keys = stage.session.keys(&graph)?;
     let scene = Scene::new(0, String::new(), graph, keys);

@@ -2,6 +2,7 @@
 use super::data::Query2;
 use super::handlers::{App, No};
 use super::scene::Scene;
+use super::sights::single;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
@@ -141,11 +142,6 @@ fn texture(look: &Look<'_>, scene: &Scene, solid: &Solid, shape: Shape, side: u3
         }
     });
     if look.is_over() { Err(Failure::Cancelled) } else { Ok(bytes) }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounding to f32 is meant")]
-const fn single(v: f64) -> f32 {
-    v as f32
 }
 
 #[cfg(test)]

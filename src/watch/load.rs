@@ -45,14 +45,7 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
         (None, None) => State::Missing,
     };
     let text = bytes.filter(|b| b.len() as u64 <= limits.max_file_bytes).and_then(|b| String::from_utf8(b).ok());
-    let mut options = LoadOptions {
-        preset: values.preset.clone(),
-        set: values.set.clone(),
-        resolution: None,
-        working_dir: std::env::current_dir().unwrap_or_default(),
-        limits,
-        ..LoadOptions::default()
-    };
+    let mut options = LoadOptions { limits, ..values.clone().options() };
     let mut refused = Vec::new();
     let loaded = loop {
         let loaded = match &text {

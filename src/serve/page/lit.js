@@ -2,7 +2,7 @@
 import { camera } from './camera.js';
 import { press } from './dom.js';
 import { mesh, samples } from './net.js';
-import { FRAGMENT, VERTEX } from './shaders.js';
+import { FRAGMENT, VERTEX, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
 import { Ground, Staging } from './staging.js';
 import { Strokes } from './strokes.js';
@@ -56,20 +56,8 @@ export class Lit {
     gl.getExtension('EXT_color_buffer_float');
     this.mipHalf = gl.getExtension('EXT_color_buffer_half_float') || gl.getExtension('EXT_color_buffer_float');
     this.sharp = gl.getExtension('EXT_texture_filter_anisotropic');
-    const shader = (kind, text) => {
-      const made = gl.createShader(kind);
-      gl.shaderSource(made, text);
-      gl.compileShader(made);
-      if (!gl.getShaderParameter(made, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(made));
-      return made;
-    };
     try {
-      const program = gl.createProgram();
-      gl.attachShader(program, shader(gl.VERTEX_SHADER, VERTEX));
-      gl.attachShader(program, shader(gl.FRAGMENT_SHADER, FRAGMENT));
-      gl.linkProgram(program);
-      if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-      this.program = program;
+      this.program = linked(gl, VERTEX, FRAGMENT);
     } catch (error) {
       this.fail(`The lit view cannot be drawn: ${error.message}`);
       return;

@@ -1,4 +1,20 @@
 // The lit view: GGX with anisotropy and a coat, under a studio of soft boxes that is evaluated as if it were prefiltered.
+
+// A program of two shaders; what is wrong with them is thrown.
+export function linked(gl, vertex, fragment) {
+  const program = gl.createProgram();
+  for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  return program;
+}
+
 export const VERTEX = `#version 300 es
 precision highp float;
 layout(location = 0) in vec3 aPosition;

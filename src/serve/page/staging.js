@@ -1,5 +1,6 @@
 // Where the shape stands: environment, backdrop, shadow at its foot, and the view that is kept for each graph.
 import { element, keep, setting } from './dom.js';
+import { linked } from './shaders.js';
 
 const SCENES = ['Studio', 'Overcast sky', 'Evening', 'One light'];
 const BACKDROPS = ['As the page', 'Black', 'Grey', 'White'];
@@ -112,14 +113,7 @@ export class Ground {
 
   prepare(gl) {
     this.gl = gl;
-    this.program = gl.createProgram();
-    for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
-      gl.compileShader(shader);
-      gl.attachShader(this.program, shader);
-    }
-    gl.linkProgram(this.program);
+    this.program = linked(gl, VERTEX, FRAGMENT);
     this.view = gl.getUniformLocation(this.program, 'uView');
     this.foot = gl.getUniformLocation(this.program, 'uFoot');
     this.array = gl.createVertexArray();

@@ -1,5 +1,6 @@
 // Strokes on the mesh, drawn by hand: shown as ribbons, and written as `strokes` of `TangentField`.
 import { cross, hit, ray, unit } from './camera.js';
+import { linked } from './shaders.js';
 
 // The mesh being 1 from its middle to its farthest point: the way between two points, half the width of a ribbon, and how
 // far it floats above the surface.
@@ -130,14 +131,7 @@ export class Strokes {
 
   prepare(gl) {
     this.gl = gl;
-    this.program = gl.createProgram();
-    for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
-      gl.compileShader(shader);
-      gl.attachShader(this.program, shader);
-    }
-    gl.linkProgram(this.program);
+    this.program = linked(gl, VERTEX, FRAGMENT);
     this.view = gl.getUniformLocation(this.program, 'uView');
     this.array = gl.createVertexArray();
     this.buffer = gl.createBuffer();

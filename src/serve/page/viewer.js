@@ -1,6 +1,6 @@
 // The material in light on a page of its own, as it is shared: no server, no other file.
 import { camera } from './camera.js';
-import { FRAGMENT, VERTEX } from './shaders.js';
+import { FRAGMENT, VERTEX, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
 
 // Milliseconds that a picture may take while something moves, and when all is still.
@@ -11,14 +11,7 @@ export async function view(canvas, shared) {
   const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
   if (!gl) { document.body.append('This browser has no WebGL 2.'); return; }
   const half = gl.getExtension('EXT_color_buffer_half_float') || gl.getExtension('EXT_color_buffer_float');
-  const program = gl.createProgram();
-  for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
-    const shader = gl.createShader(kind);
-    gl.shaderSource(shader, text);
-    gl.compileShader(shader);
-    gl.attachShader(program, shader);
-  }
-  gl.linkProgram(program);
+  const program = linked(gl, VERTEX, FRAGMENT);
   gl.useProgram(program);
   gl.enable(gl.DEPTH_TEST);
   const at = (name) => gl.getUniformLocation(program, name);

@@ -2,7 +2,7 @@
 use crate::environment;
 use shibo_engine::registry::Registry;
 
-pub(crate) use shibo_library::graphs;
+pub(crate) use shibo_library::{EXAMPLE_FILES, graphs};
 
 /// All nodes, and the graphs that come with the program.
 pub(crate) fn registry() -> Registry {

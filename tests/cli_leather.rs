@@ -109,7 +109,7 @@ fn reversed_ranges_and_missing_pictures() {
 #[test]
 fn a_picture_is_blamed_where_it_is_named() {
     let desk = Desk::new();
-    let ramp = std::fs::read("tests/data/ramp.png").unwrap();
+    let ramp = std::fs::read("library/examples/ramp.png").unwrap();
     let chain = CHAIN.replace("lattice: \"links\"", "lattice: \"links\", field: \"photo\"");
     let nodes = format!("    \"photo\": Image(path: \"a.png\"),\n    \"points\": PoissonPoints(pitch: 1),\n{chain}");
     desk.write("a.ron", graph(&nodes, "height"));

@@ -124,14 +124,14 @@ fn boxes_that_feed_each_other_are_opened() {
 fn a_graph_is_packed_with_what_it_reads() {
     let desk = desk();
     std::fs::create_dir_all(desk.path("work")).unwrap();
-    std::fs::copy("tests/data/ramp.png", desk.path("work/ramp.png")).unwrap();
+    std::fs::copy("library/examples/ramp.png", desk.path("work/ramp.png")).unwrap();
     desk.write(
         "work/g.ron",
         r#"(version: 1, imports: { "part": "part", "bricks": "shibo:bricks", "photo": "shibo:calf_from_photo" },
           params: { "file": Path(default: "ramp.png", doc: "x") }, presets: { "other": { "file": "../lib/other.png" } },
           nodes: { "a": Use(graph: "part"), "i": Image(path: "$file"), "b": Use(graph: "bricks"), "p": Use(graph: "photo") }, outputs: { "a": "a", "i": "i" })"#,
     );
-    std::fs::copy("tests/data/ramp.png", desk.path("lib/other.png")).unwrap();
+    std::fs::copy("library/examples/ramp.png", desk.path("lib/other.png")).unwrap();
     desk.write("work/shibo.toml", "[imports]\npaths = [\"../lib\"]\n");
     let list = desk.shibo("pack work/g.ron --list").expect(0).stdout;
     let names: Vec<&str> = list.lines().collect();

@@ -36,13 +36,13 @@ fn example(doc: &str) -> Option<String> {
     block.contains("\"example\"").then(|| block.to_owned())
 }
 
-/// The graph of an example; what it names lies in `tests/data`.
+/// The graph of an example; what it names lies in `library/examples`.
 fn graph(session: &Session, kind: &str, example: &str) -> Result<Graph, String> {
     let text = format!(
         "( version: 1, canvas: (size_mm: 40, resolution: {SIDE}, tile: Both, seed: 1),\nnodes: {{\n{example}\n}} )"
     );
-    let path = root("tests/data").join(format!("{kind}.ron"));
-    let options = LoadOptions { working_dir: root("tests/data"), ..LoadOptions::default() };
+    let path = root("library/examples").join(format!("{kind}.ron"));
+    let options = LoadOptions { working_dir: root("library/examples"), ..LoadOptions::default() };
     let loaded = load_text(&path, &text, session.registry(), &options);
     let found: Vec<String> = loaded
         .diagnostics

@@ -9,6 +9,13 @@ use std::sync::Arc;
 /// All files of the folder `graphs`, by their paths in it.
 static FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/library.rs"));
 
+/// What the examples of nodes' manuals read, by name: a picture, a drawing and a mesh. They lie beside an example's graph.
+pub static EXAMPLE_FILES: [(&str, &[u8]); 3] = [
+    ("cube.obj", include_bytes!("../examples/cube.obj")),
+    ("leaf.svg", include_bytes!("../examples/leaf.svg")),
+    ("ramp.png", include_bytes!("../examples/ramp.png")),
+];
+
 /// The folder of sub-graphs for others to use.
 const PARTS: &str = "lib/";
 const EXTENSION: &str = ".ron";

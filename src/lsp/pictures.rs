@@ -38,6 +38,13 @@ pub(super) struct Wish {
     open: BTreeMap<PathBuf, Arc<str>>,
 }
 
+impl Wish {
+    /// Something that no text is needed for.
+    fn new(subject: Subject) -> Self {
+        Self { subject, text: None, open: BTreeMap::new() }
+    }
+}
+
 /// What was made: a PNG, and a few words.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Made {
@@ -199,8 +206,7 @@ pub(super) struct View<'a> {
 
 impl Pictures for View<'_> {
     fn kind(&self, kind: &str) -> Option<String> {
-        let wish = Wish { subject: Subject::Kind(kind.to_owned()), text: None, open: BTreeMap::new() };
-        self.painter.ask(wish)?.picture
+        self.painter.ask(Wish::new(Subject::Kind(kind.to_owned())))?.picture
     }
 
     fn node(&self, path: &Path, node: &str) -> Option<Evaluated> {
@@ -212,8 +218,7 @@ impl Pictures for View<'_> {
 
     fn file(&self, path: &Path) -> Option<String> {
         let time = fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
-        let wish = Wish { subject: Subject::File(path.to_owned(), time), text: None, open: BTreeMap::new() };
-        self.painter.ask(wish)?.picture
+        self.painter.ask(Wish::new(Subject::File(path.to_owned(), time)))?.picture
     }
 }
 

@@ -11,13 +11,13 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 /// A picture for nodes that read one.
-const PICTURE: &str = "tests/data/ramp.png";
+const PICTURE: &str = "library/examples/ramp.png";
 
 /// A mesh, likewise.
 const MESH: &str = "tests/meshes/cube.obj";
 
 /// A drawing, likewise.
-const DRAWING: &str = "tests/data/leaf.svg";
+const DRAWING: &str = "library/examples/leaf.svg";
 
 pub(crate) fn options(resolution: UVec2) -> LoadOptions {
     LoadOptions {

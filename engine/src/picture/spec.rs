@@ -14,7 +14,7 @@ pub enum Format {
     Tiff,
     /// OpenEXR with 16 or 32-bit floats.
     Exr,
-    /// SVG: lines, for plotters and laser engravers. Holds `Segments` and no pixels; see [`super::write_svg`].
+    /// SVG: lines, for plotters and laser engravers. Holds `Segments` and no pixels; see [`svg`](super::svg).
     Svg,
 }
 

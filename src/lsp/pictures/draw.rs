@@ -11,6 +11,7 @@ use shibo_engine::session::{Session, Settings};
 use shibo_engine::value::linear_to_srgb;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use tempfile::TempDir;
 
 /// The memory for results.
 const MEMORY: u64 = 512 << 20;
@@ -22,12 +23,14 @@ pub(super) struct Studio {
     cache_dir: Option<PathBuf>,
     session: Option<Session>,
     store: Store,
+    /// The files that examples of manuals read.
+    examples: Option<TempDir>,
 }
 
 impl Studio {
     /// Nothing is started before it is needed.
     pub(super) fn new(cache_dir: Option<PathBuf>) -> Self {
-        Self { cache_dir, session: None, store: Store::default() }
+        Self { cache_dir, session: None, store: Store::default(), examples: None }
     }
 
     /// Makes something; nothing if that is not possible, or no longer wanted.
@@ -54,15 +57,28 @@ impl Studio {
         self.session.as_ref()
     }
 
+    /// The folder of examples, with what they read.
+    fn examples(&mut self) -> Option<&Path> {
+        if self.examples.is_none() {
+            let folder = tempfile::tempdir().ok()?;
+            for (name, bytes) in library::EXAMPLE_FILES {
+                std::fs::write(folder.path().join(name), bytes).ok()?;
+            }
+            self.examples = Some(folder);
+        }
+        self.examples.as_ref().map(TempDir::path)
+    }
+
     /// The example of a kind's manual.
     fn kind(&mut self, kind: &str, cancel: &CancelToken) -> Option<Made> {
+        let path = self.examples()?.join("example.ron");
         let session = self.session()?;
         let doc = &session.registry().info(kind)?.doc;
         let example = doc.split("```ron\n").nth(1)?.split("```").next().filter(|e| e.contains("\"example\""))?;
         let canvas = format!("canvas: (size_mm: 40, resolution: {SIDE}, tile: Both, seed: 1)");
         let text = format!("(version: 1, {canvas}, nodes: {{\n{example}\n}})");
-        let wish = Wish { subject: Subject::Kind(kind.to_owned()), text: None, open: Default::default() };
-        let graph = load(session, Path::new("example.ron"), &text, &wish)?;
+        let wish = Wish::new(Subject::Kind(kind.to_owned()));
+        let graph = load(session, &path, &text, &wish)?;
         let made = self.node(graph, "example", cancel)?;
         Some(Made { about: String::new(), ..made })
     }
@@ -175,4 +191,23 @@ fn png(pixels: &[u8], size: UVec2, channels: usize) -> Option<Vec<u8>> {
     writer.write_image_data(pixels).ok()?;
     writer.finish().ok()?;
     Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+    use super::*;
+
+    #[test]
+    fn every_kind_has_a_picture() {
+        let mut studio = Studio::new(None);
+        let kinds: Vec<String> = library::registry().kinds().map(str::to_owned).collect();
+        let made = |kind: &String| {
+            let made = studio.make(&Wish::new(Subject::Kind(kind.clone())), &CancelToken::default());
+            made.is_some_and(|made| made.png.is_some())
+        };
+        let (with, without): (Vec<_>, Vec<_>) = kinds.into_iter().partition(made);
+        assert!(with.len() > 100);
+        assert_eq!(without, Vec::<String>::new());
+    }
 }

@@ -8,7 +8,7 @@ use super::memory::TileKey;
 use super::prepare::{At, at, reads};
 use super::run::Run;
 use crate::value::{Blocks, Field, FieldId, Grid, Piece, Window};
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 /// A larger window, in pixels, counts as the whole field.
 pub(super) const FARTHEST: u32 = 1 << 18;
@@ -108,6 +108,31 @@ impl<'f> Passing<'f> {
         blocks
     }
 
+    /// The bytes of the tiles that are at hand while the rows `band` of pictures in `window` are computed: read by these rows or
+    /// those before, and by these or those that follow. `kept` says of which fields tiles are kept.
+    pub fn bytes(&self, window: Window, band: Window, kept: impl Fn(&Field, &Grid) -> bool) -> u64 {
+        let before = Window { height: band.bottom().abs_diff(window.y), ..window };
+        let after = Window { y: band.y, height: window.bottom().abs_diff(band.y), ..window };
+        let mut bytes = 0;
+        for ((part, before), after) in self.parts.iter().zip(self.wanted(before)).zip(self.wanted(after)) {
+            if !kept(part.field, &part.grid) {
+                continue;
+            }
+            let pixels = match (&before, &after) {
+                (Some(before), Some(after)) => {
+                    let after = numbers(&after.rows);
+                    let rows = lengths(&before.rows).into_iter().filter(|(row, _)| after.contains(row));
+                    let height: u64 = rows.map(|(_, length)| length).sum();
+                    lengths(&before.columns).values().sum::<u64>() * height
+                }
+                // All of it may be read.
+                _ => u64::from(window.width) * u64::from(window.height),
+            };
+            bytes += pixels * 4 * part.field.channels() as u64;
+        }
+        bytes
+    }
+
     /// The tiles that are not wanted any more once only the rows `rest` of the pictures are to be computed; each is given
     /// once.
     fn passed(&mut self, rest: Window) -> Vec<(&'f Field, Grid, (i32, i32))> {
@@ -142,6 +167,10 @@ pub(super) fn readers_first<'f>(fields: &[&'f Field], grid: &Grid) -> Vec<(&'f F
     order
 }
 
+fn lengths(pieces: &[Piece]) -> BTreeMap<i32, u64> {
+    pieces.iter().map(|piece| (piece.index, u64::from(piece.length))).collect()
+}
+
 fn numbers(pieces: &[Piece]) -> BTreeSet<i32> {
     pieces.iter().map(|piece| piece.index).collect()
 }
@@ -153,10 +182,44 @@ impl Run<'_> {
             if let Some(field) = field.key() {
                 let tile = TileKey { field, grid: grid.id(), at };
                 self.caches.memory.tiles.remove(&tile);
-                if let Some(part) = self.reach.get().and_then(|reach| reach.at(&tile)) {
+                if let Some(part) = self.reached(|reach| reach.at(&tile)) {
                     self.caches.memory.tiles.remove(&part);
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::value::{Halo, Key, TILE, Tiling, Type};
+    use glam::{DVec2, UVec2};
+
+    /// A blur of 100 pixels over a source, 16 × 16 tiles.
+    fn blurred(tiling: Tiling) -> Field {
+        let keyed = |field: Field, name: &str| field.keyed(Key::of("test", &[name.as_bytes()]));
+        let source = keyed(Field::generate(Type::Gray, tiling, |_, _| Ok(())), "a");
+        let fill = |_: &mut crate::value::Tile, [_]: [&crate::value::Tile; 1]| Ok(());
+        keyed(Field::map(Type::Gray, [source], Halo::px(100), fill), "b")
+    }
+
+    #[test]
+    fn tiles_at_hand_are_counted() {
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(4096)) };
+        let bytes = |field: &Field, window: Window, band: Window| {
+            Passing::new(&[field], &grid, window).bytes(window, band, |field, _| field.as_constant().is_none())
+        };
+        let whole = Window::full(UVec2::splat(4096));
+        let band = Window { y: 2048, height: TILE, ..whole };
+        // Of the source one row more above and below; beyond its ends, so many strips of 16 pixels as are read.
+        let once = blurred(Tiling::NONE);
+        let beyond = 112;
+        let rows = |columns: u64, rows: u64| columns * rows * u64::from(TILE) * 4;
+        assert_eq!(bytes(&once, whole, band), rows(4096, 1) + rows(4096 + 2 * beyond, 3));
+        // What repeats has been read at the bottom for the first row, and is read again at the top for the last.
+        assert_eq!(bytes(&blurred(Tiling::BOTH), whole, band), rows(4096, 1) + rows(4096, 5));
+        let strip = Window { x: 1024, width: 1024, ..whole };
+        assert_eq!(bytes(&once, strip, Window { x: 1024, width: 1024, ..band }), rows(1024, 1) + rows(1536, 3));
     }
 }

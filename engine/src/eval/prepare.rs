@@ -141,21 +141,9 @@ impl Run<'_> {
         known.readers.get(&(key, grid.id())).is_some_and(|readers| *readers > 1)
     }
 
-    /// How many values of a pixel are kept in tiles while `fields`, which are prepared, are computed.
-    pub fn kept(&self, fields: &[&Field], grid: &Grid) -> usize {
-        let mut open: Vec<(&Field, Grid)> = fields.iter().map(|field| (*field, *grid)).collect();
-        let mut seen = HashSet::new();
-        let mut kept = 0;
-        while let Some((field, grid)) = open.pop() {
-            if field.as_constant().is_some() || !seen.insert(at(field, &grid)) {
-                continue;
-            }
-            let local = field.source().cost() == Cost::Local;
-            if field.key().is_some_and(|key| local || self.is_shared(key, &grid)) {
-                kept += field.channels();
-            }
-            open.extend(reads(field, &grid).map(|read| (read.field, read.grid)));
-        }
-        kept
+    /// Whether tiles of `field`, which is prepared, are kept for others that read them.
+    pub fn keeps(&self, field: &Field, grid: &Grid) -> bool {
+        let local = field.source().cost() == Cost::Local;
+        field.as_constant().is_none() && field.key().is_some_and(|key| local || self.is_shared(key, grid))
     }
 }

@@ -12,7 +12,7 @@ use super::prepare::at;
 use super::run::{Run, lock};
 use crate::value::{Blocks, Field, Grid, GridId, Key, Piece, TILE, Window};
 use std::collections::HashMap;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// The pixels that are read of each field.
 pub(super) struct Reach {
@@ -145,10 +145,16 @@ fn named(tile: &TileKey, part: Window) -> TileKey {
 }
 
 impl Run<'_> {
-    /// From now on, computes no more of each field than pictures of `fields` in `window` need. To be called once, when these
-    /// fields are prepared and before any tile of them is computed.
+    /// From now on, computes no more of each field than pictures of `fields` in `window` need. To be called when these fields
+    /// are prepared and no tile is being computed.
     pub fn limit(&self, fields: &[&Field], grid: &Grid, window: Window) {
-        let _ = self.reach.set(Reach::new(fields, grid, window));
+        let reach = Reach::new(fields, grid, window);
+        *self.reach.write().unwrap_or_else(PoisonError::into_inner) = Some(reach);
+    }
+
+    /// What is known of the pixels that are read, if only a part of a picture is computed.
+    pub(super) fn reached<T>(&self, look: impl FnOnce(&Reach) -> Option<T>) -> Option<T> {
+        self.reach.read().unwrap_or_else(PoisonError::into_inner).as_ref().and_then(look)
     }
 }
 

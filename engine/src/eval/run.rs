@@ -15,7 +15,7 @@ use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Duration;
 
 /// Where results are kept between runs.
@@ -47,7 +47,7 @@ pub struct Run<'g> {
     pub(super) known: RwLock<Known>,
     pub(super) cuts: Cuts,
     /// What is read, if only a part of a picture is computed.
-    pub(super) reach: OnceLock<Reach>,
+    pub(super) reach: RwLock<Option<Reach>>,
     failures: Mutex<Vec<(Key, Problem)>>,
     /// What was put into the store besides tiles.
     pub(super) stored: Mutex<Vec<(Key, Stored)>>,
@@ -80,7 +80,7 @@ impl<'g> Run<'g> {
             values: Mutex::default(),
             known: RwLock::default(),
             cuts: Cuts::default(),
-            reach: OnceLock::new(),
+            reach: RwLock::default(),
             failures: Mutex::default(),
             stored: Mutex::default(),
             warned: Mutex::default(),

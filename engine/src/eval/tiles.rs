@@ -153,7 +153,7 @@ impl Run<'_> {
         let owner = field.owner().unwrap_or(key);
         let whole = TileKey { field: key, grid: grid.id(), at: (x.index, y.index) };
         let memory: &MemoryCache = &self.caches.memory;
-        let part = self.reach.get().and_then(|reach| reach.part(&whole, (x, y), window));
+        let part = self.reached(|reach| reach.part(&whole, (x, y), window));
         if let Some(tile) = part.and_then(|_| memory.tiles.get(&whole)) {
             self.ledger.add(owner, Work { memory: 1, ..Work::default() });
             return Ok(Ok(tile));

@@ -1,9 +1,9 @@
 //! Grooves on a surface, as a function of a place and its normal: both sides of a border between charts show the same.
+use super::cubes::Cubes;
 use crate::ground::math::exp;
 use crate::ground::number::narrow;
 use crate::strokes::{Combine, Profile, StrokeStyle};
 use glam::{DVec3, Vec3};
-use std::collections::HashMap;
 
 /// A straight groove in the tangent plane at its middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,10 +27,7 @@ pub struct Groove {
 pub struct Grooves {
     grooves: Vec<Groove>,
     style: StrokeStyle,
-    side: f32,
-    /// By cubes in space: where in `order` the grooves of each begin, and how many there are.
-    cells: HashMap<[i32; 3], (u32, u32)>,
-    order: Vec<u32>,
+    cubes: Cubes,
     deepest: f32,
 }
 
@@ -40,32 +37,14 @@ impl Grooves {
         let margin = pixel * style.min_width.max(1.0);
         let reach = |g: &Groove| g.half_length + (g.half_width + margin) * cut(style.profile);
         let side = grooves.iter().map(reach).fold(f32::MIN_POSITIVE, f32::max);
-        let mut lists: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
-        for (n, groove) in (0..).zip(&grooves) {
-            let [low, high] = [groove.middle - reach(groove), groove.middle + reach(groove)].map(|p| cell(p, side));
-            for z in low[2]..=high[2] {
-                for y in low[1]..=high[1] {
-                    for x in low[0]..=high[0] {
-                        lists.entry([x, y, z]).or_default().push(n);
-                    }
-                }
-            }
-        }
-        let mut lists: Vec<([i32; 3], Vec<u32>)> = lists.into_iter().collect();
-        lists.sort_unstable();
-        let (mut cells, mut order) = (HashMap::with_capacity(lists.len()), Vec::new());
-        let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        for (cell, list) in lists {
-            cells.insert(cell, (count(order.len()), count(list.len())));
-            order.extend(list);
-        }
+        let cubes = Cubes::new(grooves.iter().map(|groove| (groove.middle, reach(groove))), side);
         let deepest = grooves.iter().map(|groove| groove.depth).fold(0.0, f32::max);
-        Self { grooves, style, side, cells, order, deepest }
+        Self { grooves, style, cubes, deepest }
     }
 
     /// The memory they take.
     pub fn bytes(&self) -> usize {
-        size_of_val(&*self.grooves) + size_of_val(&*self.order) + self.cells.len() * 24
+        size_of_val(&*self.grooves) + self.cubes.bytes()
     }
 
     /// The depths at places with these normals, `pixel` mm apart; the cross-section alone if `mask`.
@@ -73,15 +52,12 @@ impl Grooves {
         let mut known: Option<([i32; 3], &[u32])> = None;
         for (i, out) in out.iter_mut().enumerate() {
             let [place, normal] = [places, normals].map(|planes| Vec3::from_array(planes.map(|plane| plane[i])));
-            let cell = cell(place, self.side);
+            let cube = self.cubes.cube(place);
             let list = match known {
-                Some((at, list)) if at == cell => list,
-                _ => self
-                    .cells
-                    .get(&cell)
-                    .map_or(&[][..], |(from, count)| &self.order[*from as usize..(*from + *count) as usize]),
+                Some((at, list)) if at == cube => list,
+                _ => self.cubes.in_cube(cube),
             };
-            known = Some((cell, list));
+            known = Some((cube, list));
             *out = self.value(list, place, normal, pixel, mask);
         }
     }
@@ -103,11 +79,6 @@ impl Grooves {
 /// Where a cross-section ends, in half widths.
 fn cut(profile: Profile) -> f32 {
     if let Profile::Gaussian { cutoff, .. } = profile { 2.0 * cutoff } else { 1.0 }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "a place in cubes")]
-fn cell(place: Vec3, side: f32) -> [i32; 3] {
-    (place / side).floor().to_array().map(|x| x as i32)
 }
 
 /// The cross-section of a groove at a place, 0..1, with its taper and its fading.

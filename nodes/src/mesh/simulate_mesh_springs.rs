@@ -8,12 +8,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, Range};
-use shibo_engine::value::{Atlas, Stop, SurfaceNet, Tiling, Type};
+use shibo_engine::value::{Atlas, Field, Stop, SurfaceNet, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::mesh::net::{Motion, Springs, Stopped, simulate};
+use shibo_kernel::ground::number::narrow;
+use shibo_kernel::mesh::means::{Means, Sample};
+use shibo_kernel::mesh::motion::Motion;
+use shibo_kernel::mesh::net::{self, Springs, Stopped, simulate};
 use shibo_kernel::mesh::slide;
 use shibo_kernel::mesh::sow::{Sown, normal};
+use shibo_kernel::mesh::{bake, fields};
 use shibo_kernel::springs::{Integrator, Rest};
+use std::sync::{Arc, LazyLock};
 
 /// Which points of a surface stay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -108,11 +113,19 @@ impl Default for SimulateMeshSprings {
 }
 
 impl Node for SimulateMeshSprings {
-    const OUTPUTS: &'static [Output] = &[Output::new(
-        "net",
-        Type::SurfaceNet,
-        "The points where they are in the end, with all their links; those of broken springs are marked.",
-    )];
+    const OUTPUTS: &'static [Output] = &[
+        Output::new(
+            "net",
+            Type::SurfaceNet,
+            "The points where they are in the end, with all their links; those of broken springs are marked.",
+        ),
+        Output::new(
+            "stretch",
+            Type::Gray,
+            "The length of links as a share of that before the motion: the mean of those within 1.5 pitches. 1 where there are \
+             none.",
+        ),
+    ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
@@ -144,7 +157,7 @@ impl Node for SimulateMeshSprings {
         let fixed = self.fixed(&net, &atlas, held.as_deref());
         let (rest, limit) = (self.rest(&net), self.limits(cx, net.links.len()));
         let springs = Springs { links: &net.links, stiffness: &stiffness, rest: &rest, limit: &limit, fixed: &fixed };
-        let motion = Motion {
+        let motion = net::Motion {
             step: self.step,
             steps: self.steps,
             drag: self.drag,
@@ -165,8 +178,41 @@ impl Node for SimulateMeshSprings {
         if state.broken.contains(&true) {
             moved.broken = state.broken;
         }
-        Ok(Outputs::one(moved))
+        let stretch = stretch(&atlas, &moved);
+        Ok(Outputs::one(moved).with("stretch", stretch))
     }
+}
+
+/// How far a value of a link reaches, in pitches.
+const REACH: f64 = 1.5;
+
+/// How long links are now, as a share of their length before, around each texel.
+fn stretch(atlas: &Arc<Atlas>, net: &SurfaceNet) -> Field {
+    let sample = |link: usize| {
+        let [a, b] = net.links[link].map(|n| n as usize);
+        let before = net.lengths[link];
+        Sample {
+            place: ((net.positions[a] + net.positions[b]) * 0.5).as_vec3(),
+            normal: (net.normals[a] + net.normals[b]).normalize_or_zero(),
+            value: if before > 0.0 { narrow(net.span(link).length()) / before } else { 1.0 },
+        }
+    };
+    let samples: Vec<Sample> = (0..net.links.len()).map(sample).collect();
+    let radius = narrow(REACH * net.pitch).max(f32::MIN_POSITIVE);
+    // Sorted when the first texel asks.
+    let means = LazyLock::new(move || Means::new(samples, radius));
+    fields::baked(Type::Gray, atlas, move |texels, mut planes| {
+        if let [out] = &mut planes[..] {
+            let mut around = vec![vec![0.0; out.len()]; 6];
+            let (places, normals) = around.split_at_mut(3);
+            if let ([x, y, z], [nx, ny, nz]) = (&mut *places, &mut *normals) {
+                bake::places(texels, |_| Motion::NONE, [x, y, z]);
+                bake::vertex_normals(texels, [nx, ny, nz]);
+            }
+            let [places, normals] = [&*places, &*normals].map(|of| [&*of[0], &*of[1], &*of[2]]);
+            means.fill(places, normals, 1.0, out);
+        }
+    })
 }
 
 /// The weights of the corners of a point's triangle.
@@ -236,4 +282,50 @@ fn ends(atlas: &Atlas) -> Vec<[DVec3; 2]> {
         open.map(move |edge| [corners[(edge + 1) % 3], corners[(edge + 2) % 3]])
     };
     (0..atlas.mesh.triangles.len()).flat_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{ConnectMeshPoints, MeshAtlas, MeshForm, MeshPoints, MeshShape};
+    use crate::testing::{canvas, check_field, outputs, port, raster};
+    use shibo_engine::value::Value;
+
+    /// The stretch, and where there is a surface, after so many steps on a ball.
+    fn stretched(steps: u32) -> (Field, Field) {
+        let made =
+            |node: &dyn Fn() -> Result<Outputs, Stop>, name: &str| node().unwrap().take(name, true).unwrap().clone();
+        let shape = MeshShape { shape: MeshForm::Sphere, segments: 24, ..MeshShape::default() };
+        let mesh = made(&|| outputs(&shape, &[], &canvas()), "mesh");
+        let node = MeshAtlas { mesh: port(0), page: 256, ..MeshAtlas::default() };
+        let laid = outputs(&node, &[mesh], &canvas()).unwrap();
+        let [atlas, mask] = ["atlas", "mask"].map(|name| laid.take(name, name == "atlas").unwrap().clone());
+        let sown = MeshPoints { atlas: port(0), pitch: 5.0, ..MeshPoints::default() };
+        let net = made(&|| outputs(&sown, &[atlas.clone()], &canvas()), "net");
+        let linked = ConnectMeshPoints { net: port(0), ..ConnectMeshPoints::default() };
+        let net = made(&|| outputs(&linked, &[net.clone()], &canvas()), "net");
+        let node = SimulateMeshSprings { net: port(0), atlas: port(1), steps, ..SimulateMeshSprings::default() };
+        let moved = outputs(&node, &[net, atlas], &canvas()).unwrap();
+        let (Some(Value::Field(stretch)), Value::Field(mask)) = (moved.take("stretch", false), mask) else {
+            panic!("no fields")
+        };
+        (stretch.clone(), mask)
+    }
+
+    #[test]
+    fn stretch_is_that_of_the_links_around() {
+        let (still, mask) = stretched(0);
+        let on = |field: &Field| {
+            let (values, mask) = (raster(field, &canvas()), raster(&mask, &canvas()));
+            let inside = values.data().iter().zip(mask.data()).filter(|(_, mask)| **mask > 0.5);
+            inside.map(|(value, _)| *value).collect::<Vec<f32>>()
+        };
+        assert!(on(&still).iter().all(|v| (v - 1.0).abs() < 1e-5));
+        let (moved, _) = stretched(40);
+        let values = on(&moved);
+        let (low, high) = values.iter().fold((f32::MAX, 0.0_f32), |(low, high), v| (low.min(*v), high.max(*v)));
+        // A closed surface keeps its area: what is gathered here is stretched there.
+        assert!((0.4..0.97).contains(&low) && (1.03..2.5).contains(&high), "{low} to {high}");
+        check_field(&moved);
+    }
 }

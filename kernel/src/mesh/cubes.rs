@@ -1,0 +1,58 @@
+//! Which of many small things may touch a place in space: an index by cubes.
+use glam::Vec3;
+use std::collections::HashMap;
+
+/// Things by the cubes that they reach into.
+#[derive(Clone, Debug)]
+pub struct Cubes {
+    side: f32,
+    /// Where in `order` the things of each cube begin, and how many there are.
+    cells: HashMap<[i32; 3], (u32, u32)>,
+    order: Vec<u32>,
+}
+
+impl Cubes {
+    /// Sorts things, each of which lies within `reach` mm of its middle, into cubes of `side` mm.
+    pub fn new(things: impl Iterator<Item = (Vec3, f32)>, side: f32) -> Self {
+        let mut lists: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
+        for (n, (middle, reach)) in (0..).zip(things) {
+            let [low, high] = [middle - reach, middle + reach].map(|p| cell(p, side));
+            for z in low[2]..=high[2] {
+                for y in low[1]..=high[1] {
+                    for x in low[0]..=high[0] {
+                        lists.entry([x, y, z]).or_default().push(n);
+                    }
+                }
+            }
+        }
+        let mut lists: Vec<([i32; 3], Vec<u32>)> = lists.into_iter().collect();
+        lists.sort_unstable();
+        let (mut cells, mut order) = (HashMap::with_capacity(lists.len()), Vec::new());
+        let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        for (cell, list) in lists {
+            cells.insert(cell, (count(order.len()), count(list.len())));
+            order.extend(list);
+        }
+        Self { side, cells, order }
+    }
+
+    /// The cube that holds a place.
+    pub fn cube(&self, place: Vec3) -> [i32; 3] {
+        cell(place, self.side)
+    }
+
+    /// What reaches into a cube, in the order of the things.
+    pub fn in_cube(&self, cube: [i32; 3]) -> &[u32] {
+        self.cells.get(&cube).map_or(&[][..], |(from, count)| &self.order[*from as usize..(*from + *count) as usize])
+    }
+
+    /// The memory it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.order) + self.cells.len() * 24
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a place in cubes")]
+fn cell(place: Vec3, side: f32) -> [i32; 3] {
+    (place / side).floor().to_array().map(|x| x as i32)
+}

@@ -61,7 +61,9 @@ fn fields_are_taken_at_points() {
         let (a, b) = (at["values"][i].as_f64().unwrap(), field["values"][pixel].as_f64().unwrap());
         assert!((a - b).abs() < 1e-5, "{a} {b}");
     }
-    for (text, line) in [("1,2\nx,3\n", "line 2"), ("1\n", "line 1"), ("1,2,3\n", "line 1"), ("1,2\n1,nan", "line 2")] {
+    for (text, line) in
+        [("1,2\nx,3\n", "line 2"), ("1\n", "line 1"), ("1,2,3\n1,2", "line 2"), ("1,2\n1,nan", "line 2")]
+    {
         desk.write("p.csv", text);
         let ran = desk.shibo("dump a.ron bumps --at p.csv").expect(1);
         assert!(ran.stderr.contains("p.csv") && ran.stderr.contains(line), "{text}: {}", ran.stderr);
@@ -72,6 +74,31 @@ fn fields_are_taken_at_points() {
     desk.write("p.csv", "1,2\n");
     let ran = desk.shibo("dump a.ron points --at p.csv").expect(2);
     assert!(ran.stderr.contains("Points"), "{}", ran.stderr);
+    desk.write("p.csv", "1,2,3\n");
+    let ran = desk.shibo("dump a.ron bumps --at p.csv").expect(2);
+    assert!(ran.stderr.contains("not that of a mesh"), "{}", ran.stderr);
+}
+
+/// A field of a mesh is taken where the surface is nearest.
+#[test]
+fn fields_of_a_mesh_are_taken_at_places_in_space() {
+    let desk = Desk::new();
+    let graph = r#"( version: 1, canvas: (size_mm: 120, resolution: 2048, tile: None), nodes: {
+        "box": MeshShape(shape: Cube, size: (60, 40, 20)), "atlas": MeshAtlas(mesh: "box", charts: New),
+        "places": BakePosition(atlas: "atlas"), "other": MeshAtlas(mesh: "box"),
+        "two": Blend(a: "places", b: BakePosition(atlas: "other")),
+    }, outputs: { "o": "places" } )"#;
+    desk.write("m.ron", graph);
+    // Beside a face, on an edge, beyond a corner.
+    desk.write("p.csv", "7,3,35\n30,20,-4\n90, 80, 70\n");
+    let at = desk.shibo("dump m.ron places --at p.csv").expect(0).json();
+    let values: Vec<f64> = at["values"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    for (value, wanted) in values.iter().zip([7.0, 3.0, 10.0, 30.0, 20.0, -4.0, 30.0, 20.0, 10.0]) {
+        assert!((value - wanted).abs() < 0.05, "{values:?}");
+    }
+    assert_eq!(values.len(), 9);
+    let ran = desk.shibo("dump m.ron two --at p.csv").expect(2);
+    assert!(ran.stderr.contains("several meshes") && ran.stderr.contains("`other`"), "{}", ran.stderr);
 }
 
 #[test]

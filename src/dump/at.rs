@@ -1,16 +1,23 @@
-//! Points from a file: one `x,y` or `x,y,z` in mm a line.
+//! Points from a file: one `x,y` on the canvas or `x,y,z` in space, in mm, a line.
 use crate::quit::Quit;
 use anyhow::{Context, bail};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::path::Path;
 
 /// The largest file, in bytes.
 const MOST: u64 = 8 << 20;
 
-/// Reads the points of a file, `dimensions` numbers each; z is 0 if there are two.
-pub(super) fn read(path: &Path, dimensions: usize) -> Result<Vec<DVec3>, Quit> {
+/// Points in mm.
+#[derive(Debug, PartialEq)]
+pub(super) enum Points {
+    Canvas(Vec<DVec2>),
+    Space(Vec<DVec3>),
+}
+
+/// Reads the points of a file, each with two numbers or each with three.
+pub(super) fn read(path: &Path) -> Result<Points, Quit> {
     Ok(text(path)
-        .and_then(|text| parse(&text, dimensions))
+        .and_then(|text| parse(&text))
         .with_context(|| format!("cannot read points from `{}`", path.display()))?)
 }
 
@@ -26,29 +33,27 @@ fn text(path: &Path) -> anyhow::Result<String> {
     String::from_utf8(std::fs::read(path)?).context("it is not UTF-8 text")
 }
 
-fn parse(text: &str, dimensions: usize) -> anyhow::Result<Vec<DVec3>> {
+fn parse(text: &str) -> anyhow::Result<Points> {
+    let (mut plane, mut space) = (Vec::new(), Vec::new());
     let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
-    lines
-        .filter(|(_, line)| !line.trim().is_empty())
-        .map(|(i, line)| point(line, dimensions).with_context(|| format!("line {}", i + 1)))
-        .collect()
-}
-
-fn point(line: &str, dimensions: usize) -> anyhow::Result<DVec3> {
-    let mut numbers = Vec::new();
-    for word in line.split(',') {
-        let word = word.trim();
-        match word.parse::<f64>() {
-            Ok(n) if n.is_finite() => numbers.push(n),
-            _ => bail!("`{word}` is not a finite number"),
+    for (i, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
+        let numbers = numbers(line).with_context(|| format!("line {}", i + 1))?;
+        match numbers[..] {
+            [x, y] if space.is_empty() => plane.push(DVec2::new(x, y)),
+            [x, y, z] if plane.is_empty() => space.push(DVec3::new(x, y, z)),
+            [_, _] | [_, _, _] => bail!("line {}: {} numbers, after lines of another kind", i + 1, numbers.len()),
+            _ => bail!("line {}: `x,y` or `x,y,z` is expected; found {} numbers", i + 1, numbers.len()),
         }
     }
-    match (&numbers[..], dimensions) {
-        (&[x, y], 2) => Ok(DVec3::new(x, y, 0.0)),
-        (&[x, y, z], 3) => Ok(DVec3::new(x, y, z)),
-        (_, 2) => bail!("a field is taken at `x,y`; found {} numbers", numbers.len()),
-        _ => bail!("a solid is taken at `x,y,z`; found {} numbers", numbers.len()),
-    }
+    Ok(if space.is_empty() { Points::Canvas(plane) } else { Points::Space(space) })
+}
+
+fn numbers(line: &str) -> anyhow::Result<Vec<f64>> {
+    let number = |word: &str| match word.trim().parse::<f64>() {
+        Ok(n) if n.is_finite() => Ok(n),
+        _ => bail!("`{}` is not a finite number", word.trim()),
+    };
+    line.split(',').map(number).collect()
 }
 
 #[cfg(test)]
@@ -57,12 +62,13 @@ mod tests {
 
     #[test]
     fn points_are_read() {
-        let points = parse("\u{feff}1,2\r\n\n -0.5 , 1e-3\n", 2).unwrap();
-        assert_eq!(points, [DVec3::new(1.0, 2.0, 0.0), DVec3::new(-0.5, 0.001, 0.0)]);
-        assert_eq!(parse("1,2,3", 3).unwrap(), [DVec3::new(1.0, 2.0, 3.0)]);
-        assert!(parse("1,2", 3).is_err());
-        for (text, line) in [("1,2\nx,1", 2), ("1", 1), ("1,2,3", 1), ("1,2\n\n1,inf", 3), ("1,\n", 1)] {
-            let error = format!("{:#}", parse(text, 2).unwrap_err());
+        let points = parse("\u{feff}1,2\r\n\n -0.5 , 1e-3\n").unwrap();
+        assert_eq!(points, Points::Canvas(vec![DVec2::new(1.0, 2.0), DVec2::new(-0.5, 0.001)]));
+        assert_eq!(parse("1,2,3").unwrap(), Points::Space(vec![DVec3::new(1.0, 2.0, 3.0)]));
+        for (text, line) in
+            [("1,2\nx,1", 2), ("1", 1), ("1,2\n1,2,3", 2), ("1,2\n\n1,inf", 3), ("1,\n", 1), ("1,2,3\n1,2", 2)]
+        {
+            let error = format!("{:#}", parse(text).unwrap_err());
             assert!(error.starts_with(&format!("line {line}: ")), "{error}");
         }
     }

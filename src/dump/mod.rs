@@ -11,14 +11,18 @@ use crate::progress::Progress;
 use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
+use at::Points;
 use clap::{Args, ValueEnum};
 use data::{Data, FieldData};
 use glam::UVec2;
+use petgraph::graph::NodeIndex;
+use petgraph::visit::{Dfs, Reversed, Walker};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Session};
-use shibo_engine::value::{Field, Number, Resolution, Tile, Value, Window};
+use shibo_engine::value::{Atlas, Field, Number, Resolution, Tile, Type, Value, Window};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -26,7 +30,8 @@ Examples:
   shibo dump calf.ron moved.stretch                    another output of a node
   shibo dump calf.ron height --resolution 64           a field, by rows
   shibo dump calf.ron height --at places.csv           the same at points, one x,y in mm a line
-  shibo dump oak.ron time --at places.csv              a solid at points, one x,y,z in mm a line";
+  shibo dump oak.ron time --at places.csv              a solid at points, one x,y,z in mm a line
+  shibo dump bowl.ron wood --at places.csv             a field of a mesh where its surface is nearest to x,y,z";
 
 /// Print what a node makes, as JSON.
 #[derive(Args, Debug)]
@@ -43,7 +48,8 @@ pub(crate) struct DumpArgs {
     /// The pixels at which fields are taken, instead of the graph's: of the longer side, or width and height.
     #[arg(long, value_name = "N|WxH", value_parser = resolution)]
     resolution: Option<Resolution>,
-    /// Take a field or a solid at the points of a file, one `x,y` (for a solid `x,y,z`) in mm a line.
+    /// Take a field or a solid at the points of a file, one in mm a line: `x,y` on the canvas, `x,y,z` in space for a solid or
+    /// a field of a mesh.
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,
     #[command(flatten)]
@@ -74,13 +80,12 @@ pub(crate) fn run(args: &DumpArgs, terminal: &Terminal) -> Result<(), Quit> {
     let registry = library::registry();
     let graph = open::graph(open::load(&args.graph, &registry, &args.values, args.resolution), terminal)?;
     let place = find::output(&graph, &args.node)?;
-    let solid = graph.nodes[place.0].outputs[place.1].is_solid();
-    let points = args.at.as_deref().map(|path| at::read(path, if solid { 3 } else { 2 })).transpose()?;
+    let points = args.at.as_deref().map(at::read).transpose()?;
     let (session, shared) = open::opened(registry, &args.engine, terminal)?;
     let progress = Progress::new(terminal, false);
     let source = Source { session: &session, graph: &graph, cancel: &cancel, progress: &progress };
     let data = session.value(&graph, place, &cancel, &progress).and_then(|value| match &points {
-        Some(points) => source.at(&value, points),
+        Some(points) => source.at((&value, place.0), points),
         None => source.data(&value),
     });
     open::closed(shared, terminal);
@@ -123,20 +128,53 @@ impl Source<'_> {
         })
     }
 
-    /// The values of a field at points; each stands for a pixel around it.
-    fn at(&self, value: &Value, points: &[glam::DVec3]) -> Result<Data, Failure> {
+    /// The values of what a node makes at points; of a field each stands for a pixel around it.
+    fn at(&self, (value, node): (&Value, NodeIndex), points: &Points) -> Result<Data, Failure> {
         if let Value::Solid(solid) = value {
-            return Ok(Data::solid(solid, &solid.at(points)));
+            return match points {
+                Points::Space(points) => Ok(Data::solid(solid, &solid.at(points))),
+                Points::Canvas(none) if none.is_empty() => Ok(Data::solid(solid, &[])),
+                Points::Canvas(_) => {
+                    Err(Failure::Usage("a solid is taken at points in space: give one `x,y,z` a line".to_owned()))
+                }
+            };
         }
         let Some(field) = value.field() else {
             return Err(Failure::Usage(format!("`--at` takes a field or a solid, and this is a {}", value.ty())));
         };
+        let points = match points {
+            Points::Canvas(points) => points.clone(),
+            Points::Space(points) => {
+                let atlas = self.atlas(node)?;
+                points.iter().map(|point| atlas.nearest(*point).unwrap_or_default()).collect()
+            }
+        };
         let grid = self.graph.canvas.grid(self.graph.canvas.resolution);
         let window = Window::full(UVec2::ONE);
-        let wanted: Vec<_> = points.iter().map(|point| (grid.centered_at(point.truncate()), window)).collect();
+        let wanted: Vec<_> = points.iter().map(|point| (grid.centered_at(*point), window)).collect();
         let (tiles, _) = self.session.rasters(self.graph, &field, &wanted, self.cancel, self.progress)?;
         let values = tiles.iter().flat_map(interleaved).collect();
         Ok(Data::Field(FieldData { ty: value.ty().name(), size: None, channels: field.channels(), values }))
+    }
+
+    /// The one atlas that a node rests on.
+    fn atlas(&self, node: NodeIndex) -> Result<Arc<Atlas>, Failure> {
+        let nodes = &self.graph.nodes;
+        let is_atlas = |index: &NodeIndex| nodes[*index].outputs.first() == Some(&Type::Atlas);
+        let upstream = Dfs::new(Reversed(nodes), node).iter(Reversed(nodes));
+        let found: Vec<NodeIndex> = upstream.filter(is_atlas).collect();
+        let [one] = found[..] else {
+            let names: Vec<String> = found.iter().map(|index| format!("`{}`", nodes[*index].name)).collect();
+            let message = match &names[..] {
+                [] => "this field is not that of a mesh: give one `x,y` a line".to_owned(),
+                _ => format!("this field rests on several meshes ({}): give one `x,y` a line", names.join(", ")),
+            };
+            return Err(Failure::Usage(message));
+        };
+        match self.session.value(self.graph, (one, 0), self.cancel, self.progress)? {
+            Value::Atlas(atlas) => Ok(atlas),
+            other => Err(Failure::Usage(format!("`{}` is a {}, not an atlas", nodes[one].name, other.ty()))),
+        }
     }
 }
 

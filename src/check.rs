@@ -1,5 +1,5 @@
 //! `shibo check`: all errors of graph files.
-use crate::args::{EngineArgs, ValueArgs};
+use crate::args::{EngineArgs, ValueArgs, resolution};
 use crate::interrupt;
 use crate::library;
 use crate::open;
@@ -13,12 +13,14 @@ use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
 use shibo_engine::session::Failure;
+use shibo_engine::value::Resolution;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
   shibo check calf.ron
   shibo check graphs/*.ron --format json     for editors and scripts
+  shibo check calf.ron --resolution 65536    also what would not fit the memory at that size
   shibo check calf.ron --verify              also prove that the cache gives what a cold run gives (slow)";
 
 /// Report all errors of graph files.
@@ -34,6 +36,9 @@ pub(crate) struct CheckArgs {
     /// Compute everything with and without the cache, and compare the bytes.
     #[arg(long)]
     verify: bool,
+    /// The pixels of pictures, instead of the graph's: of the longer side, or width and height.
+    #[arg(long, value_name = "N|WxH", value_parser = resolution)]
+    resolution: Option<Resolution>,
     #[command(flatten)]
     values: ValueArgs,
     #[command(flatten)]
@@ -73,10 +78,11 @@ pub(crate) fn run(args: &CheckArgs, terminal: &Terminal) -> Result<(), Quit> {
 }
 
 fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Quit> {
-    let loaded = open::load(path, &library::registry(), &args.values, None);
+    let loaded = open::load(path, &library::registry(), &args.values, args.resolution);
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
         diagnostics.extend(graph.advice());
+        diagnostics.extend(graph.too_large(u64::from(args.engine.memory) << 20));
         if args.verify {
             diagnostics.extend(verify(graph, args, terminal)?);
         }

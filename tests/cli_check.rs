@@ -156,3 +156,32 @@ fn control_characters_never_reach_the_terminal() {
     let ran = desk.run(["check", "--\u{1b}]0;owned\u{7}"]).expect(2);
     assert!(!ran.stderr.contains(['\u{1b}', '\u{7}']), "{:?}", ran.stderr);
 }
+
+/// What needs memory for the whole picture is told beforehand, if it is too much; all else works in any memory.
+#[test]
+fn whole_pictures_that_do_not_fit_are_told_beforehand() {
+    let desk = Desk::new();
+    desk.write(
+        "w.ron",
+        r#"( version: 1, canvas: (size_mm: 40, resolution: 512, tile: Both), nodes: {
+            "noise": Perlin(size: 9), "pieces": FloodFill(mask: "noise"), "few": FloodFill(mask: "noise", resolution: 2048),
+            "normal": HeightToNormal(input: "noise"), "height": NormalToHeight(input: "normal"),
+            "mean": RegionAverage(input: "noise", ids: "pieces"), "unused": FloodFill(mask: "noise"),
+            "last": RegionAverage(input: "noise", ids: "few"),
+            "all": Blend(base: "mean", top: Blend(base: "height", top: "last")),
+        }, outputs: { "o": "all" } )"#,
+    );
+    let told = |args: &str| {
+        let ran = desk.shibo(&format!("check w.ron --format json {args}")).expect(0);
+        let of = |w: &serde_json::Value| w["message"].as_str().unwrap().split('`').nth(1).unwrap().to_owned();
+        let warnings = ran.json()["warnings"].as_array().unwrap().clone();
+        warnings.iter().filter(|w| w["message"].as_str().unwrap().contains("whole picture")).map(of).collect::<Vec<_>>()
+    };
+    assert_eq!(told(""), Vec::<String>::new());
+    // 10 bytes a pixel, 20 or more, 16 and 16.
+    assert_eq!(told("--resolution 16384"), ["pieces", "height", "mean", "last"]);
+    assert_eq!(told("--resolution 16384 --memory 4000"), ["height", "mean", "last"]);
+    // A render says the same.
+    let ran = desk.shibo("render w.ron --memory 16 --resolution 4096 --no-cache").expect(1);
+    assert!(ran.stderr.contains("whole picture needs 160 MiB") || ran.stderr.contains("too-large"), "{}", ran.stderr);
+}

@@ -86,7 +86,7 @@ fn fields_of_a_mesh_are_taken_at_places_in_space() {
     let graph = r#"( version: 1, canvas: (size_mm: 120, resolution: 2048, tile: None), nodes: {
         "box": MeshShape(shape: Cube, size: (60, 40, 20)), "atlas": MeshAtlas(mesh: "box", charts: New),
         "places": BakePosition(atlas: "atlas"), "other": MeshAtlas(mesh: "box"),
-        "two": Blend(a: "places", b: BakePosition(atlas: "other")),
+        "two": Blend(base: "places", top: BakePosition(atlas: "other")),
     }, outputs: { "o": "places" } )"#;
     desk.write("m.ron", graph);
     // Beside a face, on an edge, beyond a corner.

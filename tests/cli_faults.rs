@@ -97,11 +97,11 @@ fn a_full_disk_ends_strips_that_wait() {
     desk.shibo("render a.ron --resolution 16 --no-cache").expect(0);
     let before = desk.read("out/mask.png");
     let shibo = assert_cmd::cargo::cargo_bin!("shibo");
-    // Blocks of 512 bytes: room for the first strip of a picture, 1024 columns wide, not for all.
-    let room = 2304 * 1400 * 4 / 512;
+    // Blocks of 512 bytes: room for the first strip of a picture, at most half as wide, not for all.
+    let room = 4608 * 3200 * 4 / 512;
     let mut limited = std::process::Command::new("sh");
     limited.current_dir(desk.path(".")).arg("-c").arg(format!(
-        "trap '' XFSZ; ulimit -f {room}; exec '{}' render a.ron --resolution 2304 --memory 24 --no-cache",
+        "trap '' XFSZ; ulimit -f {room}; exec '{}' render a.ron --resolution 4608 --memory 24 --no-cache",
         shibo.display()
     ));
     let ran = finish(limited);

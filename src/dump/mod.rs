@@ -20,7 +20,7 @@ use petgraph::visit::{Dfs, Reversed, Walker};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Session};
-use shibo_engine::value::{Atlas, Field, Number, Resolution, Tile, Type, Value, Window};
+use shibo_engine::value::{Atlas, Carried, Field, Number, Resolution, Tile, Value, Window};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -160,7 +160,7 @@ impl Source<'_> {
     /// The one atlas that a node rests on.
     fn atlas(&self, node: NodeIndex) -> Result<Arc<Atlas>, Failure> {
         let nodes = &self.graph.nodes;
-        let is_atlas = |index: &NodeIndex| nodes[*index].outputs.first() == Some(&Type::Atlas);
+        let is_atlas = |index: &NodeIndex| nodes[*index].outputs.first() == Some(&Atlas::TYPE);
         let upstream = Dfs::new(Reversed(nodes), node).iter(Reversed(nodes));
         let found: Vec<NodeIndex> = upstream.filter(is_atlas).collect();
         let [one] = found[..] else {
@@ -171,10 +171,8 @@ impl Source<'_> {
             };
             return Err(Failure::Usage(message));
         };
-        match self.session.value(self.graph, (one, 0), self.cancel, self.progress)? {
-            Value::Atlas(atlas) => Ok(atlas),
-            other => Err(Failure::Usage(format!("`{}` is a {}, not an atlas", nodes[one].name, other.ty()))),
-        }
+        let value = self.session.value(self.graph, (one, 0), self.cancel, self.progress)?;
+        Atlas::unwrap(value).ok_or_else(|| Failure::Usage(format!("`{}` is not an atlas", nodes[one].name)))
     }
 }
 

@@ -32,6 +32,7 @@ mod ports;
 mod read;
 mod remedy;
 mod report;
+mod room;
 mod scope;
 mod spared;
 mod storage;

@@ -60,6 +60,8 @@ pub trait DynNode: Send + Sync {
     fn advice(&self, canvas: &Canvas) -> Vec<Problem>;
     /// See [`Node::tiling`].
     fn tiling(&self, canvas: &Canvas) -> Tiling;
+    /// See [`Node::whole_bytes`]; at the canvas' resolution.
+    fn whole_bytes(&self, canvas: &Canvas) -> u64;
     /// See [`Node::makes_tile`].
     fn makes_tile(&self) -> bool;
     /// See [`Node::files`].
@@ -119,6 +121,10 @@ impl<T: Node> DynNode for T {
 
     fn tiling(&self, canvas: &Canvas) -> Tiling {
         Node::tiling(self, &CanvasFacts::of::<T>(canvas))
+    }
+
+    fn whole_bytes(&self, canvas: &Canvas) -> u64 {
+        Node::whole_bytes(self, canvas.resolution, &CanvasFacts::of::<T>(canvas))
     }
 
     fn makes_tile(&self) -> bool {

@@ -58,6 +58,7 @@ pub use spelling::spell_number;
 
 use crate::diagnostics::Problem;
 use crate::value::{ChannelSet, Stop, Tiling, Type};
+use glam::UVec2;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -173,6 +174,12 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     /// Whether it repeats as [`tiling`](Self::tiling) says even where its inputs do not: it makes them tile.
     fn makes_tile(&self) -> bool {
         false
+    }
+
+    /// The bytes that it needs at least to hold of a whole picture of so many pixels; 0 for a node that works by tiles. With them
+    /// `check` tells beforehand what will not fit the memory.
+    fn whole_bytes(&self, _pixels: UVec2, _canvas: &CanvasFacts) -> u64 {
+        0
     }
 
     /// The files it reads, with the parameter that names each. They are read while the node is evaluated, or when the first

@@ -4,12 +4,14 @@
 //! which is read once for each resolution. Cost: O(pixels), and 8 bytes of memory a pixel.
 use super::region_coordinates::Coordinates;
 use super::whole::whole;
-use glam::DVec2;
+use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{
+    Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window,
+};
 use shibo_kernel::region::flood;
 
 /// Numbers the pieces of a mask: what is at least ½ and hangs together by the sides of pixels is one piece.
@@ -96,9 +98,12 @@ impl FieldSource for Filled {
     }
 
     fn prepare_bytes(&self, grid: &Grid) -> u64 {
-        10 * whole(self.size, grid, self.resolution).1.len() as u64
+        PIXEL_BYTES * whole(self.size, grid, self.resolution).1.len() as u64
     }
 }
+
+/// The memory for a pixel while pieces are numbered.
+const PIXEL_BYTES: u64 = 10;
 
 impl Node for FloodFill {
     const OUTPUTS: &'static [Output] = &[
@@ -110,6 +115,11 @@ impl Node for FloodFill {
         Output::new("box", Type::Vec2, "Width and height of the bounding box.").in_unit("mm"),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn whole_bytes(&self, pixels: UVec2, canvas: &CanvasFacts) -> u64 {
+        let pixels = self.resolution.map_or(pixels, |longer| Resolution::Longer(longer).of(canvas.size_mm()));
+        PIXEL_BYTES * u64::from(pixels.x) * u64::from(pixels.y)
+    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (mask, size) = (cx.get(&self.mask)?, cx.size_mm());

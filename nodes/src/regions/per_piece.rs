@@ -84,6 +84,11 @@ where
 
     fn prepare_bytes(&self, grid: &Grid) -> u64 {
         let channels = 1 + self.input.as_ref().map_or(0, Field::channels);
-        8 * (channels * whole(self.size, grid, None).1.len()) as u64
+        of_pieces(whole(self.size, grid, None).1.len() as u64, channels as u64)
     }
+}
+
+/// The bytes that measuring the pieces of a whole picture takes; `channels` are the numbers of pieces and what is measured.
+pub(super) fn of_pieces(pixels: u64, channels: u64) -> u64 {
+    8 * pixels * channels
 }

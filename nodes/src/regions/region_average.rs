@@ -1,11 +1,11 @@
 //! [`RegionAverage`]: the mean over every piece.
 //!
 //! Sums over the whole picture at its own resolution. Cost: O(pixels).
-use super::per_piece::PerPiece;
-use glam::DVec2;
+use super::per_piece::{PerPiece, of_pieces};
+use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::axes::Picture;
@@ -49,6 +49,10 @@ fn means(picture: &Picture<'_>, pieces: &Pieces, input: Option<&Tile>) -> Vec<[f
 impl Node for RegionAverage {
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The mean over the piece.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
+
+    fn whole_bytes(&self, pixels: UVec2, _canvas: &CanvasFacts) -> u64 {
+        of_pieces(u64::from(pixels.x) * u64::from(pixels.y), 2)
+    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (input, ids) = (cx.get(&self.input)?, cx.get(&self.ids)?);

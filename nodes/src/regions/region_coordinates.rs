@@ -2,11 +2,11 @@
 //!
 //! Bounding boxes, second moments and extents of whole pieces, see [`kernel::axes`](shibo_kernel::region::axes). Cost:
 //! O(pixels), and the numbers once more for each output.
-use super::per_piece::PerPiece;
-use glam::DVec2;
+use super::per_piece::{PerPiece, of_pieces};
+use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -181,6 +181,10 @@ impl Node for RegionCoordinates {
         Output::new("box", Type::Vec2, "Its length and width along its own axes.").in_unit("mm"),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
+
+    fn whole_bytes(&self, pixels: UVec2, _canvas: &CanvasFacts) -> u64 {
+        of_pieces(u64::from(pixels.x) * u64::from(pixels.y), 1)
+    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let hash = Hash::new(cx.seed(self.seed));

@@ -1,10 +1,12 @@
 //! [`RegionGradient`]: a slope over every piece.
 //!
 //! The x of [`RegionCoordinates`](super::RegionCoordinates) from 0 to 1. Cost: O(pixels).
+use super::per_piece::of_pieces;
 use super::region_coordinates::{Coordinates, PieceAxis};
+use glam::UVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 
@@ -49,6 +51,10 @@ impl Default for RegionGradient {
 impl Node for RegionGradient {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The gradient, 0..1.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
+
+    fn whole_bytes(&self, pixels: UVec2, _canvas: &CanvasFacts) -> u64 {
+        of_pieces(u64::from(pixels.x) * u64::from(pixels.y), 1)
+    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let hash = Hash::new(cx.seed(self.seed));

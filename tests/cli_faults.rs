@@ -3,7 +3,7 @@
 mod support;
 
 use std::time::{Duration, Instant};
-use support::{Desk, finish};
+use support::{Desk, WIDE, finish};
 
 #[test]
 fn previous_outputs_survive_errors() {
@@ -93,15 +93,16 @@ fn a_full_disk_leaves_the_old_files() {
 #[test]
 #[cfg(unix)]
 fn a_full_disk_ends_strips_that_wait() {
-    let desk = Desk::with_graph();
+    let desk = Desk::new();
+    desk.write("a.ron", WIDE);
     desk.shibo("render a.ron --resolution 16 --no-cache").expect(0);
     let before = desk.read("out/mask.png");
     let shibo = assert_cmd::cargo::cargo_bin!("shibo");
     // Blocks of 512 bytes: room for the first strip of a picture, at most half as wide, not for all.
-    let room = 4608 * 3200 * 4 / 512;
+    let room = 2304 * 1700 * 4 / 512;
     let mut limited = std::process::Command::new("sh");
     limited.current_dir(desk.path(".")).arg("-c").arg(format!(
-        "trap '' XFSZ; ulimit -f {room}; exec '{}' render a.ron --resolution 4608 --memory 24 --no-cache",
+        "trap '' XFSZ; ulimit -f {room}; exec '{}' render a.ron --resolution 2304 --memory 16 --no-cache",
         shibo.display()
     ));
     let ran = finish(limited);

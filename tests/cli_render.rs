@@ -3,7 +3,7 @@
 mod support;
 
 use serde_json::Value as Json;
-use support::{Desk, GRAPH, samples};
+use support::{Desk, GRAPH, WIDE, samples};
 
 #[test]
 fn all_outputs_are_written_and_named() {
@@ -216,12 +216,13 @@ fn a_plan_beyond_the_budget_is_refused() {
 
 #[test]
 fn wide_pictures_are_made_in_strips_of_the_same_bytes() {
-    let desk = Desk::with_graph();
-    let render = "render a.ron --no-cache --quiet --format exr --resolution 4608";
+    let desk = Desk::new();
+    desk.write("a.ron", WIDE);
+    let render = "render a.ron --no-cache --quiet --format exr --resolution 2304";
     desk.shibo(&format!("{render} -o whole")).expect(0);
-    desk.shibo(&format!("{render} -o strips --memory 24")).expect(0);
-    desk.shibo(&format!("{render} -o part --memory 24 --region 100,200,4400,900")).expect(0);
-    desk.shibo(&format!("{render} -o crop --region 100,200,4400,900")).expect(0);
+    desk.shibo(&format!("{render} -o strips --memory 16")).expect(0);
+    desk.shibo(&format!("{render} -o part --memory 16 --region 100,200,2000,300")).expect(0);
+    desk.shibo(&format!("{render} -o crop --region 100,200,2000,300")).expect(0);
     for (a, b) in [("whole", "strips"), ("crop", "part")] {
         let names = desk.names(a);
         assert_eq!(names, desk.names(b), "the files that wait are gone");

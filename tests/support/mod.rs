@@ -5,6 +5,20 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+/// A graph of which many rows of many fields are read at a time: within 16 MiB, pictures of 2304² are made in strips.
+pub(crate) const WIDE: &str = r#"(
+  version: 1,
+  canvas: (size_mm: 100, resolution: 128, tile: Both, seed: 1),
+  nodes: {
+    "noise": Perlin(size: 9),
+    "soft": Blur(input: "noise", radius: 1.5),
+    "softer": Blur(input: "soft", radius: 1.5),
+    "both": Math(operation: Add, a: "noise", b: "softer"),
+    "edges": Math(operation: Subtract, a: "soft", b: "softer"),
+  },
+  outputs: { "bumps": "both", "mask": "edges" },
+)"#;
+
 /// A small graph that uses fields and objects.
 pub(crate) const GRAPH: &str = r#"(
   version: 1,

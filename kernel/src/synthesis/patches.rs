@@ -7,25 +7,42 @@ use super::table::Table;
 use super::texels::{Texels, mirrored};
 use crate::ground::window::{index, offset};
 
-/// What is compared of a pixel: its channels, or their principal components where there are more.
-pub(super) type Shade = [f32; 4];
+/// What is compared of a pixel: its channels, or their principal components where there are more; as whole numbers of steps.
+pub(super) type Shade = [i16; 4];
+
+/// The most that is compared of a pixel, in either direction: then sums over a patch of 7×7 pixels fit 32 bits.
+const MOST: f32 = 1600.0;
+
+/// The most pixels on a side of a patch.
+pub(super) const SIDE: usize = 7;
+
+/// What a result shows around a pixel: rows of a patch, each of a whole number of vectors; what lies beyond a patch is not
+/// compared.
+pub(super) type Shown = [[i16; 32]; SIDE];
 
 /// The factor on the distance of patches that are not whole, because they reach beyond the exemplar.
 const BEYOND: f32 = 1.5;
 
-/// A level's picture, padded so far that whatever a neighbour predicts is there with all that lies around it.
+/// A level's picture, padded so far that whatever a neighbour predicts is there with all that lies around it. Pixels at
+/// multiples of the spacing from each other lie side by side: one grid for each of the `h`² places of the first of them.
 pub(super) struct Patches {
-    /// Spacing in finest pixels.
-    pub(super) h: usize,
     /// How far patches reach, in pixels of the level.
     pub(super) reach: usize,
+    /// The logarithm of the spacing in finest pixels.
+    log: u32,
+    /// Columns of a grid, and its pixels.
     stride: usize,
+    cells: usize,
     pad: usize,
+    /// The squared difference of pixels that differ by one step.
+    unit: f32,
     shades: Vec<Shade>,
     /// What a patch's distance is multiplied by; infinite where nothing may be shown.
     worth: Vec<f32>,
     /// The index in the level's tables; of the border outside.
     known: Vec<u32>,
+    /// The bin in which its use is counted.
+    bins: Vec<u32>,
     /// Where the padding of sides that join leads; empty if none do.
     home: Vec<u32>,
 }
@@ -34,20 +51,24 @@ impl Patches {
     /// The patches of a level from its picture.
     pub(super) fn new(image: &Texels<f32>, table: &Table, reach: usize) -> Self {
         let Plane { w, h: rows, wrap } = image.plane;
-        let (h, pad) = (table.h, 2 * reach * table.h);
-        let stride = w + 2 * pad;
-        let count = stride * (rows + 2 * pad);
-        let shades = shades(image);
+        let (h, pad) = (table.h, 2 * reach);
+        let (stride, lines) = (w.div_ceil(h) + 2 * pad, rows.div_ceil(h) + 2 * pad);
+        let cells = stride * lines;
+        let count = h * h * cells;
+        let (shades, unit) = shades(image);
         let margin = index(reach * h);
         let whole = |k: i32, n: usize, wrap: bool| wrap || (margin..index(n) - margin).contains(&k);
         let mut made = Self {
-            h,
             reach,
+            log: h.ilog2(),
             stride,
+            cells,
             pad,
+            unit,
             shades: Vec::with_capacity(count),
             worth: Vec::with_capacity(count),
             known: Vec::with_capacity(count),
+            bins: Vec::with_capacity(count),
             home: Vec::new(),
         };
         for p in 0..count {
@@ -55,6 +76,7 @@ impl Patches {
             made.shades.push(shades[mirrored(y, rows, wrap[1]) * w + mirrored(x, w, wrap[0])]);
             let at = table.at([index(Plane::bring(x, w, wrap[0])), index(Plane::bring(y, rows, wrap[1]))]);
             made.known.push(at);
+            made.bins.push(narrow(table.bin_at(at)));
             made.worth.push(if !table.holds([x, y]) || !table.is_valid(at) {
                 f32::INFINITY
             } else if whole(x, w, wrap[0]) && whole(y, rows, wrap[1]) {
@@ -73,13 +95,19 @@ impl Patches {
     }
 
     fn place(&self, p: usize) -> [i32; 2] {
-        [index(p % self.stride) - index(self.pad), index(p / self.stride) - index(self.pad)]
+        let (grid, cell) = (p / self.cells, p % self.cells);
+        let axis = |k: usize, first: usize| ((index(k) - index(self.pad)) << self.log) + index(first);
+        let first = [grid & ((1 << self.log) - 1), grid >> self.log];
+        [axis(cell % self.stride, first[0]), axis(cell / self.stride, first[1])]
     }
 
     /// The index of exemplar pixel (x, y), which may lie in the padding.
     #[inline(always)]
     pub(super) fn at(&self, [x, y]: [i32; 2]) -> u32 {
-        narrow(offset(y + index(self.pad)) * self.stride + offset(x + index(self.pad)))
+        let last = (1 << self.log) - 1;
+        let grid = (offset(y & last) << self.log) + offset(x & last);
+        let cell = |k: i32| offset((k >> self.log) + index(self.pad));
+        narrow(grid * self.cells + cell(y) * self.stride + cell(x))
     }
 
     /// The exemplar pixel of an index.
@@ -94,10 +122,16 @@ impl Patches {
         self.known[at as usize]
     }
 
+    /// The bin in which use is counted.
+    #[inline(always)]
+    pub(super) fn bin(&self, at: u32) -> usize {
+        self.bins[at as usize] as usize
+    }
+
     /// What is added to an index to go (x, y) pixels of the level on.
     #[inline(always)]
     pub(super) fn step(&self, x: i32, y: i32) -> u32 {
-        (index(self.h) * (y * index(self.stride) + x)).cast_unsigned()
+        (y * index(self.stride) + x).cast_unsigned()
     }
 
     /// An index brought inside where sides join.
@@ -116,11 +150,14 @@ impl Patches {
         at: impl Fn(usize) -> u32,
     ) -> u32 {
         let Plane { w, h, wrap } = region.plane;
+        let near = Plane::bring(y + dy, h, wrap[1]) * w + Plane::bring(x + dx, w, wrap[0]);
         // Across joined sides, it may be nearer than usual.
         let beyond = region.beyond(x + dx, y + dy);
-        let shift = (beyond[1] * index(self.stride) + beyond[0]).cast_unsigned();
-        let near = Plane::bring(y + dy, h, wrap[1]) * w + Plane::bring(x + dx, w, wrap[0]);
-        self.home(at(near).wrapping_sub(self.step(dx, dy)).wrapping_add(shift))
+        if beyond == [0, 0] {
+            return self.home(at(near).wrapping_sub(self.step(dx, dy)));
+        }
+        let from = self.pixel(at(near));
+        self.home(self.at([0, 1].map(|d| from[d] + beyond[d] - ([dx, dy][d] << self.log))))
     }
 
     /// What the distance of the patch around an index is multiplied by; infinite where nothing may be shown.
@@ -135,45 +172,70 @@ impl Patches {
         &self.shades[at as usize]
     }
 
-    /// The squared distance of the patch around an index from one that is shown; infinite where it is above `most`.
+    /// The squared difference of pixels that differ by one step of one number of a [`Shade`].
     #[inline(always)]
-    pub(super) fn distance(&self, shown: &[Shade], at: u32, most: f32) -> f32 {
-        let side = 2 * self.reach + 1;
-        let mut first = at as usize - self.reach * self.h * (self.stride + 1);
-        let mut sums = [0.0f32; 4];
-        let mut sum = 0.0;
-        for row in shown.chunks_exact(side) {
-            let own = self.shades[first..first + (side - 1) * self.h + 1].iter().step_by(self.h);
-            for (v, e) in row.iter().zip(own) {
-                for c in 0..4 {
-                    let d = v[c] - e[c];
-                    sums[c] += d * d;
-                }
+    pub(super) fn unit(&self) -> f32 {
+        self.unit
+    }
+
+    /// How many steps squared make a squared difference of 1.
+    #[inline(always)]
+    pub(super) fn per_unit(&self) -> f32 {
+        1.0 / self.unit
+    }
+
+    /// The squared distance of the patch of `N`² pixels around an index from one that is shown, in steps; of its first rows
+    /// only where those are above `most`.
+    #[inline(always)]
+    pub(super) fn distance<const N: usize>(&self, shown: &Shown, at: u32, most: i32) -> i32 {
+        let mask = const { mask(N) };
+        let mut first = at as usize - (N / 2) * (self.stride + 1);
+        let mut sum = 0i32;
+        for (k, row) in shown.iter().enumerate().take(N) {
+            let own = self.shades[first..first + 8].as_flattened();
+            for ((a, b), mask) in row.iter().zip(own).zip(&mask) {
+                let d = i32::from(a.wrapping_sub(*b) & mask);
+                sum += d * d;
             }
-            sum = (sums[0] + sums[2]) + (sums[1] + sums[3]);
-            if sum > most {
-                return f32::INFINITY;
+            if k & 1 == 1 && sum > most {
+                break;
             }
-            first += self.h * self.stride;
+            first += self.stride;
         }
         sum
     }
 }
 
-/// What is compared of every pixel of a picture.
-fn shades(image: &Texels<f32>) -> Vec<Shade> {
-    let pixels = image.data.chunks_exact(image.channels);
-    if image.channels <= 4 {
-        return pixels.map(|v| std::array::from_fn(|c| v.get(c).copied().unwrap_or(0.0))).collect();
+/// Which numbers of a row belong to a patch of `n` columns.
+const fn mask(n: usize) -> [i16; 32] {
+    let mut mask = [0; 32];
+    let mut k = 0;
+    while k < 4 * n {
+        mask[k] = -1;
+        k += 1;
     }
-    let matrix = principal(&image.data, image.channels, 4);
-    pixels
-        .map(|v| {
+    mask
+}
+
+/// What is compared of every pixel of a picture, and the squared difference of pixels that differ by one step.
+fn shades(image: &Texels<f32>) -> (Vec<Shade>, f32) {
+    let pixels = image.data.chunks_exact(image.channels);
+    let values: Vec<[f32; 4]> = if image.channels <= 4 {
+        pixels.map(|v| std::array::from_fn(|c| v.get(c).copied().unwrap_or(0.0))).collect()
+    } else {
+        let matrix = principal(&image.data, image.channels, 4);
+        let projected = |v: &[f32]| {
             let mut out = [0.0; 4];
             for (v, row) in v.iter().zip(&matrix) {
                 out.iter_mut().zip(row).for_each(|(out, m)| *out += v * m);
             }
             out
-        })
-        .collect()
+        };
+        pixels.map(projected).collect()
+    };
+    let most = values.as_flattened().iter().fold(0.0f32, |most, v| most.max(v.abs()));
+    let scale = if most > 0.0 { MOST / most } else { 1.0 };
+    #[expect(clippy::cast_possible_truncation, reason = "at most MOST")]
+    let rounded = |v: &[f32; 4]| v.map(|v| (v * scale).round() as i16);
+    (values.iter().map(rounded).collect(), 1.0 / (scale * scale))
 }

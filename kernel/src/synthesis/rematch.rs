@@ -6,7 +6,7 @@
 //! that look like them, and at random around the best one (C. Barnes et al., 2009). Nothing far away is read, and a pass
 //! writes nothing that it reads. Cost: O(pixels near joints · patches tried · pixels of a patch).
 use super::coverage::Factors;
-use super::patches::{Patches, Shade};
+use super::patches::{Patches, SIDE, Shade, Shown};
 use super::plane::Plane;
 use super::region::Region;
 use super::table::Table;
@@ -67,16 +67,38 @@ pub(super) fn mend(
 ) {
     let patches = Patches::new(image, table, reach(table.h));
     map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.at(table.pixel(*at)));
+    let (ways, reach) = (ways(&patches, region.plane), index(patches.reach));
     let mut found: Vec<Found> = Vec::new();
+    let mut before: Vec<u32> = Vec::new();
     for k in 0..rounds {
         let hash = terms.hash.with(u64::from(k));
-        let active = spread(&torn(&patches, region, map), region.plane, index(patches.reach));
-        let search = Search { table, patches: &patches, region, terms, hash, map, active: &active, last: &found };
-        found = search.all();
-        let near = spread(&active, region.plane, vote::REACH.min(index(patches.reach)));
-        vote::vote(&patches, region, &found, (&near, terms.fixed), map);
+        let near = spread(&torn(&patches, region, map), region.plane, reach);
+        // Where nothing has changed, nothing else would be found.
+        let fresh = if before.is_empty() {
+            near.clone()
+        } else {
+            let changed: Vec<bool> = map.iter().zip(&before).map(|(now, before)| now != before).collect();
+            let changed = spread(&changed, region.plane, 1);
+            near.iter().zip(changed).map(|(near, changed)| *near && changed).collect()
+        };
+        let search = Search { table, patches: &patches, region, terms, hash, map, near: &near, last: &found, ways };
+        found = search.all(&fresh);
+        before = map.to_vec();
+        let open = spread(&fresh, region.plane, vote::REACH.min(reach));
+        vote::vote(&patches, region, &found, (&open, terms.fixed), map);
     }
     map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.known(*at));
+}
+
+/// The neighbours of a pixel that are next to it, and those at the rim of its patch.
+fn ways(patches: &Patches, plane: Plane) -> [Way; 16] {
+    let reach = index(patches.reach);
+    std::array::from_fn(|k| {
+        let by = if k & 1 == 0 { 1 } else { reach };
+        let to = NEAR[k / 2].map(|d| d * by);
+        let away = (to[1] as isize * plane.w as isize + to[0] as isize).cast_unsigned();
+        Way { to, away, step: patches.step(to[0], to[1]) }
+    })
 }
 
 /// The pixels that the one to the right or below does not continue.
@@ -131,14 +153,30 @@ struct Search<'a> {
     hash: Hash,
     map: &'a [u32],
     /// The pixels whose patch is not simply a part of the exemplar.
-    active: &'a [bool],
+    near: &'a [bool],
     /// What was found in the round before; empty in the first.
     last: &'a [Found],
+    /// The neighbours that may be continued.
+    ways: [Way; 16],
 }
 
-/// The best patch so far.
-struct Best {
-    at: u32,
+/// A neighbour: how many columns and rows away, what is added to the index of a pixel to get to it where no side is near,
+/// and what its index in the exemplar is more by.
+#[derive(Clone, Copy)]
+struct Way {
+    to: [i32; 2],
+    away: usize,
+    step: u32,
+}
+
+/// A pixel for which the best patch is looked for.
+struct Query<'a> {
+    shown: Shown,
+    /// The factors for even use, by bin.
+    factors: Option<&'a [f32]>,
+    /// The wanted guide value and the weight of its squared difference.
+    guide: Option<(f32, f32)>,
+    best: u32,
     least: f32,
     /// What has been tried.
     tried: [u32; 32],
@@ -152,27 +190,40 @@ const NEAR: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1
 const NONE: f32 = 0.003;
 const POWER: f32 = -0.6;
 
+/// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a better one would only
+/// make more of the result alike.
+const ENOUGH: f32 = 0.04;
+
 /// How many patches are tried at random.
 const SEARCHES: u64 = 2;
 
 impl Search<'_> {
-    fn all(&self) -> Vec<Found> {
+    /// What the patches around all pixels are: looked up where that is `fresh`, else as it was, or what the result shows.
+    fn all(&self, fresh: &[bool]) -> Vec<Found> {
         let w = self.region.plane.w;
-        let seen: Vec<Shade> = self.map.iter().map(|&at| *self.patches.shade(at)).collect();
+        let mut seen: Vec<Shade> = vec![Shade::default(); self.map.len()];
+        let shade = |(seen, at): (&mut Shade, &u32)| *seen = *self.patches.shade(*at);
+        seen.par_iter_mut().zip(self.map).with_min_len(1024).for_each(shade);
         let sure = pow(NONE, POWER);
-        let mut found: Vec<Found> = self.map.iter().map(|&at| Found { at, weight: sure }).collect();
+        let mut found: Vec<Found> = vec![Found { at: 0, weight: 0.0 }; self.map.len()];
         found.par_chunks_mut(w).with_min_len(4).enumerate().for_each(|(y, row)| {
             simd::dispatch(
                 #[inline(always)]
                 || {
-                    let mut shown = Vec::new();
-                    for (x, out) in row.iter_mut().enumerate().filter(|(x, _)| self.active[y * w + x]) {
-                        if self.skips(x, y) {
-                            out.weight = 0.0;
-                            continue;
-                        }
-                        self.show(&seen, (x, y), &mut shown);
-                        *out = self.find((x, y), &shown);
+                    for (x, out) in row.iter_mut().enumerate() {
+                        let p = y * w + x;
+                        let skips = self.skips(x, y);
+                        *out = if fresh[p] && !skips {
+                            if self.patches.reach == 3 {
+                                self.find::<7>((x, y), &seen)
+                            } else {
+                                self.find::<5>((x, y), &seen)
+                            }
+                        } else if self.near[p] && !self.last.is_empty() {
+                            self.last[p]
+                        } else {
+                            Found { at: self.map[p], weight: if skips { 0.0 } else { sure } }
+                        };
                     }
                 },
             );
@@ -184,92 +235,122 @@ impl Search<'_> {
     #[inline(always)]
     fn skips(&self, x: usize, y: usize) -> bool {
         let [first, top] = self.region.start;
-        self.region.h == 1 && ((first + index(x)) & 1 == 1 || (top + index(y)) & 1 == 1)
+        vote::sparse(self.region) && ((first + index(x)) | (top + index(y))) & 1 == 1
     }
 
     /// What the result shows around a pixel.
     #[inline(always)]
-    fn show(&self, seen: &[Shade], (x, y): (usize, usize), shown: &mut Vec<Shade>) {
+    fn show<const N: usize>(&self, seen: &[Shade], (x, y): (usize, usize)) -> Shown {
         let Plane { w, h, wrap } = self.region.plane;
-        let reach = self.patches.reach;
-        let r = index(reach);
-        shown.clear();
-        for dy in -r..=r {
-            let row = &seen[Plane::bring(index(y) + dy, h, wrap[1]) * w..][..w];
+        let reach = N / 2;
+        let mut shown = [[0; 32]; SIDE];
+        for (k, out) in shown.iter_mut().enumerate().take(N) {
+            let row = &seen[Plane::bring(index(y + k) - index(reach), h, wrap[1]) * w..][..w];
             if x >= reach && x + reach < w {
-                shown.extend_from_slice(&row[x - reach..=x + reach]);
+                out[..4 * N].copy_from_slice(row[x - reach..][..N].as_flattened());
             } else {
-                shown.extend((-r..=r).map(|dx| row[Plane::bring(index(x) + dx, w, wrap[0])]));
+                for k in 0..N {
+                    out[4 * k..][..4].copy_from_slice(&row[Plane::bring(index(x + k) - index(reach), w, wrap[0])]);
+                }
             }
         }
+        shown
     }
 
     /// The patch of the exemplar that is most like what is shown around a pixel.
     #[inline(always)]
-    fn find(&self, (x, y): (usize, usize), shown: &[Shade]) -> Found {
-        let (patches, plane) = (self.patches, self.region.plane);
-        let (p, place, r) = (y * plane.w + x, [index(x), index(y)], index(patches.reach));
+    fn find<const N: usize>(&self, (x, y): (usize, usize), seen: &[Shade]) -> Found {
+        let (patches, p) = (self.patches, y * self.region.plane.w + x);
         let own = self.map[p];
-        let factors = self.terms.factors.map(|factors| factors.of(x, y));
         let guide = self.terms.guide.get(p).copied().filter(|_| self.table.has_guide());
-        let weight = 2.0 * shown.len() as f32 * self.terms.guide_weight;
-        let mut best = Best { at: own, least: f32::INFINITY, tried: [u32::MAX; 32], count: 0 };
-        let test = simd::inlined(
-            #[inline(always)]
-            |best: &mut Best, at: u32| {
-                let mut factor = patches.worth(at);
-                if factor == f32::INFINITY || best.tried[..best.count].contains(&at) {
-                    return;
+        let mut query = Query {
+            shown: self.show::<N>(seen, (x, y)),
+            factors: self.terms.factors.map(|factors| factors.of(x, y)),
+            guide: guide.map(|guide| (guide, 2.0 * (N * N) as f32 * self.terms.guide_weight)),
+            best: own,
+            least: f32::INFINITY,
+            tried: [u32::MAX; 32],
+            count: 0,
+        };
+        self.test::<N>(&mut query, own);
+        let enough = if self.last.is_empty() { 0.0 } else { ENOUGH };
+        if query.least >= enough * (N * N) as f32 {
+            self.neighbours::<N>((x, y), &mut query);
+            for from in [query.best, own] {
+                for other in self.table.alike(patches.known(from)) {
+                    self.test::<N>(&mut query, patches.at(self.table.pixel(other)));
                 }
-                if best.count < best.tried.len() {
-                    best.tried[best.count] = at;
-                    best.count += 1;
-                }
-                if let Some(factors) = factors {
-                    factor *= factors[self.table.bin_at(patches.known(at))];
-                }
-                let off = guide.map_or(0.0, |guide| guide - self.table.guide(patches.known(at)));
-                let added = weight * (off * off);
-                let cost = (patches.distance(shown, at, best.least / factor - added) + added) * factor;
-                if cost < best.least {
-                    (best.at, best.least) = (at, cost);
-                }
-            },
-        );
-        test(&mut best, own);
-        for [dx, dy] in NEAR {
-            test(&mut best, patches.continued(self.region, place, [dx, dy], |q| self.map[q]));
-            test(&mut best, patches.continued(self.region, place, [dx * r, dy * r], |q| self.map[q]));
-            if !self.last.is_empty() && (dx == 0 || dy == 0) {
-                test(&mut best, patches.continued(self.region, place, [dx, dy], |q| self.last[q].at));
             }
+            self.wander::<N>((x, y), &mut query);
+        }
+        let fit = if query.least < f32::INFINITY { query.least / (N * N) as f32 } else { 1e6 };
+        Found { at: query.best, weight: pow(fit + NONE, POWER) }
+    }
+
+    /// Tries what continues the neighbours of a pixel, and what was found there in the round before.
+    #[inline(always)]
+    fn neighbours<const N: usize>(&self, (x, y): (usize, usize), query: &mut Query<'_>) {
+        let (patches, Plane { w, h, .. }, reach) = (self.patches, self.region.plane, N / 2);
+        let (p, place) = (y * w + x, [index(x), index(y)]);
+        let inner = x >= reach && y >= reach && x + reach < w && y + reach < h;
+        for way in &self.ways {
+            let at = if inner {
+                patches.home(self.map[p.wrapping_add(way.away)].wrapping_sub(way.step))
+            } else {
+                patches.continued(self.region, place, way.to, |q| self.map[q])
+            };
+            self.test::<N>(query, at);
         }
         if let Some(last) = self.last.get(p) {
-            test(&mut best, last.at);
-        }
-        for from in [best.at, own] {
-            for other in self.table.alike(patches.known(from)) {
-                test(&mut best, patches.at(self.table.pixel(other)));
+            self.test::<N>(query, last.at);
+            for to in [[0, -1], [-1, 0], [1, 0], [0, 1]] {
+                self.test::<N>(query, patches.continued(self.region, place, to, |q| self.last[q].at));
             }
         }
-        self.wander((x, y), &mut best, test);
-        let fit = if best.least < f32::INFINITY { best.least / shown.len() as f32 } else { 1e6 };
-        Found { at: best.at, weight: pow(fit + NONE, POWER) }
+    }
+
+    /// Tries a patch, if it has not been tried.
+    #[inline(always)]
+    fn test<const N: usize>(&self, query: &mut Query<'_>, at: u32) {
+        if query.tried.iter().fold(false, |tried, other| tried | (*other == at)) {
+            return;
+        }
+        query.tried[query.count & 31] = at;
+        query.count += 1;
+        let patches = self.patches;
+        let mut factor = patches.worth(at);
+        if factor == f32::INFINITY {
+            return;
+        }
+        if let Some(factors) = query.factors {
+            factor *= factors[patches.bin(at)];
+        }
+        let added = query.guide.map_or(0.0, |(wanted, weight)| {
+            let off = wanted - self.table.guide(patches.known(at));
+            weight * (off * off)
+        });
+        let most = query.least / factor - added;
+        #[expect(clippy::cast_possible_truncation, reason = "it saturates")]
+        let steps = (most * patches.per_unit()) as i32;
+        let cost = (patches.distance::<N>(&query.shown, at, steps) as f32 * patches.unit() + added) * factor;
+        if cost < query.least {
+            (query.best, query.least) = (at, cost);
+        }
     }
 
     /// Tries patches at random around the best one, nearer each time.
     #[inline(always)]
-    fn wander(&self, (x, y): (usize, usize), best: &mut Best, test: impl Fn(&mut Best, u32)) {
+    fn wander<const N: usize>(&self, (x, y): (usize, usize), query: &mut Query<'_>) {
         let Plane { w, h, wrap } = self.table.plane;
         let hash = self.hash.with(self.region.name(x, y));
         let mut radius = index(w.max(h)) / 2;
         for k in 0..SEARCHES {
             let word = hash.u64(k);
-            let [bx, by] = self.patches.pixel(best.at);
+            let [bx, by] = self.patches.pixel(query.best);
             let to = [bx + within(word, radius), by + within(word >> 32, radius)];
             if self.table.holds(to) {
                 let to = [Plane::bring(to[0], w, wrap[0]), Plane::bring(to[1], h, wrap[1])];
-                test(best, self.patches.at(to.map(index)));
+                self.test::<N>(query, self.patches.at(to.map(index)));
             }
             radius = (radius / 2).max(1);
         }

@@ -1,5 +1,5 @@
 //! The vote over what pixels show, once it is known which part of the exemplar the patches around them are.
-use super::patches::{Patches, Shade};
+use super::patches::Patches;
 use super::plane::Plane;
 use super::region::Region;
 use crate::ground::math::exp;
@@ -22,6 +22,11 @@ pub(super) struct Found {
     pub(super) weight: f32,
 }
 
+/// Whether only every second patch of every second row of a region is looked up: at the finest level that is enough.
+pub(super) fn sparse(region: &Region) -> bool {
+    region.h == 1
+}
+
 /// Lets the patches around every pixel that is `near` a joint, and not `fixed`, say what it shows.
 pub(super) fn vote(
     patches: &Patches,
@@ -32,17 +37,27 @@ pub(super) fn vote(
 ) {
     let w = region.plane.w;
     let reach = REACH.min(index(patches.reach));
-    let square = (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| [x, y]));
-    let around: Vec<([i32; 2], f32)> = square.map(|[x, y]| ([x, y], exp(-((x * x + y * y) as f32) / 8.0))).collect();
-    let election = Election { patches, region, found, around: &around, reach: offset(reach) };
+    let square: Vec<[i32; 2]> = (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| [x, y])).collect();
+    let around = |to: [i32; 2]| Around {
+        to,
+        away: (to[1] as isize * w as isize + to[0] as isize).cast_unsigned(),
+        step: patches.step(to[0], to[1]),
+        bell: exp(-((to[0] * to[0] + to[1] * to[1]) as f32) / 8.0),
+    };
+    // At the finest level only every second patch of every second row was looked up.
+    let lists = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|odd: [i32; 2]| {
+        let votes = |to: &[i32; 2]| !sparse(region) || [0, 1].iter().all(|&d| (to[d] + odd[d]) & 1 == 0);
+        square.iter().filter(|to| votes(to)).map(|to| around(*to)).collect()
+    });
+    let all: Vec<Around> = square.iter().map(|to| around(*to)).collect();
+    let election = Election { patches, region, found, lists: &lists, square: &all, reach: offset(reach) };
     map.par_chunks_mut(w).with_min_len(4).enumerate().for_each(|(y, row)| {
         simd::dispatch(
             #[inline(always)]
             || {
-                let mut votes = Vec::new();
                 for (x, out) in row.iter_mut().enumerate().filter(|(x, _)| near[y * w + x]) {
                     if !fixed.get(y * w + x).is_some_and(|fixed| *fixed) {
-                        *out = election.elect((x, y), *out, &mut votes);
+                        *out = election.elect((x, y), *out);
                     }
                 }
             },
@@ -54,63 +69,117 @@ struct Election<'a> {
     patches: &'a Patches,
     region: &'a Region,
     found: &'a [Found],
-    around: &'a [([i32; 2], f32)],
+    /// Those that vote for pixels of even and odd columns of even rows, then of odd ones.
+    lists: &'a [Vec<Around>; 4],
+    /// All of them.
+    square: &'a [Around],
     reach: usize,
 }
 
+/// A patch that votes: how many columns and rows away it lies, what is added to the index of a pixel to get to it where no
+/// side is near, what its index in the exemplar is more by, and what it counts by its distance.
+struct Around {
+    to: [i32; 2],
+    away: usize,
+    step: u32,
+    bell: f32,
+}
+
+/// What has been said of a pixel, and how much that counts.
+type Votes = [(u32, f32); 25];
+
 impl Election<'_> {
     #[inline(always)]
-    fn elect(&self, (x, y): (usize, usize), own: u32, votes: &mut Vec<(u32, f32)>) -> u32 {
-        let Plane { w, h, wrap } = self.region.plane;
-        let patches = self.patches;
-        let (ix, iy) = (index(x), index(y));
+    fn elect(&self, (x, y): (usize, usize), own: u32) -> u32 {
+        let Plane { w, h, .. } = self.region.plane;
         let inner = x >= self.reach && y >= self.reach && x + self.reach < w && y + self.reach < h;
-        let outside = |k: i32, n: usize, wrap: bool| !wrap && !(0..index(n)).contains(&k);
-        votes.clear();
-        let (mut mean, mut total) = ([0.0f32; 4], 0.0f32);
-        for &([dx, dy], bell) in self.around {
-            let q = if inner {
-                offset(iy + dy) * w + offset(ix + dx)
-            } else if outside(ix + dx, w, wrap[0]) || outside(iy + dy, h, wrap[1]) {
-                continue;
-            } else {
-                Plane::bring(iy + dy, h, wrap[1]) * w + Plane::bring(ix + dx, w, wrap[0])
-            };
-            let weight = self.found[q].weight * bell;
-            if weight == 0.0 {
-                continue;
+        let [first, top] = self.region.start;
+        let list = &self.lists[offset(((first + index(x)) & 1) + 2 * ((top + index(y)) & 1))];
+        let mut votes: Votes = [(0, 0.0); 25];
+        let (count, total) = if inner {
+            let said = |around: &Around| self.found[(y * w + x).wrapping_add(around.away)].at.wrapping_sub(around.step);
+            let at = said(&list[0]);
+            if list.iter().fold(true, |same, around| same & (said(around) == at)) {
+                let at = self.patches.home(at);
+                return if self.patches.worth(at) == f32::INFINITY { own } else { at };
             }
-            let at = if inner {
-                patches.home(self.found[q].at.wrapping_sub(patches.step(dx, dy)))
-            } else {
-                patches.continued(self.region, [ix, iy], [dx, dy], |q| self.found[q].at)
-            };
-            if patches.worth(at) == f32::INFINITY {
-                continue;
-            }
-            total += weight;
-            mean.iter_mut().zip(patches.shade(at)).for_each(|(mean, v)| *mean += weight * v);
-            match votes.iter_mut().find(|vote| vote.0 == at) {
-                Some(vote) => vote.1 += weight,
-                None => votes.push((at, weight)),
-            }
-        }
-        match votes[..] {
+            self.inner(y * w + x, list, &mut votes)
+        } else {
+            self.border([index(x), index(y)], &mut votes)
+        };
+        match &votes[..count] {
             [] => own,
-            [(at, _)] => at,
-            _ => self.best(votes, &mean.map(|v| v / total), total),
+            [(at, _)] => *at,
+            votes => self.best(votes, total),
         }
+    }
+
+    /// The votes where no side is near; the place of each is there.
+    #[inline(always)]
+    fn inner(&self, p: usize, list: &[Around], votes: &mut Votes) -> (usize, f32) {
+        let (mut count, mut total, mut last) = (0, 0.0, 0);
+        for around in list {
+            let found = &self.found[p.wrapping_add(around.away)];
+            let at = self.patches.home(found.at.wrapping_sub(around.step));
+            self.add((at, found.weight * around.bell), votes, &mut count, &mut total, &mut last);
+        }
+        (count, total)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn border(&self, [x, y]: [i32; 2], votes: &mut Votes) -> (usize, f32) {
+        let Plane { w, h, wrap } = self.region.plane;
+        let outside = |k: i32, n: usize, wrap: bool| !wrap && !(0..index(n)).contains(&k);
+        let (mut count, mut total, mut last) = (0, 0.0, 0);
+        for &Around { to: [dx, dy], bell, .. } in self.square {
+            if outside(x + dx, w, wrap[0]) || outside(y + dy, h, wrap[1]) {
+                continue;
+            }
+            let weight =
+                self.found[Plane::bring(y + dy, h, wrap[1]) * w + Plane::bring(x + dx, w, wrap[0])].weight * bell;
+            if weight > 0.0 {
+                let at = self.patches.continued(self.region, [x, y], [dx, dy], |q| self.found[q].at);
+                self.add((at, weight), votes, &mut count, &mut total, &mut last);
+            }
+        }
+        (count, total)
+    }
+
+    #[inline(always)]
+    fn add(&self, (at, weight): (u32, f32), votes: &mut Votes, count: &mut usize, total: &mut f32, last: &mut usize) {
+        if *count > 0 && votes[*last].0 == at {
+            votes[*last].1 += weight;
+        } else if let Some(k) = votes[..*count].iter().position(|vote| vote.0 == at) {
+            votes[k].1 += weight;
+            *last = k;
+        } else if self.patches.worth(at) == f32::INFINITY {
+            return;
+        } else {
+            votes[*count] = (at, weight);
+            *last = *count;
+            *count += 1;
+        }
+        *total += weight;
     }
 
     /// Of what was said, what is most like the mean of it, and most often said.
     #[inline(always)]
-    fn best(&self, votes: &[(u32, f32)], mean: &Shade, total: f32) -> u32 {
+    fn best(&self, votes: &[(u32, f32)], total: f32) -> u32 {
+        let (scale, unit) = (1.0 / total, self.patches.unit());
+        let mut mean = [0.0f32; 4];
+        for &(at, weight) in votes {
+            mean.iter_mut().zip(self.patches.shade(at)).for_each(|(mean, v)| *mean += weight * f32::from(*v));
+        }
+        let mean = mean.map(|v| v * scale);
         let (mut best, mut least) = (votes[0].0, f32::INFINITY);
         for &(at, weight) in votes {
-            let mut cost = TOGETHER * (1.0 - weight / total);
-            for (v, mean) in self.patches.shade(at).iter().zip(mean) {
-                cost += (v - mean) * (v - mean);
+            let mut off = [0.0f32; 4];
+            for ((off, v), mean) in off.iter_mut().zip(self.patches.shade(at)).zip(&mean) {
+                let d = f32::from(*v) - mean;
+                *off = d * d;
             }
+            let cost = TOGETHER * (1.0 - weight * scale) + unit * ((off[0] + off[2]) + (off[1] + off[3]));
             if cost < least {
                 (best, least) = (at, cost);
             }

@@ -321,7 +321,7 @@ impl Synthesize {
 }
 
 impl Node for Synthesize {
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];

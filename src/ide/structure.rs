@@ -169,8 +169,10 @@ pub(crate) fn selections(cx: Cx<'_>, at: usize) -> Vec<Range<usize>> {
     }
     let trail = trail(cx, at);
     if let super::walk::Spot::Value(_, value) = trail.spot {
-        if value.text().is_some() && value.range.len() > 1 {
-            found.push(value.range.start + 1..value.range.end - 1);
+        // A text that is still being typed has no quote at its end.
+        let inner = value.range.start + 1..value.range.end.saturating_sub(1);
+        if value.text().is_some() && text.get(inner.clone()).is_some() {
+            found.push(inner);
         }
         found.push(value.range.clone());
     }

@@ -301,9 +301,9 @@ mod tests {
         let laid = outputs(&node, &[mesh], &canvas()).unwrap();
         let [atlas, mask] = ["atlas", "mask"].map(|name| laid.take(name, name == "atlas").unwrap().clone());
         let sown = MeshPoints { atlas: port(0), pitch: 5.0, ..MeshPoints::default() };
-        let net = made(&|| outputs(&sown, &[atlas.clone()], &canvas()), "net");
+        let net = made(&|| outputs(&sown, std::slice::from_ref(&atlas), &canvas()), "net");
         let linked = ConnectMeshPoints { net: port(0), ..ConnectMeshPoints::default() };
-        let net = made(&|| outputs(&linked, &[net.clone()], &canvas()), "net");
+        let net = made(&|| outputs(&linked, std::slice::from_ref(&net), &canvas()), "net");
         let node = SimulateMeshSprings { net: port(0), atlas: port(1), steps, ..SimulateMeshSprings::default() };
         let moved = outputs(&node, &[net, atlas], &canvas()).unwrap();
         let (Some(Value::Field(stretch)), Value::Field(mask)) = (moved.take("stretch", false), mask) else {

@@ -51,6 +51,12 @@ fn structure_is_found() {
         assert_eq!(selected[..3], ["a", "\"a\"", "input: \"a\""]);
         assert_eq!(*selected.last().unwrap(), TEXT);
     });
+    // A quote that is missing, behind a letter of several bytes.
+    let open = "(version: 1, nodes: { \"a\": Perlin(note: \"é\n) })";
+    with(open, |cx, file| {
+        let ranges = structure::selections(cx, open.find('é').unwrap());
+        assert!(ranges.len() > 2 && ranges.iter().all(|range| file.text.get(range.clone()).is_some()), "{ranges:?}");
+    });
 }
 
 #[test]

@@ -189,7 +189,7 @@ fn packed(block: &[u8], zlib: &Zlib) -> Vec<u8> {
 fn dense(bytes: &[u8], zlib: &Zlib) -> bool {
     // Less than this says little, of a tile for example.
     let (part, half) = ((bytes.len() / 32).max(1 << 10), bytes.len() / 2);
-    part <= bytes.len() / 8
+    part <= bytes.len() / 16
         && [0, half].iter().map(|from| zlib.stream(&bytes[*from..][..part]).len()).sum::<usize>() > part * 2 / 100 * 97
 }
 

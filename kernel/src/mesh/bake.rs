@@ -146,6 +146,14 @@ pub fn vertex_normals(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     });
 }
 
+/// The places of texels on the surface, and the normals there between those of vertices.
+pub fn places_and_normals(texels: &Texels<'_>) -> [[Vec<f32>; 3]; 2] {
+    let [mut place, mut normal] = [0, 1].map(|_| [0, 1, 2].map(|_| vec![0.0; texels.values.len()]));
+    places(texels, |_| Motion::NONE, place.each_mut().map(Vec::as_mut_slice));
+    vertex_normals(texels, normal.each_mut().map(Vec::as_mut_slice));
+    [place, normal]
+}
+
 /// The places of texels, those of the gutter moved to the nearest border of their triangle: where the surface bends, its plane
 /// would go on inside of the body.
 pub fn places_on_triangles(texels: &Texels<'_>, out: [&mut [f32]; 3]) {

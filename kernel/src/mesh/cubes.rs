@@ -36,14 +36,24 @@ impl Cubes {
         Self { side, cells, order }
     }
 
-    /// The cube that holds a place.
-    pub fn cube(&self, place: Vec3) -> [i32; 3] {
-        cell(place, self.side)
+    /// Calls `each` for every place with its number, and with the things that reach into its cube, in their order. Places that
+    /// follow each other should lie near each other.
+    pub fn around(&self, places: [&[f32]; 3], mut each: impl FnMut(usize, Vec3, &[u32])) {
+        let mut known: Option<([i32; 3], &[u32])> = None;
+        for n in 0..places[0].len() {
+            let place = Vec3::from_array(places.map(|plane| plane[n]));
+            let at = cell(place, self.side);
+            let list = match known {
+                Some((before, list)) if before == at => list,
+                _ => self.in_cell(at),
+            };
+            known = Some((at, list));
+            each(n, place, list);
+        }
     }
 
-    /// What reaches into a cube, in the order of the things.
-    pub fn in_cube(&self, cube: [i32; 3]) -> &[u32] {
-        self.cells.get(&cube).map_or(&[][..], |(from, count)| &self.order[*from as usize..(*from + *count) as usize])
+    fn in_cell(&self, at: [i32; 3]) -> &[u32] {
+        self.cells.get(&at).map_or(&[][..], |(from, count)| &self.order[*from as usize..(*from + *count) as usize])
     }
 
     /// The memory it takes.

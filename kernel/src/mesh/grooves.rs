@@ -49,17 +49,10 @@ impl Grooves {
 
     /// The depths at places with these normals, `pixel` mm apart; the cross-section alone if `mask`.
     pub fn fill(&self, places: [&[f32]; 3], normals: [&[f32]; 3], (pixel, mask): (f32, bool), out: &mut [f32]) {
-        let mut known: Option<([i32; 3], &[u32])> = None;
-        for (i, out) in out.iter_mut().enumerate() {
-            let [place, normal] = [places, normals].map(|planes| Vec3::from_array(planes.map(|plane| plane[i])));
-            let cube = self.cubes.cube(place);
-            let list = match known {
-                Some((at, list)) if at == cube => list,
-                _ => self.cubes.in_cube(cube),
-            };
-            known = Some((cube, list));
-            *out = self.value(list, place, normal, pixel, mask);
-        }
+        self.cubes.around(places, |n, place, list| {
+            let normal = Vec3::from_array(normals.map(|plane| plane[n]));
+            out[n] = self.value(list, place, normal, pixel, mask);
+        });
     }
 
     fn value(&self, list: &[u32], place: Vec3, normal: Vec3, pixel: f32, mask: bool) -> f32 {

@@ -32,24 +32,12 @@ impl Means {
         Self { samples, radius, cubes }
     }
 
-    /// The memory they take.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.samples) + self.cubes.bytes()
-    }
-
     /// The means around places with these normals; `empty` where there is no value.
     pub fn fill(&self, places: [&[f32]; 3], normals: [&[f32]; 3], empty: f32, out: &mut [f32]) {
-        let mut known: Option<([i32; 3], &[u32])> = None;
-        for (i, out) in out.iter_mut().enumerate() {
-            let [place, normal] = [places, normals].map(|planes| Vec3::from_array(planes.map(|plane| plane[i])));
-            let cube = self.cubes.cube(place);
-            let list = match known {
-                Some((at, list)) if at == cube => list,
-                _ => self.cubes.in_cube(cube),
-            };
-            known = Some((cube, list));
-            *out = self.mean(list, place, normal).unwrap_or(empty);
-        }
+        self.cubes.around(places, |n, place, list| {
+            let normal = Vec3::from_array(normals.map(|plane| plane[n]));
+            out[n] = self.mean(list, place, normal).unwrap_or(empty);
+        });
     }
 
     fn mean(&self, list: &[u32], place: Vec3, normal: Vec3) -> Option<f32> {

@@ -13,7 +13,6 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::bake::{self, Texels};
 use shibo_kernel::mesh::fields;
 use shibo_kernel::mesh::grooves::{Groove, Grooves, across};
-use shibo_kernel::mesh::motion::Motion;
 use shibo_kernel::strokes::{Combine, CrossSection, StrokeStyle};
 use std::sync::{Arc, OnceLock};
 
@@ -212,12 +211,7 @@ impl FieldSource for Drawn {
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let (grid, window) = (out.grid, out.window);
         let texels = Texels { atlas: &self.atlas, grid: &grid, window, values: given.tile(0).plane(0) };
-        let mut planes = vec![vec![0.0; window.len()]; 6];
-        let (places, normals) = planes.split_at_mut(3);
-        if let ([x, y, z], [nx, ny, nz]) = (places, normals) {
-            bake::places(&texels, |_| Motion::NONE, [x, y, z]);
-            bake::vertex_normals(&texels, [nx, ny, nz]);
-        }
+        let planes = bake::places_and_normals(&texels);
         given.check()?;
         let pixel = self.pixel(&grid);
         let lazy = &*self.grooves;
@@ -231,7 +225,7 @@ impl FieldSource for Drawn {
             own = sort(pixel).1;
             &own
         };
-        let [places, normals] = [&planes[..3], &planes[3..]].map(|of| [&*of[0], &*of[1], &*of[2]]);
+        let [places, normals] = planes.each_ref().map(|of| of.each_ref().map(Vec::as_slice));
         grooves.fill(places, normals, (pixel, self.mask), out.plane_mut(0));
         let values = texels.values.iter().zip(out.plane_mut(0));
         let mask = self.mask;

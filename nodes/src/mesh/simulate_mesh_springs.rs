@@ -12,8 +12,7 @@ use shibo_engine::value::{Atlas, Field, Stop, SurfaceNet, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::means::{Means, Sample};
-use shibo_kernel::mesh::motion::Motion;
-use shibo_kernel::mesh::net::{self, Springs, Stopped, simulate};
+use shibo_kernel::mesh::net::{Motion, Springs, Stopped, simulate};
 use shibo_kernel::mesh::slide;
 use shibo_kernel::mesh::sow::{Sown, normal};
 use shibo_kernel::mesh::{bake, fields};
@@ -157,7 +156,7 @@ impl Node for SimulateMeshSprings {
         let fixed = self.fixed(&net, &atlas, held.as_deref());
         let (rest, limit) = (self.rest(&net), self.limits(cx, net.links.len()));
         let springs = Springs { links: &net.links, stiffness: &stiffness, rest: &rest, limit: &limit, fixed: &fixed };
-        let motion = net::Motion {
+        let motion = Motion {
             step: self.step,
             steps: self.steps,
             drag: self.drag,
@@ -203,13 +202,8 @@ fn stretch(atlas: &Arc<Atlas>, net: &SurfaceNet) -> Field {
     let means = LazyLock::new(move || Means::new(samples, radius));
     fields::baked(Type::Gray, atlas, move |texels, mut planes| {
         if let [out] = &mut planes[..] {
-            let mut around = vec![vec![0.0; out.len()]; 6];
-            let (places, normals) = around.split_at_mut(3);
-            if let ([x, y, z], [nx, ny, nz]) = (&mut *places, &mut *normals) {
-                bake::places(texels, |_| Motion::NONE, [x, y, z]);
-                bake::vertex_normals(texels, [nx, ny, nz]);
-            }
-            let [places, normals] = [&*places, &*normals].map(|of| [&*of[0], &*of[1], &*of[2]]);
+            let planes = bake::places_and_normals(texels);
+            let [places, normals] = planes.each_ref().map(|of| of.each_ref().map(Vec::as_slice));
             means.fill(places, normals, 1.0, out);
         }
     })

@@ -108,8 +108,8 @@ impl<'f> Passing<'f> {
         blocks
     }
 
-    /// The bytes of the tiles that are at hand while the rows `band` of pictures in `window` are computed: read by these rows or
-    /// those before, and by these or those that follow. `kept` says of which fields tiles are kept.
+    /// The bytes of the tiles that are at hand while the rows `band` of pictures in `window` are computed: those that were read
+    /// for these rows or earlier ones, and may be read for these or later ones. `kept` says of which fields tiles are kept.
     pub fn bytes(&self, window: Window, band: Window, kept: impl Fn(&Field, &Grid) -> bool) -> u64 {
         let before = Window { height: band.bottom().abs_diff(window.y), ..window };
         let after = Window { y: band.y, height: window.bottom().abs_diff(band.y), ..window };
@@ -167,6 +167,7 @@ pub(super) fn readers_first<'f>(fields: &[&'f Field], grid: &Grid) -> Vec<(&'f F
     order
 }
 
+/// The lengths of pieces by their numbers.
 fn lengths(pieces: &[Piece]) -> BTreeMap<i32, u64> {
     pieces.iter().map(|piece| (piece.index, u64::from(piece.length))).collect()
 }

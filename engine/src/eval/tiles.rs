@@ -8,7 +8,7 @@ use super::memory::{Guard, TileKey};
 use super::run::Run;
 use super::stats::Work;
 use crate::diagnostics::{Code, Problem};
-use crate::value::{Blocks, Cost, Field, Given, Grid, Key, Piece, Read, Stop, Tile, Window};
+use crate::value::{Blocks, Field, Given, Grid, Key, Piece, Read, Stop, Tile, Window};
 use cpu_time::ThreadTime;
 use quick_cache::sync::GuardResult;
 use std::sync::Arc;
@@ -129,8 +129,7 @@ impl Run<'_> {
         if let How::Tile(x, y) = how {
             return self.tile(want.read, key, (x, y));
         }
-        let kept = field.source().cost() == Cost::Local || self.is_shared(key, &grid);
-        if field.as_constant().is_some() || (!kept && Blocks::endless(window).count() == 1) {
+        if field.as_constant().is_some() || (!self.keeps(field, &grid) && Blocks::endless(window).count() == 1) {
             return self.fill(want.read, field.owner().unwrap_or(key), None, true).map(Err);
         }
         let blocks = field.domain().blocks(&grid, window);

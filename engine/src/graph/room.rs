@@ -1,15 +1,14 @@
 //! What a graph needs more memory for than there is.
-use super::Graph;
+use super::{Graph, GraphNode};
 use crate::diagnostics::{Code, Diagnostic};
 
 impl Graph {
-    /// A warning for each node that outputs need and that needs more than `memory` bytes for the whole picture: a render would
-    /// refuse it. All others work by tiles, in any memory.
+    /// A warning for each node on which an output depends and which takes more than `memory` bytes for the whole picture: a
+    /// render would refuse it. All others work by tiles, in any memory.
     pub fn too_large(&self, memory: u64) -> Vec<Diagnostic> {
         let needed = self.needed();
-        let warning = |index: petgraph::graph::NodeIndex| {
-            let node = &self.nodes[index];
-            let bytes = node.node.whole_bytes(&node.canvas);
+        let warning = |node: &GraphNode| {
+            let bytes = Some(node.node.whole_bytes(&node.canvas)).filter(|bytes| *bytes > memory)?;
             let size = node.canvas.resolution;
             let message = format!(
                 "`{}` works on the whole picture: {} × {} pixels take at least {} MiB, and {} MiB are allowed",
@@ -24,8 +23,9 @@ impl Graph {
             } else {
                 "lower the resolution, or raise --memory"
             };
-            (bytes > memory).then(|| Diagnostic::new(Code::Advice, node.span, message).help(help).as_warning())
+            Some(Diagnostic::new(Code::Advice, node.span, message).help(help).as_warning())
         };
-        self.nodes.node_indices().filter(|index| needed[index.index()]).filter_map(warning).collect()
+        let nodes = self.nodes.node_weights().zip(needed).filter(|(_, needed)| *needed);
+        nodes.filter_map(|(node, _)| warning(node)).collect()
     }
 }

@@ -184,10 +184,9 @@ fn packed(block: &[u8], zlib: &Zlib) -> Vec<u8> {
     if packed.len() < block.len() { packed } else { block.to_vec() }
 }
 
-/// Whether bytes are not worth compressing, by a sixteenth of each of their halves, or at least a KiB: the noise of fine surfaces in 32 bits
-/// shrinks by a hundredth and takes the longest.
+/// Whether bytes are not worth compressing, by a sixteenth of each of their halves, or at least a KiB: the noise of fine surfaces
+/// in 32 bits shrinks by a hundredth and takes the longest. Of less than 16 KiB that would cost too much.
 fn dense(bytes: &[u8], zlib: &Zlib) -> bool {
-    // Less than this says little, of a tile for example.
     let (part, half) = ((bytes.len() / 32).max(1 << 10), bytes.len() / 2);
     part <= bytes.len() / 16
         && [0, half].iter().map(|from| zlib.stream(&bytes[*from..][..part]).len()).sum::<usize>() > part * 2 / 100 * 97

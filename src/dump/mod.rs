@@ -14,9 +14,10 @@ use crate::terminal::Terminal;
 use at::Points;
 use clap::{Args, ValueEnum};
 use data::{Data, FieldData};
-use glam::UVec2;
+use glam::{DVec3, UVec2};
 use petgraph::graph::NodeIndex;
 use petgraph::visit::{Dfs, Reversed, Walker};
+use rayon::prelude::*;
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Session};
@@ -146,7 +147,11 @@ impl Source<'_> {
             Points::Canvas(points) => points.clone(),
             Points::Space(points) => {
                 let atlas = self.atlas(node)?;
-                points.iter().map(|point| atlas.nearest(*point).unwrap_or_default()).collect()
+                let nearest = |point: &DVec3| match self.cancel.is_cancelled() {
+                    true => Err(Failure::Cancelled),
+                    false => Ok(atlas.nearest(*point).unwrap_or_default()),
+                };
+                points.par_iter().map(nearest).collect::<Result<_, _>>()?
             }
         };
         let grid = self.graph.canvas.grid(self.graph.canvas.resolution);

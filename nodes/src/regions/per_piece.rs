@@ -1,6 +1,6 @@
 //! Fields that follow from what is measured of whole pieces.
 use super::whole::{picture, whole};
-use glam::DVec2;
+use glam::{DVec2, UVec2};
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::region::axes::Picture;
 use shibo_kernel::region::pieces::{Pieces, find, runs};
@@ -84,11 +84,12 @@ where
 
     fn prepare_bytes(&self, grid: &Grid) -> u64 {
         let channels = 1 + self.input.as_ref().map_or(0, Field::channels);
-        of_pieces(whole(self.size, grid, None).1.len() as u64, channels as u64)
+        let window = whole(self.size, grid, None).1;
+        of_pieces(UVec2::new(window.width, window.height), channels as u64)
     }
 }
 
-/// The bytes that measuring the pieces of a whole picture takes; `channels` are the numbers of pieces and what is measured.
-pub(super) fn of_pieces(pixels: u64, channels: u64) -> u64 {
-    8 * pixels * channels
+/// The bytes that measuring the pieces of a whole picture takes; the channels are the numbers of pieces and what is measured.
+pub(super) fn of_pieces(pixels: UVec2, channels: u64) -> u64 {
+    8 * u64::from(pixels.x) * u64::from(pixels.y) * channels
 }

@@ -51,7 +51,7 @@ impl Node for RegionAverage {
     const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn whole_bytes(&self, pixels: UVec2, _canvas: &CanvasFacts) -> u64 {
-        of_pieces(u64::from(pixels.x) * u64::from(pixels.y), 2)
+        of_pieces(pixels, 2)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

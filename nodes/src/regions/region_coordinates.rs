@@ -183,7 +183,7 @@ impl Node for RegionCoordinates {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
     fn whole_bytes(&self, pixels: UVec2, _canvas: &CanvasFacts) -> u64 {
-        of_pieces(u64::from(pixels.x) * u64::from(pixels.y), 1)
+        of_pieces(pixels, 1)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -190,8 +190,8 @@ const NEAR: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1
 const NONE: f32 = 0.003;
 const POWER: f32 = -0.6;
 
-/// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a better one would only
-/// make more of the result alike.
+/// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a better one
+/// would only make more of the result alike.
 const ENOUGH: f32 = 0.04;
 
 /// How many patches are tried at random.

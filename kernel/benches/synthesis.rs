@@ -127,6 +127,7 @@ mod report {
             even: Some(EvenUse { amount: 1.0, tile: None, halved: false }),
             passes: 2,
             rounds: 0,
+            enough: 0.015,
             averaged: true,
             jitter: 0.0,
             guide_weight: 1.0,

@@ -53,6 +53,9 @@ pub struct Settings {
     /// Rounds at the finest level in which what the result shows is looked up in the exemplar, to mend where pieces meet;
     /// there are more at the next coarser ones. 0 mends nothing; nothing is mended where `J` is not 1.
     pub rounds: u32,
+    /// The mean squared difference of a patch from the exemplar, in units of the exemplar's variance, below which later
+    /// rounds leave it alone.
+    pub enough: f32,
     /// Whether three predictions are averaged where `J` is not 1.
     pub averaged: bool,
     /// Displacement of pixels after upsampling, in pixels of the level, at levels of more than 2.

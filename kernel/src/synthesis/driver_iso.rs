@@ -82,6 +82,7 @@ impl<I: Inputs> Run<'_, I> {
             guide,
             guide_weight: self.settings.guide_weight * (region.h as f32 / 8.0).min(1.0),
             fixed,
+            enough: self.settings.enough,
             hash: self.settings.hash.with(0x6D65_6E64).with(region.h as u64),
         };
         let image = image(picture, region.h, pyramid);

@@ -53,6 +53,9 @@ pub(super) struct Terms<'a> {
     pub(super) guide_weight: f32,
     /// Pixels that stay as they are; empty for none.
     pub(super) fixed: &'a [bool],
+    /// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a
+    /// better one would only make more of the result alike.
+    pub(super) enough: f32,
     /// Random numbers.
     pub(super) hash: Hash,
 }
@@ -69,21 +72,23 @@ pub(super) fn mend(
     map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.at(table.pixel(*at)));
     let (ways, reach) = (ways(&patches, region.plane), index(patches.reach));
     let mut found: Vec<Found> = Vec::new();
-    let mut before: Vec<u32> = Vec::new();
+    let mut before: (Vec<u32>, Vec<bool>) = (Vec::new(), Vec::new());
+    let settled = pow(2.0 * terms.enough + NONE, POWER);
     for k in 0..rounds {
         let hash = terms.hash.with(u64::from(k));
         let near = spread(&torn(&patches, region, map), region.plane, reach);
-        // Where nothing has changed, nothing else would be found.
-        let fresh = if before.is_empty() {
+        // Where nothing has changed, nothing else would be found; and what fits well was settled the round before.
+        let fresh = if k == 0 {
             near.clone()
         } else {
-            let changed: Vec<bool> = map.iter().zip(&before).map(|(now, before)| now != before).collect();
+            let changed: Vec<bool> = map.iter().zip(&before.0).map(|(now, before)| now != before).collect();
             let changed = spread(&changed, region.plane, 1);
-            near.iter().zip(changed).map(|(near, changed)| *near && changed).collect()
+            let open = |p: usize| !before.1[p] || found[p].weight < settled;
+            (0..map.len()).map(|p| near[p] && changed[p] && open(p)).collect()
         };
         let search = Search { table, patches: &patches, region, terms, hash, map, near: &near, last: &found, ways };
         found = search.all(&fresh);
-        before = map.to_vec();
+        before = (map.to_vec(), near);
         let open = spread(&fresh, region.plane, vote::REACH.min(reach));
         vote::vote(&patches, region, &found, (&open, terms.fixed), map);
     }
@@ -190,10 +195,6 @@ const NEAR: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1
 const NONE: f32 = 0.003;
 const POWER: f32 = -0.6;
 
-/// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a better one
-/// would only make more of the result alike.
-const ENOUGH: f32 = 0.04;
-
 /// How many patches are tried at random.
 const SEARCHES: u64 = 2;
 
@@ -273,7 +274,7 @@ impl Search<'_> {
             count: 0,
         };
         self.test::<N>(&mut query, own);
-        let enough = if self.last.is_empty() { 0.0 } else { ENOUGH };
+        let enough = if self.last.is_empty() { 0.0 } else { self.terms.enough };
         if query.least >= enough * (N * N) as f32 {
             self.neighbours::<N>((x, y), &mut query);
             for from in [query.best, own] {

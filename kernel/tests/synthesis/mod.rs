@@ -64,6 +64,7 @@ pub(crate) fn settings(local: bool) -> Settings {
         even: Some(EvenUse { amount: 1.0, tile: local.then_some(32), halved: false }),
         passes: 2,
         rounds: 0,
+        enough: 0.015,
         averaged: true,
         jitter: 0.3,
         guide_weight: 1.0,

@@ -37,9 +37,9 @@ pub enum Preset {
     Regular,
     /// Larger pieces of the exemplar, unchanged.
     Faithful,
-    /// As `Structured`, but where pieces meet is left as it is: twice as fast, and features are torn there.
+    /// As `Structured`, but where pieces meet is left as it is: three times as fast, and features are torn there.
     Fast,
-    /// As `Structured`, and where pieces meet is mended in three rounds: fewer torn features still, in less than twice the time.
+    /// As `Structured`, and where pieces meet is mended in more rounds, until less is left: the fewest torn features.
     Best,
 }
 
@@ -123,7 +123,7 @@ pub struct Synthesize {
     #[schemars(range(min = 0, max = 16))]
     pub passes: u32,
     /// How thoroughly is mended where pieces meet: in so many rounds what is shown there is looked up in the exemplar. 0
-    /// leaves it as it is, most presets have 1, `Best` has 3. Nothing is mended where a Jacobian turns or stretches.
+    /// leaves it as it is, most presets have 4, `Best` has 6. Nothing is mended where a Jacobian turns or stretches.
     #[schemars(range(min = 0, max = 8))]
     pub mend: Option<u32>,
     /// For the preset `Patent`: into how many groups pixels are divided that are corrected one after another; 1
@@ -228,8 +228,8 @@ impl Synthesize {
     fn rounds(&self) -> u32 {
         self.mend.unwrap_or(match self.preset {
             Preset::Patent | Preset::Fast => 0,
-            Preset::Best => 3,
-            _ => 1,
+            Preset::Best => 6,
+            _ => 4,
         })
     }
 
@@ -255,6 +255,7 @@ impl Synthesize {
             even: (even > 0.0).then(|| EvenUse { amount: narrow(even), tile: local.then_some(TILE), halved: false }),
             passes: self.passes,
             rounds: self.rounds(),
+            enough: if self.preset == Preset::Best { 0.01 } else { 0.015 },
             averaged: self.averaged,
             jitter: narrow(self.jitter),
             guide_weight: narrow(self.guide_weight),
@@ -321,7 +322,7 @@ impl Synthesize {
 }
 
 impl Node for Synthesize {
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];

@@ -208,6 +208,7 @@ impl SynthesizeSurface {
             even: (even > 0.0).then(|| EvenUse { amount: narrow(even), tile: local.then_some(TILE), halved: false }),
             passes: self.passes,
             rounds: 0,
+            enough: 0.015,
             averaged: self.averaged,
             jitter: narrow(self.jitter),
             guide_weight: narrow(self.guide_weight),

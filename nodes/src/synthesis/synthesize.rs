@@ -37,7 +37,7 @@ pub enum Preset {
     Regular,
     /// Larger pieces of the exemplar, unchanged.
     Faithful,
-    /// As `Structured`, but where pieces meet is left as it is: three times as fast, and features are torn there.
+    /// As `Structured`, but where pieces meet is left as it is: about half the time, and features are torn there.
     Fast,
     /// As `Structured`, and where pieces meet is mended in more rounds, until less is left: the fewest torn features.
     Best,

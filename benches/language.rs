@@ -1,7 +1,7 @@
 //! How long an editor waits: completion, hover and diagnostics of graphs of 60 and of 1,000 nodes, from the request to the answer,
 //! the pipes included. Prints the median and the 95th of 100.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a program for developers")]
-#[path = "../tests/language/mod.rs"]
+#[path = "../tests/live/language/mod.rs"]
 mod language;
 
 use language::{Client, uri};

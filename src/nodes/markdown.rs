@@ -9,7 +9,7 @@ const HEAD: &str = "\
 # Nodes
 
 <!-- Made by `shibo nodes --format markdown`; change the doc comments in `nodes/` and run
-     `BLESS=1 cargo test --release --test docs`. -->
+     `BLESS=1 cargo test --release --test shipped docs`. -->
 
 Every kind of node, by family. Ports take the name of another node (`\"node\"`, or `\"node.port\"` for one of its further
 outputs); ports of type `Gray` also take a number, those of type `Rgb` a number or a colour. Every parameter has a default

@@ -1,0 +1,24 @@
+//! The engine as hosts see it.
+#[path = "../../../tests/support/bless.rs"]
+mod bless;
+mod changing_files;
+mod code_fingerprint;
+mod evaluating;
+mod evaluation;
+mod graph_canvas;
+mod graph_errors;
+mod graph_expressions;
+mod graph_limits;
+mod graph_load;
+mod graph_nodes;
+mod graph_syntax;
+mod part_bad_input;
+mod parts;
+mod picture_bad_input;
+mod picture_check;
+mod picture_read;
+mod picture_write;
+mod pictures;
+#[path = "../../../build/fingerprint.rs"]
+mod script;
+mod store;

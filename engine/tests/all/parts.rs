@@ -1,0 +1,173 @@
+//! Pictures in parts: the joined files are those of a single run, and the parts compute hardly more than it does.
+#![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
+#![allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small numbers")]
+
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::graph::{Graph, LoadOptions, load_text};
+use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs};
+use shibo_engine::picture::{PartOf, join};
+use shibo_engine::registry::{Family, Kind, Registry};
+use shibo_engine::session::{RenderRequest, Session, Settings};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The pixels that were filtered.
+static PIXELS: AtomicU64 = AtomicU64::new(0);
+/// Held by the test that counts.
+static COUNTED: Mutex<()> = Mutex::new(());
+
+/// The mean of the pixels above and below, `reach` away; counts what it computes.
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+struct Across {
+    /// What.
+    input: In<Gray>,
+    /// In pixels.
+    reach: u32,
+}
+
+impl Node for Across {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "A value.")];
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let reach = self.reach as usize;
+        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
+            PIXELS.fetch_add(out.window.len() as u64, Ordering::Relaxed);
+            for row in 0..out.height() {
+                let (above, below) = (input.row(0, row), input.row(0, row + 2 * reach));
+                let means = above[reach..].iter().zip(&below[reach..]).map(|(a, b)| 0.5 * (a + b));
+                out.row_mut(0, row).iter_mut().zip(means).for_each(|(v, mean)| *v = mean);
+            }
+            Ok(())
+        };
+        Ok(Outputs::one(Field::map(Type::Gray, [cx.get(&self.input)?], Halo::px(reach), fill)))
+    }
+}
+
+fn registry() -> Registry {
+    use crate::evaluating::{Centre, Plus, Ramp, Shift, Smooth};
+    let kinds = vec![
+        Kind::of::<Ramp>(),
+        Kind::of::<Plus>(),
+        Kind::of::<Smooth>(),
+        Kind::of::<Shift>(),
+        Kind::of::<Centre>(),
+        Kind::of::<Across>(),
+    ];
+    Registry::new([Family { name: "Test", doc: "For tests.", kinds }])
+}
+
+fn graph(nodes: &str, outputs: &str, (width, height): (u32, u32), tile: &str) -> Graph {
+    let text = format!(
+        "(canvas: (size_mm: ({width}, {height}), resolution: ({width}, {height}), tile: {tile}), \
+         nodes: {{ {nodes} }}, outputs: {{ {outputs} }})"
+    );
+    let loaded = load_text(Path::new("parts.ron"), &text, &registry(), &LoadOptions::default());
+    loaded.graph.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics))
+}
+
+fn session() -> Session {
+    Session::new(registry(), &Settings { threads: 2, memory: 256 << 20, ..Settings::default() }).unwrap()
+}
+
+fn request(dir: &Path) -> RenderRequest {
+    RenderRequest { dir: dir.to_path_buf(), once: true, ..RenderRequest::default() }
+}
+
+/// The files in a folder.
+fn files(dir: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = dir.read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let read = |path: std::path::PathBuf| {
+        (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap())
+    };
+    let mut files: Vec<_> = entries.map(read).collect();
+    files.sort();
+    files
+}
+
+/// Renders the parts, the last ones first, each in a session of its own, and joins them.
+fn in_parts(graph: &Graph, count: u32) -> Vec<(String, Vec<u8>)> {
+    let [parts, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    let request = request(parts.path());
+    for number in (1..=count).rev() {
+        let part = (PartOf { number, count }, "parts");
+        let report = session().render_part(graph, &request, part, &CancelToken::default(), &Silent).unwrap();
+        assert!(!report.known);
+        let again = session().render_part(graph, &request, part, &CancelToken::default(), &Silent).unwrap();
+        assert!(again.known);
+    }
+    join(parts.path(), out.path(), 64 << 20, &|_, _| true).unwrap();
+    files(out.path())
+}
+
+fn whole(graph: &Graph) -> Vec<(String, Vec<u8>)> {
+    let out = tempfile::tempdir().unwrap();
+    session().render(graph, &request(out.path()), &CancelToken::default(), &Silent).unwrap();
+    files(out.path())
+}
+
+const NODES: &str = r#"
+    "ramp": Ramp(factor: 0.0004),
+    "far": Across(input: "ramp", reach: 90),
+    "both": Plus(a: "far", b: "ramp"),
+    "near": Across(input: "both", reach: 3),
+    "soft": Smooth(input: "near"),
+    "moved": Shift(input: "soft", by: "far", most: 40),
+    "even": Centre(input: "moved"),
+    "last": Across(input: "even", reach: 11),
+"#;
+const OUTPUTS: &str = r#"
+    "last": "last",
+    "float": File(from: "moved", format: Exr, depth: F32),
+    "half": File(from: "near", format: Exr, depth: F16),
+    "tiff": File(from: "far", format: Tiff),
+"#;
+
+#[test]
+fn joined_parts_are_the_files_of_a_single_run() {
+    let _counted = COUNTED.lock();
+    for tile in ["Both", "None", "X", "Y"] {
+        for (size, count) in [((300, 1100), 5), ((256, 1024), 4), ((520, 700), 2), ((90, 300), 1)] {
+            let graph = graph(NODES, OUTPUTS, size, tile);
+            assert!(whole(&graph) == in_parts(&graph, count), "{tile} {size:?}");
+        }
+    }
+}
+
+#[test]
+fn parts_compute_hardly_more_than_a_single_run() {
+    let _counted = COUNTED.lock();
+    let mut nodes = "\"n0\": Ramp(factor: 0.001), ".to_owned();
+    for i in 1..=4 {
+        nodes += &format!("\"n{i}\": Across(input: \"n{}\", reach: 5), ", i - 1);
+    }
+    let graph = graph(&nodes, "\"out\": \"n4\"", (512, 4096), "Both");
+    let count = |work: &dyn Fn()| {
+        PIXELS.store(0, Ordering::Relaxed);
+        work();
+        PIXELS.load(Ordering::Relaxed)
+    };
+    let alone = count(&|| drop(whole(&graph)));
+    assert_eq!(alone, 4 * 512 * 4096);
+    // Each part is a single row of tiles.
+    let parts = count(&|| drop(in_parts(&graph, 16)));
+    assert!(parts * 10 <= alone * 12, "{parts} of {alone}");
+}
+
+#[test]
+fn a_region_is_cut_out_of_the_whole() {
+    let _counted = COUNTED.lock();
+    let graph = graph(NODES, "\"last\": \"last\"", (600, 900), "Both");
+    let all = whole(&graph);
+    let out = tempfile::tempdir().unwrap();
+    let cut = RenderRequest { region: Some([130, 250, 200, 301]), ..request(out.path()) };
+    session().render(&graph, &cut, &CancelToken::default(), &Silent).unwrap();
+    let cut = shibo_engine::picture::read_bytes(&files(out.path())[0].1, &Default::default()).unwrap();
+    let whole = shibo_engine::picture::read_bytes(&all[0].1, &Default::default()).unwrap();
+    for y in 0..301 {
+        let row = &whole.planes[(250 + y) * 600 + 130..][..200];
+        assert_eq!(&cut.planes[y * 200..][..200], row, "{y}");
+    }
+}

@@ -1,0 +1,187 @@
+//! `shibo check`, end to end.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use crate::support::{Desk, GRAPH, finish};
+use serde_json::json;
+
+const BAD: &str = "(
+  version: 1,
+  nodes: {
+    \"a\": Perlim(size: 5),
+    \"b\": Perlin(sise: 5),
+    \"c\": ConnectNeighbors(points: \"nope\"),
+  },
+  outputs: { \"b\": \"b\" },
+)
+";
+
+#[test]
+fn a_good_graph_is_silent() {
+    let ran = Desk::with_graph().shibo("check a.ron").expect(0);
+    assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), ("", ""));
+    let ran = Desk::with_graph().shibo("check a.ron --format json").expect(0);
+    assert_eq!(ran.json(), json!({ "errors": [], "warnings": [] }));
+}
+
+#[test]
+fn all_errors_at_their_places_for_people() {
+    let desk = Desk::new();
+    desk.write("bad.ron", BAD);
+    let mut command = desk.command(["check", "bad.ron"]);
+    command.env("COLUMNS", "20");
+    let ran = finish(command).expect(1);
+    assert_eq!(ran.stdout, "");
+    for place in ["bad.ron:4:10", "bad.ron:5:17", "bad.ron:6:35", "did you mean `Perlin`?", "3 errors"] {
+        assert!(ran.stderr.contains(place), "{place}: {}", ran.stderr);
+    }
+    assert!(!ran.stderr.contains('\u{1b}'), "colours without a terminal");
+}
+
+#[test]
+fn all_errors_for_programs() {
+    let desk = Desk::with_graph();
+    desk.write("bad.ron", BAD);
+    let ran = desk.shibo("check a.ron bad.ron missing.ron --format json").expect(1);
+    assert_eq!(ran.stderr, "");
+    let json = ran.json();
+    let errors = json["errors"].as_array().unwrap();
+    let codes: Vec<_> = errors.iter().map(|e| e["code"].as_str().unwrap()).collect();
+    assert_eq!(codes, ["unknown-kind", "unknown-field", "unknown-node", "file-not-found"]);
+    assert_eq!(errors[0]["file"], "bad.ron");
+    let place = ["line", "column", "end_line", "end_column"].map(|k| errors[0][k].as_u64().unwrap());
+    assert_eq!(place, [4, 10, 4, 16]);
+    assert_eq!(errors[0]["help"], "did you mean `Perlin`?");
+    assert_eq!(errors[0]["related"], json!([]));
+    assert_eq!(
+        (&errors[3]["file"], &errors[3]["line"], &errors[3]["column"]),
+        (&json!("missing.ron"), &json!(1), &json!(1))
+    );
+}
+
+#[test]
+fn warnings_do_not_fail() {
+    let desk = Desk::new();
+    desk.write("w.ron", GRAPH.replace("Perlin(size: \"$size\")", "Gradient()"));
+    let ran = desk.shibo("check w.ron --format json").expect(0);
+    assert_eq!(ran.json()["errors"], json!([]));
+    assert!(!ran.json()["warnings"].as_array().unwrap().is_empty(), "{}", ran.stdout);
+    let ran = desk.shibo("check w.ron").expect(0);
+    assert!(ran.stderr.contains("warning") && ran.stderr.contains("w.ron:"), "{}", ran.stderr);
+}
+
+#[test]
+fn values_of_the_command_line_are_checked_too() {
+    let desk = Desk::with_graph();
+    desk.shibo("check a.ron --set size=6 --preset large").expect(0);
+    for args in ["--set size=99", "--set sise=6", "--preset larg", "--set size=x"] {
+        let ran = desk.shibo(&format!("check a.ron {args}")).expect(1);
+        assert!(ran.stderr.contains("error["), "{}", ran.stderr);
+    }
+    desk.shibo("check a.ron --set size").expect(2);
+    desk.shibo("check").expect(2);
+}
+
+#[test]
+fn the_cache_is_proven_honest() {
+    let desk = Desk::with_graph();
+    desk.shibo("render a.ron").expect(0);
+    let ran = desk.shibo("check a.ron --verify").expect(0);
+    assert_eq!(ran.stdout, "");
+}
+
+#[test]
+fn a_plain_check_opens_no_cache() {
+    let desk = Desk::with_graph();
+    desk.shibo("check a.ron").expect(0);
+    assert!(!desk.path("cache").exists());
+}
+
+#[test]
+fn files_that_are_no_graphs() {
+    let desk = Desk::new();
+    desk.write("empty.ron", "");
+    desk.write("bom.ron", [b"\xef\xbb\xbf", GRAPH.as_bytes()].concat());
+    desk.write("truncated.ron", &GRAPH[..GRAPH.len() / 2]);
+    desk.write("binary.ron", [0, 159, 146, 150]);
+    desk.write("deep.ron", "(".repeat(100_000));
+    std::fs::create_dir(desk.path("folder.ron")).unwrap();
+    for name in ["missing", "empty", "truncated", "binary", "deep", "folder"] {
+        let file = format!("{name}.ron");
+        let ran = desk.run(["check", &file, "--format", "json"]).expect(1);
+        let errors = ran.json()["errors"].clone();
+        assert!(errors[0]["file"] == json!(file) && errors[0]["line"].as_u64() >= Some(1), "{file}: {errors}");
+        let ran = desk.run(["check", &file]).expect(1);
+        assert!(ran.stderr.contains(&format!("{file}:")), "{}", ran.stderr);
+        desk.run(["render", &file]).expect(1);
+        assert!(!desk.path("out").exists(), "{file}");
+    }
+    // A byte order mark is either understood or named.
+    let ran = desk.shibo("check bom.ron");
+    assert!(ran.code == Some(0) || ran.stderr.to_lowercase().contains("byte order mark"), "{}", ran.stderr);
+}
+
+#[test]
+#[cfg(unix)]
+fn pipes_and_devices_are_refused_not_waited_for() {
+    let desk = Desk::new();
+    let made = std::process::Command::new("mkfifo").arg(desk.path("pipe.ron")).status();
+    if !made.is_ok_and(|status| status.success()) {
+        return;
+    }
+    for file in ["pipe.ron", "/dev/zero", "/dev/null"] {
+        let ran = desk.run(["check", file, "--format", "json"]).expect(1);
+        assert_eq!(ran.json()["errors"][0]["code"], "bad-file", "{file}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn control_characters_never_reach_the_terminal() {
+    let desk = Desk::new();
+    let name = "a\u{1b}]0;owned\u{7}\n.ron";
+    desk.write(name, "( nodes: { \"\u{1b}[2J\u{9b}\u{202e}\": Perlin(), \"x\": \u{1b}c(), }, )");
+    for args in
+        [vec!["check", name], vec!["render", name], vec!["check", "no\u{1b}\n.ron"], vec!["dump", name, "\u{1b}c"]]
+    {
+        let ran = desk.run(&args);
+        assert_ne!(ran.code, Some(0));
+        let odd = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+        assert!(!ran.stderr.contains(odd) && !ran.stderr.contains("\n.ron"), "{args:?}: {:?}", ran.stderr);
+    }
+    let ran = desk.run(["check", name, "--format", "json"]).expect(1);
+    assert!(!ran.stdout.trim_end().contains(|c: char| c.is_control()), "{:?}", ran.stdout);
+    assert_eq!(ran.json()["errors"][0]["file"], name);
+    // Wrong usage shows what was typed.
+    let ran = desk.run(["check", "--\u{1b}]0;owned\u{7}"]).expect(2);
+    assert!(!ran.stderr.contains(['\u{1b}', '\u{7}']), "{:?}", ran.stderr);
+}
+
+/// What needs memory for the whole picture is told beforehand, if it is too much; all else works in any memory.
+#[test]
+fn whole_pictures_that_do_not_fit_are_told_beforehand() {
+    let desk = Desk::new();
+    desk.write(
+        "w.ron",
+        r#"( version: 1, canvas: (size_mm: 40, resolution: 512, tile: Both), nodes: {
+            "noise": Perlin(size: 9), "pieces": FloodFill(mask: "noise"), "few": FloodFill(mask: "noise", resolution: 2048),
+            "normal": HeightToNormal(input: "noise"), "height": NormalToHeight(input: "normal"),
+            "mean": RegionAverage(input: "noise", ids: "pieces"), "unused": FloodFill(mask: "noise"),
+            "last": RegionAverage(input: "noise", ids: "few"),
+            "all": Blend(base: "mean", top: Blend(base: "height", top: "last")),
+        }, outputs: { "o": "all" } )"#,
+    );
+    let told = |args: &str| {
+        let ran = desk.shibo(&format!("check w.ron --format json {args}")).expect(0);
+        let of = |w: &serde_json::Value| w["message"].as_str().unwrap().split('`').nth(1).unwrap().to_owned();
+        let warnings = ran.json()["warnings"].as_array().unwrap().clone();
+        warnings.iter().filter(|w| w["message"].as_str().unwrap().contains("whole picture")).map(of).collect::<Vec<_>>()
+    };
+    assert_eq!(told(""), Vec::<String>::new());
+    // 10 bytes a pixel, 20 or more, 16 and 16.
+    assert_eq!(told("--resolution 16384"), ["pieces", "height", "mean", "last"]);
+    assert_eq!(told("--resolution 16384 --memory 4000"), ["height", "mean", "last"]);
+    // A render says the same.
+    let ran = desk.shibo("render w.ron --memory 16 --resolution 4096 --no-cache").expect(1);
+    let text = ran.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("an operation on the whole picture needs") && text.contains("too-large"), "{text}");
+}

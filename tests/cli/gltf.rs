@@ -1,0 +1,140 @@
+//! Materials on meshes as glTF, end to end.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use crate::support::Desk;
+use serde_json::{Value as Json, json};
+
+/// A file in two parts: its document and its binary part.
+fn parts(glb: &[u8]) -> (Json, Vec<u8>) {
+    let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap()) as usize;
+    assert_eq!((&glb[..4], word(4), word(8)), (&b"glTF"[..], 2, glb.len()));
+    let json = word(12);
+    assert_eq!((&glb[16..20], json % 4), (&b"JSON"[..], 0));
+    let binary = word(20 + json);
+    assert_eq!((&glb[24 + json..28 + json], binary % 4, 28 + json + binary), (&b"BIN\0"[..], 0, glb.len()));
+    (serde_json::from_slice(&glb[20..20 + json]).unwrap(), glb[28 + json..].to_vec())
+}
+
+fn number(json: &Json) -> usize {
+    usize::try_from(json.as_u64().unwrap()).unwrap()
+}
+
+/// The bytes of a view of the binary part.
+fn view(document: &Json, binary: &[u8], index: &Json) -> Vec<u8> {
+    let view = &document["bufferViews"][number(index)];
+    let [from, length] = ["byteOffset", "byteLength"].map(|key| number(&view[key]));
+    binary[from..from + length].to_vec()
+}
+
+fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
+}
+
+/// The samples of the texture that a use of one in the document names.
+fn picture(document: &Json, binary: &[u8], used: &Json) -> image::DynamicImage {
+    let texture = &document["textures"][number(&used["index"])];
+    let image = &document["images"][number(&texture["source"])];
+    assert_eq!(image["mimeType"], "image/png");
+    image::load_from_memory(&view(document, binary, &image["bufferView"])).unwrap()
+}
+
+const GRAPH: &str = r##"(
+  canvas: (size_mm: (40, 20), resolution: (64, 32), tile: X, seed: 3),
+  nodes: {
+    "color": GradientMap(input: "lumps", stops: [(0, "#202020"), (1, "#e08040")]),
+    "lumps": Perlin(size: 8),
+    "rough": Remap(input: "lumps", to: (0.3, 0.7)),
+    "normal": HeightToNormal(input: "lumps"),
+    "skin": Material(base_color: "color", roughness: "rough", normal: "normal", coat: 0.25, MORE),
+  },
+  outputs: OUTPUTS,
+)"##;
+
+fn desk(more: &str, outputs: &str) -> Desk {
+    let desk = Desk::new();
+    desk.write("a.ron", GRAPH.replace("MORE", more).replace("OUTPUTS", outputs));
+    desk
+}
+
+#[test]
+fn a_material_becomes_a_file_with_its_textures() {
+    let desk = desk("ao: \"rough\"", r#"{ "skin": Gltf(material: "skin"), "maps": "skin" }"#);
+    desk.shibo("render a.ron -o out").expect(0);
+    let (document, binary) = parts(&std::fs::read(desk.path("out/skin.glb")).unwrap());
+    let material = &document["materials"][0];
+    assert_eq!(document["asset"]["version"], "2.0");
+    let base = &material["pbrMetallicRoughness"];
+    // The pictures that an ordinary output writes, packed as the format wants it.
+    let [color, rough, normal] = ["base_color", "roughness", "normal"]
+        .map(|channel| image::open(desk.path(format!("out/maps_{channel}.png"))).unwrap());
+    assert_eq!(picture(&document, &binary, &base["baseColorTexture"]).to_rgb8(), color.to_rgb8());
+    let packed = picture(&document, &binary, &base["metallicRoughnessTexture"]).to_rgb8();
+    for (packed, rough) in packed.pixels().zip(rough.to_luma8().pixels()) {
+        assert_eq!(packed.0, [rough.0[0], rough.0[0], 0]);
+    }
+    assert_eq!(base["metallicFactor"], 0.0);
+    assert_eq!(material["occlusionTexture"]["index"], base["metallicRoughnessTexture"]["index"]);
+    let own = picture(&document, &binary, &material["normalTexture"]);
+    assert_eq!(own.to_rgb16(), normal.to_rgb16());
+    // A channel that is the same everywhere is a number.
+    let coat = &material["extensions"]["KHR_materials_clearcoat"];
+    assert_eq!(coat, &json!({ "clearcoatFactor": 0.25, "clearcoatRoughnessFactor": 0.0 }));
+    // The square is a metre wide, on which the canvas of 40 mm repeats 25 times; it repeats in x only.
+    let transform = &base["baseColorTexture"]["extensions"]["KHR_texture_transform"];
+    assert_eq!(transform, &json!({ "scale": [25.0, 50.0] }));
+    let sampler = &document["samplers"][0];
+    assert_eq!((&sampler["wrapS"], &sampler["wrapT"]), (&json!(10497), &json!(33071)));
+    assert_eq!(document["extensionsUsed"], json!(["KHR_materials_clearcoat", "KHR_texture_transform"]));
+    let positions = &document["accessors"][0];
+    assert_eq!((&positions["min"], &positions["max"]), (&json!([-0.5, 0.0, -0.5]), &json!([0.5, 0.0, 0.5])));
+    // The triangles face up.
+    let at = floats(&view(&document, &binary, &json!(0)));
+    let indices = view(&document, &binary, &json!(4));
+    let corner: Vec<glam::Vec3> = indices
+        .chunks_exact(4)
+        .map(|b| u32::from_le_bytes(b.try_into().unwrap()) as usize)
+        .map(|i| glam::Vec3::from_slice(&at[3 * i..]))
+        .collect();
+    for triangle in corner.chunks_exact(3) {
+        assert!((triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).y > 0.0);
+    }
+}
+
+#[test]
+fn the_file_is_the_same_again_and_from_the_cache() {
+    let desk = desk("", r#"{ "skin": Gltf(material: "skin", mesh: Plane) }"#);
+    let render = |how: &str| {
+        desk.shibo(&format!("render a.ron -o out {how}")).expect(0);
+        std::fs::read(desk.path("out/skin.glb")).unwrap()
+    };
+    let first = render("--no-cache --threads 1");
+    assert_eq!(first, render("--cache-dir cache"));
+    assert_eq!(first, render("--cache-dir cache"));
+    let left: Vec<_> = std::fs::read_dir(desk.path("out")).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left, ["skin.glb"]);
+}
+
+#[test]
+fn wrong_uses_are_told_at_their_places() {
+    for (output, code, words) in [
+        (r#"Gltf(material: "lumps")"#, "type-mismatch", "`Gltf` takes a material; `lumps` is Gray"),
+        (r#"Gltf(material: "skin", mesh: "lumps")"#, "type-mismatch", "`mesh` must be an atlas; `lumps` is Gray"),
+        (r#"Gltf(material: "skin", mesh: "lump")"#, "unknown-node", "lump"),
+        (r#"Gltf(material: "skin", mesh: Plan)"#, "unknown-variant", "there is no mesh `Plan`"),
+        ("Gltf()", "missing-input", "`Gltf` has no `material`"),
+        (r#"Gltf(material: "skin", meshes: Plane)"#, "unknown-field", "meshes"),
+    ] {
+        let desk = desk("", &format!("{{ \"skin\": {output} }}"));
+        let checked = desk.shibo("check a.ron --format json").expect(1).json();
+        let error = &checked["errors"][0];
+        assert!(error["code"] == code && error["message"].as_str().unwrap().contains(words), "{output}: {error}");
+        assert_eq!(error["line"], 10, "{error}");
+    }
+    let desk = desk("", r#"{ "skin": Gltf(material: "skin") }"#);
+    let refused = desk.shibo("render a.ron --region 0,0,16,16").expect(2);
+    assert!(refused.stderr.contains("whole pictures"), "{}", refused.stderr);
+    // What the format has no word for is told.
+    let desk = self::desk("subsurface: 0.5", r#"{ "skin": Gltf(material: "skin") }"#);
+    let told = desk.shibo("render a.ron -o out").expect(0);
+    assert!(told.stderr.contains("no texture for the channel `subsurface`"), "{}", told.stderr);
+}

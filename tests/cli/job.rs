@@ -1,0 +1,87 @@
+//! Jobs for schedulers, without one: what is written, and that its commands make the files of a single run.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use crate::support::Desk;
+use std::os::unix::fs::PermissionsExt;
+use std::process::Command;
+
+/// A graph of two rows of tiles that reads a sub-graph, and whose folder has a name that shells take apart.
+fn desk() -> Desk {
+    let desk = Desk::new();
+    std::fs::create_dir_all(desk.path("it's here/lib")).unwrap();
+    let inner = "(version: 1, nodes: { \"b\": Perlin(size: 5) }, outputs: { \"b\": \"b\" })";
+    desk.write("it's here/lib/bumps.ron", inner);
+    desk.write(
+        "it's here/a b.ron",
+        "(version: 1, canvas: (size_mm: 40, resolution: 500), imports: { \"bumps\": \"lib/bumps.ron\" },
+          params: { \"r\": Number(default: 1, range: (0, 9)) },
+          nodes: { \"u\": Use(graph: \"bumps\"), \"soft\": Blur(input: \"u.b\", radius: \"$r\") },
+          outputs: { \"soft\": \"soft\" })",
+    );
+    desk
+}
+
+#[test]
+fn a_bundle_holds_the_graph_and_no_absolute_path() {
+    let desk = desk();
+    let args = ["job", "it's here/a b.ron", "-o", "x.job", "--set", "r=2", "--parts", "2"];
+    desk.run(args).expect(0);
+    assert_eq!(desk.names("x.job"), ["asset_references.yaml", "graph", "parameter_values.yaml", "template.yaml"]);
+    assert_eq!(desk.read("x.job/graph/lib/bumps.ron"), desk.read("it's here/lib/bumps.ron"));
+    let all = ["template.yaml", "parameter_values.yaml", "asset_references.yaml"]
+        .map(|name| String::from_utf8(desk.read(&format!("x.job/{name}"))).unwrap());
+    for text in &all {
+        assert!(!text.contains(&*desk.path("").to_string_lossy()), "{text}");
+    }
+    for wanted in [
+        "jobtemplate-2023-09",
+        "dataFlow: IN",
+        "dataFlow: OUT",
+        "\"graph/a b.ron\"",
+        "\"r=2\"",
+        "dependsOn: render",
+        "range: \"1-2\"",
+    ] {
+        assert!(all[0].contains(wanted), "{wanted}: {}", all[0]);
+    }
+}
+
+#[test]
+fn a_script_for_slurm_makes_the_files_of_a_single_run() {
+    let desk = desk();
+    desk.run(["render", "it's here/a b.ron", "--set", "r=2", "-o", "whole", "--no-cache"]).expect(0);
+    desk.run(["job", "it's here/a b.ron", "-o", "a $job", "--set", "r=2", "--parts", "2", "--for", "slurm"]).expect(0);
+    let script = desk.path("a $job/submit.sh");
+    assert!(script.metadata().unwrap().permissions().mode() & 0o111 == 0o111);
+    // As Slurm runs the tasks, one after another.
+    let out = desk.path("out put");
+    let task = |task: &str, number: &str| {
+        let mut command = Command::new("bash");
+        command.arg(&script).args(["--task", task]).arg(desk.path("a $job")).arg(&out);
+        command.env("SHIBO", assert_cmd::cargo::cargo_bin!("shibo")).env("SLURM_ARRAY_TASK_ID", number);
+        command.output().unwrap()
+    };
+    assert!(task("prepare", "").status.success());
+    assert!(task("render", "2").status.success());
+    // Too early: it says what is missing, and another attempt makes it whole.
+    let early = task("join", "");
+    assert!(!early.status.success() && String::from_utf8_lossy(&early.stderr).contains("part 1/2 is missing"));
+    assert!(task("render", "1").status.success() && task("render", "2").status.success());
+    let last = task("join", "");
+    assert!(last.status.success(), "{}", String::from_utf8_lossy(&last.stderr));
+    assert_eq!(desk.names("out put"), desk.names("whole"));
+    assert!(desk.read("out put/soft.png") == desk.read("whole/soft.png"));
+}
+
+#[test]
+fn jobs_that_cannot_run_are_refused() {
+    let desk = desk();
+    for (args, said) in [
+        (vec!["job", "it's here/a b.ron", "-o", "x", "--parts", "3"], "2 rows of tiles"),
+        (vec!["job", "shibo:calf", "-o", "x"], "shibo new"),
+        (vec!["job", "it's here/a b.ron"], "--out"),
+    ] {
+        let ran = desk.run(args).expect(2);
+        assert!(ran.stderr.contains(said) && !desk.path("x").exists(), "{}", ran.stderr);
+    }
+}

@@ -1,0 +1,115 @@
+//! Synthesis as it is asked for: presets that do what they say and warn of what they ignore, and coordinates that go to a file
+//! and come back.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use crate::support::Desk;
+use serde_json::Value as Json;
+
+/// A graph of some nodes; the first of them is on line 5.
+fn graph(canvas: &str, nodes: &str, output: &str) -> String {
+    format!(
+        "(\n  version: 1,\n  canvas: ({canvas}),\n  nodes: {{\n{nodes}\n  }},\n  outputs: {{ \"out\": {output} }},\n)\n"
+    )
+}
+
+fn coords(desk: &Desk, node: &str) -> Vec<[f64; 2]> {
+    let json = desk.shibo(&format!("dump a.ron {node} --no-cache")).expect(0).json();
+    let pair = |pair: &Json| [0, 1].map(|k| pair[k].as_f64().unwrap());
+    json["coords"].as_array().unwrap().iter().map(pair).collect()
+}
+
+/// Whether a map, modulo the exemplar, goes on by a pixel from each pixel to those right of it and below.
+fn goes_on(map: &[[f64; 2]], w: usize, side: f64) -> bool {
+    let near = |a: f64, b: f64| ((a - b).rem_euclid(side) - side / 2.0).abs() > side / 2.0 - 1e-3;
+    (0..map.len()).all(|p| {
+        let [u, v] = map[0];
+        near(map[p][0], u + (p % w) as f64) && near(map[p][1], v + (p / w) as f64)
+    })
+}
+
+#[test]
+fn the_method_of_the_source_gives_back_the_exemplar_tiled_at_any_size() {
+    let desk = Desk::new();
+    for (side, tile) in [(24, "Both"), (16, "None"), (24, "None")] {
+        let nodes = format!(
+            r#"    "ground": Perlin(size: 7),
+    "exemplar": Exemplar(input: "ground", size: ({side}, {side}), size_mm: ({side}, {side}), periodic: Yes),
+    "coords": Synthesize(exemplar: "exemplar", preset: Patent, size: (48, 48)),"#
+        );
+        desk.write(
+            "a.ron",
+            graph(&format!("size_mm: 48, resolution: 48, tile: {tile}, seed: 1"), &nodes, "\"ground\""),
+        );
+        assert!(goes_on(&coords(&desk, "coords"), 48, f64::from(side)), "{side} {tile}");
+    }
+}
+
+#[test]
+fn what_a_preset_ignores_is_warned_of() {
+    let desk = Desk::new();
+    let warned = |more: &str| {
+        let nodes = format!(
+            r#"    "ground": Perlin(size: 7),
+    "exemplar": Exemplar(input: "ground", size: (16, 16)),
+    "coords": Synthesize(exemplar: "exemplar", {more}),
+    "shown": SampleExemplar(coords: "coords", input: "ground"),"#
+        );
+        desk.write("a.ron", graph("size_mm: 32, resolution: 32, tile: Both, seed: 1", &nodes, "\"shown\""));
+        let ran = desk.shibo("render a.ron -o . --no-cache").expect(0);
+        ["copy_size", "even_use", "scope", "mend", "sub_passes"]
+            .map(|name| ran.stderr.contains(&format!("`{name}` does nothing")))
+    };
+    assert_eq!(
+        warned("preset: Patent, copy_size: 2, even_use: 1, scope: Local, mend: 2, sub_passes: 9"),
+        [true, true, true, true, false]
+    );
+    assert_eq!(
+        warned("copy_size: 2, even_use: 1, scope: Local, mend: 2, sub_passes: 9"),
+        [false, false, false, false, true]
+    );
+    assert_eq!(warned("preset: Patent"), [false; 5]);
+}
+
+#[test]
+fn presets_differ_in_how_much_they_mend() {
+    let desk = Desk::new();
+    let at = |more: &str| {
+        let nodes = format!(
+            r#"    "ground": Worley(size: 5, jitter: 0.8),
+    "exemplar": Exemplar(input: "ground.border", size: (40, 40), periodic: No),
+    "coords": Synthesize(exemplar: "exemplar", {more}),"#
+        );
+        desk.write("a.ron", graph("size_mm: 64, resolution: 64, tile: Both, seed: 1", &nodes, "\"ground\""));
+        coords(&desk, "coords")
+    };
+    let (fast, usual, best) = (at("preset: Fast"), at(""), at("preset: Best"));
+    assert!(fast == at("mend: 0") && usual == at("mend: 1") && best == at("mend: 3"));
+    assert!(fast != usual && usual != best);
+}
+
+#[test]
+fn coordinates_go_to_a_file_and_come_back() {
+    let desk = Desk::new();
+    let nodes = r#"    "ground": Worley(size: 5, jitter: 0.8),
+    "exemplar": Exemplar(input: "ground.border", size: (40, 30)),
+    "coords": Synthesize(exemplar: "exemplar", size: (64, 48)),
+    "field": CoordsToField(coords: "coords"),"#;
+    let canvas = "size_mm: (64, 48), resolution: (64, 48), tile: Both, seed: 1";
+    desk.write("a.ron", graph(canvas, nodes, r#"File(from: "field", format: Exr)"#));
+    desk.shibo("render a.ron -o . --no-cache").expect(0);
+    let made = coords(&desk, "coords");
+    let read = r#"    "ground": Worley(size: 5, jitter: 0.8),
+    "exemplar": Exemplar(input: "ground.border", size: (40, 30)),
+    "u": Image(path: "out.exr", size_mm: (64, 48), layer: "X", color_space: Raw),
+    "v": Image(path: "out.exr", size_mm: (64, 48), layer: "Y", color_space: Raw),
+    "both": MakeVector(x: "u", y: "v"),
+    "coords": CoordsFromField(input: "both", exemplar: "exemplar", size: (64, 48)),
+    "shares": CoordsToField(coords: "coords", unit: Share),
+    "again": CoordsFromField(input: "shares", exemplar: "exemplar", size: (64, 48), unit: Share),"#;
+    desk.write("a.ron", graph(canvas, read, r#""shares""#));
+    assert_eq!(coords(&desk, "coords"), made);
+    let again = coords(&desk, "again");
+    assert!(again.iter().zip(&made).all(|(a, b)| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-4));
+    let spread = made.iter().filter(|at| at[0] != made[0][0]).count();
+    assert!(spread > 1000, "the map shows one place");
+}

@@ -1,0 +1,68 @@
+//! The page of `shibo watch` under axe-core, which finds what people who use a keyboard or a screen reader would stumble over.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use crate::watching::browser::Browser;
+use crate::watching::{Place, Watch};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const ROOT: &str = "document.documentElement.dataset";
+
+/// The text of axe-core, from npm: fetched once, in the version of the lock file.
+fn axe() -> String {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/axe");
+    let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("axe");
+    let script = dir.join("node_modules/axe-core/axe.min.js");
+    if !script.is_file() {
+        std::fs::create_dir_all(&dir).unwrap();
+        for file in ["package.json", "package-lock.json"] {
+            std::fs::copy(from.join(file), dir.join(file)).unwrap();
+        }
+        let done = Command::new("npm").args(["ci", "--no-audit", "--no-fund"]).current_dir(&dir).output();
+        let done = done.expect("npm: install it (`apt-get install npm`)");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    }
+    std::fs::read_to_string(script).unwrap()
+}
+
+#[test]
+fn axe_finds_nothing_serious_at_three_sizes_and_in_both_themes() {
+    let axe = axe();
+    let place = Place::shipped("starter.ron");
+    place.write(&place.text().replace("resolution: 1024", "resolution: 128"));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = browser.open(&watch.url);
+    page.wait(&format!("{ROOT}.shown && {ROOT}.final == 'true'"));
+    page.eval(&axe);
+    // Everything that can be open is open: the graph, a node, the panels, a comparison, an error.
+    page.key("g");
+    page.wait("document.getElementById('graph').dataset.computed >= 0");
+    page.eval("(() => { for (const d of document.querySelectorAll('details')) d.open = true; const f = document.getElementById('find'); f.value = document.querySelector('#names option').value; f.onchange(); })()");
+    page.wait("!document.getElementById('inspector').hidden");
+    page.key("a");
+    let checked = page.eval("axe.run(document).then(r => r.passes.length)");
+    assert!(checked.as_u64() > Some(15), "{checked}");
+    for (width, height) in [(600, 900), (1440, 900), (3840, 2160)] {
+        page.size(width, height, 1.0);
+        for theme in ["dark", "light"] {
+            if page.eval(&format!("{ROOT}.theme")) != theme {
+                page.key("d");
+            }
+            for view in ["2", "1"] {
+                page.key(view);
+                page.painted();
+                let found = page.eval(
+                    "axe.run(document, { resultTypes: ['violations'] }).then(r => r.violations.filter(v => ['serious', 'critical'].includes(v.impact)) \
+                     .map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message ?? '')).slice(0, 4).join(' | ')))",
+                );
+                assert_eq!(found, json!([]), "{width} × {height}, {theme}, view {view}");
+            }
+        }
+    }
+    place.write(&place.text().replace("nodes:", "nodez:"));
+    page.wait("!document.getElementById('errors').hidden");
+    let found = page.eval("axe.run('#errors').then(r => r.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v => v.id))");
+    assert_eq!(found, json!([]));
+}

@@ -1,0 +1,15 @@
+//! What runs on: the page and server of `shibo watch`, and the language server.
+mod axe;
+mod cancel;
+mod editor;
+mod language;
+#[path = "../support/long_work.rs"]
+mod long_work;
+mod lsp;
+mod neovim;
+mod page;
+mod repairs;
+mod saves;
+mod server;
+mod watching;
+mod work;

@@ -1,0 +1,471 @@
+//! The page of `shibo watch` in a real browser.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+use crate::watching;
+
+use crate::watching::browser::{Browser, Page};
+use crate::watching::{Place, Watch, plain};
+use serde_json::Value as Json;
+
+/// What the page says of itself.
+const ROOT: &str = "document.documentElement.dataset";
+
+fn open(browser: &Browser, watch: &Watch) -> Page {
+    let mut page = browser.open(&watch.url);
+    page.wait(&format!("{ROOT}.shown && {ROOT}.final == 'true'"));
+    page
+}
+
+/// Waits until the page shows the file as it is now.
+fn wait_for_file(page: &mut Page, place: &Place) {
+    let sha = watching::sha256(place.text().as_bytes());
+    page.wait(&format!("{ROOT}.sha == '{sha}' && {ROOT}.final == 'true'"));
+    // The picture is painted with the next frame.
+    page.eval(
+        "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
+    );
+}
+
+/// The mean brightness of the middle of the picture.
+fn brightness(page: &mut Page) -> f64 {
+    let (pixels, width) = page.screenshot();
+    let middle = (300..400_usize).flat_map(|y| (400..500_usize).map(move |x| (x, y)));
+    let sum: u32 = middle.map(|(x, y)| u32::from(pixels[y * width as usize + x][0])).sum();
+    f64::from(sum) / 10_000.0
+}
+
+/// Nothing was complained of but what a test provokes itself.
+fn assert_calm(page: &Page, provoked: &str) {
+    let odd: Vec<&String> = page.complaints.iter().filter(|c| provoked.is_empty() || !c.contains(provoked)).collect();
+    assert!(odd.is_empty(), "{odd:#?}");
+}
+
+#[test]
+fn the_page_follows_the_file() {
+    let place = Place::new(&plain(0.4));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    wait_for_file(&mut page, &place);
+    let dark = brightness(&mut page);
+    place.write(&plain(1.0));
+    wait_for_file(&mut page, &place);
+    let bright = brightness(&mut page);
+    assert!(bright > dark + 25.0, "{dark} {bright}");
+
+    // The file breaks: the error has its line, the picture stays.
+    place.write(&plain(1.0).replace("Remap(", "Remapp("));
+    page.wait(&format!("{ROOT}.errors == '1'"));
+    let told = page.eval("document.getElementById('errors').innerText");
+    let told = told.as_str().unwrap();
+    assert!(told.contains("graph.ron:7:13") && told.contains("unknown-kind"), "{told}");
+    assert_eq!(page.eval("document.querySelector('#errors mark').textContent"), "Remapp");
+    assert_eq!(page.eval("document.querySelector('#errors .at b').textContent"), "7");
+    assert!((brightness(&mut page) - bright).abs() < 1.0, "the old picture stays");
+
+    // Mended.
+    place.write(&plain(0.1));
+    wait_for_file(&mut page, &place);
+    page.wait("document.getElementById('errors').hidden");
+    assert!(brightness(&mut page) < dark);
+    assert_calm(&page, "");
+}
+
+#[test]
+fn a_file_broken_at_the_start_loads_once_it_is_mended() {
+    let place = Place::new("(version: 1, nodes: { \"a\": Nonsense() })");
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = browser.open(&watch.url);
+    page.wait(&format!("{ROOT}.errors > 0"));
+    place.write(&plain(0.7));
+    wait_for_file(&mut page, &place);
+    assert_eq!(page.eval(&format!("{ROOT}.errors")), "0");
+    assert_calm(&page, "");
+}
+
+#[test]
+fn a_slider_changes_the_picture_and_gives_the_text() {
+    let place = Place::new(&plain(1.0));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    wait_for_file(&mut page, &place);
+    let before = brightness(&mut page);
+    let generation = page.eval(&format!("{ROOT}.generation"));
+    page.eval("(() => { const s = document.querySelector('[data-param=low] input[type=range]'); s.value = 0.9; s.dispatchEvent(new Event('input', { bubbles: true })); })()");
+    page.wait(&format!("{ROOT}.generation != {generation} && {ROOT}.final == 'true'"));
+    page.eval(
+        "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
+    );
+    assert!(brightness(&mut page) > before + 20.0);
+    page.wait("document.querySelector('[data-param=low]').classList.contains('changed')");
+    page.eval("document.getElementById('copy').click()");
+    let copied = page.eval("document.getElementById('copy').dataset.copied");
+    assert_eq!(copied, "params: { \"low\": Number(default: 0.9, range: (0, 1), doc: \"The darkest\") },");
+    page.eval("document.getElementById('reset').click()");
+    page.wait("!document.querySelector('[data-param=low]').classList.contains('changed')");
+    // A save that the value no longer suits wins over the slider.
+    page.eval("(() => { const s = document.querySelector('[data-param=low] input[type=range]'); s.value = 0.9; s.dispatchEvent(new Event('input', { bubbles: true })); })()");
+    page.wait("document.querySelector('[data-param=low]').classList.contains('changed')");
+    place.write(&plain(1.0).replace("range: (0, 1)", "range: (0, 0.5)"));
+    wait_for_file(&mut page, &place);
+    page.wait("!document.querySelector('[data-param=low]').classList.contains('changed')");
+    assert_eq!(page.eval(&format!("{ROOT}.errors")), "0");
+    assert_calm(&page, "");
+}
+
+/// How many different colours there are in the middle of the stage, and whether they differ from the corner's.
+fn colours(page: &mut Page) -> (usize, bool) {
+    let (pixels, width) = page.screenshot();
+    let at = |x: usize, y: usize| pixels[y * width as usize + x];
+    let mut seen: Vec<[u8; 3]> =
+        (250..500).step_by(3).flat_map(|y| (350..620).step_by(3).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
+    let corner = at(20, 80);
+    let differ = seen.iter().filter(|c| **c != corner).count() * 10 > seen.len() * 9;
+    seen.sort_unstable();
+    seen.dedup();
+    (seen.len(), differ)
+}
+
+#[test]
+fn the_lit_view_draws_the_material() {
+    let place = Place::shipped("starter.ron");
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("2");
+    page.wait("document.getElementById('lit').dataset.drawn > 0");
+    page.eval("document.getElementById('light-resolution').value = 512, document.getElementById('light-resolution').onchange()");
+    for shape in ["sphere", "plane", "cylinder", "cube"] {
+        let drawn = page.eval("+document.getElementById('lit').dataset.drawn");
+        page.eval(&format!("document.querySelector('[data-shape={shape}]').click()"));
+        page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+        let (count, differ) = colours(&mut page);
+        assert!(count > 100 && differ, "{shape}: {count} colours");
+    }
+    let drawn = page.eval("+document.getElementById('lit').dataset.drawn");
+    page.eval("document.querySelector('[data-relief=displacement]').click()");
+    page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+    assert!(colours(&mut page).0 > 100);
+    // An edit of the file reaches the textures.
+    let generation = page.eval("document.getElementById('lit').dataset.generation");
+    place.write(&place.text().replace("resolution: 1024", "resolution: 512"));
+    page.wait(&format!("document.getElementById('lit').dataset.generation != {generation}"));
+    assert_calm(&page, "");
+}
+
+/// A graph whose material lies on a mesh of that shape.
+fn on_a_mesh(shape: &str) -> String {
+    format!(
+        r##"(
+  version: 1,
+  canvas: (size_mm: 240, resolution: 256, tile: None, seed: 1),
+  nodes: {{
+    "mesh": MeshShape(shape: {shape}),
+    "atlas": MeshAtlas(mesh: "mesh"),
+    "lumps": Perlin(size: 20),
+    "color": GradientMap(input: "lumps", stops: [(0, "#102040"), (1, "#f0c040")]),
+    "final": Material(base_color: "color", roughness: 0.5, height: "lumps"),
+  }},
+  outputs: {{ "final": "final" }},
+)"##
+    )
+}
+
+#[test]
+fn the_mesh_of_the_graph_wears_the_material() {
+    const MESH: &str = "document.querySelector('[data-shape=mesh]')";
+    let place = Place::new(&on_a_mesh("Sphere"));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("2");
+    // It is the first shape that is shown.
+    page.wait(&format!("!{MESH}.hidden && {MESH}.ariaPressed == 'true'"));
+    page.wait("document.getElementById('lit').dataset.drawn > 1");
+    let (count, differ) = colours(&mut page);
+    assert!(count > 100 && differ, "{count} colours");
+    // Another mesh takes its place, and without one a shape of the page's own does.
+    let drawn = page.eval("+document.getElementById('lit').dataset.drawn");
+    place.write(&on_a_mesh("Cube"));
+    page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+    place.write(&plain(0.5));
+    page.wait(&format!("{MESH}.hidden && {MESH}.ariaPressed != 'true'"));
+    assert_calm(&page, "");
+}
+
+/// Row C20: strokes are drawn on the mesh by hand, and are text for the graph.
+#[test]
+fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
+    const TEXT: &str = "document.querySelector('#strokes textarea').value";
+    let place = Place::new(&on_a_mesh("Sphere"));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("2");
+    page.wait("document.getElementById('lit').dataset.drawn > 1 && !document.getElementById('draw').hidden");
+    let drag = |page: &mut Page, way: [[f64; 2]; 2]| {
+        let [[ax, ay], [bx, by]] = way;
+        page.eval(&format!(
+            "(() => {{ const c = document.getElementById('lit'); const b = c.getBoundingClientRect();
+                c.setPointerCapture = () => {{}};
+                const at = (kind, x, y) => c.dispatchEvent(new PointerEvent(kind, {{ pointerId: 1, bubbles: true,
+                    clientX: b.left + b.width * (0.5 + x), clientY: b.top + b.height * (0.5 + y) }}));
+                at('pointerdown', {ax}, {ay});
+                for (let t = 0; t <= 1.0001; t += 0.1) at('pointermove', {ax} + ({bx} - {ax}) * t, {ay} + ({by} - {ay}) * t);
+                at('pointerup', {bx}, {by}); }})()"
+        ));
+    };
+    // Without the mode, a drag turns the mesh.
+    drag(&mut page, [[-0.05, 0.0], [0.05, 0.0]]);
+    assert_eq!(page.eval(TEXT).as_str(), Some(""));
+    let before = colours(&mut page).0;
+    page.key("s");
+    drag(&mut page, [[-0.08, 0.05], [0.08, -0.05]]);
+    drag(&mut page, [[0.0, -0.1], [0.0, 0.1]]);
+    let text = page.eval(TEXT).as_str().expect("text").to_owned();
+    assert!(text.starts_with("strokes: [") && text.lines().count() == 4 && before > 100, "{text}");
+    // The sphere of 60 mm: each point lies on it, and the graph takes the text as it is.
+    let points: Vec<Vec<f64>> = text
+        .split('(')
+        .skip(1)
+        .map(|p| p.split(')').next().unwrap_or("").split(", ").map(|n| n.parse().unwrap()).collect())
+        .collect();
+    assert!(points.len() > 8, "{text}");
+    for point in &points {
+        let radius = point.iter().map(|x| x * x).sum::<f64>().sqrt();
+        assert!((radius - 30.0).abs() < 0.2, "{point:?}");
+    }
+    let field = format!("\"field\": TangentField(mesh: \"mesh\", {text}),\n    \"lumps\": Perlin");
+    place.write(&place.text().replacen("\"lumps\": Perlin", &field, 1));
+    wait_for_file(&mut page, &place);
+    assert_eq!(page.eval(TEXT).as_str(), Some(&*text), "strokes stay while the mesh does");
+    // Another shape has none, and they are there again when it is gone.
+    page.eval("document.querySelector('[data-shape=cube]').click()");
+    assert_eq!(page.eval(TEXT).as_str(), Some(""));
+    page.eval("document.querySelector('[data-shape=mesh]').click()");
+    assert_eq!(page.eval(TEXT).as_str(), Some(&*text));
+    page.eval("document.querySelector('[data-stroke=undo]').click()");
+    assert_eq!(page.eval(TEXT).as_str().expect("text").lines().count(), 3);
+    page.eval("document.querySelector('[data-stroke=clear]').click()");
+    assert_eq!(page.eval(TEXT).as_str(), Some(""));
+    assert_calm(&page, "");
+}
+
+#[test]
+fn every_node_can_be_looked_at() {
+    let place = Place::shipped("starter.ron");
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("g");
+    page.wait(
+        "document.getElementById('graph').dataset.nodes > 5 && document.getElementById('graph').dataset.computed >= 0",
+    );
+    let names: Json = page.eval("[...document.querySelectorAll('#names option')].map(o => o.value)");
+    assert!(names.as_array().unwrap().len() > 5);
+    for name in names.as_array().unwrap() {
+        page.eval(&format!(
+            "(() => {{ const f = document.getElementById('find'); f.value = {name}; f.onchange(); }})()"
+        ));
+        page.wait(&format!("{ROOT}.shown?.split(' ')[0].split('.')[0] == '@' + {name} && document.querySelector('#inspector .name')?.textContent == {name}"));
+    }
+    page.key("Escape");
+    page.wait(&format!("!{ROOT}.shown.startsWith('@')"));
+    // A click on a box does the same.
+    page.key("f");
+    let at = page.eval("(() => { const b = document.getElementById('graph').getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; })()");
+    let [left, top, width, height] = std::array::from_fn(|i| at[i].as_f64().unwrap());
+    let spots = (1..40).flat_map(|i| [0.5, 0.35, 0.65].map(|v| (left + width * f64::from(i) / 40.0, top + height * v)));
+    for (x, y) in spots {
+        page.mouse("mousePressed", x, y);
+        page.mouse("mouseReleased", x, y);
+        if page.eval(&format!("{ROOT}.target.startsWith('@')")) == true {
+            break;
+        }
+    }
+    page.wait(&format!("{ROOT}.shown?.startsWith('@') && {ROOT}.target.startsWith('@')"));
+    assert_calm(&page, "");
+}
+
+#[test]
+fn what_is_no_picture_is_drawn() {
+    let browser = Browser::start();
+    let wood = ["pith", "trunk", "tree", "even", "grown", "fiber", "year", "ring_color", "light"];
+    for (file, nodes) in [("pine_knots.ron", &wood[..]), ("brick_wall.ron", &["exemplar", "regular", "coords"])] {
+        let place = Place::shipped(file);
+        let resolution = place.text().find("resolution: ").unwrap();
+        let end = resolution + place.text()[resolution..].find(',').unwrap();
+        place.write(&(place.text()[..resolution].to_owned() + "resolution: 256" + &place.text()[end..]));
+        let watch = Watch::start(&place.graph, &[]);
+        let mut page = open(&browser, &watch);
+        page.key("g");
+        page.wait("document.getElementById('graph').dataset.computed >= 0");
+        for node in nodes {
+            page.eval(&format!(
+                "(() => {{ const f = document.getElementById('find'); f.value = '{node}'; f.onchange(); }})()"
+            ));
+            page.wait(&format!("{ROOT}.shown?.split(' ')[0] == '@{node}'"));
+            // More colours than ground and lines alone: it is drawn, and not blank.
+            page.wait(
+                "(() => { const c = document.getElementById('picture'); const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; \
+                 const seen = new Set(); for (let i = 0; i < d.length; i += 4) seen.add(d[i] << 24 | d[i + 1] << 16 | d[i + 2] << 8 | d[i + 3]); return seen.size > 2; })()",
+            );
+            page.screenshot();
+        }
+        assert_calm(&page, "");
+    }
+}
+
+#[test]
+fn the_picture_is_moved_zoomed_repeated_and_compared() {
+    let place = Place::new(&plain(1.0));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    wait_for_file(&mut page, &place);
+    // The value under the cursor, in mm and as it is.
+    page.mouse("mouseMoved", 450.0, 350.0);
+    page.wait(
+        "/x \\d\\.\\d+ +y \\d\\.\\d+ mm.*\\d+, \\d+ px.*0\\.\\d+/.test(document.getElementById('cursor').textContent)",
+    );
+    let fitted = page.eval("document.getElementById('zoom').textContent");
+    for _ in 0..9 {
+        page.key("+");
+    }
+    page.wait(&format!("document.getElementById('zoom').textContent != '{}'", fitted.as_str().unwrap()));
+    page.mouse("mousePressed", 450.0, 350.0);
+    page.mouse("mouseMoved", 500.0, 380.0);
+    page.mouse("mouseReleased", 500.0, 380.0);
+    page.key("0");
+    page.wait(&format!("document.getElementById('zoom').textContent == '{}'", fitted.as_str().unwrap()));
+    page.key("t");
+    assert_eq!(page.eval("document.getElementById('repeat').ariaPressed"), "true");
+    page.key("t");
+    for key in ["r", "b", "c"] {
+        page.key(key);
+    }
+    // What is pinned stays on the left while the file changes the right.
+    page.key("a");
+    assert_eq!(page.eval("document.getElementById('wipe').hidden"), false);
+    let before = page.color(440, 350);
+    place.write(&plain(0.0));
+    wait_for_file(&mut page, &place);
+    assert_eq!(page.color(440, 350), before);
+    assert!(page.color(530, 350)[0] < 5, "{:?}", page.color(530, 350));
+    page.key("a");
+    page.eval(
+        "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
+    );
+    assert!(page.color(440, 350)[0] < 5);
+    // Dark and light.
+    let theme = page.eval(&format!("{ROOT}.theme"));
+    page.key("d");
+    assert_ne!(page.eval(&format!("{ROOT}.theme")), theme);
+    assert_calm(&page, "");
+}
+
+#[test]
+fn the_page_fits_small_and_large_screens() {
+    let place = Place::shipped("starter.ron");
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    // Without a graphics card, light on so many pixels takes minutes.
+    let views = [(1280, 720, &["g", "g", "2", "1"][..]), (3840, 2160, &["g", "g"])];
+    for (width, height, keys) in views {
+        page.size(width, height, 1.0);
+        for view in keys {
+            page.key(view);
+            let over = page.eval(
+                "[...document.querySelectorAll('header, header > button, header nav, footer, .tools:not([hidden]), #panel, #stage')] \
+                 .filter(e => { const b = e.getBoundingClientRect(); return b.width && (b.right > innerWidth + 1 || b.bottom > innerHeight + 1 || b.left < -1); }).map(e => e.id || e.tagName)",
+            );
+            assert_eq!(over, serde_json::json!([]), "{width}x{height} {view}");
+        }
+        page.screenshot();
+    }
+    assert_calm(&page, "");
+}
+
+#[test]
+fn many_tabs_share_a_connection() {
+    let place = Place::new(&plain(0.3));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    // Browsers allow six connections to a server.
+    let mut pages: Vec<Page> = (0..14).map(|_| browser.open(&watch.url)).collect();
+    for page in &mut pages {
+        page.wait(&format!("{ROOT}.final == 'true'"));
+    }
+    place.write(&plain(0.9));
+    for page in &mut pages {
+        wait_for_file(page, &place);
+    }
+    assert!(watch.handles() < 120, "{}", watch.handles());
+    // They vanish; one that is opened later still works.
+    drop(pages);
+    let mut page = open(&browser, &watch);
+    wait_for_file(&mut page, &place);
+    assert_calm(&page, "");
+}
+
+#[test]
+fn a_picture_of_16384_is_shown_by_tiles() {
+    let place = Place::new(&plain(1.0).replace("resolution: 64", "resolution: 16384"));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    let largest = page.eval("performance.getEntriesByType('resource').filter(r => r.name.includes('/picture/')).map(r => r.transferSize).reduce((a, b) => Math.max(a, b), 0)");
+    assert!(largest.as_u64().unwrap() < 20 << 20, "{largest}");
+    page.key("9");
+    page.wait("performance.getEntriesByType('resource').filter(r => r.name.includes('/tile?') && r.name.includes('l=0')).length >= 2");
+    assert_eq!(page.eval("document.getElementById('zoom').textContent"), "100 %");
+    page.mouse("mouseMoved", 450.0, 350.0);
+    page.wait("/\\d{4}, \\d{4} px/.test(document.getElementById('cursor').textContent)");
+    assert_calm(&page, "");
+}
+
+/// Times are told, not tested: machines differ.
+#[test]
+fn figures_of_latency() {
+    let place = Place::shipped("calf.ron");
+    place.write(&place.text().replace("resolution: 2048", "resolution: 512"));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.wait(&format!("{ROOT}.target == 'lit' && {ROOT}.done"));
+    page.eval(&format!(
+        "new MutationObserver(() => {{ if ({ROOT}.sha !== window.last) {{ window.last = {ROOT}.sha; window.at = Date.now(); }} }}) \
+         .observe(document.documentElement, {{ attributes: true, attributeFilter: ['data-picture', 'data-sha'] }})"
+    ));
+    let text = place.text();
+    let start = |name: &str| {
+        let declared = format!("\"{name}\": Number(default: ");
+        text.find(&declared).expect("the graph declares it") + declared.len()
+    };
+    for (what, at, value) in
+        [("late in the graph", start("roughness"), 0.45), ("of the simulation", start("pitch"), 0.7)]
+    {
+        let end = at + text[at..].find(',').unwrap();
+        let mut times = Vec::new();
+        for i in 0..7 {
+            let edited = format!("{}{:.3}{}", &text[..at], value + 0.003 * f64::from(i), &text[end..]);
+            place.write(&edited);
+            let saved =
+                std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_secs_f64() * 1000.0;
+            wait_for_file(&mut page, &place);
+            times.push(page.eval("window.at").as_f64().unwrap() - saved);
+            page.wait(&format!("{ROOT}.done == {ROOT}.generation"));
+        }
+        times.sort_by(f64::total_cmp);
+        println!("save of an edit {what} to its 512² picture on the page: {times:.0?} ms");
+    }
+    // Dragging a slider: how many pictures a second are seen.
+    let seen = page.eval(&format!(
+        "(async () => {{ const s = document.querySelector('[data-param=roughness] input[type=range]'); const seen = new Set(); const end = Date.now() + 3000; \
+         for (let i = 0; Date.now() < end; i += 1) {{ s.value = 0.3 + (i % 200) * 0.001; s.dispatchEvent(new Event('input', {{ bubbles: true }})); \
+         await new Promise(done => setTimeout(done, 16)); seen.add({ROOT}.picture); }} return seen.size; }})()"
+    ));
+    println!("a drag of a slider late in the graph: {:.1} pictures a second", seen.as_f64().unwrap() / 3.0);
+}

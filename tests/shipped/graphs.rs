@@ -1,0 +1,195 @@
+//! Every graph that is shipped: without errors and warnings, rendered, seamless, and looking as it did.
+#![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
+use crate::bless;
+use crate::golden;
+
+use crate::picture::Picture;
+use glam::UVec2;
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::graph::{Graph, LoadOptions, load};
+use shibo_engine::session::{Session, Settings};
+use shibo_engine::value::{Field, Resolution, Tile, Tiling, Type, Value, Window};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Golden pictures are of this size.
+const SIDE: u32 = 128;
+
+fn root(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn shipped() -> Vec<PathBuf> {
+    let mut graphs = Vec::new();
+    for folder in ["graphs", "graphs/lib"] {
+        let files = std::fs::read_dir(root(folder)).unwrap().map(|e| e.unwrap().path());
+        graphs.extend(files.filter(|path| path.extension().is_some_and(|e| e == "ron")));
+    }
+    graphs.sort();
+    assert!(graphs.len() >= 6, "{graphs:?}");
+    graphs
+}
+
+fn session() -> Session {
+    Session::new(shibo_nodes::registry(), &Settings { threads: 2, ..Settings::default() }).unwrap()
+}
+
+/// A graph at `side`² pixels, or at its own resolution.
+fn graph(session: &Session, path: &Path, side: Option<u32>) -> Graph {
+    let resolved = |resolution| load(path, session.registry(), &LoadOptions { resolution, ..LoadOptions::default() });
+    let own = resolved(None);
+    let messages: Vec<&str> = own.diagnostics.iter().map(|d| d.message.as_str()).collect();
+    assert_eq!(messages, Vec::<&str>::new(), "{}", path.display());
+    // Small squares, though a canvas may have another shape.
+    let square = side.map(|side| resolved(Some(Resolution::Exact(UVec2::splat(side)))));
+    square.unwrap_or(own).graph.unwrap()
+}
+
+/// The pictures of all outputs, or a part of each, named as their files are. What files for other programs hold is the same.
+fn pictures(session: &Session, graph: &Graph, part: Window) -> Vec<(String, Field, Tile)> {
+    let cancel = CancelToken::default();
+    let mut fields = Vec::new();
+    for output in graph.outputs.iter().filter(|output| output.mesh.is_none()) {
+        let value = session.value(graph, (output.node, output.output), &cancel, &Silent).unwrap();
+        match value {
+            Value::Field(field) => fields.push((output.name.clone(), field)),
+            Value::Material(material) => fields.extend(
+                material.channels().iter().map(|(c, field)| (format!("{}_{}", output.name, c.name()), field.clone())),
+            ),
+            // Lines are drawn by nodes, and looked at there.
+            Value::Segments(_) => {}
+            other => panic!("{}: {}", output.name, other.ty()),
+        }
+    }
+    let parts = [(graph.canvas.grid(graph.canvas.resolution), part)];
+    let raster = |field: &Field| session.rasters(graph, field, &parts, &cancel, &Silent).unwrap().0.remove(0);
+    fields.into_iter().map(|(name, field)| (name, field.clone(), raster(&field))).collect()
+}
+
+/// Of these graphs a gap between threads, or a line of crossing seams, lies exactly at the edge, where steps are as large as in
+/// other gaps. They are compared with the largest twentieth of the steps inside, and must not be larger than those.
+const GAP_AT_EDGE: [&str; 2] = ["worn_strap", "quilted"];
+
+/// The mean step across the picture's edges over the step inside which so many of a hundred steps do not exceed.
+fn seam(tile: &Tile, percent: usize) -> f32 {
+    let (w, h) = (tile.width(), tile.height());
+    let at = |x: usize, y: usize| tile.row(0, y)[x];
+    let column = |a: usize, b: usize| (0..h).map(|y| (at(a, y) - at(b, y)).abs()).sum::<f32>() / h as f32;
+    let row = |a: usize, b: usize| (0..w).map(|x| (at(x, a) - at(x, b)).abs()).sum::<f32>() / w as f32;
+    let inside = |mut steps: Vec<f32>| {
+        steps.sort_by(f32::total_cmp);
+        steps[steps.len() * percent / 100].max(1e-9)
+    };
+    let across = column(0, w - 1) / inside((1..w).map(|x| column(x, x - 1)).collect());
+    let down = row(0, h - 1) / inside((1..h).map(|y| row(y, y - 1)).collect());
+    across.max(down)
+}
+
+#[test]
+fn every_graph_is_seamless_and_looks_as_it_did() {
+    let session = session();
+    let folder = root("tests/golden");
+    let mut problems = Vec::new();
+    let mut looked_at = BTreeSet::new();
+    for path in shipped() {
+        // One session for both: what does not depend on the resolution is made once.
+        has_no_seam(&session, &path);
+        for (name, picture) in shown(&session, &path) {
+            let golden = folder.join(format!("{name}.png"));
+            problems.extend(golden::compare(&golden, &picture).err());
+            looked_at.insert(golden);
+        }
+        session.caches().memory.clear();
+    }
+    let kept = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+    problems.extend(kept.filter(|path| !looked_at.contains(path)).filter_map(|path| bless::stray(&path).err()));
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+fn has_no_seam(session: &Session, path: &Path) {
+    let graph = graph(session, path, Some(256));
+    assert!(session.advice(&graph).is_empty(), "{}", path.display());
+    assert!(!graph.outputs.is_empty(), "{}", path.display());
+    let gap_at_edge = GAP_AT_EDGE.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name));
+    for (name, field, tile) in pictures(session, &graph, Window::full(UVec2::splat(256))) {
+        let place = format!("{} {name}", path.display());
+        assert!(tile.data().iter().all(|v| v.is_finite()), "{place}");
+        if graph.canvas.tile == Tiling::BOTH {
+            assert_eq!(field.tiling(), Tiling::BOTH, "{place}");
+        }
+        if field.tiling() == Tiling::BOTH && field.as_constant().is_none() {
+            let (percent, most) = if gap_at_edge { (95, 1.0) } else { (50, 1.6) };
+            let seam = seam(&tile, percent);
+            assert!(seam < most, "{place}: {seam}");
+        }
+    }
+}
+
+/// The pictures of a graph that are compared, by the names of their golden pictures.
+fn shown(session: &Session, path: &Path) -> Vec<(String, Picture)> {
+    let small = graph(session, path, Some(SIDE));
+    let stem = path.file_stem().unwrap().display().to_string();
+    let mut shown = Vec::new();
+    let mut plain = Vec::new();
+    let mut show = |name: &str, field: &Field, tile: &Tile| {
+        shown.push((format!("{stem}_{name}"), Picture::of_tile(field.ty(), tile)));
+    };
+    for (name, field, tile) in pictures(session, &small, Window::full(UVec2::splat(SIDE))) {
+        // Of a material the lit picture shows all; of what is not lit, its colour or its normals.
+        let lit = is_lit(&name) || !small.outputs.iter().any(|o| is_lit(&o.name));
+        let seen = lit && matches!(field.ty(), Type::Gray | Type::Rgb | Type::Normal);
+        if seen && field.as_constant().is_none() {
+            if is_plain(&tile) {
+                plain.push(name);
+            } else {
+                show(&name, &field, &tile);
+            }
+        }
+    }
+    if plain.is_empty() {
+        return shown;
+    }
+    // What is too fine to be seen so small: a part, as large as it is.
+    let large = graph(session, path, None);
+    let corner = ((large.canvas.resolution - SIDE) / 2).as_ivec2();
+    let part = Window { x: corner.x, y: corner.y, width: SIDE, height: SIDE };
+    for (name, field, tile) in pictures(session, &large, part) {
+        if plain.contains(&name) {
+            assert!(!is_plain(&tile), "{stem} {name}: nothing to be seen");
+            show(&name, &field, &tile);
+        }
+    }
+    shown
+}
+
+/// Whether an output is a picture of a material in light.
+fn is_lit(name: &str) -> bool {
+    name == "lit" || name.ends_with("_lit")
+}
+
+/// Whether nothing is to be seen.
+fn is_plain(tile: &Tile) -> bool {
+    tile.data().iter().all(|v| *v == tile.data()[0])
+}
+
+#[test]
+fn presets_and_parameters_are_sound() {
+    let session = session();
+    for path in shipped() {
+        let plain = graph(&session, &path, Some(64));
+        for preset in plain.presets.clone() {
+            let options = LoadOptions { preset: Some(preset.clone()), ..LoadOptions::default() };
+            let loaded = load(&path, session.registry(), &options);
+            assert!(loaded.graph.is_some(), "{} {preset}: {:?}", path.display(), loaded.diagnostics);
+        }
+        for param in plain.params.iter().filter(|p| p.ty != "Path" && p.ty != "Text") {
+            assert!(param.doc.len() > 8, "{} {}", path.display(), param.name);
+            for edge in param.range.map_or(Vec::new(), |(lo, hi)| vec![lo, hi]) {
+                let options =
+                    LoadOptions { set: vec![(param.name.clone(), edge.to_string())], ..LoadOptions::default() };
+                let loaded = load(&path, session.registry(), &options);
+                assert!(loaded.graph.is_some(), "{} {}={edge}: {:?}", path.display(), param.name, loaded.diagnostics);
+            }
+        }
+    }
+}

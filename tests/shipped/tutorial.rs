@@ -1,0 +1,91 @@
+//! The tutorial of hybrids: the real command runs every step, without a warning, and gives the picture that is shown.
+//!
+//! `BLESS=1 cargo test --release --test shipped tutorial` writes `docs/hybrids/N.png` anew.
+#![allow(dead_code, clippy::unwrap_used, reason = "support has more than is used; tests fail by panicking")]
+use crate::golden;
+
+use crate::picture::Picture;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn root(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// The graphs of the page, in their order.
+fn steps() -> Vec<String> {
+    let page = std::fs::read_to_string(root("docs/hybrids.md")).unwrap();
+    page.split("```ron\n").skip(1).map(|rest| rest.split("```").next().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn every_step_gives_its_picture() {
+    let steps = steps();
+    assert_eq!(steps.len(), 10);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(root("docs/hybrids")).unwrap();
+    let mut problems = Vec::new();
+    for (number, text) in (1..).zip(&steps) {
+        let path = folder.path().join("inlay.ron");
+        std::fs::write(&path, text).unwrap();
+        let run = Command::new(assert_cmd::cargo::cargo_bin!("shibo"))
+            .args(["render", "inlay.ron", "-o", "out", "--no-cache", "--output", "lit", "--resolution", "320", "-q"])
+            .current_dir(folder.path())
+            .env("XDG_CACHE_HOME", folder.path().join("cache"))
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&run.stderr);
+        assert!(run.status.success() && said.is_empty(), "step {number}: {said}");
+        let picture = Picture::read(&folder.path().join("out/lit.png")).unwrap();
+        problems.extend(golden::compare(&root(&format!("docs/hybrids/{number}.png")), &picture).err());
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// What a reader of the page may get wrong in its ninth step, and what the command says to write instead.
+const MISTAKES: [(&str, &str, &str); 22] = [
+    (r#""shibo:walnut""#, r#""shibo:wallnut""#, "did you mean `walnut`?"),
+    (r#""shibo:walnut""#, r#""walnut""#, "write `\"shibo:walnut\"`"),
+    (r#"Use(graph: "wood")"#, r#"Use(graph: "shibo:walnut")"#, "`imports: { \"walnut\": \"shibo:walnut\" }`"),
+    (r#"Use(graph: "wood")"#, r#"Use("wood")"#, "`shibo nodes Use` tells its fields"),
+    (r#"Use(graph: "wood")"#, r#"Use(graph: "wood", preset: "drak")"#, "presets: `"),
+    (r#"Use(graph: "wood")"#, r#"Use(graph: "wood", with: { "colour": 3 })"#, "names: `"),
+    (r#"top: "leather""#, r#"top: "calf.lit""#, "`calf.material` is Material"),
+    (r#"top: "leather""#, r#"top: "lether""#, "did you mean `leather`?"),
+    (r#"top: "leather", "#, "", "write `top: \"node\"`"),
+    (r#"mask: "panel""#, r#"mask: "calf.lit""#, "makes Gray of Rgb"),
+    ("form: Box", "form: \"Box\"", "write `Box` without quotes"),
+    ("form: Box", "form: Square", "choices: `Circle`"),
+    ("size: 76", "size: \"76mm\"", "write `76`, without quotes and unit"),
+    ("size: 76", "size: 76mm", "write numbers without a unit"),
+    ("size: 76", "size: \"= panel * 2\"", "write `Expression(a: \"panel\""),
+    ("size: 76", "size: \"= 2 * (3\"", "a closing bracket is missing"),
+    ("radius: 14),", "radius: 14,", "close the bracket before it"),
+    (r#"a: "panel.distance", amount"#, "a: panel.distance, amount", "in quotes"),
+    (r#"material: "inlay", exposure"#, r#"material: "whole", exposure"#, "Material comes from `"),
+    ("BlendMaterials", "MaterialBlend", "here it is called `BlendMaterials`"),
+    (r#""gap": Math"#, r#""panel": Math"#, "give one of them another name"),
+    (r#""lit": "picture""#, r#""lit": picture"#, "write `\"picture\"`"),
+];
+
+#[test]
+fn every_mistake_is_told_what_to_write() {
+    let steps = steps();
+    let folder = tempfile::tempdir().unwrap();
+    let mut silent = Vec::new();
+    for (from, to, help) in MISTAKES {
+        assert!(steps[8].contains(from), "{from}");
+        std::fs::write(folder.path().join("inlay.ron"), steps[8].replacen(from, to, 1)).unwrap();
+        let run = Command::new(assert_cmd::cargo::cargo_bin!("shibo"))
+            .args(["check", "inlay.ron"])
+            .current_dir(folder.path())
+            .env("XDG_CACHE_HOME", folder.path().join("cache"))
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&run.stderr);
+        if run.status.code() != Some(1) || !said.contains(help) {
+            silent.push(format!("{to}: {help}\n{said}"));
+        }
+    }
+    assert!(silent.is_empty(), "{}", silent.join("\n"));
+}

@@ -19,6 +19,7 @@ mod picture_check;
 mod picture_read;
 mod picture_write;
 mod pictures;
+#[allow(dead_code, reason = "its `main` is that of a build script")]
 #[path = "../../../build/fingerprint.rs"]
 mod script;
 mod store;

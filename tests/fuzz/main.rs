@@ -1,0 +1,231 @@
+//! Everything that reads what others wrote, fed with damaged input: nothing panics, hangs, or tells of the program's own
+//! insides. `FUZZ_SECONDS=600 cargo test --release --test fuzz -- --nocapture --test-threads 1` is a long run; see
+//! docs/reliability.md. The page of `shibo watch` and the language server are in `tests/live/noise.rs`.
+#![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
+mod damage;
+#[path = "../../engine/tests/all/pictures/mod.rs"]
+mod pictures;
+
+use damage::{fuzz, plain};
+use shibo_engine::diagnostics::Diagnostic;
+use shibo_engine::eval::{CancelToken, Silent, decode, encode};
+use shibo_engine::expression::{self, Meaning, Names};
+use shibo_engine::graph::{LoadOptions, Loaded, load_text};
+use shibo_engine::picture::{header_bytes, join, read_bytes};
+use shibo_engine::session::{Failure, Session, Settings};
+use shibo_engine::syntax;
+use shibo_engine::value::Value;
+use std::path::{Path, PathBuf};
+
+fn root(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// All files of a folder that end so.
+fn files(folder: &str, end: &str) -> Vec<Vec<u8>> {
+    let mut paths: Vec<PathBuf> = root(folder).read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.to_string_lossy().ends_with(end));
+    paths.sort();
+    paths.iter().map(|path| std::fs::read(path).unwrap()).collect()
+}
+
+fn told(diagnostics: &[Diagnostic]) {
+    for diagnostic in diagnostics {
+        plain(&diagnostic.message);
+        diagnostic.help.as_deref().into_iter().for_each(plain);
+    }
+}
+
+fn loaded(text: &str, path: &Path) -> Loaded {
+    let loaded = load_text(path, text, &shibo_nodes::registry(), &LoadOptions::default());
+    told(&loaded.diagnostics);
+    assert!(loaded.graph.is_some() || !loaded.diagnostics.is_empty(), "a graph is refused without a reason");
+    loaded
+}
+
+#[test]
+fn graphs() {
+    let path = root("graphs/damaged.ron");
+    let registry = shibo_nodes::registry();
+    fuzz("graphs", &files("graphs", ".ron"), 400, |input| {
+        let text = String::from_utf8_lossy(input);
+        let loaded = load_text(&path, &text, &registry, &LoadOptions::default());
+        told(&loaded.diagnostics);
+        assert!(loaded.graph.is_some() || !loaded.diagnostics.is_empty(), "a graph is refused without a reason");
+    });
+}
+
+#[test]
+fn layout() {
+    fuzz("layout", &files("graphs", ".ron"), 1500, |input| {
+        let Ok(text) = std::str::from_utf8(input) else { return };
+        let Ok(once) = syntax::format(text) else { return };
+        assert_eq!(syntax::format(&once).as_ref(), Ok(&once), "another layout each time");
+    });
+}
+
+/// Names of every kind.
+struct Any;
+
+impl Names for Any {
+    fn param(&mut self, name: &str) -> Meaning {
+        match name {
+            "a" => Meaning::Known(expression::Value::Number(-1.5)),
+            "b" => Meaning::Known(expression::Value::Vector(vec![1.0, 2.0, 0.0])),
+            "c" => Meaning::Choice("On".into(), vec!["On".into(), "Off".into()]),
+            _ => Meaning::Broken,
+        }
+    }
+
+    fn name(&mut self, name: &str) -> Option<Meaning> {
+        match name {
+            "u" => Some(Meaning::Planes { first: 0, count: 1 }),
+            "v" => Some(Meaning::Planes { first: 1, count: 3 }),
+            _ => None,
+        }
+    }
+
+    fn all(&self) -> Vec<String> {
+        vec!["u".into(), "v".into()]
+    }
+
+    fn has_words(&self) -> bool {
+        true
+    }
+
+    fn seed(&mut self) -> Option<u64> {
+        Some(7)
+    }
+}
+
+#[test]
+fn expressions() {
+    let seeds = [
+        "1 + 2 * -$a ^ 2 % 3",
+        "clamp(0.5 + (2.2 * (u - 0.5) * $a), 0, 1)",
+        "if $c == On && u < 0.5 || !(v.x >= 1) { mix(v, $b, 0.25) } else { [u, 1e-3, smoothstep(0, 1, u)] }",
+        "$c == Off ? random(1) : noise(u * 9, v.y) + fract(sin(360 * u))",
+        "max(abs(-1), sqrt(2), pow(2, 0.5), atan(1, 2), min(1, 2)) / 0",
+        "$b.y + length($b) + dot(v, $b)",
+    ];
+    let seeds: Vec<Vec<u8>> = seeds.iter().map(|text| text.as_bytes().to_vec()).collect();
+    fuzz("expressions", &seeds, 30_000, |input| {
+        let text = String::from_utf8_lossy(input);
+        for faults in [expression::compile(&text, &mut Any).err(), expression::evaluate(&text, &mut Any).err()] {
+            for fault in faults.into_iter().flatten() {
+                plain(&fault.message);
+                assert!(text.get(fault.range.clone()).is_some(), "{:?} of {text:?}", fault.range);
+            }
+        }
+    });
+}
+
+#[test]
+fn pictures_of_all_formats() {
+    fuzz("pictures", &pictures::samples(), 6000, |input| {
+        let read = read_bytes(input, &pictures::LIMITS);
+        if let Err(error) = read.as_ref().map_err(ToString::to_string).and(header_bytes(input).map_err(|e| e.to_string())) {
+            plain(&error);
+        }
+        if let Ok(picture) = read {
+            assert_eq!(picture.planes.len(), picture.pixels() * usize::from(picture.channels));
+        }
+    });
+}
+
+/// Evaluates `graph`, whose node `node` reads the file `name`, with damaged files.
+fn by_file((target, name): (&str, &str), seeds: &[Vec<u8>], count: usize, nodes: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = Settings { threads: 1, memory: 64 << 20, ..Settings::default() };
+    let session = Session::new(shibo_nodes::registry(), &settings).unwrap();
+    let graph = folder.path().join("graph.ron");
+    let text = format!("(version: 1, canvas: (size_mm: 8, resolution: 16), nodes: {{ {nodes} }}, outputs: {{ \"node\": \"node\" }})");
+    let path = folder.path().join(name);
+    fuzz(target, seeds, count, |input| {
+        std::fs::write(&path, input).unwrap();
+        let Some(graph) = loaded(&text, &graph).graph else { return };
+        let output = graph.outputs.first().unwrap();
+        let made = session.value(&graph, (output.node, output.output), &CancelToken::default(), &Silent);
+        if let Err(Failure::Errors(errors)) = made {
+            told(&errors);
+        }
+    });
+}
+
+#[test]
+fn vector_drawings() {
+    let other = br#"<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="8mm" viewBox="0 0 8 8">
+<defs><linearGradient id="g"><stop offset="0" stop-color="red"/><stop offset="1"/></linearGradient><clipPath id="c"><circle r="3"/></clipPath>
+<filter id="f"><feGaussianBlur stdDeviation="2"/></filter><mask id="m"><rect width="9" height="9" fill="url(#g)"/></mask></defs>
+<g clip-path="url(#c)" mask="url(#m)" filter="url(#f)" transform="rotate(30) scale(1e-3)"><path d="M1 1C2 2 3 3 4 1A2 2 0 0 1 5 5z" stroke-dasharray="1 .1"/></g>
+<use xlink:href="#g"/><image href="data:image/png;base64,AAAA"/><text x="1">a</text><style>path{fill:blue}</style></svg>"#;
+    let seeds: Vec<Vec<u8>> = files("library/examples", ".svg").into_iter().chain([other.to_vec()]).collect();
+    by_file(("svg", "a.svg"), &seeds, 1500, r#""node": Svg(path: "a.svg")"#);
+}
+
+#[test]
+fn lists_of_points() {
+    let seeds = [b"1,2\n3.5,-4e0\n# a remark\n 5 , 6 \n".to_vec(), b"1,2\r\n\"3\",4\r\n\r\n1e7,0".to_vec()];
+    by_file(("csv", "a.csv"), &seeds, 3000, r#""node": PointList(file: "a.csv")"#);
+}
+
+#[test]
+fn meshes() {
+    by_file(("meshes", "a.obj"), &files("tests/meshes", "e.obj"), 500, r#""node": LoadMesh(path: "a.obj")"#);
+}
+
+#[test]
+fn fonts() {
+    let seeds = files("nodes/fonts", ".otf");
+    by_file(("fonts", "a.otf"), &seeds, 150, r#""node": Text(text: "Shibo 0", font: "a.otf")"#);
+}
+
+/// What is kept of costly nodes, between runs and machines.
+#[test]
+fn kept_results() {
+    let text = r#"(version: 1, canvas: (size_mm: 8, resolution: 16), nodes: {
+        "points": PoissonPoints(pitch: 1), "links": ConnectNeighbors(points: "points"), "noise": Perlin(size: 2),
+        "exemplar": Exemplar(input: "noise", size: (16, 16)), "coords": Synthesize(exemplar: "exemplar", size: (16, 16)),
+        "trunk": TrunkNodes(), "skeleton": FitSkeleton(nodes: "trunk"),
+    }, outputs: {})"#;
+    let settings = Settings { threads: 1, memory: 64 << 20, ..Settings::default() };
+    let session = Session::new(shibo_nodes::registry(), &settings).unwrap();
+    let graph = loaded(text, &root("graphs/kept.ron")).graph.unwrap();
+    let value = |node| session.value(&graph, (node, 0), &CancelToken::default(), &Silent).unwrap();
+    let seeds: Vec<Vec<u8>> = (0..graph.nodes.len()).filter_map(|node| encode(&value(node))).collect();
+    assert!(seeds.len() >= 5, "only {} of the nodes are kept", seeds.len());
+    fuzz("kept", &seeds, 20_000, |input| {
+        if let Some(read) = decode(input) {
+            assert!(!matches!(read, Value::Field(_)));
+        }
+    });
+}
+
+#[test]
+fn parts_of_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, broken, out) = (folder.path().join("whole"), folder.path().join("broken"), folder.path().join("out"));
+    let graph = folder.path().join("a.ron");
+    let text = r#"(version: 1, canvas: (size_mm: 8, resolution: 300), nodes: { "noise": Perlin(size: 2) }, outputs: { "noise": "noise" })"#;
+    std::fs::write(&graph, text).unwrap();
+    for part in ["1/2", "2/2"] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_shibo"));
+        command.arg("render").arg(&graph).args(["--part", part, "--no-cache", "-o"]).arg(&whole);
+        assert!(command.output().unwrap().status.success());
+    }
+    let mut parts: Vec<PathBuf> = whole.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
+    parts.sort();
+    let seeds: Vec<Vec<u8>> = parts.iter().map(|part| std::fs::read(part).unwrap()).collect();
+    std::fs::create_dir_all(&broken).unwrap();
+    fuzz("parts", &seeds, 600, |input| {
+        let names = parts.iter().map(|part| broken.join(part.file_name().unwrap()));
+        for (name, bytes) in names.zip([input, &seeds[1][..]]) {
+            std::fs::write(name, bytes).unwrap();
+        }
+        if let Err(error) = join(&broken, &out, 1 << 24, &|_, _| true) {
+            plain(&error.to_string());
+            assert!(!out.exists() || out.read_dir().unwrap().count() == 0, "half a picture");
+        }
+        let _ = std::fs::remove_dir_all(&out);
+    });
+}

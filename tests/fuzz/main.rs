@@ -124,7 +124,9 @@ fn expressions() {
 fn pictures_of_all_formats() {
     fuzz("pictures", &pictures::samples(), 6000, |input| {
         let read = read_bytes(input, &pictures::LIMITS);
-        if let Err(error) = read.as_ref().map_err(ToString::to_string).and(header_bytes(input).map_err(|e| e.to_string())) {
+        if let Err(error) =
+            read.as_ref().map_err(ToString::to_string).and(header_bytes(input).map_err(|e| e.to_string()))
+        {
             plain(&error);
         }
         if let Ok(picture) = read {
@@ -139,7 +141,9 @@ fn by_file((target, name): (&str, &str), seeds: &[Vec<u8>], count: usize, nodes:
     let settings = Settings { threads: 1, memory: 64 << 20, ..Settings::default() };
     let session = Session::new(shibo_nodes::registry(), &settings).unwrap();
     let graph = folder.path().join("graph.ron");
-    let text = format!("(version: 1, canvas: (size_mm: 8, resolution: 16), nodes: {{ {nodes} }}, outputs: {{ \"node\": \"node\" }})");
+    let text = format!(
+        "(version: 1, canvas: (size_mm: 8, resolution: 16), nodes: {{ {nodes} }}, outputs: {{ \"node\": \"node\" }})"
+    );
     let path = folder.path().join(name);
     fuzz(target, seeds, count, |input| {
         std::fs::write(&path, input).unwrap();
@@ -154,11 +158,11 @@ fn by_file((target, name): (&str, &str), seeds: &[Vec<u8>], count: usize, nodes:
 
 #[test]
 fn vector_drawings() {
-    let other = br#"<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="8mm" viewBox="0 0 8 8">
+    let other = br##"<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="8mm" viewBox="0 0 8 8">
 <defs><linearGradient id="g"><stop offset="0" stop-color="red"/><stop offset="1"/></linearGradient><clipPath id="c"><circle r="3"/></clipPath>
 <filter id="f"><feGaussianBlur stdDeviation="2"/></filter><mask id="m"><rect width="9" height="9" fill="url(#g)"/></mask></defs>
 <g clip-path="url(#c)" mask="url(#m)" filter="url(#f)" transform="rotate(30) scale(1e-3)"><path d="M1 1C2 2 3 3 4 1A2 2 0 0 1 5 5z" stroke-dasharray="1 .1"/></g>
-<use xlink:href="#g"/><image href="data:image/png;base64,AAAA"/><text x="1">a</text><style>path{fill:blue}</style></svg>"#;
+<use xlink:href="#g"/><image href="data:image/png;base64,AAAA"/><text x="1">a</text><style>path{fill:blue}</style></svg>"##;
     let seeds: Vec<Vec<u8>> = files("library/examples", ".svg").into_iter().chain([other.to_vec()]).collect();
     by_file(("svg", "a.svg"), &seeds, 1500, r#""node": Svg(path: "a.svg")"#);
 }
@@ -186,13 +190,13 @@ fn kept_results() {
     let text = r#"(version: 1, canvas: (size_mm: 8, resolution: 16), nodes: {
         "points": PoissonPoints(pitch: 1), "links": ConnectNeighbors(points: "points"), "noise": Perlin(size: 2),
         "exemplar": Exemplar(input: "noise", size: (16, 16)), "coords": Synthesize(exemplar: "exemplar", size: (16, 16)),
-        "trunk": TrunkNodes(), "skeleton": FitSkeleton(nodes: "trunk"),
-    }, outputs: {})"#;
+        "trunk": TrunkNodes(), "skeleton": FitSkeleton(curve: "trunk"),
+    }, outputs: { "noise": "noise" })"#;
     let settings = Settings { threads: 1, memory: 64 << 20, ..Settings::default() };
     let session = Session::new(shibo_nodes::registry(), &settings).unwrap();
     let graph = loaded(text, &root("graphs/kept.ron")).graph.unwrap();
     let value = |node| session.value(&graph, (node, 0), &CancelToken::default(), &Silent).unwrap();
-    let seeds: Vec<Vec<u8>> = (0..graph.nodes.len()).filter_map(|node| encode(&value(node))).collect();
+    let seeds: Vec<Vec<u8>> = graph.nodes.node_indices().filter_map(|node| encode(&value(node))).collect();
     assert!(seeds.len() >= 5, "only {} of the nodes are kept", seeds.len());
     fuzz("kept", &seeds, 20_000, |input| {
         if let Some(read) = decode(input) {

@@ -51,7 +51,7 @@ impl Rings {
         let indices: Vec<u8> = triangles.iter().flatten().flat_map(|n| n.to_le_bytes()).collect();
         let positions: Vec<u8> = places.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
         let json = json!({
-            "asset": { "version": "2.0", "generator": "shibo, tests/shipped/shipped_meshes.rs" },
+            "asset": { "version": "2.0", "generator": "shibo" },
             "scene": 0,
             "scenes": [{ "nodes": [0] }],
             "nodes": [{ "mesh": 0 }],

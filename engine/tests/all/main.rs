@@ -14,7 +14,6 @@ mod graph_nodes;
 mod graph_syntax;
 mod part_bad_input;
 mod parts;
-mod picture_bad_input;
 mod picture_check;
 mod picture_read;
 mod picture_write;

@@ -1,8 +1,12 @@
-//! Files that are not what they should be: a clear error each, no panic, no more memory than the limits allow.
+//! Files that are not what they should be: a clear error each, no panic, no more memory than the limits allow. A program of
+//! its own, because it measures the memory that it takes.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
 
-use crate::pictures::{LIMITS, mend_checksums, samples, written};
+#[path = "all/pictures/mod.rs"]
+mod pictures;
+
+use pictures::{LIMITS, mend_checksums, samples, written};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use shibo_engine::picture::{

@@ -1,4 +1,5 @@
 //! Everything that ships: graphs, manuals, pictures and meshes.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 #[path = "../support/bless.rs"]
 mod bless;
 mod docs;

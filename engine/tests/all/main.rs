@@ -1,4 +1,11 @@
 //! The engine as hosts see it.
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    reason = "small numbers"
+)]
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 #[path = "../../../tests/support/bless.rs"]
 mod bless;
 mod changing_files;

@@ -1,4 +1,10 @@
 //! The methods: vectors, properties and statistics.
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    reason = "small numbers"
+)]
 mod leather_properties;
 mod leather_statistics;
 mod leather_vectors;

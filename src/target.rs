@@ -16,6 +16,8 @@ pub(crate) enum Target {
     MaterialXStandard,
     /// A USD file.
     Usd,
+    /// A USD file with its pictures in it.
+    Usdz,
     /// The pictures that Unreal Engine expects.
     Unreal,
     /// The pictures that Unity expects.

@@ -59,7 +59,8 @@ pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static st
         Expect::Use(_, each, None) => {
             expect::USE.into_iter().filter(|(name, _)| each || !matches!(*name, "over" | "ids")).collect()
         }
-        Expect::File("Gltf" | "Usd", None) => expect::GLTF.to_vec(),
+        Expect::File("Gltf", None) => expect::GLTF.to_vec(),
+        Expect::File("Usd", None) => expect::USD.to_vec(),
         Expect::File("MaterialX", None) => expect::MATERIALX.to_vec(),
         Expect::File("Preset", None) => expect::TARGET.to_vec(),
         Expect::File("Pack", None) => expect::PACK.to_vec(),
@@ -99,7 +100,9 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
         Expect::File("File", Some("depth")) => {
             plain(&shibo_engine::picture::Depth::ALL.map(shibo_engine::picture::Depth::name))
         }
-        Expect::File("File", Some("combined" | "mip" | "widen_roughness")) => plain(&["true", "false"]),
+        Expect::File("File", Some("combined" | "mip" | "widen_roughness")) | Expect::File("Usd", Some("packed")) => {
+            plain(&["true", "false"])
+        }
         Expect::File("File", Some("normal")) => plain(&shibo_engine::graph::Storage::NORMALS.map(|(name, _)| name)),
         Expect::File("File", Some("color_space")) => plain(&shibo_engine::graph::FileColors::ALL.map(|(name, _)| name)),
         Expect::File("Gltf" | "Usd", Some("mesh")) => {

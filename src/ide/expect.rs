@@ -55,11 +55,14 @@ pub(crate) const FILE: [(&str, &str); 9] = [
     ("normal", "Which way `y` of a normal map points: up, `OpenGl`, or down, `DirectX`."),
     ("color_space", "What colours are stored as."),
 ];
-/// The fields of `Gltf` and `Usd`.
+/// The fields of `Gltf`.
 pub(crate) const GLTF: [(&str, &str); 2] = [
     ("material", "The material."),
     ("mesh", "`Plane`, `Sphere`, `Cylinder`, `Cube`, or the name of an atlas whose mesh wears it."),
 ];
+/// The fields of `Usd`.
+pub(crate) const USD: [(&str, &str); 3] =
+    [GLTF[0], GLTF[1], ("packed", "Whether the file and its pictures are one `.usdz`; `false` if left out.")];
 /// The fields of `MaterialX`.
 pub(crate) const MATERIALX: [(&str, &str); 2] = [("material", "The material."), ("shading", "The surface shader.")];
 /// The fields of `Preset`.

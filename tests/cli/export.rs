@@ -168,7 +168,8 @@ fn mistakes_are_told_at_their_places() {
         "Both",
         "{ \"a\": MaterialX(material: \"rough\"), \"b\": Preset(material: \"skin\", target: Unreall), \"c\": Preset(material: \"skin\"), \
          \"d\": Pack(r: \"normal\"), \"e\": Pack(), \"f\": Usd(mesh: \"skin\", material: \"skin\"), \"g\": Usd(), \
-         \"h\": MaterialX(material: \"skin\"), \"h_roughness\": \"rough\" }",
+         \"h\": MaterialX(material: \"skin\"), \"h_roughness\": \"rough\", \"i\": Usd(material: \"skin\", packed: 1), \
+         \"j\": Usd(material: \"skin\", packed: true), \"j_roughness\": \"rough\" }",
     );
     let error = desk.shibo("check a.ron").expect(1).stderr;
     for part in [
@@ -181,9 +182,11 @@ fn mistakes_are_told_at_their_places() {
         "`mesh` must be an atlas; `skin` is Material",
         "`Usd` has no `material`",
         "`h_roughness` would overwrite a file of the output `h`",
+        "`packed` must be one of `true`, `false`",
     ] {
         assert!(error.contains(part), "{part} is not in\n{error}");
     }
+    assert!(!error.contains("`j_roughness` would"), "the pictures of a USDZ lie in it: {error}");
 }
 
 /// A name that is taken by a folder stops the export; no picture of it is there then.
@@ -296,6 +299,52 @@ fn colours_and_normals_are_stored_as_asked_for() {
     assert!((0..3).all(|c| (back[c] - linear[c]).abs() < 2e-4), "{back:?}");
 }
 
+/// The entries of a USDZ: names, where their contents begin, and these.
+fn entries(desk: &Desk, file: &str) -> Vec<(String, u64, Vec<u8>)> {
+    let mut package = zip::ZipArchive::new(std::fs::File::open(desk.path(file)).unwrap()).unwrap();
+    let count = package.len();
+    let entry = |index| {
+        let mut entry = package.by_index(index).unwrap();
+        assert_eq!(entry.compression(), zip::CompressionMethod::Stored);
+        let mut content = Vec::new();
+        std::io::Read::read_to_end(&mut entry, &mut content).unwrap();
+        (entry.name().unwrap().into_owned(), entry.data_start().unwrap(), content)
+    };
+    (0..count).map(entry).collect()
+}
+
+#[test]
+fn a_usdz_holds_the_stage_and_its_pictures() {
+    let outputs = r#"{ "u": Usd(material: "skin", packed: true), "v": Usd(material: "skin", packed: false) }"#;
+    let desk = desk("Both", outputs);
+    let render = |how: &str| {
+        desk.shibo(&format!("render a.ron -o out {how}")).expect(0);
+        std::fs::read(desk.path("out/u.usdz")).unwrap()
+    };
+    let first = render("--no-cache --threads 1");
+    assert_eq!(first, render("--cache-dir cache"));
+    assert_eq!(first, render("--cache-dir cache"), "from the cache");
+    let entries = entries(&desk, "out/u.usdz");
+    let names: Vec<&str> = entries.iter().map(|(name, ..)| name.as_str()).collect();
+    let mut apart = files(&desk, "out");
+    apart.retain(|name| name.starts_with("v"));
+    assert_eq!(names[0], "u.usda");
+    assert_eq!(names.iter().map(|name| name.replacen('u', "v", 1)).collect::<BTreeSet<_>>(), apart);
+    for (name, at, content) in &entries {
+        assert_eq!(at % 64, 0, "{name}");
+        if !name.ends_with("usda") {
+            let beside = std::fs::read(desk.path(format!("out/{}", name.replacen('u', "v", 1)))).unwrap();
+            assert_eq!(*content, beside, "{name}");
+        }
+    }
+    // Another name, other texts: not the file of the cache.
+    desk.write("b.ron", text(&desk, "a.ron").replace("\"u\":", "\"w\":"));
+    desk.shibo("render b.ron -o out --cache-dir cache --output w").expect(0);
+    assert_eq!(self::entries(&desk, "out/w.usdz")[0].0, "w.usda");
+    desk.shibo("render a.ron -o as --as usdz --output v -q").expect(0);
+    assert_eq!(files(&desk, "as").into_iter().collect::<Vec<_>>(), ["v.usdz"]);
+}
+
 #[test]
 fn simple_shapes_wear_a_material() {
     let outputs = r#"{ "a": Gltf(material: "skin", mesh: Sphere), "b": Gltf(material: "skin", mesh: Cylinder),
@@ -314,7 +363,7 @@ fn simple_shapes_wear_a_material() {
 #[test]
 #[cfg(unix)]
 fn an_interrupted_export_leaves_nothing_behind() {
-    for target in ["gltf", "usd", "materialx", "unreal", "arnold", "blender"] {
+    for target in ["gltf", "usd", "usdz", "materialx", "unreal", "arnold", "blender"] {
         let desk = desk("Both", r#"{ "m": "skin" }"#);
         desk.shibo(&format!("render a.ron --as {target} -o out")).expect(0);
         let before = files(&desk, "out");

@@ -4,14 +4,16 @@
 """
 import ast
 import os
+import struct
 import sys
+import zipfile
 
 import MaterialX as mx
 import OpenImageIO as oiio
 from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdValidation
 
 wrong = []
-seen = {"mtlx": 0, "usda": 0, "pictures": 0, "levels": 0, "scripts": 0}
+seen = {"mtlx": 0, "usda": 0, "usdz": 0, "pictures": 0, "levels": 0, "scripts": 0}
 
 
 def fail(path, text):
@@ -104,12 +106,34 @@ def read_usd(path):
     for prim in stage.Traverse():
         for attribute in prim.GetAttributes():
             value = attribute.Get()
-            if isinstance(value, Sdf.AssetPath) and not os.path.exists(value.resolvedPath or ""):
+            if isinstance(value, Sdf.AssetPath) and not exists(value.resolvedPath):
                 fail(path, f"{attribute.GetPath()} names {value.path}, which does not exist")
             for source in attribute.GetConnections():
                 if not stage.GetAttributeAtPath(source):
                     fail(path, f"{attribute.GetPath()} is connected to {source}, which does not exist")
-    seen["usda"] += 1
+    seen[path[-4:]] += 1
+
+
+def exists(path):
+    """Whether there is such a file, which may be one in a package: `package[file]`."""
+    package, bracket, name = path.partition("[")
+    if bracket:
+        return name[:-1] in zipfile.ZipFile(package).namelist()
+    return os.path.exists(path)
+
+
+def read_package(path):
+    """Stored as they are, the contents begin at multiples of 64 bytes, that of the stage first."""
+    entries = zipfile.ZipFile(path).infolist()
+    if not entries[0].filename.endswith(".usda"):
+        fail(path, f"begins with {entries[0].filename}")
+    with open(path, "rb") as file:
+        for entry in entries:
+            file.seek(entry.header_offset + 26)
+            name, extra = struct.unpack("<HH", file.read(4))
+            if (entry.header_offset + 30 + name + extra) % 64 or entry.compress_type:
+                fail(path, f"{entry.filename} cannot be read in place")
+    read_usd(path)
 
 
 for folder, _, files in sorted(os.walk(sys.argv[1])):
@@ -119,6 +143,8 @@ for folder, _, files in sorted(os.walk(sys.argv[1])):
             read_materialx(path)
         elif name.endswith(".usda"):
             read_usd(path)
+        elif name.endswith(".usdz"):
+            read_package(path)
         elif name.endswith((".png", ".exr")):
             read_picture(path)
         elif name.endswith(".py"):

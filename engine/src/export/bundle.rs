@@ -1,4 +1,5 @@
 //! Several files that belong together: the pictures of a material, and documents that name them.
+use super::archive::archive;
 use crate::picture::{
     AtomicFile, Compression, Depth, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer, Written,
     texture_attributes,
@@ -90,6 +91,8 @@ pub struct Bundle {
     pub maps: Vec<Map>,
     /// Names and contents of the documents.
     pub documents: Vec<(String, String)>,
+    /// The file that all the others are packed into; none if they lie beside each other.
+    pub archive: Option<String>,
     /// The channels that the target has no word for.
     pub lost: Vec<Channel>,
 }
@@ -97,7 +100,9 @@ pub struct Bundle {
 impl Bundle {
     /// The names of all files, the documents first.
     pub fn files(&self) -> impl Iterator<Item = &str> {
-        self.documents.iter().map(|(name, _)| name.as_str()).chain(self.maps.iter().map(|map| map.file.as_str()))
+        let apart = self.archive.is_none();
+        let names = self.documents.iter().map(|(name, _)| name).chain(self.maps.iter().map(|map| &map.file));
+        self.archive.iter().chain(names.filter(move |_| apart)).map(String::as_str)
     }
 }
 
@@ -181,7 +186,7 @@ impl<'a> Maps<'a> {
     pub(super) fn bundle(self, documents: Vec<(String, String)>) -> Bundle {
         let channels = self.material.channels().iter().map(|(channel, _)| *channel);
         let lost = channels.filter(|channel| !self.used.contains(channel)).collect();
-        Bundle { maps: self.maps, documents, lost }
+        Bundle { maps: self.maps, documents, archive: None, lost }
     }
 }
 
@@ -231,7 +236,10 @@ impl BundleWriter {
     /// # Errors
     /// When the folder cannot be written.
     pub fn create(folder: &Path, bundle: Bundle, size: UVec2, how: (bool, Compression)) -> Result<Self, WriteError> {
-        let start = |map: &Map| Writer::create(&folder.join(&map.file), &map.spec(size, how));
+        let start = |map: &Map| {
+            let file = bundle.archive.as_ref().unwrap_or(&map.file);
+            Writer::create(&folder.join(file), &map.spec(size, how))
+        };
         let writers = bundle.maps.iter().map(start).collect::<Result<_, _>>()?;
         Ok(Self { folder: folder.to_owned(), bundle, writers })
     }
@@ -252,6 +260,14 @@ impl BundleWriter {
         let Self { folder, bundle, writers } = self;
         let done = writers.into_iter().map(Writer::finish_unnamed).collect::<Result<Vec<_>, _>>()?;
         let (mut files, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
+        if let Some(name) = &bundle.archive {
+            let path = folder.join(name);
+            let names = bundle.maps.iter().map(|map| map.file.as_str());
+            let pictures =
+                names.zip(&mut files).zip(&written).map(|((name, file), written)| (name, file, written.bytes));
+            archive(&path, &bundle.documents, pictures.collect()).map_err(|error| WriteError::at(&path, error))?;
+            return Ok(written);
+        }
         for (name, text) in &bundle.documents {
             let path = folder.join(name);
             let made = AtomicFile::create(&path).and_then(|mut file| file.write_all(text.as_bytes()).map(|()| file));

@@ -1,5 +1,6 @@
 //! Files for other programs that hold more than a picture: materials on a mesh as glTF or USD, as documents of MaterialX, and as
 //! the pictures that a program expects.
+mod archive;
 mod bundle;
 mod glb;
 mod gltf;

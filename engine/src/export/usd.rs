@@ -1,4 +1,4 @@
-//! Materials on a mesh as USD text: a `UsdPreviewSurface`, and beside it the same network as in MaterialX documents.
+//! Materials on a mesh as USD text, packed with its pictures or beside them: a `UsdPreviewSurface`, and beside it the same network as in MaterialX documents.
 //!
 //! One unit is a metre, y is up. Texture coordinates have v up, as everywhere in USD.
 use super::bundle::{Bundle, Maps, Place, Source};
@@ -7,8 +7,8 @@ use super::shape::Shape;
 use crate::value::{Channel, Material};
 use std::fmt::Write;
 
-/// The file and its pictures.
-pub fn usd(material: &Material, shape: &Shape, place: &Place) -> Bundle {
+/// The file and its pictures, in one file if `packed`.
+pub fn usd(material: &Material, shape: &Shape, place: &Place, packed: bool) -> Bundle {
     let mut maps = Maps::new(material, &place.stem);
     let once = shape.repeats.is_none();
     let name = identifier(&place.stem);
@@ -30,6 +30,7 @@ pub fn usd(material: &Material, shape: &Shape, place: &Place) -> Bundle {
     (0..3).for_each(|_| text.close());
     let mut bundle = maps.bundle(Vec::new());
     bundle.documents.push((format!("{}.usda", place.stem), text.out));
+    bundle.archive = packed.then(|| format!("{}.usdz", place.stem));
     bundle
 }
 

@@ -1,6 +1,6 @@
 //! Outputs for other programs, as written and as checked.
 use super::document::{OutputDecl, choice};
-use super::part::{Part, Shape};
+use super::part::{Entry, Part, Shape};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::scope::{Target, Unit};
@@ -21,7 +21,9 @@ const COLORS: [&str; 4] = ["r", "g", "b", "a"];
 pub(super) enum ExportDecl {
     Gltf,
     MaterialX(Shading),
-    Usd,
+    Usd {
+        packed: bool,
+    },
     Preset(Program),
     /// The references to its fields.
     Pack([Option<Part>; 4]),
@@ -40,7 +42,8 @@ pub(super) enum MeshDecl {
 pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
     let kind = word.str();
     let known: &[&str] = match kind {
-        "Gltf" | "Usd" => &["material", "mesh"],
+        "Gltf" => &["material", "mesh"],
+        "Usd" => &["material", "mesh", "packed"],
         "MaterialX" => &["material", "shading"],
         "Preset" => &["material", "target"],
         _ => &COLORS,
@@ -65,7 +68,7 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
     }
     decl.export = match kind {
         "Gltf" => Some(ExportDecl::Gltf),
-        "Usd" => Some(ExportDecl::Usd),
+        "Usd" => Some(ExportDecl::Usd { packed: truth(&fields, "packed", false, report) }),
         "MaterialX" => {
             let shading = read::get(&fields, "shading");
             let shading =
@@ -104,13 +107,19 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
     }
 }
 
+/// A field that is `true` or `false`.
+fn truth(fields: &[Entry], name: &str, default: bool, report: &mut Report) -> bool {
+    let words = [("true", true), ("false", false)];
+    read::get(fields, name).and_then(|part| choice(part, name, &words, report)).unwrap_or(default)
+}
+
 impl ExportDecl {
     /// The word for it.
     fn kind(&self) -> &'static str {
         match self {
             Self::Gltf => "Gltf",
             Self::MaterialX(_) => "MaterialX",
-            Self::Usd => "Usd",
+            Self::Usd { .. } => "Usd",
             Self::Preset(_) => "Preset",
             Self::Pack(_) => "Pack",
         }
@@ -137,7 +146,7 @@ impl Unit<'_> {
         }
         Ok(Some(match export {
             ExportDecl::MaterialX(shading) => Export::MaterialX(*shading),
-            ExportDecl::Usd => Export::Usd,
+            ExportDecl::Usd { packed } => Export::Usd { packed: *packed },
             ExportDecl::Preset(program) => Export::Preset(*program),
             ExportDecl::Gltf | ExportDecl::Pack(_) => Export::Gltf,
         }))

@@ -153,7 +153,10 @@ pub enum Export {
     /// A MaterialX document with its pictures.
     MaterialX(Shading),
     /// A USD file with its pictures.
-    Usd,
+    Usd {
+        /// Whether all lie in one file, a USDZ.
+        packed: bool,
+    },
     /// The pictures that a program expects.
     Preset(Program),
     /// One picture: the nodes and outputs of up to four fields.
@@ -162,11 +165,12 @@ pub enum Export {
 
 impl Export {
     /// What a whole graph can be written as, by the names that users give.
-    pub const TARGETS: [(&'static str, Self); 10] = [
+    pub const TARGETS: [(&'static str, Self); 11] = [
         ("gltf", Self::Gltf),
         ("materialx", Self::MaterialX(Shading::OpenPbr)),
         ("materialx-standard", Self::MaterialX(Shading::StandardSurface)),
-        ("usd", Self::Usd),
+        ("usd", Self::Usd { packed: false }),
+        ("usdz", Self::Usd { packed: true }),
         ("unreal", Self::Preset(Program::Unreal)),
         ("unity", Self::Preset(Program::Unity)),
         ("godot", Self::Preset(Program::Godot)),
@@ -174,6 +178,11 @@ impl Export {
         ("arnold", Self::Preset(Program::Arnold)),
         ("renderman", Self::Preset(Program::RenderMan)),
     ];
+
+    /// Whether all is in one file.
+    pub const fn is_one_file(self) -> bool {
+        matches!(self, Self::Gltf | Self::Usd { packed: true } | Self::Pack(_))
+    }
 }
 
 impl Graph {
@@ -185,7 +194,7 @@ impl Graph {
     pub fn export_as(&mut self, export: Export, named: bool) -> Result<(), String> {
         let plane = ExportMesh::Simple(SimpleShape::Plane);
         let mesh = self.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != plane));
-        let mesh = matches!(export, Export::Gltf | Export::Usd).then(|| mesh.unwrap_or(plane));
+        let mesh = matches!(export, Export::Gltf | Export::Usd { .. }).then(|| mesh.unwrap_or(plane));
         self.outputs.retain(|output| output.ty == Type::Material);
         let mut seen = Vec::new();
         self.outputs.retain(|output| {

@@ -78,9 +78,9 @@ impl Render<'_, '_> {
                 let made = materialx(&material, &place(false), shading);
                 (made.map_err(|error| Failure::File(error.to_string()))?, "MaterialX")
             }
-            Export::Usd => {
+            Export::Usd { packed } => {
                 let once = output.mesh.is_some_and(ExportMesh::is_atlas);
-                (usd(&material, &shape, &place(once)), "the shaders of USD")
+                (usd(&material, &shape, &place(once), packed), "the shaders of USD")
             }
             Export::Preset(program) => (preset(&material, &place(false), program), "this target"),
             Export::Gltf | Export::Pack(_) => {

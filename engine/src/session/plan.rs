@@ -39,7 +39,7 @@ const fn export_name(export: &Export) -> &'static str {
     match export {
         Export::Gltf => "gltf",
         Export::MaterialX(_) => "materialx",
-        Export::Usd => "usd",
+        Export::Usd { .. } => "usd",
         Export::Preset(_) => "preset",
         Export::Pack(_) => "pack",
     }
@@ -118,7 +118,8 @@ impl Planner<'_> {
             let extension = match export {
                 Export::Gltf => "glb",
                 Export::MaterialX(_) => "mtlx",
-                Export::Usd => "usda",
+                Export::Usd { packed: false } => "usda",
+                Export::Usd { packed: true } => "usdz",
                 Export::Preset(_) | Export::Pack(_) => "png",
             };
             (extension, (Format::Png, Depth::U8))

@@ -6,7 +6,7 @@ use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, Event, NodeStats, Observer, Run, Shelf};
 use crate::export::SimpleShape;
-use crate::graph::{Export, ExportMesh, FileColors, Graph, GraphOutput};
+use crate::graph::{ExportMesh, FileColors, Graph, GraphOutput};
 use crate::picture::{
     AtomicFile, Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer,
     Written, remove_stale_temporaries, svg,
@@ -147,7 +147,10 @@ impl<'r> Render<'r, '_> {
                 Some(ExportMesh::Simple(shape)) => Key::of(shape.name(), &[]),
                 Some(ExportMesh::Atlas { node, output }) => self.planner.keys.output(node, output),
             };
-            return Ok(vec![(Part::Export(export), Key::of("gltf", &[key.as_bytes(), mesh.as_bytes()]))]);
+            // What is said of files lies in them, and so do the names of those that are packed.
+            let (said, stem) = (format!("{export:?}"), self.planner.stem(output));
+            let parts = [key.as_bytes(), mesh.as_bytes(), said.as_bytes(), stem.as_bytes()];
+            return Ok(vec![(Part::Export(export), Key::of("export", &parts))]);
         }
         match output.ty.renders() {
             Some(Renders::Channels) => {}
@@ -201,7 +204,10 @@ impl<'r> Render<'r, '_> {
         let mut missing = Vec::new();
         for planned in pictures {
             // Of several files only the tiles that they show are in the cache.
-            let one = matches!(planned.part, Part::Export(Export::Gltf)) || !matches!(planned.part, Part::Export(_));
+            let one = match planned.part {
+                Part::Export(export) => export.is_one_file(),
+                _ => true,
+            };
             let copied = match &self.session.caches.store {
                 Some(store) if one => store
                     .get_file(planned.key, &planned.path)
@@ -338,8 +344,10 @@ impl<'r> Render<'r, '_> {
     }
 
     fn keep(&self, job: &Job<'_>) {
-        let Some(store) = self.session.caches.store.as_ref().filter(|_| !matches!(job.files, Some(Files::Bundle(_))))
-        else {
+        let Some(store) = self.session.caches.store.as_ref().filter(|_| match job.planned.part {
+            Part::Export(export) => export.is_one_file(),
+            _ => true,
+        }) else {
             return;
         };
         let small = std::fs::metadata(&job.planned.path).is_ok_and(|meta| meta.len() <= store.room() / 16);

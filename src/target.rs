@@ -8,6 +8,8 @@ use shibo_engine::graph::{Export, Graph};
 pub(crate) enum Target {
     /// A binary glTF file.
     Gltf,
+    /// A glTF file with its mesh and its pictures beside it.
+    GltfFiles,
     /// A MaterialX document, `open_pbr_surface`.
     #[value(name = "materialx")]
     MaterialX,
@@ -36,7 +38,10 @@ pub(crate) enum Target {
 impl Target {
     fn export(self) -> Export {
         let name = self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
-        Export::TARGETS.iter().find(|(known, _)| *known == name).map_or(Export::Gltf, |(_, export)| *export)
+        Export::TARGETS
+            .iter()
+            .find(|(known, _)| *known == name)
+            .map_or(Export::Gltf { embed: true }, |(_, export)| *export)
     }
 
     /// Makes the graph's materials such files and leaves its other outputs out.

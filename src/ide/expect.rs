@@ -56,9 +56,10 @@ pub(crate) const FILE: [(&str, &str); 9] = [
     ("color_space", "What colours are stored as."),
 ];
 /// The fields of `Gltf`.
-pub(crate) const GLTF: [(&str, &str); 2] = [
+pub(crate) const GLTF: [(&str, &str); 3] = [
     ("material", "The material."),
     ("mesh", "`Plane`, `Sphere`, `Cylinder`, `Cube`, or the name of an atlas whose mesh wears it."),
+    ("embed", "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out."),
 ];
 /// The fields of `Usd`.
 pub(crate) const USD: [(&str, &str); 3] =

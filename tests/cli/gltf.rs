@@ -138,3 +138,49 @@ fn wrong_uses_are_told_at_their_places() {
     let told = desk.shibo("render a.ron -o out").expect(0);
     assert!(told.stderr.contains("no texture for the channel `subsurface`"), "{}", told.stderr);
 }
+
+/// The names of the files in a folder.
+fn names(desk: &Desk, folder: &str) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(desk.path(folder))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn the_mesh_and_the_pictures_may_lie_beside_the_document() {
+    let desk = desk("", r#"{ "skin": Gltf(material: "skin", embed: false), "one": Gltf(material: "skin") }"#);
+    let told = desk.shibo("render a.ron -o out").expect(0).stderr;
+    let files =
+        ["skin.bin", "skin.gltf", "skin_base_color.png", "skin_normal.png", "skin_occlusion_roughness_metallic.png"];
+    assert_eq!(names(&desk, "out"), [&["one.glb"], &files[..]].concat());
+    assert!(files.iter().all(|file| told.contains(file)), "{told}");
+    let document: Json = serde_json::from_slice(&std::fs::read(desk.path("out/skin.gltf")).unwrap()).unwrap();
+    let (one, binary) = parts(&std::fs::read(desk.path("out/one.glb")).unwrap());
+    assert_eq!(document["buffers"][0]["uri"], "skin.bin");
+    let mesh = std::fs::read(desk.path("out/skin.bin")).unwrap();
+    assert_eq!((number(&document["buffers"][0]["byteLength"]), &mesh[..]), (mesh.len(), &binary[..mesh.len()]));
+    for (apart, within) in document["images"].as_array().unwrap().iter().zip(one["images"].as_array().unwrap()) {
+        let file = std::fs::read(desk.path(format!("out/{}", apart["uri"].as_str().unwrap()))).unwrap();
+        assert_eq!(file, view(&one, &binary, &within["bufferView"]), "{apart}");
+    }
+    let [apart, within] = [&document, &one].map(|document| &document["materials"][0]["pbrMetallicRoughness"]);
+    assert_eq!(apart, within);
+
+    // All or nothing: a folder has the name of the mesh.
+    let before = std::fs::read(desk.path("out/skin.gltf")).unwrap();
+    std::fs::remove_file(desk.path("out/skin.bin")).unwrap();
+    std::fs::create_dir(desk.path("out/skin.bin")).unwrap();
+    desk.write("a.ron", std::fs::read_to_string(desk.path("a.ron")).unwrap().replace("seed: 3", "seed: 4"));
+    let pictures = || files.map(|file| std::fs::read(desk.path(format!("out/{file}"))).ok());
+    let old = pictures();
+    desk.shibo("render a.ron -o out --output skin").expect(1);
+    assert_eq!((pictures(), std::fs::read(desk.path("out/skin.gltf")).unwrap()), (old, before));
+    assert_eq!(names(&desk, "out").len(), 6);
+
+    let desk = self::desk("", r#"{ "skin": "skin", "skin_ao": Gltf(material: "skin") }"#);
+    desk.shibo("render a.ron -o out --as gltf-files -q --output skin").expect(0);
+    assert_eq!(names(&desk, "out"), files);
+}

@@ -1,7 +1,7 @@
-//! GLB files: the document, the mesh and the textures in one.
+//! GLB files: the document, the mesh and the textures in one; or glTF files, with the mesh and the textures beside them.
 //!
-//! The textures are written as temporary files beside the target while their rows are computed, and are copied into it when
-//! all are complete: the memory that is needed does not grow with them.
+//! The textures are written as temporary files beside the target while their rows are computed. When all are complete, they are
+//! copied into it, or get their names: the memory that is needed does not grow with them.
 use super::bundle::write_rows;
 use super::gltf::{Exported, Texture};
 use super::shape::Shape;
@@ -11,7 +11,7 @@ use serde_json::{Value as Json, json};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// A GLB file under construction; see [`Writer`]. One that is dropped leaves nothing.
+/// A glTF file under construction, with those beside it; see [`Writer`]. One that is dropped leaves nothing.
 #[derive(Debug)]
 pub struct GlbWriter {
     path: PathBuf,
@@ -48,7 +48,11 @@ impl GlbWriter {
             chromaticities: None,
             metadata: Vec::new(),
         };
-        let writers = exported.textures.iter().map(|texture| Writer::create(path, &spec(texture)));
+        let writer = |texture: &Texture| match exported.file(texture) {
+            Some(file) => Writer::create(&path.with_file_name(file), &spec(texture)),
+            None => Writer::create(path, &spec(texture)),
+        };
+        let writers = exported.textures.iter().map(writer);
         let writers = writers.collect::<Result<_, _>>()?;
         Ok(Self { path: path.to_owned(), name: name.to_owned(), exported, shape, wraps, writers })
     }
@@ -61,17 +65,20 @@ impl GlbWriter {
         write_rows(self.exported.textures.iter().map(Texture::channels).zip(&mut self.writers), planes, rows)
     }
 
-    /// Completes the file and gives it its name.
+    /// Completes the file and gives it its name, after those beside it.
     ///
     /// # Errors
-    /// When rows are missing or the system refuses; then what had the name before is unchanged.
+    /// When rows are missing or the system refuses; as long as not all are complete, what had their names is unchanged.
     pub fn finish(self) -> Result<Vec<Written>, WriteError> {
         let Self { path, name, exported, shape, wraps, writers } = self;
         let done = writers.into_iter().map(Writer::finish_unnamed).collect::<Result<Vec<_>, _>>()?;
         let (mut pictures, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
         let sizes: Vec<u64> = written.iter().map(|written| written.bytes).collect();
         let document = Document { name: &name, exported: &exported, shape: &shape, wraps };
-        let result = document.write(&path, &mut pictures, &sizes);
+        let result = match exported.apart {
+            Some(_) => document.write_apart(&path, pictures),
+            None => document.write(&path, &mut pictures, &sizes),
+        };
         result.map_err(|error| WriteError::at(&path, error))?;
         Ok(written)
     }
@@ -146,6 +153,27 @@ impl Document<'_> {
         file.commit()
     }
 
+    /// Writes the document and the mesh, and gives all files their names.
+    fn write_apart(&self, path: &Path, pictures: Vec<AtomicFile>) -> io::Result<()> {
+        let mesh = self.mesh();
+        let mut views = Vec::new();
+        let mut binary = AtomicFile::create(path.with_extension("bin"))?;
+        let mut out = io::BufWriter::new(&mut binary);
+        let mut end = 0;
+        for (bytes, target) in &mesh {
+            let length = bytes.len() as u64;
+            views.push(View { from: end, length, target: Some(*target) });
+            out.write_all(bytes)?;
+            pad(&mut out, length)?;
+            end += padded(length);
+        }
+        out.flush()?;
+        drop(out);
+        let mut text = AtomicFile::create(path)?;
+        text.write_all(format!("{:#}\n", self.json(&views, end)).as_bytes())?;
+        pictures.into_iter().chain([binary, text]).try_for_each(AtomicFile::commit)
+    }
+
     /// The bytes of positions, normals, tangents, coordinates, and then of the indices of each part.
     fn mesh(&self) -> Vec<(Vec<u8>, u32)> {
         let bytes = |numbers: &[f32]| numbers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
@@ -197,9 +225,17 @@ impl Document<'_> {
             "bufferViews": views.iter().map(view).collect::<Vec<_>>(),
             "buffers": [{ "byteLength": length }],
         });
+        if let Some(stem) = &self.exported.apart {
+            document["buffers"][0]["uri"] = json!(uri(&format!("{stem}.bin")));
+        }
         let textures = &self.exported.textures;
         if !textures.is_empty() {
-            let image = |(n, texture): (usize, &Texture)| json!({ "name": texture.name(), "bufferView": first_picture + n, "mimeType": "image/png" });
+            let image = |(n, texture): (usize, &Texture)| match self.exported.file(texture) {
+                Some(file) => json!({ "name": texture.name(), "uri": uri(&file) }),
+                None => {
+                    json!({ "name": texture.name(), "bufferView": first_picture + n, "mimeType": "image/png" })
+                }
+            };
             let [s, t] = self.wraps.map(|wraps| if wraps { REPEAT } else { CLAMP });
             document["images"] = textures.iter().enumerate().map(image).collect();
             document["textures"] = (0..textures.len()).map(|n| json!({ "source": n, "sampler": 0 })).collect();
@@ -210,6 +246,12 @@ impl Document<'_> {
         }
         document
     }
+}
+
+/// The name of a file as a relative address.
+fn uri(name: &str) -> String {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
+    name.bytes().map(|byte| if plain(byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") }).collect()
 }
 
 fn view(view: &View) -> Json {

@@ -62,17 +62,31 @@ pub struct Exported {
     material: Material,
     /// Its textures, in the order in which they are stored.
     pub textures: Vec<Texture>,
+    /// What the names of its files begin with, if they are several.
+    pub apart: Option<String>,
 }
 
 /// What of a material glTF has no word for, besides the height.
 const LOST: [Channel; 1] = [Channel::Subsurface];
 
 impl Exported {
-    /// The textures that a material needs.
-    pub fn new(material: Material) -> Self {
-        let mut exported = Self { material, textures: Vec::new() };
+    /// The textures that a material needs, in one file, or in files whose names begin with `apart`.
+    pub fn new(material: Material, apart: Option<String>) -> Self {
+        let mut exported = Self { material, textures: Vec::new(), apart };
         exported.plan();
         exported
+    }
+
+    /// The names of the files, if they are several.
+    pub fn files(&self) -> impl Iterator<Item = String> {
+        let documents = |stem: &String| [format!("{stem}.gltf"), format!("{stem}.bin")];
+        let textures = self.textures.iter().filter_map(|texture| self.file(texture));
+        self.apart.iter().flat_map(documents).chain(textures)
+    }
+
+    /// The file of a texture, if it has its own.
+    pub(super) fn file(&self, texture: &Texture) -> Option<String> {
+        self.apart.as_ref().map(|stem| format!("{stem}_{}.png", texture.name()))
     }
 
     /// The channels that the file cannot express.

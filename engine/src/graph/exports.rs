@@ -19,7 +19,9 @@ const COLORS: [&str; 4] = ["r", "g", "b", "a"];
 /// What is written instead of pictures, as written.
 #[derive(Debug)]
 pub(super) enum ExportDecl {
-    Gltf,
+    Gltf {
+        embed: bool,
+    },
     MaterialX(Shading),
     Usd {
         packed: bool,
@@ -42,7 +44,7 @@ pub(super) enum MeshDecl {
 pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
     let kind = word.str();
     let known: &[&str] = match kind {
-        "Gltf" => &["material", "mesh"],
+        "Gltf" => &["material", "mesh", "embed"],
         "Usd" => &["material", "mesh", "packed"],
         "MaterialX" => &["material", "shading"],
         "Preset" => &["material", "target"],
@@ -67,7 +69,7 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
         report.push(word.error(Code::MissingInput, format!("`{kind}` has no `material`")).help(help));
     }
     decl.export = match kind {
-        "Gltf" => Some(ExportDecl::Gltf),
+        "Gltf" => Some(ExportDecl::Gltf { embed: truth(&fields, "embed", true, report) }),
         "Usd" => Some(ExportDecl::Usd { packed: truth(&fields, "packed", false, report) }),
         "MaterialX" => {
             let shading = read::get(&fields, "shading");
@@ -117,7 +119,7 @@ impl ExportDecl {
     /// The word for it.
     fn kind(&self) -> &'static str {
         match self {
-            Self::Gltf => "Gltf",
+            Self::Gltf { .. } => "Gltf",
             Self::MaterialX(_) => "MaterialX",
             Self::Usd { .. } => "Usd",
             Self::Preset(_) => "Preset",
@@ -148,7 +150,8 @@ impl Unit<'_> {
             ExportDecl::MaterialX(shading) => Export::MaterialX(*shading),
             ExportDecl::Usd { packed } => Export::Usd { packed: *packed },
             ExportDecl::Preset(program) => Export::Preset(*program),
-            ExportDecl::Gltf | ExportDecl::Pack(_) => Export::Gltf,
+            ExportDecl::Gltf { embed } => Export::Gltf { embed: *embed },
+            ExportDecl::Pack(_) => return Err(()),
         }))
     }
 

@@ -148,8 +148,11 @@ pub struct GraphOutput {
 /// Files for other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Export {
-    /// A binary glTF file.
-    Gltf,
+    /// A glTF file.
+    Gltf {
+        /// Whether it is a binary one with all in it; else its mesh and its pictures lie beside it.
+        embed: bool,
+    },
     /// A MaterialX document with its pictures.
     MaterialX(Shading),
     /// A USD file with its pictures.
@@ -165,8 +168,9 @@ pub enum Export {
 
 impl Export {
     /// What a whole graph can be written as, by the names that users give.
-    pub const TARGETS: [(&'static str, Self); 11] = [
-        ("gltf", Self::Gltf),
+    pub const TARGETS: [(&'static str, Self); 12] = [
+        ("gltf", Self::Gltf { embed: true }),
+        ("gltf-files", Self::Gltf { embed: false }),
         ("materialx", Self::MaterialX(Shading::OpenPbr)),
         ("materialx-standard", Self::MaterialX(Shading::StandardSurface)),
         ("usd", Self::Usd { packed: false }),
@@ -181,7 +185,7 @@ impl Export {
 
     /// Whether all is in one file.
     pub const fn is_one_file(self) -> bool {
-        matches!(self, Self::Gltf | Self::Usd { packed: true } | Self::Pack(_))
+        matches!(self, Self::Gltf { embed: true } | Self::Usd { packed: true } | Self::Pack(_))
     }
 }
 
@@ -194,7 +198,7 @@ impl Graph {
     pub fn export_as(&mut self, export: Export, named: bool) -> Result<(), String> {
         let plane = ExportMesh::Simple(SimpleShape::Plane);
         let mesh = self.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != plane));
-        let mesh = matches!(export, Export::Gltf | Export::Usd { .. }).then(|| mesh.unwrap_or(plane));
+        let mesh = matches!(export, Export::Gltf { .. } | Export::Usd { .. }).then(|| mesh.unwrap_or(plane));
         self.outputs.retain(|output| output.ty == Type::Material);
         let mut seen = Vec::new();
         self.outputs.retain(|output| {

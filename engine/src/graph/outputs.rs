@@ -97,7 +97,13 @@ impl Unit<'_> {
             channels.iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect::<Vec<_>>()
         };
         let files: Vec<String> = match &decl.export {
-            Some(ExportDecl::Gltf | ExportDecl::Pack(_) | ExportDecl::Usd { packed: true }) => vec![decl.name.clone()],
+            Some(ExportDecl::Gltf { embed: true } | ExportDecl::Pack(_) | ExportDecl::Usd { packed: true }) => {
+                vec![decl.name.clone()]
+            }
+            Some(ExportDecl::Gltf { embed: false }) => {
+                let packed = format!("{}_occlusion_roughness_metallic", decl.name);
+                channels().into_iter().chain([packed, decl.name.clone()]).collect()
+            }
             Some(_) => channels().into_iter().chain([decl.name.clone()]).collect(),
             None if ty == Type::Material && !decl.combined => channels(),
             None => vec![decl.name.clone()],

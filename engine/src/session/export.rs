@@ -83,8 +83,9 @@ impl Render<'_, '_> {
                 (usd(&material, &shape, &place(once), packed), "the shaders of USD")
             }
             Export::Preset(program) => (preset(&material, &place(false), program), "this target"),
-            Export::Gltf | Export::Pack(_) => {
-                let exported = Exported::new(material);
+            Export::Pack(_) => return Ok(job(planned, value)),
+            Export::Gltf { embed } => {
+                let exported = Exported::new(material, (!embed).then(|| self.planner.stem(output)));
                 self.warn_lost(output, "glTF", &exported.lost());
                 let fields = exported.textures.iter().flat_map(|texture| &texture.fields);
                 let fields = fields.map(|field| (String::new(), field.clone())).collect();
@@ -166,6 +167,9 @@ pub(super) fn files(planned: &[PathBuf], jobs: &[Job<'_>]) -> Vec<PathBuf> {
         let job = jobs.iter().find(|job| job.planned.path == *path);
         match job.and_then(|job| job.files.as_ref()) {
             Some(Files::Bundle(bundle)) => bundle.files().map(|file| path.with_file_name(file)).collect(),
+            Some(Files::Glb(export)) if export.0.apart.is_some() => {
+                export.0.files().map(|file| path.with_file_name(file)).collect()
+            }
             _ => vec![path.clone()],
         }
     };

@@ -37,7 +37,7 @@ impl Part {
 
 const fn export_name(export: &Export) -> &'static str {
     match export {
-        Export::Gltf => "gltf",
+        Export::Gltf { .. } => "gltf",
         Export::MaterialX(_) => "materialx",
         Export::Usd { .. } => "usd",
         Export::Preset(_) => "preset",
@@ -116,7 +116,8 @@ impl Planner<'_> {
         let (extension, (format, depth)) = if let Part::Export(export) = &part {
             self.check_whole(&stem)?;
             let extension = match export {
-                Export::Gltf => "glb",
+                Export::Gltf { embed: true } => "glb",
+                Export::Gltf { embed: false } => "gltf",
                 Export::MaterialX(_) => "mtlx",
                 Export::Usd { packed: false } => "usda",
                 Export::Usd { packed: true } => "usdz",

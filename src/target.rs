@@ -38,10 +38,7 @@ pub(crate) enum Target {
 impl Target {
     fn export(self) -> Export {
         let name = self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
-        Export::TARGETS
-            .iter()
-            .find(|(known, _)| *known == name)
-            .map_or(Export::Gltf { embed: true }, |(_, export)| *export)
+        Export::TARGETS.iter().find(|(known, _)| *known == name).map_or(Export::TARGETS[0].1, |(_, export)| *export)
     }
 
     /// Makes the graph's materials such files and leaves its other outputs out.

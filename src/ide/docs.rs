@@ -108,6 +108,7 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
         Expect::File("Gltf" | "Usd", Some("mesh")) => {
             plain(&shibo_engine::export::SimpleShape::ALL.map(|(name, _)| name))
         }
+        Expect::File("Gltf" | "Usd", Some("colors")) => plain(&shibo_engine::export::Colors::ALL.map(|(name, _)| name)),
         Expect::File("Gltf", Some("embed")) => plain(&["true", "false"]),
         Expect::File("MaterialX", Some("shading")) => plain(&shibo_engine::export::Shading::ALL.map(|(name, _)| name)),
         Expect::File("Preset", Some("target")) => plain(&shibo_engine::export::Program::ALL.map(|(name, _)| name)),

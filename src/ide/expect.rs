@@ -56,14 +56,21 @@ pub(crate) const FILE: [(&str, &str); 9] = [
     ("color_space", "What colours are stored as."),
 ];
 /// The fields of `Gltf`.
-pub(crate) const GLTF: [(&str, &str); 3] = [
+pub(crate) const GLTF: [(&str, &str); 5] = [
     ("material", "The material."),
     ("mesh", "`Plane`, `Sphere`, `Cylinder`, `Cube`, or the name of an atlas whose mesh wears it."),
+    ("colors", "How the base colour and the emission are stored: `Png`, or `Jpeg`, which is smaller and not exact."),
+    ("quality", "That of JPEG, from 1 to 100; 90 if left out."),
     ("embed", "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out."),
 ];
 /// The fields of `Usd`.
-pub(crate) const USD: [(&str, &str); 3] =
-    [GLTF[0], GLTF[1], ("packed", "Whether the file and its pictures are one `.usdz`; `false` if left out.")];
+pub(crate) const USD: [(&str, &str); 5] = [
+    GLTF[0],
+    GLTF[1],
+    GLTF[2],
+    GLTF[3],
+    ("packed", "Whether the file and its pictures are one `.usdz`; `false` if left out."),
+];
 /// The fields of `MaterialX`.
 pub(crate) const MATERIALX: [(&str, &str); 2] = [("material", "The material."), ("shading", "The surface shader.")];
 /// The fields of `Preset`.

@@ -184,3 +184,58 @@ fn the_mesh_and_the_pictures_may_lie_beside_the_document() {
     desk.shibo("render a.ron -o out --as gltf-files -q --output skin").expect(0);
     assert_eq!(names(&desk, "out"), files);
 }
+
+#[test]
+fn colours_may_be_jpeg_and_nothing_else() {
+    let outputs = r#"{ "skin": Gltf(material: "skin", colors: Jpeg), "low": Gltf(material: "skin", colors: Jpeg, quality: 5),
+        "exact": Gltf(material: "skin"), "apart": Gltf(material: "skin", colors: Jpeg, embed: false),
+        "usd": Usd(material: "skin", colors: Jpeg, quality: 100) }"#;
+    let desk = desk("emission: \"color\"", outputs);
+    desk.shibo("render a.ron -o out -q").expect(0);
+    let [skin, low, exact] =
+        ["skin", "low", "exact"].map(|name| parts(&std::fs::read(desk.path(format!("out/{name}.glb"))).unwrap()));
+    let color = |(document, binary): &(Json, Vec<u8>)| {
+        let index = number(&document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"]);
+        let image = &document["images"][number(&document["textures"][index]["source"])];
+        (image["mimeType"].as_str().unwrap().to_owned(), view(document, binary, &image["bufferView"]))
+    };
+    let [(kind, jpeg), (_, small), (exact_kind, png)] = [&skin, &low, &exact].map(color);
+    assert_eq!((kind.as_str(), exact_kind.as_str()), ("image/jpeg", "image/png"));
+    assert!(small.len() < jpeg.len(), "{} {}", small.len(), jpeg.len());
+    let (jpeg, png) =
+        (image::load_from_memory(&jpeg).unwrap().to_rgb8(), image::load_from_memory(&png).unwrap().to_rgb8());
+    let far = jpeg.as_raw().iter().zip(png.as_raw()).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>();
+    assert!(far / (png.len() as f64) < 3.0, "{far}");
+    let kinds: Vec<&str> =
+        skin.0["images"].as_array().unwrap().iter().map(|i| i["mimeType"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["image/jpeg", "image/png", "image/png", "image/jpeg"], "colour, surface, normal, emission");
+    let names = names(&desk, "out");
+    for file in
+        ["apart_base_color.jpg", "apart_emission.jpg", "apart_normal.png", "usd_base_color.jpg", "usd_emission.jpg"]
+    {
+        assert!(names.iter().any(|name| name == file), "{file}: {names:?}");
+    }
+    let usd = std::fs::read_to_string(desk.path("out/usd.usda")).unwrap();
+    assert!(usd.contains("asset inputs:file = @./usd_base_color.jpg@") && !usd.contains("base_color.png"), "{usd}");
+    assert_eq!(usd.matches("colorSpace = \"srgb_texture\"").count(), 2, "{usd}");
+    assert_eq!(usd.matches("sourceColorSpace = \"sRGB\"").count(), 2, "{usd}");
+
+    // A picture with opacity stays as it is.
+    let desk = self::desk("opacity: \"rough\"", r#"{ "skin": Gltf(material: "skin", colors: Jpeg) }"#);
+    desk.shibo("render a.ron -o out -q").expect(0);
+    let (document, _) = parts(&std::fs::read(desk.path("out/skin.glb")).unwrap());
+    assert_eq!(document["images"][0]["mimeType"], "image/png");
+
+    for (said, words) in [
+        ("colors: Jpeg, quality: 0", "`quality` must be a number from 1 to 100"),
+        ("colors: Jpeg, quality: 101", "`quality` must be a number from 1 to 100"),
+        ("colors: Jpeg, quality: \"high\"", "`quality` must be a number from 1 to 100"),
+        ("quality: 90", "`quality` is that of JPEG"),
+        ("colors: Jpg", "there is no colors `Jpg`"),
+        ("embed: 0", "`embed` must be one of `true`, `false`"),
+    ] {
+        let desk = self::desk("", &format!("{{ \"skin\": Gltf(material: \"skin\", {said}) }}"));
+        let error = desk.shibo("check a.ron").expect(1).stderr;
+        assert!(error.contains(words), "{said}: {error}");
+    }
+}

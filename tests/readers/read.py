@@ -145,7 +145,7 @@ for folder, _, files in sorted(os.walk(sys.argv[1])):
             read_usd(path)
         elif name.endswith(".usdz"):
             read_package(path)
-        elif name.endswith((".png", ".exr")):
+        elif name.endswith((".png", ".jpg", ".exr", ".tiff")):
             read_picture(path)
         elif name.endswith(".py"):
             ast.parse(open(path).read(), name)

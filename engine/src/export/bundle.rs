@@ -1,5 +1,6 @@
 //! Several files that belong together: the pictures of a material, and documents that name them.
 use super::archive::archive;
+use super::colors::Colors;
 use crate::picture::{
     AtomicFile, Compression, Depth, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer, Written,
     texture_attributes,
@@ -25,6 +26,8 @@ pub struct Place {
 pub(super) enum Samples {
     /// A colour, 8 bits with the sRGB curve.
     Color,
+    /// A colour as a JPEG of this quality.
+    Jpeg(u8),
     /// Numbers from 0 to 1, 8 bits.
     Data,
     /// Numbers from 0 to 1, 16 bits.
@@ -63,6 +66,7 @@ impl Map {
     fn spec(&self, size: UVec2, (dither, compression): (bool, Compression)) -> PictureSpec {
         let (format, depth, transfer) = match self.samples {
             Samples::Color => (Format::Png, Depth::U8, Transfer::Srgb),
+            Samples::Jpeg(quality) => (Format::Jpeg(quality), Depth::U8, Transfer::Srgb),
             Samples::Data => (Format::Png, Depth::U8, Transfer::Raw),
             Samples::Fine => (Format::Png, Depth::U16, Transfer::Raw),
             Samples::Half => (Format::Exr, Depth::F16, Transfer::Raw),
@@ -120,6 +124,7 @@ pub(super) struct Maps<'a> {
     pub(super) material: &'a Material,
     stem: &'a str,
     pub(super) maps: Vec<Map>,
+    colors: Colors,
     used: Vec<Channel>,
     /// The channels that were asked for by themselves.
     known: Vec<(Channel, Source)>,
@@ -127,7 +132,12 @@ pub(super) struct Maps<'a> {
 
 impl<'a> Maps<'a> {
     pub(super) fn new(material: &'a Material, stem: &'a str) -> Self {
-        Self { material, stem, maps: Vec::new(), used: Vec::new(), known: Vec::new() }
+        Self { material, stem, maps: Vec::new(), colors: Colors::Png, used: Vec::new(), known: Vec::new() }
+    }
+
+    /// Stores the colours of channels otherwise.
+    pub(super) fn with_colors(self, colors: Colors) -> Self {
+        Self { colors, ..self }
     }
 
     pub(super) fn has(&self, channel: Channel) -> bool {
@@ -142,7 +152,11 @@ impl<'a> Maps<'a> {
 
     /// A picture of some fields; its file.
     pub(super) fn add(&mut self, suffix: &str, fields: Vec<Field>, samples: Samples) -> String {
-        let extension = if matches!(samples, Samples::Half | Samples::Float) { "exr" } else { "png" };
+        let extension = match samples {
+            Samples::Half | Samples::Float => "exr",
+            Samples::Jpeg(_) => "jpg",
+            Samples::Color | Samples::Data | Samples::Fine => "png",
+        };
         let file = format!("{}_{suffix}.{extension}", self.stem);
         self.maps.push(Map { file: file.clone(), fields, samples, mips: Vec::new(), metadata: Vec::new() });
         file
@@ -176,7 +190,13 @@ impl<'a> Maps<'a> {
         self.used.push(channel);
         let source = match field.as_constant() {
             Some(values) => Source::Value(values.iter().map(|value| f64::from(*value)).collect()),
-            None => Source::File(self.add(channel.name(), vec![field], samples(channel))),
+            None => {
+                let samples = match (self.colors, channel) {
+                    (Colors::Jpeg(quality), Channel::BaseColor | Channel::Emission) => Samples::Jpeg(quality),
+                    _ => samples(channel),
+                };
+                Source::File(self.add(channel.name(), vec![field], samples))
+            }
         };
         self.known.push((channel, source.clone()));
         Some(source)

@@ -5,7 +5,7 @@
 use super::bundle::write_rows;
 use super::gltf::{Exported, Texture};
 use super::shape::Shape;
-use crate::picture::{AtomicFile, Compression, Encoding, Format, PictureSpec, WriteError, Writer, Written};
+use crate::picture::{AtomicFile, Compression, Encoding, PictureSpec, WriteError, Writer, Written};
 use glam::{UVec2, Vec3};
 use serde_json::{Value as Json, json};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -40,7 +40,7 @@ impl GlbWriter {
             width: size.x,
             height: size.y,
             channels: ["R", "G", "B", "A"].iter().take(texture.channels()).map(ToString::to_string).collect(),
-            format: Format::Png,
+            format: texture.format,
             depth: texture.depth,
             encoding: Encoding { transfer: texture.transfer, dither, ..Encoding::default() },
             compression,
@@ -233,7 +233,7 @@ impl Document<'_> {
             let image = |(n, texture): (usize, &Texture)| match self.exported.file(texture) {
                 Some(file) => json!({ "name": texture.name(), "uri": uri(&file) }),
                 None => {
-                    json!({ "name": texture.name(), "bufferView": first_picture + n, "mimeType": "image/png" })
+                    json!({ "name": texture.name(), "bufferView": first_picture + n, "mimeType": texture.mime() })
                 }
             };
             let [s, t] = self.wraps.map(|wraps| if wraps { REPEAT } else { CLAMP });

@@ -2,7 +2,8 @@
 //!
 //! Roughness and metallic lie in one texture with the occlusion, as the format wants it. A channel that is the same
 //! everywhere becomes a factor. Extensions are named only where the material has their channels.
-use crate::picture::{Depth, Transfer};
+use super::colors::Colors;
+use crate::picture::{Depth, Format, Transfer};
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
 use serde_json::{Map, Value as Json, json};
 
@@ -22,12 +23,14 @@ pub(super) enum Role {
     Specular,
 }
 
-/// A texture of an exported material, which is written as a PNG.
+/// A texture of an exported material.
 #[derive(Clone, Debug)]
 pub struct Texture {
     pub(super) role: Role,
     /// The fields whose channels it holds, one after another.
     pub fields: Vec<Field>,
+    /// PNG or JPEG.
+    pub format: Format,
     /// Its sample type.
     pub depth: Depth,
     /// The curve of its colours.
@@ -38,6 +41,11 @@ impl Texture {
     /// How many channels it has.
     pub fn channels(&self) -> usize {
         self.fields.iter().map(Field::channels).sum()
+    }
+
+    /// What it is, for readers of its bytes.
+    pub(super) const fn mime(&self) -> &'static str {
+        if matches!(self.format, Format::Jpeg(_)) { "image/jpeg" } else { "image/png" }
     }
 
     /// Its name in the file.
@@ -71,9 +79,9 @@ const LOST: [Channel; 1] = [Channel::Subsurface];
 
 impl Exported {
     /// The textures that a material needs, in one file, or in files whose names begin with `apart`.
-    pub fn new(material: Material, apart: Option<String>) -> Self {
+    pub fn new(material: Material, colors: Colors, apart: Option<String>) -> Self {
         let mut exported = Self { material, textures: Vec::new(), apart };
-        exported.plan();
+        exported.plan(colors);
         exported
     }
 
@@ -86,7 +94,7 @@ impl Exported {
 
     /// The file of a texture, if it has its own.
     pub(super) fn file(&self, texture: &Texture) -> Option<String> {
-        self.apart.as_ref().map(|stem| format!("{stem}_{}.png", texture.name()))
+        self.apart.as_ref().map(|stem| format!("{stem}_{}.{}", texture.name(), texture.format.extension()))
     }
 
     /// The channels that the file cannot express.
@@ -112,12 +120,17 @@ impl Exported {
         values.iter().map(|value| f64::from(*value)).collect()
     }
 
-    fn plan(&mut self) {
+    fn plan(&mut self, colors: Colors) {
         let of = |channel: Channel| self.material.or_default(channel);
         let gray = |value: f32| Field::constant(Type::Gray, &[value]);
         let mut textures = Vec::new();
         let mut add = |role, fields: Vec<Field>, depth, transfer| {
-            textures.push(Texture { role, fields, depth, transfer });
+            let format = match role {
+                // A JPEG has no opacity.
+                Role::BaseColor | Role::Emission if fields.len() == 1 => colors.format(),
+                _ => Format::Png,
+            };
+            textures.push(Texture { role, fields, format, depth, transfer });
         };
         if self.varies(&[Channel::BaseColor, Channel::Opacity]) {
             let opacity = self.has(Channel::Opacity).then(|| of(Channel::Opacity));

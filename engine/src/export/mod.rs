@@ -2,6 +2,7 @@
 //! the pictures that a program expects.
 mod archive;
 mod bundle;
+mod colors;
 mod glb;
 mod gltf;
 mod materialx;
@@ -12,6 +13,7 @@ mod solids;
 mod usd;
 
 pub use bundle::{Bundle, BundleWriter, Map, Place};
+pub use colors::Colors;
 pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
 pub use materialx::materialx;

@@ -101,7 +101,7 @@ impl Builder<'_, '_> {
     }
 
     fn image(&mut self, name: &str, ty: &'static str, file: &str) -> String {
-        let colors = if file.ends_with("png") { "srgb_texture" } else { "lin_rec709" };
+        let colors = if file.ends_with("exr") { "lin_rec709" } else { "srgb_texture" };
         let colors = (ty == "color3").then_some(colors);
         let mut inputs = vec![("file", "filename", Given::File(file.into(), colors))];
         let metres = self.place.size_mm / 1000.0;

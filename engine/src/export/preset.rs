@@ -189,7 +189,7 @@ fn import(maps: &[Map]) -> String {
         .iter()
         .map(|map| {
             let kind = match map.samples {
-                Samples::Color => "color",
+                Samples::Color | Samples::Jpeg(_) => "color",
                 Samples::Fine => "normal",
                 Samples::Data => "mask",
                 Samples::Half | Samples::Float => "float",

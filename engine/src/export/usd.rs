@@ -2,14 +2,15 @@
 //!
 //! One unit is a metre, y is up. Texture coordinates have v up, as everywhere in USD.
 use super::bundle::{Bundle, Maps, Place, Source};
+use super::colors::Colors;
 use super::network::{Given, Input, Network, Shading, identifier, network, number};
 use super::shape::Shape;
 use crate::value::{Channel, Material};
 use std::fmt::Write;
 
 /// The file and its pictures, in one file if `packed`.
-pub fn usd(material: &Material, shape: &Shape, place: &Place, packed: bool) -> Bundle {
-    let mut maps = Maps::new(material, &place.stem);
+pub fn usd(material: &Material, shape: &Shape, place: &Place, packed: bool, colors: Colors) -> Bundle {
+    let mut maps = Maps::new(material, &place.stem).with_colors(colors);
     let once = shape.repeats.is_none();
     let name = identifier(&place.stem);
     let network = network(&mut maps, place, once, Shading::OpenPbr);
@@ -177,7 +178,7 @@ impl Text {
                 let word = if wraps && !once { "repeat" } else { "clamp" };
                 self.line(&format!("token inputs:{input} = \"{word}\""));
             }
-            let color = *output == "rgb" && *channel != Channel::Normal && file.ends_with("png");
+            let color = *output == "rgb" && *channel != Channel::Normal && !file.ends_with("exr");
             self.line(&format!("token inputs:sourceColorSpace = \"{}\"", if color { "sRGB" } else { "raw" }));
             match channel {
                 Channel::Normal => {

@@ -5,7 +5,7 @@ use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::scope::{Target, Unit};
 use crate::diagnostics::Code;
-use crate::export::{Program, Shading, SimpleShape};
+use crate::export::{Colors, Program, Shading, SimpleShape};
 use crate::graph::{Export, ExportMesh};
 use crate::value::{Atlas, Carried, Type};
 use petgraph::graph::NodeIndex;
@@ -21,10 +21,12 @@ const COLORS: [&str; 4] = ["r", "g", "b", "a"];
 pub(super) enum ExportDecl {
     Gltf {
         embed: bool,
+        colors: Colors,
     },
     MaterialX(Shading),
     Usd {
         packed: bool,
+        colors: Colors,
     },
     Preset(Program),
     /// The references to its fields.
@@ -44,8 +46,8 @@ pub(super) enum MeshDecl {
 pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
     let kind = word.str();
     let known: &[&str] = match kind {
-        "Gltf" => &["material", "mesh", "embed"],
-        "Usd" => &["material", "mesh", "packed"],
+        "Gltf" => &["material", "mesh", "embed", "colors", "quality"],
+        "Usd" => &["material", "mesh", "packed", "colors", "quality"],
         "MaterialX" => &["material", "shading"],
         "Preset" => &["material", "target"],
         _ => &COLORS,
@@ -69,8 +71,14 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
         report.push(word.error(Code::MissingInput, format!("`{kind}` has no `material`")).help(help));
     }
     decl.export = match kind {
-        "Gltf" => Some(ExportDecl::Gltf { embed: truth(&fields, "embed", true, report) }),
-        "Usd" => Some(ExportDecl::Usd { packed: truth(&fields, "packed", false, report) }),
+        "Gltf" => {
+            let embed = truth(&fields, "embed", true, report);
+            Some(ExportDecl::Gltf { embed, colors: colors(&fields, report) })
+        }
+        "Usd" => {
+            let packed = truth(&fields, "packed", false, report);
+            Some(ExportDecl::Usd { packed, colors: colors(&fields, report) })
+        }
         "MaterialX" => {
             let shading = read::get(&fields, "shading");
             let shading =
@@ -115,6 +123,28 @@ fn truth(fields: &[Entry], name: &str, default: bool, report: &mut Report) -> bo
     read::get(fields, name).and_then(|part| choice(part, name, &words, report)).unwrap_or(default)
 }
 
+/// `colors: Jpeg, quality: 90`.
+fn colors(fields: &[Entry], report: &mut Report) -> Colors {
+    let jpeg = read::get(fields, "colors").and_then(|part| choice(part, "colors", &Colors::ALL, report));
+    let jpeg = jpeg.unwrap_or_default();
+    let mut quality = Colors::QUALITY;
+    if let Some(part) = read::get(fields, "quality") {
+        let given = if let Shape::Number(given) = part.shape() { given } else { f64::NAN };
+        match (1..=100)
+            .find(|whole| (given - f64::from(*whole)).abs() <= 0.5)
+            .filter(|_| (1.0..=100.0).contains(&given))
+        {
+            Some(whole) => quality = whole,
+            None => report.push(mismatch(part, "`quality`", "a number from 1 to 100")),
+        }
+        if !jpeg {
+            let error = part.error(Code::BadValue, "`quality` is that of JPEG, and `colors` are PNG");
+            report.push(error.help("write `colors: Jpeg`, or leave `quality` out"));
+        }
+    }
+    if jpeg { Colors::Jpeg(quality) } else { Colors::Png }
+}
+
 impl ExportDecl {
     /// The word for it.
     fn kind(&self) -> &'static str {
@@ -148,9 +178,9 @@ impl Unit<'_> {
         }
         Ok(Some(match export {
             ExportDecl::MaterialX(shading) => Export::MaterialX(*shading),
-            ExportDecl::Usd { packed } => Export::Usd { packed: *packed },
+            ExportDecl::Usd { packed, colors } => Export::Usd { packed: *packed, colors: *colors },
             ExportDecl::Preset(program) => Export::Preset(*program),
-            ExportDecl::Gltf { embed } => Export::Gltf { embed: *embed },
+            ExportDecl::Gltf { embed, colors } => Export::Gltf { embed: *embed, colors: *colors },
             ExportDecl::Pack(_) => return Err(()),
         }))
     }

@@ -1,7 +1,7 @@
 //! A graph whose references are resolved: what is evaluated.
 use super::storage::Storage;
 use crate::diagnostics::{Diagnostic, SourceMap, Span};
-use crate::export::{Program, Shading, SimpleShape};
+use crate::export::{Colors, Program, Shading, SimpleShape};
 use crate::node::DynNode;
 use crate::value::{Canvas, ChannelSet, Field, Type};
 use petgraph::Direction;
@@ -152,6 +152,8 @@ pub enum Export {
     Gltf {
         /// Whether it is a binary one with all in it; else its mesh and its pictures lie beside it.
         embed: bool,
+        /// How its colours are stored.
+        colors: Colors,
     },
     /// A MaterialX document with its pictures.
     MaterialX(Shading),
@@ -159,6 +161,8 @@ pub enum Export {
     Usd {
         /// Whether all lie in one file, a USDZ.
         packed: bool,
+        /// How its colours are stored.
+        colors: Colors,
     },
     /// The pictures that a program expects.
     Preset(Program),
@@ -169,12 +173,12 @@ pub enum Export {
 impl Export {
     /// What a whole graph can be written as, by the names that users give.
     pub const TARGETS: [(&'static str, Self); 12] = [
-        ("gltf", Self::Gltf { embed: true }),
-        ("gltf-files", Self::Gltf { embed: false }),
+        ("gltf", Self::Gltf { embed: true, colors: Colors::Png }),
+        ("gltf-files", Self::Gltf { embed: false, colors: Colors::Png }),
         ("materialx", Self::MaterialX(Shading::OpenPbr)),
         ("materialx-standard", Self::MaterialX(Shading::StandardSurface)),
-        ("usd", Self::Usd { packed: false }),
-        ("usdz", Self::Usd { packed: true }),
+        ("usd", Self::Usd { packed: false, colors: Colors::Png }),
+        ("usdz", Self::Usd { packed: true, colors: Colors::Png }),
         ("unreal", Self::Preset(Program::Unreal)),
         ("unity", Self::Preset(Program::Unity)),
         ("godot", Self::Preset(Program::Godot)),
@@ -185,7 +189,7 @@ impl Export {
 
     /// Whether all is in one file.
     pub const fn is_one_file(self) -> bool {
-        matches!(self, Self::Gltf { embed: true } | Self::Usd { packed: true } | Self::Pack(_))
+        matches!(self, Self::Gltf { embed: true, .. } | Self::Usd { packed: true, .. } | Self::Pack(_))
     }
 }
 

@@ -97,10 +97,10 @@ impl Unit<'_> {
             channels.iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect::<Vec<_>>()
         };
         let files: Vec<String> = match &decl.export {
-            Some(ExportDecl::Gltf { embed: true } | ExportDecl::Pack(_) | ExportDecl::Usd { packed: true }) => {
+            Some(ExportDecl::Gltf { embed: true, .. } | ExportDecl::Pack(_) | ExportDecl::Usd { packed: true, .. }) => {
                 vec![decl.name.clone()]
             }
-            Some(ExportDecl::Gltf { embed: false }) => {
+            Some(ExportDecl::Gltf { embed: false, .. }) => {
                 let packed = format!("{}_occlusion_roughness_metallic", decl.name);
                 channels().into_iter().chain([packed, decl.name.clone()]).collect()
             }

@@ -101,7 +101,7 @@ impl RowEncoder {
     pub(super) fn new(spec: &PictureSpec) -> Self {
         let mut order: Vec<usize> = (0..spec.channels.len()).collect();
         let arrangement = match spec.format {
-            Format::Png => Arrangement::PixelsBigEndian,
+            Format::Png | Format::Jpeg(_) => Arrangement::PixelsBigEndian,
             // Svg has no pixels to arrange.
             Format::Tiff | Format::Svg => Arrangement::PixelsLittleEndian,
             Format::Exr => {

@@ -32,6 +32,7 @@ mod read_tiff;
 mod spec;
 mod write;
 mod write_exr;
+mod write_jpeg;
 mod write_png;
 mod write_svg;
 mod write_tiff;

@@ -14,12 +14,14 @@ pub enum Format {
     Tiff,
     /// OpenEXR with 16 or 32-bit floats.
     Exr,
+    /// JPEG with 8 bits and this quality, 1 to 100: only for colours of materials for other programs.
+    Jpeg(u8),
     /// SVG: lines, for plotters and laser engravers. Holds `Segments` and no pixels; see [`svg`](super::svg).
     Svg,
 }
 
 impl Format {
-    /// All formats.
+    /// All formats of outputs.
     pub const ALL: [Self; 4] = [Self::Png, Self::Tiff, Self::Exr, Self::Svg];
 
     /// The word for it in graph files and messages.
@@ -29,6 +31,7 @@ impl Format {
             Self::Png => "Png",
             Self::Tiff => "Tiff",
             Self::Exr => "Exr",
+            Self::Jpeg(_) => "Jpeg",
             Self::Svg => "Svg",
         }
     }
@@ -40,6 +43,7 @@ impl Format {
             Self::Png => &[Depth::U8, Depth::U16],
             Self::Tiff => &[Depth::U16, Depth::U8, Depth::F32],
             Self::Exr => &[Depth::F16, Depth::F32],
+            Self::Jpeg(_) => &[Depth::U8],
             Self::Svg => &[],
         }
     }
@@ -57,6 +61,7 @@ impl Format {
             Self::Png => "png",
             Self::Tiff => "tiff",
             Self::Exr => "exr",
+            Self::Jpeg(_) => "jpg",
             Self::Svg => "svg",
         }
     }
@@ -67,6 +72,7 @@ impl Format {
         match self {
             Self::Png | Self::Tiff => 4,
             Self::Exr => 64,
+            Self::Jpeg(_) => 3,
             Self::Svg => 0,
         }
     }
@@ -201,12 +207,19 @@ impl PictureSpec {
             return Err(WriteError::Depth { format, depth, allowed: list(format.depths()) });
         }
         let (count, most) = (self.channels.len(), format.max_channels());
-        if count == 0 || count > most {
+        let jpeg = matches!(format, Format::Jpeg(_));
+        if count == 0 || count > most || (jpeg && count == 2) {
             return Err(WriteError::Channels { format, count, most });
         }
         // EXR and PNG have 31 bits for a side.
         if width == 0 || height == 0 || width.max(height) > i32::MAX.unsigned_abs() {
             return Err(WriteError::Size { width, height });
+        }
+        if jpeg && width.max(height) > u32::from(u16::MAX) {
+            return Err(WriteError::JpegSize { width, height });
+        }
+        if let Format::Jpeg(quality @ (0 | 101..)) = format {
+            return Err(WriteError::Quality(quality));
         }
         match self.encoding.range {
             Some((low, high)) if !(low.is_finite() && high.is_finite() && low != high) => {
@@ -294,6 +307,17 @@ pub enum WriteError {
         /// Height.
         height: u32,
     },
+    /// More pixels than JPEG can count.
+    #[error("the picture has `{width}x{height}` pixels; a JPEG has at most 65535 a side: write colours as PNG")]
+    JpegSize {
+        /// Width.
+        width: u32,
+        /// Height.
+        height: u32,
+    },
+    /// A quality that JPEG does not have.
+    #[error("quality is `{0}`; it must be a number from 1 to 100")]
+    Quality(u8),
     /// Mip levels in a format that has none here, or not for all channels.
     #[error("mip levels of all channels can be written to `Exr` only, not to `{format}`")]
     Mips {

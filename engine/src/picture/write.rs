@@ -4,6 +4,7 @@ use super::atomic::AtomicFile;
 use super::encode::{RowEncoder, Rows, Tally};
 use super::spec::{Format, PictureSpec, WriteError};
 use super::write_exr::{ExrSink, TiledSink};
+use super::write_jpeg::JpegSink;
 use super::write_png::PngSink;
 use super::write_tiff::TiffSink;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -69,6 +70,7 @@ enum Sink {
     Png(Box<PngSink<Output>>),
     Tiff(Box<TiffSink<Output>>),
     Exr(Box<ExrSink<Output>>),
+    Jpeg(Box<JpegSink<Output>>),
     Tiled(Box<TiledSink<Output>>),
 }
 
@@ -89,6 +91,7 @@ impl Writer {
                 Sink::Tiled(Box::new(TiledSink::new(output.clone(), spec).map_err(at)?))
             }
             Format::Exr => Sink::Exr(Box::new(ExrSink::new(output.clone(), spec).map_err(at)?)),
+            Format::Jpeg(quality) => Sink::Jpeg(Box::new(JpegSink::new(output.clone(), spec, quality))),
             // Holds no samples of any depth, as the check has said.
             Format::Svg => {
                 return Err(WriteError::Depth { format: spec.format, depth: spec.depth, allowed: String::new() });
@@ -143,6 +146,7 @@ impl Writer {
             Sink::Png(_) => 1,
             Sink::Tiff(sink) => sink.rows_per_block() * rayon::current_num_threads(),
             Sink::Exr(sink) => sink.rows_per_block() * rayon::current_num_threads(),
+            Sink::Jpeg(sink) => sink.rows_per_block() * rayon::current_num_threads(),
             Sink::Tiled(_) => 1,
         };
         (BAND_BYTES / self.encoder.row_bytes()).max(block_rows)
@@ -153,6 +157,7 @@ impl Writer {
             Sink::Png(sink) => sink.write(&self.encoder, rows),
             Sink::Tiff(sink) => sink.write(&self.encoder, rows),
             Sink::Exr(sink) => sink.write(&self.encoder, rows),
+            Sink::Jpeg(sink) => sink.write(&self.encoder, rows),
             Sink::Tiled(sink) => sink.write(rows),
         };
         self.tally = self.tally.with(tally.map_err(|error| WriteError::at(&self.path, error))?);
@@ -169,6 +174,7 @@ impl Writer {
             Sink::Png(sink) => sink.write_encoded(bytes),
             Sink::Tiff(sink) => sink.write_encoded(bytes),
             Sink::Exr(sink) => sink.write_encoded(bytes),
+            Sink::Jpeg(sink) => sink.write_encoded(bytes),
             // Their smaller levels are made of samples.
             Sink::Tiled(_) => Err(io::ErrorKind::Unsupported.into()),
         };
@@ -206,6 +212,7 @@ impl Writer {
             Sink::Png(sink) => sink.finish().map_err(at)?,
             Sink::Tiff(sink) => sink.finish().map_err(at)?,
             Sink::Exr(sink) => sink.finish().map_err(at)?,
+            Sink::Jpeg(sink) => sink.finish().map_err(at)?,
             Sink::Tiled(sink) => sink.finish().map_err(at)?,
         }
         let Counted { file, length, .. } = output.into_inner();

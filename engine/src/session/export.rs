@@ -78,14 +78,14 @@ impl Render<'_, '_> {
                 let made = materialx(&material, &place(false), shading);
                 (made.map_err(|error| Failure::File(error.to_string()))?, "MaterialX")
             }
-            Export::Usd { packed } => {
+            Export::Usd { packed, colors } => {
                 let once = output.mesh.is_some_and(ExportMesh::is_atlas);
-                (usd(&material, &shape, &place(once), packed), "the shaders of USD")
+                (usd(&material, &shape, &place(once), packed, colors), "the shaders of USD")
             }
             Export::Preset(program) => (preset(&material, &place(false), program), "this target"),
             Export::Pack(_) => return Ok(job(planned, value)),
-            Export::Gltf { embed } => {
-                let exported = Exported::new(material, (!embed).then(|| self.planner.stem(output)));
+            Export::Gltf { embed, colors } => {
+                let exported = Exported::new(material, colors, (!embed).then(|| self.planner.stem(output)));
                 self.warn_lost(output, "glTF", &exported.lost());
                 let fields = exported.textures.iter().flat_map(|texture| &texture.fields);
                 let fields = fields.map(|field| (String::new(), field.clone())).collect();

@@ -116,11 +116,11 @@ impl Planner<'_> {
         let (extension, (format, depth)) = if let Part::Export(export) = &part {
             self.check_whole(&stem)?;
             let extension = match export {
-                Export::Gltf { embed: true } => "glb",
-                Export::Gltf { embed: false } => "gltf",
+                Export::Gltf { embed: true, .. } => "glb",
+                Export::Gltf { embed: false, .. } => "gltf",
                 Export::MaterialX(_) => "mtlx",
-                Export::Usd { packed: false } => "usda",
-                Export::Usd { packed: true } => "usdz",
+                Export::Usd { packed: false, .. } => "usda",
+                Export::Usd { packed: true, .. } => "usdz",
                 Export::Preset(_) | Export::Pack(_) => "png",
             };
             (extension, (Format::Png, Depth::U8))
@@ -195,7 +195,7 @@ impl Planner<'_> {
             Format::Exr => Depth::F32,
             Format::Tiff => Depth::U16,
             Format::Png if fine && !mask => Depth::U16,
-            Format::Png | Format::Svg => Depth::U8,
+            Format::Png | Format::Jpeg(_) | Format::Svg => Depth::U8,
         });
         if exr_only && format != Format::Exr {
             return Err(Failure::Usage(format!("`{stem}` is a {ty}, which only EXR can hold; say `--format exr`")));

@@ -1,0 +1,228 @@
+//! JPEG by bands of rows.
+//!
+//! The `image` crate's encoder wants a whole picture, so each band is one to it. Their coded samples follow each other with
+//! the format's restart markers in between, at which a decoder begins anew: the file is as if it had been made at once.
+
+use super::encode::{RowEncoder, Rows, Tally};
+use super::spec::PictureSpec;
+use image::ExtendedColorType;
+use image::codecs::jpeg::JpegEncoder;
+use rayon::prelude::*;
+use std::io::{self, Write};
+
+/// The side of a block of samples.
+const BLOCK: u32 = 8;
+/// The most rows of blocks in a band.
+const MOST: u32 = 16;
+
+pub(super) struct JpegSink<W> {
+    output: W,
+    width: u32,
+    height: u32,
+    color: ExtendedColorType,
+    quality: u8,
+    row_bytes: usize,
+    /// Bytes of rows that do not make a band yet.
+    pending: Vec<u8>,
+    /// Bands that are written.
+    bands: u32,
+}
+
+impl<W: Write> JpegSink<W> {
+    pub(super) fn new(output: W, spec: &PictureSpec, quality: u8) -> Self {
+        let color = if spec.channels.len() == 1 { ExtendedColorType::L8 } else { ExtendedColorType::Rgb8 };
+        let row_bytes = spec.width as usize * spec.channels.len();
+        let (width, height) = (spec.width, spec.height);
+        Self { output, width, height, color, quality, row_bytes, pending: Vec::new(), bands: 0 }
+    }
+
+    /// Rows of blocks in a band: the format counts blocks between two markers with 16 bits.
+    fn blocks_down(&self) -> u32 {
+        (u32::from(u16::MAX) / self.width.div_ceil(BLOCK)).clamp(1, MOST)
+    }
+
+    pub(super) fn rows_per_block(&self) -> usize {
+        (self.blocks_down() * BLOCK) as usize
+    }
+
+    pub(super) fn write(&mut self, encoder: &RowEncoder, rows: Rows<'_>) -> io::Result<Tally> {
+        let tally = encoder.encode(rows, &mut self.pending);
+        self.write_whole()?;
+        Ok(tally)
+    }
+
+    pub(super) fn write_encoded(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.pending.extend_from_slice(bytes);
+        self.write_whole()
+    }
+
+    fn write_whole(&mut self) -> io::Result<()> {
+        let band = self.rows_per_block() * self.row_bytes;
+        self.write_bands(self.pending.len() / band * band)
+    }
+
+    /// Encodes and writes the first bytes of `pending`.
+    fn write_bands(&mut self, bytes: usize) -> io::Result<()> {
+        let bands = self.pending[..bytes].par_chunks(self.rows_per_block() * self.row_bytes);
+        let (row_bytes, how) = (self.row_bytes, (self.width, self.color, self.quality));
+        let made: Vec<Vec<u8>> = bands.map(|band| encoded(band, row_bytes, how)).collect::<io::Result<_>>()?;
+        self.pending.drain(..bytes);
+        for band in made {
+            let (head, samples) = parts(&band).ok_or_else(|| io::Error::other("the encoder's JPEG has no samples"))?;
+            if self.bands == 0 {
+                let start = self.start(head)?;
+                self.output.write_all(&start)?;
+            } else {
+                let number = self.bands.wrapping_sub(1) % 8;
+                self.output.write_all(&[0xFF, 0xD0 + number.to_le_bytes()[0]])?;
+            }
+            self.output.write_all(samples)?;
+            self.bands += 1;
+        }
+        Ok(())
+    }
+
+    /// The file up to its samples, made of the first band's: with the whole height, and how often markers come.
+    fn start(&self, head: Head<'_>) -> io::Result<Vec<u8>> {
+        let height = u16::try_from(self.height).map_err(io::Error::other)?;
+        let every = self.width.div_ceil(BLOCK) * self.blocks_down();
+        let every = u16::try_from(every).map_err(io::Error::other)?;
+        let mut start = head.before.to_vec();
+        start[head.height..head.height + 2].copy_from_slice(&height.to_be_bytes());
+        start.extend([0xFF, 0xDD, 0, 4]);
+        start.extend(every.to_be_bytes());
+        start.extend(head.scan);
+        Ok(start)
+    }
+
+    pub(super) fn finish(mut self) -> io::Result<()> {
+        self.write_bands(self.pending.len())?;
+        self.output.write_all(&[0xFF, 0xD9])?;
+        self.output.flush()
+    }
+}
+
+/// A band as a picture.
+fn encoded(
+    band: &[u8],
+    row_bytes: usize,
+    (width, color, quality): (u32, ExtendedColorType, u8),
+) -> io::Result<Vec<u8>> {
+    let mut jpeg = Vec::with_capacity(band.len() / 4);
+    let rows = u32::try_from(band.len() / row_bytes).map_err(io::Error::other)?;
+    let mut encoder = JpegEncoder::new_with_quality(&mut jpeg, quality);
+    encoder.encode(band, width, rows, color).map_err(io::Error::other)?;
+    Ok(jpeg)
+}
+
+/// What comes before the samples of a picture.
+#[derive(Clone, Copy)]
+struct Head<'a> {
+    before: &'a [u8],
+    /// The place of the height.
+    height: usize,
+    /// The header of the samples.
+    scan: &'a [u8],
+}
+
+/// Takes a picture apart: its head, and the coded samples. None for what is no picture of one scan.
+fn parts(jpeg: &[u8]) -> Option<(Head<'_>, &[u8])> {
+    let (mut at, mut height) = (2, None);
+    loop {
+        let [0xFF, marker, high, low] = *jpeg.get(at..at + 4)? else { return None };
+        let end = at + 2 + usize::from(u16::from_be_bytes([high, low]));
+        match marker {
+            // The length of a sample comes before the height.
+            0xC0 => height = Some(at + 5),
+            0xDA => {
+                let samples = jpeg.get(end..)?.strip_suffix(&[0xFF, 0xD9])?;
+                return Some((Head { before: &jpeg[..at], height: height?, scan: &jpeg[at..end] }, samples));
+            }
+            _ => {}
+        }
+        at = end;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Compression, ReadLimits};
+    use super::super::{Depth, Encoding, Format, PictureSpec, WriteError, Writer, read};
+
+    fn spec(width: u32, height: u32, channels: usize, quality: u8) -> PictureSpec {
+        PictureSpec {
+            width,
+            height,
+            channels: ["R", "G", "B", "A"].iter().take(channels).map(ToString::to_string).collect(),
+            format: Format::Jpeg(quality),
+            depth: Depth::U8,
+            encoding: Encoding::default(),
+            compression: Compression::Fast,
+            mips: Vec::new(),
+            chromaticities: None,
+            metadata: Vec::new(),
+        }
+    }
+
+    /// A smooth picture: what is left of it after writing, at most so far away from it, and the bytes of the file.
+    fn written(spec: &PictureSpec, rows_at_once: u32) -> (f32, Vec<u8>) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpg");
+        let (width, height) = (spec.width, spec.height);
+        let value =
+            |c: u32, x: u32, y: u32| 0.5 + 0.4 * ((x as f32 * 0.02 + c as f32).sin() * (y as f32 * 0.013).cos());
+        let mut writer = Writer::create(&path, spec).unwrap();
+        let mut row = 0;
+        while row < height {
+            let count = rows_at_once.min(height - row);
+            let plane = |c| (0..count * width).map(|i| value(c, i % width, row + i / width)).collect::<Vec<f32>>();
+            let planes: Vec<Vec<f32>> = (0..u32::try_from(spec.channels.len()).unwrap()).map(plane).collect();
+            writer.write_rows(&planes.iter().map(Vec::as_slice).collect::<Vec<_>>(), count).unwrap();
+            row += count;
+        }
+        writer.finish().unwrap();
+        let picture = read(&path, &ReadLimits::default()).unwrap();
+        assert_eq!(
+            (picture.width, picture.height, usize::from(picture.channels)),
+            (width, height, spec.channels.len())
+        );
+        let mut worst = 0.0_f32;
+        for c in 0..picture.channels {
+            for (i, got) in (0..).zip(picture.plane(c)) {
+                worst = worst.max((got - value(u32::from(c), i % width, i / width)).abs());
+            }
+        }
+        (worst, std::fs::read(&path).unwrap())
+    }
+
+    #[test]
+    fn bands_make_one_picture() {
+        // Sides that are no multiples of a block, several bands, and as many as the markers have numbers.
+        for (width, height, channels) in [(5, 3, 3), (130, 300, 3), (24, 128 * 9 + 1, 1), (7, 129, 3)] {
+            let (worst, bytes) = written(&spec(width, height, channels, 95), 64);
+            assert!(worst < 0.03, "{width}x{height}: {worst}");
+            assert_eq!(
+                bytes,
+                written(&spec(width, height, channels, 95), 1000).1,
+                "the height of bands changes nothing"
+            );
+        }
+    }
+
+    #[test]
+    fn a_higher_quality_is_nearer_and_larger() {
+        let (low, small) = written(&spec(300, 200, 3, 20), 64);
+        let (high, large) = written(&spec(300, 200, 3, 98), 64);
+        assert!(low > high && small.len() < large.len(), "{low} {high} {} {}", small.len(), large.len());
+    }
+
+    #[test]
+    fn what_the_format_cannot_hold_is_refused() {
+        let refused = |spec: &PictureSpec| spec.check().unwrap_err().to_string();
+        assert!(refused(&spec(65_536, 1, 3, 90)).contains("65535"));
+        assert!(refused(&spec(8, 8, 4, 90)).contains("channels"));
+        assert!(refused(&spec(8, 8, 2, 90)).contains("channels"));
+        assert!(matches!(spec(8, 8, 3, 0).check(), Err(WriteError::Quality(0))));
+        assert!(refused(&spec(8, 8, 3, 101)).contains("from 1 to 100"));
+    }
+}

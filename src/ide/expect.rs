@@ -47,7 +47,7 @@ pub(crate) const FILE: [(&str, &str); 9] = [
     ("depth", "The type of the samples."),
     ("combined", "Whether the channels of a material go into one file; only in `Exr`."),
     ("range", "The values that become the smallest and the largest integer."),
-    ("mip", "Whether an `Exr` is written in tiles with mip levels, as renderers read textures."),
+    ("mip", "Whether an `Exr` or a `Tiff` is written in tiles with mip levels, as renderers read textures."),
     (
         "widen_roughness",
         "Whether mip levels of a roughness grow by the normals that they average away; `true` if left out.",

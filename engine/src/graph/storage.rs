@@ -9,7 +9,7 @@ use crate::picture::Format;
 /// How pictures are stored, besides format and depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Storage {
-    /// Whether they are tiled and have mip levels; only in `Exr`.
+    /// Whether they are tiled and have mip levels; only in `Exr` and `Tiff`.
     pub mip: bool,
     /// Whether the mip levels of a roughness grow by the variance of the normals that they average away.
     pub widen_roughness: bool,
@@ -57,9 +57,9 @@ pub(super) fn read(fields: &[Entry], format: Option<Format>, report: &mut Report
     let get = |name: &str| read::get(fields, name);
     if let Some(part) = get("mip") {
         storage.mip = choice(part, "mip", &truth, report).unwrap_or_default();
-        if let (true, Some(format)) = (storage.mip, format.filter(|format| *format != Format::Exr)) {
+        if let (true, Some(format)) = (storage.mip, format.filter(|format| !format.has_mips())) {
             let message = format!("`{format}` files have no mip levels here");
-            report.push(part.error(Code::BadValue, message).help("write `format: Exr`, or leave `mip` out"));
+            report.push(part.error(Code::BadValue, message).help("write `format: Exr` or `Tiff`, or leave `mip` out"));
         }
     }
     if let Some(part) = get("widen_roughness") {

@@ -19,6 +19,7 @@ mod encode;
 mod foreign;
 mod guard;
 mod header;
+mod levels;
 mod limits;
 mod lossless;
 mod mips;

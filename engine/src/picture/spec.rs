@@ -54,6 +54,12 @@ impl Format {
         Self::ALL.into_iter().find(|format| format.extension() == extension)
     }
 
+    /// Whether such files can have mip levels.
+    #[must_use]
+    pub const fn has_mips(self) -> bool {
+        matches!(self, Self::Exr | Self::Tiff)
+    }
+
     /// The extension of such files, without dot.
     #[must_use]
     pub fn extension(self) -> &'static str {
@@ -187,7 +193,7 @@ pub struct PictureSpec {
     pub encoding: Encoding,
     /// How hard to compress.
     pub compression: Compression,
-    /// For an EXR in tiles with mip levels, what makes the smaller ones, channel after channel; empty for rows without.
+    /// For an EXR or a TIFF in tiles with mip levels, what makes the smaller ones, channel after channel; empty for rows without.
     pub mips: Vec<MipFilter>,
     /// The primaries and the white that an EXR's header states: x and y of red, green, blue and white.
     pub chromaticities: Option<[f32; 8]>,
@@ -228,7 +234,7 @@ impl PictureSpec {
             _ => {}
         }
         let made: usize = self.mips.iter().map(|filter| filter.channels()).sum();
-        if !self.mips.is_empty() && (format != Format::Exr || made != count) {
+        if !self.mips.is_empty() && (!format.has_mips() || made != count) {
             return Err(WriteError::Mips { format });
         }
         if format == Format::Exr { self.check_names() } else { Ok(()) }
@@ -319,7 +325,7 @@ pub enum WriteError {
     #[error("quality is `{0}`; it must be a number from 1 to 100")]
     Quality(u8),
     /// Mip levels in a format that has none here, or not for all channels.
-    #[error("mip levels of all channels can be written to `Exr` only, not to `{format}`")]
+    #[error("mip levels of all channels can be written to `Exr` and `Tiff`, not to `{format}`")]
     Mips {
         /// The format.
         format: Format,

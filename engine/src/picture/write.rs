@@ -3,10 +3,10 @@
 use super::atomic::AtomicFile;
 use super::encode::{RowEncoder, Rows, Tally};
 use super::spec::{Format, PictureSpec, WriteError};
-use super::write_exr::{ExrSink, TiledSink};
+use super::write_exr::{self, ExrSink};
 use super::write_jpeg::JpegSink;
 use super::write_png::PngSink;
-use super::write_tiff::TiffSink;
+use super::write_tiff::{self, TiffSink};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -71,7 +71,8 @@ enum Sink {
     Tiff(Box<TiffSink<Output>>),
     Exr(Box<ExrSink<Output>>),
     Jpeg(Box<JpegSink<Output>>),
-    Tiled(Box<TiledSink<Output>>),
+    TiledExr(Box<write_exr::TiledSink<Output>>),
+    TiledTiff(Box<write_tiff::TiledSink<Output>>),
 }
 
 impl Writer {
@@ -86,9 +87,12 @@ impl Writer {
         let output = Output(Arc::new(Mutex::new(Counted { file, position: 0, length: 0 })));
         let sink = match spec.format {
             Format::Png => Sink::Png(Box::new(PngSink::new(output.clone(), spec).map_err(at)?)),
+            Format::Tiff if !spec.mips.is_empty() => {
+                Sink::TiledTiff(Box::new(write_tiff::TiledSink::new(output.clone(), spec).map_err(at)?))
+            }
             Format::Tiff => Sink::Tiff(Box::new(TiffSink::new(output.clone(), spec).map_err(at)?)),
             Format::Exr if !spec.mips.is_empty() => {
-                Sink::Tiled(Box::new(TiledSink::new(output.clone(), spec).map_err(at)?))
+                Sink::TiledExr(Box::new(write_exr::TiledSink::new(output.clone(), spec).map_err(at)?))
             }
             Format::Exr => Sink::Exr(Box::new(ExrSink::new(output.clone(), spec).map_err(at)?)),
             Format::Jpeg(quality) => Sink::Jpeg(Box::new(JpegSink::new(output.clone(), spec, quality))),
@@ -147,7 +151,7 @@ impl Writer {
             Sink::Tiff(sink) => sink.rows_per_block() * rayon::current_num_threads(),
             Sink::Exr(sink) => sink.rows_per_block() * rayon::current_num_threads(),
             Sink::Jpeg(sink) => sink.rows_per_block() * rayon::current_num_threads(),
-            Sink::Tiled(_) => 1,
+            Sink::TiledExr(_) | Sink::TiledTiff(_) => 1,
         };
         (BAND_BYTES / self.encoder.row_bytes()).max(block_rows)
     }
@@ -158,7 +162,8 @@ impl Writer {
             Sink::Tiff(sink) => sink.write(&self.encoder, rows),
             Sink::Exr(sink) => sink.write(&self.encoder, rows),
             Sink::Jpeg(sink) => sink.write(&self.encoder, rows),
-            Sink::Tiled(sink) => sink.write(rows),
+            Sink::TiledExr(sink) => sink.write(rows),
+            Sink::TiledTiff(sink) => sink.write(rows),
         };
         self.tally = self.tally.with(tally.map_err(|error| WriteError::at(&self.path, error))?);
         Ok(())
@@ -176,7 +181,7 @@ impl Writer {
             Sink::Exr(sink) => sink.write_encoded(bytes),
             Sink::Jpeg(sink) => sink.write_encoded(bytes),
             // Their smaller levels are made of samples.
-            Sink::Tiled(_) => Err(io::ErrorKind::Unsupported.into()),
+            Sink::TiledExr(_) | Sink::TiledTiff(_) => Err(io::ErrorKind::Unsupported.into()),
         };
         self.next_row = end;
         written.map_err(|error| WriteError::at(&self.path, error))
@@ -213,7 +218,8 @@ impl Writer {
             Sink::Tiff(sink) => sink.finish().map_err(at)?,
             Sink::Exr(sink) => sink.finish().map_err(at)?,
             Sink::Jpeg(sink) => sink.finish().map_err(at)?,
-            Sink::Tiled(sink) => sink.finish().map_err(at)?,
+            Sink::TiledExr(sink) => sink.finish().map_err(at)?,
+            Sink::TiledTiff(sink) => sink.finish().map_err(at)?,
         }
         let Counted { file, length, .. } = output.into_inner();
         let range = (tally.least, tally.greatest);

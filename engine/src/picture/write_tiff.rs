@@ -4,13 +4,16 @@
 //! predictor 3 and BigTIFF).
 
 use super::encode::{RowEncoder, Rows, Tally};
+use super::levels::SIDE;
 use super::lossless::{Zlib, tiff_predict_f32, tiff_predict_u8, tiff_predict_u16};
 use super::spec::{Depth, PictureSpec, described};
 use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
 
 mod directory;
+mod tiled;
 use directory::Directory;
+pub(super) use tiled::TiledSink;
 
 /// Uncompressed bytes of a strip.
 const STRIP_BYTES: usize = 1 << 19;
@@ -34,11 +37,8 @@ impl<W: Write + Seek> TiffSink<W> {
     pub(super) fn new(mut output: W, spec: &PictureSpec) -> io::Result<Self> {
         let row_bytes = spec.width as usize * spec.channels.len() * spec.depth.bytes();
         let rows_per_strip = (STRIP_BYTES / row_bytes).max(1);
-        // Decided by the size without compression, which DEFLATE never exceeds by as much as is left here.
-        let big = row_bytes as u64 * u64::from(spec.height) > u64::from(u32::MAX) / 16 * 15;
-        let header: &[u8] = if big { b"II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0" } else { b"II\x2a\0\0\0\0\0" };
-        output.write_all(header)?;
-        let (zlib, position) = (Zlib::new(spec.compression), header.len() as u64);
+        let (big, position) = begin(&mut output, row_bytes as u64 * u64::from(spec.height))?;
+        let zlib = Zlib::new(spec.compression);
         let (spec, pending, strips) = (spec.clone(), Vec::new(), Vec::new());
         Ok(Self { output, spec, zlib, big, rows_per_strip, row_bytes, pending, position, strips })
     }
@@ -79,63 +79,108 @@ impl<W: Write + Seek> TiffSink<W> {
 
     pub(super) fn finish(mut self) -> io::Result<()> {
         self.write_strips(self.pending.len())?;
-        // Directories begin at even places.
-        if self.position % 2 == 1 {
-            self.output.write_all(&[0])?;
-            self.position += 1;
-        }
-        let place = self.position;
-        let bytes = self.directory().bytes(place)?;
-        self.output.write_all(&bytes)?;
-        if self.big {
-            self.output.seek(SeekFrom::Start(8))?;
-            self.output.write_all(&place.to_le_bytes())?;
-        } else {
-            let place = u32::try_from(place).map_err(|_| io::Error::other("the file is too large for TIFF"))?;
-            self.output.seek(SeekFrom::Start(4))?;
-            self.output.write_all(&place.to_le_bytes())?;
-        }
-        self.output.flush()
-    }
-
-    fn directory(&self) -> Directory {
         let spec = &self.spec;
-        let channels = spec.channels.len();
-        let per_channel = |value: u16| vec![value; channels];
-        let bits: u16 = if spec.depth == Depth::U8 {
-            8
-        } else if spec.depth == Depth::U16 {
-            16
-        } else {
-            32
-        };
-        let is_float = spec.depth == Depth::F32;
         let rows = u32::try_from(self.rows_per_strip).unwrap_or(u32::MAX).min(spec.height);
-        let (places, lengths): (Vec<u64>, Vec<u64>) = self.strips.iter().copied().unzip();
-        let mut directory = Directory::new(self.big);
-        directory.longs(256, &[spec.width]);
-        directory.longs(257, &[spec.height]);
-        directory.shorts(258, &per_channel(bits));
-        directory.shorts(259, &[8]); // DEFLATE
-        directory.shorts(262, &[if channels < 3 { 1 } else { 2 }]); // grey or RGB
-        if !spec.metadata.is_empty() {
-            directory.text(270, &described(&spec.metadata));
-        }
-        directory.places(273, &places);
-        directory.shorts(277, &[u16::try_from(channels).unwrap_or(u16::MAX)]);
-        directory.longs(278, &[rows]);
-        directory.places(279, &lengths);
-        directory.shorts(284, &[1]); // pixel after pixel
-        if let Some((_, software)) = spec.metadata.iter().find(|(name, _)| name == "Software") {
-            directory.text(305, software);
-        }
-        directory.shorts(317, &[if is_float { 3 } else { 2 }]); // predictor
-        if spec.alpha().is_some() {
-            directory.shorts(338, &[2]); // opacity, colours not multiplied by it
-        }
-        directory.shorts(339, &per_channel(if is_float { 3 } else { 1 }));
-        directory
+        let strips = Blocks::Strips { rows, places: &self.strips };
+        let directory = directory(spec, self.big, (spec.width, spec.height), &strips);
+        end(&mut self.output, self.big, self.position, &[directory])
     }
+}
+
+/// Writes the beginning of a file whose samples have so many bytes: whether places take 64 bits, and the length.
+fn begin(output: &mut impl Write, samples: u64) -> io::Result<(bool, u64)> {
+    // Decided by the size without compression, which DEFLATE never exceeds by as much as is left here.
+    let big = samples > u64::from(u32::MAX) / 16 * 15;
+    let header: &[u8] = if big { b"II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0" } else { b"II\x2a\0\0\0\0\0" };
+    output.write_all(header)?;
+    Ok((big, header.len() as u64))
+}
+
+/// Writes the directories at the end of a file, and the place of the first at its beginning.
+fn end<W: Write + Seek>(output: &mut W, big: bool, mut position: u64, directories: &[Directory]) -> io::Result<()> {
+    // Directories begin at even places.
+    if position % 2 == 1 {
+        output.write_all(&[0])?;
+        position += 1;
+    }
+    let place = position;
+    for (index, directory) in directories.iter().enumerate() {
+        let bytes = directory.bytes(position, index + 1 < directories.len())?;
+        output.write_all(&bytes)?;
+        position += bytes.len() as u64;
+    }
+    if big {
+        output.seek(SeekFrom::Start(8))?;
+        output.write_all(&place.to_le_bytes())?;
+    } else {
+        let place = u32::try_from(place).map_err(|_| io::Error::other("the file is too large for TIFF"))?;
+        output.seek(SeekFrom::Start(4))?;
+        output.write_all(&place.to_le_bytes())?;
+    }
+    output.flush()
+}
+
+/// Where the samples are: places and lengths.
+enum Blocks<'a> {
+    Strips { rows: u32, places: &'a [(u64, u64)] },
+    Tiles { reduced: bool, places: &'a [(u64, u64)] },
+}
+
+fn directory(spec: &PictureSpec, big: bool, (width, height): (u32, u32), blocks: &Blocks<'_>) -> Directory {
+    let channels = spec.channels.len();
+    let per_channel = |value: u16| vec![value; channels];
+    let bits: u16 = match spec.depth {
+        Depth::U8 => 8,
+        Depth::U16 | Depth::F16 => 16,
+        Depth::F32 => 32,
+    };
+    let is_float = spec.depth == Depth::F32;
+    let told = |wanted: &str| spec.metadata.iter().find(|(name, _)| name == wanted).map(|(_, text)| text);
+    let (Blocks::Strips { places, .. } | Blocks::Tiles { places, .. }) = blocks;
+    let (places, lengths): (Vec<u64>, Vec<u64>) = places.iter().copied().unzip();
+    let reduced = matches!(blocks, Blocks::Tiles { reduced: true, .. });
+    let mut directory = Directory::new(big);
+    if reduced {
+        directory.longs(254, &[1]); // a smaller version of another picture
+    }
+    directory.longs(256, &[width]);
+    directory.longs(257, &[height]);
+    directory.shorts(258, &per_channel(bits));
+    directory.shorts(259, &[8]); // DEFLATE
+    directory.shorts(262, &[if channels < 3 { 1 } else { 2 }]); // grey or RGB
+    if !spec.metadata.is_empty() && !reduced {
+        directory.text(270, &described(&spec.metadata));
+    }
+    if let Blocks::Strips { .. } = blocks {
+        directory.places(273, &places);
+    }
+    directory.shorts(277, &[u16::try_from(channels).unwrap_or(u16::MAX)]);
+    if let Blocks::Strips { rows, .. } = blocks {
+        directory.longs(278, &[*rows]);
+        directory.places(279, &lengths);
+    }
+    directory.shorts(284, &[1]); // pixel after pixel
+    if let Some(software) = told("Software") {
+        directory.text(305, software);
+    }
+    directory.shorts(317, &[if is_float { 3 } else { 2 }]); // predictor
+    if let Blocks::Tiles { .. } = blocks {
+        directory.longs(322, &[SIDE]);
+        directory.longs(323, &[SIDE]);
+        directory.places(324, &places);
+        directory.places(325, &lengths);
+    }
+    if spec.alpha().is_some() {
+        directory.shorts(338, &[2]); // opacity, colours not multiplied by it
+    }
+    directory.shorts(339, &per_channel(if is_float { 3 } else { 1 }));
+    // Pixar's tags for textures, which OpenImageIO writes too.
+    for (tag, name) in [(33302, "textureformat"), (33303, "wrapmodes")] {
+        if let Some(text) = told(name) {
+            directory.text(tag, text);
+        }
+    }
+    directory
 }
 
 fn compress(strip: &mut [u8], row_bytes: usize, spec: &PictureSpec, zlib: &Zlib) -> Vec<u8> {

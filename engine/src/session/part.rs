@@ -5,7 +5,7 @@ use super::render::{Job, Render};
 use super::{Failure, RenderRequest, Session, located};
 use crate::eval::{CancelToken, NodeStats, Observer, Stored};
 use crate::graph::Graph;
-use crate::picture::{Format, PartHeader, PartOf, PartPicture, PartWriter, is_whole};
+use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_whole};
 use crate::value::{TILE, Window};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -77,7 +77,7 @@ impl Session {
                     "{message}; name other outputs with --output, or leave --part out"
                 )));
             }
-            let leveled = |picture: &&Planned<'_>| picture.output.storage.mip && picture.format == Format::Exr;
+            let leveled = |picture: &&Planned<'_>| picture.output.storage.mip && picture.format.has_mips();
             if let Some(picture) = pictures.iter().find(leveled) {
                 let message = format!("`{}` has mip levels, which are made of whole pictures", picture.output.name);
                 return Err(Failure::Usage(format!("{message}; write it without `mip`, or leave --part out")));

@@ -2,7 +2,7 @@
 use super::render::Job;
 use crate::export::y_down;
 use crate::graph::{FileColors, Storage};
-use crate::picture::{Format, MipFilter, REC709_TO_AP1};
+use crate::picture::{MipFilter, REC709_TO_AP1};
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
 
 /// The chromaticities of AP1: red, green, blue and white.
@@ -38,7 +38,7 @@ fn to_ap1(color: &Field) -> Field {
 /// added to the fields.
 pub(super) fn mips(job: &mut Job<'_>, channel: Option<Channel>, material: Option<&Material>) -> Vec<MipFilter> {
     let storage = job.planned.output.storage;
-    if !storage.mip || job.planned.format != Format::Exr {
+    if !storage.mip || !job.planned.format.has_mips() {
         return Vec::new();
     }
     let mut filters = Vec::new();

@@ -1,10 +1,9 @@
 //! OpenEXR in tiles with mip levels, as renderers read textures piece by piece.
 //!
-//! All levels grow together while the rows of the picture come, so tiles lie in the file in the order in which they are
-//! complete; the table at the beginning tells where.
+//! Tiles lie in the file in the order in which they are complete; the table at the beginning tells where.
 use super::super::encode::{Rows, Tally, halves, range_of};
+use super::super::levels::{Level, Levels, SIDE};
 use super::super::lossless::Zlib;
-use super::super::mips::{Pyramid, sizes};
 use super::super::spec::{Depth, PictureSpec};
 use super::{attributes, channels, chromaticities, header_bytes, packed};
 use exr::compression::Compression as Method;
@@ -16,48 +15,19 @@ use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// The side of a tile in pixels.
-const SIDE: u32 = 64;
-
 /// A picture with all its levels under construction.
 pub(in crate::picture) struct TiledSink<W> {
     output: W,
     depth: Depth,
     zlib: Zlib,
-    pyramid: Pyramid,
+    levels: Levels,
     /// Indices of the channels in the order of the file.
     order: Vec<usize>,
-    levels: Vec<Level>,
     /// Where the table of tiles begins.
     table: u64,
     position: u64,
     /// Place of each tile.
     places: Vec<u64>,
-}
-
-/// Rows of a level that do not make a row of tiles yet.
-struct Level {
-    width: u32,
-    height: u32,
-    /// The number of its first tile in the table.
-    first: usize,
-    /// Rows of tiles that are written.
-    written: u32,
-    /// Per channel.
-    rows: Vec<Vec<f32>>,
-}
-
-impl Level {
-    fn waiting(&self) -> u32 {
-        let samples = self.rows.first().map_or(0, Vec::len) / self.width as usize;
-        u32::try_from(samples).unwrap_or(u32::MAX)
-    }
-
-    /// Whether a row of tiles is complete.
-    fn is_due(&self) -> bool {
-        let waiting = self.waiting();
-        waiting == SIDE || (waiting > 0 && self.written * SIDE + waiting == self.height)
-    }
 }
 
 impl<W: Write + Seek> TiledSink<W> {
@@ -79,77 +49,37 @@ impl<W: Write + Seek> TiledSink<W> {
         // Zeros until the end: a reader knows that the file is incomplete.
         start.resize(start.len() + header.chunk_count * 8, 0);
         output.write_all(&start)?;
-        let mut first = 0;
-        let mut levels = Vec::new();
-        for (width, height) in sizes(spec.width, spec.height) {
-            let rows = vec![Vec::new(); spec.channels.len()];
-            levels.push(Level { width, height, first, written: 0, rows });
-            first += (width.div_ceil(SIDE) * height.div_ceil(SIDE)) as usize;
-        }
         let mut order: Vec<usize> = (0..spec.channels.len()).collect();
         order.sort_by_key(|index| &spec.channels[*index]);
-        Ok(Self {
-            output,
-            depth: spec.depth,
-            zlib: Zlib::new(spec.compression),
-            pyramid: Pyramid::new(&spec.mips, spec.width, spec.height),
-            order,
-            levels,
-            table,
-            position: start.len() as u64,
-            places: vec![0; first],
-        })
+        let levels = Levels::new(spec);
+        let places = vec![0; levels.tiles()];
+        let (depth, zlib, position) = (spec.depth, Zlib::new(spec.compression), start.len() as u64);
+        Ok(Self { output, depth, zlib, levels, order, table, position, places })
     }
 
     pub(in crate::picture) fn write(&mut self, rows: Rows<'_>) -> io::Result<Tally> {
-        let width = self.levels[0].width as usize;
-        let mut tally = Tally::default();
-        for row in 0..rows.count as usize {
-            let planes: Vec<&[f32]> = rows.planes.iter().map(|plane| &plane[row * width..][..width]).collect();
-            for (waiting, plane) in self.levels[0].rows.iter_mut().zip(&planes) {
-                waiting.extend_from_slice(plane);
-            }
-            let levels = &mut self.levels;
-            self.pyramid.push(&planes, |level, channels| {
-                levels[level].rows.iter_mut().zip(channels).for_each(|(waiting, row)| waiting.extend_from_slice(row));
-            });
-            for level in 0..self.levels.len() {
-                if self.levels[level].is_due() {
-                    let found = self.write_tiles(level)?;
-                    // What the smaller levels hold follows from the picture.
-                    tally = if level == 0 { tally.with(found) } else { tally };
-                }
-            }
-        }
-        Ok(tally)
-    }
-
-    /// Compresses and writes the rows of a level that wait.
-    fn write_tiles(&mut self, index: usize) -> io::Result<Tally> {
-        let count = self.levels[index].waiting();
-        let level = &self.levels[index];
-        let across = level.width.div_ceil(SIDE);
-        let (zlib, order, depth) = (&self.zlib, &self.order, self.depth);
-        let made = |x| {
-            let (bytes, tally) = tile(level, (x, count), order, depth);
-            (packed(&bytes, zlib), tally)
+        let Self { output, depth, zlib, levels, order, position, places, .. } = self;
+        let (zlib, order, depth) = (&*zlib, &*order, *depth);
+        let pack = |_, level: &Level, count| {
+            let made = |x| {
+                let (bytes, tally) = tile(level, (x, count), order, depth);
+                (packed(&bytes, zlib), tally)
+            };
+            let (tiles, tallies): (Vec<_>, Vec<_>) = (0..level.across()).into_par_iter().map(made).unzip();
+            (tiles, tallies.into_iter().fold(Tally::default(), Tally::with))
         };
-        let tiles: Vec<(Vec<u8>, Tally)> = (0..across).into_par_iter().map(made).collect();
-        let mut tally = Tally::default();
-        let (y, first) = (level.written, level.first + (level.written * across) as usize);
-        for (x, (tile, found)) in (0..across).zip(tiles) {
-            tally = tally.with(found);
-            let level = u32::try_from(index).map_err(io::Error::other)?;
-            let length = u32::try_from(tile.len()).map_err(io::Error::other)?;
-            self.output.write_all(&[x, y, level, level, length].map(u32::to_le_bytes).concat())?;
-            self.output.write_all(&tile)?;
-            self.places[first + x as usize] = self.position;
-            self.position += 20 + tile.len() as u64;
-        }
-        let level = &mut self.levels[index];
-        level.written += 1;
-        level.rows.iter_mut().for_each(Vec::clear);
-        Ok(tally)
+        levels.push(rows, pack, |index, level, tiles| {
+            let first = level.first + (level.done * level.across()) as usize;
+            for ((x, tile), place) in (0..).zip(tiles).zip(&mut places[first..]) {
+                let index = u32::try_from(index).map_err(io::Error::other)?;
+                let length = u32::try_from(tile.len()).map_err(io::Error::other)?;
+                output.write_all(&[x, level.done, index, index, length].map(u32::to_le_bytes).concat())?;
+                output.write_all(&tile)?;
+                *place = *position;
+                *position += 20 + tile.len() as u64;
+            }
+            Ok(())
+        })
     }
 
     pub(in crate::picture) fn finish(mut self) -> io::Result<()> {

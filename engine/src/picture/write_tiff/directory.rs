@@ -54,8 +54,9 @@ impl Directory {
         self.entries.push(Entry { tag, kind, count: count as u64, value });
     }
 
-    /// The directory, to be written at the given place, with the values that do not fit their entries behind it.
-    pub(super) fn bytes(&self, place: u64) -> io::Result<Vec<u8>> {
+    /// The directory, to be written at the given place, with the values that do not fit their entries behind it. `more`:
+    /// another one follows.
+    pub(super) fn bytes(&self, place: u64, more: bool) -> io::Result<Vec<u8>> {
         let (field, count_bytes) = if self.big { (8, 8) } else { (4, 2) };
         let length = count_bytes + self.entries.len() * (4 + 2 * field) + field;
         let (mut table, mut values) = (Vec::new(), Vec::new());
@@ -73,8 +74,8 @@ impl Directory {
                 values.resize(values.len().next_multiple_of(2), 0);
             }
         }
-        // There is no second directory.
-        put(&mut table, 0, field)?;
+        let next = place + (length + values.len()) as u64;
+        put(&mut table, if more { next } else { 0 }, field)?;
         table.append(&mut values);
         Ok(table)
     }

@@ -1,4 +1,5 @@
 //! Damaged inputs: what is right, with bytes changed, left out, repeated, moved, or taken from another one.
+#![allow(dead_code, clippy::unwrap_used, reason = "each test program uses a part of it")]
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

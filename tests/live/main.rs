@@ -2,12 +2,15 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod axe;
 mod cancel;
+#[path = "../fuzz/damage.rs"]
+mod damage;
 mod editor;
 mod language;
 #[path = "../support/long_work.rs"]
 mod long_work;
 mod lsp;
 mod neovim;
+mod noise;
 mod page;
 mod repairs;
 mod saves;

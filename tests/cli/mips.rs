@@ -1,9 +1,8 @@
 //! Mip levels in TIFF, end to end: the same as in EXR. Whether OpenImageIO reads them is tested by `tests/readers/run`.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
-mod support;
 
+use crate::support::Desk;
 use std::fs::File;
-use support::Desk;
 use tiff::decoder::{Decoder, DecodingResult};
 use tiff::tags::Tag;
 

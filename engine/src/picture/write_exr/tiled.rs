@@ -5,7 +5,7 @@ use super::super::encode::{Rows, Tally, halves, range_of};
 use super::super::levels::{Level, Levels, SIDE};
 use super::super::lossless::Zlib;
 use super::super::spec::{Depth, PictureSpec};
-use super::{attributes, channels, chromaticities, header_bytes, packed};
+use super::{attributes, channels, chromaticities, dense, header_bytes, shrunk};
 use exr::compression::Compression as Method;
 use exr::math::{RoundingMode, Vec2};
 use exr::meta::BlockDescription;
@@ -14,6 +14,9 @@ use exr::meta::header::Header;
 use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
+
+/// Neighbours of which the first tells whether they are worth compressing: to try it takes as long as to write a small tile.
+const TOGETHER: u32 = 4;
 
 /// A picture with all its levels under construction.
 pub(in crate::picture) struct TiledSink<W> {
@@ -61,11 +64,17 @@ impl<W: Write + Seek> TiledSink<W> {
         let Self { output, depth, zlib, levels, order, position, places, .. } = self;
         let (zlib, order, depth) = (&*zlib, &*order, *depth);
         let pack = |_, level: &Level, count| {
-            let made = |x| {
-                let (bytes, tally) = tile(level, (x, count), order, depth);
-                (packed(&bytes, zlib), tally)
+            let across = level.across();
+            let made = |group: u32| -> Vec<(Vec<u8>, Tally)> {
+                let tiles = group * TOGETHER..((group + 1) * TOGETHER).min(across);
+                let mut tiles: Vec<_> = tiles.map(|x| tile(level, (x, count), order, depth)).collect();
+                if !tiles.first().is_some_and(|(first, _)| dense(first, zlib)) {
+                    tiles.iter_mut().for_each(|(bytes, _)| *bytes = shrunk(bytes, zlib));
+                }
+                tiles
             };
-            let (tiles, tallies): (Vec<_>, Vec<_>) = (0..level.across()).into_par_iter().map(made).unzip();
+            let groups = (0..across.div_ceil(TOGETHER)).into_par_iter();
+            let (tiles, tallies): (Vec<_>, Vec<_>) = groups.flat_map_iter(made).unzip();
             (tiles, tallies.into_iter().fold(Tally::default(), Tally::with))
         };
         levels.push(rows, pack, |index, level, tiles| {

@@ -1,17 +1,17 @@
 //! Rendering: from the outputs of a graph to picture files.
 use super::export::{Files, Sink, files};
 use super::plan::{Part, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
-use super::storage::{self, mips, stored};
+use super::storage::{self, channel_names, encoding, mips, stored};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, Event, NodeStats, Observer, Run, Shelf};
 use crate::export::SimpleShape;
-use crate::graph::{ExportMesh, FileColors, Graph, GraphOutput};
+use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
-    AtomicFile, Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer,
-    Written, remove_stale_temporaries, svg,
+    AtomicFile, Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, WriteError, Writer, Written,
+    remove_stale_temporaries, svg,
 };
-use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Type, Value, Window};
+use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Value, Window};
 use glam::DVec2;
 use petgraph::graph::NodeIndex;
 use std::io::Write;
@@ -383,33 +383,4 @@ impl Job<'_> {
         let own = &self.fields[..self.fields.len() - self.beyond];
         own.iter().flat_map(|(name, field)| channel_names(name, field.ty())).collect()
     }
-}
-
-/// The names of a field's channels in a file; those of a material are `channel.R`.
-fn channel_names(prefix: &str, ty: Type) -> Vec<String> {
-    let parts: &[&str] = match ty {
-        Type::Rgb => &["R", "G", "B"],
-        Type::Normal if prefix.is_empty() => &["R", "G", "B"],
-        Type::Normal => &["X", "Y", "Z"],
-        Type::Vec2 => &["X", "Y"],
-        Type::Jacobian => &["J00", "J01", "J10", "J11"],
-        _ if prefix.is_empty() => &["Y"],
-        _ => return vec![prefix.to_owned()],
-    };
-    let dot = if prefix.is_empty() { "" } else { "." };
-    parts.iter().map(|part| format!("{prefix}{dot}{part}")).collect()
-}
-
-fn encoding(planned: &Planned<'_>, job: &Job<'_>) -> Encoding {
-    let ty = job.fields.first().map_or(Type::Gray, |(_, field)| field.ty());
-    let whole = match planned.depth {
-        Depth::U8 => 255.0,
-        _ => 65_535.0,
-    };
-    let (lo, hi) = if ty == Type::Ids { (0.0, whole) } else { planned.range };
-    #[expect(clippy::cast_possible_truncation, reason = "picture samples are f32")]
-    let range = (lo as f32, hi as f32);
-    let light = matches!(planned.output.storage.color_space, Some(FileColors::LinearRec709 | FileColors::AcesCg));
-    let transfer = if ty == Type::Rgb && !light { Transfer::Srgb } else { Transfer::Raw };
-    Encoding { transfer, range: Some(range), ..Encoding::default() }
 }

@@ -1,8 +1,9 @@
 //! The fields of a picture as its file stores them: colour spaces, the direction of normals, and what mip levels need.
+use super::plan::Planned;
 use super::render::Job;
 use crate::export::y_down;
 use crate::graph::{FileColors, Storage};
-use crate::picture::{MipFilter, REC709_TO_AP1};
+use crate::picture::{Depth, Encoding, MipFilter, REC709_TO_AP1, Transfer};
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
 
 /// The chromaticities of AP1: red, green, blue and white.
@@ -71,4 +72,34 @@ fn normal_of(channel: Option<Channel>) -> Option<Channel> {
         Channel::CoatRoughness => Some(Channel::CoatNormal),
         _ => None,
     }
+}
+
+/// The names of a field's channels in a file; those of a material are `channel.R`.
+pub(super) fn channel_names(prefix: &str, ty: Type) -> Vec<String> {
+    let parts: &[&str] = match ty {
+        Type::Rgb => &["R", "G", "B"],
+        Type::Normal if prefix.is_empty() => &["R", "G", "B"],
+        Type::Normal => &["X", "Y", "Z"],
+        Type::Vec2 => &["X", "Y"],
+        Type::Jacobian => &["J00", "J01", "J10", "J11"],
+        _ if prefix.is_empty() => &["Y"],
+        _ => return vec![prefix.to_owned()],
+    };
+    let dot = if prefix.is_empty() { "" } else { "." };
+    parts.iter().map(|part| format!("{prefix}{dot}{part}")).collect()
+}
+
+/// How values become samples.
+pub(super) fn encoding(planned: &Planned<'_>, job: &Job<'_>) -> Encoding {
+    let ty = job.fields.first().map_or(Type::Gray, |(_, field)| field.ty());
+    let whole = match planned.depth {
+        Depth::U8 => 255.0,
+        _ => 65_535.0,
+    };
+    let (lo, hi) = if ty == Type::Ids { (0.0, whole) } else { planned.range };
+    #[expect(clippy::cast_possible_truncation, reason = "picture samples are f32")]
+    let range = (lo as f32, hi as f32);
+    let light = matches!(planned.output.storage.color_space, Some(FileColors::LinearRec709 | FileColors::AcesCg));
+    let transfer = if ty == Type::Rgb && !light { Transfer::Srgb } else { Transfer::Raw };
+    Encoding { transfer, range: Some(range), ..Encoding::default() }
 }

@@ -57,10 +57,10 @@ def read_levels(path, picture, before):
         elif "olor" in path and abs(before.mean() - pixels.mean()) > 2e-3 * max(1.0, abs(pixels).max()):
             fail(path, f"level {level} has another mean than the one before")
         before = pixels
-    if picture.seek_subimage(0, level + 1):
-        fail(path, "has levels beyond the last")
     if picture.spec().getattribute("wrapmodes") is None:
         fail(path, "does not say whether it repeats")
+    if picture.seek_subimage(0, level + 1):
+        fail(path, "has levels beyond the last")
     seen["levels"] += level
 
 

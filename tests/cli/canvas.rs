@@ -58,6 +58,19 @@ fn a_node_that_breaks_the_tiling_is_shown_once_in_few_lines() {
 }
 
 #[test]
+fn what_is_only_an_exemplar_need_not_tile() {
+    let desk = Desk::new();
+    desk.write(
+        "a.ron",
+        "(canvas: (size_mm: 20, resolution: 16), nodes: { \"ramp\": Gradient(), \"e\": Exemplar(input: \"ramp\"), \
+         \"c\": Synthesize(exemplar: \"e\"), \"s\": SampleExemplar(coords: \"c\", input: \"ramp\"), \
+         \"m\": MagnifyCoords(coords: \"c\", input: \"ramp\") }, outputs: { \"s\": \"s\", \"m\": \"m\", \"ramp\": \"ramp\" })",
+    );
+    let ran = desk.shibo("check a.ron").expect(0);
+    assert!(ran.stderr.contains("the output `ramp` does not tile"), "{}", ran.stderr);
+}
+
+#[test]
 fn the_library_of_wrinkles_follows_the_canvas() {
     let desk = Desk::new();
     let library = concat!(env!("CARGO_MANIFEST_DIR"), "/graphs/lib/wrinkles.ron");

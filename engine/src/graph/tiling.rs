@@ -33,21 +33,19 @@ impl Graph {
             let node = &self.nodes[index];
             let reads = wires(node).fold(Tiling::BOTH, |tiling, from| tiling.and(tilings[from.index()]));
             let own = node.node.tiling(&node.canvas);
-            let reads = if node.node.makes_tile() { Tiling::BOTH } else { reads };
             at_fault[index.index()] = !own.covers(wanted) && reads.covers(wanted);
             tilings[index.index()] = reads.and(own);
         }
         at_fault
     }
 
-    /// For each node the first few outputs that depend on it. What a node at fault reads is left out, since it does repeat;
-    /// so is what a node reads that makes it tile.
+    /// For each node the first few outputs that depend on it. What a node at fault reads is left out, since it does repeat.
     fn outputs_of(&self, order: &[NodeIndex], at_fault: &[bool]) -> Vec<Vec<usize>> {
         let mut outputs = vec![Vec::new(); self.nodes.node_count()];
         for (index, output) in self.outputs.iter().enumerate() {
             add(&mut outputs[output.node.index()], &[index]);
         }
-        let hands_on = |index: NodeIndex| !at_fault[index.index()] && !self.nodes[index].node.makes_tile();
+        let hands_on = |index: NodeIndex| !at_fault[index.index()];
         for &index in order.iter().rev().filter(|index| hands_on(**index)) {
             let of_reader = outputs[index.index()].clone();
             for from in wires(&self.nodes[index]) {
@@ -75,10 +73,11 @@ impl Graph {
     }
 }
 
+/// What a node reads that must repeat if it shall: not what it makes tile.
 fn wires(node: &GraphNode) -> impl Iterator<Item = NodeIndex> {
-    node.inputs.iter().filter_map(|input| match input {
-        Input::Wire { node, .. } => Some(*node),
-        Input::Constant(_) => None,
+    node.inputs.iter().zip(&node.slots).filter_map(|(input, port)| match input {
+        Input::Wire { node: from, .. } if !node.node.makes_tile(port) => Some(*from),
+        _ => None,
     })
 }
 

@@ -63,7 +63,7 @@ pub trait DynNode: Send + Sync {
     /// See [`Node::whole_bytes`]; at the canvas' resolution.
     fn whole_bytes(&self, canvas: &Canvas) -> u64;
     /// See [`Node::makes_tile`].
-    fn makes_tile(&self) -> bool;
+    fn makes_tile(&self, port: &str) -> bool;
     /// See [`Node::files`].
     fn files(&self) -> Vec<(&'static str, &FilePath)>;
     /// See [`Node::makes_gray`].
@@ -127,8 +127,8 @@ impl<T: Node> DynNode for T {
         Node::whole_bytes(self, canvas.resolution, &CanvasFacts::of::<T>(canvas))
     }
 
-    fn makes_tile(&self) -> bool {
-        Node::makes_tile(self)
+    fn makes_tile(&self, port: &str) -> bool {
+        Node::makes_tile(self, port)
     }
 
     fn files(&self) -> Vec<(&'static str, &FilePath)> {

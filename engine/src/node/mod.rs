@@ -171,8 +171,9 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         Tiling::BOTH
     }
 
-    /// Whether it repeats as [`tiling`](Self::tiling) says even where its inputs do not: it makes them tile.
-    fn makes_tile(&self) -> bool {
+    /// Whether it repeats as [`tiling`](Self::tiling) says even where what goes into `port` does not: it makes that tile, or
+    /// shows it at other places.
+    fn makes_tile(&self, _port: &str) -> bool {
         false
     }
 

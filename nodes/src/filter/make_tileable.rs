@@ -193,7 +193,7 @@ impl Node for MakeTileable {
         canvas.tile()
     }
 
-    fn makes_tile(&self) -> bool {
+    fn makes_tile(&self, _port: &str) -> bool {
         true
     }
 

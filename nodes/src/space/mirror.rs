@@ -149,7 +149,7 @@ impl Node for Mirror {
         Tiling::BOTH
     }
 
-    fn makes_tile(&self) -> bool {
+    fn makes_tile(&self, _port: &str) -> bool {
         self.keep == MirrorAxis::TopLeft
     }
 

@@ -106,7 +106,7 @@ impl Node for Polar {
         }
     }
 
-    fn makes_tile(&self) -> bool {
+    fn makes_tile(&self, _port: &str) -> bool {
         self.mode == PolarMode::Unroll
     }
 

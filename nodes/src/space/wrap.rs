@@ -35,7 +35,7 @@ impl Node for Wrap {
         canvas.tile()
     }
 
-    fn makes_tile(&self) -> bool {
+    fn makes_tile(&self, _port: &str) -> bool {
         true
     }
 

@@ -262,6 +262,10 @@ impl Node for Exemplar {
     const OUTPUTS: &'static [Output] =
         &[Output::new("exemplar", Type::Exemplar, "The exemplar, ready to be analysed or synthesised from.")];
 
+    fn makes_tile(&self, _port: &str) -> bool {
+        true
+    }
+
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         if self.weights.len() <= 1 + self.others.len() {
             return Vec::new();

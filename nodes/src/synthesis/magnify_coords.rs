@@ -64,6 +64,10 @@ impl Node for MagnifyCoords {
         canvas.tile()
     }
 
+    fn makes_tile(&self, port: &str) -> bool {
+        port == "input"
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (coords, input, jacobian) = (cx.get(&self.coords)?, cx.get(&self.input)?, cx.get_opt(&self.jacobian)?);
         let sampled = Sampled::new(cx, coords, input, jacobian, self.filter, self.scale_heights, self.resolution)?;

@@ -52,6 +52,10 @@ impl Node for SampleExemplar {
         canvas.tile()
     }
 
+    fn makes_tile(&self, port: &str) -> bool {
+        port == "input"
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let input = cx.get(&self.input)?;
         let coords = cx.get(&self.coords)?;

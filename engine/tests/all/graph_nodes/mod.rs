@@ -308,7 +308,7 @@ impl Node for Seamless {
         Tiling { x: true, y: !self.x_only }
     }
 
-    fn makes_tile(&self) -> bool {
+    fn makes_tile(&self, _port: &str) -> bool {
         true
     }
 

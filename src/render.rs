@@ -8,7 +8,7 @@ use crate::progress::{Progress, ProgressArgs};
 use crate::quit::Quit;
 use crate::report;
 use crate::stats::Stats;
-use crate::sweep::{self, Axis, axis};
+use crate::sweep::{self, Axis, Variants, axis, variants};
 use crate::target::Target;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
@@ -75,6 +75,10 @@ pub(crate) struct RenderArgs {
     /// Repeated, it renders all combinations. What an earlier run has made is left as it is.
     #[arg(long, value_name = "NAME=VALUES", value_parser = axis, conflicts_with_all = ["part", "stats"])]
     pub(crate) sweep: Vec<Axis>,
+    /// Render only these variants of the sweep, counted from 1, on one of several machines. The same command without it then
+    /// lists all of them, and renders what is missing.
+    #[arg(long, value_name = "I[-J]", value_parser = variants, requires = "sweep", conflicts_with = "sheet")]
+    pub(crate) variants: Option<Variants>,
     /// Draw all variants on one labelled picture.
     #[arg(long, value_name = "FILE.png", requires = "sweep")]
     pub(crate) sheet: Option<PathBuf>,

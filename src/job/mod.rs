@@ -10,9 +10,11 @@ use crate::pack;
 use crate::quit::Quit;
 use crate::render::stem;
 use crate::report;
+use crate::sweep;
 use crate::terminal::Terminal;
 use crate::write;
 use clap::{Args, ValueEnum};
+use shibo_engine::graph::Graph;
 use shibo_engine::value::{Resolution, TILE};
 use std::path::{Path, PathBuf};
 
@@ -22,8 +24,10 @@ Examples:
   openjd check calf.job/template.yaml
   openjd run calf.job/template.yaml --step join --run-dependencies -p OutDir=/mnt/share/calf
   shibo job calf.ron -o calf.job --for slurm && calf.job/submit.sh /mnt/share/calf
+  shibo job calf.ron -o many.job --resolution 1024 --sweep seed=1..500 --sweep preset=black,oxblood
 
-The job prepares what all parts need, renders the parts, and joins them. A task that failed is simply run again.";
+The job prepares what all parts need, renders the parts, and joins them; or it renders the variants of a sweep, and lists them.
+A task that failed is simply run again.";
 
 /// Who runs a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -49,6 +53,10 @@ pub(crate) struct JobArgs {
     /// In how many parts; 16, or one for each row of tiles, if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     parts: Option<u32>,
+    /// Render a variant for each of these values of a parameter, of `seed` or of `preset`, as `shibo render` does: 1..100,
+    /// 0.6..1.2/4 or a,b,c. Repeated, it renders all combinations.
+    #[arg(long, value_name = "NAME=VALUES", conflicts_with = "parts")]
+    sweep: Vec<String>,
     /// Render only this output, or this channel of a material (NAME.CHANNEL); may be repeated.
     #[arg(long, value_name = "NAME")]
     output: Vec<String>,
@@ -69,7 +77,10 @@ struct Job {
     name: String,
     /// The graph within the folder of the job.
     graph: String,
-    parts: u32,
+    /// The parts of the pictures, or the variants of a sweep.
+    tasks: u32,
+    /// What is swept; nothing for a job of parts.
+    sweep: Vec<String>,
     /// MiB for results; a task takes some more.
     memory: u32,
     /// What follows the graph in `prepare` and in `render`.
@@ -83,22 +94,13 @@ pub(crate) fn run(args: &JobArgs, terminal: &Terminal) -> Result<(), Quit> {
     let loaded = open::load(&args.graph, &library::registry(), &args.values, args.resolution);
     let graph = open::graph(loaded, terminal)?;
     report::show(terminal, &graph.advice(), &graph.sources);
-    if let Some(export) = graph.outputs.iter().find(|o| o.export.is_some() && args.output.is_empty()) {
-        let message = format!("`{}` is made for another program, with whole pictures", export.name);
-        return Err(Quit::Usage(format!("{message}; name the other outputs with --output")));
-    }
-    let rows = graph.canvas.resolution.y.div_ceil(TILE);
-    let parts = args.parts.unwrap_or(rows.min(16));
-    if parts > rows {
-        return Err(Quit::Usage(format!(
-            "the picture has {rows} rows of tiles, so at most as many parts; {parts} are too many"
-        )));
-    }
+    let tasks = if args.sweep.is_empty() { parts(args, &graph)? } else { variants(args)? };
     let (files, main) = pack::gather(&args.graph, &args.values, terminal)?;
     let job = Job {
         name: stem(&args.graph),
         graph: format!("graph/{main}"),
-        parts,
+        tasks,
+        sweep: args.sweep.iter().flat_map(|axis| ["--sweep".into(), axis.clone()]).collect(),
         memory: args.engine.memory,
         common: common(args),
         rendering: if args.dither { vec!["--dither".into()] } else { Vec::new() },
@@ -118,8 +120,36 @@ pub(crate) fn run(args: &JobArgs, terminal: &Terminal) -> Result<(), Quit> {
             executable(&script)?;
         }
     }
-    terminal.say(&format!("wrote {}, a job of {parts} parts", args.out.display()));
+    let what = if job.sweep.is_empty() { "parts" } else { "variants" };
+    terminal.say(&format!("wrote {}, a job of {tasks} {what}", args.out.display()));
     Ok(())
+}
+
+/// How many parts there are.
+fn parts(args: &JobArgs, graph: &Graph) -> Result<u32, Quit> {
+    if let Some(export) = graph.outputs.iter().find(|o| o.export.is_some() && args.output.is_empty()) {
+        let message = format!("`{}` is made for another program, with whole pictures", export.name);
+        return Err(Quit::Usage(format!("{message}; name the other outputs with --output")));
+    }
+    let rows = graph.canvas.resolution.y.div_ceil(TILE);
+    let parts = args.parts.unwrap_or(rows.min(16));
+    if parts > rows {
+        return Err(Quit::Usage(format!(
+            "the picture has {rows} rows of tiles, so at most as many parts; {parts} are too many"
+        )));
+    }
+    Ok(parts)
+}
+
+/// How many variants a sweep has.
+fn variants(args: &JobArgs) -> Result<u32, Quit> {
+    let axes: Result<Vec<_>, String> = args.sweep.iter().map(|text| sweep::axis(text)).collect();
+    let axes = axes.map_err(Quit::Usage)?;
+    if let Some(axis) = axes.iter().find(|axis| args.values.set.iter().any(|(name, _)| *name == axis.name)) {
+        return Err(Quit::Usage(format!("`{}` is both set and swept; leave one of them out", axis.name)));
+    }
+    let count = sweep::count(&axes).map_err(Quit::Usage)?;
+    Ok(u32::try_from(count).unwrap_or(u32::MAX))
 }
 
 /// The arguments that `prepare` and `render` share.

@@ -7,6 +7,9 @@ use std::fmt::Write;
 const PARTS: &str = "{{Param.OutDir}}/parts";
 const CACHE: &str = "{{Param.OutDir}}/parts/cache";
 
+/// In about so many chunks a sweep begins.
+const CHUNKS: u32 = 100;
+
 /// The template. JSON is YAML, but people read this one.
 pub(super) fn template(job: &Job) -> String {
     let mut page = String::new();
@@ -48,6 +51,10 @@ steps:
         - {{name: amount.worker.memory, min: {memory}}}
 "
     );
+    if !job.sweep.is_empty() {
+        page.push_str(&variants(job, &needs, &graph, &told));
+        return page;
+    }
     let prepare = [&["prepare".to_owned()], &graph[..], &job.common, &cache, &told].concat();
     page.push_str(&step("prepare", None, "", &needs, &prepare));
     let space = format!(
@@ -58,15 +65,37 @@ steps:
           range: \"1-{parts}\"
           chunks: {{defaultTaskCount: 1, targetRuntimeSeconds: 600, rangeConstraint: CONTIGUOUS}}
 ",
-        parts = job.parts
+        parts = job.tasks
     );
-    let part = ["--part".to_owned(), format!("{{{{Task.Param.Part}}}}/{}", job.parts), "-o".into(), PARTS.into()];
+    let part = ["--part".to_owned(), format!("{{{{Task.Param.Part}}}}/{}", job.tasks), "-o".into(), PARTS.into()];
     let render = [&["render".to_owned()], &graph[..], &part, &job.common, &job.rendering, &cache, &told].concat();
     page.push_str(&step("render", Some("prepare"), &space, &needs, &render));
     let memory = job.memory.to_string();
     let join = ["join", PARTS, "-o", "{{Param.OutDir}}", "--remove", "--memory", &memory].map(str::to_owned);
     page.push_str(&step("join", Some("render"), "", &needs, &[&join[..], &told].concat()));
     page
+}
+
+/// The steps of a sweep: chunks of variants, and the list of all of them.
+fn variants(job: &Job, needs: &str, graph: &[String], told: &[String]) -> String {
+    let space = format!(
+        "    parameterSpace:
+      taskParameterDefinitions:
+        - name: Variant
+          type: CHUNK[INT]
+          range: \"1-{variants}\"
+          chunks: {{defaultTaskCount: {chunk}, targetRuntimeSeconds: 600, rangeConstraint: CONTIGUOUS}}
+",
+        variants = job.tasks,
+        chunk = job.tasks.div_ceil(CHUNKS),
+    );
+    let out = ["-o", "{{Param.OutDir}}", "--cache-dir", "{{Param.OutDir}}/cache"].map(str::to_owned);
+    let start = [&["render".to_owned()], graph, &job.sweep];
+    let rest = [&job.common[..], &job.rendering, &out, told].concat();
+    let some = ["--variants".to_owned(), "{{Task.Param.Variant}}".to_owned()];
+    let render = [&start.concat()[..], &some, &rest].concat();
+    let list = [&start.concat()[..], &rest].concat();
+    step("render", None, &space, needs, &render) + &step("list", Some("render"), "", needs, &list)
 }
 
 fn step(name: &str, after: Option<&str>, space: &str, needs: &str, words: &[String]) -> String {

@@ -1,11 +1,17 @@
 //! A job for Slurm: one script, which submits itself three times.
 use super::Job;
 
+/// The most tasks of an array: fewer than Slurm takes where nobody has changed it.
+const MOST: u32 = 1000;
+
 /// The script.
 pub(super) fn script(job: &Job) -> String {
+    if !job.sweep.is_empty() {
+        return sweep(job);
+    }
     let words = |words: &[String]| words.iter().map(|word| format!(" {}", quoted(word))).collect::<String>();
     let (name, graph) = (quoted(&job.name), quoted(&job.graph));
-    let (parts, memory) = (job.parts, u64::from(job.memory) * 5 / 4 + 512);
+    let (parts, memory) = (job.tasks, u64::from(job.memory) * 5 / 4 + 512);
     let (common, rendering) = (words(&job.common), words(&job.rendering));
     let join_memory = job.memory;
     format!(
@@ -40,6 +46,50 @@ prepare=$(submit prepare)
 render=$(submit render --array=1-{parts} --dependency="afterok:${{prepare%%;*}}")
 join=$(submit join --dependency="afterok:${{render%%;*}}")
 echo "submitted: prepare ${{prepare%%;*}}, render ${{render%%;*}} ({parts} tasks), join ${{join%%;*}}; the pictures come into $out"
+"#
+    )
+}
+
+/// The script of a sweep.
+fn sweep(job: &Job) -> String {
+    let words = |words: &[String]| words.iter().map(|word| format!(" {}", quoted(word))).collect::<String>();
+    let (name, graph) = (quoted(&job.name), quoted(&job.graph));
+    let (variants, memory) = (job.tasks, u64::from(job.memory) * 5 / 4 + 512);
+    let each = variants.div_ceil(MOST);
+    let tasks = variants.div_ceil(each);
+    let how = words(&[&job.sweep[..], &job.common, &job.rendering].concat());
+    format!(
+        r#"#!/bin/bash
+# Renders the variants of a graph with Slurm:   ./submit.sh [OUTDIR]
+# All nodes must see this folder and OUTDIR, and have `shibo` on their path (or as $SHIBO). Run it again after a failure:
+# variants that are there are not rendered again. Options for sbatch, such as a partition: $SBATCH_PARTITION and the like.
+set -euo pipefail
+shibo=${{SHIBO:-shibo}}
+
+if [ "${{1:-}}" = --task ]; then
+    task=$2 here=$3 out=$4
+    cd "$here"
+    some=()
+    if [ "$task" = render ]; then
+        first=$(((SLURM_ARRAY_TASK_ID - 1) * {each} + 1))
+        last=$((SLURM_ARRAY_TASK_ID * {each}))
+        some=(--variants "$first-$((last < {variants} ? last : {variants}))")
+    fi
+    "$shibo" render {graph}{how} -o "$out" --cache-dir "$out/cache" "${{some[@]}}"
+    exit
+fi
+
+here=$(cd "$(dirname "$0")" && pwd)
+mkdir -p "${{1:-$here/out}}/log"
+out=$(cd "${{1:-$here/out}}" && pwd)
+submit() {{
+    local task=$1
+    shift
+    sbatch --parsable --job-name {name}-"$task" --mem {memory} --kill-on-invalid-dep=yes         --output "$out/log/$task-%j-%a.txt" "$@" "$here/submit.sh" --task "$task" "$here" "$out"
+}}
+render=$(submit render --array=1-{tasks})
+list=$(submit list --dependency="afterok:${{render%%;*}}")
+echo "submitted: render ${{render%%;*}} ({variants} variants in {tasks} tasks), list ${{list%%;*}}; the pictures come into $out"
 "#
     )
 }

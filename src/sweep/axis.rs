@@ -79,6 +79,23 @@ fn list(text: &str) -> Result<Vec<String>, String> {
     if values.iter().any(String::is_empty) { Err("a value is missing between commas".into()) } else { Ok(values) }
 }
 
+/// Some of the variants of a sweep, counted from 1: the first and the last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Variants {
+    pub(crate) first: usize,
+    pub(crate) last: usize,
+}
+
+/// Reads `7` or `5-8`.
+pub(crate) fn variants(text: &str) -> Result<Variants, String> {
+    let number = |text: &str| text.parse().ok().filter(|n| *n > 0);
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    match (number(first), number(last)) {
+        (Some(first), Some(last)) if first <= last => Ok(Variants { first, last }),
+        _ => Err("write I or I-J, counted from 1: 7 or 5-8".into()),
+    }
+}
+
 /// The values of a variant, one for each name.
 pub(crate) fn variant(axes: &[Axis], mut number: usize) -> Vec<(&str, &str)> {
     let mut values = Vec::with_capacity(axes.len());

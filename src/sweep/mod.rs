@@ -5,7 +5,7 @@ mod font;
 mod sheet;
 mod table;
 
-pub(crate) use axis::{Axis, axis};
+pub(crate) use axis::{Axis, Variants, axis, count, variants};
 
 use crate::args::ValueArgs;
 use crate::interrupt;
@@ -24,6 +24,7 @@ use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Session};
 use shibo_engine::value::{Channel, Key, Resolution, Tile, Type, Value, Window};
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -39,6 +40,8 @@ struct Sweep<'a> {
     session: Session,
     cancel: CancelToken,
     count: usize,
+    /// The variants to render, counted from 0.
+    wanted: Range<usize>,
     told: Told<'a>,
 }
 
@@ -72,6 +75,13 @@ impl Told<'_> {
 pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<(), Quit> {
     let axes = &args.sweep;
     let count = axis::count(axes).map_err(Quit::Usage)?;
+    let wanted = match args.variants {
+        Some(Variants { last, .. }) if last > count => {
+            return Err(Quit::Usage(format!("the sweep has {count} variants, so there is no number {last}")));
+        }
+        Some(Variants { first, last }) => first - 1..last,
+        None => 0..count,
+    };
     let set: Vec<&str> = args.set.iter().map(|(name, _)| name.as_str()).collect();
     if let Some(axis) = axes.iter().find(|axis| set.contains(&axis.name.as_str())) {
         return Err(Quit::Usage(format!("`{}` is both set and swept; leave one of them out", axis.name)));
@@ -85,7 +95,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<(), Quit> {
     try_values(args, terminal, &registry)?;
     let (session, shared) = open::opened(registry, &args.engine, terminal)?;
     let told = Told { terminal, warnings: Mutex::default(), seen: Mutex::default() };
-    let sweep = Sweep { args, terminal, session, cancel, count, told };
+    let sweep = Sweep { args, terminal, session, cancel, count, wanted, told };
     let done = sweep.all();
     open::closed(shared, terminal);
     done
@@ -139,12 +149,12 @@ impl Sweep<'_> {
         let names: Vec<&str> = args.sweep.iter().map(|axis| axis.name.as_str()).collect();
         std::fs::create_dir_all(&args.out)
             .map_err(|e| Quit::failed(format!("cannot make the folder `{}`: {e}", args.out.display())))?;
-        let mut table = Table::open(&args.out, &names);
+        let mut table = Table::open(&args.out, &names, args.variants);
         let (mut made, mut known) = (0, 0);
         let mut keys = Vec::new();
         let progress = Progress::with(self.terminal, &args.progress);
         let begun = Instant::now();
-        for number in 0..self.count {
+        for number in self.wanted.clone() {
             let values = axis::variant(&args.sweep, number);
             let graph = graph(args, &values, self.session.registry(), self.terminal)?;
             let files = self.files(&graph, &values)?;
@@ -158,21 +168,21 @@ impl Sweep<'_> {
                 made += 1;
                 self.say(&values, files.len(), (number + 1, made), begun.elapsed());
             }
-            progress.of_all(number as u64 + 1, self.count as u64, "variants");
+            let done = number + 1 - self.wanted.start;
+            progress.of_all(done as u64, self.wanted.len() as u64, "variants");
         }
         progress.finish();
         table.finish()?;
         if !args.progress.quiet {
-            let folder = args.out.display();
-            self.terminal
-                .say(&format!("{made} variants rendered, {known} were there already; {folder}/sweep.csv lists them"));
+            let list = table.path().display();
+            self.terminal.say(&format!("{made} variants rendered, {known} were there already; {list} lists them"));
         }
         args.sheet.as_ref().map_or(Ok(()), |path| self.sheet(path, &Key::of("sheet", &[&keys]).to_string()))
     }
 
     fn say(&self, values: &[(&str, &str)], files: usize, (number, made): (usize, usize), took: Duration) {
         if !self.args.progress.quiet {
-            let left = took.as_secs_f64() / made as f64 * (self.count - number) as f64;
+            let left = took.as_secs_f64() / made as f64 * (self.wanted.end - number) as f64;
             let (count, label) = (self.count, label(values));
             self.terminal.say(&format!("{number}/{count} {label}: wrote {files} files; about {} left", time(left)));
         }

@@ -1,4 +1,6 @@
-//! `sweep.csv`: a row for every file, so that a second run knows what is there.
+//! `sweep.csv`: a row for every file, so that a second run knows what is there. Runs that render only some variants, on several
+//! machines at once, have tables of their own, `sweep.5-8.csv`, which a run of all of them takes over.
+use super::Variants;
 use crate::quit::Quit;
 use crate::write;
 use std::collections::HashMap;
@@ -15,30 +17,32 @@ pub(crate) struct Table {
     clean: bool,
     /// The rows of this run, in its order.
     rows: Vec<Vec<String>>,
+    /// Tables of some variants, whose rows are taken over.
+    parts: Vec<PathBuf>,
 }
 
 impl Table {
-    /// The table in `dir` for a sweep through `names`. Rows of another sweep are forgotten, and one that was not written to
-    /// its end, too.
-    pub(crate) fn open(dir: &Path, names: &[&str]) -> Self {
+    /// The table in `dir` for a sweep through `names`, or for some of its variants. Rows of another sweep are forgotten, and one
+    /// that was not written to its end, too.
+    pub(crate) fn open(dir: &Path, names: &[&str], some: Option<Variants>) -> Self {
         let head: Vec<String> =
             ["file"].iter().chain(names).chain(&["key", "seconds"]).map(ToString::to_string).collect();
-        let path = dir.join("sweep.csv");
-        let text = std::fs::read_to_string(&path).unwrap_or_default();
-        let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
-        let rows = reader.records().map_while(Result::ok).map(|row| row.iter().map(str::to_owned).collect::<Vec<_>>());
-        let mut rows: Vec<Vec<String>> = rows.collect();
-        let clean = rows.first() == Some(&head) && lines(&rows) == text.as_bytes();
-        if !clean {
-            // The last row might be cut within a value.
-            rows.pop();
-        }
-        let rows = if rows.first() == Some(&head) { rows.split_off(1) } else { Vec::new() };
-        let rows = rows.into_iter().filter(|row| row.len() == head.len());
-        let known = rows.map(|row| (row[0].clone(), row)).collect();
-        Self { path, head, known, clean, rows: Vec::new() }
+        let whole = dir.join("sweep.csv");
+        let (path, parts) = match some {
+            Some(Variants { first, last }) => (dir.join(format!("sweep.{first}-{last}.csv")), Vec::new()),
+            None => (whole.clone(), tables(dir)),
+        };
+        let others = parts.iter().chain((path != whole).then_some(&whole));
+        let others: Vec<_> = others.flat_map(|path| read(path, &head).0).collect();
+        let (rows, clean) = read(&path, &head);
+        let known = others.into_iter().chain(rows).map(|row| (row[0].clone(), row)).collect();
+        Self { path, head, known, clean, rows: Vec::new(), parts }
     }
 
+    /// The file.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
     /// Whether a file was made for this key and is still there; if so, its row stays.
     pub(crate) fn has(&self, file: &Path, key: &str) -> bool {
         let row = self.known.get(&name(file));
@@ -85,15 +89,46 @@ impl Table {
         let mut all = vec![self.head.clone()];
         all.extend(self.rows.iter().cloned());
         let text = lines(&all);
-        if std::fs::read(&self.path).is_ok_and(|before| before == text) {
-            return Ok(());
+        if !std::fs::read(&self.path).is_ok_and(|before| before == text) {
+            self.replace(&text)?;
         }
-        self.replace(&text)
+        // What they say stands in this one now; one that cannot be removed does no harm.
+        self.parts.iter().for_each(|part| drop(std::fs::remove_file(part)));
+        Ok(())
     }
 
     fn replace(&self, text: &[u8]) -> Result<(), Quit> {
         write::whole(&self.path, text).map_err(|e| failed(&self.path, &e))
     }
+}
+
+/// The tables of some variants in a folder.
+fn tables(dir: &Path) -> Vec<PathBuf> {
+    let is_table = |path: &PathBuf| {
+        let name = name(path);
+        let span = name.strip_prefix("sweep.").and_then(|name| name.strip_suffix(".csv"));
+        span.is_some_and(|span| span.contains('-') && super::variants(span).is_ok())
+    };
+    let mut found: Vec<PathBuf> =
+        dir.read_dir().into_iter().flatten().flatten().map(|entry| entry.path()).filter(is_table).collect();
+    found.sort();
+    found
+}
+
+/// The rows of a table with this head, and whether there is nothing but whole ones in it.
+fn read(path: &Path, head: &[String]) -> (Vec<Vec<String>>, bool) {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
+    let rows = reader.records().map_while(Result::ok).map(|row| row.iter().map(str::to_owned).collect::<Vec<_>>());
+    let mut rows: Vec<Vec<String>> = rows.collect();
+    let ours = rows.first().is_some_and(|row| row == head);
+    let clean = ours && lines(&rows) == text.as_bytes();
+    if !clean {
+        // The last row might be cut within a value.
+        rows.pop();
+    }
+    let rows = if ours && !rows.is_empty() { rows.split_off(1) } else { Vec::new() };
+    (rows.into_iter().filter(|row| row.len() == head.len()).collect(), clean)
 }
 
 fn failed(path: &Path, error: &std::io::Error) -> Quit {
@@ -118,23 +153,50 @@ mod tests {
     use super::*;
 
     #[test]
+    fn tables_of_some_variants_become_one() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = |name: &str| dir.path().join(name);
+        for (first, seed) in [(1, "5"), (2, "6"), (3, "7")] {
+            let name = format!("{seed}.png");
+            std::fs::write(file(&name), "a").unwrap();
+            let some = Some(Variants { first, last: first });
+            let mut table = Table::open(dir.path(), &["seed"], some);
+            table.add(&[(file(&name), "k".into())], &[("seed", seed)], 0.5).unwrap();
+            table.finish().unwrap();
+        }
+        // One that was cut, and one of another sweep.
+        std::fs::write(file("sweep.3-3.csv"), "file,seed,key,seconds\n7.png,7,k").unwrap();
+        std::fs::write(file("sweep.4-9.csv"), "file,other,key,seconds\n9.png,7,k,1\n").unwrap();
+        std::fs::write(file("sweep.mine.csv"), "").unwrap();
+        let mut all = Table::open(dir.path(), &["seed"], None);
+        assert!(all.has(&file("5.png"), "k") && all.has(&file("6.png"), "k") && !all.has(&file("7.png"), "k"));
+        all.keep(&file("5.png"));
+        all.keep(&file("6.png"));
+        all.finish().unwrap();
+        let mut names: Vec<String> = dir.path().read_dir().unwrap().map(|e| name(&e.unwrap().path())).collect();
+        names.sort();
+        assert_eq!(names, ["5.png", "6.png", "7.png", "sweep.csv", "sweep.mine.csv"]);
+        assert!(Table::open(dir.path(), &["seed"], Some(Variants { first: 1, last: 2 })).has(&file("6.png"), "k"));
+    }
+
+    #[test]
     fn a_table_survives_being_torn() {
         let dir = tempfile::tempdir().unwrap();
         let file = |name: &str| dir.path().join(name);
         std::fs::write(file("a,1.png"), "a").unwrap();
         std::fs::write(file("b.png"), "b").unwrap();
-        let mut table = Table::open(dir.path(), &["seed"]);
+        let mut table = Table::open(dir.path(), &["seed"], None);
         table.add(&[(file("a,1.png"), "k1".into())], &[("seed", "1")], 0.5).unwrap();
         table.add(&[(file("b.png"), "k2".into())], &[("seed", "x,\n\"y")], 1.0).unwrap();
         table.finish().unwrap();
         let whole = std::fs::read(file("sweep.csv")).unwrap();
-        let again = Table::open(dir.path(), &["seed"]);
+        let again = Table::open(dir.path(), &["seed"], None);
         assert!(again.has(&file("a,1.png"), "k1") && again.has(&file("b.png"), "k2"));
         assert!(!again.has(&file("a,1.png"), "k2") && !again.has(&file("none"), "k1"));
-        assert!(!Table::open(dir.path(), &["other"]).has(&file("b.png"), "k2"));
+        assert!(!Table::open(dir.path(), &["other"], None).has(&file("b.png"), "k2"));
         for length in 0..whole.len() {
             std::fs::write(file("sweep.csv"), &whole[..length]).unwrap();
-            let mut table = Table::open(dir.path(), &["seed"]);
+            let mut table = Table::open(dir.path(), &["seed"], None);
             for (name, key, seed, seconds) in [("a,1.png", "k1", "1", 0.5), ("b.png", "k2", "x,\n\"y", 1.0)] {
                 if table.has(&file(name), key) {
                     table.keep(&file(name));

@@ -85,3 +85,56 @@ fn jobs_that_cannot_run_are_refused() {
         assert!(ran.stderr.contains(said) && !desk.path("x").exists(), "{}", ran.stderr);
     }
 }
+
+#[test]
+fn a_sweep_is_spread_over_machines() {
+    let desk = desk();
+    let graph = "it's here/a b.ron";
+    desk.run(["render", graph, "--sweep", "r=1..4", "--sweep", "seed=1,2", "-o", "whole", "--no-cache"]).expect(0);
+    let sweep = ["--sweep", "r=1..4", "--sweep", "seed=1,2"];
+    // Tasks one by one and in any order, one of them twice; the last run lists them all.
+    for some in [Some("5-8"), Some("1"), Some("2-4"), Some("5-8"), None] {
+        let mut args = vec!["render", graph, "-o", "many", "--no-cache"];
+        args.extend(sweep);
+        args.extend(some.iter().flat_map(|some| ["--variants", some]));
+        let ran = desk.run(args).expect(0);
+        assert!(some.is_some() || ran.stderr.contains("0 variants rendered, 8 were there already"), "{}", ran.stderr);
+    }
+    assert_eq!(desk.names("many"), desk.names("whole"));
+    let files = |dir: &str| -> Vec<Vec<u8>> {
+        desk.names(dir)
+            .iter()
+            .filter(|name| name.ends_with("png"))
+            .map(|name| desk.read(&format!("{dir}/{name}")))
+            .collect()
+    };
+    assert!(files("many") == files("whole"));
+    let rows = |dir: &str| String::from_utf8(desk.read(&format!("{dir}/sweep.csv"))).unwrap().lines().count();
+    assert_eq!(rows("many"), rows("whole"));
+    for (some, said) in [("9", "has 8 variants"), ("0", "counted from 1"), ("3-2", "counted from 1")] {
+        let ran = desk.run(["render", graph, "--sweep", "r=1..8", "--variants", some]).expect(2);
+        assert!(ran.stderr.contains(said), "{}", ran.stderr);
+    }
+    // The job of a farm says the same, for both kinds of schedulers.
+    desk.run(["job", graph, "-o", "x.job", "--set", "r=2", "--sweep", "seed=1..250"]).expect(0);
+    let template = String::from_utf8(desk.read("x.job/template.yaml")).unwrap();
+    for wanted in ["range: \"1-250\"", "defaultTaskCount: 3", "{{Task.Param.Variant}}", "name: list", "\"seed=1..250\""]
+    {
+        assert!(template.contains(wanted) && !template.contains("prepare"), "{wanted}: {template}");
+    }
+    desk.run(["job", graph, "-o", "a $job", "--for", "slurm", "--sweep", "r=1..4", "--sweep", "seed=1,2"]).expect(0);
+    let out = desk.path("out put");
+    std::fs::create_dir_all(&out).unwrap();
+    let numbers: Vec<String> = (1..=8).map(|n| n.to_string()).collect();
+    for (task, number) in numbers.iter().map(|n| ("render", n.as_str())).chain([("list", "")]) {
+        let mut command = Command::new("bash");
+        command.arg(desk.path("a $job/submit.sh")).args(["--task", task]).arg(desk.path("a $job")).arg(&out);
+        command.env("SHIBO", assert_cmd::cargo::cargo_bin!("shibo")).env("SLURM_ARRAY_TASK_ID", number);
+        let ran = command.output().unwrap();
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    }
+    assert!(files("out put") == files("whole"));
+    assert_eq!(rows("out put"), rows("whole"));
+    let refused = desk.run(["job", graph, "-o", "y", "--set", "r=2", "--sweep", "r=1..4"]).expect(2);
+    assert!(refused.stderr.contains("both set and swept"), "{}", refused.stderr);
+}

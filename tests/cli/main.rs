@@ -18,6 +18,7 @@ mod incremental;
 mod interrupt;
 mod job;
 mod leather;
+mod meshes;
 mod mips;
 mod nodes;
 mod once;

@@ -26,6 +26,7 @@ pub mod near;
 pub mod net;
 pub mod raster;
 pub mod rays;
+pub mod seams;
 pub mod shapes;
 pub mod sites;
 pub mod slide;

@@ -56,7 +56,8 @@ fn split(mesh: &Mesh) -> (Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<u32>) {
     (places, uvs, indices)
 }
 
-/// UVs for all triangles, v down, on a canvas of that size in mm, so that texels are square there. `alive` is asked often; if
+/// UVs for all triangles, v down, on a canvas of that size in mm, so that texels are square there. `seams` tells for each triangle
+/// which of its edges must be borders of charts; empty for none. `alive` is asked often; if
 /// it says no the work ends soon.
 ///
 /// # Errors
@@ -65,6 +66,7 @@ pub fn unwrap(
     mesh: &Mesh,
     size_mm: DVec2,
     how: &Unwrap,
+    seams: &[[bool; 3]],
     alive: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<[Vec2; 3]>, UnwrapError> {
     let (places, own, indices) = if how.repack {
@@ -78,6 +80,7 @@ pub fn unwrap(
         face_materials: (parts.len() == mesh.triangles.len()).then_some(&parts),
         polygons: (mesh.polygons.len() == mesh.triangles.len()).then_some(&mesh.polygons),
         existing_uvs: how.repack.then_some(&own),
+        seams: (seams.len() == mesh.triangles.len()).then_some(seams),
         ..MeshInput::new(&places, &indices)
     };
     let options = Options {
@@ -133,7 +136,7 @@ mod tests {
             (samples::cube(), true),
         ] {
             for canvas in [DVec2::splat(100.0), DVec2::new(200.0, 100.0)] {
-                let uvs = unwrap(&mesh, canvas, &Unwrap { repack, ..HOW }, &|| true).unwrap();
+                let uvs = unwrap(&mesh, canvas, &Unwrap { repack, ..HOW }, &[], &|| true).unwrap();
                 let atlas = atlas(Arc::new(mesh.clone()), &uvs, canvas).unwrap();
                 assert!(uvs.iter().all(|uvs| cross(*uvs) < 0.0), "none is mirrored");
                 let found = layout(&atlas, 256);
@@ -153,16 +156,35 @@ mod tests {
     fn what_is_repacked_keeps_its_charts() {
         let mesh = samples::plane_wild();
         let canvas = DVec2::splat(100.0);
-        let uvs = unwrap(&mesh, canvas, &Unwrap { repack: true, ..HOW }, &|| true).unwrap();
+        let uvs = unwrap(&mesh, canvas, &Unwrap { repack: true, ..HOW }, &[], &|| true).unwrap();
         assert_eq!(atlas(Arc::new(mesh), &uvs, canvas).unwrap().chart_count(), 3);
+    }
+
+    #[test]
+    fn a_seam_is_a_border_of_charts() {
+        let mesh = shapes::torus(DVec3::splat(60.0).truncate(), 15.0, 32);
+        let ring = |n: u32| 2.0 * std::f64::consts::PI * f64::from(n) / 24.0;
+        let along = (0..=24).map(|n| DVec3::new(libm::cos(ring(n)), libm::sin(ring(n)), 0.0) * 30.0).collect();
+        let marked = crate::mesh::seams::seams(&mesh, &[along]).unwrap();
+        let canvas = DVec2::splat(100.0);
+        let uvs = unwrap(&mesh, canvas, &HOW, &marked, &|| true).unwrap();
+        let found = atlas(Arc::new(mesh.clone()), &uvs, canvas).unwrap();
+        let seen = marked.iter().flatten().filter(|marked| **marked).count();
+        assert!(seen >= 40, "{seen} edges are marked");
+        for (n, marked) in marked.iter().enumerate() {
+            for k in (0..3).filter(|k| marked[*k]) {
+                // The edge from corner k is the one opposite to corner k + 2.
+                assert!(found.inner[n] & (1 << ((k + 2) % 3)) == 0, "triangle {n}, edge {k}");
+            }
+        }
     }
 
     #[test]
     fn work_can_be_cancelled_and_charts_may_not_fit() {
         let mesh = shapes::sphere(DVec3::splat(60.0), 64);
         let canvas = DVec2::splat(100.0);
-        assert_eq!(unwrap(&mesh, canvas, &HOW, &|| false), Err(UnwrapError::Cancelled));
+        assert_eq!(unwrap(&mesh, canvas, &HOW, &[], &|| false), Err(UnwrapError::Cancelled));
         let crowded = Unwrap { page: 64, gutter: 31, ..HOW };
-        assert!(matches!(unwrap(&mesh, canvas, &crowded, &|| true), Err(UnwrapError::Full(64))));
+        assert!(matches!(unwrap(&mesh, canvas, &crowded, &[], &|| true), Err(UnwrapError::Full(64))));
     }
 }

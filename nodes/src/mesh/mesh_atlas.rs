@@ -3,18 +3,24 @@
 //! Charts that are given are found by [`kernel::charts`](shibo_kernel::mesh::charts), new ones made by
 //! [`kernel::unwrap`](shibo_kernel::mesh::unwrap). Cost: O(triangles), about 1 µs each; new charts about 50 µs each.
 use super::bake_parts::Parts;
-use glam::{DVec2, Vec2};
+use glam::{DVec3, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Atlas, Mesh, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::mesh::atlas::{AtlasError, atlas};
+use shibo_kernel::mesh::atlas::atlas;
 use shibo_kernel::mesh::layout::layout;
+use shibo_kernel::mesh::seams::seams;
 use shibo_kernel::mesh::unwrap::{Unwrap, UnwrapError, unwrap};
 use shibo_kernel::mesh::{bake, fields};
 use std::sync::Arc;
+
+mod advice;
+
+/// A place in mm.
+type Triple = (f64, f64, f64);
 
 /// Where charts come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -104,6 +110,10 @@ pub struct MeshAtlas {
     pub gutter: Gutter,
     /// For new charts: how they are packed.
     pub pack: Pack,
+    /// For new charts: lines at which the surface is cut, each of at least two points on it. From each point to the next the cut
+    /// follows the shortest way along edges, but not through polygons. At most 10000 points.
+    #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
+    pub seams: Vec<Vec<Triple>>,
     /// What to do about triangles that lie over each other on the canvas.
     pub overlap: Overlap,
 }
@@ -118,6 +128,7 @@ impl Default for MeshAtlas {
             page: 1024,
             gutter: Gutter::Texels(4),
             pack: Pack::Shape,
+            seams: Vec::new(),
             overlap: Overlap::Warn,
         }
     }
@@ -134,7 +145,12 @@ impl MeshAtlas {
         let repack = match self.charts {
             ChartSource::Auto | ChartSource::New if mesh.uvs.is_empty() => false,
             ChartSource::New => false,
-            ChartSource::Auto | ChartSource::Given if !mesh.uvs.is_empty() => return Ok(mesh.uvs.clone()),
+            ChartSource::Auto | ChartSource::Given if !mesh.uvs.is_empty() => {
+                if self.charts == ChartSource::Auto && !self.seams.is_empty() {
+                    cx.evaluator.warn(advice::idle(self.charts));
+                }
+                return Ok(mesh.uvs.clone());
+            }
             _ if mesh.uvs.is_empty() => {
                 let message = format!("the mesh has no UVs, which `charts: {:?}` needs", self.charts);
                 return Err(Problem::new(Code::MissingInput, message).at("charts").help("take `charts: New`").into());
@@ -149,7 +165,13 @@ impl MeshAtlas {
             gutter: self.gutter.texels(),
             tight: self.pack == Pack::Shape,
         };
-        unwrap(mesh, cx.size_mm(), &how, &|| cx.check().is_ok()).map_err(|error| match error {
+        let line = |line: &Vec<Triple>| line.iter().map(|&(x, y, z)| DVec3::new(x, y, z)).collect();
+        let lines: Vec<Vec<DVec3>> = self.seams.iter().filter(|_| !repack).map(line).collect();
+        let seams = match &lines[..] {
+            [] => Vec::new(),
+            lines => seams(mesh, lines).map_err(|error| advice::seam(&error))?,
+        };
+        unwrap(mesh, cx.size_mm(), &how, &seams, &|| cx.check().is_ok()).map_err(|error| match error {
             UnwrapError::Cancelled => Stop::Cancelled,
             UnwrapError::Full(_) => Problem::new(Code::BadValue, format!("the mesh: {error}"))
                 .at("gutter")
@@ -184,36 +206,11 @@ impl MeshAtlas {
             let help = "render larger pictures, or take `charts: Repack`";
             cx.evaluator.warn(Problem::new(Code::Advice, message).at("charts").help(help));
         }
-        if let Some(problem) = scale_advice(atlas) {
+        if let Some(problem) = advice::scale(atlas) {
             cx.evaluator.warn(problem);
         }
         Ok(())
     }
-}
-
-/// Advice to change the size of the canvas, if lengths differ from those on the surface by more than 5 %.
-fn scale_advice(atlas: &Atlas) -> Option<Problem> {
-    let scale = atlas.scale();
-    if (scale - 1.0).abs() <= 0.05 {
-        return None;
-    }
-    let size: DVec2 = atlas.size_mm * scale;
-    let size = if size.x == size.y { format!("{:.1}", size.x) } else { format!("({:.1}, {:.1})", size.x, size.y) };
-    let message = format!(
-        "lengths are {scale:.3} times as long on the surface as on the canvas, so features measured in mm have the wrong size"
-    );
-    Some(Problem::new(Code::Advice, message).at("mesh").help(format!("set `canvas.size_mm: {size}`")))
-}
-
-/// What is wrong with UVs.
-fn problem(error: &AtlasError) -> Problem {
-    let code = if matches!(error, AtlasError::Charts(_)) { Code::TooLarge } else { Code::BadValue };
-    let help = match error {
-        AtlasError::Missing | AtlasError::Flat => "take `charts: New`",
-        AtlasError::Outside { .. } => "these are UVs of textures that repeat; take `charts: Repack`",
-        AtlasError::Charts(_) => "take `charts: New`, or split the mesh by `part` of `LoadMesh`",
-    };
-    Problem::new(code, format!("the mesh: {error}")).at("charts").help(help)
 }
 
 impl Node for MeshAtlas {
@@ -234,6 +231,15 @@ impl Node for MeshAtlas {
     ];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        advice::faults(&self.seams)
+    }
+
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        let kept = matches!(self.charts, ChartSource::Given | ChartSource::Repack);
+        if kept && !self.seams.is_empty() { vec![advice::idle(self.charts)] } else { Vec::new() }
+    }
+
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::NONE
     }
@@ -241,7 +247,7 @@ impl Node for MeshAtlas {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let mesh = cx.get(&self.mesh)?;
         let uvs = self.uvs(&mesh, cx)?;
-        let atlas = Arc::new(atlas(mesh, &uvs, cx.size_mm()).map_err(|error| problem(&error))?);
+        let atlas = Arc::new(atlas(mesh, &uvs, cx.size_mm()).map_err(|error| advice::atlas(&error))?);
         self.look(&atlas, cx)?;
         let mask = fields::baked(Type::Gray, &atlas, |texels, mut planes| {
             if let [out] = &mut planes[..] {

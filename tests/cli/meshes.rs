@@ -1,0 +1,30 @@
+//! Meshes from graph files.
+use crate::support::Desk;
+
+/// A check of a graph in which `atlas` is laid out like that.
+fn check(atlas: &str, code: i32) -> String {
+    let desk = Desk::new();
+    desk.write(
+        "a.ron",
+        format!(
+            "(canvas: (size_mm: 150, resolution: 64, tile: None), nodes: {{ \"ball\": MeshShape(shape: Sphere, size: (60, 60, 60)), \
+             \"atlas\": MeshAtlas(mesh: \"ball\", {atlas}) }}, outputs: {{ \"charts\": \"atlas.charts\" }})"
+        ),
+    );
+    desk.shibo("render a.ron --no-cache --quiet").expect(code).stderr.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn seams_are_followed_or_refused_at_their_place() {
+    let half = "seams: [[(0, 0, 30), (30, 0, 0), (0, 0, -30)]]";
+    let said = check(&format!("charts: New, {half}"), 0);
+    assert!(!said.contains("seam"), "{said}");
+    let said = check("charts: New, seams: [[(0, 0, 30), (0, 0, 90)]]", 1);
+    assert!(
+        said.contains("point 1 of seam 0 lies 60.0 mm from the nearest vertex") && said.contains("a.ron:1:"),
+        "{said}"
+    );
+    assert!(check("charts: New, seams: [[(0, 0, 30)]]", 1).contains("fewer than two points"));
+    assert!(check(&format!("charts: Given, {half}"), 0).contains("`seams` does nothing"));
+    assert!(check(half, 0).contains("`seams` does nothing"));
+}

@@ -361,7 +361,7 @@ mod tests {
     fn the_size_of_the_canvas_is_advised() {
         // A sheet of 60 mm on a canvas of 32 mm.
         let outputs = made(&node(ChartSource::Auto), mesh(MeshForm::Plane)).unwrap();
-        let advice = scale_advice(&atlas_in(&outputs)).unwrap();
+        let advice = advice::scale(&atlas_in(&outputs)).unwrap();
         assert_eq!(advice.help.as_deref(), Some("set `canvas.size_mm: 60.0`"));
         let canvas = canvas();
         let texel = crate::testing::raster(&field_in(&outputs, "texel"), &canvas);

@@ -14,10 +14,10 @@ use std::time::{Duration, Instant};
 /// What must never be seen.
 const SECRET: &str = "hunter2hunter2";
 
-/// An object that takes more than the 0.2 s which are always shared.
+/// An object that takes well more than the 0.2 s which are always shared, on a fast machine too.
 fn desk() -> Desk {
     let desk = Desk::new();
-    desk.write("a.ron", GRAPH.replace("steps: 20,", "steps: 60000,"));
+    desk.write("a.ron", GRAPH.replace("steps: 20,", "steps: 100000,").replace("pitch: 4", "pitch: 1"));
     desk
 }
 

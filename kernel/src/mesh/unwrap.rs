@@ -164,7 +164,7 @@ mod tests {
     fn a_seam_is_a_border_of_charts() {
         let mesh = shapes::torus(DVec3::splat(60.0).truncate(), 15.0, 32);
         let ring = |n: u32| 2.0 * std::f64::consts::PI * f64::from(n) / 24.0;
-        let along = (0..=24).map(|n| DVec3::new(libm::cos(ring(n)), libm::sin(ring(n)), 0.0) * 30.0).collect();
+        let along = (0..=24).map(|n| DVec3::new(libm::cos(ring(n)), libm::sin(ring(n)), 0.0) * 45.0).collect();
         let marked = crate::mesh::seams::seams(&mesh, &[along]).unwrap();
         let canvas = DVec2::splat(100.0);
         let uvs = unwrap(&mesh, canvas, &HOW, &marked, &|| true).unwrap();

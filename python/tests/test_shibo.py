@@ -229,7 +229,13 @@ except KeyboardInterrupt:
 
 
 def test_an_interrupt_stops_a_render():
-    process = subprocess.Popen([sys.executable, "-c", LONG], stdout=subprocess.PIPE, text=True)
+    # A shell starts what runs in its background with interrupts ignored, and children inherit that.
+    def heed_interrupts():
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    process = subprocess.Popen(
+        [sys.executable, "-c", LONG], stdout=subprocess.PIPE, text=True, preexec_fn=heed_interrupts
+    )
     assert process.stdout.readline() == "begun\n"
     time.sleep(1.5)
     start = time.monotonic()

@@ -6,10 +6,10 @@ use super::iso::RUN_REACH;
 use super::jacobian::{IDENTITY, Jacobian};
 use super::lattice::Basis;
 use super::lattice_start::{Fitted, fit};
+use super::mend;
 use super::origin::{best_origin, starting_at};
 use super::plane::{Lookup, Plane};
 use super::region::{Needs, Output, Region, plan};
-use super::rematch;
 use super::table::Table;
 use super::texels::{Texels, mirrored};
 use crate::ground::hash::Hash;
@@ -50,8 +50,9 @@ pub struct Settings {
     pub even: Option<EvenUse>,
     /// Correction passes per level.
     pub passes: u32,
-    /// Rounds at the finest level in which what the result shows is looked up in the exemplar, to mend where pieces meet;
-    /// there are more at the next coarser ones. 0 mends nothing; nothing is mended where `J` is not 1.
+    /// Rounds at the finest level in which what the result shows is looked up in the exemplar, to mend where pieces meet,
+    /// and as many in which torn spots are replaced; at the next coarser ones there is one more of the former and none of
+    /// the latter. 0 mends nothing; nothing is mended where `J` is not 1.
     pub rounds: u32,
     /// The mean squared difference of a patch from the exemplar, in units of the exemplar's variance, below which later
     /// rounds leave it alone.
@@ -150,7 +151,7 @@ pub fn run<I: Inputs>(
         .map(|level| {
             // Runs are broken up at the finest level only, at the end.
             let broken = if level.h == 1 { RUN_REACH } else { 0 };
-            let mended = rematch::reads(rematch::rounds(settings.rounds, level.h), level.h);
+            let mended = mend::reads(settings.rounds, level.h);
             let reach = passes * 4 * level.hood.reach() + mended + broken;
             Needs { h: level.h, reach, tile: tile.filter(|_| level.h >= 2) }
         })

@@ -5,6 +5,7 @@ use super::coverage::Factors;
 use super::driver::{Inputs, Run};
 use super::iso;
 use super::levels::image;
+use super::mend;
 use super::region::Region;
 use super::rematch;
 use super::table::Table;
@@ -52,7 +53,7 @@ impl<I: Inputs> Run<'_, I> {
                 };
                 iso::correct(table, region, &terms, &mut map);
             })?;
-            if rematch::rounds(self.settings.rounds, region.h) > 0 {
+            if mend::rounds(self.settings.rounds, region.h) > 0 {
                 if !once {
                     factors = self.even(region).map(|even| table.factors(&even, region, &map));
                 }
@@ -86,7 +87,7 @@ impl<I: Inputs> Run<'_, I> {
             hash: self.settings.hash.with(0x6D65_6E64).with(region.h as u64),
         };
         let image = image(picture, region.h, pyramid);
-        rematch::mend((table, &image), region, &terms, rematch::rounds(self.settings.rounds, region.h), map);
+        mend::mend((table, &image), region, &terms, self.settings.rounds, map);
     }
 
     pub(super) fn upsample_iso(

@@ -160,6 +160,13 @@ impl Patches {
         self.home(self.at([0, 1].map(|d| from[d] + beyond[d] - ([dx, dy][d] << self.log))))
     }
 
+    /// Twelve pixels of the row `down` rows below an index, from `left` columns before it on.
+    #[inline(always)]
+    pub(super) fn row(&self, at: u32, down: i32, left: usize) -> &[i16] {
+        let first = (at as usize).wrapping_add_signed(down as isize * self.stride.cast_signed()) - left;
+        self.shades[first..first + 12].as_flattened()
+    }
+
     /// What the distance of the patch around an index is multiplied by; infinite where nothing may be shown.
     #[inline(always)]
     pub(super) fn worth(&self, at: u32) -> f32 {

@@ -1,47 +1,18 @@
-//! Mends where pieces meet: what the result shows around every pixel near a joint is looked up in the exemplar, and every
-//! pixel then takes, of what the patches around it say of it, what agrees best with all of them.
+//! Looks up what a result shows around its pixels in the exemplar.
 //!
-//! Texture optimisation (V. Kwatra et al., 2005) with a vote that chooses (J. Han et al., 2006): no pixel is ever mixed of
-//! others, so the result is as sharp as the exemplar. Patches are searched for among those that neighbours continue, those
-//! that look like them, and at random around the best one (C. Barnes et al., 2009). Nothing far away is read, and a pass
-//! writes nothing that it reads. Cost: O(pixels near joints · patches tried · pixels of a patch).
+//! Patches are searched for among those that neighbours continue, those that look like them, and at random around the best
+//! one (C. Barnes et al., 2009).
 use super::coverage::Factors;
 use super::patches::{Patches, SIDE, Shade, Shown};
 use super::plane::Plane;
 use super::region::Region;
 use super::table::Table;
-use super::texels::Texels;
 use super::vote::{self, Found};
 use crate::ground::hash::Hash;
 use crate::ground::math::pow;
 use crate::ground::simd;
 use crate::ground::window::index;
 use rayon::prelude::*;
-
-/// The coarsest level at which patches are looked up.
-const COARSEST: usize = 8;
-
-/// How many rounds there are at the level of spacing `h`, if there are `rounds` at the finest: coarse levels decide where
-/// features are, and are cheap.
-pub(super) fn rounds(rounds: u32, h: usize) -> u32 {
-    match h {
-        _ if rounds == 0 || h > COARSEST => 0,
-        1 => rounds,
-        2 => rounds + 1,
-        _ => rounds + 2,
-    }
-}
-
-/// How far patches of the level of spacing `h` reach, in its pixels.
-const fn reach(h: usize) -> usize {
-    if h < 8 { 3 } else { 2 }
-}
-
-/// How far away a level is read in so many rounds, in its pixels.
-pub(super) fn reads(rounds: u32, h: usize) -> i32 {
-    let reach = index(reach(h));
-    i32::try_from(rounds).unwrap_or(64) * (reach + 1 + reach.min(vote::REACH)) + 1
-}
 
 /// What patches are compared by.
 pub(super) struct Terms<'a> {
@@ -60,43 +31,8 @@ pub(super) struct Terms<'a> {
     pub(super) hash: Hash,
 }
 
-/// Mends a level in so many rounds: `image` is its picture, `map` holds indices of its tables.
-pub(super) fn mend(
-    (table, image): (&Table, &Texels<f32>),
-    region: &Region,
-    terms: &Terms<'_>,
-    rounds: u32,
-    map: &mut [u32],
-) {
-    let patches = Patches::new(image, table, reach(table.h));
-    map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.at(table.pixel(*at)));
-    let (ways, reach) = (ways(&patches, region.plane), index(patches.reach));
-    let mut found: Vec<Found> = Vec::new();
-    let mut before: (Vec<u32>, Vec<bool>) = (Vec::new(), Vec::new());
-    let settled = pow(2.0 * terms.enough + NONE, POWER);
-    for k in 0..rounds {
-        let hash = terms.hash.with(u64::from(k));
-        let near = spread(&torn(&patches, region, map), region.plane, reach);
-        // Where nothing has changed, nothing else would be found; and what fits well was settled the round before.
-        let fresh = if k == 0 {
-            near.clone()
-        } else {
-            let changed: Vec<bool> = map.iter().zip(&before.0).map(|(now, before)| now != before).collect();
-            let changed = spread(&changed, region.plane, 1);
-            let open = |p: usize| !before.1[p] || found[p].weight < settled;
-            (0..map.len()).map(|p| near[p] && changed[p] && open(p)).collect()
-        };
-        let search = Search { table, patches: &patches, region, terms, hash, map, near: &near, last: &found, ways };
-        found = search.all(&fresh);
-        before = (map.to_vec(), near);
-        let open = spread(&fresh, region.plane, vote::REACH.min(reach));
-        vote::vote(&patches, region, &found, (&open, terms.fixed), map);
-    }
-    map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.known(*at));
-}
-
 /// The neighbours of a pixel that are next to it, and those at the rim of its patch.
-fn ways(patches: &Patches, plane: Plane) -> [Way; 16] {
+pub(super) fn ways(patches: &Patches, plane: Plane) -> [Way; 16] {
     let reach = index(patches.reach);
     std::array::from_fn(|k| {
         let by = if k & 1 == 0 { 1 } else { reach };
@@ -106,69 +42,26 @@ fn ways(patches: &Patches, plane: Plane) -> [Way; 16] {
     })
 }
 
-/// The pixels that the one to the right or below does not continue.
-fn torn(patches: &Patches, region: &Region, map: &[u32]) -> Vec<bool> {
-    let Plane { w, h, wrap } = region.plane;
-    let (right, down) = (patches.step(1, 0), patches.step(0, 1));
-    let goes_on = |at: u32, step: u32, to: u32| patches.home(at.wrapping_add(step)) == to;
-    let mut torn = vec![false; w * h];
-    torn.par_chunks_mut(w).with_min_len(16).enumerate().for_each(|(y, torn)| {
-        let row = &map[y * w..(y + 1) * w];
-        let below = if y + 1 < h { Some(y + 1) } else { wrap[1].then_some(0) };
-        for (x, torn) in torn.iter_mut().enumerate() {
-            let beside = if x + 1 < w { Some(x + 1) } else { wrap[0].then_some(0) };
-            *torn = beside.is_some_and(|beside| !goes_on(row[x], right, row[beside]))
-                || below.is_some_and(|below| !goes_on(row[x], down, map[below * w + x]));
-        }
-    });
-    torn
-}
-
-/// Whether anything is marked at most `r` columns and rows away.
-fn spread(marked: &[bool], plane: Plane, r: i32) -> Vec<bool> {
-    let Plane { w, h, wrap } = plane;
-    let mut rows = vec![false; w * h];
-    rows.par_chunks_mut(w).zip(marked.par_chunks(w)).with_min_len(16).for_each(|(out, row)| {
-        for x in (0..w).filter(|x| row[*x]) {
-            for k in index(x) - r..=index(x) + r {
-                if wrap[0] || (0..index(w)).contains(&k) {
-                    out[Plane::bring(k, w, wrap[0])] = true;
-                }
-            }
-        }
-    });
-    let mut out = vec![false; w * h];
-    out.par_chunks_mut(w).with_min_len(16).enumerate().for_each(|(y, out)| {
-        for k in index(y) - r..=index(y) + r {
-            if wrap[1] || (0..index(h)).contains(&k) {
-                let from = Plane::bring(k, h, wrap[1]) * w;
-                out.iter_mut().zip(&rows[from..from + w]).for_each(|(out, marked)| *out |= marked);
-            }
-        }
-    });
-    out
-}
-
 /// Looks up what the result shows.
-struct Search<'a> {
-    table: &'a Table,
-    patches: &'a Patches,
-    region: &'a Region,
-    terms: &'a Terms<'a>,
-    hash: Hash,
-    map: &'a [u32],
+pub(super) struct Search<'a> {
+    pub(super) table: &'a Table,
+    pub(super) patches: &'a Patches,
+    pub(super) region: &'a Region,
+    pub(super) terms: &'a Terms<'a>,
+    pub(super) hash: Hash,
+    pub(super) map: &'a [u32],
     /// The pixels whose patch is not simply a part of the exemplar.
-    near: &'a [bool],
+    pub(super) near: &'a [bool],
     /// What was found in the round before; empty in the first.
-    last: &'a [Found],
+    pub(super) last: &'a [Found],
     /// The neighbours that may be continued.
-    ways: [Way; 16],
+    pub(super) ways: [Way; 16],
 }
 
 /// A neighbour: how many columns and rows away, what is added to the index of a pixel to get to it where no side is near,
 /// and what its index in the exemplar is more by.
 #[derive(Clone, Copy)]
-struct Way {
+pub(super) struct Way {
     to: [i32; 2],
     away: usize,
     step: u32,
@@ -195,17 +88,23 @@ const NEAR: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1
 const NONE: f32 = 0.003;
 const POWER: f32 = -0.6;
 
+/// How much a patch counts that differs by `fit` per pixel.
+#[inline(always)]
+pub(super) fn weight(fit: f32) -> f32 {
+    pow(fit + NONE, POWER)
+}
+
 /// How many patches are tried at random.
 const SEARCHES: u64 = 2;
 
 impl Search<'_> {
     /// What the patches around all pixels are: looked up where that is `fresh`, else as it was, or what the result shows.
-    fn all(&self, fresh: &[bool]) -> Vec<Found> {
+    pub(super) fn all(&self, fresh: &[bool]) -> Vec<Found> {
         let w = self.region.plane.w;
         let mut seen: Vec<Shade> = vec![Shade::default(); self.map.len()];
         let shade = |(seen, at): (&mut Shade, &u32)| *seen = *self.patches.shade(*at);
         seen.par_iter_mut().zip(self.map).with_min_len(1024).for_each(shade);
-        let sure = pow(NONE, POWER);
+        let sure = weight(0.0);
         let mut found: Vec<Found> = vec![Found { at: 0, weight: 0.0 }; self.map.len()];
         found.par_chunks_mut(w).with_min_len(4).enumerate().for_each(|(y, row)| {
             simd::dispatch(
@@ -285,7 +184,7 @@ impl Search<'_> {
             self.wander::<N>((x, y), &mut query);
         }
         let fit = if query.least < f32::INFINITY { query.least / (N * N) as f32 } else { 1e6 };
-        Found { at: query.best, weight: pow(fit + NONE, POWER) }
+        Found { at: query.best, weight: weight(fit) }
     }
 
     /// Tries what continues the neighbours of a pixel, and what was found there in the round before.

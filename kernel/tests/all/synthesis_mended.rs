@@ -107,7 +107,8 @@ fn features_are_torn_at_few_places_and_nothing_is_blurred() {
     };
     let (left, mended, best) = (of(0), of(1), of(3));
     assert!(left.0 > 0.1, "the exemplar is too easy: {left:?}");
-    assert!(mended.0 < 0.5 * left.0 && best.0 < 0.5 * left.0, "torn {left:?}, mended {mended:?}, best {best:?}");
+    // One round and one of replacing; three of each.
+    assert!(mended.0 < 0.35 * left.0 && best.0 < 0.2 * left.0, "torn {left:?}, mended {mended:?}, best {best:?}");
     assert!((0.95..1.05).contains(&mended.1) && (0.95..1.05).contains(&best.1), "mended {mended:?}, best {best:?}");
 }
 

@@ -122,8 +122,9 @@ pub struct Synthesize {
     /// How often all pixels are corrected at each level.
     #[schemars(range(min = 0, max = 16))]
     pub passes: u32,
-    /// How thoroughly is mended where pieces meet: in so many rounds what is shown there is looked up in the exemplar. 0
-    /// leaves it as it is, most presets have 4, `Best` has 6. Nothing is mended where a Jacobian turns or stretches.
+    /// How thoroughly is mended where pieces meet: in so many rounds what is shown there is looked up in the exemplar, and in
+    /// as many more what is still torn is replaced. 0 leaves it as it is, most presets have 2, `Best` has 4. Nothing is mended
+    /// where a Jacobian turns or stretches.
     #[schemars(range(min = 0, max = 8))]
     pub mend: Option<u32>,
     /// For the preset `Patent`: into how many groups pixels are divided that are corrected one after another; 1
@@ -228,8 +229,8 @@ impl Synthesize {
     fn rounds(&self) -> u32 {
         self.mend.unwrap_or(match self.preset {
             Preset::Patent | Preset::Fast => 0,
-            Preset::Best => 6,
-            _ => 4,
+            Preset::Best => 4,
+            _ => 2,
         })
     }
 
@@ -322,7 +323,7 @@ impl Synthesize {
 }
 
 impl Node for Synthesize {
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];

@@ -1,0 +1,137 @@
+//! Mends where pieces meet: what the result shows around every pixel near a joint is looked up in the exemplar, and every
+//! pixel then takes, of what the patches around it say of it, what agrees best with all of them.
+//!
+//! Texture optimisation (V. Kwatra et al., 2005) with a vote that chooses (J. Han et al., 2006): no pixel is ever mixed of
+//! others, so the result is as sharp as the exemplar. Patches are searched for among those that neighbours continue, those
+//! that look like them, and at random around the best one (C. Barnes et al., 2009). Nothing far away is read, and a pass
+//! writes nothing that it reads. What is still nowhere in the exemplar after some rounds is replaced ([`spots`]). Cost: O(pixels near joints · patches tried · pixels of a patch).
+use super::patches::Patches;
+use super::plane::Plane;
+use super::region::Region;
+use super::rematch::{Search, Terms, ways, weight};
+use super::spots;
+use super::table::Table;
+use super::texels::Texels;
+use super::vote::{self, Found};
+use crate::ground::window::index;
+use rayon::prelude::*;
+
+/// The coarsest level at which patches are looked up.
+const COARSEST: usize = 8;
+
+/// The coarsest level at which spots are replaced.
+const REPLACED: usize = 1;
+
+/// How many rounds there are at the level of spacing `h` before any spot is replaced, if there are `rounds` at the finest: coarse levels decide where
+/// features are, and are cheap.
+pub(super) fn rounds(rounds: u32, h: usize) -> u32 {
+    match h {
+        _ if rounds == 0 || h > COARSEST => 0,
+        1 => rounds,
+        _ => rounds + 1,
+    }
+}
+
+/// How far patches of the level of spacing `h` reach, in its pixels.
+const fn reach(h: usize) -> usize {
+    if h < 8 { 3 } else { 2 }
+}
+
+/// After how many further rounds at the level of spacing `h` spots are replaced; one more joins what is around them.
+const fn replacing(rounds: u32, h: usize) -> u32 {
+    if h > REPLACED { 0 } else { rounds }
+}
+
+/// How far away a level is read if there are so many rounds at the finest, in its pixels.
+pub(super) fn reads(finest: u32, h: usize) -> i32 {
+    let (rounds, replacing) = (rounds(finest, h), replacing(finest, h));
+    let all = rounds + replacing + u32::from(replacing > 0);
+    let reach = index(reach(h));
+    let times = |count: u32, by: i32| i32::try_from(count).unwrap_or(64) * by;
+    times(all, reach + 1 + reach.min(vote::REACH)) + times(replacing, spots::READS) + 1
+}
+
+/// Mends a level, with so many rounds at the finest: `image` is its picture, `map` holds indices of its tables.
+pub(super) fn mend(
+    (table, image): (&Table, &Texels<f32>),
+    region: &Region,
+    terms: &Terms<'_>,
+    finest: u32,
+    map: &mut [u32],
+) {
+    let patches = Patches::new(image, table, reach(table.h));
+    map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.at(table.pixel(*at)));
+    let (ways, reach) = (ways(&patches, region.plane), index(patches.reach));
+    let mut found: Vec<Found> = Vec::new();
+    let mut before: (Vec<u32>, Vec<bool>) = (Vec::new(), Vec::new());
+    let settled = weight(2.0 * terms.enough);
+    let (rounds, replacing) = (rounds(finest, region.h), replacing(finest, region.h));
+    let places = if replacing > 0 { spots::Places::new(table) } else { spots::Places::default() };
+    let mut pasted: Vec<bool> = Vec::new();
+    for k in 0..rounds + replacing + u32::from(replacing > 0) {
+        let hash = terms.hash.with(u64::from(k));
+        let near = spread(&torn(&patches, region, map), region.plane, reach);
+        // Where nothing has changed, nothing else would be found; and what fits well was settled the round before.
+        let fresh = if k == 0 {
+            near.clone()
+        } else {
+            let changed: Vec<bool> = map.iter().zip(&before.0).map(|(now, before)| now != before).collect();
+            let changed = spread(&changed, region.plane, 1);
+            let open = |p: usize| !before.1[p] || found[p].weight < settled;
+            let pasted = if pasted.is_empty() { Vec::new() } else { spread(&pasted, region.plane, reach) };
+            (0..map.len()).map(|p| near[p] && (changed[p] && open(p) || !pasted.is_empty() && pasted[p])).collect()
+        };
+        let search = Search { table, patches: &patches, region, terms, hash, map, near: &near, last: &found, ways };
+        found = search.all(&fresh);
+        before = (map.to_vec(), near);
+        let open = spread(&fresh, region.plane, vote::REACH.min(reach));
+        vote::vote(&patches, region, &found, (&open, terms.fixed), map);
+        if (rounds..rounds + replacing).contains(&k) {
+            pasted = spots::replace((table, &patches, &places), region, terms, &found, map);
+        }
+    }
+    map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.known(*at));
+}
+
+/// The pixels that the one to the right or below does not continue.
+fn torn(patches: &Patches, region: &Region, map: &[u32]) -> Vec<bool> {
+    let Plane { w, h, wrap } = region.plane;
+    let (right, down) = (patches.step(1, 0), patches.step(0, 1));
+    let goes_on = |at: u32, step: u32, to: u32| patches.home(at.wrapping_add(step)) == to;
+    let mut torn = vec![false; w * h];
+    torn.par_chunks_mut(w).with_min_len(16).enumerate().for_each(|(y, torn)| {
+        let row = &map[y * w..(y + 1) * w];
+        let below = if y + 1 < h { Some(y + 1) } else { wrap[1].then_some(0) };
+        for (x, torn) in torn.iter_mut().enumerate() {
+            let beside = if x + 1 < w { Some(x + 1) } else { wrap[0].then_some(0) };
+            *torn = beside.is_some_and(|beside| !goes_on(row[x], right, row[beside]))
+                || below.is_some_and(|below| !goes_on(row[x], down, map[below * w + x]));
+        }
+    });
+    torn
+}
+
+/// Whether anything is marked at most `r` columns and rows away.
+fn spread(marked: &[bool], plane: Plane, r: i32) -> Vec<bool> {
+    let Plane { w, h, wrap } = plane;
+    let mut rows = vec![false; w * h];
+    rows.par_chunks_mut(w).zip(marked.par_chunks(w)).with_min_len(16).for_each(|(out, row)| {
+        for x in (0..w).filter(|x| row[*x]) {
+            for k in index(x) - r..=index(x) + r {
+                if wrap[0] || (0..index(w)).contains(&k) {
+                    out[Plane::bring(k, w, wrap[0])] = true;
+                }
+            }
+        }
+    });
+    let mut out = vec![false; w * h];
+    out.par_chunks_mut(w).with_min_len(16).enumerate().for_each(|(y, out)| {
+        for k in index(y) - r..=index(y) + r {
+            if wrap[1] || (0..index(h)).contains(&k) {
+                let from = Plane::bring(k, h, wrap[1]) * w;
+                out.iter_mut().zip(&rows[from..from + w]).for_each(|(out, marked)| *out |= marked);
+            }
+        }
+    });
+    out
+}

@@ -9,6 +9,7 @@ use super::insert::{add_to, free_name};
 use super::refactor::is_literal;
 use super::{Action, ActionKind, apply};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// What a parameter of the sub-graph becomes.
 enum Becomes {
@@ -87,23 +88,33 @@ impl Job<'_, '_> {
                 }
                 _ if is_literal(value) => Becomes::Text(text.clone(), Some(text)),
                 _ => {
-                    let new =
-                        free_name(self.cx.file, &[Section::Params, Section::Inputs], &format!("{}_{name}", self.name));
-                    let mut edits = Vec::new();
-                    if let Some(old) = item.value.as_ref().and_then(|v| v.body()?.value("default")) {
-                        let range = old.range.start - item.range.start..old.range.end - item.range.start;
-                        edits.push(Edit { range, text });
-                    }
-                    if let Some(key) = &item.key {
-                        let range = key.range.start - item.range.start..key.range.end - item.range.start;
-                        edits.push(Edit { range, text: quote(&new) });
-                    }
-                    declared.push(apply(self.inner.at(&item.range), &edits));
+                    let sections = [Section::Params, Section::Inputs];
+                    let new = free_name(self.cx.file, &sections, &format!("{}_{name}", self.name));
+                    declared.push((item, new.clone(), text, follows.then(|| value.shape.clone())));
                     Becomes::Param(new)
                 }
             };
             params.insert(name.to_owned(), becomes);
         }
+        // What parameters become is known now, so a default that follows others can say it.
+        let declared: Vec<String> = declared
+            .into_iter()
+            .map(|(item, new, text, follows)| {
+                let default = match follows {
+                    Some(Shape::Text(says)) => self.with_params(&says, &params),
+                    _ => text,
+                };
+                let within = |range: &Range<usize>| range.start - item.range.start..range.end - item.range.start;
+                let mut edits = Vec::new();
+                if let Some(old) = item.value.as_ref().and_then(|v| v.body()?.value("default")) {
+                    edits.push(Edit { range: within(&old.range), text: default });
+                }
+                if let Some(key) = &item.key {
+                    edits.push(Edit { range: within(&key.range), text: quote(&new) });
+                }
+                apply(self.inner.at(&item.range), &edits)
+            })
+            .collect();
         let edits = if declared.is_empty() {
             Vec::new()
         } else {

@@ -114,6 +114,27 @@ fn what_is_put_in_place_makes_the_same_pictures() {
 }
 
 #[test]
+fn defaults_that_follow_others_still_do_where_nodes_are_put() {
+    let folder = tempfile::tempdir().unwrap();
+    let inner = r#"(params: { "grain": Integer(default: 3), "other": Integer(default: "$grain"), "far": Integer(default: "= $grain + $other") },
+ nodes: { "a": Perlin(seed: "$other"), "b": Perlin(seed: "$far"), "sum": Math(a: "a", b: "b") }, outputs: { "o": "sum" })"#;
+    std::fs::write(folder.path().join("inner.ron"), inner).unwrap();
+    let text = r#"(imports: { "inner": "inner.ron" }, nodes: { "u": Use(graph: "inner", with: { "grain": 5 }), "w": Use(graph: "inner") },
+ outputs: { "o": "u.o", "p": "w.o" })"#;
+    let path = folder.path().join("outer.ron");
+    let mut workspace = workspace();
+    let file = workspace.open(&path, text);
+    let cx = Cx { world: &workspace, file: &file };
+    let before = keys(&path, text, &[]);
+    for item in file.entries(super::super::Section::Nodes) {
+        let found = actions(cx, &(item.range.start..item.range.start), &[]);
+        let action = found.iter().find(|action| action.title.starts_with("Put the nodes")).expect("it can be put there");
+        let changed = apply(text, &action.edits[&file.path]);
+        assert_eq!(keys(&path, &changed, &[]), before, "{changed}");
+    }
+}
+
+#[test]
 fn names_in_escapes_and_expressions_are_renamed() {
     let text = r#"(params: { "p": Number(default: 1) }, nodes: { "a": Perlin(size: "= $p + 2 * $p"), "b": Blur(input: "\u{61}", radius: r"$p") }, outputs: { "o": "b" })"#;
     let mut workspace = workspace();

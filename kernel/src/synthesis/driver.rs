@@ -226,7 +226,12 @@ impl<I: Inputs> Run<'_, I> {
 
     /// How use is evened out at a level, if at all.
     pub(super) fn even(&self, region: &Region) -> Option<EvenUse> {
-        let even = self.settings.even.filter(|_| region.h >= 2)?;
+        self.even_from(region, 2)
+    }
+
+    /// The same at levels whose spacing is at least `finest`.
+    pub(super) fn even_from(&self, region: &Region, finest: usize) -> Option<EvenUse> {
+        let even = self.settings.even.filter(|_| region.h >= finest)?;
         // Not needed where the place of the sides is chosen afterwards.
         Some(EvenUse { halved: !self.adrift, ..even })
     }

@@ -1,7 +1,7 @@
 //! The levels of a synthesis where `J = 1`: whole numbers, upsampled and corrected.
 use super::analysis::Level;
 use super::aniso::Position;
-use super::coverage::Factors;
+use super::coverage::{EvenUse, Factors};
 use super::driver::{Inputs, Run};
 use super::iso;
 use super::levels::image;
@@ -54,10 +54,9 @@ impl<I: Inputs> Run<'_, I> {
                 iso::correct(table, region, &terms, &mut map);
             })?;
             if mend::rounds(self.settings.rounds, region.h) > 0 {
-                if !once {
-                    factors = self.even(region).map(|even| table.factors(&even, region, &map));
-                }
-                self.mend((table, region), factors.as_ref(), (&guide, &fixed), &mut map);
+                // Where use need not be counted once, it is before every round, and at the finest level too.
+                let even = if once { None } else { self.even_from(region, 1) };
+                self.mend((table, region), (even, factors.as_ref()), (&guide, &fixed), &mut map);
             }
             if region.h == 1 {
                 iso::break_runs(table, region, &fixed, &mut map);
@@ -73,13 +72,14 @@ impl<I: Inputs> Run<'_, I> {
     fn mend(
         &self,
         (table, region): (&Table, &Region),
-        factors: Option<&Factors>,
+        (even, factors): (Option<EvenUse>, Option<&Factors>),
         (guide, fixed): (&[f32], &[bool]),
         map: &mut [u32],
     ) {
         let Some((picture, pyramid)) = self.exemplar.picture else { return };
         let terms = rematch::Terms {
             factors,
+            even,
             guide,
             guide_weight: self.settings.guide_weight * (region.h as f32 / 8.0).min(1.0),
             fixed,

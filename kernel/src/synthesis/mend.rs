@@ -5,6 +5,7 @@
 //! others, so the result is as sharp as the exemplar. Patches are searched for among those that neighbours continue, those
 //! that look like them, and at random around the best one (C. Barnes et al., 2009). Nothing far away is read, and a pass
 //! writes nothing that it reads. What is still nowhere in the exemplar after some rounds is replaced ([`spots`]). Cost: O(pixels near joints · patches tried · pixels of a patch).
+use super::coverage::Factors;
 use super::patches::Patches;
 use super::plane::Plane;
 use super::region::Region;
@@ -70,6 +71,10 @@ pub(super) fn mend(
     let mut pasted: Vec<bool> = Vec::new();
     for k in 0..rounds + replacing + u32::from(replacing > 0) {
         let hash = terms.hash.with(u64::from(k));
+        let counted = terms
+            .even
+            .map(|even| Factors::count(&even, table.plane, table.usable_bins, region, |p| patches.bin(map[p])));
+        let terms = &Terms { factors: counted.as_ref().or(terms.factors), ..*terms };
         let near = spread(&torn(&patches, region, map), region.plane, reach);
         // Where nothing has changed, nothing else would be found; and what fits well was settled the round before.
         let fresh = if k == 0 {

@@ -2,7 +2,7 @@
 //!
 //! Patches are searched for among those that neighbours continue, those that look like them, and at random around the best
 //! one (C. Barnes et al., 2009).
-use super::coverage::Factors;
+use super::coverage::{EvenUse, Factors};
 use super::patches::{Patches, SIDE, Shade, Shown};
 use super::plane::Plane;
 use super::region::Region;
@@ -15,9 +15,12 @@ use crate::ground::window::index;
 use rayon::prelude::*;
 
 /// What patches are compared by.
+#[derive(Clone, Copy)]
 pub(super) struct Terms<'a> {
     /// Factors for even use.
     pub(super) factors: Option<&'a Factors>,
+    /// Where use is counted again before every round: how.
+    pub(super) even: Option<EvenUse>,
     /// Wanted guide values by pixel and their weight, where 1 is as much as a patch differs from any other; empty for none.
     pub(super) guide: &'a [f32],
     /// See `guide`.

@@ -128,7 +128,8 @@ fn defaults_that_follow_others_still_do_where_nodes_are_put() {
     let before = keys(&path, text, &[]);
     for item in file.entries(super::super::Section::Nodes) {
         let found = actions(cx, &(item.range.start..item.range.start), &[]);
-        let action = found.iter().find(|action| action.title.starts_with("Put the nodes")).expect("it can be put there");
+        let action =
+            found.iter().find(|action| action.title.starts_with("Put the nodes")).expect("it can be put there");
         let changed = apply(text, &action.edits[&file.path]);
         assert_eq!(keys(&path, &changed, &[]), before, "{changed}");
     }

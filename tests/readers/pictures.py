@@ -10,6 +10,9 @@ import sys
 import bpy
 import numpy
 
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import targets as others
+
 folder, out = (os.path.abspath(path) for path in sys.argv[1:])
 SIDE = 320
 script = os.path.join(folder, "blender", "material_blender.py")
@@ -50,9 +53,7 @@ def fresh():
 
 
 def blender():
-    material = runpy.run_path(script)["build"]("material", os.path.join(folder, "blender"))
-    bpy.ops.mesh.primitive_plane_add(size=1)
-    bpy.context.object.data.materials.append(material)
+    plane(runpy.run_path(script)["build"]("material", os.path.join(folder, "blender")))
 
 
 def gltf(file):
@@ -69,12 +70,39 @@ def pixels(path):
     return numpy.array(image.pixels[:]).reshape(height, width, 4)[:, :, :3]
 
 
+def placing():
+    source = open(script).read()
+    found = {name: re.search(rf'inputs\["{name}"\]\.default_value = \(([^)]*)\)', source) for name in ("Scale", "Location")}
+    return {name: tuple(float(n) for n in match.group(1).split(",")) for name, match in found.items() if match}
+
+
+def plane(material):
+    bpy.ops.mesh.primitive_plane_add(size=1)
+    bpy.context.object.data.materials.append(material)
+
+
+def other(target):
+    # What a target has no picture for is set by hand there too.
+    numbers = {name: value[0] for name, value in runpy.run_path(script)["NUMBERS"].items() if len(value) == 1}
+    where = os.path.join(folder, target)
+    material, read = others.of_target(target, where, numbers, placing())
+    unread = {name for name in os.listdir(where) if name.endswith((".png", ".exr"))} - read
+    print(f"{target} has also {', '.join(sorted(unread)) or 'nothing'}")
+    plane(material)
+
+
+def materialx():
+    plane(others.of_materialx(os.path.join(folder, "materialx", "material.mtlx"), placing()))
+
+
 targets = {
     "blender": blender,
     "gltf": lambda: gltf("gltf/material.glb"),
     "gltf-files": lambda: gltf("gltf-files/material.gltf"),
     "usd": lambda: usd("usd/material.usda"),
     "usdz": lambda: usd("usdz/material.usdz"),
+    "materialx": materialx,
+    **{target: lambda target=target: other(target) for target in others.TARGETS},
 }
 made = {}
 for name, load in targets.items():
@@ -85,7 +113,7 @@ for name, load in targets.items():
     sides = sorted(meshes[0].dimensions)[1:]
     assert max(abs(side - 1) for side in sides) < 1e-4, f"{name}: {sides} m"
     # The same in several files must look the same: one of both is kept.
-    kept = out if name in ("blender", "gltf", "usd") else folder
+    kept = folder if name in ("gltf-files", "usdz") else out
     scene.render.filepath = os.path.join(kept, f"{name}.jpg")
     bpy.ops.render.render(write_still=True)
     made[name] = pixels(scene.render.filepath)

@@ -288,7 +288,7 @@ impl Exported {
 }
 
 /// The direction of anisotropy as the format stores it: ½ + ½ of its cosine and sine, y up, and the strength.
-fn direction(strength: &Field, angle: &Field) -> Field {
+pub(super) fn direction(strength: &Field, angle: &Field) -> Field {
     let inputs = [strength.clone(), angle.clone()];
     Field::map(Type::Rgb, inputs, Halo::NONE, |out: &mut Tile, [strength, angle]: [&Tile; 2]| {
         for (i, (strength, angle)) in strength.plane(0).iter().zip(angle.plane(0)).enumerate() {

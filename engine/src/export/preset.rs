@@ -1,5 +1,6 @@
 //! Materials as the pictures that a program expects, with a script that sets them up where the program runs one.
 use super::bundle::{Bundle, Map, Maps, Place, Samples, Source, samples};
+use super::gltf::direction;
 use super::network::number;
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
 use schemars::JsonSchema;
@@ -58,7 +59,7 @@ pub fn preset(material: &Material, place: &Place, program: Program) -> Bundle {
     match program {
         Program::Unreal => unreal(&mut maps),
         Program::Unity => unity(&mut maps),
-        Program::Godot => named(&mut maps, GODOT),
+        Program::Godot => godot(&mut maps),
         Program::Arnold => floats(&mut maps, ARNOLD, place.wraps),
         Program::RenderMan => floats(&mut maps, RENDERMAN, place.wraps),
         Program::Blender => {
@@ -122,10 +123,22 @@ const GODOT: &Names = &[
     (Channel::Ao, "ao"),
     (Channel::Height, "height"),
     (Channel::Emission, "emission"),
-    (Channel::Coat, "clearcoat"),
-    (Channel::Anisotropy, "anisotropy"),
     (Channel::Subsurface, "subsurface"),
 ];
+
+/// As the shaders of `BaseMaterial3D` read them: weight and roughness of the coat in one picture, and a flow map of the
+/// direction of anisotropy in red and green with its strength as opacity.
+fn godot(maps: &mut Maps<'_>) {
+    named(maps, GODOT);
+    if maps.has(Channel::Coat) {
+        let coat = [Channel::Coat, Channel::CoatRoughness].map(|channel| maps.field(channel));
+        maps.add("clearcoat", [&coat[..], &[gray(0.0)]].concat(), Samples::Data);
+    }
+    if maps.has(Channel::Anisotropy) {
+        let [strength, angle] = [Channel::Anisotropy, Channel::AnisotropyAngle].map(|channel| maps.field(channel));
+        maps.add("flow", vec![direction(&strength, &angle), strength], Samples::Data);
+    }
+}
 
 const ARNOLD: &Names = &[
     (Channel::BaseColor, "base_color"),

@@ -4,6 +4,7 @@ pub mod combine_normals;
 pub mod curvature;
 pub mod display;
 pub mod layers;
+mod light;
 pub mod normal;
 pub mod occlusion;
 pub mod poisson;

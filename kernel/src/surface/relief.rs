@@ -6,7 +6,7 @@
 //! which stands in for cast shadows. Metal reflects its own colour and scatters nothing; sheen is the light of fine
 //! fibres seen from the side; a coat is a second, smooth surface of 4 %. Fibres that lie in the surface, as those of wood, reflect
 //! light of the material's own colour in a cone around them (S. Marschner et al., "Measuring and modeling the appearance of
-//! finished wood", 2005). A [`Curve`] ends it. Output is linear light 0..1.
+//! finished wood", 2005); the white gloss over them may be narrower along them than across ([`light`](super::light)). A [`Curve`] ends it. Output is linear light 0..1.
 //!
 //! The gloss of the fill light is weighted by the square of openness: light from the side does not reach the ground of a groove.
 
@@ -14,6 +14,7 @@ use crate::ground::math::{self, max, min};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
 use crate::surface::display::{Curve, shown};
+use crate::surface::light::{Along, Light, lying};
 use shibo_engine::value::Window;
 
 /// Parameters.
@@ -33,6 +34,8 @@ pub struct ReliefSpec {
     pub curve: Curve,
     /// How much fibres in the surface reflect.
     pub fibers: f64,
+    /// How much narrower gloss is along the fibres than across them, 0..1.
+    pub anisotropy: f64,
 }
 
 impl ReliefSpec {
@@ -46,6 +49,7 @@ impl ReliefSpec {
             exposure: 1.0,
             curve: Curve::Filmic,
             fibers: 0.0,
+            anisotropy: 0.0,
         }
     }
 }
@@ -94,45 +98,6 @@ pub struct Lacquer<'a> {
 /// Pixels of height read beyond the window.
 pub const HALO: i32 = 1;
 
-#[derive(Clone, Copy)]
-struct Light {
-    /// Towards the light.
-    l: [f32; 3],
-    /// Half-way to the viewer.
-    h: [f32; 3],
-    /// How far Schlick's term goes from normal incidence to 1: the same for every pixel since viewer and light are far.
-    grazing: f32,
-    /// Schlick's term for dielectrics.
-    fresnel: f32,
-    color: [f32; 3],
-}
-
-impl Light {
-    #[expect(clippy::cast_possible_truncation, reason = "directions need no more than f32")]
-    fn new(azimuth: f64, elevation: f64, color: [f32; 3]) -> Self {
-        let flat = libm::cos(elevation);
-        let l = [flat * libm::cos(azimuth), flat * libm::sin(azimuth), libm::sin(elevation)];
-        let length = (2.0 + 2.0 * l[2]).sqrt();
-        let h = [l[0] / length, l[1] / length, (l[2] + 1.0) / length];
-        let away = 1.0 - h[2];
-        let grazing = away * away * away * away * away;
-        let fresnel = 0.04 + 0.96 * grazing;
-        Self { l: l.map(|x| x as f32), h: h.map(|x| x as f32), grazing: grazing as f32, fresnel: fresnel as f32, color }
-    }
-
-    /// Diffuse factor for normal `n` (its z is also the cosine to the viewer), and specular for α² = `a2`, to be
-    /// multiplied with Fresnel's.
-    #[inline(always)]
-    fn shade(&self, n: [f32; 3], a2: f32) -> (f32, f32) {
-        let dot = |v: [f32; 3]| n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
-        let (nl, nh, nv) = (max(dot(self.l), 0.0), max(dot(self.h), 0.0), max(n[2], 1e-3));
-        let d = nh * nh * (a2 - 1.0) + 1.0;
-        let smith = nl * (nv * nv * (1.0 - a2) + a2).sqrt() + nv * (nl * nl * (1.0 - a2) + a2).sqrt();
-        // The π of the distribution cancels with that of a light given by its irradiance / π.
-        (nl, nl * a2 * 0.5 / max(d * d * smith, 1e-6))
-    }
-}
-
 /// Renders `rect` from heights in mm and the surface's planes into linear-light planes.
 ///
 /// # Panics
@@ -180,18 +145,19 @@ fn render(
                 block.fibers(fibers, at, n);
             }
             block.open[..n].copy_from_slice(&surface.occlusion[at..at + n]);
+            block.anisotropy = if surface.fibers.is_some() { spec.anisotropy as f32 } else { 0.0 };
             if let Some(finish) = surface.finish {
                 for (block, plane) in block.finish.iter_mut().zip([finish.metallic, finish.sheen, finish.coat]) {
                     block[..n].copy_from_slice(&plane[at..at + n]);
                 }
                 if let Some(lacquer) = finish.lacquer {
                     block.lacquer(&lacquer, at, n);
-                    block.shade::<2>(&lights);
+                    block.shade_with::<2>(&lights);
                 } else {
-                    block.shade::<1>(&lights);
+                    block.shade_with::<1>(&lights);
                 }
             } else {
-                block.shade::<0>(&lights);
+                block.shade_with::<0>(&lights);
             }
             if surface.fibers.is_some() {
                 block.shine(spec.fibers as f32, &lights[0]);
@@ -217,6 +183,8 @@ struct Block {
     normal: [[f32; BLOCK]; 3],
     /// How much fibres lie in the surface, and the cosine and sine of their angle.
     fiber: [[f32; BLOCK]; 3],
+    /// How much gloss follows them.
+    anisotropy: f32,
     finish: [[f32; BLOCK]; 3],
     coat_rough: [f32; BLOCK],
     /// Of the coat, with y down; of no length where it is that of the ground.
@@ -234,6 +202,7 @@ impl Default for Block {
             open: [1.0; BLOCK],
             normal: [[0.0; BLOCK]; 3],
             fiber: [[0.0; BLOCK]; 3],
+            anisotropy: 0.0,
             finish: [[0.0; BLOCK]; 3],
             coat_rough: [COAT; BLOCK],
             coat_normal: [[0.0; BLOCK]; 3],
@@ -286,12 +255,9 @@ impl Block {
         let [red, green, blue] = &mut self.out;
         for i in 0..BLOCK {
             let (n, t) = ([nx[i], ny[i], nz[i]], [cosine[i], sine[i]]);
-            // The fibre lies in the surface whose normal this is.
-            let away = n[0] * t[0] + n[1] * t[1];
-            let u = [t[0] - away * n[0], t[1] - away * n[1], -away * n[2]];
-            let long = 1.0 / max((u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt(), 1e-3);
+            let u = lying(n, t);
             // The sum of the sines with the light and with the eye is 0 on the cone.
-            let off = (u[0] * key.l[0] + u[1] * key.l[1] + u[2] * (key.l[2] + 1.0)) * long;
+            let off = u[0] * key.l[0] + u[1] * key.l[1] + u[2] * (key.l[2] + 1.0);
             let facing = max(n[0] * key.l[0] + n[1] * key.l[1] + n[2] * key.l[2], 0.0);
             let cone = math::exp(-off * off * (0.5 / (FIBER_WIDTH * FIBER_WIDTH)));
             let lit = gain * share[i] * facing * (0.5 + 0.5 * self.open[i]) * (cone - FIBER_MEAN);
@@ -311,11 +277,24 @@ impl Block {
     }
 
     #[inline(always)]
-    fn shade<const FINISH: u8>(&mut self, lights: &[Light; 2]) {
+    fn shade_with<const FINISH: u8>(&mut self, lights: &[Light; 2]) {
+        if self.anisotropy > 0.0 {
+            self.shade::<FINISH, true>(lights);
+        } else {
+            self.shade::<FINISH, false>(lights);
+        }
+    }
+
+    #[inline(always)]
+    fn shade<const FINISH: u8, const ALONG: bool>(&mut self, lights: &[Light; 2]) {
+        let [share, cosine, sine] = &self.fiber;
         let [nx, ny, nz] = &self.normal;
         let [red, green, blue] = &mut self.out;
         for i in 0..BLOCK {
-            let pixel = Pixel { n: [nx[i], ny[i], nz[i]], rough: self.rough[i], open: self.open[i] };
+            let n = [nx[i], ny[i], nz[i]];
+            let along =
+                if ALONG { Some(Along::new(n, [cosine[i], sine[i]], self.anisotropy * share[i])) } else { None };
+            let pixel = Pixel { n, along, rough: self.rough[i], open: self.open[i] };
             let base = [self.color[0][i], self.color[1][i], self.color[2][i]];
             let finish = [self.finish[0][i], self.finish[1][i], self.finish[2][i]];
             let color = match FINISH {
@@ -345,6 +324,8 @@ fn unpack(to: &mut [[f32; BLOCK]; 3], normal: [&[f32]; 3], at: usize, n: usize) 
 
 struct Pixel {
     n: [f32; 3],
+    /// Fibres in the surface, where gloss follows them: the same for all pixels.
+    along: Option<Along>,
     rough: f32,
     open: f32,
 }
@@ -364,10 +345,14 @@ impl Pixel {
     fn lit(&self, rough: f32, [key, fill]: &[Light; 2]) -> Lit {
         let rough = min(max(rough, 0.06), 1.0);
         let a2 = rough * rough * rough * rough;
-        let (key_diffuse, key_gloss) = key.shade(self.n, a2);
+        let shade = |light: &Light, a2: f32| match &self.along {
+            Some(along) => light.shade_along(self.n, along, a2),
+            None => light.shade(self.n, a2),
+        };
+        let (key_diffuse, key_gloss) = shade(key, a2);
         // An area light beside the key light: a second, wider highlight gives a gloss rather than points.
-        let (_, wide) = key.shade(self.n, min(a2 * 4.0 + 0.1, 1.0));
-        let (fill_diffuse, fill_gloss) = fill.shade(self.n, a2);
+        let (_, wide) = shade(key, min(a2 * 4.0 + 0.1, 1.0));
+        let (fill_diffuse, fill_gloss) = shade(fill, a2);
         let shadow = 0.5 + 0.5 * self.open;
         let toward = self.n[0] * key.l[0] + self.n[1] * key.l[1];
         let sky = self.open * (0.16 + 0.10 * self.n[2] + 0.10 * toward);

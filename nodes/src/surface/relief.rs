@@ -2,7 +2,7 @@
 //!
 //! Key light, weak fill and a sky; Lambert and GGX (E. Heitz, 2014), 4 % at normal incidence; ambient occlusion darkens
 //! the sky and, by half, the key light; a curve for the screen comes last. See [`kernel::relief`](shibo_kernel::surface::relief). Of a
-//! material metal, sheen and coat show too, and with `fibers` anisotropy. Cost: O(pixels).
+//! material metal, sheen and coat show too, and with `fibers` and `anisotropy` its fibres. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -72,6 +72,12 @@ pub struct Relief {
     /// their direction are the anisotropy of the material and its angle. With a `normal` that follows their tilt, figure shows.
     #[schemars(range(min = 0, max = 4))]
     pub fibers: f64,
+    /// The direction of fibres in degrees, from +x towards +y. Without it that of the material's anisotropy.
+    pub angle: Option<In<Gray>>,
+    /// How much narrower the white gloss is along fibres than across them, as on brushed metal, satin and polished wood: a factor on
+    /// the material's anisotropy; with an `angle` of its own on 1.
+    #[schemars(range(min = 0, max = 1))]
+    pub anisotropy: f64,
 }
 
 impl Default for Relief {
@@ -90,6 +96,8 @@ impl Default for Relief {
             exposure: 1.0,
             tone: Tone::Filmic,
             fibers: 0.0,
+            angle: None,
+            anisotropy: 0.0,
         }
     }
 }
@@ -124,10 +132,15 @@ impl Node for Relief {
         let lacquer = [Channel::CoatRoughness, Channel::CoatNormal, Channel::Emission];
         let mut inputs = vec![height, color, roughness, ao];
         let normal = cx.get_opt(&self.normal)?;
-        let lies = [normal.is_some(), self.fibers > 0.0 && has(&[Channel::Anisotropy])];
+        let angle = cx.get_opt(&self.angle)?;
+        let shine = self.fibers > 0.0 || self.anisotropy > 0.0;
+        let lies = [normal.is_some(), shine && (angle.is_some() || has(&[Channel::Anisotropy]))];
         inputs.extend(normal);
         if lies[1] {
-            inputs.extend([Channel::Anisotropy, Channel::AnisotropyAngle].map(|of| channel(None, of, &[0.0])));
+            // Fibres that are connected here lie in the surface everywhere, unless the material says how much.
+            let share = if angle.is_some() { 1.0 } else { 0.0 };
+            inputs.push(channel(None, Channel::Anisotropy, &[share]));
+            inputs.push(channel(angle, Channel::AnisotropyAngle, &[0.0]));
         }
         if has(&finish) || has(&lacquer) {
             inputs.extend(finish.map(|of| channel(None, of, &[0.0])));
@@ -207,6 +220,7 @@ impl FieldSource for Lit {
                 Tone::Linear => Curve::Linear,
             },
             fibers: self.node.fibers,
+            anisotropy: self.node.anisotropy,
         };
         relief::relief(&tile::view(height, 0), window, &surface, &spec, tile::planes3(out));
         Ok(())
@@ -253,6 +267,22 @@ mod tests {
             &Relief { tone: Tone::Linear, ..node },
             &[lumps().into(), Field::constant(Type::Normal, &[0.4, 0.6, 0.9]).into()],
         ));
+    }
+
+    #[test]
+    fn gloss_follows_the_angle() {
+        let lit = |anisotropy: f64, angle: f32| {
+            let node = Relief { height: Some(port(0)), angle: Some(port(1)), anisotropy, ..Relief::default() };
+            render(&node, &[lumps().into(), Field::constant(Type::Gray, &[angle]).into()])
+        };
+        assert_eq!(lit(0.0, 0.0), lit(0.0, 90.0));
+        assert_ne!(lit(0.9, 0.0), lit(0.9, 90.0));
+        // A material without anisotropy has no fibres.
+        let plain = Relief { height: Some(port(0)), ..Relief::default() };
+        let node = Relief { anisotropy: 0.9, ..plain.clone() };
+        assert_eq!(render(&node, &[lumps().into()]), render(&plain, &[lumps().into()]));
+        let node = Relief { angle: Some(port(1)), anisotropy: 0.9, ..plain };
+        check_field(&field(&node, &[lumps().into(), lumps().into()]));
     }
 
     #[test]

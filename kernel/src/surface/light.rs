@@ -1,0 +1,152 @@
+//! Lights of the [lit picture](super::relief) and their gloss: GGX with height-correlated Smith shadowing, isotropic and, along fibres,
+//! anisotropic (E. Heitz, "Understanding the masking-shadowing function in microfacet-based BRDFs", 2014, sections 5.3 and 5.4). Viewer and
+//! lights are far away. Vectors have y down.
+use crate::ground::math::{max, min};
+
+/// A light.
+#[derive(Clone, Copy)]
+pub(super) struct Light {
+    /// Towards the light.
+    pub(super) l: [f32; 3],
+    /// Half-way to the viewer.
+    h: [f32; 3],
+    /// How far Schlick's term goes from normal incidence to 1: the same for every pixel since viewer and light are far.
+    pub(super) grazing: f32,
+    /// Schlick's term for dielectrics.
+    pub(super) fresnel: f32,
+    pub(super) color: [f32; 3],
+}
+
+/// The direction `t` of fibres seen from above, laid into the surface with the normal `n`.
+#[inline(always)]
+pub(super) fn lying(n: [f32; 3], t: [f32; 2]) -> [f32; 3] {
+    let away = n[0] * t[0] + n[1] * t[1];
+    let u = [t[0] - away * n[0], t[1] - away * n[1], -away * n[2]];
+    let long = 1.0 / max((u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt(), 1e-3);
+    u.map(|c| c * long)
+}
+
+/// Fibres in a surface: the directions along and across them, and how much narrower gloss is along them.
+pub(super) struct Along {
+    u: [f32; 3],
+    v: [f32; 3],
+    aspect: f32,
+}
+
+impl Along {
+    /// From the normal, the direction of fibres as seen from above, and the anisotropy, 0..1: at 1 gloss is ten times narrower
+    /// along fibres than across them, as in Burley's "Physically-based shading at Disney", 2012.
+    #[inline(always)]
+    pub(super) fn new(n: [f32; 3], t: [f32; 2], anisotropy: f32) -> Self {
+        let u = lying(n, t);
+        let v = [n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]];
+        let aspect = (1.0 - 0.9 * min(max(anisotropy, 0.0), 1.0)).sqrt();
+        Self { u, v, aspect }
+    }
+}
+
+impl Light {
+    #[expect(clippy::cast_possible_truncation, reason = "directions need no more than f32")]
+    pub(super) fn new(azimuth: f64, elevation: f64, color: [f32; 3]) -> Self {
+        let flat = libm::cos(elevation);
+        let l = [flat * libm::cos(azimuth), flat * libm::sin(azimuth), libm::sin(elevation)];
+        let length = (2.0 + 2.0 * l[2]).sqrt();
+        let h = [l[0] / length, l[1] / length, (l[2] + 1.0) / length];
+        let away = 1.0 - h[2];
+        let grazing = away * away * away * away * away;
+        let fresnel = 0.04 + 0.96 * grazing;
+        Self { l: l.map(|x| x as f32), h: h.map(|x| x as f32), grazing: grazing as f32, fresnel: fresnel as f32, color }
+    }
+
+    /// Diffuse factor for normal `n` (its z is also the cosine to the viewer), and specular for α² = `a2`, to be
+    /// multiplied with Fresnel's.
+    #[inline(always)]
+    pub(super) fn shade(&self, n: [f32; 3], a2: f32) -> (f32, f32) {
+        let dot = |v: [f32; 3]| n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
+        let (nl, nh, nv) = (max(dot(self.l), 0.0), max(dot(self.h), 0.0), max(n[2], 1e-3));
+        let d = nh * nh * (a2 - 1.0) + 1.0;
+        let smith = nl * (nv * nv * (1.0 - a2) + a2).sqrt() + nv * (nl * nl * (1.0 - a2) + a2).sqrt();
+        // The π of the distribution cancels with that of a light given by its irradiance / π.
+        (nl, nl * a2 * 0.5 / max(d * d * smith, 1e-6))
+    }
+
+    /// The same over fibres: α is smaller along them and larger across.
+    #[inline(always)]
+    pub(super) fn shade_along(&self, n: [f32; 3], along: &Along, a2: f32) -> (f32, f32) {
+        let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let (nl, nh, nv) = (max(dot(n, self.l), 0.0), max(dot(n, self.h), 0.0), max(n[2], 1e-3));
+        let a = a2.sqrt();
+        let (au, av) = (max(a * along.aspect, 1e-3), min(a / along.aspect, 1.0));
+        let (hu, hv) = (dot(along.u, self.h) / au, dot(along.v, self.h) / av);
+        let d = hu * hu + hv * hv + nh * nh;
+        let stretched = |u: f32, v: f32, n: f32| (au * au * u * u + av * av * v * v + n * n).sqrt();
+        let to_viewer = stretched(along.u[2], along.v[2], nv);
+        let to_light = stretched(dot(along.u, self.l), dot(along.v, self.l), nl);
+        let smith = nl * to_viewer + nv * to_light;
+        (nl, nl * 0.5 / max(au * av * d * d * smith, 1e-6))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn key() -> Light {
+        Light::new(225.0_f64.to_radians(), 40.0_f64.to_radians(), [1.0; 3])
+    }
+
+    fn tilted(x: f32, y: f32) -> [f32; 3] {
+        let z = 1.0 / (1.0 + x * x + y * y).sqrt();
+        [x * z, y * z, z]
+    }
+
+    #[test]
+    fn without_anisotropy_both_are_the_same() {
+        for a2 in [0.001, 0.05, 0.5, 1.0] {
+            for (x, y) in [(0.0, 0.0), (-0.2, -0.3), (0.4, 0.1)] {
+                let (n, t) = (tilted(x, y), [0.6, 0.8]);
+                let (plain, along) = (key().shade(n, a2), key().shade_along(n, &Along::new(n, t, 0.0), a2));
+                assert!(
+                    (plain.1 - along.1).abs() < 1e-3 * plain.1.abs().max(0.01),
+                    "{a2} {x} {y}: {plain:?} {along:?}"
+                );
+            }
+        }
+    }
+
+    /// Normals that lean across the fibres still shine, those that lean as far along them do not.
+    #[test]
+    fn gloss_is_wide_across_and_narrow_along() {
+        let (key, t) = (key(), [1.0, 0.0]);
+        // About the normal that mirrors the light.
+        let gloss = |dx: f32, dy: f32| {
+            let n = tilted(key.h[0] / key.h[2] + dx, key.h[1] / key.h[2] + dy);
+            key.shade_along(n, &Along::new(n, t, 0.8), 0.03).1
+        };
+        assert!(gloss(0.0, 0.25) > 3.0 * gloss(0.25, 0.0), "{} {}", gloss(0.0, 0.25), gloss(0.25, 0.0));
+    }
+
+    /// However anisotropic, a surface does not reflect more than it gets: the mean of the distribution over all normals is 1.
+    #[test]
+    fn the_distribution_keeps_its_area() {
+        let area = |anisotropy: f32| {
+            let (n, h) = ([0.0, 0.0, 1.0], 200_i16);
+            let along = Along::new(n, [0.8, 0.6], anisotropy);
+            let (au, av) = (0.3 * along.aspect, (0.3 / along.aspect).min(1.0));
+            let mut sum = 0.0;
+            for i in -h..h {
+                for j in -h..h {
+                    // Slopes of the microfacets; their projected areas sum up to 1.
+                    let (p, q) = (0.025 * (f32::from(i) + 0.5), 0.025 * (f32::from(j) + 0.5));
+                    let (pu, pv) = (p * along.u[0] + q * along.u[1], p * along.v[0] + q * along.v[1]);
+                    let d = 1.0 + pu * pu / (au * au) + pv * pv / (av * av);
+                    sum += 0.025 * 0.025 / (std::f32::consts::PI * au * av * d * d);
+                }
+            }
+            sum
+        };
+        for anisotropy in [0.0, 0.5, 1.0] {
+            assert!((area(anisotropy) - 1.0).abs() < 0.03, "{anisotropy} {}", area(anisotropy));
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! Wood as growth time in a tree (Momoi & Takatera 2014): skeletons, times, years, colours, and the details that make
 //! them look natural. x and y lie on the ground, z points up; lengths in mm, times in years, speeds in mm a year.
 pub mod branch;
+pub mod discs;
 pub mod fiber;
 pub mod fit;
 pub mod knots;

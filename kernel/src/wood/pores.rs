@@ -1,8 +1,10 @@
 //! Pores: vessels cut open, locked to the phase of the year.
 //!
-//! A jittered grid in X and Y of fibre space, turned so that no cut of a board runs along its rows; along Z each column is divided into segments at offsets of its own, with
-//! at most one spindle each. Its density and radius follow the year in which the pore's own middle grew, so that no
+//! Columns stand on [Poisson discs](super::discs) in X and Y of fibre space; along Z each is divided into segments at offsets of its own,
+//! with at most one spindle each. Which columns have one changes from segment to segment so that both in the plane and along
+//! the column they are spread evenly. Its density and radius follow the year in which the pore's own middle grew, so that no
 //! pore is cut by a ring border. Seen from afar, the mean coverage of the year stands for them.
+use super::discs::{self, Discs, Near};
 use super::year_table::YearTable;
 use super::years::Calendar;
 use crate::ground::hash::Hash;
@@ -37,6 +39,9 @@ pub struct PoreStyle {
 #[derive(Clone, Debug)]
 pub struct Pores {
     style: PoreStyle,
+    discs: &'static Discs,
+    /// Where in the torus of the discs these pores begin, in cells.
+    from: [f32; 2],
     columns: Noise3,
     segments: Noise3,
     groups: Noise3,
@@ -44,11 +49,12 @@ pub struct Pores {
     mean: YearTable,
 }
 
-/// How far from the middle of its cell a pore may stand, in cells.
-const JITTER: f32 = 0.8;
-
-/// The cosine and sine of the angle by which the grid is turned: at no cut of a board do its rows show.
+/// The cosine and sine of the angle by which the torus is turned: no cut of a board runs along its period.
 const TURN: [f32; 2] = [0.851_658_6, 0.524_097_9];
+
+/// How far the share of columns that have a pore moves on from one segment to the next: the golden section, so that pores of a
+/// column are spread evenly too.
+const ONWARD: f32 = 0.618_034;
 
 /// Size of a group of pores in mm: across the grain and along it.
 const GROUP: [f32; 2] = [2.6, 34.0];
@@ -82,8 +88,11 @@ impl Pores {
             [value, 0.0, 0.0, 0.0]
         };
         let mean = YearTable::of_table(&(0..entries).map(cover).collect::<Vec<_>>(), usize::from(entries));
+        let side = f32::from(discs::SIDE);
         Self {
             style,
+            discs: Discs::get(),
+            from: [side * hash.unit_f32(7), side * hash.unit_f32(8)],
             columns: Noise3::new(hash, 0),
             segments: Noise3::new(hash, 1),
             groups: Noise3::new(hash, 2),
@@ -119,72 +128,73 @@ impl Pores {
                 for from in (0..out.len()).step_by(RUN) {
                     let n = (out.len() - from).min(RUN);
                     let [x, y, z] = [x, y, z].map(|v| &v[from..][..n]);
-                    for corner in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                        self.columns(corner, [x, y, z], pixel, &mut out[from..][..n]);
-                    }
+                    self.columns([x, y, z], pixel, &mut out[from..][..n]);
                 }
             },
         );
     }
 
-    /// Adds the columns of one of the four nearest cells: first the distance of the column for all points at once, then
-    /// the few points that it covers.
+    /// Draws the nearest column of each point: first its distance for all points at once, then the few points that it covers.
     #[inline(always)]
-    fn columns(&self, (dx, dy): (i32, i32), [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
+    fn columns(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
         let s = &self.style;
         let n = out.len().min(RUN);
         let inverse = 1.0 / s.cell;
         let reach = math::max(s.radius[0], s.radius[1]) + 0.5 * pixel;
         let soft = math::max(pixel, 0.012);
-        let (mut cells, mut starts) = ([(0, 0); RUN], [0.0_f32; RUN]);
-        let (mut px, mut py, mut aways) = ([0.0_f32; RUN], [0.0_f32; RUN], [0.0_f32; RUN]);
+        let mut columns = [Near { id: [0; 2], rank: 0.0, at: [0.0; 2] }; RUN];
+        let mut aways = [0.0_f32; RUN];
         for i in 0..n {
-            let (x, y) = (x[i] * TURN[0] - y[i] * TURN[1], x[i] * TURN[1] + y[i] * TURN[0]);
-            let ((_, cx), (_, cy)) = (math::floor_int(x * inverse - 0.5), math::floor_int(y * inverse - 0.5));
-            let (cx, cy) = (cx.wrapping_add(dx), cy.wrapping_add(dy));
-            let word = self.columns.word(cx, cy, 0);
-            px[i] = (cx as f32 + 0.5 + JITTER * (unit(word, 0) - 0.5)) * s.cell;
-            py[i] = (cy as f32 + 0.5 + JITTER * (unit(word, 10) - 0.5)) * s.cell;
-            let (ox, oy) = (x - px[i], y - py[i]);
-            (cells[i], starts[i], aways[i]) = ((cx, cy), unit(word, 20) * 7.3, ox * ox + oy * oy);
+            let (tx, ty) = (x[i] * TURN[0] - y[i] * TURN[1], x[i] * TURN[1] + y[i] * TURN[0]);
+            let (x, y) = (tx * inverse + self.from[0], ty * inverse + self.from[1]);
+            let near = self.discs.near(x, y);
+            let (ox, oy) = ((x - near.at[0]) * s.cell, (y - near.at[1]) * s.cell);
+            (columns[i], aways[i]) = (near, ox * ox + oy * oy);
         }
         let mut known = None;
         let mut vessel = None;
         for i in 0..n {
             // Written so that NaN meets no pore.
             if aways[i] <= reach * reach {
-                let along = z[i] / s.length + starts[i];
+                let column = &columns[i];
+                let start = 7.3 * unit(self.columns.word(column.id[0], column.id[1], 0), 0);
+                let along = z[i] / s.length + start;
                 let (floor, segment) = math::floor_int(along);
                 // Neighbours along the grain meet the same vessel.
-                if known != Some((cells[i], segment)) {
-                    known = Some((cells[i], segment));
-                    vessel = self.vessel(cells[i], segment, [px[i], py[i]], (floor + 0.5 - starts[i]) * s.length);
+                if known != Some((column.id, segment)) {
+                    known = Some((column.id, segment));
+                    vessel = self.vessel(column, segment, floor + 0.5 - start);
                 }
                 let Some((radius, span)) = vessel else { continue };
                 let u = (along - floor - 0.5) * 2.0 / span;
                 if u * u < 1.0 {
                     let r = radius * (1.0 - u * u).sqrt();
-                    let inside = math::saturate((r - aways[i].sqrt()) / soft + 0.5) * math::min(1.0, 2.0 * r / soft);
-                    out[i] = math::max(out[i], inside);
+                    out[i] = math::saturate((r - aways[i].sqrt()) / soft + 0.5) * math::min(1.0, 2.0 * r / soft);
                 }
             }
         }
     }
 
-    /// The radius of the vessel in a segment of a column that stands at `place`, and the part of the segment that it
-    /// takes; `None` if there is none. `middle` is the height of the segment's middle.
-    fn vessel(&self, (cx, cy): (i32, i32), segment: i32, [px, py]: [f32; 2], middle: f32) -> Option<(f32, f32)> {
+    /// The radius of the vessel in a segment of a column and the part of the segment that it takes; `None` if there is none.
+    /// `middle` is the height of the segment's middle, in segments.
+    fn vessel(&self, column: &Near, segment: i32, middle: f32) -> Option<(f32, f32)> {
         let s = &self.style;
-        let word = self.segments.word(cx, cy, segment);
-        let mut chance = unit(word, 0);
+        let word = self.segments.word(column.id[0], column.id[1], segment);
+        // In turned coordinates, as the columns are.
+        let [px, py] = [0, 1].map(|k| (column.at[k] - self.from[k]) * s.cell);
+        let middle_mm = middle * s.length;
+        // Segments at one height have the same number here, whatever their columns' offsets.
+        let layer = (middle + 0.5).floor();
+        let turned = column.rank + layer * ONWARD;
+        let mut chance = turned - turned.floor();
         if s.groups > 0.0 {
-            let group = self.groups.at(px / GROUP[0], py / GROUP[0], middle / GROUP[1]);
+            let group = self.groups.at(px / GROUP[0], py / GROUP[0], middle_mm / GROUP[1]);
             chance /= math::max(1.0 + 3.0 * s.groups * group, 1e-3);
         }
         if chance >= math::max(s.density[0], s.density[1]) {
             return None;
         }
-        let e = earliness(self.phase((px * px + py * py).sqrt(), middle), s.early);
+        let e = earliness(self.phase((px * px + py * py).sqrt(), middle_mm), s.early);
         if chance >= math::lerp(s.density[1], s.density[0], e) {
             return None;
         }

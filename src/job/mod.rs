@@ -83,6 +83,8 @@ struct Job {
     sweep: Vec<String>,
     /// MiB for results; a task takes some more.
     memory: u32,
+    /// The cores of a task; 0 if nothing is said.
+    threads: u16,
     /// What follows the graph in `prepare` and in `render`.
     common: Vec<String>,
     /// What else follows it in `render`.
@@ -102,6 +104,7 @@ pub(crate) fn run(args: &JobArgs, terminal: &Terminal) -> Result<(), Quit> {
         tasks,
         sweep: args.sweep.iter().flat_map(|axis| ["--sweep".into(), axis.clone()]).collect(),
         memory: args.engine.memory,
+        threads: args.engine.threads,
         common: common(args),
         rendering: if args.dither { vec!["--dither".into()] } else { Vec::new() },
     };
@@ -167,7 +170,8 @@ fn common(args: &JobArgs) -> Vec<String> {
     args.values.set.iter().for_each(|(name, value)| add("--set", format!("{name}={value}")));
     args.values.preset.iter().for_each(|name| add("--preset", name.clone()));
     add("--memory", args.engine.memory.to_string());
-    if args.engine.threads > 0 {
+    // Slurm says how many cores a task has.
+    if args.engine.threads > 0 && args.scheduler == Scheduler::Openjd {
         add("--threads", args.engine.threads.to_string());
     }
     args.engine.shared_cache.iter().for_each(|url| add("--shared-cache", url.clone()));

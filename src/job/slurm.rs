@@ -4,21 +4,45 @@ use super::Job;
 /// The most tasks of an array: fewer than Slurm takes where nobody has changed it.
 const MOST: u32 = 1000;
 
+/// The cores of a task where nothing else is said.
+const CORES: u16 = 2;
+
+/// As many threads as the task was given cores.
+const THREADS: &str = " --threads \"${SLURM_CPUS_PER_TASK:-0}\"";
+
+/// What hands the script over to Slurm for a task. In the names of logs `%` stands for something, unless it is doubled.
+fn submit(job: &Job) -> String {
+    let (name, memory) = (quoted(&job.name), u64::from(job.memory) * 5 / 4 + 512);
+    let cores = if job.threads > 0 { job.threads } else { CORES };
+    format!(
+        r#"cores=${{SHIBO_CORES:-{cores}}}
+log=${{out//%/%%}}/log
+submit() {{
+    local task=$1
+    shift
+    sbatch --parsable --job-name {name}-"$task" --mem {memory} --cpus-per-task "$cores" --kill-on-invalid-dep=yes \
+        --output "$log/$task-%j-%a.txt" "$@" "$here/submit.sh" --task "$task" "$here" "$out"
+}}
+"#
+    )
+}
+
 /// The script.
 pub(super) fn script(job: &Job) -> String {
     if !job.sweep.is_empty() {
         return sweep(job);
     }
     let words = |words: &[String]| words.iter().map(|word| format!(" {}", quoted(word))).collect::<String>();
-    let (name, graph) = (quoted(&job.name), quoted(&job.graph));
-    let (parts, memory) = (job.tasks, u64::from(job.memory) * 5 / 4 + 512);
-    let (common, rendering) = (words(&job.common), words(&job.rendering));
-    let join_memory = job.memory;
+    let graph = quoted(&job.graph);
+    let (parts, join_memory) = (job.tasks, job.memory);
+    let (common, rendering) = (words(&job.common) + THREADS, words(&job.rendering));
+    let submit = submit(job);
     format!(
         r#"#!/bin/bash
 # Renders a graph with Slurm:   ./submit.sh [OUTDIR]
 # All nodes must see this folder and OUTDIR, and have `shibo` on their path (or as $SHIBO). Run it again after a failure:
-# parts that are there are not rendered again. Options for sbatch, such as a partition: $SBATCH_PARTITION and the like.
+# parts that are there are not rendered again. Options for sbatch, such as a partition: $SBATCH_PARTITION
+# and the like; the cores of a task: $SHIBO_CORES.
 set -euo pipefail
 shibo=${{SHIBO:-shibo}}
 
@@ -36,13 +60,7 @@ fi
 here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "${{1:-$here/out}}/log"
 out=$(cd "${{1:-$here/out}}" && pwd)
-submit() {{
-    local task=$1
-    shift
-    sbatch --parsable --job-name {name}-"$task" --mem {memory} --kill-on-invalid-dep=yes \
-        --output "$out/log/$task-%j-%a.txt" "$@" "$here/submit.sh" --task "$task" "$here" "$out"
-}}
-prepare=$(submit prepare)
+{submit}prepare=$(submit prepare)
 render=$(submit render --array=1-{parts} --dependency="afterok:${{prepare%%;*}}")
 join=$(submit join --dependency="afterok:${{render%%;*}}")
 echo "submitted: prepare ${{prepare%%;*}}, render ${{render%%;*}} ({parts} tasks), join ${{join%%;*}}; the pictures come into $out"
@@ -53,16 +71,18 @@ echo "submitted: prepare ${{prepare%%;*}}, render ${{render%%;*}} ({parts} tasks
 /// The script of a sweep.
 fn sweep(job: &Job) -> String {
     let words = |words: &[String]| words.iter().map(|word| format!(" {}", quoted(word))).collect::<String>();
-    let (name, graph) = (quoted(&job.name), quoted(&job.graph));
-    let (variants, memory) = (job.tasks, u64::from(job.memory) * 5 / 4 + 512);
+    let graph = quoted(&job.graph);
+    let variants = job.tasks;
     let each = variants.div_ceil(MOST);
     let tasks = variants.div_ceil(each);
-    let how = words(&[&job.sweep[..], &job.common, &job.rendering].concat());
+    let how = words(&[&job.sweep[..], &job.common, &job.rendering].concat()) + THREADS;
+    let submit = submit(job);
     format!(
         r#"#!/bin/bash
 # Renders the variants of a graph with Slurm:   ./submit.sh [OUTDIR]
 # All nodes must see this folder and OUTDIR, and have `shibo` on their path (or as $SHIBO). Run it again after a failure:
-# variants that are there are not rendered again. Options for sbatch, such as a partition: $SBATCH_PARTITION and the like.
+# variants that are there are not rendered again. Options for sbatch, such as a partition: $SBATCH_PARTITION
+# and the like; the cores of a task: $SHIBO_CORES.
 set -euo pipefail
 shibo=${{SHIBO:-shibo}}
 
@@ -82,12 +102,7 @@ fi
 here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "${{1:-$here/out}}/log"
 out=$(cd "${{1:-$here/out}}" && pwd)
-submit() {{
-    local task=$1
-    shift
-    sbatch --parsable --job-name {name}-"$task" --mem {memory} --kill-on-invalid-dep=yes         --output "$out/log/$task-%j-%a.txt" "$@" "$here/submit.sh" --task "$task" "$here" "$out"
-}}
-render=$(submit render --array=1-{tasks})
+{submit}render=$(submit render --array=1-{tasks})
 list=$(submit list --dependency="afterok:${{render%%;*}}")
 echo "submitted: render ${{render%%;*}} ({variants} variants in {tasks} tasks), list ${{list%%;*}}; the pictures come into $out"
 "#

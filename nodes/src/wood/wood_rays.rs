@@ -96,7 +96,7 @@ impl Default for WoodRays {
 const EVERYWHERE: f32 = 0.6;
 
 impl Node for WoodRays {
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its rays."),
         Output::new("mask", Type::Solid, "How much of a point is ray, 0..1."),
@@ -123,6 +123,7 @@ impl Node for WoodRays {
         let code = Code::of_place(move |patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
             let [mask, shine, flat] = out else { return };
+            rays.fill([x, y, z], patch.pixel, mask);
             dispatch(
                 #[inline(always)]
                 || {
@@ -144,20 +145,17 @@ impl Node for WoodRays {
                         patch,
                         #[inline(always)]
                         |from, to, frame| {
-                            let factors = shine[from..to].iter_mut().zip(&mut flat[from..to]);
-                            for ((shine, flat), across) in factors.zip(&mut mask[from..to]) {
+                            for (shine, flat) in shine[from..to].iter_mut().zip(&mut flat[from..to]) {
                                 let (x, y) = (*shine, *flat);
                                 let n = frame.map_or([-y, x, 0.0], |f| f.normal);
                                 let (outward, around) = (n[0] * x + n[1] * y, n[1] * x - n[0] * y);
                                 *shine = around * around + 0.8 * n[2] * n[2];
                                 *flat = outward * outward;
-                                *across = math::max(1.0 - around * around, 0.0).sqrt();
                             }
                         },
                     );
                 },
             );
-            rays.fill([x, y, z], patch.pixel, mask);
         });
         let all = Solid::new(Type::SolidVector, vec![fiber], code.with_quads());
         let all = cx.shared("all", all);

@@ -19,6 +19,7 @@ assets! {
     "compare.js" "text/javascript; charset=utf-8",
     "controls.js" "text/javascript; charset=utf-8",
     "dom.js" "text/javascript; charset=utf-8",
+    "drop.js" "text/javascript; charset=utf-8",
     "errors.js" "text/javascript; charset=utf-8",
     "export.js" "text/javascript; charset=utf-8",
     "facts.js" "text/javascript; charset=utf-8",

@@ -11,6 +11,7 @@ mod long_work;
 mod lsp;
 mod neovim;
 mod noise;
+mod own;
 mod page;
 mod repairs;
 mod saves;

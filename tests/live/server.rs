@@ -212,6 +212,7 @@ fn answers_allow_nothing_inline() {
         "controls.js",
         "dom.js",
         "errors.js",
+        "drop.js",
         "export.js",
         "facts.js",
         "frames.js",

@@ -201,6 +201,18 @@ fn looks_are_kept_and_compared() {
         let row: Vec<_> = (200..1000).step_by(5).map(|x| pixels[300 * width as usize + x]).collect();
         assert!(row.iter().collect::<std::collections::BTreeSet<_>>().len() > 20, "{mode}");
     }
+    // The difference in numbers: over all values of both, and none of a look with itself.
+    let legend = "document.getElementById('legend').textContent";
+    assert!(!page.eval(legend).as_str().unwrap().contains("difference"));
+    page.eval("document.querySelector('[data-compare=difference]').click()");
+    let said = page.eval(legend);
+    let number = |of: &str| -> f64 {
+        let said = said.as_str().unwrap();
+        said.split_once(of).unwrap_or_else(|| panic!("{said}")).1.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let (mean, rms, most) = (number("mean difference"), number("RMS"), number("most"));
+    assert!(0.0 < mean && mean < rms && rms < most, "{said}");
+    page.eval("document.querySelector('[data-compare=wipe]').click()");
     // The line is moved by keys.
     page.eval("document.getElementById('wipe').focus()");
     page.press("ArrowRight", 0);

@@ -1,6 +1,7 @@
 // The page: keeps what the server tells, and what is being looked at.
 import { controls } from './controls.js';
 import { $, element, notice, press, rove } from './dom.js';
+import { drops } from './drop.js';
 import { complain } from './errors.js';
 import { Exporter } from './export.js';
 import { legend, probe, status, tiling } from './facts.js';
@@ -55,6 +56,7 @@ const measure = new Measure($('measure').querySelector('.body'), {
 });
 const exporter = new Exporter($('export').querySelector('.body'), page);
 const sheet = new Sheet($('sheet').querySelector('.body'), page);
+drops(page.lit, () => page.controls.setView('lit'));
 $('measure').ontoggle = () => { sharpen(); measure.show(); };
 $('looks').ontoggle = () => page.looks.draw();
 $('sheet').ontoggle = () => sheet.show();
@@ -276,7 +278,7 @@ const sharpen = latest(async () => {
   const { state, shown } = page;
   if (!now || now.own || now.samples || !shown?.final || !(measure.open || page.picture.comparison.before)) return;
   now.samples = await exact({ g: state.scene.generation, t: shown.target, s: EXACT });
-  if (now === page.picture.now) { page.picture.draw(); measure.show(); }
+  if (now === page.picture.now) { page.picture.draw(); measure.show(); legend(page); }
 });
 page.sharpen = sharpen;
 

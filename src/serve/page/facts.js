@@ -1,7 +1,7 @@
 // What stands below the picture.
 import { $, notice } from './dom.js';
 import { ask, latest } from './net.js';
-import { valueAt } from './tone.js';
+import { difference, valueAt } from './tone.js';
 
 // Whether the canvas tiles, and what is in the way.
 export function tiling(page, look) {
@@ -17,6 +17,15 @@ export function tiling(page, look) {
 
 const n = (v) => (Number.isInteger(v) ? String(v) : (+v).toFixed(Math.abs(v) < 10 ? 4 : 2));
 
+// How far two pictures differ; those that were compared last are known.
+let compared = {};
+function numbers(before, now, unit) {
+  const same = compared.before === before && compared.now === now && compared.exact === [!!before.samples, !!now.samples].join();
+  if (!same) compared = { before, now, exact: [!!before.samples, !!now.samples].join(), ...difference(before, now) };
+  const [mean, rms, most] = [compared.mean, compared.rms, compared.most].map((v) => `${+v.toPrecision(3)}${unit ? ` ${unit}` : ''}`);
+  return `mean difference ${mean} · RMS ${rms} · most ${most}`;
+}
+
 // What black and white are, or how many things there are.
 export function legend(page, object) {
   const { shown, picture } = page;
@@ -29,6 +38,9 @@ export function legend(page, object) {
     const [lo, hi] = range.map((v) => `${+v.toPrecision(3)}${shown.unit ? ` ${shown.unit}` : ''}`);
     text = `black ${lo} · white ${hi}${picture.tone.range ? ' · locked' : picture.comparison.before && picture.sharedRange ? ' · shared' : ''}`;
   }
+  const { before, after, mode } = picture.comparison;
+  const now = after ?? picture.now;
+  if (before && now && !object && mode === 'difference') text = [numbers(before, now, shown?.unit), text].filter(Boolean).join(' · ');
   $('legend').textContent = text;
 }
 // The place under the cursor, and the values there.

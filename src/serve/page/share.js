@@ -40,6 +40,23 @@ function backdrop(chosen) {
   return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
 }
 
+// Bytes of a mesh, compressed, as text.
+async function packed(list) {
+  const stream = new Blob([list]).stream().pipeThrough(new CompressionStream('deflate'));
+  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+  let text = '';
+  for (let i = 0; i < bytes.length; i += 32768) text += String.fromCharCode(...bytes.subarray(i, i + 32768));
+  return btoa(text);
+}
+
+// The mesh of the graph, or one of the user's own; the other shapes are made anew.
+async function mesh({ shape, shapes }) {
+  if (shape !== 'mesh' && shape !== 'own') return null;
+  const { data, index } = shapes[shape].make();
+  const { perMm = null, span = null } = shapes[shape];
+  return { data: await packed(data), index: await packed(index), perMm, span };
+}
+
 // The text of the file.
 export async function html(lit, title) {
   const { scene, maps, size } = lit.asked;
@@ -50,7 +67,7 @@ export async function html(lit, title) {
   }
   const back = backdrop(lit.staging.backdrop);
   const shared = {
-    channels: CHANNELS, maps: found, mm: scene.canvas.size_mm, shape: lit.shape === 'mesh' ? 'sphere' : lit.shape, relief: lit.relief, values: lit.values,
+    channels: CHANNELS, maps: found, mm: scene.canvas.size_mm, shape: lit.shape, mesh: await mesh(lit), relief: lit.relief, values: lit.values,
     turn: lit.turn, tilt: lit.tilt, distance: lit.distance, scene: lit.staging.scene, back,
   };
   const texts = await Promise.all(MODULES.map(async (name) => (await fetch(name)).text()));

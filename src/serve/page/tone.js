@@ -128,3 +128,27 @@ export function profile(source, [x0, y0], [x1, y1], count) {
 
 // The value at a place, in shares of the picture.
 export function valueAt(source, [x, y]) { return profile(source, [x, y], [x, y], 2)[0]; }
+
+// How far two pictures differ, over all channels: on average, by root mean square, and at most. A smaller one is read at the
+// places of the larger one; what is no number on one side counts as the greatest difference.
+export function difference(first, second) {
+  const [a, b] = [values(first), values(second)].sort((p, q) => q.width * q.height - p.width * p.height);
+  const shown = Math.min(a.channels, b.channels, 3);
+  let [sum, squares, most] = [0, 0, 0];
+  for (let y = 0; y < a.height; y += 1) {
+    const row = Math.floor(((y + 0.5) / a.height) * b.height) * b.width;
+    for (let x = 0; x < a.width; x += 1) {
+      const i = (y * a.width + x) * a.channels;
+      const j = (row + Math.floor(((x + 0.5) / a.width) * b.width)) * b.channels;
+      for (let k = 0; k < shown; k += 1) {
+        const d = Object.is(a.data[i + k], b.data[j + k]) ? 0 : Math.abs(a.data[i + k] - b.data[j + k]);
+        if (Number.isNaN(d)) { most = Infinity; continue; }
+        sum += d;
+        squares += d * d;
+        if (d > most) most = d;
+      }
+    }
+  }
+  const n = a.width * a.height * shown;
+  return { mean: sum / n, rms: Math.sqrt(squares / n), most };
+}

@@ -6,6 +6,13 @@ import { SHAPES } from './shapes.js';
 // Milliseconds that a picture may take while something moves, and when all is still.
 const [MOVING, RESTING] = [40, 700];
 
+// A mesh that came along: see share.js.
+async function carried({ data, index, perMm, span }) {
+  const bytes = (text) => new Response(new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]).stream().pipeThrough(new DecompressionStream('deflate'))).arrayBuffer();
+  const made = { data: new Float32Array(await bytes(data)), index: new Uint32Array(await bytes(index)) };
+  return { make: () => made, perMm, span };
+}
+
 // `shared` is what share.js has put together.
 export async function view(canvas, shared) {
   const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
@@ -41,7 +48,9 @@ export async function view(canvas, shared) {
     if (mips) gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, mips ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
   }
-  const shape = SHAPES[shared.shape];
+  const shape = shared.mesh ? await carried(shared.mesh) : SHAPES[shared.shape];
+  // A mesh of the graph wears its textures once.
+  const repeat = shape.perMm ? 1 : shared.values.repeat;
   const moved = shared.relief === 'displacement' && !!shared.maps.height;
   const { data, index } = shape.make(moved ? 1 : 0.35);
   gl.bindVertexArray(gl.createVertexArray());
@@ -76,8 +85,8 @@ export async function view(canvas, shared) {
     gl.uniformMatrix4fv(at('uView'), false, camera(from, canvas.width / canvas.height));
     gl.uniform3fv(at('uEye'), from);
     gl.uniformMatrix3fv(at('uLight'), false, [Math.cos(a), 0, -Math.sin(a), 0, 1, 0, Math.sin(a), 0, Math.cos(a)]);
-    gl.uniform2f(at('uRepeat'), v.repeat, (v.repeat * shared.mm[0]) / shared.mm[1]);
-    gl.uniform1f(at('uDisplace'), moved ? (shape.span / v.repeat / shared.mm[0]) * v.relief : 0);
+    gl.uniform2f(at('uRepeat'), repeat, shape.perMm ? 1 : (repeat * shared.mm[0]) / shared.mm[1]);
+    gl.uniform1f(at('uDisplace'), moved ? (shape.perMm || shape.span / repeat / shared.mm[0]) * v.relief : 0);
     gl.uniform2fv(at('uHeights'), shared.maps.height?.range ?? [0, 0]);
     gl.uniform1f(at('uUvPerMm'), 1 / shared.mm[0]);
     gl.uniform2f(at('uAspect'), 1, shared.mm[0] / shared.mm[1]);

@@ -1,0 +1,131 @@
+//! A mesh of the user's own on the page: dropped, worn, shared; files that are none.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+use crate::watching;
+
+use crate::watching::browser::{Browser, Page};
+use crate::watching::{Place, Watch};
+use serde_json::{Value as Json, json};
+
+/// A material, small enough to be seen at once.
+const MATERIAL: &str = "(
+  version: 1,
+  canvas: (size_mm: 8, resolution: 64),
+  nodes: {
+    \"noise\": Perlin(size: 2),
+    \"final\": Material(base_color: \"noise\", roughness: 0.5, height: \"noise\"),
+  },
+  outputs: { \"final\": \"final\" },
+)
+";
+
+/// A roof: two rectangles, with texture coordinates and without normals; one has its corners counted from the end.
+const ROOF: &str = "v -2 0 1\nv 2 0 1\nv 2 1 0\nv -2 1 0\nv -2 0 -1\nv 2 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+                    f 1/1 2/2 3/3 4/4\nf -3/-1 -4/-2 -1/-3 -2/-4\n";
+
+/// A triangle as a binary glTF file, moved up by its node.
+fn triangle() -> Vec<u8> {
+    let numbers: [f32; 15] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+    let bytes: Vec<u8> = numbers.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let mut text = json!({
+        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0, "translation": [0, 5, 0], "scale": [2, 2, 2] }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "TEXCOORD_0": 1 } }] }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" },
+            { "bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 3, "type": "VEC2" },
+        ],
+        "bufferViews": [{ "buffer": 0, "byteLength": 60 }], "buffers": [{ "byteLength": 60 }],
+    })
+    .to_string();
+    while text.len() % 4 != 0 {
+        text.push(' ');
+    }
+    let mut file = b"glTF\x02\0\0\0".to_vec();
+    let length = |n: usize| u32::try_from(n).unwrap().to_le_bytes();
+    file.extend(length(12 + 8 + text.len() + 8 + bytes.len()));
+    file.extend(length(text.len()));
+    file.extend(b"JSON");
+    file.extend(text.as_bytes());
+    file.extend(length(bytes.len()));
+    file.extend(b"BIN\0");
+    file.extend(bytes);
+    file
+}
+
+fn drop_file(page: &mut Page, name: &str, bytes: &[u8]) {
+    page.eval(&format!(
+        "(() => {{ const data = new DataTransfer(); data.items.add(new File([new Uint8Array({bytes:?})], '{name}')); \
+         window.dispatchEvent(new DragEvent('drop', {{ dataTransfer: data, bubbles: true, cancelable: true }})); }})()"
+    ));
+}
+
+const NOTICE: &str = "document.getElementById('notice').textContent";
+const OWN: &str = "document.querySelector('[data-shape=own]')";
+
+/// How many colours the middle of the window has.
+fn colours(page: &mut Page) -> usize {
+    page.painted();
+    let (pixels, width) = page.screenshot();
+    let places = (200..280).flat_map(|y| (260..380).map(move |x| y * width as usize + x));
+    places.map(|i| pixels[i]).collect::<std::collections::BTreeSet<_>>().len()
+}
+
+#[test]
+fn own_meshes_wear_the_material() {
+    let place = Place::new(MATERIAL);
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = browser.open(&watch.url);
+    page.size(640, 480, 1.0);
+    page.wait("document.documentElement.dataset.final == 'true'");
+    assert_eq!(page.eval(&format!("{OWN}.hidden")), true);
+    // Dropped on the picture, it is shown in light.
+    drop_file(&mut page, "roof.obj", ROOF.as_bytes());
+    page.wait(&format!("{NOTICE} == 'roof.obj wears the material'"));
+    assert_eq!(page.eval(&format!("[{OWN}.hidden, {OWN}.ariaPressed]")), json!([false, "true"]));
+    page.wait("document.documentElement.dataset.view == 'lit' && document.getElementById('lit').dataset.drawn > 1");
+    assert!(colours(&mut page) > 100);
+    // Another one takes its place; what is no mesh is said, and changes nothing.
+    let drawn = page.eval("+document.getElementById('lit').dataset.drawn").as_f64().unwrap();
+    drop_file(&mut page, "triangle.glb", &triangle());
+    page.wait(&format!("{NOTICE} == 'triangle.glb wears the material'"));
+    page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+    for (name, bytes, why) in [
+        ("empty.obj", &b""[..], "it has no triangles"),
+        ("bare.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "it has no texture coordinates"),
+        ("odd.obj", b"v 0 0 0\nf 1/1 2/2 3/3\n", "which is not there"),
+        ("torn.glb", &triangle()[..90], ""),
+    ] {
+        drop_file(&mut page, name, bytes);
+        page.wait(&format!("{NOTICE}.startsWith('{name} is no OBJ or glb mesh') && {NOTICE}.includes('{why}')"));
+    }
+    assert_eq!(page.eval(&format!("{OWN}.ariaPressed")), "true");
+    // What is shared has the mesh in it.
+    drop_file(&mut page, "roof.obj", ROOF.as_bytes());
+    page.wait(&format!("{NOTICE} == 'roof.obj wears the material'"));
+    let downloads = tempfile::tempdir().unwrap();
+    let way = json!({ "behavior": "allow", "downloadPath": downloads.path() });
+    page.call("Browser.setDownloadBehavior", way);
+    page.eval("document.getElementById('export').open = true");
+    page.eval("document.getElementById('share').click()");
+    page.wait("document.getElementById('export-note').textContent.startsWith('graph.html')");
+    let path = downloads.path().join("graph.html");
+    let end = std::time::Instant::now() + watching::PATIENCE;
+    while !path.is_file() {
+        assert!(std::time::Instant::now() < end, "the page is not downloaded");
+        std::thread::sleep(std::time::Duration::from_millis(30));
+    }
+    let text = std::fs::read_to_string(&path).unwrap();
+    let shared: Json = serde_json::from_str(
+        text.lines()
+            .find_map(|line| line.strip_prefix("view(document.querySelector('canvas'), ")?.strip_suffix(");"))
+            .unwrap(),
+    )
+    .unwrap();
+    assert!(shared["mesh"]["data"].as_str().unwrap().len() > 50, "{}", shared["mesh"]);
+    let mut alone = browser.open(&format!("file://{}", path.display()));
+    alone.size(640, 480, 1.0);
+    alone.wait("document.querySelector('canvas')?.dataset.drawn > 2");
+    assert!(colours(&mut alone) > 100);
+    assert!(page.complaints.is_empty() && alone.complaints.is_empty(), "{:?} {:?}", page.complaints, alone.complaints);
+}

@@ -99,8 +99,8 @@ impl Stage {
     /// An empty stage for that graph file.
     pub(crate) fn new(session: Session, path: PathBuf) -> Self {
         Self {
+            store: Store::new(session.memory()),
             session,
-            store: Store::default(),
             path,
             texts: Texts::default(),
             exports: Exports::default(),

@@ -3,8 +3,10 @@ use shibo_engine::value::Type;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The most bytes of pictures that are kept besides those being shown.
-const BUDGET: usize = 192 << 20;
+/// The bytes of pictures that are kept: an eighth of what the engine may use, and at least and at most so many.
+const LEAST: usize = 16 << 20;
+/// See above.
+const MOST: usize = 192 << 20;
 
 /// A picture as pages get it.
 #[derive(Debug)]
@@ -23,16 +25,22 @@ pub(crate) struct Stored {
 
 #[derive(Default)]
 struct Inner {
+    budget: usize,
     pictures: HashMap<String, (Arc<Stored>, u64)>,
     bytes: usize,
     clock: u64,
 }
 
 /// The pictures.
-#[derive(Default)]
 pub(crate) struct Store(Mutex<Inner>);
 
 impl Store {
+    /// Without pictures, for an engine that may use `memory` bytes.
+    pub(crate) fn new(memory: u64) -> Self {
+        let budget = usize::try_from(memory / 8).unwrap_or(MOST).clamp(LEAST, MOST);
+        Self(Mutex::new(Inner { budget, ..Inner::default() }))
+    }
+
     fn lock(&self) -> MutexGuard<'_, Inner> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -56,7 +64,7 @@ impl Store {
         if let Some((old, _)) = inner.pictures.insert(picture.id.clone(), (picture, now)) {
             inner.bytes -= old.png.len();
         }
-        while inner.bytes > BUDGET && inner.pictures.len() > 1 {
+        while inner.bytes > inner.budget && inner.pictures.len() > 1 {
             let Some(oldest) = inner.pictures.iter().min_by_key(|(_, (_, used))| *used).map(|(id, _)| id.clone())
             else {
                 break;
@@ -65,5 +73,27 @@ impl Store {
                 inner.bytes -= old.png.len();
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_used_for_long_is_dropped() {
+        let store = Store::new(64 << 20);
+        let picture = |k: usize| {
+            let png = axum::body::Bytes::from(vec![0; 3 << 20]);
+            Arc::new(Stored { id: k.to_string(), png, size: [1, 1], range: [0.0, 1.0], ty: Type::Gray })
+        };
+        for k in 0..40 {
+            store.put(picture(k));
+            // The first one stays in use.
+            assert!(store.get("0").is_some());
+        }
+        let kept = (0..40).filter(|k| store.get(&k.to_string()).is_some()).count();
+        assert!((4..=5).contains(&kept), "{kept}");
+        assert!(store.get("39").is_some() && store.get("20").is_none());
     }
 }

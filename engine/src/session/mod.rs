@@ -133,6 +133,11 @@ impl Session {
         Ok(Self { registry, caches, pool, memory: settings.memory, cache_error: None })
     }
 
+    /// Bytes for results in memory, as in [`Settings::memory`].
+    pub const fn memory(&self) -> u64 {
+        self.memory
+    }
+
     /// The kinds that graphs may use.
     pub fn registry(&self) -> &Registry {
         &self.registry

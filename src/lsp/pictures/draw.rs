@@ -30,7 +30,7 @@ pub(super) struct Studio {
 impl Studio {
     /// Nothing is started before it is needed.
     pub(super) fn new(cache_dir: Option<PathBuf>) -> Self {
-        Self { cache_dir, session: None, store: Store::default(), examples: None }
+        Self { cache_dir, session: None, store: Store::new(MEMORY), examples: None }
     }
 
     /// Makes something; nothing if that is not possible, or no longer wanted.

@@ -10,6 +10,8 @@ pub(crate) enum Target {
     Gltf,
     /// A glTF file with its mesh and its pictures beside it.
     GltfFiles,
+    /// An OBJ file with its material library and its pictures.
+    Obj,
     /// A MaterialX document, `open_pbr_surface`.
     #[value(name = "materialx")]
     MaterialX,

@@ -60,6 +60,7 @@ pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static st
             expect::USE.into_iter().filter(|(name, _)| each || !matches!(*name, "over" | "ids")).collect()
         }
         Expect::File("Gltf", None) => expect::GLTF.to_vec(),
+        Expect::File("Obj", None) => expect::OBJ.to_vec(),
         Expect::File("Usd", None) => expect::USD.to_vec(),
         Expect::File("MaterialX", None) => expect::MATERIALX.to_vec(),
         Expect::File("Preset", None) => expect::TARGET.to_vec(),
@@ -105,10 +106,12 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
         }
         Expect::File("File", Some("normal")) => plain(&shibo_engine::graph::Storage::NORMALS.map(|(name, _)| name)),
         Expect::File("File", Some("color_space")) => plain(&shibo_engine::graph::FileColors::ALL.map(|(name, _)| name)),
-        Expect::File("Gltf" | "Usd", Some("mesh")) => {
+        Expect::File("Gltf" | "Obj" | "Usd", Some("mesh")) => {
             plain(&shibo_engine::export::SimpleShape::ALL.map(|(name, _)| name))
         }
-        Expect::File("Gltf" | "Usd", Some("colors")) => plain(&shibo_engine::export::Colors::ALL.map(|(name, _)| name)),
+        Expect::File("Gltf" | "Obj" | "Usd", Some("colors")) => {
+            plain(&shibo_engine::export::Colors::ALL.map(|(name, _)| name))
+        }
         Expect::File("Gltf", Some("embed")) => plain(&["true", "false"]),
         Expect::File("MaterialX", Some("shading")) => plain(&shibo_engine::export::Shading::ALL.map(|(name, _)| name)),
         Expect::File("Preset", Some("target")) => plain(&shibo_engine::export::Program::ALL.map(|(name, _)| name)),

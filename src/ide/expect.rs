@@ -63,6 +63,8 @@ pub(crate) const GLTF: [(&str, &str); 5] = [
     ("quality", "That of JPEG, from 1 to 100; 90 if left out."),
     ("embed", "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out."),
 ];
+/// The fields of `Obj`.
+pub(crate) const OBJ: [(&str, &str); 4] = [GLTF[0], GLTF[1], GLTF[2], GLTF[3]];
 /// The fields of `Usd`.
 pub(crate) const USD: [(&str, &str); 5] = [
     GLTF[0],

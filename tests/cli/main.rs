@@ -21,6 +21,7 @@ mod leather;
 mod meshes;
 mod mips;
 mod nodes;
+mod obj;
 mod once;
 mod parts;
 mod picture_files;

@@ -1,4 +1,4 @@
-//! Files for other programs that hold more than a picture: materials on a mesh as glTF or USD, as documents of MaterialX, and as
+//! Files for other programs that hold more than a picture: materials on a mesh as glTF, OBJ or USD, as documents of MaterialX, and as
 //! the pictures that a program expects.
 mod archive;
 mod bundle;
@@ -7,6 +7,7 @@ mod glb;
 mod gltf;
 mod materialx;
 mod network;
+mod obj;
 mod preset;
 mod shape;
 mod solids;
@@ -18,6 +19,7 @@ pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
 pub use materialx::materialx;
 pub use network::Shading;
+pub use obj::obj;
 pub use preset::{Program, preset, y_down};
 pub use shape::Shape;
 pub use solids::SimpleShape;

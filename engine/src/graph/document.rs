@@ -89,7 +89,7 @@ pub(super) struct OutputDecl {
     pub(super) storage: Storage,
     /// What is written instead of pictures.
     pub(super) export: Option<ExportDecl>,
-    /// What `Gltf` or `Usd` says of the mesh.
+    /// What `Gltf`, `Obj` or `Usd` says of the mesh.
     pub(super) mesh: Option<MeshDecl>,
 }
 
@@ -276,7 +276,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
             let error = mismatch(
                 &entry.value,
                 &what,
-                "\"node\", \"node.port\", File(from: \"node\"), or for other programs Gltf, MaterialX, Usd, Preset or Pack",
+                "\"node\", \"node.port\", File(from: \"node\"), or for other programs Gltf, Obj, MaterialX, Usd, Preset or Pack",
             );
             report.push(match entry.value.shape() {
                 Shape::Word(word) => error.help(format!("write `\"{}\"`", shorten(&word))),

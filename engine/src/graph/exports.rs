@@ -11,7 +11,7 @@ use crate::value::{Atlas, Carried, Type};
 use petgraph::graph::NodeIndex;
 
 /// The words for outputs of other programs.
-pub(super) const KINDS: [&str; 5] = ["Gltf", "MaterialX", "Usd", "Preset", "Pack"];
+pub(super) const KINDS: [&str; 6] = ["Gltf", "Obj", "MaterialX", "Usd", "Preset", "Pack"];
 
 /// The colours of a packed picture, as fields.
 const COLORS: [&str; 4] = ["r", "g", "b", "a"];
@@ -23,6 +23,7 @@ pub(super) enum ExportDecl {
         embed: bool,
         colors: Colors,
     },
+    Obj(Colors),
     MaterialX(Shading),
     Usd {
         packed: bool,
@@ -48,6 +49,7 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
     let known: &[&str] = match kind {
         "Gltf" => &["material", "mesh", "embed", "colors", "quality"],
         "Usd" => &["material", "mesh", "packed", "colors", "quality"],
+        "Obj" => &["material", "mesh", "colors", "quality"],
         "MaterialX" => &["material", "shading"],
         "Preset" => &["material", "target"],
         _ => &COLORS,
@@ -75,6 +77,7 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
             let embed = truth(&fields, "embed", true, report);
             Some(ExportDecl::Gltf { embed, colors: colors(&fields, report) })
         }
+        "Obj" => Some(ExportDecl::Obj(colors(&fields, report))),
         "Usd" => {
             let packed = truth(&fields, "packed", false, report);
             Some(ExportDecl::Usd { packed, colors: colors(&fields, report) })
@@ -99,7 +102,7 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
     if decl.export.is_none() {
         decl.from = None;
     }
-    if matches!(kind, "Gltf" | "Usd") {
+    if matches!(kind, "Gltf" | "Obj" | "Usd") {
         decl.mesh = Some(MeshDecl::Simple(SimpleShape::Plane));
         if let Some(mesh) = read::get(&fields, "mesh") {
             match mesh.shape() {
@@ -150,6 +153,7 @@ impl ExportDecl {
     fn kind(&self) -> &'static str {
         match self {
             Self::Gltf { .. } => "Gltf",
+            Self::Obj(_) => "Obj",
             Self::MaterialX(_) => "MaterialX",
             Self::Usd { .. } => "Usd",
             Self::Preset(_) => "Preset",
@@ -177,6 +181,7 @@ impl Unit<'_> {
             return Err(());
         }
         Ok(Some(match export {
+            ExportDecl::Obj(colors) => Export::Obj(*colors),
             ExportDecl::MaterialX(shading) => Export::MaterialX(*shading),
             ExportDecl::Usd { packed, colors } => Export::Usd { packed: *packed, colors: *colors },
             ExportDecl::Preset(program) => Export::Preset(*program),
@@ -191,7 +196,7 @@ impl Unit<'_> {
         self.node_of(part, Type::Gray, "`Pack` takes fields of one number each", help)
     }
 
-    /// The mesh of a `Gltf` or a `Usd`, if the output is one; an error is reported.
+    /// The mesh of a `Gltf`, an `Obj` or a `Usd`, if the output is one; an error is reported.
     pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
         let Some(mesh) = &decl.mesh else { return Ok(None) };
         let part = match mesh {

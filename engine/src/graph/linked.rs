@@ -139,7 +139,7 @@ pub struct GraphOutput {
     pub storage: Storage,
     /// What it is written as, if not as pictures.
     pub export: Option<Export>,
-    /// The mesh that wears it, if it is a material in a glTF or a USD file.
+    /// The mesh that wears it, if it is a material in a glTF, an OBJ or a USD file.
     pub mesh: Option<ExportMesh>,
     /// Where it is written.
     pub span: Span,
@@ -155,6 +155,8 @@ pub enum Export {
         /// How its colours are stored.
         colors: Colors,
     },
+    /// An OBJ file with its material library and its pictures.
+    Obj(Colors),
     /// A MaterialX document with its pictures.
     MaterialX(Shading),
     /// A USD file with its pictures.
@@ -172,9 +174,10 @@ pub enum Export {
 
 impl Export {
     /// What a whole graph can be written as, by the names that users give.
-    pub const TARGETS: [(&'static str, Self); 12] = [
+    pub const TARGETS: [(&'static str, Self); 13] = [
         ("gltf", Self::Gltf { embed: true, colors: Colors::Png }),
         ("gltf-files", Self::Gltf { embed: false, colors: Colors::Png }),
+        ("obj", Self::Obj(Colors::Png)),
         ("materialx", Self::MaterialX(Shading::OpenPbr)),
         ("materialx-standard", Self::MaterialX(Shading::StandardSurface)),
         ("usd", Self::Usd { packed: false, colors: Colors::Png }),
@@ -195,14 +198,15 @@ impl Export {
 
 impl Graph {
     /// Makes each material of the outputs such files, one under two names only once unless outputs are `named`, and leaves
-    /// all other outputs out. They lie on the mesh that the graph's own glTF or USD files have, if there is one.
+    /// all other outputs out. They lie on the mesh that the graph's own glTF, OBJ or USD files have, if there is one.
     ///
     /// # Errors
     /// What to do if no output is a material.
     pub fn export_as(&mut self, export: Export, named: bool) -> Result<(), String> {
         let plane = ExportMesh::Simple(SimpleShape::Plane);
         let mesh = self.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != plane));
-        let mesh = matches!(export, Export::Gltf { .. } | Export::Usd { .. }).then(|| mesh.unwrap_or(plane));
+        let mesh =
+            matches!(export, Export::Gltf { .. } | Export::Obj(_) | Export::Usd { .. }).then(|| mesh.unwrap_or(plane));
         self.outputs.retain(|output| output.ty == Type::Material);
         let mut seen = Vec::new();
         self.outputs.retain(|output| {

@@ -6,7 +6,7 @@ use super::render::{Job, Render, job};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
 use crate::export::{
-    Bundle, BundleWriter, Exported, GlbWriter, Place, Shape, SimpleShape, materialx, pack, preset, usd,
+    Bundle, BundleWriter, Exported, GlbWriter, Place, Shape, SimpleShape, materialx, obj, pack, preset, usd,
 };
 use crate::graph::{Export, ExportMesh, GraphOutput};
 use crate::picture::{Compression, WriteError, Writer, Written};
@@ -78,6 +78,7 @@ impl Render<'_, '_> {
                 let made = materialx(&material, &place(false), shading);
                 (made.map_err(|error| Failure::File(error.to_string()))?, "MaterialX")
             }
+            Export::Obj(colors) => (obj(&material, &shape, &place(false), colors), "OBJ"),
             Export::Usd { packed, colors } => {
                 let once = output.mesh.is_some_and(ExportMesh::is_atlas);
                 (usd(&material, &shape, &place(once), packed, colors), "the shaders of USD")

@@ -38,6 +38,7 @@ impl Part {
 const fn export_name(export: &Export) -> &'static str {
     match export {
         Export::Gltf { .. } => "gltf",
+        Export::Obj(_) => "obj",
         Export::MaterialX(_) => "materialx",
         Export::Usd { .. } => "usd",
         Export::Preset(_) => "preset",
@@ -118,6 +119,7 @@ impl Planner<'_> {
             let extension = match export {
                 Export::Gltf { embed: true, .. } => "glb",
                 Export::Gltf { embed: false, .. } => "gltf",
+                Export::Obj(_) => "obj",
                 Export::MaterialX(_) => "mtlx",
                 Export::Usd { packed: false, .. } => "usda",
                 Export::Usd { packed: true, .. } => "usdz",

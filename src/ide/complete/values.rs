@@ -212,6 +212,7 @@ impl<'a> Ask<'a> {
         let forms = [
             ("File", "File(from: \"$1\"$0)"),
             ("Gltf", "Gltf(material: \"$1\"$0)"),
+            ("Obj", "Obj(material: \"$1\"$0)"),
             ("MaterialX", "MaterialX(material: \"$1\"$0)"),
             ("Usd", "Usd(material: \"$1\"$0)"),
             ("Preset", "Preset(material: \"$1\", target: $0)"),

@@ -1,0 +1,119 @@
+//! Materials on a mesh as Wavefront OBJ: the mesh, a material library that names the pictures, and the pictures.
+//!
+//! Lengths are mm, y is up, and texture coordinates have v up, as readers of the format take them. The library uses the words that
+//! are in common use for physically based materials (`Pr`, `Pm`, `Pc`, `norm` and so on) beside those of the format.
+use super::bundle::{Bundle, Maps, Place, Source};
+use super::colors::Colors;
+use super::network;
+use super::shape::Shape;
+use crate::value::{Channel, Material};
+use glam::{DVec2, Vec2, Vec3};
+use std::collections::HashMap;
+use std::fmt::Write;
+
+/// What the library says of a channel: the word for a number, how many numbers it takes, and the word for a picture.
+const WORDS: [(Channel, &str, usize, &str); 13] = [
+    (Channel::BaseColor, "Kd", 3, "map_Kd"),
+    (Channel::Ao, "Ka", 3, "map_Ka"),
+    (Channel::Emission, "Ke", 3, "map_Ke"),
+    (Channel::Opacity, "d", 1, "map_d"),
+    (Channel::Ior, "Ni", 1, ""),
+    (Channel::Roughness, "Pr", 1, "map_Pr"),
+    (Channel::Metallic, "Pm", 1, "map_Pm"),
+    (Channel::Sheen, "Ps", 1, "map_Ps"),
+    (Channel::Coat, "Pc", 1, "map_Pc"),
+    (Channel::CoatRoughness, "Pcr", 1, "map_Pcr"),
+    (Channel::Anisotropy, "aniso", 1, "map_aniso"),
+    (Channel::Normal, "", 3, "norm"),
+    (Channel::Height, "", 1, "disp"),
+];
+
+/// The files of a material on a mesh.
+pub fn obj(material: &Material, shape: &Shape, place: &Place, colors: Colors) -> Bundle {
+    let stem = &place.stem;
+    let mut maps = Maps::new(material, stem).with_colors(colors);
+    // Where a picture does not go on beyond its edges, so it is said; those of an atlas lie between them.
+    let ends = if shape.repeats.is_some() && place.wraps != [true; 2] { "-clamp on " } else { "" };
+    let mut library = format!("# Shibo: lengths in mm\nnewmtl {}\n", word(stem));
+    for (channel, number, count, picture) in WORDS {
+        // The format has no picture of it.
+        let varies = material.get(channel).is_some_and(|field| field.as_constant().is_none());
+        if picture.is_empty() && varies {
+            continue;
+        }
+        match maps.channel(channel) {
+            Some(Source::File(file)) => {
+                let _ = writeln!(library, "{picture} {ends}{file}");
+            }
+            Some(Source::Value(values)) if !number.is_empty() => {
+                let values = values.iter().cycle().take(count);
+                let numbers: Vec<String> = values.map(|value| network::number(*value)).collect();
+                let _ = writeln!(library, "{number} {}", numbers.join(" "));
+            }
+            _ => {}
+        }
+    }
+    maps.bundle(vec![(format!("{stem}.mtl"), library), (format!("{stem}.obj"), mesh(shape, stem))])
+}
+
+/// A name as one word of a line.
+fn word(name: &str) -> String {
+    let safe = |c: char| if c.is_whitespace() || c.is_control() || c == '#' { '_' } else { c };
+    let word: String = name.chars().map(safe).collect();
+    if word.is_empty() { "mesh".to_owned() } else { word }
+}
+
+/// The lines of the mesh.
+fn mesh(shape: &Shape, stem: &str) -> String {
+    let repeats = shape.repeats.unwrap_or(DVec2::ONE);
+    let (places, place) = once(shape.positions.iter().map(|p| millimetres(*p)));
+    let (uvs, uv) = once(shape.uvs.iter().map(|uv| turned_over(*uv, repeats)));
+    let (normals, normal) = once(shape.normals.iter().map(Vec3::to_array));
+    let mut text = format!("# Shibo: lengths in mm, y up\nmtllib {stem}.mtl\n");
+    for [x, y, z] in places {
+        let _ = writeln!(text, "v {x} {y} {z}");
+    }
+    for [u, v] in uvs {
+        let _ = writeln!(text, "vt {u} {v}");
+    }
+    for [x, y, z] in normals {
+        let _ = writeln!(text, "vn {x} {y} {z}");
+    }
+    for part in &shape.parts {
+        let _ = writeln!(text, "o {}\nusemtl {}", word(&part.name), word(stem));
+        for triangle in part.indices.chunks_exact(3) {
+            text.push('f');
+            for vertex in triangle.iter().map(|n| *n as usize) {
+                let _ = write!(text, " {}/{}/{}", place[vertex] + 1, uv[vertex] + 1, normal[vertex] + 1);
+            }
+            text.push('\n');
+        }
+    }
+    text
+}
+
+/// A place in mm.
+fn millimetres(metres: Vec3) -> [f32; 3] {
+    (metres.as_dvec3() * 1e3).as_vec3().to_array()
+}
+
+/// Coordinates with v up.
+fn turned_over(uv: Vec2, repeats: DVec2) -> [f32; 2] {
+    let uv = uv.as_dvec2() * repeats;
+    DVec2::new(uv.x, 1.0 - uv.y).as_vec2().to_array()
+}
+
+/// Each value once, in the order in which they come, and the number of each.
+fn once<const N: usize>(values: impl Iterator<Item = [f32; N]>) -> (Vec<[f32; N]>, Vec<usize>) {
+    let mut known = HashMap::new();
+    let (mut kept, mut numbers) = (Vec::new(), Vec::new());
+    for value in values {
+        // Equal numbers, also 0 and -0, have equal bits.
+        let value = value.map(|v| v + 0.0);
+        numbers.push(*known.entry(value.map(f32::to_bits)).or_insert_with(|| {
+            kept.push(value);
+            kept.len() - 1
+        }));
+    }
+    (kept, numbers)
+}

@@ -5,6 +5,7 @@ use super::charts::{Charts, charts, cross, snap};
 use super::topology::{smooth_normals, topology};
 use crate::ground::number::index_u32;
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use rayon::prelude::*;
 use shibo_engine::value::{Atlas, Bins, Key, Mesh};
 use std::sync::Arc;
 
@@ -57,7 +58,8 @@ pub fn atlas(mesh: Arc<Mesh>, uvs: &[[Vec2; 3]], size_mm: DVec2) -> Result<Atlas
         return Err(AtlasError::Flat);
     }
     let of = |n: usize| jacobian(mesh.corners(n), uvs[n].map(Vec2::as_dvec2)).map(DVec3::as_vec3);
-    let jacobians = (0..uvs.len()).map(of).map(|axes| if finite(axes) { axes } else { [Vec3::ZERO; 2] }).collect();
+    let jacobians =
+        (0..uvs.len()).into_par_iter().map(of).map(|axes| if finite(axes) { axes } else { [Vec3::ZERO; 2] }).collect();
     Ok(Atlas {
         charts,
         across,
@@ -76,14 +78,20 @@ pub fn atlas(mesh: Arc<Mesh>, uvs: &[[Vec2; 3]], size_mm: DVec2) -> Result<Atlas
 
 /// The key of everything that an atlas follows from.
 fn key(mesh: &Mesh, uvs: &[[Vec2; 3]], size_mm: DVec2) -> [u8; 16] {
-    let floats = |values: &mut dyn Iterator<Item = f32>| -> Vec<u8> { values.flat_map(f32::to_le_bytes).collect() };
-    let places = floats(&mut mesh.positions.iter().flat_map(|p| p.to_array()));
-    let normals = floats(&mut mesh.normals.iter().flatten().flat_map(|n| n.to_array()));
-    let corners = floats(&mut uvs.iter().flatten().flat_map(|uv| uv.to_array()));
-    let triangles: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
-    let parts: Vec<u8> = mesh.parts.iter().flat_map(|part| part.to_le_bytes()).collect();
+    let places = bytes(&mesh.positions, |p| p.to_array().map(f32::to_le_bytes));
+    let normals = bytes(mesh.normals.as_flattened(), |n| n.to_array().map(f32::to_le_bytes));
+    let corners = bytes(uvs.as_flattened(), |uv| uv.to_array().map(f32::to_le_bytes));
+    let triangles = bytes(&mesh.triangles, |triangle| triangle.map(u32::to_le_bytes));
+    let parts = bytes(&mesh.parts, |part| [part.to_le_bytes()]);
     let size: Vec<u8> = size_mm.to_array().iter().flat_map(|side| side.to_le_bytes()).collect();
     *Key::of("atlas", &[&places, &normals, &corners, &triangles, &parts, &size]).as_bytes()
+}
+
+/// The bytes of all items, one after another.
+fn bytes<T, const N: usize, const B: usize>(items: &[T], of: impl Fn(&T) -> [[u8; B]; N]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(items.len() * N * B);
+    items.iter().for_each(|item| bytes.extend_from_slice(of(item).as_flattened()));
+    bytes
 }
 
 fn finite(axes: [Vec3; 2]) -> bool {

@@ -5,6 +5,7 @@
 //! of whole numbers alone, geometry is computed in `f64`. Cost: O(n log d), d the most triangles round a vertex.
 use crate::ground::number::index_u32;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use shibo_engine::value::{Atlas, Mesh};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -230,13 +231,20 @@ fn drop_unused(mesh: &mut Mesh) {
 pub fn smooth_normals(mesh: &Mesh) -> Vec<Vec3> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     let mut first = vec![None; mesh.positions.len()];
-    for (n, triangle) in mesh.triangles.iter().enumerate() {
-        let normal = mesh.cross(n).normalize_or_zero();
+    let of = |n: usize| {
         let corners = mesh.corners(n);
-        for k in 0..3 {
+        let angle = |k: usize| {
             let (a, b) = (corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]);
-            sums[triangle[k] as usize] += normal * libm::atan2(a.cross(b).length(), a.dot(b));
-            first[triangle[k] as usize].get_or_insert(normal);
+            libm::atan2(a.cross(b).length(), a.dot(b))
+        };
+        (mesh.cross(n).normalize_or_zero(), [angle(0), angle(1), angle(2)])
+    };
+    let weighted: Vec<(DVec3, [f64; 3])> = (0..mesh.triangles.len()).into_par_iter().map(of).collect();
+    // Sums are made in the order of the triangles.
+    for (triangle, (normal, angles)) in mesh.triangles.iter().zip(weighted) {
+        for (vertex, angle) in triangle.iter().zip(angles) {
+            sums[*vertex as usize] += normal * angle;
+            first[*vertex as usize].get_or_insert(normal);
         }
     }
     let one = |(sum, first): (&DVec3, &Option<DVec3>)| {

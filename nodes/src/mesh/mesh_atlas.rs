@@ -4,6 +4,7 @@
 //! [`kernel::unwrap`](shibo_kernel::mesh::unwrap). Cost: O(triangles), about 1 µs each; new charts about 50 µs each.
 use super::bake_parts::Parts;
 use glam::{DVec3, Vec2};
+use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -254,7 +255,7 @@ impl Node for MeshAtlas {
                 bake::mask(texels.values, out);
             }
         });
-        let stretches: Vec<[f64; 2]> = (0..atlas.uvs.len()).map(|n| bake::stretch(&atlas, n)).collect();
+        let stretches: Vec<[f64; 2]> = (0..atlas.uvs.len()).into_par_iter().map(|n| bake::stretch(&atlas, n)).collect();
         let ratio = |[large, small]: &[f64; 2]| if *small > 0.0 { narrow((large / small).min(1e6)) } else { 0.0 };
         let ratios: Vec<f32> = stretches.iter().map(ratio).collect();
         let scales: Vec<f32> = stretches.iter().map(|[large, small]| narrow((large * small).sqrt())).collect();

@@ -1,31 +1,42 @@
-//! OBJ, read by `tobj` line by line, with the checks that it leaves to its callers.
+//! OBJ, read line by line; the first line that means nothing is named.
 //!
-//! A look at all lines comes first: it counts what is there and finds the first line that means nothing, which `tobj` does
-//! not name. Of the file only the lines that make surfaces are then handed on; other files that it names are never opened.
+//! One pass checks and keeps what makes surfaces: positions, UVs, normals, faces, and the names of their objects and materials.
+//! Other files that are named are never opened. Colours and weights of vertices are left out.
 use super::polygon::{self, MOST_CORNERS};
 use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, ReadError, Surface, part, wide};
-use glam::{Vec2, Vec3};
-use shibo_engine::picture::caught;
+use glam::{DVec3, Vec2, Vec3};
 use std::collections::HashMap;
-use std::io::{BufRead, Read};
-use tobj::{LoadOptions, Material};
 
 /// The most changes of object, group or material.
 const MOST_GROUPS: usize = 100_000;
 /// The longest part of a line that is shown.
 const SHOWN: usize = 60;
 
-/// What a look at all lines found.
+/// Faces that follow each other under the same names.
+struct Group<'a> {
+    name: &'a str,
+    material: Option<&'a str>,
+    /// How many faces come before it.
+    first: usize,
+}
+
+/// The corners of a face: numbers of a position, a UV and a normal, counted from 1; 0 for none.
+type Corner = [u32; 3];
+
+/// What the lines of a file say.
 #[derive(Default)]
-struct Look<'a> {
-    positions: usize,
-    uvs: usize,
-    normals: usize,
+struct Lines<'a> {
+    positions: Vec<Vec3>,
+    uvs: Vec<Vec2>,
+    normals: Vec<Vec3>,
+    corners: Vec<Corner>,
+    /// How many corners each face has.
+    faces: Vec<u16>,
     triangles: usize,
-    groups: usize,
+    groups: Vec<Group<'a>>,
+    changes: usize,
     lines: bool,
-    materials: Vec<&'a str>,
-    /// Whether some corners have no UVs, and no normals: `tobj` gives them those of others.
+    /// Whether some corners have no UVs, and no normals.
     without: [bool; 2],
     /// The largest numbers that faces refer to, and the lines where they do.
     most: [(i64, usize); 3],
@@ -50,29 +61,47 @@ fn fault(number: usize, line: &[u8], what: &str) -> ReadError {
     ReadError::Bad(format!("line {number}: `{shown}{more}`: {what}"))
 }
 
-/// Whether the first `count` words are finite numbers, and there are no more than `most`.
-fn numbers(text: &str, count: usize, most: usize) -> bool {
-    let mut words = text.split_whitespace().skip(1);
-    let finite = |word: &str| word.parse::<f32>().is_ok_and(f32::is_finite);
-    let first = words.by_ref().take(count).filter(|word| finite(word)).count();
-    let rest: Vec<&str> = words.take(most + 1).collect();
-    first == count && rest.len() <= most - count && rest.iter().all(|word| finite(word))
+/// The numbers after the keyword, at most `N`, which must be finite; and how many there are.
+fn numbers<const N: usize>(text: &str) -> Option<([f32; N], usize)> {
+    let (mut found, mut count) = ([0.0; N], 0);
+    for word in text.split_ascii_whitespace().skip(1) {
+        *found.get_mut(count)? = word.parse().ok().filter(|number: &f32| number.is_finite())?;
+        count += 1;
+    }
+    Some((found, count))
 }
 
-impl<'a> Look<'a> {
-    fn at(file: &'a [u8]) -> Result<Self, ReadError> {
-        let mut look = Self::default();
+/// A whole number in as many digits as indices need, which is not 0.
+fn index(word: &[u8]) -> Option<i64> {
+    let (back, digits) = match word {
+        [b'-', digits @ ..] => (true, digits),
+        [b'+', digits @ ..] => (false, digits),
+        digits => (false, digits),
+    };
+    let whole = !digits.is_empty() && digits.len() <= 18 && digits.iter().all(u8::is_ascii_digit);
+    let value = whole.then(|| digits.iter().fold(0_i64, |sum, digit| 10 * sum + i64::from(digit - b'0')))?;
+    (value != 0).then_some(if back { -value } else { value })
+}
+
+impl<'a> Lines<'a> {
+    fn of(file: &'a [u8]) -> Result<Self, ReadError> {
+        let mut all = Self { groups: vec![Group { name: "", material: None, first: 0 }], ..Self::default() };
         for (number, line) in (1..).zip(lines(file)) {
-            look.line(number, line)?;
+            all.line(number, line)?;
         }
-        let counts = [look.positions, look.uvs, look.normals];
-        for ((most, line), (count, what)) in look.most.iter().zip(counts.iter().zip(["positions", "UVs", "normals"])) {
-            if *most > i64::try_from(*count).unwrap_or(i64::MAX) {
+        let counts = all.counts();
+        for ((most, line), (count, what)) in all.most.iter().zip(counts.iter().zip(["positions", "UVs", "normals"])) {
+            if *most > *count {
                 let text = lines(file).nth(line - 1).unwrap_or_default();
                 return Err(fault(*line, text, &format!("it refers to number {most} of {count} {what}")));
             }
         }
-        Ok(look)
+        Ok(all)
+    }
+
+    /// How many positions, UVs and normals there are so far.
+    fn counts(&self) -> [i64; 3] {
+        [self.positions.len(), self.uvs.len(), self.normals.len()].map(|count| i64::try_from(count).unwrap_or(i64::MAX))
     }
 
     fn line(&mut self, number: usize, line: &'a [u8]) -> Result<(), ReadError> {
@@ -84,39 +113,29 @@ impl<'a> Look<'a> {
         match word {
             b"v" => {
                 // x, y, z, and a weight or a colour.
-                let count = text.split_whitespace().take(9).count() - 1;
-                if !numbers(text, 3, 7) || !matches!(count, 3 | 4 | 6) {
-                    return Err(fault(number, line, "it must be `v x y z` with finite numbers"));
-                }
-                self.positions += 1;
+                let found = numbers::<6>(text).filter(|(_, count)| matches!(count, 3 | 4 | 6));
+                let ([x, y, z, ..], _) =
+                    found.ok_or_else(|| fault(number, line, "it must be `v x y z` with finite numbers"))?;
+                self.positions.push(Vec3::new(x, y, z));
             }
             b"vt" => {
-                if !numbers(text, 2, 3) {
-                    return Err(fault(number, line, "it must be `vt u v` with finite numbers"));
-                }
-                self.uvs += 1;
+                let found = numbers::<3>(text).filter(|(_, count)| *count >= 2);
+                let ([u, v, _], _) =
+                    found.ok_or_else(|| fault(number, line, "it must be `vt u v` with finite numbers"))?;
+                self.uvs.push(Vec2::new(u, 1.0 - v));
             }
             b"vn" => {
-                if !numbers(text, 3, 3) {
-                    return Err(fault(number, line, "it must be `vn x y z` with finite numbers"));
-                }
-                self.normals += 1;
+                let found = numbers::<3>(text).filter(|(_, count)| *count == 3);
+                let (normal, _) =
+                    found.ok_or_else(|| fault(number, line, "it must be `vn x y z` with finite numbers"))?;
+                self.normals.push(Vec3::from_array(normal));
             }
             b"f" => self.face(number, line, text)?,
             b"l" | b"p" => self.lines = true,
-            _ => {
-                self.groups += 1;
-                if word == b"usemtl" {
-                    let name = text.split_once(' ').unwrap_or_default().1.trim();
-                    if name.is_empty() {
-                        return Err(fault(number, line, "it must name a material"));
-                    }
-                    self.materials.push(name);
-                }
-            }
+            _ => self.group(number, line, text.trim())?,
         }
-        let vertices = self.positions.max(self.uvs).max(self.normals);
-        if self.triangles > MOST_TRIANGLES || vertices > MOST_VERTICES || self.groups > MOST_GROUPS {
+        let vertices = self.positions.len().max(self.uvs.len()).max(self.normals.len());
+        if self.triangles > MOST_TRIANGLES || vertices > MOST_VERTICES || self.changes > MOST_GROUPS {
             let message = format!(
                 "it has more than {MOST_TRIANGLES} triangles, {MOST_VERTICES} vertices or {MOST_GROUPS} changes of group"
             );
@@ -125,42 +144,73 @@ impl<'a> Look<'a> {
         Ok(())
     }
 
+    /// A change of object, of group or of material.
+    fn group(&mut self, number: usize, line: &[u8], text: &'a str) -> Result<(), ReadError> {
+        self.changes += 1;
+        let (word, name) = text.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((text, ""));
+        let name = name.trim();
+        let first = self.faces.len();
+        let last = self.groups.last();
+        let (mut named, mut material) = last.map_or(("", None), |group| (group.name, group.material));
+        if word == "usemtl" {
+            if name.is_empty() {
+                return Err(fault(number, line, "it must name a material"));
+            }
+            if material == Some(name) {
+                return Ok(());
+            }
+            material = Some(name);
+        } else {
+            named = name;
+        }
+        // What has no faces is no group.
+        if last.is_some_and(|group| group.first == first) {
+            self.groups.pop();
+        }
+        self.groups.push(Group { name: named, material, first });
+        Ok(())
+    }
+
     fn face(&mut self, number: usize, line: &[u8], text: &str) -> Result<(), ReadError> {
-        let counts = [self.positions, self.uvs, self.normals];
+        let counts = self.counts();
         let mut corners = 0;
-        for word in text.split_whitespace().skip(1) {
+        for word in text.split_ascii_whitespace().skip(1) {
             corners += 1;
             let mut parts = 0;
-            let mut has = [false; 3];
-            for (k, index) in word.split('/').enumerate() {
+            let mut corner = [0; 3];
+            for (k, part) in word.as_bytes().split(|byte| *byte == b'/').enumerate() {
                 parts += 1;
-                if index.is_empty() && k > 0 {
+                if part.is_empty() && k > 0 {
                     continue;
                 }
-                let index = index.parse::<i64>().ok().filter(|index| *index != 0 && k < 3);
-                let Some(index) = index else {
+                let Some(index) = index(part).filter(|_| k < 3) else {
                     return Err(fault(
                         number,
                         line,
                         "corners must be `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1",
                     ));
                 };
-                if index.saturating_neg() > i64::try_from(counts[k]).unwrap_or(i64::MAX) {
+                // Negative numbers count back.
+                let index = if index < 0 { counts[k] + 1 + index } else { index };
+                if index < 1 {
                     return Err(fault(number, line, "it counts back beyond the beginning"));
                 }
-                has[k] = true;
+                // What is too large for any file is told at the end.
+                corner[k] = u32::try_from(index).unwrap_or(u32::MAX);
                 if index > self.most[k].0 {
                     self.most[k] = (index, number);
                 }
             }
-            self.without = [self.without[0] | !has[1], self.without[1] | !has[2]];
+            self.without = [self.without[0] | (corner[1] == 0), self.without[1] | (corner[2] == 0)];
             if parts > 3 || corners > MOST_CORNERS {
                 return Err(fault(number, line, &format!("a face must have at most {MOST_CORNERS} corners")));
             }
+            self.corners.push(corner);
         }
         if corners < 3 {
             return Err(fault(number, line, "a face needs at least 3 corners"));
         }
+        self.faces.push(u16::try_from(corners).unwrap_or(u16::MAX));
         self.triangles += corners - 2;
         Ok(())
     }
@@ -168,127 +218,74 @@ impl<'a> Look<'a> {
 
 /// Looks through a file.
 pub(super) fn check(file: &[u8]) -> Result<(), ReadError> {
-    let look = Look::at(file)?;
-    if look.triangles == 0 { Err(ReadError::bad("it has no faces; it must be OBJ, or glTF")) } else { Ok(()) }
-}
-
-/// The lines of a file that make surfaces, as `tobj` reads them, after one that stands for its materials. Colours of vertices
-/// are left out.
-struct Surfaces<'a> {
-    rest: &'a [u8],
-    line: &'a [u8],
-    end: &'a [u8],
-}
-
-/// A vertex without its colour, if it has one.
-fn uncolored(line: &[u8]) -> Option<&[u8]> {
-    let starts = |at: &usize| !line[*at].is_ascii_whitespace() && (*at == 0 || line[at - 1].is_ascii_whitespace());
-    let mut words = (0..line.len()).filter(starts);
-    (keyword(line) == b"v").then(|| words.nth(4))?.filter(|_| words.next().is_some()).map(|at| &line[..at])
-}
-
-impl<'a> Surfaces<'a> {
-    const fn new(file: &'a [u8]) -> Self {
-        Self { rest: file, line: b"mtllib here\n", end: b"" }
-    }
-
-    fn next(&mut self) {
-        if self.line.is_empty() {
-            self.line = std::mem::take(&mut self.end);
-        }
-        while self.line.is_empty() && !self.rest.is_empty() {
-            let end = self.rest.iter().position(|byte| *byte == b'\n').map_or(self.rest.len(), |at| at + 1);
-            let (line, rest) = self.rest.split_at(end);
-            self.rest = rest;
-            if matches!(keyword(line), b"v" | b"vt" | b"vn" | b"f" | b"o" | b"g" | b"usemtl") {
-                self.line = line;
-                if let Some(colored) = uncolored(line) {
-                    (self.line, self.end) = (colored, b"\n");
-                }
-            }
-        }
-    }
-}
-
-impl Read for Surfaces<'_> {
-    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        let count = self.fill_buf()?.len().min(out.len());
-        out[..count].copy_from_slice(&self.line[..count]);
-        self.consume(count);
-        Ok(count)
-    }
-}
-
-impl BufRead for Surfaces<'_> {
-    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
-        self.next();
-        Ok(self.line)
-    }
-
-    fn consume(&mut self, amount: usize) {
-        self.line = &self.line[amount..];
-    }
+    let lines = Lines::of(file)?;
+    if lines.triangles == 0 { Err(ReadError::bad("it has no faces; it must be OBJ, or glTF")) } else { Ok(()) }
 }
 
 /// Reads a file.
 pub(super) fn read(file: &[u8]) -> Result<Contents, ReadError> {
-    let look = Look::at(file)?;
-    let mut names: Vec<&str> = look.materials.clone();
-    names.sort_unstable();
-    names.dedup();
-    let materials = |_: &std::path::Path| {
-        let known = names.iter().enumerate().map(|(n, name)| ((*name).to_owned(), n)).collect();
-        Ok((names.iter().map(|name| Material { name: (*name).to_owned(), ..Material::default() }).collect(), known))
-    };
-    let options = LoadOptions { triangulate: false, single_index: false, ..LoadOptions::default() };
-    let load = || tobj::load_obj_buf(&mut Surfaces::new(file), &options, materials);
-    let gave_up = || ReadError::bad("its numbers do not fit together");
-    let (models, _) = caught(load).ok_or_else(gave_up)?.map_err(|error| ReadError::bad(error.to_string()))?;
+    let lines = Lines::of(file)?;
     let mut surface = Surface::default();
-    let (mut known, mut polygon) = (HashMap::new(), 0);
-    for model in models {
-        let material = model.mesh.material_id.and_then(|n| names.get(n));
-        let name = match (model.name.as_str(), material) {
-            ("unnamed_object", Some(material)) => (*material).to_owned(),
+    let mut known = HashMap::new();
+    let mut faces = Faces { lines: &lines, local: vec![(0, 0); lines.positions.len()], from: 0, at: Vec::new() };
+    for (n, group) in lines.groups.iter().enumerate() {
+        let end = lines.groups.get(n + 1).map_or(lines.faces.len(), |next| next.first);
+        if group.first == end {
+            continue;
+        }
+        let name = match (group.name, group.material) {
+            ("", None) => "unnamed_object".to_owned(),
+            ("", Some(material)) => material.to_owned(),
             (name, Some(material)) => format!("{name}/{material}"),
             (name, None) => name.to_owned(),
         };
         let number = part(&mut surface.mesh.part_names, &mut known, &name)?;
-        add(&mut surface, &model.mesh, number, &mut polygon).ok_or_else(gave_up)?;
+        let group_number = u32::try_from(n + 1).unwrap_or(u32::MAX);
+        let added = (group.first..end).try_for_each(|face| faces.add(&mut surface, face, (group_number, number)));
+        added.ok_or_else(|| ReadError::bad("its numbers do not fit together"))?;
     }
-    surface.bare_uvs |= look.without[0];
-    surface.bare_normals |= look.without[1];
-    let left_out = if look.lines { vec!["lines and points".to_owned()] } else { Vec::new() };
+    surface.bare_uvs |= lines.without[0];
+    surface.bare_normals |= lines.without[1];
+    let left_out = if lines.lines { vec!["lines and points".to_owned()] } else { Vec::new() };
     Ok(Contents { mesh: surface.done(), metres: false, left_out })
 }
 
-/// Adds the faces of a model; `None` if a number in it leads nowhere.
-fn add(surface: &mut Surface, model: &tobj::Mesh, part: u16, polygon: &mut u32) -> Option<()> {
-    let first = u32::try_from(surface.mesh.positions.len()).ok()?;
-    let (places, _) = model.positions.as_chunks::<3>();
-    surface.mesh.positions.extend(places.iter().map(|p| Vec3::from_array(*p)));
-    let (uvs, normals) = (model.texcoords.as_chunks::<2>().0, model.normals.as_chunks::<3>().0);
-    // Without counts all faces are triangles.
-    let triangles = vec![3; if model.face_arities.is_empty() { model.indices.len() / 3 } else { 0 }];
-    let mut from = 0;
-    for count in model.face_arities.iter().chain(&triangles) {
-        let face = from..from + *count as usize;
-        from = face.end;
-        let corners = model.indices.get(face.clone())?;
-        let at: Option<Vec<_>> =
-            corners.iter().map(|v| places.get(*v as usize).map(|p| wide(Vec3::from_array(*p)))).collect();
-        let uv = |n: usize| {
-            let [u, v] = *uvs.get(*model.texcoord_indices.get(face.start + n)? as usize)?;
-            Some(Vec2::new(u, 1.0 - v))
-        };
-        let normal =
-            |n: usize| normals.get(*model.normal_indices.get(face.start + n)? as usize).map(|n| Vec3::from_array(*n));
-        polygon::triangles(&at?, |[a, b, c]| {
+/// Makes triangles of faces.
+struct Faces<'a> {
+    lines: &'a Lines<'a>,
+    /// For each position the last group that used it, and its number in the mesh: groups share no vertices yet.
+    local: Vec<(u32, u32)>,
+    /// The first corner of the next face.
+    from: usize,
+    at: Vec<DVec3>,
+}
+
+impl Faces<'_> {
+    /// Adds a face; `None` if a number in it leads nowhere.
+    fn add(&mut self, surface: &mut Surface, face: usize, (group, part): (u32, u16)) -> Option<()> {
+        let lines = self.lines;
+        let from = self.from;
+        self.from += usize::from(*lines.faces.get(face)?);
+        let corners = lines.corners.get(from..self.from)?;
+        self.at.clear();
+        for [position, ..] in corners {
+            let position = (*position as usize).checked_sub(1)?;
+            let (place, local) = (lines.positions.get(position)?, self.local.get_mut(position)?);
+            if local.0 != group {
+                *local = (group, u32::try_from(surface.mesh.positions.len()).ok()?);
+                surface.mesh.positions.push(*place);
+            }
+            self.at.push(wide(*place));
+        }
+        let number = |n: usize| self.local[corners[n][0] as usize - 1].1;
+        let uv = |n: usize| lines.uvs.get((corners[n][1] as usize).wrapping_sub(1)).copied();
+        let normal = |n: usize| lines.normals.get((corners[n][2] as usize).wrapping_sub(1)).copied();
+        let polygon = u32::try_from(face).ok()?;
+        polygon::triangles(&self.at, |[a, b, c]| {
             let uvs = uv(a).zip(uv(b)).zip(uv(c)).map(|((a, b), c)| [a, b, c]);
             let normals = normal(a).zip(normal(b)).zip(normal(c)).map(|((a, b), c)| [a, b, c]);
-            surface.add([a, b, c].map(|n| first + corners[n]), (part, *polygon), uvs, normals);
+            surface.add([a, b, c].map(number), (part, polygon), uvs, normals);
         });
-        *polygon += 1;
+        Some(())
     }
-    Some(())
 }

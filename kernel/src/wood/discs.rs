@@ -61,7 +61,7 @@ fn square(a: [f32; 2], b: [f32; 2]) -> f32 {
 struct Cells(Vec<Vec<u16>>);
 
 impl Cells {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the torus")]
+    #[expect(clippy::cast_possible_truncation, reason = "within the torus")]
     fn cell(at: [f32; 2]) -> [i32; 2] {
         at.map(|v| v.floor() as i32)
     }

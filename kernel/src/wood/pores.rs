@@ -215,7 +215,7 @@ impl Pores {
 
     /// How much of what is shown should be single pores, at pixels of `pixel` mm; the mean stands for the rest.
     pub fn single(&self, pixel: f32) -> f32 {
-        1.0 - math::smooth((pixel / self.style.cell - 1.5) / 2.5)
+        1.0 - math::smooth((pixel / self.style.cell - 1.0) / 1.5)
     }
 }
 

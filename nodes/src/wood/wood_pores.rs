@@ -123,7 +123,7 @@ impl WoodPores {
 }
 
 impl Node for WoodPores {
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its pores."),
         Output::new("mask", Type::Solid, "How much of a point is pore, 0..1."),

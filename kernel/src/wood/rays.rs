@@ -27,11 +27,16 @@ pub struct RayStyle {
 /// Points computed together.
 const RUN: usize = 64;
 
-/// The polar coordinates of points: radius, angle as a share of a full circle, and bend in sectors.
+/// How much of a pixel's width lies across rays where the cut runs along them: they bend.
+const ALONG: f32 = 0.1;
+
+/// The polar coordinates of points: radius, angle as a share of a full circle, and bend in sectors; and the width of pixels
+/// across rays, in mm.
 struct Run {
     a: [f32; RUN],
     turn: [f32; RUN],
     bend: [f32; RUN],
+    soft: [f32; RUN],
 }
 
 /// Rays, prepared for evaluation.
@@ -50,20 +55,23 @@ impl Rays {
         Self { style, bend: [noise(0), noise(1), noise(2)], rim: noise(3), place: noise(4) }
     }
 
-    /// How much of pixels of `pixel` mm around points of fibre space is ray, 0..1.
+    /// How much of pixels of `pixel` mm around points of fibre space is ray, 0..1. Before, `out` tells how much of a pixel's width
+    /// lies across rays, 0..1: nothing where the cut runs along them, so that flecks stay as sharp as pixels are.
     pub fn fill(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
         dispatch(
             #[inline(always)]
             || {
-                let mut run = Run { a: [0.0; RUN], turn: [0.0; RUN], bend: [0.0; RUN] };
+                let mut run = Run { a: [0.0; RUN], turn: [0.0; RUN], bend: [0.0; RUN], soft: [0.0; RUN] };
                 for from in (0..out.len()).step_by(RUN) {
                     let n = (out.len() - from).min(RUN);
                     let [x, y, z] = [x, y, z].map(|v| &v[from..][..n]);
                     self.bend(x, y, z, &mut run);
-                    let out = &mut out[from..][..n];
-                    out.fill(0.0);
+                    for (soft, out) in run.soft.iter_mut().zip(&mut out[from..][..n]) {
+                        *soft = math::max(pixel * math::max(*out, ALONG), 0.02);
+                        *out = 0.0;
+                    }
                     for set in [0.0, 0.5] {
-                        self.sheets(set, &run, z, pixel, out);
+                        self.sheets(set, &run, z, &mut out[from..][..n]);
                     }
                 }
             },
@@ -73,7 +81,7 @@ impl Rays {
     /// The radius, the angle as a share of a full circle, and how far rays are bent there, in sectors.
     #[inline(always)]
     fn bend(&self, x: &[f32], y: &[f32], z: &[f32], run: &mut Run) {
-        let Run { a, turn, bend } = run;
+        let Run { a, turn, bend, .. } = run;
         let mut far = [0.0; RUN];
         for ((((x, y), a), turn), far) in x.iter().zip(y).zip(a.iter_mut()).zip(turn.iter_mut()).zip(far.iter_mut()) {
             *a = (x * x + y * y).sqrt();
@@ -91,14 +99,12 @@ impl Rays {
     /// Adds the sheets of one of the two sets: first the distance of the next sheet for all points at once, then the
     /// few points that it covers.
     #[inline(always)]
-    fn sheets(&self, set: f32, run: &Run, z: &[f32], pixel: f32, out: &mut [f32]) {
+    fn sheets(&self, set: f32, run: &Run, z: &[f32], out: &mut [f32]) {
         let s = &self.style;
         let n = z.len().min(RUN);
         let (per_length, per_pitch) = (1.0 / s.length, 1.0 / s.pitch);
         let tall = 1.6 * s.height;
         let per_tall = 1.0 / tall;
-        let soft = math::max(pixel, 0.02);
-        let reach = 0.7 * s.width + 0.5 * soft;
         let odd = i32::from(set > 0.25);
         let (mut words, mut asides, mut outs, mut ups) = ([0_u32; RUN], [0.0; RUN], [0.0; RUN], [0.0; RUN]);
         for i in 0..n {
@@ -124,7 +130,8 @@ impl Rays {
         }
         for i in 0..n {
             // Written so that NaN meets no ray.
-            if asides[i] <= reach {
+            let soft = run.soft[i];
+            if asides[i] <= 0.7 * s.width + 0.5 * soft {
                 let size = 0.55 + 0.45 * byte(words[i], 8);
                 let (dz, da) = (ups[i] * 2.0 / size, outs[i]);
                 let rim = self.rim.at(run.a[i] / 5.0, run.turn[i] * 12.0, z[i] / 7.0);

@@ -63,8 +63,8 @@ pub struct WoodRays {
     /// The factor on the colour where a flat cut meets rays.
     #[schemars(range(min = 0, max = 2))]
     pub flat: f64,
-    /// How much the colour of rays depends on the cut, as in nature: with 0 it is the same on all cuts, so that faces
-    /// agree exactly on their shared edges.
+    /// How much the colour and the sharpness of rays depend on the cut, as in nature: with 0 they are the same on all cuts, so
+    /// that faces agree exactly on their shared edges.
     #[schemars(range(min = 0, max = 1))]
     pub by_cut: f64,
     /// Another number gives other rays of the same kind.
@@ -96,7 +96,7 @@ impl Default for WoodRays {
 const EVERYWHERE: f32 = 0.6;
 
 impl Node for WoodRays {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its rays."),
         Output::new("mask", Type::Solid, "How much of a point is ray, 0..1."),
@@ -119,11 +119,11 @@ impl Node for WoodRays {
             wobble: narrow(self.wobble),
         };
         let rays = Rays::new(style, Hash::new(cx.seed(self.seed)));
+        let (own, gain, by_cut) = (self.ray_color.0, narrow(self.gain), narrow(self.by_cut));
         // Ray, fleck or line (how much of its own colour), and spindle (how much of a flat cut).
         let code = Code::of_place(move |patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
             let [mask, shine, flat] = out else { return };
-            rays.fill([x, y, z], patch.pixel, mask);
             dispatch(
                 #[inline(always)]
                 || {
@@ -145,21 +145,24 @@ impl Node for WoodRays {
                         patch,
                         #[inline(always)]
                         |from, to, frame| {
-                            for (shine, flat) in shine[from..to].iter_mut().zip(&mut flat[from..to]) {
+                            let factors = shine[from..to].iter_mut().zip(&mut flat[from..to]);
+                            for ((shine, flat), across) in factors.zip(&mut mask[from..to]) {
                                 let (x, y) = (*shine, *flat);
                                 let n = frame.map_or([-y, x, 0.0], |f| f.normal);
                                 let (outward, around) = (n[0] * x + n[1] * y, n[1] * x - n[0] * y);
                                 *shine = around * around + 0.8 * n[2] * n[2];
                                 *flat = outward * outward;
+                                let turned = math::max(1.0 - around * around, 0.0).sqrt();
+                                *across = math::lerp(1.0, turned, by_cut);
                             }
                         },
                     );
                 },
             );
+            rays.fill([x, y, z], patch.pixel, mask);
         });
         let all = Solid::new(Type::SolidVector, vec![fiber], code.with_quads());
         let all = cx.shared("all", all);
-        let (own, gain, by_cut) = (self.ray_color.0, narrow(self.gain), narrow(self.by_cut));
         let factor = (narrow(self.flat) - 1.0) * by_cut;
         // How much rays shine on average over all cuts.
         let always = EVERYWHERE * (1.0 - by_cut);

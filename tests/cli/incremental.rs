@@ -162,3 +162,27 @@ fn the_resolution_runs_no_simulation_again() {
     }
     assert!(ran.contains("strokes"));
 }
+
+/// Fields share the objects that they were made of. What is in memory of many graphs must not grow with their number.
+#[test]
+fn objects_of_many_graphs_stay_within_their_share() {
+    let text = |seed: u32| {
+        format!(
+            "(version: 1, canvas: (size_mm: 60, resolution: 32, seed: {seed}), nodes: {{
+              \"points\": PoissonPoints(pitch: 0.5), \"links\": ConnectNeighbors(points: \"points\"),
+              \"lines\": PlaceWrinkles(lattice: \"links\"), \"grooves\": DrawWrinkles(segments: \"lines\", width: (0.3, 0.6), depth: 0.4),
+            }}, outputs: {{ \"grooves\": \"grooves\" }})"
+        )
+    };
+    let (memory, out) = (8 << 20, tempfile::tempdir().unwrap());
+    let session =
+        Session::new(shibo_nodes::registry(), &Settings { threads: 2, memory, ..Settings::default() }).unwrap();
+    let mut alive = Vec::new();
+    for seed in 1..=8 {
+        render(&session, &graph(&text(seed)), out.path());
+        alive.push(session.caches().memory.alive());
+    }
+    // A quarter is for objects; beside that lie those of the graph that was rendered last.
+    let most = memory / 4 + alive[0];
+    assert!(alive[0] > 1 << 20 && alive.iter().all(|bytes| *bytes <= most), "{alive:?} of {most}");
+}

@@ -1,9 +1,10 @@
 //! The cache in memory: tiles and objects by key, bounded in bytes.
-use crate::value::{GridId, Key, TILE, Tile, Value};
+use crate::value::{GridId, Handle, Key, TILE, Tile, Value};
 use quick_cache::Weighter;
 use quick_cache::sync::{Cache, DefaultLifecycle, PlaceholderGuard};
 use quick_cache::{DefaultHashBuilder, OptionsBuilder};
-use std::sync::Arc;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The identity of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -51,9 +52,16 @@ pub(super) type Objects = Cache<Key, Value, Bytes>;
 
 /// Results by key, within a budget of bytes. Objects are expensive to make and have a share of their own, which tiles cannot
 /// use.
+///
+/// Fields and other values that are evaluated later weigh next to nothing, but share the objects that they were made of, which then
+/// stay alive when the cache has long let go of them. So all objects are watched, wherever they are: see [`MemoryCache::relieve`].
 pub struct MemoryCache {
     pub(super) tiles: Tiles,
     pub(super) objects: Objects,
+    /// The bytes that objects may have in all.
+    share: u64,
+    /// The objects that were alive when they were last counted, by their address, and their bytes.
+    watched: Mutex<BTreeMap<usize, (Handle, u64)>>,
 }
 
 fn cache<K: Eq + std::hash::Hash, V: Clone>(bytes: u64, item: u64) -> Cache<K, V, Bytes>
@@ -75,7 +83,33 @@ impl MemoryCache {
     /// A cache of at most `bytes`.
     pub fn new(bytes: u64) -> Self {
         let tile = u64::from(TILE) * u64::from(TILE) * 4;
-        Self { tiles: cache(bytes / 4 * 3, tile), objects: cache(bytes / 4, 1 << 20) }
+        let share = bytes / 4;
+        let objects = cache(share, 1 << 20);
+        Self { tiles: cache(bytes / 4 * 3, tile), objects, share, watched: Mutex::default() }
+    }
+
+    /// Keeps a value, within the budget.
+    pub(super) fn keep(&self, key: Key, value: Value) {
+        if let Some(handle) = value.handle() {
+            let mut watched = self.watched.lock().unwrap_or_else(PoisonError::into_inner);
+            watched.insert(handle.as_ptr().cast::<u8>().addr(), (handle, value.bytes() as u64));
+        }
+        self.objects.insert(key, value);
+    }
+
+    /// The bytes of all objects that are alive.
+    pub fn alive(&self) -> u64 {
+        let mut watched = self.watched.lock().unwrap_or_else(PoisonError::into_inner);
+        watched.retain(|_, (handle, _)| handle.strong_count() > 0);
+        watched.values().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// If objects take more than their share, lets go of fields and the like that are not `needed`, and of the objects that only
+    /// they hold: a field is made again in no time, an object is in the cache or in the store if it is worth it.
+    pub(super) fn relieve(&self, needed: impl Fn(&Key) -> bool) {
+        if self.alive() > self.share {
+            self.objects.retain(|key, value| value.handle().is_some() || needed(key));
+        }
     }
 
     /// The bytes that it holds.

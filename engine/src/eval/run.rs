@@ -98,8 +98,8 @@ impl<'g> Run<'g> {
         if lock(&self.values).contains_key(&key) {
             return true;
         }
-        let memory = &self.caches.memory.objects;
-        if let Some(value) = memory.get(&key) {
+        let memory = &self.caches.memory;
+        if let Some(value) = memory.objects.get(&key) {
             if is_object(&value) {
                 self.ledger.add(key, Work { memory: 1, ..Work::default() });
             }
@@ -108,7 +108,7 @@ impl<'g> Run<'g> {
         }
         let Some(value) = self.stored_object(key, self.graph.nodes[node].outputs[output]) else { return false };
         self.ledger.add(key, Work { disk: 1, ..Work::default() });
-        memory.insert(key, value.clone());
+        memory.keep(key, value.clone());
         lock(&self.values).insert(key, value);
         true
     }
@@ -161,9 +161,15 @@ impl<'g> Run<'g> {
         Ok(())
     }
 
+    /// Lets go of what is in memory and belongs to other graphs, if that is too much.
+    pub fn relieve(&self) {
+        let values = lock(&self.values);
+        self.caches.memory.relieve(|key| values.contains_key(key));
+    }
+
     fn keep(&self, key: Key, value: Value, time: Duration) {
         self.keep_object(key, &value, time);
-        self.caches.memory.objects.insert(key, value.clone());
+        self.caches.memory.keep(key, value.clone());
         lock(&self.values).insert(key, value);
     }
 
@@ -297,7 +303,7 @@ impl<'g> Run<'g> {
 
 /// Whether a value is data, computed when its node is evaluated.
 fn is_object(value: &Value) -> bool {
-    !matches!(value, Value::Field(_) | Value::Picture(_) | Value::Material(_) | Value::Solid(_))
+    value.handle().is_some()
 }
 
 /// Gives the fields of a new value their keys.

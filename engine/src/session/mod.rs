@@ -175,6 +175,7 @@ impl Session {
             let keys = Keys::of(graph)?;
             let run = Run::new(graph, &keys, &self.caches, self.memory, cancel, observer);
             let result = work(&run);
+            run.relieve();
             self.trim();
             result
         })

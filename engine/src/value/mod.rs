@@ -80,7 +80,8 @@ pub use surface_net::SurfaceNet;
 pub use tile::Tile;
 pub use ty::Type;
 
-use std::sync::Arc;
+use std::any::Any;
+use std::sync::{Arc, Weak};
 
 /// The table of all types of objects: their names, their colours on drawings of graphs, what they are. It passes its lines,
 /// after those of the caller, to the macro `$make`, which generates code from them.
@@ -119,6 +120,9 @@ pub struct PictureFields {
     pub is_gray: bool,
 }
 
+/// Tells whether an object is still alive.
+pub(crate) type Handle = Weak<dyn Any + Send + Sync>;
+
 macro_rules! values {
     ($($name:ident $color:literal $doc:literal,)*) => {
         /// What a wire carries.
@@ -156,6 +160,14 @@ macro_rules! values {
                     Self::Solid(solid) => solid.bytes(),
                     Self::Material(material) => material.channels().len() * size_of::<Field>(),
                     $(Self::$name(object) => object.bytes(),)*
+                }
+            }
+
+            /// What tells whether an object is still alive; `None` for values that are evaluated later.
+            pub(crate) fn handle(&self) -> Option<Handle> {
+                match self {
+                    Self::Field(_) | Self::Picture(_) | Self::Solid(_) | Self::Material(_) => None,
+                    $(Self::$name(object) => Some(Arc::downgrade(object) as Handle),)*
                 }
             }
 

@@ -68,7 +68,8 @@ pub(super) fn remove(file: &File, body: &Body, item: &Item) -> Edit {
     let mut start = item.range.start;
     let line = text[..start].rfind('\n').map_or(0, |i| i + 1);
     let alone_before = text[line..start].trim().is_empty() && line > body.range.start;
-    let rest = &text[end..body.inside().end];
+    // In a text that is broken the item may end beyond its body.
+    let rest = text.get(end..body.inside().end).unwrap_or_default();
     let newline = rest.find('\n').filter(|i| rest[..*i].trim().is_empty());
     match newline {
         Some(newline) if alone_before => {

@@ -37,7 +37,7 @@ fn triangle() -> Vec<u8> {
         "bufferViews": [{ "buffer": 0, "byteLength": 60 }], "buffers": [{ "byteLength": 60 }],
     })
     .to_string();
-    while text.len() % 4 != 0 {
+    while !text.len().is_multiple_of(4) {
         text.push(' ');
     }
     let mut file = b"glTF\x02\0\0\0".to_vec();

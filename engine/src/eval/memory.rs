@@ -54,7 +54,7 @@ pub(super) type Objects = Cache<Key, Value, Bytes>;
 /// use.
 ///
 /// Fields and other values that are evaluated later weigh next to nothing, but share the objects that they were made of, which then
-/// stay alive when the cache has long let go of them. So all objects are watched, wherever they are: see [`MemoryCache::relieve`].
+/// stay alive when the cache has long let go of them. So all objects are watched, wherever they are, and what holds too many of them is let go of.
 pub struct MemoryCache {
     pub(super) tiles: Tiles,
     pub(super) objects: Objects,

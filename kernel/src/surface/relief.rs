@@ -6,7 +6,7 @@
 //! which stands in for cast shadows. Metal reflects its own colour and scatters nothing; sheen is the light of fine
 //! fibres seen from the side; a coat is a second, smooth surface of 4 %. Fibres that lie in the surface, as those of wood, reflect
 //! light of the material's own colour in a cone around them (S. Marschner et al., "Measuring and modeling the appearance of
-//! finished wood", 2005); the white gloss over them may be narrower along them than across ([`light`](super::light)). A [`Curve`] ends it. Output is linear light 0..1.
+//! finished wood", 2005); the white gloss over them may be narrower along them than across. A [`Curve`] ends it. Output is linear light 0..1.
 //!
 //! The gloss of the fill light is weighted by the square of openness: light from the side does not reach the ground of a groove.
 

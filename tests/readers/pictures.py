@@ -60,6 +60,11 @@ def gltf(file):
     bpy.ops.import_scene.gltf(filepath=os.path.join(folder, file))
 
 
+def obj(file):
+    # The file is in mm.
+    bpy.ops.wm.obj_import(filepath=os.path.join(folder, file), global_scale=0.001)
+
+
 def usd(file):
     bpy.ops.wm.usd_import(filepath=os.path.join(folder, file), import_textures_mode="IMPORT_PACK")
 
@@ -101,6 +106,7 @@ targets = {
     "gltf-files": lambda: gltf("gltf-files/material.gltf"),
     "usd": lambda: usd("usd/material.usda"),
     "usdz": lambda: usd("usdz/material.usdz"),
+    "obj": lambda: obj("obj/material.obj"),
     "materialx": materialx,
     **{target: lambda target=target: other(target) for target in others.TARGETS},
 }

@@ -34,7 +34,8 @@ pub fn obj(material: &Material, shape: &Shape, place: &Place, colors: Colors) ->
     let mut maps = Maps::new(material, stem).with_colors(colors);
     // Where a picture does not go on beyond its edges, so it is said; those of an atlas lie between them.
     let ends = if shape.repeats.is_some() && place.wraps != [true; 2] { "-clamp on " } else { "" };
-    let mut library = format!("# Shibo: lengths in mm\nnewmtl {}\n", word(stem));
+    // Without a word on highlights some readers show none.
+    let mut library = format!("# Shibo: lengths in mm\nnewmtl {}\nillum 2\nKs 0.5 0.5 0.5\n", word(stem));
     for (channel, number, count, picture) in WORDS {
         // The format has no picture of it.
         let varies = material.get(channel).is_some_and(|field| field.as_constant().is_none());
@@ -43,6 +44,10 @@ pub fn obj(material: &Material, shape: &Shape, place: &Place, colors: Colors) ->
         }
         match maps.channel(channel) {
             Some(Source::File(file)) => {
+                // By which readers multiply the picture. Other numbers would stand where a picture is not known.
+                if channel == Channel::BaseColor {
+                    library.push_str("Kd 1 1 1\n");
+                }
                 let _ = writeln!(library, "{picture} {ends}{file}");
             }
             Some(Source::Value(values)) if !number.is_empty() => {

@@ -23,8 +23,8 @@ const COARSEST: usize = 8;
 /// The coarsest level at which spots are replaced.
 const REPLACED: usize = 1;
 
-/// How many rounds there are at the level of spacing `h` before any spot is replaced, if there are `rounds` at the finest: coarse levels decide where
-/// features are, and are cheap.
+/// How many rounds there are at the level of spacing `h` before any spot is replaced, if there are `rounds` at the finest:
+/// coarse levels decide where features are, and are cheap.
 pub(super) fn rounds(rounds: u32, h: usize) -> u32 {
     match h {
         _ if rounds == 0 || h > COARSEST => 0,
@@ -67,8 +67,7 @@ pub(super) fn mend(
     let mut before: (Vec<u32>, Vec<bool>) = (Vec::new(), Vec::new());
     let settled = weight(2.0 * terms.enough);
     let (rounds, replacing) = (rounds(finest, region.h), replacing(finest, region.h));
-    let places = if replacing > 0 { spots::Places::new(table) } else { spots::Places::default() };
-    let mut pasted: Vec<bool> = Vec::new();
+    let mut pasted = vec![false; map.len()];
     for k in 0..rounds + replacing + u32::from(replacing > 0) {
         let hash = terms.hash.with(u64::from(k));
         let counted = terms
@@ -83,8 +82,9 @@ pub(super) fn mend(
             let changed: Vec<bool> = map.iter().zip(&before.0).map(|(now, before)| now != before).collect();
             let changed = spread(&changed, region.plane, 1);
             let open = |p: usize| !before.1[p] || found[p].weight < settled;
-            let pasted = if pasted.is_empty() { Vec::new() } else { spread(&pasted, region.plane, reach) };
-            (0..map.len()).map(|p| near[p] && (changed[p] && open(p) || !pasted.is_empty() && pasted[p])).collect()
+            // Around what was pasted everything is looked up.
+            let pasted = spread(&pasted, region.plane, reach);
+            (0..map.len()).map(|p| near[p] && (pasted[p] || changed[p] && open(p))).collect()
         };
         let search = Search { table, patches: &patches, region, terms, hash, map, near: &near, last: &found, ways };
         found = search.all(&fresh);
@@ -92,7 +92,7 @@ pub(super) fn mend(
         let open = spread(&fresh, region.plane, vote::REACH.min(reach));
         vote::vote(&patches, region, &found, (&open, terms.fixed), map);
         if (rounds..rounds + replacing).contains(&k) {
-            pasted = spots::replace((table, &patches, &places), region, terms, &found, map);
+            pasted = spots::replace((table, &patches), region, terms, &found, map);
         }
     }
     map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.known(*at));

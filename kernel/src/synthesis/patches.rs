@@ -160,13 +160,6 @@ impl Patches {
         self.home(self.at([0, 1].map(|d| from[d] + beyond[d] - ([dx, dy][d] << self.log))))
     }
 
-    /// Twelve pixels of the row `down` rows below an index, from `left` columns before it on.
-    #[inline(always)]
-    pub(super) fn row(&self, at: u32, down: i32, left: usize) -> &[i16] {
-        let first = (at as usize).wrapping_add_signed(down as isize * self.stride.cast_signed()) - left;
-        self.shades[first..first + 12].as_flattened()
-    }
-
     /// What the distance of the patch around an index is multiplied by; infinite where nothing may be shown.
     #[inline(always)]
     pub(super) fn worth(&self, at: u32) -> f32 {
@@ -192,18 +185,21 @@ impl Patches {
     }
 
     /// The squared distance of the patch of `N`² pixels around an index from one that is shown, in steps; of its first rows
-    /// only where those are above `most`.
+    /// only where those are above `most`. `L` numbers are a whole number of vectors, at least a row of the patch.
     #[inline(always)]
-    pub(super) fn distance<const N: usize>(&self, shown: &Shown, at: u32, most: i32) -> i32 {
-        let mask = const { mask(N) };
+    pub(super) fn distance<const N: usize, const L: usize>(&self, shown: &[[i16; L]], at: u32, most: i32) -> i32 {
+        let mask: [i16; L] = const { mask(N) };
         let mut first = at as usize - (N / 2) * (self.stride + 1);
         let mut sum = 0i32;
         for (k, row) in shown.iter().enumerate().take(N) {
-            let own = self.shades[first..first + 8].as_flattened();
+            let own = self.shades[first..first + L / 4].as_flattened();
+            let mut off = 0i32;
             for ((a, b), mask) in row.iter().zip(own).zip(&mask) {
                 let d = i32::from(a.wrapping_sub(*b) & mask);
-                sum += d * d;
+                off += d * d;
             }
+            // A row fits 32 bits, and so do seven.
+            sum = sum.saturating_add(off);
             if k & 1 == 1 && sum > most {
                 break;
             }
@@ -214,8 +210,8 @@ impl Patches {
 }
 
 /// Which numbers of a row belong to a patch of `n` columns.
-const fn mask(n: usize) -> [i16; 32] {
-    let mut mask = [0; 32];
+const fn mask<const L: usize>(n: usize) -> [i16; L] {
+    let mut mask = [0; L];
     let mut k = 0;
     while k < 4 * n {
         mask[k] = -1;

@@ -97,6 +97,32 @@ pub(super) fn weight(fit: f32) -> f32 {
     pow(fit + NONE, POWER)
 }
 
+/// The cost of a patch of the exemplar: its distance in steps, which is asked for with the most that matters, multiplied by what is known of
+/// its use, and what its guide value is off the wanted one, with a weight. Infinite where nothing may be shown; too much if it is above `least`.
+#[inline(always)]
+pub(super) fn cost(
+    (table, patches): (&Table, &Patches),
+    (factors, guide): (Option<&[f32]>, Option<(f32, f32)>),
+    at: u32,
+    least: f32,
+    distance: impl FnOnce(i32) -> i32,
+) -> f32 {
+    let mut factor = patches.worth(at);
+    if factor == f32::INFINITY {
+        return factor;
+    }
+    if let Some(factors) = factors {
+        factor *= factors[patches.bin(at)];
+    }
+    let added = guide.map_or(0.0, |(wanted, weight)| {
+        let off = wanted - table.guide(patches.known(at));
+        weight * (off * off)
+    });
+    #[expect(clippy::cast_possible_truncation, reason = "it saturates")]
+    let most = ((least / factor - added) * patches.per_unit()) as i32;
+    (distance(most) as f32 * patches.unit() + added) * factor
+}
+
 /// How many patches are tried at random.
 const SEARCHES: u64 = 2;
 
@@ -220,22 +246,12 @@ impl Search<'_> {
         }
         query.tried[query.count & 31] = at;
         query.count += 1;
-        let patches = self.patches;
-        let mut factor = patches.worth(at);
-        if factor == f32::INFINITY {
-            return;
-        }
-        if let Some(factors) = query.factors {
-            factor *= factors[patches.bin(at)];
-        }
-        let added = query.guide.map_or(0.0, |(wanted, weight)| {
-            let off = wanted - self.table.guide(patches.known(at));
-            weight * (off * off)
-        });
-        let most = query.least / factor - added;
-        #[expect(clippy::cast_possible_truncation, reason = "it saturates")]
-        let steps = (most * patches.per_unit()) as i32;
-        let cost = (patches.distance::<N>(&query.shown, at, steps) as f32 * patches.unit() + added) * factor;
+        let known = (query.factors, query.guide);
+        let distance = simd::inlined(
+            #[inline(always)]
+            |most| self.patches.distance::<N, 32>(&query.shown, at, most),
+        );
+        let cost = cost((self.table, self.patches), known, at, query.least, distance);
         if cost < query.least {
             (query.best, query.least) = (at, cost);
         }

@@ -128,6 +128,21 @@ fn windows_are_parts_of_larger_ones() {
     }
 }
 
+/// Beside the best of the places that are tried, others are too; in large exemplars these lie far enough away to cross its sides.
+#[test]
+fn large_exemplars_that_repeat_are_searched_across_their_sides() {
+    let hash = Hash::new(21);
+    let side = 900;
+    let data = (0..side * side).map(|p| 12.0f32.sqrt() * (hash.unit_f32(p as u64) - 0.5)).collect();
+    let exemplar = Texels::new(plane(side, side, true), 1, data);
+    let output = Output { start: [0, 0], size: [400, 400], wrap: [true; 2] };
+    // Nothing but single pixels to begin with: there are many spots.
+    let how = Settings { coarsest: 1, passes: 0, ..plain(1, 9) };
+    let coords = grown(&exemplar, &[], &output, &how, &Plain::default());
+    let inside = |at: &Position| at.iter().all(|v| (0.0..side as f32).contains(v));
+    assert!(coords.len() == 400 * 400 && coords.iter().all(inside));
+}
+
 #[test]
 fn the_same_on_any_number_of_threads() {
     let exemplar = cells(40, false);

@@ -1,6 +1,6 @@
-//! Meshes: `cargo bench -p shibo --bench meshes`. A torus of 100,000 triangles with UVs and normals is written as OBJ; then whole commands load
-//! it, lay it out, and bake from it. CPU time of nodes is what `--stats` says; that of pixels and rays is what a large picture takes
-//! more than a small one. The least of several runs.
+//! Meshes: `cargo bench -p shibo --bench meshes`. A torus of 100,000 triangles with UVs and normals is written as OBJ; then whole
+//! commands load it, lay it out, and bake from it. CPU time of nodes is what `--stats` says; that of pixels and rays is what a large
+//! picture takes more than a small one. The least of several runs.
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -65,13 +65,13 @@ fn main() {
     let dir = tempfile::tempdir().expect("a folder");
     let dir = dir.path();
     std::fs::write(dir.join("torus.obj"), torus()).expect("the folder takes files");
-    let graph = |node: &str| {
+    let graph = |nodes: &str, output: &str| {
         format!(
             "(version: 1, canvas: (size_mm: 300, tile: None), nodes: {{ \"mesh\": LoadMesh(path: \"torus.obj\"),
-              \"atlas\": MeshAtlas(mesh: \"mesh\"), \"baked\": {node} }}, outputs: {{ \"baked\": \"baked\" }})"
+              \"atlas\": MeshAtlas(mesh: \"mesh\"), {nodes} }}, outputs: {{ \"{output}\": \"{output}\" }})"
         )
     };
-    let parts = graph("BakeParts(atlas: \"atlas\", by: Part)");
+    let parts = graph("\"baked\": BakeParts(atlas: \"atlas\", by: Part)", "baked");
     let load = least(|| render(dir, &parts, 64).1("mesh"));
     let lay_out = least(|| render(dir, &parts, 64).1("atlas"));
     println!("load an OBJ of 100,000 triangles                     cpu {:>8.1} ms", 1e3 * load);
@@ -79,15 +79,16 @@ fn main() {
     println!("both; no more than 150 ms                            cpu {:>8.1} ms", 1e3 * (load + lay_out));
     // All of the canvas is covered: every pixel has an owner. What pixels of fields take is no node's own, so it is that of whole
     // commands, of which the picture is the same everywhere and takes next to nothing to write.
-    let flat = "\"flat\": Expression(a: \"baked\", formula: \"step(-100000, a.r + a.g + a.b)\") }, outputs: { \"baked\": \"flat\"";
-    let places =
-        graph("BakePosition(atlas: \"atlas\")").replace("}, outputs: { \"baked\": \"baked\"", &format!(", {flat}"));
+    let places = graph(
+        "\"baked\": BakePosition(atlas: \"atlas\"),
+         \"flat\": Expression(a: \"baked\", formula: \"step(-100000, a.r + a.g + a.b)\")",
+        "flat",
+    );
     let seconds = least(|| render(dir, &places, 4096).0) - least(|| render(dir, &places, 256).0);
     let pixels = f64::from(4096 * 4096 - 256 * 256) * 1e-6;
     println!("{:<52} {:>8.1} Mpx/s", "owners and positions of 4096²; at least 50 Mpx/s", pixels / seconds);
     let rays = f64::from(64 * (512 * 512 - 64 * 64));
-    let node = "BakeOcclusion(atlas: \"atlas\", rays: 64)";
-    let occlusion = graph(node);
+    let occlusion = graph("\"baked\": BakeOcclusion(atlas: \"atlas\", rays: 64)", "baked");
     let seconds = least(|| render(dir, &occlusion, 512).1("baked")) - least(|| render(dir, &occlusion, 64).1("baked"));
     println!("{:<52} {:>8.2} M rays/s", "occlusion; at least 2 M rays/s", rays * 1e-6 / seconds);
 }

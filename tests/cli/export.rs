@@ -7,7 +7,7 @@ use image::DynamicImage;
 use std::collections::BTreeSet;
 
 /// A bump of 2 mm in the middle of 60 × 30 mm.
-const GRAPH: &str = r##"(
+pub(crate) const GRAPH: &str = r##"(
   canvas: (size_mm: (60, 30), resolution: (64, 32), tile: TILE, seed: 3),
   nodes: {
     "height": Expression(formula: "2 * exp(-((x - 30) * (x - 30) + (y - 15) * (y - 15)) / 40)"),
@@ -21,19 +21,19 @@ const GRAPH: &str = r##"(
   outputs: OUTPUTS,
 )"##;
 
-fn desk(tile: &str, outputs: &str) -> Desk {
+pub(crate) fn desk(tile: &str, outputs: &str) -> Desk {
     let desk = Desk::new();
     desk.write("a.ron", GRAPH.replace("TILE", tile).replace("OUTPUTS", outputs));
     desk
 }
 
 /// The names of the files in a folder.
-fn files(desk: &Desk, folder: &str) -> BTreeSet<String> {
+pub(crate) fn files(desk: &Desk, folder: &str) -> BTreeSet<String> {
     let entries = std::fs::read_dir(desk.path(folder)).unwrap();
     entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
 }
 
-fn text(desk: &Desk, file: &str) -> String {
+pub(crate) fn text(desk: &Desk, file: &str) -> String {
     std::fs::read_to_string(desk.path(file)).unwrap()
 }
 

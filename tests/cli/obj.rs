@@ -1,39 +1,8 @@
 //! Materials on meshes as Wavefront OBJ, end to end.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
+use crate::export::{GRAPH, desk, files, text};
 use crate::support::Desk;
-use std::collections::BTreeSet;
-
-/// A bump of 2 mm in the middle of 60 × 30 mm.
-const GRAPH: &str = r##"(
-  canvas: (size_mm: (60, 30), resolution: (64, 32), tile: TILE, seed: 3),
-  nodes: {
-    "height": Expression(formula: "2 * exp(-((x - 30) * (x - 30) + (y - 15) * (y - 15)) / 40)"),
-    "rough": Remap(input: "height", from: (0, 2), to: (0.25, 0.75)),
-    "metal": Remap(input: "height", from: (0, 2), to: (1, 0)),
-    "normal": HeightToNormal(input: "height"),
-    "open": Remap(input: "height", from: (0, 2), to: (0.5, 1)),
-    "skin": Material(base_color: "#804020", roughness: "rough", metallic: "metal", normal: "normal", height: "height", ao: "open",
-                     coat: 0.25, anisotropy: 0.5, anisotropy_angle: "height"),
-  },
-  outputs: OUTPUTS,
-)"##;
-
-fn desk(tile: &str, outputs: &str) -> Desk {
-    let desk = Desk::new();
-    desk.write("a.ron", GRAPH.replace("TILE", tile).replace("OUTPUTS", outputs));
-    desk
-}
-
-/// The names of the files in a folder.
-fn files(desk: &Desk, folder: &str) -> BTreeSet<String> {
-    let entries = std::fs::read_dir(desk.path(folder)).unwrap();
-    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
-}
-
-fn text(desk: &Desk, file: &str) -> String {
-    std::fs::read_to_string(desk.path(file)).unwrap()
-}
 
 /// The mesh as others read it, and what the library says of the material.
 #[test]

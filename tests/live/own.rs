@@ -109,12 +109,7 @@ fn own_meshes_wear_the_material() {
     page.eval("document.getElementById('export').open = true");
     page.eval("document.getElementById('share').click()");
     page.wait("document.getElementById('export-note').textContent.startsWith('graph.html')");
-    let path = downloads.path().join("graph.html");
-    let end = std::time::Instant::now() + watching::PATIENCE;
-    while !path.is_file() {
-        assert!(std::time::Instant::now() < end, "the page is not downloaded");
-        std::thread::sleep(std::time::Duration::from_millis(30));
-    }
+    let path = watching::downloaded(downloads.path(), "graph.html");
     let text = std::fs::read_to_string(&path).unwrap();
     let shared: Json = serde_json::from_str(
         text.lines()

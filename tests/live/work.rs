@@ -260,13 +260,7 @@ fn maps_and_models_are_exported() {
             "(() => {{ const v = (id, value) => {{ document.getElementById('export-' + id).value = '' + value; }}; v('what', '{what}'); v('size', '{size}'); v('format', '{format}'); document.getElementById('export-begin').click(); }})()"
         ));
         page.wait(&format!("document.getElementById('export-note').textContent.startsWith('{name}')"));
-        let path = downloads.path().join(name);
-        let end = std::time::Instant::now() + watching::PATIENCE;
-        while !path.is_file() {
-            assert!(std::time::Instant::now() < end, "{name} is not downloaded");
-            std::thread::sleep(std::time::Duration::from_millis(30));
-        }
-        let bytes = std::fs::read(&path).unwrap();
+        let bytes = std::fs::read(watching::downloaded(downloads.path(), name)).unwrap();
         assert!(bytes.starts_with(begin), "{name}");
         if what == "map" {
             assert_eq!(image::load_from_memory(&bytes).unwrap().width(), 256);
@@ -278,12 +272,7 @@ fn maps_and_models_are_exported() {
     page.wait("document.getElementById('lit').dataset.drawn > 1");
     page.eval("document.getElementById('share').click()");
     page.wait("document.getElementById('export-note').textContent.startsWith('graph.html')");
-    let path = downloads.path().join("graph.html");
-    let end = std::time::Instant::now() + watching::PATIENCE;
-    while !path.is_file() {
-        assert!(std::time::Instant::now() < end, "the page is not downloaded");
-        std::thread::sleep(std::time::Duration::from_millis(30));
-    }
+    let path = watching::downloaded(downloads.path(), "graph.html");
     let mut alone = browser.open(&format!("file://{}", path.display()));
     alone.size(640, 480, 1.0);
     alone.wait("document.querySelector('canvas')?.dataset.drawn > 2");

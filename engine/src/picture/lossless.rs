@@ -50,10 +50,11 @@ pub(super) fn exr_predict(raw: &[u8]) -> Vec<u8> {
     bytes.extend(pairs.iter().map(|pair| pair[0]));
     bytes.extend(last);
     bytes.extend(pairs.iter().map(|pair| pair[1]));
-    for index in (1..bytes.len()).rev() {
-        bytes[index] = bytes[index].wrapping_sub(bytes[index - 1]).wrapping_add(128);
+    let mut differences = bytes.clone();
+    for (difference, [before, byte]) in differences.iter_mut().skip(1).zip(bytes.array_windows()) {
+        *difference = byte.wrapping_sub(*before).wrapping_add(128);
     }
-    bytes
+    differences
 }
 
 /// TIFF's horizontal predictor for rows of little-endian 8-bit integers.

@@ -43,6 +43,22 @@ impl Along {
         let aspect = (1.0 - 0.9 * min(max(anisotropy, 0.0), 1.0)).sqrt();
         Self { u, v, aspect }
     }
+
+    /// α along the fibres and across them, for one of `a` where there are none.
+    #[inline(always)]
+    fn widths(&self, a: f32) -> [f32; 2] {
+        [max(a * self.aspect, 1e-3), min(a / self.aspect, 1.0)]
+    }
+
+    /// What the distribution of facets is divided by, less π, for those whose normal is `h`, of which `nh` stands along that of the
+    /// surface.
+    #[inline(always)]
+    fn rarity(&self, h: [f32; 3], nh: f32, widths: [f32; 2]) -> f32 {
+        let dot = |a: [f32; 3]| a[0] * h[0] + a[1] * h[1] + a[2] * h[2];
+        let (hu, hv) = (dot(self.u) / widths[0], dot(self.v) / widths[1]);
+        let d = hu * hu + hv * hv + nh * nh;
+        widths[0] * widths[1] * d * d
+    }
 }
 
 impl Light {
@@ -75,15 +91,13 @@ impl Light {
     pub(super) fn shade_along(&self, n: [f32; 3], along: &Along, a2: f32) -> (f32, f32) {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let (nl, nh, nv) = (max(dot(n, self.l), 0.0), max(dot(n, self.h), 0.0), max(n[2], 1e-3));
-        let a = a2.sqrt();
-        let (au, av) = (max(a * along.aspect, 1e-3), min(a / along.aspect, 1.0));
-        let (hu, hv) = (dot(along.u, self.h) / au, dot(along.v, self.h) / av);
-        let d = hu * hu + hv * hv + nh * nh;
-        let stretched = |u: f32, v: f32, n: f32| (au * au * u * u + av * av * v * v + n * n).sqrt();
+        let widths = along.widths(a2.sqrt());
+        let squared = widths.map(|width| width * width);
+        let stretched = |u: f32, v: f32, n: f32| (squared[0] * u * u + squared[1] * v * v + n * n).sqrt();
         let to_viewer = stretched(along.u[2], along.v[2], nv);
         let to_light = stretched(dot(along.u, self.l), dot(along.v, self.l), nl);
         let smith = nl * to_viewer + nv * to_light;
-        (nl, nl * 0.5 / max(au * av * d * d * smith, 1e-6))
+        (nl, nl * 0.5 / max(along.rarity(self.h, nh, widths) * smith, 1e-6))
     }
 }
 
@@ -130,17 +144,15 @@ mod tests {
     #[test]
     fn the_distribution_keeps_its_area() {
         let area = |anisotropy: f32| {
-            let (n, h) = ([0.0, 0.0, 1.0], 200_i16);
-            let along = Along::new(n, [0.8, 0.6], anisotropy);
-            let (au, av) = (0.3 * along.aspect, (0.3 / along.aspect).min(1.0));
+            let along = Along::new([0.0, 0.0, 1.0], [0.8, 0.6], anisotropy);
+            let widths = along.widths(0.3);
             let mut sum = 0.0;
-            for i in -h..h {
-                for j in -h..h {
-                    // Slopes of the microfacets; their projected areas sum up to 1.
-                    let (p, q) = (0.025 * (f32::from(i) + 0.5), 0.025 * (f32::from(j) + 0.5));
-                    let (pu, pv) = (p * along.u[0] + q * along.u[1], p * along.v[0] + q * along.v[1]);
-                    let d = 1.0 + pu * pu / (au * au) + pv * pv / (av * av);
-                    sum += 0.025 * 0.025 / (std::f32::consts::PI * au * av * d * d);
+            for i in -200_i16..200 {
+                for j in -200_i16..200 {
+                    // By slopes of the facets, each of which takes the fourth power of its normal's z of the plane.
+                    let facet = tilted(0.025 * (f32::from(i) + 0.5), 0.025 * (f32::from(j) + 0.5));
+                    let density = 1.0 / (std::f32::consts::PI * along.rarity(facet, facet[2], widths));
+                    sum += 0.025 * 0.025 * density * facet[2].powi(4);
                 }
             }
             sum

@@ -221,6 +221,17 @@ pub(crate) fn split(answer: &[u8]) -> (u16, Vec<u8>) {
     (status, body)
 }
 
+/// Waits for a file that a browser loads into `folder`: its path.
+pub(crate) fn downloaded(folder: &Path, name: &str) -> PathBuf {
+    let path = folder.join(name);
+    let end = Instant::now() + PATIENCE;
+    while !path.is_file() {
+        assert!(Instant::now() < end, "{name} is not downloaded");
+        std::thread::sleep(Duration::from_millis(30));
+    }
+    path
+}
+
 /// A folder with a graph file in it.
 pub(crate) struct Place {
     pub(crate) dir: tempfile::TempDir,

@@ -37,6 +37,7 @@ mod sweep;
 mod synthesis;
 mod synthesis_given;
 mod synthesis_rows;
+mod synthesis_surface;
 mod tools;
 mod wood;
 mod wood_given;

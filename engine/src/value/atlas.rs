@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 /// A mesh and where each of its triangles lies in the unit square, v down, which is the canvas: what walks over the surface
 /// and pictures of it need, computed once.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Atlas {
     /// The surface.
     pub mesh: Arc<Mesh>,

@@ -16,7 +16,7 @@ pub struct Frames {
     /// How many directions are equally good at each point, evenly spaced round it: 1, 2 or 4.
     pub symmetry: u8,
     /// For each edge of each triangle, from corner `k + 1` to corner `k + 2`, by how many of those directions the field turns
-    /// across it; empty if it nowhere does.
+    /// from its one end to the other; empty if it nowhere does. Within a triangle directions fit that of the first corner.
     pub turns: Vec<[u8; 3]>,
     /// The triangles in which the field has no direction somewhere, and how often it turns round there, in `symmetry`ths.
     pub singular: Vec<(u32, i8)>,
@@ -35,8 +35,43 @@ struct FramesData {
     t: Vec<[Number; 3]>,
     symmetry: u8,
     singular: Vec<SingularData>,
-    /// The length in mm of the edges across which the field turns.
+    /// The length in mm of the lines at which the field turns.
     ends_mm: Number<f64>,
+}
+
+impl Frames {
+    /// The edges, as triangle and `k`, at which the directions of two triangles do not fit each other: the lines where a
+    /// combed field ends. Both sides are listed, in rising order.
+    pub fn ends(&self) -> Vec<(usize, usize)> {
+        let n = i32::from(self.symmetry.max(1));
+        // By how many of the directions corners are turned to fit the first one.
+        let turned = |triangle: usize, corner: usize| {
+            let [_, from_last, to_next] = self.turns[triangle].map(i32::from);
+            [0, -to_next, from_last][corner].rem_euclid(n)
+        };
+        let edge = |triangle: usize, k: usize| {
+            let mut ends = [(k + 1) % 3, (k + 2) % 3].map(|c| (self.mesh.triangles[triangle][c], turned(triangle, c)));
+            ends.sort_unstable();
+            (ends.map(|end| end.0), triangle, k, ends.map(|end| end.1))
+        };
+        let all = 0..self.turns.len();
+        let mut edges: Vec<_> = all.flat_map(|triangle| (0..3).map(move |k| edge(triangle, k))).collect();
+        edges.sort_unstable();
+        let apart = edges.chunk_by(|a, b| a.0 == b.0).filter(|sides| sides.iter().any(|side| side.3 != sides[0].3));
+        let mut found: Vec<(usize, usize)> = apart.flatten().map(|&(_, triangle, k, _)| (triangle, k)).collect();
+        found.sort_unstable();
+        found
+    }
+
+    /// How long those lines are, in mm.
+    pub fn ends_mm(&self) -> f64 {
+        let length = |(triangle, k): (usize, usize)| {
+            let corners = self.mesh.corners(triangle);
+            corners[(k + 1) % 3].distance(corners[(k + 2) % 3])
+        };
+        // Both sides list an edge.
+        self.ends().into_iter().map(length).sum::<f64>() / 2.0
+    }
 }
 
 impl Object for Frames {
@@ -56,18 +91,11 @@ impl Object for Frames {
             at: middle(triangle).to_array().map(Number),
             index: Number(f64::from(index) / f64::from(self.symmetry.max(1))),
         };
-        let edge = |triangle: usize, k: usize| {
-            let corners = self.mesh.corners(triangle);
-            corners[(k + 1) % 3].distance(corners[(k + 2) % 3])
-        };
-        let turned = self.turns.iter().enumerate();
-        let ends = turned.flat_map(|(n, turns)| (0..3).filter(|k| turns[*k] != 0).map(move |k| edge(n, k)));
         FramesData {
             t: self.t.iter().map(|t| t.to_array().map(Number)).collect(),
             symmetry: self.symmetry,
             singular: self.singular.iter().map(singular).collect(),
-            // Both sides list an edge.
-            ends_mm: Number(0.5 * ends.sum::<f64>()),
+            ends_mm: Number(self.ends_mm()),
         }
     }
 
@@ -80,5 +108,27 @@ impl Object for Frames {
         let lines = Shapes::<DVec3>::thinned(self.t.len()).map(line).collect();
         let counts = vec![(self.t.len(), "directions"), (self.singular.len(), "singular points")];
         Some(Sketch::Space(Shapes { lines, counts, ..Shapes::default() }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles on both sides of the edge from vertex 1 to 2, of 5 mm, with directions that fit up to a half turn.
+    fn frames(turns: Vec<[u8; 3]>) -> Frames {
+        let positions = vec![Vec3::ZERO, Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.0, 4.0, 0.0), Vec3::new(3.0, 4.0, 0.0)];
+        let mesh = Mesh { positions, triangles: vec![[0, 1, 2], [2, 1, 3]], parts: vec![0; 2], ..Mesh::default() };
+        Frames { mesh: Arc::new(mesh), t: vec![Vec3::X; 4], b: Vec::new(), symmetry: 2, turns, singular: Vec::new() }
+    }
+
+    #[test]
+    fn combed_directions_end_where_triangles_do_not_fit() {
+        assert!(frames(Vec::new()).ends().is_empty());
+        // Vertex 0 is turned, and the first triangle follows it.
+        let turned = frames(vec![[0, 1, 1], [0; 3]]);
+        assert_eq!((turned.ends(), turned.ends_mm()), (vec![(0, 0), (1, 2)], 5.0));
+        // Vertex 3 is turned, but the second triangle begins with another corner.
+        assert_eq!(frames(vec![[0; 3], [1, 1, 0]]).ends(), []);
     }
 }

@@ -1,6 +1,7 @@
 //! Indirection: which pixel of an atlas lies beside another one on the surface.
-use super::{Number, Object, Pixels, Sketch, Type};
+use super::{Atlas, Number, Object, Pixels, Sketch, Type};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A pixel that stands for a place on the surface, and where that place lies seen from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -105,8 +106,10 @@ impl IndirectionLevel {
 }
 
 /// For the pixels of an atlas, level by level, which pixels lie beside them on the surface.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IndirectionMap {
+    /// The surface.
+    pub atlas: Arc<Atlas>,
     /// Columns and rows of the finest level.
     pub size: [u32; 2],
     /// The levels from the finest; the spacing of each is twice that of the one before.
@@ -202,7 +205,7 @@ mod tests {
         assert_eq!([0, 1, 2].map(|p| level.triangle(p)), [None, Some(4), Some(4)]);
         assert_eq!([1, 2, 3, 5].map(|p| level.jumps(p).map(|j| j[0].to)), [Some(10), None, Some(11), Some(12)]);
         assert_eq!((level.owned(), jump(0)[0].offset()), (4, [0.5, -1.0]));
-        let map = IndirectionMap { size: [3, 2], levels: vec![level] };
+        let map = IndirectionMap { atlas: Arc::new(Atlas::default()), size: [3, 2], levels: vec![level] };
         let data = serde_json::to_value(map.data()).expect("JSON");
         assert_eq!(
             data["levels"][0]["jumps"],

@@ -8,6 +8,8 @@ use std::sync::Arc;
 pub struct Surface {
     /// The atlas.
     pub atlas: Arc<Atlas>,
+    /// Columns and rows of the finest level, of which these pixels may be a coarser one.
+    pub finest: [u32; 2],
     /// Who owns the pixels, and what lies beside them across borders.
     pub level: IndirectionLevel,
     /// For each pixel how coordinates change, in exemplar pixels per pixel: J00 J01 J10 J11.

@@ -13,10 +13,11 @@ use crate::ground::window::OCTANTS;
 use glam::DVec2;
 use rayon::prelude::*;
 use shibo_engine::value::{Atlas, IndirectionLevel, IndirectionMap, Jump, Jump8, Parent};
+use std::sync::Arc;
 
 /// How pointers are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LevelsSpec {
+pub struct LevelsSpec<'a> {
     /// Columns and rows of the finest level.
     pub size: [u32; 2],
     /// How many levels.
@@ -25,11 +26,25 @@ pub struct LevelsSpec {
     pub exact: bool,
     /// How many pixels wide the ring is that is listed.
     pub ring: u32,
+    /// Edges, as triangle and `k`, at which the surface ends, from both sides: those of combed frames (S-21).
+    pub ends: &'a [(usize, usize)],
+}
+
+/// An atlas whose surface ends at some edges too.
+fn ended(atlas: &Atlas, ends: &[(usize, usize)]) -> Atlas {
+    let mut atlas = atlas.clone();
+    for &(triangle, k) in ends {
+        atlas.across[triangle][k] = Atlas::END;
+        atlas.inner[triangle] &= !(1 << k);
+    }
+    atlas
 }
 
 /// The indirection map of an atlas. If it was stopped, one that must not be used.
-pub fn indirection(atlas: &Atlas, spec: &LevelsSpec, until: Until<'_>) -> IndirectionMap {
-    let rasters: Vec<Raster<'_>> = (0..spec.levels).map(|l| Raster { atlas, finest: spec.size, h: 1 << l }).collect();
+pub fn indirection(atlas: &Arc<Atlas>, spec: &LevelsSpec<'_>, until: Until<'_>) -> IndirectionMap {
+    let ended = (!spec.ends.is_empty()).then(|| ended(atlas, spec.ends));
+    let raster = |l: u32| Raster { atlas: ended.as_ref().unwrap_or(atlas), finest: spec.size, h: 1 << l };
+    let rasters: Vec<Raster<'_>> = (0..spec.levels).map(raster).collect();
     let owners: Vec<Vec<u32>> = rasters.iter().map(Raster::owners).collect();
     let near: Vec<Vec<u8>> = rasters.par_iter().map(Raster::near).collect();
     let sites: Vec<Sites<'_>> =
@@ -47,7 +62,7 @@ pub fn indirection(atlas: &Atlas, spec: &LevelsSpec, until: Until<'_>) -> Indire
         }
         IndirectionLevel { owner, ..level }
     });
-    IndirectionMap { size: spec.size, levels: levels.collect() }
+    IndirectionMap { atlas: Arc::clone(atlas), size: spec.size, levels: levels.collect() }
 }
 
 /// A level, without its owners.
@@ -140,7 +155,8 @@ mod tests {
     use glam::{DVec3, Vec2};
 
     fn of(atlas: &Atlas, size: [u32; 2], levels: u32) -> IndirectionMap {
-        indirection(atlas, &LevelsSpec { size, levels, exact: true, ring: 2 }, NEVER)
+        let spec = LevelsSpec { size, levels, exact: true, ring: 2, ends: &[] };
+        indirection(&Arc::new(atlas.clone()), &spec, NEVER)
     }
 
     /// Rows C24, C25: the vectors `indirection`, all pixels of the ring that jump.
@@ -269,8 +285,8 @@ mod tests {
     #[test]
     fn nearest_pointers_keep_no_residue() {
         let atlas = plane("plane_wild");
-        let spec = LevelsSpec { size: [96, 96], levels: 2, exact: false, ring: 0 };
-        let map = indirection(&atlas, &spec, NEVER);
+        let spec = LevelsSpec { size: [96, 96], levels: 2, exact: false, ring: 0, ends: &[] };
+        let map = indirection(&Arc::new(atlas.clone()), &spec, NEVER);
         let exact = of(&atlas, [96, 96], 2);
         for (level, exact) in map.levels.iter().zip(&exact.levels) {
             let to = |level: &IndirectionLevel| level.jumps.as_flattened().iter().map(|j| j.to).collect::<Vec<_>>();
@@ -278,5 +294,32 @@ mod tests {
             assert!(level.jumps.as_flattened().iter().all(|j| j.residue == [0; 2]) && level.ring.is_empty());
         }
         assert!(exact.levels[0].jumps.as_flattened().iter().any(|j| j.residue != [0; 2]));
+    }
+
+    /// S-21: nothing lies beyond the edges at which combed directions end, as at the end of the surface.
+    #[test]
+    fn pointers_do_not_cross_the_ends_of_combed_directions() {
+        let atlas = torus(48, 24);
+        let half = |triangle: usize| atlas.mesh.corners(triangle).iter().sum::<DVec3>().x > 0.0;
+        let apart = |&(triangle, k): &(usize, usize)| half(triangle) != half(atlas.across(triangle, k).unwrap().0);
+        let edges = (0..atlas.uvs.len()).flat_map(|triangle| [0, 1, 2].map(|k| (triangle, k)));
+        let ends: Vec<_> = edges.filter(apart).collect();
+        let spec = LevelsSpec { size: [128; 2], levels: 3, exact: true, ring: 0, ends: &ends };
+        let map = indirection(&Arc::new(atlas.clone()), &spec, NEVER);
+        for (level, free) in map.levels.iter().zip(of(&atlas, [128; 2], 3).levels) {
+            let side = |pixel: u32| half(level.triangle(pixel as usize).unwrap());
+            let crossing = |level: &IndirectionLevel| {
+                let pairs = level.border.iter().zip(&level.jumps);
+                let there = |&(&pixel, jumps): &(&u32, &Jump8)| {
+                    jumps.iter().any(|jump| jump.is_some() && side(jump.to) != side(pixel))
+                };
+                pairs.filter(there).count()
+            };
+            // Where the edges end within a pixel, it may stand for either side.
+            assert!(crossing(&free) > 8, "spacing {}", level.h);
+            assert_eq!(crossing(level), 0, "spacing {}", level.h);
+            assert!(level.jumps.as_flattened().iter().any(|jump| !jump.is_some()), "spacing {}", level.h);
+            assert_eq!(level.owned(), free.owned());
+        }
     }
 }

@@ -25,8 +25,8 @@ pub struct Sheet<'a> {
 
 impl<'a> Sheet<'a> {
     /// A level of a map.
-    pub fn new(atlas: &'a Atlas, map: &'a IndirectionMap, level: usize) -> Self {
-        Self { atlas, finest: map.size, level: &map.levels[level] }
+    pub fn new(map: &'a IndirectionMap, level: usize) -> Self {
+        Self { atlas: &map.atlas, finest: map.size, level: &map.levels[level] }
     }
 
     /// Its pixels in the unit square.
@@ -71,7 +71,7 @@ impl<'a> Sheet<'a> {
     /// directions are turned and the size of features; both lists may be empty.
     pub fn jacobians(&self, framing: &Framing<'_>, pitch: DVec2, (angles, scales): (&[f32], &[f32])) -> Vec<Jacobian> {
         let (raster, w) = (self.raster(), self.level.size[0] as usize);
-        let finest = Raster { h: 1, ..raster }.step();
+        let (canvas, to_pixels) = (self.atlas.size_mm, self.to_pixels(pitch));
         let mut all = vec![IDENTITY; self.level.owner.len()];
         all.par_chunks_mut(w).enumerate().for_each(|(y, row)| {
             let mut face: Option<(usize, Face)> = None;
@@ -85,11 +85,19 @@ impl<'a> Sheet<'a> {
                 let angle = angles.get(pixel).map_or(0.0, |v| f64::from(*v).to_radians());
                 let scale = scales.get(pixel).map_or(1.0, |v| f64::from(*v));
                 let frame = face.frame_turned(raster.center(pixel), angle, scale);
-                let [a, b, c, d] = crate::mesh::frame::jacobian(frame, [face.jf[0] * finest.x, face.jf[1] * finest.y]);
-                *j = [a / pitch.x, b / pitch.x, c / pitch.y, d / pitch.y].map(narrow);
+                let per_mm = crate::mesh::frame::jacobian(frame, [face.jf[0] / canvas.x, face.jf[1] / canvas.y]);
+                *j = to_pixels(per_mm.map(narrow));
             }
         });
         all
+    }
+
+    /// Turns Jacobians from mm on the canvas to mm on the surface, as fields hold them, into those from finest pixels to
+    /// exemplar pixels, of `pitch` mm.
+    pub fn to_pixels(&self, pitch: DVec2) -> impl Fn(Jacobian) -> Jacobian + Sync + use<> {
+        let step = Raster { h: 1, ..self.raster() }.step() * self.atlas.size_mm;
+        let by = [step.x / pitch.x, step.y / pitch.x, step.x / pitch.y, step.y / pitch.y];
+        move |j| std::array::from_fn(|k| narrow(f64::from(j[k]) * by[k]))
     }
 
     /// The first pixel whose Jacobian cannot be followed, and why.

@@ -15,13 +15,11 @@ use super::{analysis, analysis::Level};
 use crate::ground::window::index;
 use glam::I64Vec3;
 use rayon::prelude::*;
-use shibo_engine::value::{Atlas, IndirectionMap};
+use shibo_engine::value::IndirectionMap;
 use std::collections::HashMap;
 
 /// What a synthesis on a surface needs beside that in the plane.
 pub struct Surfaces<'a> {
-    /// The atlas.
-    pub atlas: &'a Atlas,
     /// Its pixels. The synthesis begins at the coarsest of its levels.
     pub map: &'a IndirectionMap,
     /// The size of an exemplar pixel in mm.
@@ -64,14 +62,14 @@ pub fn run<I: SurfaceInputs>(
     let tables: Vec<Table> = exemplar.levels[..count].par_iter().map(|level| run.table(level)).collect();
     let (mut map, mut jacobians): Grown = (Vec::new(), Vec::new());
     for l in (0..count).rev() {
-        let sheet = Sheet::new(surface.atlas, surface.map, l);
+        let sheet = Sheet::new(surface.map, l);
         let region = sheet.region();
         let finer = inputs.along(&sheet)?;
         let guide = inputs.guide(&region)?;
         map = match l + 1 == count {
             true => run.start(&tables[l], &sheet, &guide)?,
             false => {
-                let coarse = Sheet::new(surface.atlas, surface.map, l + 1);
+                let coarse = Sheet::new(surface.map, l + 1);
                 run.refined((&coarse, &map, &jacobians), &tables[l], (&sheet, &finer))?
             }
         };

@@ -253,13 +253,13 @@ mod tests {
     /// normals are turned with their features.
     #[test]
     fn affine_maps_are_magnified_exactly() {
-        let atlas = crate::mesh::fixture::plane("plane_wild");
+        let atlas = Arc::new(crate::mesh::fixture::plane("plane_wild"));
         let n = atlas.mesh.positions.len();
         let (mesh, t) = (Arc::clone(&atlas.mesh), vec![glam::Vec3::X; n]);
         let frames = Frames { mesh, t, b: Vec::new(), symmetry: 1, turns: Vec::new(), singular: Vec::new() };
-        let spec = LevelsSpec { size: [128, 128], levels: 1, exact: true, ring: 0 };
+        let spec = LevelsSpec { size: [128, 128], levels: 1, exact: true, ring: 0, ends: &[] };
         let pointers = indirection(&atlas, &spec, NEVER);
-        let sheet = Sheet::new(&atlas, &pointers, 0);
+        let sheet = Sheet::new(&pointers, 0);
         let pitch = DVec2::new(0.5, 0.5);
         let jacobians = sheet.jacobians(&Framing { atlas: &atlas, frames: &frames }, pitch, (&[], &[]));
         let position = |place: DVec3| (DVec2::new(place.x + 16.0, 80.0 - place.y) / pitch).as_vec2().to_array();

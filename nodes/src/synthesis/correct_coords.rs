@@ -5,11 +5,12 @@
 use super::analysis::{features, plane};
 use super::patent::{level, wide};
 use super::stages;
+use super::surface_stages::{Staged, corrected};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Exemplar, Neighborhood, Stop, Type};
+use shibo_engine::value::{CoordMap, Exemplar, IndirectionMap, Neighborhood, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
 use shibo_kernel::synthesis::texels::{self, Texels};
@@ -50,7 +51,9 @@ pub struct CorrectCoords {
     pub coords: In<CoordMap>,
     /// The exemplar.
     pub exemplar: In<Exemplar>,
-    /// From output to exemplar; the unit matrix by default.
+    /// The surface, level by level, if it is not the plane; as that of StartCoords.
+    pub surface: Option<In<IndirectionMap>>,
+    /// From output to exemplar, that of a surface from JacobianFromMesh; the unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
     /// Which neighbours are compared.
     pub neighborhood: Neighborhood,
@@ -75,6 +78,7 @@ impl Default for CorrectCoords {
         Self {
             coords: In::default(),
             exemplar: In::default(),
+            surface: None,
             jacobian: None,
             neighborhood: Neighborhood::Diagonal4,
             passes: 1,
@@ -127,6 +131,18 @@ impl Node for CorrectCoords {
             kappa: self.copy_size,
             sub_passes: self.sub_passes,
         };
+        let step = |pass: u32| {
+            cx.evaluator.progress(u64::from(pass), u64::from(self.passes));
+            cx.check()
+        };
+        if let Some(surface) = cx.get_opt(&self.surface)? {
+            let staged = Staged::new(cx, &surface, cx.get_opt(&self.jacobian)?, Some(exemplar.frame))?;
+            let sheet = staged.sheet(&map)?;
+            let jacobians = staged.jacobians(&sheet)?;
+            let coords = corrected((&sheet, &jacobians), (&features, &rule), &map.coords, self.passes, step)?;
+            return Ok(Outputs::one(staged.measured(&sheet, coords, &jacobians, &exemplar)));
+        }
+        stages::in_the_plane(&map)?;
         let jacobians = stages::jacobians(cx, cx.get_opt(&self.jacobian)?.as_ref(), map.size, map.pitch)?;
         let plane = stages::plane(&map);
         let lookup = stages::Ended(plane);
@@ -134,8 +150,7 @@ impl Node for CorrectCoords {
         let corrector = Corrector { features: &features, rule: &rule, lookup: &lookup, jacobian };
         let mut coords = stages::wide(&map);
         for pass in 0..self.passes {
-            cx.evaluator.progress(u64::from(pass), u64::from(self.passes));
-            cx.check()?;
+            step(pass)?;
             corrector.pass(plane, &[], &mut coords);
         }
         let coords = Arc::new(coords.into_iter().map(|c| c.map(narrow)).collect());

@@ -2,11 +2,12 @@
 //!
 //! Source: JP5149288B2 III, claims 6, 7, 13, 14 (rows C24, C25): a pixel beyond the border of a chart is looked up where the
 //! surface goes on, in another chart. Beyond the source, what is kept of a place between pixels is exact. Cost: O(pixels).
+use super::jacobian_from_mesh::of_one_mesh;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Stop, Type};
+use shibo_engine::value::{Atlas, Frames, Stop, Type};
 use shibo_kernel::mesh::levels::{LevelsSpec, indirection};
 
 /// What is kept of where a neighbour lies.
@@ -37,6 +38,9 @@ pub enum Jumps {
 pub struct IndirectionMap {
     /// The atlas.
     pub atlas: In<Atlas>,
+    /// Directions on its mesh. Where they turn by half or a quarter of a turn, as those of `symmetry: 2` and `4` may, the
+    /// surface ends.
+    pub frames: Option<In<Frames>>,
     /// Columns of the finest level; rows follow from the canvas. 512 by default.
     #[schemars(extend("minimum" = 16.0, "maximum" = 16384.0))]
     pub size: Option<u32>,
@@ -52,7 +56,7 @@ pub struct IndirectionMap {
 
 impl Default for IndirectionMap {
     fn default() -> Self {
-        Self { atlas: In::default(), size: None, levels: 6, jumps: Jumps::Exact, gutter: 2 }
+        Self { atlas: In::default(), frames: None, size: None, levels: 6, jumps: Jumps::Exact, gutter: 2 }
     }
 }
 
@@ -74,6 +78,7 @@ pub(super) fn map_size(cx: &Context<'_>, atlas: &Atlas, columns: u32, bytes: u64
 }
 
 impl Node for IndirectionMap {
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[];
     const OUTPUTS: &'static [Output] =
         &[Output::new("map", Type::IndirectionMap, "For each pixel, which others lie beside it.")];
@@ -82,7 +87,14 @@ impl Node for IndirectionMap {
         let atlas = cx.get(&self.atlas)?;
         let size = map_size(cx, &atlas, self.size.unwrap_or(512), 12)?;
         let exact = self.jumps == Jumps::Exact;
-        let spec = LevelsSpec { size, levels: self.levels, exact, ring: self.gutter };
+        let ends = match cx.get_opt(&self.frames)? {
+            Some(frames) => {
+                of_one_mesh(&atlas, &frames)?;
+                frames.ends()
+            }
+            None => Vec::new(),
+        };
+        let spec = LevelsSpec { size, levels: self.levels, exact, ring: self.gutter, ends: &ends };
         let map = indirection(&atlas, &spec, &|| cx.check().is_err());
         cx.check()?;
         Ok(Outputs::one(map))

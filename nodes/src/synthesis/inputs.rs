@@ -25,6 +25,13 @@ pub(super) struct FieldInputs<'a> {
     pub(super) origin: IVec2,
 }
 
+/// Says that a Jacobian cannot be followed at a place of the canvas.
+pub(super) fn faulty(fault: &str, at: DVec2, [a, b, c, d]: &Jacobian) -> Problem {
+    let message = format!("the Jacobian is {fault} at ({:.3}, {:.3}) mm, where it is [{a}, {b}; {c}, {d}]", at.x, at.y);
+    let help = "features must keep an area there; raise the scale, or keep the field away from such places";
+    Problem::new(Code::BadValue, message).at("jacobian").help(help)
+}
+
 /// The Jacobians of a raster, or an error that names a wrong one and its place.
 pub(super) fn checked(tile: &Tile) -> Result<Vec<Jacobian>, Problem> {
     let planes: [&[f32]; 4] = std::array::from_fn(|c| tile.plane(c));
@@ -34,11 +41,7 @@ pub(super) fn checked(tile: &Tile) -> Result<Vec<Jacobian>, Problem> {
         if let Some(fault) = jacobian::fault(j) {
             let step = |k: usize| i32::try_from(k).unwrap_or(i32::MAX);
             let at = tile.grid.center(tile.window.x + step(p % w), tile.window.y + step(p / w));
-            let [a, b, c, d] = j;
-            let message =
-                format!("the Jacobian is {fault} at ({:.3}, {:.3}) mm, where it is [{a}, {b}; {c}, {d}]", at.x, at.y);
-            let help = "features must keep an area there; raise the scale, or keep the field away from such places";
-            return Err(Problem::new(Code::BadValue, message).at("jacobian").help(help));
+            return Err(faulty(fault, at, j));
         }
     }
     Ok(list)

@@ -2,10 +2,11 @@
 //!
 //! Beyond the source: without it, `J = 1` and coordinates that start as zeros give back the exemplar, tiled. Cost: O(pixels).
 use super::stages;
+use super::surface_stages::{Staged, jittered};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Stop, Type};
+use shibo_engine::value::{CoordMap, IndirectionMap, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact;
@@ -28,6 +29,8 @@ use std::sync::Arc;
 pub struct JitterCoords {
     /// The coordinates.
     pub coords: In<CoordMap>,
+    /// The surface, level by level, if it is not the plane; as that of StartCoords.
+    pub surface: Option<In<IndirectionMap>>,
     /// Factor on the amount.
     pub mask: Option<In<Gray>>,
     /// How far coordinates move at the most, in pixels of the level.
@@ -39,7 +42,7 @@ pub struct JitterCoords {
 
 impl Default for JitterCoords {
     fn default() -> Self {
-        Self { coords: In::default(), mask: None, amount: 0.5, seed: 0 }
+        Self { coords: In::default(), surface: None, mask: None, amount: 0.5, seed: 0 }
     }
 }
 
@@ -57,6 +60,16 @@ impl Node for JitterCoords {
             Some(mask) => stages::raster(cx, &mask, map.size, map.pitch)?.plane(0).to_vec(),
             None => Vec::new(),
         };
+        if let Some(surface) = cx.get_opt(&self.surface)? {
+            let staged = Staged::new(cx, &surface, None, map.exemplar)?;
+            let sheet = staged.sheet(&map)?;
+            let (reach, hash) = (self.amount * f64::from(map.spacing), Hash::new(cx.seed(self.seed)).with(1));
+            let mut coords = map.coords.to_vec();
+            let pitch = map.exemplar.map_or(1.0, |frame| frame.pitch.x);
+            jittered(&sheet, &mut coords, (reach, &mask), hash, pitch);
+            return Ok(Outputs::one(CoordMap { coords: Arc::new(coords), ..CoordMap::clone(&map) }));
+        }
+        stages::in_the_plane(&map)?;
         let mut coords = stages::wide(&map);
         let hash = Hash::new(cx.seed(self.seed)).with(u64::from(map.spacing));
         exact::jitter(&mut coords, self.amount * f64::from(map.spacing), &mask, hash);

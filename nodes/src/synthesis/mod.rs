@@ -27,6 +27,7 @@ mod sampled;
 mod stages;
 mod start_coords;
 mod surface_inputs;
+mod surface_stages;
 #[cfg(test)]
 mod surface_tests;
 mod synthesize;

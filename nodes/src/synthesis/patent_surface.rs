@@ -1,16 +1,18 @@
-//! The method of the source on a surface, from start to end, in double precision: coordinates are zeros or random at first;
-//! at each level they are upsampled (3) and corrected (1), (2), across borders through the indirection map.
+//! The method of the source on a surface, from start to end: coordinates are zeros or random at first; at each level they are
+//! upsampled (3) and corrected (1), (2), across borders through the indirection map. From zeros and without jitter it gives
+//! what `StartCoords`, `UpsampleCoords` and `CorrectCoords` give one after another.
 use super::analysis::{features, plane};
 use super::patent::{level, wide};
 use super::surface_inputs::SurfaceFields;
+use super::surface_stages::{corrected, jittered, upsampled};
 use shibo_engine::value::{Exemplar, IndirectionMap, Stop};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::driver::Inputs;
-use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
+use shibo_kernel::synthesis::exact::{Features, Rule};
 use shibo_kernel::synthesis::jacobian::Jacobian;
 use shibo_kernel::synthesis::sheet::Sheet;
-use shibo_kernel::synthesis::surface::{SurfaceInputs, upsampled};
+use shibo_kernel::synthesis::surface::SurfaceInputs;
 use shibo_kernel::synthesis::texels::Fetch;
 
 /// How the source's method is run.
@@ -34,20 +36,16 @@ pub(super) fn run(
     let features = wide(&features(exemplar));
     let (finest, pitch) = (plane(exemplar), exemplar.frame.pitch.x);
     let last = map.levels.len() - 1;
-    let sheet = |l: usize| Sheet::new(&inputs.atlas, map, l);
+    let sheet = |l: usize| Sheet::new(map, l);
     let first = sheet(last);
-    let mut coords: Vec<[f64; 2]> = if inputs.fields.start.is_some() {
-        inputs
-            .start(&first.region())?
-            .into_iter()
-            .map(|c| c.map(|v| if v.is_finite() { f64::from(v) } else { 0.0 }))
-            .collect()
+    let mut coords: Vec<[f32; 2]> = if inputs.fields.start.is_some() {
+        inputs.start(&first.region())?.into_iter().map(|c| c.map(|v| if v.is_finite() { v } else { 0.0 })).collect()
     } else if spec.zero {
         vec![[0.0; 2]; first.level.owner.len()]
     } else {
         let random = |pixel: usize| {
             let name = first.name(spec.hash, pixel, pitch);
-            [finest.w as f64 * name.unit(0), finest.h as f64 * name.unit(1)]
+            [finest.w as f64 * name.unit(0), finest.h as f64 * name.unit(1)].map(narrow)
         };
         (0..first.level.owner.len()).map(random).collect()
     };
@@ -56,34 +54,23 @@ pub(super) fn run(
         inputs.step(last - 1 - l, last)?;
         let (coarse, sheet) = (sheet(l + 1), sheet(l));
         let before = std::mem::replace(&mut jacobians, inputs.along(&sheet)?);
-        let h = f64::from(sheet.level.h);
-        let mask = if spec.jitter > 0.0 && h > 2.0 { inputs.jitter(&sheet.region())? } else { Vec::new() };
-        let settled = |pixel: usize, at: Option<[f64; 2]>| {
-            let mut at = at.unwrap_or([0.0; 2]);
-            if spec.jitter > 0.0 && h > 2.0 {
-                let name = sheet.name(spec.hash.with(1), pixel, pitch);
-                let reach = spec.jitter * h * mask.get(pixel).map_or(1.0, |v| f64::from(*v));
-                at = [0, 1].map(|d| at[d] + (name.unit(d as u64) * 2.0 - 1.0) * reach);
-            }
-            at
-        };
-        coords = upsampled((&coarse, &coords, &before), (&sheet, |pixel: usize| jacobians[pixel]), settled);
+        coords = upsampled((&coarse, &coords, &before), (&sheet, &jacobians));
+        if spec.jitter > 0.0 && sheet.level.h > 2 {
+            let reach = spec.jitter * f64::from(sheet.level.h);
+            jittered(&sheet, &mut coords, (reach, &inputs.jitter(&sheet.region())?), spec.hash.with(1), pitch);
+        }
         let (texels, ratio) = level(&features, sheet.level.h as usize, exemplar.pyramid);
         let features = Features { texels: &texels, ratio, second: &[], plane: finest };
         let rule = Rule {
             square: 4,
             averaged: spec.averaged,
             fetch: Fetch::Bilinear,
-            h,
+            h: f64::from(sheet.level.h),
             kappa: 1.0,
             sub_passes: spec.sub_passes,
         };
-        let jacobian = |pixel: usize| jacobians[pixel].map(f64::from);
-        let corrector = Corrector { features: &features, rule: &rule, lookup: &sheet, jacobian };
-        for _ in 0..spec.passes {
-            inputs.fields.cx.check()?;
-            corrector.pass(sheet.plane(), &[], &mut coords);
-        }
+        coords =
+            corrected((&sheet, &jacobians), (&features, &rule), &coords, spec.passes, |_| inputs.fields.cx.check())?;
     }
-    Ok((coords.into_iter().map(|c| c.map(narrow)).collect(), jacobians))
+    Ok((coords, jacobians))
 }

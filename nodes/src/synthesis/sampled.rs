@@ -72,7 +72,7 @@ impl Sampled {
     /// The tile of a field on a surface.
     fn fill_surface(&self, surface: &Surface, source: &Source, out: &mut Tile) {
         let map = SurfaceMap {
-            sheet: Sheet { atlas: &surface.atlas, finest: self.coords.size.to_array(), level: &surface.level },
+            sheet: Sheet { atlas: &surface.atlas, finest: surface.finest, level: &surface.level },
             coords: &self.coords.coords,
             jacobians: &surface.jacobians,
             pitch: self.frame.pitch,

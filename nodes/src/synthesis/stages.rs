@@ -43,6 +43,15 @@ pub(super) fn at(list: &[Jacobian], pixel: usize) -> [f64; 4] {
     list.get(pixel).unwrap_or(&list[0]).map(f64::from)
 }
 
+/// Refuses coordinates on a surface where that is not connected.
+pub(super) fn in_the_plane(map: &CoordMap) -> Result<(), Problem> {
+    if map.surface.is_none() {
+        return Ok(());
+    }
+    let message = "these coordinates lie on a surface";
+    Err(Problem::new(Code::MissingInput, message).at("surface").help("connect the IndirectionMap of StartCoords"))
+}
+
 /// Refuses maps that would not fit into memory.
 pub(super) fn afford(cx: &Context<'_>, pixels: u64) -> Result<(), Stop> {
     if pixels * 64 <= cx.evaluator.memory() {

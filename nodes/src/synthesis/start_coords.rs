@@ -1,12 +1,13 @@
 //! [`StartCoords`]: the coordinates that synthesis begins with.
 //!
 //! Source: JP5149288B2 II, claim 1 (row C2), with any size to start from. Cost: O(pixels).
+use super::surface_stages::Staged;
 use glam::{IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Stop, Type};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::value::{CoordMap, Exemplar, IndirectionMap, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use std::sync::Arc;
 
@@ -24,7 +25,11 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct StartCoords {
-    /// Columns and rows.
+    /// The surface, level by level, if it is not the plane. Connect the same one to all stages.
+    pub surface: Option<In<IndirectionMap>>,
+    /// The exemplar: on a surface its pixels have a size, which says how large features are.
+    pub exemplar: Option<In<Exemplar>>,
+    /// Columns and rows. On a surface, those of its level.
     #[schemars(extend("minimum" = 1.0, "maximum" = 4096.0))]
     pub size: (u32, u32),
     /// The coordinates by rows, in exemplar pixels; zeros if there are none.
@@ -37,7 +42,7 @@ pub struct StartCoords {
 
 impl Default for StartCoords {
     fn default() -> Self {
-        Self { size: (2, 2), coords: Vec::new(), levels: 0 }
+        Self { surface: None, exemplar: None, size: (2, 2), coords: Vec::new(), levels: 0 }
     }
 }
 
@@ -47,7 +52,11 @@ impl Node for StartCoords {
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let n = self.size.0 as usize * self.size.1 as usize;
-        if self.coords.is_empty() || self.coords.len() == n {
+        if self.surface.is_some() && self.exemplar.is_none() {
+            let message = "on a surface the size of the exemplar's pixels must be known";
+            return vec![Problem::new(Code::MissingInput, message).at("exemplar").help("connect the exemplar")];
+        }
+        if self.coords.is_empty() || self.surface.is_some() || self.coords.len() == n {
             return Vec::new();
         }
         let message = format!(
@@ -60,6 +69,10 @@ impl Node for StartCoords {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let frame = cx.get_opt(&self.exemplar)?.map(|exemplar| exemplar.frame);
+        if let Some(surface) = cx.get_opt(&self.surface)? {
+            return Ok(Outputs::one(Staged::new(cx, &surface, None, frame)?.start(self.levels, &self.coords)?));
+        }
         let size = UVec2::new(self.size.0, self.size.1);
         let coords = if self.coords.is_empty() {
             vec![[0.0; 2]; size.element_product() as usize]
@@ -73,7 +86,7 @@ impl Node for StartCoords {
             periodic: cx.tiling(),
             spacing: 1 << self.levels,
             coords: Arc::new(coords),
-            exemplar: None,
+            exemplar: frame,
             coherence: 0.0,
             coverage: 0.0,
             surface: None,

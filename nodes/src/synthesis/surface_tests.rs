@@ -202,11 +202,11 @@ fn affine_maps_are_fixed_points_across_borders() {
     let frames = along_x(&atlas, false);
     let framing = Framing { atlas: &atlas, frames: &frames };
     for (exact, most) in [(true, 3e-3), (false, 3.0)] {
-        let spec = LevelsSpec { size: [256, 256], levels: 4, exact, ring: 0 };
+        let spec = LevelsSpec { size: [256, 256], levels: 4, exact, ring: 0, ends: &[] };
         let map = indirection(&atlas, &spec, NEVER);
         let mut all = 0.0f32;
         for l in 0..4 {
-            let sheet = Sheet::new(&atlas, &map, l);
+            let sheet = Sheet::new(&map, l);
             let pitch = DVec2::new(0.5, 0.7);
             let jacobians = sheet.jacobians(&framing, pitch, (&[], &[]));
             let at = |pixel: usize| {
@@ -273,9 +273,9 @@ fn without_pointers_borders_are_seen() {
     let frames = along_x(&whole, false);
     let picture = exemplar(64, whole.scale() * 100.0 / 512.0, 5);
     let map = grown(&SynthesizeSurface { size: Some(512), ..node() }, &picture, &Arc::new(apart), &frames);
-    let spec = LevelsSpec { size: [512, 512], levels: 1, exact: true, ring: 0 };
+    let spec = LevelsSpec { size: [512, 512], levels: 1, exact: true, ring: 0, ends: &[] };
     let pointers = indirection(&whole, &spec, NEVER);
-    let sheet = Sheet::new(&whole, &pointers, 0);
+    let sheet = Sheet::new(&pointers, 0);
     let jacobians = &map.surface.as_ref().unwrap().jacobians;
     let color = |at: [f32; 2]| super::synthesize_surface::color(&picture, at);
     let measured = Measured { sheet: &sheet, coords: &map.coords, jacobians, color };

@@ -191,10 +191,11 @@ impl SynthesizeSurface {
     }
 
     /// The indirection map, from the finest level to the one where synthesis begins.
-    fn map(&self, cx: &Context<'_>, atlas: &Atlas, size: [u32; 2], coarsest: u32) -> Result<IndirectionMap, Stop> {
+    fn map(&self, inputs: &SurfaceFields<'_>, coarsest: u32) -> Result<IndirectionMap, Stop> {
+        let (cx, size, ends) = (inputs.fields.cx, inputs.fields.size.to_array(), inputs.frames.ends());
         let nearest = self.jumps.unwrap_or(if self.patent() { Jumps::Nearest } else { Jumps::Exact }) == Jumps::Nearest;
-        let spec = LevelsSpec { size, levels: coarsest.ilog2() + 1, exact: !nearest, ring: 0 };
-        let mut map = indirection(atlas, &spec, &|| cx.check().is_err());
+        let spec = LevelsSpec { size, levels: coarsest.ilog2() + 1, exact: !nearest, ring: 0, ends: &ends };
+        let mut map = indirection(&inputs.atlas, &spec, &|| cx.check().is_err());
         cx.check()?;
         map.levels.truncate(usable_levels(&map, map.levels.len()));
         Ok(map)
@@ -264,12 +265,7 @@ impl SynthesizeSurface {
             guide: if inputs.fields.guide.is_some() { &exemplar.guide } else { &[] },
             picture: None,
         };
-        let surface = Surfaces {
-            atlas: &inputs.atlas,
-            map,
-            pitch: exemplar.frame.pitch.x,
-            border_passes: self.border_passes.unwrap_or(2),
-        };
+        let surface = Surfaces { map, pitch: exemplar.frame.pitch.x, border_passes: self.border_passes.unwrap_or(2) };
         run(&analysed, &surface, &self.settings(cx, exemplar, 1 << (map.levels.len() - 1)), inputs)
     }
 
@@ -279,9 +275,11 @@ impl SynthesizeSurface {
             let problem = Problem::new(Code::Advice, "the exemplar has no guide, so that of the output does nothing");
             cx.evaluator.warn(problem.at("guide").help("connect `guide` of the Exemplar too"));
         }
-        if frames.turns.iter().any(|turns| *turns != [0; 3]) {
-            let message = "the directions turn along lines on the surface, where the texture is torn";
-            let help = "set `symmetry: 1` in TangentField; `shibo dump` tells how long the lines are (`ends_mm`)";
+        let ends = frames.ends_mm();
+        if ends > 0.0 {
+            let message =
+                format!("the directions turn along {ends:.0} mm of lines on the surface, where the texture is torn");
+            let help = "set `symmetry: 1` in TangentField, or lead the directions by strokes";
             cx.evaluator.warn(Problem::new(Code::Advice, message).at("frames").help(help));
         }
     }
@@ -309,6 +307,7 @@ pub(super) fn color(exemplar: &Exemplar, at: [f32; 2]) -> [f32; 3] {
 }
 
 impl Node for SynthesizeSurface {
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For each texel its position in the exemplar.")];
@@ -340,11 +339,11 @@ impl Node for SynthesizeSurface {
         let most = if self.patent() { side } else { (side / 4).max(1) };
         let most = most.min(256);
         let coarsest = self.start_size.unwrap_or(most).clamp(1, most);
-        let map = self.map(cx, &atlas, size, coarsest)?;
         let inputs = self.inputs(cx, &exemplar, size)?;
+        let map = self.map(&inputs, coarsest)?;
         let (mut coords, jacobians) = self.grow(&exemplar, &map, &inputs)?;
         cx.check()?;
-        let sheet = Sheet::new(&atlas, &map, 0);
+        let sheet = Sheet::new(&map, 0);
         let measured =
             Measured { sheet: &sheet, coords: &coords, jacobians: &jacobians, color: |at| color(&exemplar, at) };
         let (coherence, seam) = (measured.coherence(), seam(&measured.steps()));
@@ -356,11 +355,11 @@ impl Node for SynthesizeSurface {
         let Some(level) = map.levels.into_iter().next() else {
             return Err(Problem::new(Code::BadValue, "the map has no levels").at("size").into());
         };
-        let surface = Surface { atlas: Arc::clone(&atlas), level, jacobians, seam: Some(seam) };
+        let surface = Surface { atlas, finest: size, level, jacobians, seam: Some(seam) };
         Ok(Outputs::one(CoordMap {
             size: UVec2::from(size),
             start: IVec2::ZERO,
-            pitch: atlas.size_mm / UVec2::from(size).as_dvec2(),
+            pitch: inputs.fields.pitch,
             periodic: Tiling::NONE,
             spacing: 1,
             coords: Arc::new(coords),

@@ -3,13 +3,15 @@
 //! Source: JP5149288B2 II, equation (3) (rows C4, C5): child = parent + h·J·Δ, Δ = (±½, ±½). Cost:
 //! O(pixels).
 use super::stages;
+use super::surface_stages::{Staged, upsampled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Stop, Type};
+use shibo_engine::value::{CoordMap, IndirectionMap, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact;
+use shibo_kernel::synthesis::sheet::Sheet;
 use std::sync::Arc;
 
 /// Doubles a map of coordinates in x and y: each pixel becomes four, which lie around it as the Jacobian says.
@@ -29,7 +31,9 @@ use std::sync::Arc;
 pub struct UpsampleCoords {
     /// The coarser map.
     pub coords: In<CoordMap>,
-    /// From output to exemplar; the unit matrix by default.
+    /// The surface, level by level, if it is not the plane; as that of StartCoords.
+    pub surface: Option<In<IndirectionMap>>,
+    /// From output to exemplar, that of a surface from JacobianFromMesh; the unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
 }
 
@@ -44,6 +48,16 @@ impl Node for UpsampleCoords {
             let help = "raise `levels` of StartCoords, or leave this node out";
             return Err(Problem::new(Code::BadValue, message).at("coords").help(help).into());
         }
+        if let Some(surface) = cx.get_opt(&self.surface)? {
+            let staged = Staged::new(cx, &surface, cx.get_opt(&self.jacobian)?, map.exemplar)?;
+            let coarse = staged.sheet(&map)?;
+            let sheet = Sheet::new(&surface, map.spacing.ilog2() as usize - 1);
+            stages::afford(cx, sheet.level.owner.len() as u64)?;
+            let (before, jacobians) = (staged.jacobians(&coarse)?, staged.jacobians(&sheet)?);
+            let coords = upsampled((&coarse, &map.coords, &before), (&sheet, &jacobians));
+            return Ok(Outputs::one(staged.map(&sheet, coords, &jacobians)));
+        }
+        stages::in_the_plane(&map)?;
         let (size, pitch) = (map.size * 2, map.pitch / 2.0);
         stages::afford(cx, u64::from(size.x) * u64::from(size.y))?;
         let jacobians = stages::jacobians(cx, cx.get_opt(&self.jacobian)?.as_ref(), size, pitch)?;

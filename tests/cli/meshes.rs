@@ -28,3 +28,33 @@ fn seams_are_followed_or_refused_at_their_place() {
     assert!(check(&format!("charts: Given, {half}"), 0).contains("`seams` does nothing"));
     assert!(check(half, 0).contains("`seams` does nothing"));
 }
+
+/// Where rings are thin beside texels, charts agree only in `Space`, and the user is told.
+#[test]
+fn thin_rings_on_a_surface_are_told() {
+    let desk = Desk::new();
+    let said = |size: u32, footprint: &str| {
+        desk.write(
+            "a.ron",
+            format!(
+                r#"(version: 1, canvas: (size_mm: 100, resolution: 128, tile: None), nodes: {{
+  "curve": TrunkNodes(height: (-200, 200), count: 5),
+  "tree": FitSkeleton(curve: "curve"),
+  "time": TrunkTime(skeleton: "tree"),
+  "year": ColorPattern(),
+  "wood": RingColor(time: "time", pattern: "year"),
+  "placed": PlaceInTree(solid: "wood", position: (0, 50, 0)),
+  "cube": MeshShape(size: ({size}, {size}, {size})),
+  "atlas": MeshAtlas(mesh: "cube"),
+  "baked": BakeSolid(atlas: "atlas", solid: "placed", footprint: {footprint}),
+}}, outputs: {{ "out": "baked" }})"#
+            ),
+        );
+        desk.shibo("render a.ron --no-cache").expect(0).stderr
+    };
+    let thin = "rings are less than 16 texels wide on a surface";
+    let told = said(60, "Surface");
+    assert!(told.contains(thin) && told.contains("set `footprint: Space` in BakeSolid"), "{told}");
+    assert!(!said(60, "Space").contains(thin));
+    assert!(!said(2, "Surface").contains(thin));
+}

@@ -1,5 +1,5 @@
 //! The code behind fields: what it states that it reads, and what it is given.
-use super::{Field, Grid, Stop, Tile, Window};
+use super::{Field, Grid, Listener, Stop, Tile, Window};
 use crate::diagnostics::Problem;
 use std::sync::Arc;
 
@@ -56,6 +56,11 @@ impl<'a> Given<'a> {
         if let Some(warn) = self.warn {
             warn(problem);
         }
+    }
+
+    /// What takes such reports, for code that this field calls.
+    pub fn listener(&self) -> Option<Listener<'a>> {
+        self.warn.map(Listener)
     }
 
     /// The tile of the read with this number, which the field must have stated.

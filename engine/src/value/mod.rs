@@ -72,7 +72,7 @@ pub use scalar_map::ScalarMap;
 pub use segments::{Segments, clip_line};
 pub use skeleton::{Branch, Skeleton};
 pub use sketch::{Pixels, Shapes, Sketch};
-pub use solid::{Patch, PatchPieces, Planes, Solid, SolidSource, Wants};
+pub use solid::{Listener, Patch, PatchPieces, Planes, Solid, SolidSource, Wants};
 pub use spring_net::SpringNet;
 pub use stop::Stop;
 pub use surface::{Seam, Surface};

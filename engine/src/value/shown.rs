@@ -1,5 +1,5 @@
 //! The code of the field of a cut through a solid.
-use super::solid::{Patch, PatchPieces, Planes, SolidSource};
+use super::solid::{Listener, Patch, PatchPieces, Planes, SolidSource};
 use super::{Cost, Cut, Field, FieldSource, Given, Grid, Pieces, Read, Stop, Tile, Window};
 use std::sync::Arc;
 
@@ -50,7 +50,7 @@ impl Shown {
     }
 
     /// Computes the whole of a tile from others of the same window.
-    fn compute(&self, tiles: &[&Tile], out: &mut Tile) {
+    fn compute(&self, tiles: &[&Tile], listener: Option<Listener<'_>>, out: &mut Tile) {
         let (grid, window) = (out.grid, out.window);
         let mut tiles = tiles.iter().copied();
         let place = if self.source.wants().place { tiles.next() } else { None };
@@ -72,17 +72,18 @@ impl Shown {
             metric: metric.map(|tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
             space: false,
             pixel: self.cut.pixel(&grid),
+            listener,
         };
         self.source.fill(&patch, &inputs, &mut out.planes_mut());
     }
 
     /// Computes a tile from others of the window `whole` around it.
-    fn compute_whole(&self, tiles: &[&Tile], whole: Window, out: &mut Tile) {
+    fn compute_whole(&self, tiles: &[&Tile], listener: Option<Listener<'_>>, whole: Window, out: &mut Tile) {
         if whole == out.window {
-            return self.compute(tiles, out);
+            return self.compute(tiles, listener, out);
         }
         let mut larger = Tile::unset(out.grid, whole, out.channels());
-        self.compute(tiles, &mut larger);
+        self.compute(tiles, listener, &mut larger);
         out.copy_from(&larger, 0, 0);
     }
 
@@ -92,7 +93,7 @@ impl Shown {
         let ids = tiles[usize::from(self.source.wants().place)];
         let parts = occupied(ids.plane(0), whole);
         if parts == [whole] {
-            self.compute_whole(&tiles, whole, out);
+            self.compute_whole(&tiles, given.listener(), whole, out);
         } else {
             out.data_mut().fill(0.0);
             let beside = if self.in_quads(&out.grid) { BESIDE } else { 0 };
@@ -101,7 +102,7 @@ impl Shown {
                 let around = part.grow(beside, beside).intersection(&whole);
                 let cropped: Vec<Tile> = tiles.iter().map(|tile| crop(tile, around)).collect();
                 let mut larger = Tile::unset(out.grid, around, out.channels());
-                self.compute(&cropped.iter().collect::<Vec<_>>(), &mut larger);
+                self.compute(&cropped.iter().collect::<Vec<_>>(), given.listener(), &mut larger);
                 out.copy_part(&larger, part, 0, 0);
             }
         }
@@ -172,7 +173,7 @@ impl FieldSource for Shown {
             return self.compute_between_holes(given, whole, out);
         }
         let tiles: Vec<&Tile> = given.tiles().collect();
-        self.compute_whole(&tiles, whole, out);
+        self.compute_whole(&tiles, given.listener(), whole, out);
         Ok(())
     }
 

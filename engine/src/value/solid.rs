@@ -6,6 +6,7 @@
 use super::link::Link;
 use super::quads::AtQuads;
 use super::{Cost, Cut, Cuts, Field, FieldId, Key, PieceAxes, Type};
+use crate::diagnostics::Problem;
 use glam::DVec3;
 use std::any::Any;
 use std::collections::HashMap;
@@ -36,6 +37,18 @@ pub struct Patch<'a> {
     pub space: bool,
     /// The largest distance of neighbours in mm; 0 for single points, which are taken as they are.
     pub pixel: f32,
+    /// Where to tell what the user should know about the values, if anybody listens.
+    pub listener: Option<Listener<'a>>,
+}
+
+/// What takes reports about values.
+#[derive(Clone, Copy)]
+pub struct Listener<'a>(pub &'a dyn Fn(Problem));
+
+impl std::fmt::Debug for Listener<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Listener")
+    }
 }
 
 /// The pieces of a cut at the points of a patch. Neighbours of different pieces do not tell the footprint of a pixel.
@@ -53,7 +66,8 @@ impl<'a> Patch<'a> {
     pub const fn of(place: [&'a [f32]; 3]) -> Self {
         let [level, space] = [false; 2];
         let (columns, pixel) = (place[0].len(), 0.0);
-        Self { place, columns, rows: 1, level, flat: None, pieces: None, metric: None, space, pixel }
+        let (flat, pieces, metric, listener) = (None, None, None, None);
+        Self { place, columns, rows: 1, level, flat, pieces, metric, space, pixel, listener }
     }
 
     /// The number of points.

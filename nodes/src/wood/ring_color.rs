@@ -6,9 +6,9 @@
 use super::by_calendar::ByCalendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
+use shibo_engine::diagnostics::{Code as Kind, Problem};
 use shibo_engine::node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, SolidVector};
-use shibo_engine::value::{ColorPattern, Patch, Planes, Solid, Stop, Type};
+use shibo_engine::value::{ColorPattern, Listener, Patch, Planes, Solid, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -124,6 +124,22 @@ impl Default for RingColor {
 /// The usual width of borders between years on meshes, in years.
 const ON_SURFACES: f64 = 0.06;
 
+/// So many years a texel, and charts of a surface no longer agree about borders of rings.
+const NARROW: f32 = 1.0 / 16.0;
+
+/// Whether most texels of a patch, if it has some, are wide beside the rings: more years wide than [`NARROW`].
+fn are_narrow(spans: &[f32]) -> bool {
+    let there = spans.iter().filter(|span| **span > 0.0 && span.is_finite());
+    let (wide, all) = there.fold((0, 0), |(wide, all), span| (wide + usize::from(*span > NARROW), all + 1));
+    all >= 256 && 2 * wide > all
+}
+
+fn narrow_rings() -> Problem {
+    let message = "rings are less than 16 texels wide on a surface, so borders of its charts may show in them";
+    let help = "set `footprint: Space` in BakeSolid, or render it finer";
+    Problem::new(Kind::Advice, message).at("time").help(help)
+}
+
 /// How a time becomes a colour.
 enum Lookup {
     Mean(YearTable),
@@ -176,6 +192,9 @@ impl Painter {
         // Where the fraying is finer than pixels, it widens the span by twice its deviation instead.
         let blur = 2.0 * self.feather * 0.27 * (1.0 - visible(0.5, patch.pixel));
         let border = self.border[usize::from(patch.metric.is_some())];
+        if let (Some(Listener(tell)), true) = (patch.listener, patch.metric.is_some() && are_narrow(&across)) {
+            tell(narrow_rings());
+        }
         let [red, green, blue, late] = out else { return };
         dispatch(
             #[inline(always)]

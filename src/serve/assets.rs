@@ -39,6 +39,8 @@ assets! {
     "sheet.js" "text/javascript; charset=utf-8",
     "staging.js" "text/javascript; charset=utf-8",
     "stream.js" "text/javascript; charset=utf-8",
+    "marks.js" "text/javascript; charset=utf-8",
+    "wire.js" "text/javascript; charset=utf-8",
     "strokes.js" "text/javascript; charset=utf-8",
     "textures.js" "text/javascript; charset=utf-8",
     "tone.js" "text/javascript; charset=utf-8",

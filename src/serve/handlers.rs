@@ -3,7 +3,7 @@ use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::scene::{Scene, Target, View};
 use super::stage::{News, Stage, Values};
-use super::{change, data, editor, export, map, mesh, thumb, wear};
+use super::{change, data, editor, export, map, marks, mesh, thumb, wear};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::rejection::{BytesRejection, QueryRejection};
@@ -77,6 +77,7 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps)
         .route("/{token}/map", get(map::map))
         .route("/{token}/wear", get(wear::wear))
         .route("/{token}/mesh", get(mesh::mesh))
+        .route("/{token}/marks", get(marks::marks))
         .route("/{token}/graph", get(data::graph))
         .route("/{token}/stats", get(data::stats))
         .route("/{token}/values", post(values))

@@ -13,6 +13,7 @@ mod guard;
 mod handlers;
 mod levels;
 mod map;
+mod marks;
 mod mesh;
 mod object;
 mod paint;

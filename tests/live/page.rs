@@ -252,6 +252,74 @@ fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
     assert_calm(&page, "");
 }
 
+/// What is known of a mesh is shown on it, and told of the place under the cursor.
+#[test]
+fn charts_borders_and_directions_are_shown_on_the_mesh() {
+    const CURSOR: &str = "document.getElementById('cursor').textContent";
+    let field = "\"field\": TangentField(mesh: \"mesh\", from: Smooth, symmetry: 2),\n    \"lumps\": Perlin";
+    let place = Place::new(&on_a_mesh("Sphere").replacen("\"lumps\": Perlin", field, 1));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("2");
+    page.wait("document.getElementById('lit').dataset.drawn > 1 && !document.getElementById('marks').hidden");
+    page.wait("document.getElementById('lit').dataset.quality >= 0.35");
+    let without = colours(&mut page).0;
+    // Each is there with a click, and gone with another one.
+    let click = |page: &mut Page, name: &str| {
+        let drawn = page.eval("+document.getElementById('lit').dataset.drawn").as_f64().unwrap();
+        page.eval(&format!("document.querySelector('[data-mark={name}]').click()"));
+        page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+    };
+    let count = |page: &mut Page, test: &str| {
+        let script = format!(
+            "(() => {{ const c = document.getElementById('lit'); const s = new OffscreenCanvas(c.width, c.height).getContext('2d');
+                s.drawImage(c, 0, 0); const d = s.getImageData(0, 0, c.width, c.height).data; let n = 0;
+                for (let i = 0; i < d.length; i += 4) {{ const [r, g, b] = [d[i], d[i + 1], d[i + 2]]; if ({test}) n += 1; }}
+                return n; }})()"
+        );
+        page.eval(&script).as_f64().unwrap()
+    };
+    let (yellow, cyan, red) =
+        ("r > 240 && g > 190 && b < 60", "r < 60 && g > 170 && b > 240", "r > 240 && g < 70 && b < 60");
+    assert_eq!([yellow, cyan, red].map(|test| count(&mut page, test)), [0.0; 3]);
+    click(&mut page, "seams");
+    assert!(count(&mut page, yellow) > 20.0, "no borders");
+    click(&mut page, "seams");
+    assert_eq!(count(&mut page, yellow), 0.0);
+    click(&mut page, "directions");
+    assert!(count(&mut page, cyan) > 200.0, "no directions");
+    click(&mut page, "directions");
+    assert_eq!(count(&mut page, cyan), 0.0);
+    click(&mut page, "charts");
+    click(&mut page, "grid");
+    assert_eq!(page.eval("document.querySelector('[data-mark=charts]').ariaPressed").as_str(), Some("false"));
+    assert_ne!(colours(&mut page).0, without);
+    click(&mut page, "grid");
+    // The place is one of the sphere of 60 mm.
+    page.eval(
+        "(() => { const c = document.getElementById('lit'); const b = c.getBoundingClientRect();
+            c.dispatchEvent(new PointerEvent('pointermove', { bubbles: true, clientX: b.left + b.width / 2, clientY: b.top + b.height / 2 })); })()",
+    );
+    page.wait(&format!("/mm .* triangle \\d+ .* chart \\d+ .* px .* \\d/.test({CURSOR})"));
+    let text = page.eval(CURSOR).as_str().expect("text").to_owned();
+    let numbers: Vec<f64> = text.split_whitespace().take(3).map(|n| n.parse().unwrap()).collect();
+    assert!((numbers.iter().map(|n| n * n).sum::<f64>().sqrt() - 30.0).abs() < 0.3, "{text}");
+    // The picture gets the triangles.
+    page.key("1");
+    let flat = "(() => { const c = document.getElementById('picture'); const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+        let n = 0; for (let i = 0; i < d.length; i += 4) if (d[i] > 230 && d[i + 1] > 180 && d[i + 2] < 80) n += 1; return n; })()";
+    page.eval("document.getElementById('wire').click()");
+    page.wait(&format!("document.getElementById('wire').ariaPressed === 'true' && {flat} > 2000"));
+    page.eval("document.getElementById('wire').click()");
+    page.wait(&format!("{flat} < 2000"));
+    page.key("2");
+    // Other shapes have none of this.
+    page.eval("document.querySelector('[data-shape=cube]').click()");
+    assert_eq!(page.eval("document.getElementById('marks').hidden").as_bool(), Some(true));
+    assert_calm(&page, "");
+}
+
 #[test]
 fn every_node_can_be_looked_at() {
     let place = Place::shipped("starter.ron");

@@ -231,6 +231,8 @@ fn answers_allow_nothing_inline() {
         "sheet.js",
         "staging.js",
         "stream.js",
+        "marks.js",
+        "wire.js",
         "strokes.js",
         "textures.js",
         "tone.js",

@@ -4,7 +4,7 @@ import { $, element, notice, press, rove } from './dom.js';
 import { drops } from './drop.js';
 import { complain } from './errors.js';
 import { Exporter } from './export.js';
-import { legend, probe, status, tiling } from './facts.js';
+import { legend, probe, probeMesh, status, tiling } from './facts.js';
 import { inspect } from './inspector.js';
 import { CHANNELS, Lit } from './lit.js';
 import { Looks } from './looks.js';
@@ -14,6 +14,7 @@ import { Graph } from './nodes.js';
 import { Parameters } from './params.js';
 import { Picture } from './picture.js';
 import { Sheet } from './sheet.js';
+import { Wire } from './wire.js';
 
 const root = document.documentElement;
 // The longest side of exact values.
@@ -38,6 +39,7 @@ page.picture = new Picture($('picture'), {
   oncursor: (pixel) => probe(page, pixel),
   online: (ends) => { $('measure').open = true; measure.cut(ends); },
 });
+page.wire = new Wire($('wire'), page.picture);
 page.lit = new Lit($('lit'), $('light'));
 page.graph = new Graph($('graph'), { onselect: (name) => look(`@${name}`), onjump: jump, onlevel: (path) => crumbs(path) });
 page.parameters = new Parameters($('parameters'), {
@@ -141,6 +143,7 @@ function follow() {
     return;
   }
   page.lit.staging.open(page.state.file);
+  page.wire.follow(scene);
   page.parameters.update(scene, values);
   saveable();
   const { canvas } = scene;
@@ -379,6 +382,7 @@ export function relight() {
 }
 
 page.lit.onshape = relight;
+page.lit.onhover = (found) => probeMesh(page, found);
 page.controls = controls(page, { look, choose, back, outputOf, relight });
 crumbs('');
 press($('views'), (b) => b.dataset.view === 'picture');

@@ -33,7 +33,7 @@ export function ray(eye, aspect, [across, up]) {
   return unit([0, 1, 2].map((k) => x[k] * (across / px) + y[k] * (up / py) - z[k]));
 }
 
-// The nearest place where a ray enters a mesh, and the normal there; null if it passes by.
+// The nearest place where a ray enters a mesh, the normal there, the triangle and the weights of its corners; null if it passes by.
 export function hit({ data, index }, from, way) {
   let best = Infinity;
   let found = null;
@@ -53,7 +53,7 @@ export function hit({ data, index }, from, way) {
     const [v, w] = [dot(cross(p, ac), normal) / whole, dot(cross(ab, p), normal) / whole];
     if (v < -1e-9 || w < -1e-9 || v + w > 1 + 1e-9) continue;
     best = t;
-    found = { at: p.map((x, k) => x + a[k]), normal: unit(normal) };
+    found = { at: p.map((x, k) => x + a[k]), normal: unit(normal), triangle: n / 3, weights: [1 - v - w, v, w] };
   }
   return found;
 }

@@ -65,6 +65,21 @@ export const probe = latest(async (page, pixel) => {
   $('cursor').textContent = text;
 });
 
+// What lies under the cursor on the mesh: place, triangle, part, chart, texel, and the values there.
+export const probeMesh = latest(async (page, found) => {
+  const { state, target } = page;
+  if (!found || !state?.scene) { $('cursor').textContent = ''; return; }
+  const { canvas, generation } = state.scene;
+  const [x, y] = found.uv.map((v, i) => Math.min(canvas.resolution[i] - 1, Math.max(0, Math.floor(v * canvas.resolution[i]))));
+  const parts = [`${found.mm.map((v) => v.toFixed(2)).join('  ')} mm`];
+  if (found.triangle !== undefined) parts.push(`triangle ${found.triangle}`, `chart ${found.chart}`);
+  if (found.part) parts.push(found.part);
+  parts.push(`${x}, ${y} px`);
+  const value = await ask('probe', { g: generation, t: target, x, y }).catch(() => null);
+  if (value) parts.push(`${value.values.map(n).join('  ')}${value.unit ? ` ${value.unit}` : ''}`);
+  $('cursor').textContent = parts.join('   ·   ');
+});
+
 // What is going on.
 export function status(page) {
   const s = $('status');

@@ -1,6 +1,7 @@
 // The material on a shape: textures from the server, an orbiting eye, a light that turns. Drawn only when something changes.
 import { camera } from './camera.js';
 import { press } from './dom.js';
+import { Marks } from './marks.js';
 import { mesh, samples } from './net.js';
 import { FRAGMENT, VERTEX, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
@@ -40,6 +41,7 @@ export class Lit {
     this.cost = 0.002;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.strokes = new Strokes(document.getElementById('draw'), document.getElementById('strokes'), () => this.draw());
+    this.marks = new Marks(document.getElementById('marks'), () => this.draw(), (found) => this.onhover?.(found));
     this.listen();
     this.build();
     this.staging = new Staging(this);
@@ -99,7 +101,7 @@ export class Lit {
     canvas.addEventListener('pointercancel', end);
     canvas.addEventListener('pointermove', (e) => {
       this.strokes.move(this.eye(), aspect(), place(e));
-      if (!from) return;
+      if (!from) { this.marks.hover(this.eye(), aspect(), place(e)); return; }
       const [dx, dy] = [e.clientX - from[0], e.clientY - from[1]];
       from = [e.clientX, e.clientY];
       if (e.shiftKey) {
@@ -109,6 +111,7 @@ export class Lit {
       }
       this.draw();
     });
+    canvas.addEventListener('pointerleave', () => this.marks.hover(null, 1, null));
     canvas.addEventListener('wheel', (e) => { e.preventDefault(); this.zoom(Math.exp(-e.deltaY * 0.0012)); }, { passive: false });
     canvas.addEventListener('keydown', (e) => {
       const by = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[e.key];
@@ -180,6 +183,7 @@ export class Lit {
   setShape(shape) {
     this.shape = shape;
     this.strokes.show(shape === 'mesh' ? this.shapes.mesh : null);
+    this.marks.show(shape === 'mesh' ? this.shapes.mesh : null);
     press(document.getElementById('shapes'), (b) => b.dataset.shape === shape);
     this.reset();
     this.staging?.shaped(shape);
@@ -189,6 +193,7 @@ export class Lit {
   // The mesh of the graph is one of the shapes, as long as the graph has one.
   async setMesh(scene) {
     const id = scene.mesh ?? null;
+    this.marks.follow(scene.generation);
     if (id === this.meshId) return;
     this.meshId = id;
     // The server may be gone.
@@ -210,7 +215,7 @@ export class Lit {
     document.querySelector('[data-shape=mesh]').hidden = !found;
     if (found && !had) this.setShape('mesh');
     else if (!found && this.shape === 'mesh') this.setShape('sphere');
-    else if (this.shape === 'mesh') this.strokes.show(this.shapes.mesh);
+    else if (this.shape === 'mesh') { this.strokes.show(this.shapes.mesh); this.marks.show(this.shapes.mesh); }
     else this.draw();
   }
 
@@ -400,6 +405,7 @@ export class Lit {
     gl.bindVertexArray(array);
     gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
     if (this.staging.shadow) this.ground.paint(gl, view, this.shapes[this.shape].foot);
+    this.marks.paint(gl, view);
     this.strokes.paint(gl, view);
   }
 }

@@ -19,6 +19,7 @@ export class Picture {
     this.tone = neutral();
     this.seam = false;
     this.line = null;
+    this.wire = null;
     this.online = online;
     this.plane = 'all';
     this.repeat = false;
@@ -181,8 +182,22 @@ export class Picture {
     } else if (after) {
       this.layer(after, [0, canvas.width], source);
     }
+    if (this.wire && this.now) this.outline();
     if (this.line) this.mark();
     this.onview(this.bitmap || this.object ? this.scale : null);
+  }
+
+  // The triangles of a mesh, where its atlas lays them.
+  outline() {
+    const { canvas, context: c, scale } = this;
+    const [w, h] = this.size.map((n) => n * scale);
+    const path = new Path2D();
+    path.addPath(this.wire, new DOMMatrix([w, 0, 0, h, canvas.width / 2 - this.center[0] * scale, canvas.height / 2 - this.center[1] * scale]));
+    for (const [style, width] of [['rgba(0, 0, 0, 0.55)', 2.2], ['#ffd21a', 0.9]]) {
+      c.strokeStyle = style;
+      c.lineWidth = width * this.ratio;
+      c.stroke(path);
+    }
   }
 
   // The line of a profile.

@@ -1,0 +1,235 @@
+// What is known of the mesh in the lit view, shown on it: charts, a grid of its coordinates, borders of charts, directions; and what
+// lies under the cursor.
+import { hit, ray } from './camera.js';
+import { ask, latest } from './net.js';
+import { linked } from './shaders.js';
+
+// A vertex: position, coordinates, colour of the chart.
+const FILL = `#version 300 es
+layout(location = 0) in vec3 aPosition;
+layout(location = 1) in vec2 aUv;
+layout(location = 2) in vec3 aColor;
+uniform mat4 uView;
+out vec2 vUv;
+out vec3 vColor;
+void main() { vUv = aUv; vColor = aColor; gl_Position = uView * vec4(aPosition, 1.0); }`;
+const FILLED = `#version 300 es
+precision highp float;
+in vec2 vUv;
+in vec3 vColor;
+uniform bool uGrid;
+out vec4 oColor;
+void main() {
+  if (!uGrid) { oColor = vec4(vColor, 0.6); return; }
+  vec2 cell = vUv * 16.0;
+  vec2 wide = fwidth(cell);
+  vec2 near = abs(fract(cell + 0.5) - 0.5) / max(wide, vec2(1e-6));
+  float line = 1.0 - smoothstep(0.6, 1.6, min(near.x, near.y));
+  float odd = mod(floor(cell.x) + floor(cell.y), 2.0);
+  oColor = mix(vec4(vUv.x, vUv.y, 0.35, 0.25 + 0.25 * odd), vec4(1.0), 0.85 * line);
+}`;
+// A line is drawn as two triangles, so many pixels wide.
+const LINE = `#version 300 es
+layout(location = 0) in vec3 aFrom;
+layout(location = 1) in vec3 aTo;
+layout(location = 2) in float aSide;
+uniform mat4 uView;
+uniform vec3 uWide;   // the picture's size and the width, in pixels
+void main() {
+  vec4 a = uView * vec4(aFrom, 1.0);
+  vec4 b = uView * vec4(aTo, 1.0);
+  vec2 d = (b.xy / b.w - a.xy / a.w) * uWide.xy;
+  vec2 across = vec2(-d.y, d.x) / max(length(d), 1e-6);
+  a.xy += across * aSide * uWide.z / uWide.xy * a.w;
+  a.z -= 2e-4 * a.w;
+  gl_Position = a;
+}`;
+const LINED = `#version 300 es
+precision mediump float;
+uniform vec3 uColor;
+out vec4 oColor;
+void main() { oColor = vec4(uColor, 1.0); }`;
+
+// Half the size of the cross at a point round which directions turn.
+const CROSS = 0.025;
+const LINES = {
+  seams: { of: 'seams', color: [1, 0.82, 0.1], width: 2.5 },
+  strokes: { of: 'directions', color: [0.08, 0.75, 1], width: 1.8 },
+  ends: { of: 'directions', color: [1, 0.2, 0.75], width: 3 },
+  singular: { of: 'directions', color: [1, 0.15, 0.1], width: 4 },
+};
+
+// Neighbouring numbers get colours that differ.
+function tint(chart) {
+  const hue = (chart * 0.61803398875) % 1;
+  return [0, 2 / 3, 1 / 3].map((shift) => 0.55 + 0.4 * Math.cos(2 * Math.PI * (hue + shift)));
+}
+
+function crosses(points) {
+  const out = [];
+  for (let n = 0; n < points.length; n += 3) {
+    for (let axis = 0; axis < 3; axis += 1) {
+      for (const by of [-CROSS, CROSS]) out.push(...[0, 1, 2].map((k) => points[n + k] + (k === axis ? by : 0)));
+    }
+  }
+  return out;
+}
+
+// Two triangles for each line.
+function ribbons(ends) {
+  const out = [];
+  for (let n = 0; n < ends.length; n += 6) {
+    const [a, b] = [ends.slice(n, n + 3), ends.slice(n + 3, n + 6)];
+    const [left, right] = [[...a, ...b, 1], [...a, ...b, -1]];
+    // Seen from its other end, a side is the other one.
+    const [far, away] = [[...b, ...a, -1], [...b, ...a, 1]];
+    out.push(...left, ...right, ...far, ...far, ...right, ...away);
+  }
+  return new Float32Array(out);
+}
+
+export class Marks {
+  // `changed` is called when there is something else to draw, `onhover` with what lies under the cursor.
+  constructor(group, changed, onhover) {
+    Object.assign(this, { group, changed, onhover, layers: new Set(), mesh: null, data: null });
+    for (const b of group.querySelectorAll('[data-mark]')) b.onclick = () => this.toggle(b.dataset.mark);
+    this.fetch = latest(async () => {
+      const { generation } = this;
+      const found = await ask('marks', { g: generation });
+      if (!found || generation !== this.generation) return;
+      this.data = found;
+      this.dirty = true;
+      const directions = this.group.querySelector('[data-mark=directions]');
+      directions.disabled = !found.strokes.length;
+      directions.title = found.strokes.length ? 'The directions of TangentField; where they turn, and the points round which they do' : 'The graph has no TangentField on this mesh';
+      this.changed();
+    });
+    this.tell();
+  }
+
+  // The mesh that is shown, or null while another shape is.
+  show(mesh) {
+    if (mesh !== this.mesh) [this.mesh, this.data] = [mesh, null];
+    this.tell();
+    if (mesh) this.fetch();
+  }
+
+  // The graph is another one, though its mesh may be the same.
+  follow(generation) {
+    if (generation === this.generation) return;
+    this.generation = generation;
+    if (this.mesh) this.fetch();
+  }
+
+  toggle(layer) {
+    if (!this.layers.delete(layer)) this.layers.add(layer);
+    // One thing covers the surface at a time.
+    if (layer === 'charts') this.layers.delete('grid');
+    if (layer === 'grid') this.layers.delete('charts');
+    this.tell();
+  }
+
+  tell() {
+    this.group.hidden = !this.mesh;
+    for (const b of this.group.querySelectorAll('[data-mark]')) b.ariaPressed = String(this.layers.has(b.dataset.mark));
+    this.changed();
+  }
+
+  // What is under a point of the picture, whose corners are ±1, y up: a moment after the cursor rests.
+  hover(eye, aspect, place) {
+    clearTimeout(this.soon);
+    if (!this.mesh) return;
+    this.soon = setTimeout(() => {
+      if (!this.mesh) return;
+      const made = this.mesh.make(1);
+      const found = place && hit(made, eye, ray(eye, aspect, place));
+      if (!found) { this.onhover(null); return; }
+      const { middle, perMm } = this.mesh;
+      const [x, y, z] = found.at;
+      const mm = [middle[0] + x / perMm, middle[1] - z / perMm, middle[2] + y / perMm];
+      const corner = (k) => made.index[3 * found.triangle + k] * 11;
+      const uv = [9, 10].map((at) => [0, 1, 2].reduce((sum, k) => sum + found.weights[k] * made.data[corner(k) + at], 0));
+      const { triangles, parts, names, charts } = this.data ?? {};
+      const n = found.triangle;
+      this.onhover({ mm, uv, triangle: triangles?.[n], part: names?.[parts[n]], chart: charts?.[n] });
+    }, 30);
+  }
+
+  paint(gl, view) {
+    if (!this.mesh || !this.data || !this.layers.size) return;
+    if (this.gl !== gl) this.prepare(gl);
+    if (this.dirty) this.upload(gl);
+    gl.enable(gl.BLEND);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    if (this.layers.has('charts') || this.layers.has('grid')) {
+      gl.depthFunc(gl.LEQUAL);
+      gl.enable(gl.POLYGON_OFFSET_FILL);
+      gl.polygonOffset(-1, -1);
+      gl.useProgram(this.fill.program);
+      gl.uniformMatrix4fv(this.fill.uView, false, view);
+      gl.uniform1i(this.fill.uGrid, this.layers.has('grid') ? 1 : 0);
+      gl.bindVertexArray(this.surface.array);
+      gl.drawElements(gl.TRIANGLES, this.surface.count, gl.UNSIGNED_INT, 0);
+      gl.disable(gl.POLYGON_OFFSET_FILL);
+      gl.depthFunc(gl.LESS);
+    }
+    gl.useProgram(this.line.program);
+    gl.uniformMatrix4fv(this.line.uView, false, view);
+    for (const [name, { of, color, width }] of Object.entries(LINES)) {
+      if (!this.layers.has(of) || !this.lines[name].count) continue;
+      gl.uniform3f(this.line.uWide, gl.drawingBufferWidth, gl.drawingBufferHeight, width);
+      gl.uniform3fv(this.line.uColor, color);
+      gl.bindVertexArray(this.lines[name].array);
+      gl.drawArrays(gl.TRIANGLES, 0, this.lines[name].count);
+    }
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+  }
+
+  prepare(gl) {
+    this.gl = gl;
+    const program = (vertex, fragment, names) => {
+      const made = linked(gl, vertex, fragment);
+      return { program: made, ...Object.fromEntries(names.map((name) => [name, gl.getUniformLocation(made, name)])) };
+    };
+    this.fill = program(FILL, FILLED, ['uView', 'uGrid']);
+    this.line = program(LINE, LINED, ['uView', 'uWide', 'uColor']);
+    const buffers = (sizes) => {
+      const [array, buffer] = [gl.createVertexArray(), gl.createBuffer()];
+      gl.bindVertexArray(array);
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+      const stride = 4 * sizes.reduce((a, b) => a + b);
+      sizes.reduce((at, n, i) => {
+        gl.enableVertexAttribArray(i);
+        gl.vertexAttribPointer(i, n, gl.FLOAT, false, stride, at);
+        return at + 4 * n;
+      }, 0);
+      return { array, buffer, count: 0 };
+    };
+    this.surface = { ...buffers([3, 2, 3]), triangles: gl.createBuffer() };
+    this.lines = Object.fromEntries(Object.keys(LINES).map((name) => [name, buffers([3, 3, 1])]));
+    this.dirty = true;
+  }
+
+  upload(gl) {
+    this.dirty = false;
+    const { data, index } = this.mesh.make(1);
+    const { charts } = this.data;
+    const vertices = new Float32Array((data.length / 11) * 8);
+    for (let v = 0; v < data.length / 11; v += 1) vertices.set([0, 1, 2, 9, 10].map((k) => data[11 * v + k]), 8 * v);
+    for (let n = 0; n < index.length; n += 1) vertices.set(tint(charts[(n / 3) | 0]), 8 * index[n] + 5);
+    gl.bindVertexArray(this.surface.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.surface.buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.surface.triangles);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, index, gl.STATIC_DRAW);
+    this.surface.count = index.length;
+    for (const name of Object.keys(LINES)) {
+      const made = ribbons(name === 'singular' ? crosses(this.data.singular) : this.data[name]);
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.lines[name].buffer);
+      gl.bufferData(gl.ARRAY_BUFFER, made, gl.STATIC_DRAW);
+      this.lines[name].count = made.length / 7;
+    }
+  }
+}

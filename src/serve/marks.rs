@@ -1,4 +1,5 @@
 //! What is known of the mesh of the lit view: charts and parts of its triangles, borders of charts, and directions on it.
+use super::coarse::Sent;
 use super::handlers::{App, No, Of};
 use super::scene::Scene;
 use axum::extract::rejection::QueryRejection;
@@ -6,7 +7,6 @@ use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Json, Response};
 use glam::DVec3;
 use serde_json::{Value as Data, json};
-use shibo_engine::export::Shape;
 use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Atlas, Carried, Frames, Mesh, Shapes};
 use std::sync::Arc;
@@ -78,26 +78,25 @@ fn found(look: &Look<'_>, scene: &Scene) -> Result<Option<Data>, Failure> {
     let Some((node, output)) = scene.mesh() else { return Ok(None) };
     let Some(atlas) = look.value(node, output)?.and_then(Atlas::unwrap) else { return Ok(None) };
     let frames = frames(look, scene, &atlas);
-    let (_, _, per_mm, middle) = Shape::atlas(&atlas).around_the_origin();
+    let Sent { triangles: order, per_mm, middle, .. } = Sent::of(&atlas);
     let page = Page {
         mesh: &atlas.mesh,
         atlas: &atlas,
         per_mm: f64::from(per_mm),
         middle: DVec3::from(middle.map(f64::from)),
     };
-    let part = |triangle: usize| atlas.mesh.parts.get(triangle).copied().unwrap_or(0);
-    let mut order: Vec<usize> = (0..atlas.mesh.triangles.len()).collect();
-    order.sort_by_key(|triangle| part(*triangle));
-    let borders = order.iter().flat_map(|n| [0, 1, 2].map(|k| (*n, k))).filter(|(n, k)| !atlas.is_inner(*n, *k));
+    let part = |triangle: &u32| atlas.mesh.parts.get(*triangle as usize).copied().unwrap_or(0);
+    let all = 0..atlas.mesh.triangles.len();
+    let borders = all.flat_map(|n| [0, 1, 2].map(|k| (n, k))).filter(|(n, k)| !atlas.is_inner(*n, *k));
     let mut singular = Vec::new();
     for (triangle, _) in frames.iter().flat_map(|frames| &frames.singular) {
         let corners = atlas.mesh.triangles[*triangle as usize];
         page.put(corners.iter().map(|vertex| page.lifted(*vertex)).sum::<DVec3>() / 3.0, &mut singular);
     }
     Ok(Some(json!({
-        "charts": order.iter().map(|n| atlas.charts[*n]).collect::<Vec<_>>(),
+        "charts": order.iter().map(|n| atlas.charts[*n as usize]).collect::<Vec<_>>(),
         "triangles": order,
-        "parts": order.iter().map(|n| part(*n)).collect::<Vec<_>>(),
+        "parts": order.iter().map(part).collect::<Vec<_>>(),
         "names": atlas.mesh.part_names,
         "seams": page.edges(borders),
         "strokes": frames.as_ref().map_or_else(Vec::new, |frames| page.strokes(frames)),

@@ -5,6 +5,7 @@
 //! values of parameters, and the graph file itself, which is changed only as long as its content is what the page has seen.
 mod assets;
 mod change;
+mod coarse;
 mod connections;
 mod data;
 mod editor;

@@ -1,0 +1,116 @@
+//! Meshes of too many triangles for the page, made coarser: vertices that are near each other become one.
+use shibo_engine::export::Shape;
+use shibo_engine::value::Atlas;
+use std::collections::HashMap;
+
+/// The most triangles that are sent.
+const MOST: usize = 500_000;
+
+/// A mesh as the page gets it.
+pub(super) struct Sent {
+    /// For each vertex place, normal, direction of +u and coordinates. The mesh lies around the origin, y up, its farthest
+    /// point at a distance of 1.
+    pub(super) vertices: Vec<[f32; 11]>,
+    /// The vertices of all triangles.
+    pub(super) indices: Vec<u32>,
+    /// For each triangle its number in the mesh.
+    pub(super) triangles: Vec<u32>,
+    /// How long a mm is.
+    pub(super) per_mm: f32,
+    /// Where the origin lies in mm, z up.
+    pub(super) middle: [f32; 3],
+}
+
+impl Sent {
+    /// The mesh of an atlas, by parts; clustered if it is large.
+    pub(super) fn of(atlas: &Atlas) -> Self {
+        let (vertices, indices, per_mm, middle) = Shape::atlas(atlas).around_the_origin();
+        let count = u32::try_from(atlas.mesh.triangles.len()).unwrap_or(u32::MAX);
+        let mut triangles: Vec<u32> = (0..count).collect();
+        triangles.sort_by_key(|triangle| atlas.mesh.parts.get(*triangle as usize).copied().unwrap_or(0));
+        Self { vertices, indices, triangles, per_mm, middle }.at_most(MOST, &atlas.charts)
+    }
+
+    /// With so many triangles at most: within each chart the vertices of a cell become the first of them, and triangles that
+    /// have no area then are left out.
+    fn at_most(self, most: usize, charts: &[u16]) -> Self {
+        let area = self.indices.as_chunks::<3>().0.iter().map(|t| self.area(*t)).sum::<f32>();
+        // About two triangles lie in a cell.
+        let mut cell = (2.0 * area / most as f32).sqrt();
+        let mut made = None;
+        while made.as_ref().unwrap_or(&self).triangles.len() > most {
+            made = Some(self.clustered(cell, charts));
+            cell *= 1.25;
+        }
+        made.unwrap_or(self)
+    }
+
+    fn area(&self, triangle: [u32; 3]) -> f32 {
+        let [a, b, c] = triangle.map(|v| {
+            let [x, y, z, ..] = self.vertices[v as usize];
+            glam::Vec3::new(x, y, z)
+        });
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    fn clustered(&self, cell: f32, charts: &[u16]) -> Self {
+        let mut known: HashMap<(u16, [i32; 3]), u32> = HashMap::new();
+        let (mut vertices, mut indices, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
+        for (corners, triangle) in self.indices.as_chunks::<3>().0.iter().zip(&self.triangles) {
+            let three = corners.map(|corner| {
+                let vertex = self.vertices[corner as usize];
+                #[expect(clippy::cast_possible_truncation, reason = "places are within 1 of the origin")]
+                let place = [vertex[0], vertex[1], vertex[2]].map(|v| (v / cell).floor() as i32);
+                *known.entry((charts[*triangle as usize], place)).or_insert_with(|| {
+                    vertices.push(vertex);
+                    u32::try_from(vertices.len() - 1).unwrap_or(u32::MAX)
+                })
+            });
+            if three[0] != three[1] && three[1] != three[2] && three[2] != three[0] {
+                indices.extend(three);
+                triangles.push(*triangle);
+            }
+        }
+        Self { vertices, indices, triangles, ..*self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of n × n quads, its left half one chart and its right half another.
+    fn square(n: u32) -> (Sent, Vec<u16>) {
+        let share = |k: u32| k as f32 / n as f32;
+        let at =
+            |x: u32, y: u32| [share(x) - 0.5, share(y) - 0.5, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, share(x), share(y)];
+        let vertices = (0..=n).flat_map(|y| (0..=n).map(move |x| at(x, y))).collect();
+        let (mut indices, mut charts) = (Vec::new(), Vec::new());
+        for (x, y) in (0..n).flat_map(|y| (0..n).map(move |x| (x, y))) {
+            let [a, b, c, d] = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| y * (n + 1) + x);
+            indices.extend([a, b, c, a, c, d]);
+            charts.extend([u16::from(2 * x >= n); 2]);
+        }
+        let triangles = (0..2 * n * n).collect();
+        (Sent { vertices, indices, triangles, per_mm: 1.0, middle: [0.0; 3] }, charts)
+    }
+
+    #[test]
+    fn large_meshes_become_coarser_and_keep_their_charts() {
+        let (whole, charts) = square(100);
+        let area = |sent: &Sent| sent.indices.as_chunks::<3>().0.iter().map(|t| sent.area(*t)).sum::<f32>();
+        assert!((area(&whole) - 1.0).abs() < 1e-3);
+        let same = square(100).0.at_most(20_000, &charts);
+        assert_eq!((same.indices.len(), same.vertices.len()), (60_000, 101 * 101));
+        let sent = whole.at_most(2000, &charts);
+        assert!((400..=2000).contains(&sent.triangles.len()), "{}", sent.triangles.len());
+        assert_eq!(sent.indices.len(), 3 * sent.triangles.len());
+        // Nothing is missing but a rim of a cell, and no triangle has vertices of two charts.
+        assert!((area(&sent) - 1.0).abs() < 0.12, "{}", area(&sent));
+        for (corners, triangle) in sent.indices.as_chunks::<3>().0.iter().zip(&sent.triangles) {
+            let right = charts[*triangle as usize] == 1;
+            let us = corners.map(|v| sent.vertices[v as usize][9]);
+            assert!(us.iter().all(|u| if right { *u >= 0.5 } else { *u <= 0.5 }), "{us:?}");
+        }
+    }
+}

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use shibo_engine::value::Mesh;
 
-use super::frame::least_rotation;
+use super::frame::least_turned;
 use super::topology::smooth_normals;
 
 /// The product of two complex numbers.
@@ -125,8 +125,8 @@ impl Connection {
         }
         let carried = |&([to, from], weight): &([u32; 2], f64)| {
             let [to, source] = [to, from].map(|v| planes[v as usize]);
-            let turn = least_rotation(source.axes[2], to.axes[2]);
-            Beside { vertex: from, weight, carried: angle(to.flat(turn * source.axes[0])) }
+            let turned = least_turned(source.axes[0], source.axes[2], to.axes[2]);
+            Beside { vertex: from, weight, carried: angle(to.flat(turned)) }
         };
         let beside = edges.par_iter().with_min_len(1024).map(carried).collect();
         Self { planes, starts, beside, areas, edge: length / edges.len().max(1) as f64 }

@@ -6,7 +6,7 @@
 //! b points down if t points to the right.
 use super::atlas::jacobian as parameterisation;
 use super::walk::{barycentric, corners, flatten};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use shibo_engine::value::{Atlas, Frames};
 
 /// The two directions at a place, in which the exemplar's x and y axes lie; as long as features are large.
@@ -21,16 +21,16 @@ pub fn jacobian(frame: Frame, jf: [DVec3; 2]) -> [f64; 4] {
     [x.x, y.x, x.y, y.y]
 }
 
-/// The least rotation that takes one direction to another, both of length 1.
-pub fn least_rotation(from: DVec3, to: DVec3) -> DMat3 {
+/// A vector under the least rotation that takes the direction `from` to another, both of length 1.
+pub fn least_turned(v: DVec3, from: DVec3, to: DVec3) -> DVec3 {
     let (axis, cosine) = (from.cross(to), from.dot(to));
     if cosine < -0.999_999 {
         // Half a turn, round anything across.
         let across = from.any_orthonormal_vector();
-        return DMat3::from_cols(across * across.x, across * across.y, across * across.z) * 2.0 - DMat3::IDENTITY;
+        return across * (2.0 * across.dot(v)) - v;
     }
-    let turn = |v: DVec3| v + axis.cross(v) + axis.cross(axis.cross(v)) / (1.0 + cosine);
-    DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z))
+    let by = axis.cross(v);
+    v + by + axis.cross(by) / (1.0 + cosine)
 }
 
 /// A vector turned round an axis of length 1.
@@ -96,7 +96,6 @@ impl Face {
         if smooth == DVec3::ZERO {
             smooth = self.normal;
         }
-        let level = least_rotation(smooth, self.normal);
         let across = |of: &[DVec3; 3]| {
             let length = of[0].length() * weights[0] + of[1].length() * weights[1] + of[2].length() * weights[2];
             let flat = |v: DVec3| v - smooth * smooth.dot(v);
@@ -106,7 +105,7 @@ impl Face {
                 let nearest = (1..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
                 mixed = flat(of[nearest]);
             }
-            level * (mixed.normalize_or_zero() * length)
+            least_turned(mixed.normalize_or_zero() * length, smooth, self.normal)
         };
         let t = across(&self.t);
         [t, self.b.as_ref().map_or_else(|| t.cross(self.normal), across)]
@@ -115,8 +114,11 @@ impl Face {
     /// The frame at a point, turned by an angle from t towards b, and scaled.
     pub fn frame_turned(&self, uv: DVec2, angle: f64, scale: f64) -> Frame {
         let [t, b] = self.frame(uv);
+        if angle == 0.0 {
+            return [t * scale, b * scale];
+        }
         let axis = t.cross(b).normalize_or_zero();
-        if angle == 0.0 { [t * scale, b * scale] } else { [t, b].map(|v| turned(v, axis, angle) * scale) }
+        [t, b].map(|v| turned(v, axis, angle) * scale)
     }
 }
 
@@ -215,8 +217,9 @@ mod tests {
     #[test]
     fn opposite_normals_are_half_a_turn() {
         for (from, to) in [(DVec3::Z, -DVec3::Z), (DVec3::X, DVec3::Y), (DVec3::Z, DVec3::Z)] {
-            let turn = least_rotation(from, to);
-            assert!((turn * from).distance(to) < 1e-12 && (turn.determinant() - 1.0).abs() < 1e-12, "{from} {to}");
+            let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|v| least_turned(v, from, to));
+            let volume = x.cross(y).dot(z);
+            assert!(least_turned(from, from, to).distance(to) < 1e-12 && (volume - 1.0).abs() < 1e-12, "{from} {to}");
         }
     }
 }

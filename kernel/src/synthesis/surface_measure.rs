@@ -5,7 +5,7 @@ use super::plane::Neighbours;
 use super::sheet::Sheet;
 use crate::ground::window::{OCTANTS, index};
 use rayon::prelude::*;
-use shibo_engine::value::Seam;
+use shibo_engine::value::{IndirectionLevel, Seam};
 
 /// Steps between neighbouring pixels: how much colours differ per mm, and whether they leave the exemplar's order.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +15,9 @@ pub struct Steps {
     /// Away from borders.
     pub inside: Vec<(f32, bool)>,
 }
+
+/// Of the pixels away from borders, about so many are measured, evenly spread.
+const INSIDE: usize = 65_536;
 
 /// What is measured: positions by pixel, their Jacobians, and the colour at a position.
 pub struct Measured<'a, C> {
@@ -52,7 +55,7 @@ impl<C: Fn(Position) -> [f32; 3] + Sync> Measured<'_, C> {
         coherent as f32 / sites.len().max(1) as f32
     }
 
-    /// All steps to the four nearest neighbours, but for those near a border that do not cross it.
+    /// The steps to the four nearest neighbours, all that cross a border and many that are not near one.
     pub fn steps(&self) -> Steps {
         let level = self.sheet.level;
         let chart = |pixel: usize| level.triangle(pixel).map(|triangle| self.sheet.atlas.charts[triangle]);
@@ -79,7 +82,11 @@ impl<C: Fn(Position) -> [f32; 3] + Sync> Measured<'_, C> {
             };
             [0, 2, 4, 6].map(step)
         };
-        let found: Vec<_> = self.sheet.sites().par_iter().map(|pixel| of(*pixel)).collect();
+        let sites = self.sheet.sites();
+        let every = (sites.len() / INSIDE).max(1);
+        let is_border = |pixel: u32| level.owner[pixel as usize] & IndirectionLevel::BORDER != 0;
+        let chosen = sites.par_iter().enumerate().filter(|(n, pixel)| n % every == 0 || is_border(**pixel));
+        let found: Vec<_> = chosen.map(|(_, pixel)| of(*pixel)).collect();
         let mut steps = Steps::default();
         for (crosses, off, torn) in found.into_iter().flatten().flatten() {
             if crosses { steps.across.push((off, torn)) } else { steps.inside.push((off, torn)) }

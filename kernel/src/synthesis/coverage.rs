@@ -142,6 +142,15 @@ impl Factors {
         Self { columns: Vec::new(), rows: Vec::new(), across: 0, bins, factors, each: shown.tiles.to_vec() }
     }
 
+    /// Keeps the factors of a `part` of the region that was counted.
+    pub fn keep(&mut self, region: &Region, part: &Region) {
+        let sides = [part.plane.w, part.plane.h];
+        for (d, tiles) in [&mut self.columns, &mut self.rows].into_iter().enumerate() {
+            tiles.drain(..offset(part.start[d] - region.start[d]));
+            tiles.truncate(sides[d]);
+        }
+    }
+
     /// The factors of the tile of a pixel of a surface, by bin.
     #[inline(always)]
     pub fn of_site(&self, pixel: usize) -> &[f32] {

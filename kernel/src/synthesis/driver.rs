@@ -2,18 +2,18 @@
 use super::analysis::{self, Level};
 use super::aniso::{Jacobians, Position};
 use super::coverage::EvenUse;
-use super::iso::RUN_REACH;
+use super::iso::{QUARTERS, RUN_REACH};
 use super::jacobian::{IDENTITY, Jacobian};
 use super::lattice::Basis;
 use super::lattice_start::{Fitted, fit};
 use super::mend;
 use super::origin::{best_origin, starting_at};
 use super::plane::{Lookup, Plane};
-use super::region::{Needs, Output, Region, plan};
+use super::region::{Needs, Output, Planned, Region, plan};
 use super::table::Table;
 use super::texels::{Texels, mirrored};
 use crate::ground::hash::Hash;
-use crate::ground::window::{index, offset};
+use crate::ground::window::index;
 use rayon::prelude::*;
 
 /// An exemplar, analysed.
@@ -152,12 +152,12 @@ pub fn run<I: Inputs>(
             // Runs are broken up at the finest level only, at the end.
             let broken = if level.h == 1 { RUN_REACH } else { 0 };
             let mended = mend::reads(settings.rounds, level.h);
-            let reach = passes * 4 * level.hood.reach() + mended + broken;
+            let reach = passes * QUARTERS * level.hood.reach() + mended + broken;
             Needs { h: level.h, reach, tile: tile.filter(|_| level.h >= 2) }
         })
         .collect();
-    let regions = plan(output, &needs);
-    let first = inputs.jacobians(&regions[0])?;
+    let planned = plan(output, &needs);
+    let first = inputs.jacobians(&planned[0].region)?;
     let j = match &first {
         None => IDENTITY,
         Some(Jacobians::Constant(j)) => *j,
@@ -177,13 +177,11 @@ pub fn run<I: Inputs>(
     let adrift = settings.adrift && output.wrap == [true; 2] && !matches!(first, Some(Jacobians::Each(_)));
     let run = Run { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted, bent };
     let coords = if run.isometric {
-        run.isometric(&levels, &regions)?
+        run.isometric(&levels, &planned, &needs)?
     } else {
         let tables: Vec<Table> = levels.par_iter().map(|level| run.table(level)).collect();
-        run.anisometric(&tables, &regions)?
+        run.anisometric(&tables, &planned)?
     };
-    let region = &regions[regions.len() - 1];
-    let coords = cut(&coords, region, output);
     let coords = match levels.first() {
         Some(finest) if run.adrift => {
             let looks = (exemplar.plane, &finest.appearance[..]);
@@ -238,8 +236,8 @@ impl<I: Inputs> Run<'_, I> {
 
     /// Whether use is counted once per level and not before every pass: where a window must be the same part of a
     /// larger output, what a pixel depends on has to stay near.
-    pub(super) fn counts_once(&self, regions: &[Region]) -> bool {
-        let whole = regions.iter().all(|region| region.plane.wrap == [true; 2]);
+    pub(super) fn counts_once(&self, planned: &[Planned]) -> bool {
+        let whole = planned.iter().all(|planned| planned.region.plane.wrap == [true; 2]);
         self.settings.even.is_some_and(|even| even.tile.is_some()) && !whole
     }
 
@@ -256,13 +254,6 @@ impl<I: Inputs> Run<'_, I> {
         }
         Ok(())
     }
-}
-
-/// The output's part of a region.
-fn cut(coords: &[Position], region: &Region, output: &Output) -> Vec<Position> {
-    let skip = [0, 1].map(|d| offset(output.start[d] - region.start[d]));
-    let rows = coords.chunks_exact(region.plane.w).skip(skip[1]).take(output.size[1]);
-    rows.flat_map(|row| &row[skip[0]..skip[0] + output.size[0]]).copied().collect()
 }
 
 /// The shares of pixels that continue, and of exemplar pixels in use.

@@ -3,15 +3,15 @@ use super::aniso::{self, Jacobians, Position};
 use super::coverage::Factors;
 use super::driver::{Inputs, Run};
 use super::jacobian::{self, IDENTITY};
-use super::region::Region;
+use super::region::{Planned, Region};
 use super::table::Table;
 use rayon::prelude::*;
 
 impl<I: Inputs> Run<'_, I> {
-    pub(super) fn anisometric(&self, tables: &[Table], regions: &[Region]) -> Result<Vec<Position>, I::Stop> {
-        let once = self.counts_once(regions);
+    pub(super) fn anisometric(&self, tables: &[Table], planned: &[Planned]) -> Result<Vec<Position>, I::Stop> {
+        let once = self.counts_once(planned);
         let mut map: Vec<Position> = Vec::new();
-        for (k, region) in regions.iter().enumerate() {
+        for (k, Planned { region, wanted }) in planned.iter().enumerate() {
             let level = tables.len() - 1 - k;
             let table = &tables[level];
             let finer: Vec<&Table> = tables[..=level].iter().rev().collect();
@@ -24,7 +24,7 @@ impl<I: Inputs> Run<'_, I> {
                 map = self.start(table, region, &guide)?;
             } else {
                 let mask = self.shaken(region)?;
-                map = self.upsample((&regions[k - 1], &map), table, (region, &jacobians), mask.as_deref());
+                map = self.upsample((&planned[k - 1].wanted, &map), table, (region, &jacobians), mask.as_deref());
             }
             let mut fixed = Vec::new();
             if let Some((is_fixed, positions)) = self.inputs.fixed(region)? {
@@ -33,7 +33,7 @@ impl<I: Inputs> Run<'_, I> {
                 fixed = is_fixed;
             }
             let mut factors = None;
-            self.passes((k, regions.len()), once, |count| {
+            self.passes((k, planned.len()), once, |count| {
                 if count {
                     factors = self.even(region).map(|even| {
                         Factors::count(&even, table.plane, table.usable_bins, region, |p| {
@@ -51,6 +51,7 @@ impl<I: Inputs> Run<'_, I> {
                 };
                 aniso::correct(&finer, region, &region.plane, &jacobians, &terms, &mut map);
             })?;
+            region.keep(wanted, &mut map);
         }
         Ok(map)
     }

@@ -1,24 +1,30 @@
 //! The levels of a synthesis where `J = 1`: whole numbers, upsampled and corrected.
 use super::analysis::Level;
 use super::aniso::Position;
-use super::coverage::{EvenUse, Factors};
+use super::coverage::EvenUse;
 use super::driver::{Inputs, Run};
 use super::iso;
+use super::layer::Layer;
 use super::levels::image;
 use super::mend;
-use super::region::Region;
-use super::rematch;
+use super::region::{Needs, Planned, Region};
 use super::table::Table;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
 impl<I: Inputs> Run<'_, I> {
-    pub(super) fn isometric(&self, levels: &[&Level], regions: &[Region]) -> Result<Vec<Position>, I::Stop> {
-        let once = self.counts_once(regions);
+    pub(super) fn isometric(
+        &self,
+        levels: &[&Level],
+        planned: &[Planned],
+        needs: &[Needs],
+    ) -> Result<Vec<Position>, I::Stop> {
+        let once = self.counts_once(planned);
         let mut map: Vec<u32> = Vec::new();
         // The tables of the level before, then those of the level: all of them at once would take much memory.
         let mut coarser = self.table(levels[levels.len() - 1]);
-        for (k, region) in regions.iter().enumerate() {
+        for (k, (planned_here, needs)) in planned.iter().zip(needs).enumerate() {
+            let region = &planned_here.region;
             let fresh = if k == 0 { None } else { Some(self.table(levels[levels.len() - 1 - k])) };
             let table = fresh.as_ref().unwrap_or(&coarser);
             let guide = self.inputs.guide(region)?;
@@ -27,7 +33,8 @@ impl<I: Inputs> Run<'_, I> {
                 map = start.iter().map(|&at| table.at(self.inside(table, self.anchor(at, region.h)))).collect();
             } else {
                 let mask = self.shaken(region)?;
-                map = self.upsample_iso((&coarser, &regions[k - 1], &map), table, region, mask.as_deref());
+                let parents = (&coarser, &planned[k - 1].wanted, &map[..]);
+                map = self.upsample_iso(parents, table, region, mask.as_deref());
             }
             let mut fixed = Vec::new();
             if let Some((is_fixed, positions)) = self.inputs.fixed(region)? {
@@ -38,29 +45,34 @@ impl<I: Inputs> Run<'_, I> {
                 }
                 fixed = is_fixed;
             }
-            let mut factors = None;
-            self.passes((k, regions.len()), once, |count| {
+            let mut layer = Layer::new(planned_here, needs.reach, map, guide, fixed);
+            self.passes((k, planned.len()), once, |count| {
                 if count {
-                    factors = self.even(region).map(|even| table.factors(&even, region, &map));
+                    layer.factors =
+                        self.even(&layer.region).map(|even| table.factors(&even, &layer.region, &layer.map));
                 }
+                layer.trim();
                 let terms = iso::Terms {
                     kappa: self.settings.kappa,
                     averaged: self.settings.averaged,
-                    factors: factors.as_ref(),
-                    guide: &guide,
+                    factors: layer.factors.as_ref(),
+                    guide: &layer.guide,
                     guide_weight: self.weight(table),
-                    fixed: &fixed,
+                    fixed: &layer.fixed,
                 };
-                iso::correct(table, region, &terms, &mut map);
+                iso::correct(table, &layer.region, &terms, &mut layer.map);
+                layer.spend(iso::QUARTERS * table.hood.reach());
             })?;
-            if mend::rounds(self.settings.rounds, region.h) > 0 {
+            if mend::rounds(self.settings.rounds, table.h) > 0 {
                 // Where use need not be counted once, it is before every round, and at the finest level too.
-                let even = if once { None } else { self.even_from(region, 1) };
-                self.mend((table, region), (even, factors.as_ref()), (&guide, &fixed), &mut map);
+                let even = if once { None } else { self.even_from(&layer.region, 1) };
+                self.mend(table, even, &mut layer);
             }
-            if region.h == 1 {
-                iso::break_runs(table, region, &fixed, &mut map);
+            layer.trim();
+            if table.h == 1 {
+                iso::break_runs(table, &layer.region, &layer.fixed, &mut layer.map);
             }
+            map = layer.result();
             if let Some(fresh) = fresh {
                 coarser = fresh;
             }
@@ -69,25 +81,17 @@ impl<I: Inputs> Run<'_, I> {
     }
 
     /// Mends where pieces meet.
-    fn mend(
-        &self,
-        (table, region): (&Table, &Region),
-        (even, factors): (Option<EvenUse>, Option<&Factors>),
-        (guide, fixed): (&[f32], &[bool]),
-        map: &mut [u32],
-    ) {
+    fn mend(&self, table: &Table, even: Option<EvenUse>, layer: &mut Layer) {
         let Some((picture, pyramid)) = self.exemplar.picture else { return };
-        let terms = rematch::Terms {
-            factors,
+        let how = mend::How {
+            rounds: self.settings.rounds,
             even,
-            guide,
-            guide_weight: self.settings.guide_weight * (region.h as f32 / 8.0).min(1.0),
-            fixed,
+            guide_weight: self.settings.guide_weight * (table.h as f32 / 8.0).min(1.0),
             enough: self.settings.enough,
-            hash: self.settings.hash.with(0x6D65_6E64).with(region.h as u64),
+            hash: self.settings.hash.with(0x6D65_6E64).with(table.h as u64),
         };
-        let image = image(picture, region.h, pyramid);
-        mend::mend((table, &image), region, &terms, self.settings.rounds, map);
+        let image = image(picture, table.h, pyramid);
+        mend::mend((table, &image), &how, layer);
     }
 
     pub(super) fn upsample_iso(

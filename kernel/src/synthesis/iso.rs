@@ -30,6 +30,9 @@ pub struct Terms<'a> {
     pub fixed: &'a [bool],
 }
 
+/// How far a pass reads per pixel of a neighbourhood: each of its quarters reads what the one before has written.
+pub(super) const QUARTERS: i32 = 4;
+
 /// One pass: the four quarters of pixels in the order (0,0), (1,1), (1,0), (0,1), each read before any of it is
 /// written.
 pub fn correct(table: &Table, region: &Region, terms: &Terms<'_>, map: &mut [u32]) {

@@ -5,7 +5,8 @@
 //! others, so the result is as sharp as the exemplar. Patches are searched for among those that neighbours continue, those
 //! that look like them, and at random around the best one (C. Barnes et al., 2009). Nothing far away is read, and a pass
 //! writes nothing that it reads. What is still nowhere in the exemplar after some rounds is replaced ([`spots`]). Cost: O(pixels near joints · patches tried · pixels of a patch).
-use super::coverage::Factors;
+use super::coverage::{EvenUse, Factors};
+use super::layer::Layer;
 use super::patches::Patches;
 use super::plane::Plane;
 use super::region::Region;
@@ -14,6 +15,7 @@ use super::spots;
 use super::table::Table;
 use super::texels::Texels;
 use super::vote::{self, Found};
+use crate::ground::hash::Hash;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
@@ -43,59 +45,102 @@ const fn replacing(rounds: u32, h: usize) -> u32 {
     if h > REPLACED { 0 } else { rounds }
 }
 
+/// How far a round reads at the level of spacing `h`, in its pixels.
+fn round_reads(h: usize) -> i32 {
+    let reach = index(reach(h));
+    reach + 1 + reach.min(vote::REACH)
+}
+
 /// How far away a level is read if there are so many rounds at the finest, in its pixels.
 pub(super) fn reads(finest: u32, h: usize) -> i32 {
     let (rounds, replacing) = (rounds(finest, h), replacing(finest, h));
     let all = rounds + replacing + u32::from(replacing > 0);
-    let reach = index(reach(h));
     let times = |count: u32, by: i32| i32::try_from(count).unwrap_or(64) * by;
-    times(all, reach + 1 + reach.min(vote::REACH)) + times(replacing, spots::READS) + 1
+    times(all, round_reads(h)) + times(replacing, spots::READS) + 1
 }
 
-/// Mends a level, with so many rounds at the finest: `image` is its picture, `map` holds indices of its tables.
-pub(super) fn mend(
-    (table, image): (&Table, &Texels<f32>),
-    region: &Region,
-    terms: &Terms<'_>,
-    finest: u32,
-    map: &mut [u32],
-) {
+/// How a level is mended.
+pub(super) struct How {
+    /// How many rounds there are at the finest level.
+    pub(super) rounds: u32,
+    /// Where use is counted again before every round: how.
+    pub(super) even: Option<EvenUse>,
+    /// The weight of the guide, where 1 is as much as a patch differs from any other.
+    pub(super) guide_weight: f32,
+    /// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a
+    /// better one would only make more of the result alike.
+    pub(super) enough: f32,
+    /// Random numbers.
+    pub(super) hash: Hash,
+}
+
+/// What is known from the round before.
+#[derive(Default)]
+struct Before {
+    found: Vec<Found>,
+    map: Vec<u32>,
+    near: Vec<bool>,
+    pasted: Vec<bool>,
+}
+
+impl Before {
+    fn keep(&mut self, region: &Region, part: &Region) {
+        region.keep(part, &mut self.found);
+        region.keep(part, &mut self.map);
+        region.keep(part, &mut self.near);
+        region.keep(part, &mut self.pasted);
+    }
+}
+
+/// Mends a level: `image` is its picture, the map of `layer` holds indices of its tables.
+pub(super) fn mend((table, image): (&Table, &Texels<f32>), how: &How, layer: &mut Layer) {
     let patches = Patches::new(image, table, reach(table.h));
-    map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.at(table.pixel(*at)));
-    let (ways, reach) = (ways(&patches, region.plane), index(patches.reach));
-    let mut found: Vec<Found> = Vec::new();
-    let mut before: (Vec<u32>, Vec<bool>) = (Vec::new(), Vec::new());
-    let settled = weight(2.0 * terms.enough);
-    let (rounds, replacing) = (rounds(finest, region.h), replacing(finest, region.h));
-    let mut pasted = vec![false; map.len()];
+    layer.trim();
+    layer.map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.at(table.pixel(*at)));
+    let reach = index(patches.reach);
+    let settled = weight(2.0 * how.enough);
+    let (rounds, replacing) = (rounds(how.rounds, table.h), replacing(how.rounds, table.h));
+    let mut before = Before::default();
     for k in 0..rounds + replacing + u32::from(replacing > 0) {
-        let hash = terms.hash.with(u64::from(k));
-        let counted = terms
-            .even
-            .map(|even| Factors::count(&even, table.plane, table.usable_bins, region, |p| patches.bin(map[p])));
-        let terms = &Terms { factors: counted.as_ref().or(terms.factors), ..*terms };
+        before.keep(&layer.trim(), &layer.region);
+        let Layer { region, map, guide, fixed, factors, .. } = layer;
+        let counted =
+            how.even.map(|even| Factors::count(&even, table.plane, table.usable_bins, region, |p| patches.bin(map[p])));
+        let terms = Terms {
+            factors: counted.as_ref().or(factors.as_ref()),
+            guide,
+            guide_weight: how.guide_weight,
+            fixed,
+            enough: how.enough,
+        };
         let near = spread(&torn(&patches, region, map), region.plane, reach);
         // Where nothing has changed, nothing else would be found; and what fits well was settled the round before.
         let fresh = if k == 0 {
             near.clone()
         } else {
-            let changed: Vec<bool> = map.iter().zip(&before.0).map(|(now, before)| now != before).collect();
+            let changed: Vec<bool> = map.iter().zip(&before.map).map(|(now, before)| now != before).collect();
             let changed = spread(&changed, region.plane, 1);
-            let open = |p: usize| !before.1[p] || found[p].weight < settled;
+            let open = |p: usize| !before.near[p] || before.found[p].weight < settled;
             // Around what was pasted everything is looked up.
-            let pasted = spread(&pasted, region.plane, reach);
+            let pasted = spread(&before.pasted, region.plane, reach);
             (0..map.len()).map(|p| near[p] && (pasted[p] || changed[p] && open(p))).collect()
         };
-        let search = Search { table, patches: &patches, region, terms, hash, map, near: &near, last: &found, ways };
-        found = search.all(&fresh);
-        before = (map.to_vec(), near);
+        let (ways, hash) = (ways(&patches, region.plane), how.hash.with(u64::from(k)));
+        let (terms, last) = (&terms, &before.found[..]);
+        let found = Search { table, patches: &patches, region, terms, hash, map, near: &near, last, ways }.all(&fresh);
+        before = Before { map: map.clone(), near, ..Before::default() };
         let open = spread(&fresh, region.plane, vote::REACH.min(reach));
-        vote::vote(&patches, region, &found, (&open, terms.fixed), map);
+        vote::vote(&patches, region, &found, (&open, fixed), map);
+        let mut spent = round_reads(table.h);
         if (rounds..rounds + replacing).contains(&k) {
-            pasted = spots::replace((table, &patches), region, terms, &found, map);
+            before.pasted = spots::replace((table, &patches), region, (terms, how.hash), &found, map);
+            spent += spots::READS;
         }
+        before.found = found;
+        layer.spend(spent);
     }
-    map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.known(*at));
+    layer.spend(1);
+    layer.map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.known(*at));
 }
 
 /// The pixels that the one to the right or below does not continue.

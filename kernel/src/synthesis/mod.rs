@@ -23,6 +23,7 @@ pub mod iso;
 pub mod jacobian;
 pub mod lattice;
 pub mod lattice_start;
+mod layer;
 pub mod levels;
 pub mod magnify;
 mod mend;

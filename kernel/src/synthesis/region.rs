@@ -1,7 +1,8 @@
 //! Which pixels of each level an output needs.
 //!
 //! Where sides join, a level covers the output once. Elsewhere a level is larger than the part of it that is wanted, by
-//! the reach of its correction, so that every window of an unbounded texture is the same part of it.
+//! the reach of its correction, so that every window of an unbounded texture is the same part of it; with every pass fewer
+//! of its pixels matter.
 use super::plane::Plane;
 use crate::ground::window::{index, offset};
 
@@ -40,39 +41,56 @@ pub struct Needs {
     pub tile: Option<usize>,
 }
 
-/// The regions of all levels, `needs` from the coarsest to the finest.
-pub fn plan(output: &Output, needs: &[Needs]) -> Vec<Region> {
-    let axes = [0, 1].map(|axis| line(output, axis, needs));
-    (0..needs.len())
-        .map(|k| Region {
-            h: needs[k].h,
-            start: [axes[0][k].0, axes[1][k].0],
-            plane: Plane { w: axes[0][k].1, h: axes[1][k].1, wrap: output.wrap },
-            short: [0, 1].map(|d| match output.wrap[d] {
-                true => index(axes[d][k].1 * needs[k].h - output.size[d]),
-                false => 0,
-            }),
-        })
-        .collect()
+/// A level's pixels: those it begins with, and those of its result that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Planned {
+    /// All that is known when the level begins.
+    pub region: Region,
+    /// What must be right when it ends.
+    pub wanted: Region,
 }
 
-fn line(output: &Output, axis: usize, needs: &[Needs]) -> Vec<(i32, usize)> {
+/// The pixels of all levels, `needs` from the coarsest to the finest.
+pub fn plan(output: &Output, needs: &[Needs]) -> Vec<Planned> {
+    let axes = [0, 1].map(|axis| line(output, axis, needs));
+    let region = |k: usize, lines: [(i32, usize); 2]| Region {
+        h: needs[k].h,
+        start: lines.map(|line| line.0),
+        plane: Plane { w: lines[0].1, h: lines[1].1, wrap: output.wrap },
+        short: [0, 1].map(|d| match output.wrap[d] {
+            true => index(lines[d].1 * needs[k].h - output.size[d]),
+            false => 0,
+        }),
+    };
+    let planned = |k: usize| Planned {
+        region: region(k, [axes[0][k].0, axes[1][k].0]),
+        wanted: region(k, [axes[0][k].1, axes[1][k].1]),
+    };
+    (0..needs.len()).map(planned).collect()
+}
+
+/// First pixels and counts: what a level begins with, and what is wanted of it.
+type Line = ((i32, usize), (i32, usize));
+
+fn line(output: &Output, axis: usize, needs: &[Needs]) -> Vec<Line> {
     if output.wrap[axis] {
-        return needs.iter().map(|need| (0, output.size[axis].div_ceil(need.h))).collect();
+        let all = |need: &Needs| (0, output.size[axis].div_ceil(need.h));
+        return needs.iter().map(|need| (all(need), all(need))).collect();
     }
     let (mut from, mut to) = (output.start[axis], output.start[axis] + index(output.size[axis]));
-    let mut lines: Vec<(i32, usize)> = Vec::new();
+    let mut lines: Vec<Line> = Vec::new();
     for (k, need) in needs.iter().enumerate().rev() {
         if k + 1 < needs.len() {
             let step = index(needs[k].h / needs[k + 1].h);
             (from, to) = (from.div_euclid(step), (to - 1).div_euclid(step) + 1);
         }
+        let wanted = (from, offset(to - from));
         (from, to) = (from - need.reach, to + need.reach);
         if let Some(tile) = need.tile {
             let tile = index((tile / need.h).max(1));
             (from, to) = (from.div_euclid(tile) * tile, ((to - 1).div_euclid(tile) + 1) * tile);
         }
-        lines.push((from, offset(to - from)));
+        lines.push(((from, offset(to - from)), wanted));
     }
     lines.reverse();
     lines
@@ -91,6 +109,35 @@ impl Region {
     pub fn beyond(&self, x: i32, y: i32) -> [i32; 2] {
         let axis = |k: i32, n: usize, short: i32| short * (i32::from(k >= index(n)) - i32::from(k < 0));
         [axis(x, self.plane.w, self.short[0]), axis(y, self.plane.h, self.short[1])]
+    }
+
+    /// What is `wanted` of it and what lies up to `by` pixels around that; along sides that join, all of it.
+    pub fn around(&self, wanted: &Self, by: i32) -> Self {
+        let Plane { w, h, wrap } = self.plane;
+        let (size, inner) = ([w, h], [wanted.plane.w, wanted.plane.h]);
+        let line = |d: usize| {
+            if wrap[d] {
+                return (self.start[d], size[d]);
+            }
+            let from = (wanted.start[d] - by).max(self.start[d]);
+            let to = (wanted.start[d] + index(inner[d]) + by).min(self.start[d] + index(size[d]));
+            (from, offset(to - from))
+        };
+        let lines = [line(0), line(1)];
+        Self { start: lines.map(|line| line.0), plane: Plane { w: lines[0].1, h: lines[1].1, wrap }, ..*self }
+    }
+
+    /// Of numbers of its pixels, keeps those of a `part` of it; none stay none.
+    pub fn keep<T: Copy>(&self, part: &Self, numbers: &mut Vec<T>) {
+        if numbers.is_empty() || part == self {
+            return;
+        }
+        let (skip, w) = ([0, 1].map(|d| offset(part.start[d] - self.start[d])), part.plane.w);
+        for y in 0..part.plane.h {
+            let from = (y + skip[1]) * self.plane.w + skip[0];
+            numbers.copy_within(from..from + w, y * w);
+        }
+        numbers.truncate(w * part.plane.h);
     }
 
     /// A number of its own for pixel (x, y), the same in every region.
@@ -119,14 +166,35 @@ mod tests {
     fn parents_are_always_there() {
         let needs: Vec<Needs> = [16, 8, 4, 2, 1].map(|h| Needs { h, reach: 8, tile: (h > 1).then_some(128) }).to_vec();
         for (start, size, wrap) in [([-37, 1000], [61, 1], [false; 2]), ([0, 5], [100, 77], [true, false])] {
-            let regions = plan(&Output { start, size, wrap }, &needs);
-            for pair in regions.windows(2) {
+            let planned = plan(&Output { start, size, wrap }, &needs);
+            for pair in planned.windows(2) {
+                let pair = [pair[0].wanted, pair[1].region];
                 for (x, y) in [(0, 0), (pair[1].plane.w - 1, pair[1].plane.h - 1)] {
                     let (parent, _) = pair[1].parent(&pair[0], x, y);
                     assert!(parent < pair[0].plane.w * pair[0].plane.h);
                     assert!(pair[1].plane.w.div_ceil(2) <= pair[0].plane.w);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_part_keeps_its_numbers() {
+        let needs = [Needs { h: 2, reach: 5, tile: Some(32) }, Needs { h: 1, reach: 3, tile: None }];
+        for wrap in [[false; 2], [false, true]] {
+            let planned = plan(&Output { start: [if wrap[0] { 0 } else { -7 }, 0], size: [20, 30], wrap }, &needs)[0];
+            let all = planned.region;
+            let names = |of: &Region| -> Vec<u64> {
+                (0..of.plane.w * of.plane.h).map(|p| of.name(p % of.plane.w, p / of.plane.w)).collect()
+            };
+            for by in [100, 4, 0] {
+                let part = all.around(&planned.wanted, by);
+                let mut numbers = names(&all);
+                all.keep(&part, &mut numbers);
+                assert_eq!(numbers, names(&part));
+                assert!(by > 4 || part.plane.w == planned.wanted.plane.w + 2 * by as usize);
+            }
+            assert_eq!(all.around(&planned.wanted, 0), planned.wanted);
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Patches are searched for among those that neighbours continue, those that look like them, and at random around the best
 //! one (C. Barnes et al., 2009).
-use super::coverage::{EvenUse, Factors};
+use super::coverage::Factors;
 use super::patches::{Patches, SIDE, Shade, Shown};
 use super::plane::Plane;
 use super::region::Region;
@@ -19,8 +19,6 @@ use rayon::prelude::*;
 pub(super) struct Terms<'a> {
     /// Factors for even use.
     pub(super) factors: Option<&'a Factors>,
-    /// Where use is counted again before every round: how.
-    pub(super) even: Option<EvenUse>,
     /// Wanted guide values by pixel and their weight, where 1 is as much as a patch differs from any other; empty for none.
     pub(super) guide: &'a [f32],
     /// See `guide`.
@@ -30,8 +28,6 @@ pub(super) struct Terms<'a> {
     /// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a
     /// better one would only make more of the result alike.
     pub(super) enough: f32,
-    /// Random numbers.
-    pub(super) hash: Hash,
 }
 
 /// The neighbours of a pixel that are next to it, and those at the rim of its patch.

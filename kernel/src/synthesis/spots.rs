@@ -47,14 +47,13 @@ fn step(plane: Plane) -> usize {
 pub(super) fn replace(
     (table, patches): (&Table, &Patches),
     region: &Region,
-    terms: &Terms<'_>,
+    (terms, hash): (&Terms<'_>, Hash),
     found: &[Found],
     map: &mut [u32],
 ) -> Vec<bool> {
     let Plane { w, h, wrap } = region.plane;
     let spots = worst(region, found);
-    let search =
-        Search { table, patches, region, terms, map, step: step(table.plane), hash: terms.hash.with(0x7370_6F74) };
+    let search = Search { table, patches, region, terms, map, step: step(table.plane), hash: hash.with(0x7370_6F74) };
     let best: Vec<u32> = spots.par_iter().with_min_len(4).map(|p| search.find(*p, found[*p].at)).collect();
     let inside = |k: i32, n: usize, wrap: bool| wrap || (0..index(n)).contains(&k);
     let mut pasted = vec![false; w * h];

@@ -111,17 +111,24 @@ impl Unit<'_> {
         })
     }
 
+    /// The kinds that convert, and the first of them as it is written in place of the wire.
     fn converters(&self, slot: &Slot, ty: Accepts) -> Option<String> {
-        let converts = |kind: &&str| {
-            let Some(info) = self.registry.info(kind) else { return false };
+        let converter = |kind: &'_ str| {
+            let info = self.registry.info(kind)?;
             let mut required = info.ports().filter(|(_, port)| port.required);
-            self.makes(kind, slot.wants)
-                && required.next().is_some_and(|(_, port)| ty.fits(port.ty))
-                && required.next().is_none()
+            let (field, port) = required.next()?;
+            let fits = self.makes(kind, slot.wants) && ty.fits(port.ty) && required.next().is_none();
+            fits.then(|| field.name.clone())
         };
         let kinds: Vec<_> =
-            self.registry.kinds().filter(converts).take(LISTED).map(|kind| format!("`{kind}`")).collect();
-        (!kinds.is_empty()).then(|| format!("{} makes {} of {ty}", kinds.join(" or "), slot.wants))
+            self.registry.kinds().filter_map(|kind| Some((kind, converter(kind)?))).take(LISTED).collect();
+        let names: Vec<_> = kinds.iter().map(|(kind, _)| format!("`{kind}`")).collect();
+        let (kind, port) = kinds.first()?;
+        let help = format!("{} makes {} of {ty}", names.join(" or "), slot.wants);
+        Some(match slot.part.shape() {
+            Shape::Text(_) => format!("{help}: write `{kind}({port}: {})` here", shorten(slot.part.str())),
+            _ => help,
+        })
     }
 
     fn makers(&self, wants: Accepts) -> Option<String> {

@@ -114,3 +114,37 @@ fn coordinates_go_to_a_file_and_come_back() {
     let spread = made.iter().filter(|at| at[0] != made[0][0]).count();
     assert!(spread > 1000, "the map shows one place");
 }
+
+#[test]
+fn coordinates_are_an_output_that_tells_the_size_of_the_exemplar() {
+    let desk = Desk::new();
+    let of = |size: &str, more: &str| {
+        format!(
+            r#"    "ground": Worley(size: 5, jitter: 0.8),
+    "exemplar": Exemplar(input: "ground.border", size: {size}),
+{more}"#
+        )
+    };
+    let canvas = "size_mm: (64, 48), resolution: (64, 48), tile: Both, seed: 1";
+    let made = of("(40, 30)", r#"    "coords": Synthesize(exemplar: "exemplar", size: (64, 48)),"#);
+    desk.write("a.ron", graph(canvas, &made, r#""coords""#));
+    let made = coords(&desk, "coords");
+    desk.shibo("render a.ron -o . --no-cache").expect(0);
+    let wrong = desk.shibo("render a.ron -o . --no-cache --format png").expect(2).stderr;
+    assert!(wrong.contains("only EXR can hold"), "{wrong}");
+
+    let read = r#"    "coords": CoordsFromField(file: "out.exr", exemplar: "exemplar"),"#;
+    desk.write("a.ron", graph(canvas, &of("(40, 30)", read), r#""coords""#));
+    assert_eq!(coords(&desk, "coords"), made);
+
+    desk.write("b.ron", graph(canvas, &of("(30, 40)", read), r#""coords""#));
+    let wrong = desk.shibo("render b.ron -o . --no-cache").expect(1).stderr;
+    assert!(wrong.contains("in an exemplar of `40x30` pixels; this one has `30x40`"), "{wrong}");
+
+    let both = r#"    "coords": CoordsFromField(input: MakeVector(x: "ground", y: "ground"), file: "out.exr", exemplar: "exemplar"),"#;
+    desk.write("b.ron", graph(canvas, &of("(40, 30)", both), r#""coords""#));
+    assert!(desk.shibo("check b.ron").expect(1).stderr.contains("both `input` and `file` are given"));
+    let neither = r#"    "coords": CoordsFromField(exemplar: "exemplar"),"#;
+    desk.write("b.ron", graph(canvas, &of("(40, 30)", neither), r#""coords""#));
+    assert!(desk.shibo("check b.ron").expect(1).stderr.contains("connect `input`, or name a `file`"));
+}

@@ -54,6 +54,21 @@ pub fn header_layer(path: &Path, layer: &str) -> Result<Header, FileError> {
     of_file(path, Some(layer))
 }
 
+/// A text that was written with an EXR file, by the name that it had in [`PictureSpec::metadata`](super::PictureSpec);
+/// nothing in files of other formats.
+///
+/// # Errors
+/// See [`header`].
+pub fn text(path: &Path, name: &str) -> Result<Option<String>, FileError> {
+    let reading =
+        open(path, &ReadLimits { max_file_bytes: u64::MAX, ..ReadLimits::default() }).and_then(|(file, _)| {
+            let mut reader = BufReader::new(file);
+            let start = reader.fill_buf().map_err(ReadError::Io)?;
+            if sniff(start)? == FileFormat::Exr { read_exr::text(reader, name) } else { Ok(None) }
+        });
+    reading.map_err(|reason| FileError { path: path.to_path_buf(), reason })
+}
+
 fn of_file(path: &Path, layer: Option<&str>) -> Result<Header, FileError> {
     let at = |reason| FileError { path: path.to_path_buf(), reason };
     let (file, _) = open(path, &ReadLimits { max_file_bytes: u64::MAX, ..ReadLimits::default() }).map_err(at)?;

@@ -41,7 +41,7 @@ mod write_tiff;
 pub use atomic::{AtomicFile, remove_stale_temporaries};
 pub use color::{ColorSpace, REC709_TO_AP1, SrgbEncoder, default_for, linear_sample, to_linear};
 pub use guard::caught;
-pub use header::{FileFormat, Header, check, check_bytes, header, header_bytes, header_layer};
+pub use header::{FileFormat, Header, check, check_bytes, header, header_bytes, header_layer, text};
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use mips::MipFilter;
 pub use part::{JoinError, Joined, JoinedFile, PartHeader, PartOf, PartPicture, PartWriter, is_whole, join};

@@ -7,7 +7,7 @@ use exr::block::UncompressedBlock;
 use exr::compression::Compression;
 use exr::io::{PeekRead, Tracking};
 use exr::math::Vec2;
-use exr::meta::attribute::SampleType;
+use exr::meta::attribute::{AttributeValue, SampleType};
 use exr::meta::header::Header as Layer;
 use exr::meta::{BlockDescription, MetaData, Requirements, magic_number};
 use half::f16;
@@ -27,6 +27,20 @@ pub(super) fn header<R: Read>(reader: R, wanted: Option<&str>) -> Result<Header,
     let (meta, _) = guarded(|| read_meta(reader))?;
     let selection = select(&meta, wanted)?;
     header_of(&meta, &selection)
+}
+
+/// A text of the first part of a file, by the name that a writer gave it.
+pub(super) fn text<R: Read>(reader: R, name: &str) -> Result<Option<String>, ReadError> {
+    let (meta, _) = guarded(|| read_meta(reader))?;
+    let stored = super::write_exr::text_name(name);
+    let of = |layer: &Layer| {
+        let mut texts = layer.own_attributes.other.iter().chain(&layer.shared_attributes.other);
+        texts.find_map(|(known, value)| match value {
+            AttributeValue::Text(text) if known.to_string() == stored => Some(text.to_string()),
+            _ => None,
+        })
+    };
+    Ok(meta.headers.first().and_then(of))
 }
 
 /// Checks all parts of a file, and that the one that is wanted can be read.

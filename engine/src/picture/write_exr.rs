@@ -149,14 +149,19 @@ fn attributes(header: &mut Vec<u8>, metadata: &[(String, String)]) -> io::Result
 /// Attributes that have a meaning for other programs: those of OpenImageIO for textures, and who wrote the file.
 const KNOWN: [&str; 3] = ["software", "wrapmodes", "textureformat"];
 
+/// The name of a text as the format takes it.
+pub(super) fn text_name(name: &str) -> String {
+    // Others might be standard attributes by accident, and then of another type.
+    let known = KNOWN.iter().find(|known| known.eq_ignore_ascii_case(name));
+    let name = known.map_or_else(|| format!("shibo.{name}"), ToString::to_string);
+    name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).take(31).collect()
+}
+
 /// Names and texts as the format takes them: names of 1 to 31 printable ASCII characters that no standard attribute has.
 fn named(metadata: &[(String, String)]) -> Vec<(String, String)> {
     let mut attributes: Vec<(String, String)> = Vec::new();
     for (name, text) in metadata {
-        // Others might be standard attributes by accident, and then of another type.
-        let known = KNOWN.iter().find(|known| known.eq_ignore_ascii_case(name));
-        let name = known.map_or_else(|| format!("shibo.{name}"), ToString::to_string);
-        let name: String = name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).take(31).collect();
+        let name = text_name(name);
         if attributes.iter().all(|(other, _)| *other != name) {
             attributes.push((name, text.clone()));
         }

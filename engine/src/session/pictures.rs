@@ -4,6 +4,7 @@ use super::{Failure, Session};
 use crate::eval::{CancelToken, Observer};
 use crate::graph::{Graph, GraphOutput};
 use crate::value::{Channel, Field, Type, Value};
+use glam::DVec2;
 
 impl Session {
     /// What `name` shows, by names: the one field of an output or of `NAME.CHANNEL`, all channels of a material, or, if
@@ -36,6 +37,7 @@ impl Session {
                 let field = found.map_or_else(|| channel.default_field(), |(_, field)| field.clone());
                 Ok(vec![(channel.name().to_owned(), field)])
             }
+            (Value::CoordMap(map), _) => Ok(vec![(output.name.clone(), map.to_field(DVec2::ONE))]),
             (value, _) => match value.field() {
                 Some(field) => Ok(vec![(output.name.clone(), field)]),
                 None => {

@@ -357,13 +357,17 @@ impl<'r> Render<'r, '_> {
     }
 }
 
-pub(super) fn job<'g>(planned: Planned<'g>, value: &Value) -> Job<'g> {
+pub(super) fn job<'g>(mut planned: Planned<'g>, value: &Value) -> Job<'g> {
     let fields = match (value, &planned.part) {
         (Value::Material(material), Part::Channel(channel)) => {
             vec![(String::new(), material.or_default(*channel))]
         }
         (Value::Material(material), _) => {
             material.channels().iter().map(|(channel, field)| (channel.name().to_owned(), field.clone())).collect()
+        }
+        (Value::CoordMap(map), _) => {
+            planned.metadata.extend(map.described());
+            vec![(String::new(), map.to_field(DVec2::ONE))]
         }
         _ => value.field().map(|field| (String::new(), field)).into_iter().collect(),
     };

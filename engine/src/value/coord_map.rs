@@ -1,6 +1,7 @@
 //! The coordinates that synthesis finds in exemplars.
+use super::object::Renders;
 use super::surface::SeamData;
-use super::{ExemplarFrame, Number, Object, Pixels, Sketch, Surface, Tiling, Type};
+use super::{ExemplarFrame, Field, Number, Object, Pixels, Sketch, Surface, Tile, Tiling, Type};
 use glam::{DVec2, IVec2, UVec2};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -30,6 +31,52 @@ pub struct CoordMap {
     pub surface: Option<Arc<Surface>>,
 }
 
+impl CoordMap {
+    /// What tells in a file how many columns and rows the exemplar has, as `128 96`.
+    pub const EXEMPLAR: &'static str = "shibo:exemplar";
+
+    /// The coordinates as a field of vectors, times `scale`: those of the map's pixel, gone on from its centre in the plane;
+    /// 0 where a surface has no chart.
+    pub fn to_field(self: &Arc<Self>, scale: DVec2) -> Field {
+        let map = Arc::clone(self);
+        Field::generate(Type::Vec2, self.periodic, move |out, _| {
+            map.fill(scale, out);
+            Ok(())
+        })
+    }
+
+    fn fill(&self, scale: DVec2, out: &mut Tile) {
+        let (grid, window, n) = (out.grid, out.window, out.window.len());
+        let (size, spacing) = (self.size.as_ivec2(), f64::from(self.spacing));
+        let bring = |k: i32, n: i32, repeats: bool| if repeats { k.rem_euclid(n) } else { k.clamp(0, n - 1) };
+        for p in 0..n {
+            let step = IVec2::new(
+                i32::try_from(p % window.width as usize).unwrap_or(0),
+                i32::try_from(p / window.width as usize).unwrap_or(0),
+            );
+            let place = grid.center(window.x + step.x, window.y + step.y) / self.pitch;
+            let cell = (place + 1e-6).floor();
+            let rest = (place - cell - 0.5) * spacing;
+            let at = cell.as_ivec2() - self.start;
+            let (x, y) = (bring(at.x, size.x, self.periodic.x), bring(at.y, size.y, self.periodic.y));
+            let index = usize::try_from(y * size.x + x).unwrap_or(0);
+            let known = self.coords.get(index).copied().filter(|at| !at[0].is_nan());
+            let [u, v] = known.unwrap_or_default();
+            // At the map's own pixels nothing is added, not even an error of rounding.
+            let goes_on = known.is_some() && self.surface.is_none() && rest.abs().max_element() >= 1e-4;
+            let rest = if goes_on { rest } else { DVec2::ZERO };
+            #[expect(clippy::cast_possible_truncation, reason = "a field holds f32")]
+            let [u, v] = [(f64::from(u) + rest.x) * scale.x, (f64::from(v) + rest.y) * scale.y].map(|v| v as f32);
+            (out.data_mut()[p], out.data_mut()[n + p]) = (u, v);
+        }
+    }
+
+    /// What a file of the coordinates says of them: see [`EXEMPLAR`](Self::EXEMPLAR).
+    pub fn described(&self) -> Option<(String, String)> {
+        self.exemplar.map(|frame| (Self::EXEMPLAR.to_owned(), format!("{} {}", frame.size.x, frame.size.y)))
+    }
+}
+
 /// Positions in an exemplar, by rows.
 #[derive(Serialize)]
 struct CoordMapData {
@@ -48,6 +95,8 @@ struct CoordMapData {
 }
 
 impl Object for CoordMap {
+    const RENDERS: Option<Renders> = Some(Renders::Field(Type::Vec2));
+
     fn bytes(&self) -> usize {
         size_of::<Self>() + 8 * self.coords.len() + self.surface.as_ref().map_or(0, |surface| surface.bytes())
     }

@@ -6,16 +6,17 @@ use glam::{DVec2, IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Vec2Field};
+use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, Vec2Field};
+use shibo_engine::picture::{self, FileError, ReadLimits};
 use shibo_engine::value::{CoordMap, Exemplar, Grid, Stop, Type, Window};
 use shibo_kernel::ground::number::narrow;
+use std::path::Path;
 use std::sync::Arc;
 
-/// Coordinates from a field of vectors, such as a file that was written before: to show an earlier result again, or to go on from it.
+/// Coordinates from a field of vectors or from a file: to show an earlier result again, or to go on from it.
 ///
-/// The first number is the column in the exemplar, the second the row. A file that was written from `CoordsToField` is read by
-/// `MakeVector(x: "u", y: "v")`, where `u` is `Image(path: …, layer: "X", color_space: Raw)` over the whole canvas, and `v` the
-/// same with `layer: "Y"`; `size` then is that of the picture.
+/// The first number is the column in the exemplar, the second the row. A file is an EXR with the channels `X` and `Y` over the
+/// whole canvas, as an output of coordinates writes it; the size of the exemplar that is told in it must be that of `exemplar`.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -28,45 +29,122 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CoordsFromField {
-    /// The field.
-    pub input: In<Vec2Field>,
+    /// The field, if there is no `file`.
+    pub input: Option<In<Vec2Field>>,
+    /// The file, relative to the graph file.
+    pub file: Option<FilePath>,
     /// The exemplar that coordinates refer to.
     pub exemplar: In<Exemplar>,
     /// What a coordinate is measured in.
     pub unit: CoordUnit,
-    /// Columns and rows over the canvas. By default as many as the exemplar's pixels need.
+    /// Columns and rows over the canvas. By default those of the file, or as many as the exemplar's pixels need.
     #[schemars(extend("minimum" = 1.0, "maximum" = 16384.0))]
     pub size: Option<(u32, u32)>,
+}
+
+impl CoordsFromField {
+    /// What a field shows at the centres of so many pixels over the canvas: first the columns, then the rows.
+    fn of_field(
+        &self,
+        cx: &Context<'_>,
+        input: &In<Vec2Field>,
+        exemplar: &Exemplar,
+    ) -> Result<(UVec2, Vec<f32>), Stop> {
+        let (field, canvas) = (cx.get(input)?, cx.size_mm());
+        let own = || (canvas / exemplar.frame.pitch).round().clamp(DVec2::ONE, DVec2::splat(16_384.0)).as_uvec2();
+        let size = self.size.map(UVec2::from).unwrap_or_else(own);
+        self.fits(cx, size)?;
+        let grid = Grid { origin: DVec2::ZERO, step: canvas / size.as_dvec2(), period: Some(size) };
+        Ok((size, cx.evaluator.raster(&field, &grid, Window::full(size))?.data().to_vec()))
+    }
+
+    /// The same of a file.
+    fn of_file(&self, cx: &Context<'_>, path: &Path, exemplar: &Exemplar) -> Result<(UVec2, Vec<f32>), Stop> {
+        let failed = |error: FileError| {
+            let code = if error.reason.is_not_found() { Code::FileNotFound } else { Code::BadFile };
+            let help = "it must be an EXR with the channels `X` and `Y`, as an output of coordinates is written";
+            Problem::new(code, error.to_string()).at("file").help(help)
+        };
+        if let Some(told) = picture::text(path, CoordMap::EXEMPLAR).map_err(failed)? {
+            let [w, h] = exemplar.frame.size.to_array();
+            if told != format!("{w} {h}") {
+                let told = told.replace(' ', "x");
+                let message =
+                    format!("`file` holds coordinates in an exemplar of `{told}` pixels; this one has `{w}x{h}`");
+                let help = "connect the exemplar that they were found in, or give this one as many pixels by `size`";
+                return Err(Problem::new(Code::BadValue, message).at("exemplar").help(help).into());
+            }
+        }
+        let header = picture::header_layer(path, "X").map_err(failed)?;
+        let size = UVec2::new(header.width, header.height);
+        if self.size.is_some_and(|wanted| UVec2::from(wanted) != size) {
+            let message = format!("`file` has `{}x{}` coordinates", size.x, size.y);
+            return Err(Problem::new(Code::BadValue, message).at("size").help("leave `size` out").into());
+        }
+        self.fits(cx, size)?;
+        let limits = ReadLimits { max_bytes_decoded: cx.evaluator.memory(), ..ReadLimits::default() };
+        let mut data = picture::read_layer(path, "X", &limits).map_err(failed)?.planes;
+        data.extend(picture::read_layer(path, "Y", &limits).map_err(failed)?.planes);
+        Ok((size, data))
+    }
+
+    fn fits(&self, cx: &Context<'_>, size: UVec2) -> Result<(), Problem> {
+        let bytes = u64::from(size.x) * u64::from(size.y) * 24;
+        if bytes <= cx.evaluator.memory() {
+            return Ok(());
+        }
+        let message = format!("`{}x{}` coordinates take {} MiB", size.x, size.y, bytes >> 20);
+        let (at, help) =
+            if self.file.is_some() { ("file", "raise --memory") } else { ("size", "set `size`, or raise --memory") };
+        Err(Problem::new(Code::TooLarge, message).at(at).help(help))
+    }
 }
 
 impl Node for CoordsFromField {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
     const OUTPUTS: &'static [Output] = &[Output::new("coords", Type::CoordMap, "The coordinates.")];
 
-    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let (field, exemplar) = (cx.get(&self.input)?, cx.get(&self.exemplar)?);
-        let canvas = cx.size_mm();
-        let own = || (canvas / exemplar.frame.pitch).round().clamp(DVec2::ONE, DVec2::splat(16_384.0)).as_uvec2();
-        let size = self.size.map(UVec2::from).unwrap_or_else(own);
-        let bytes = u64::from(size.x) * u64::from(size.y) * 24;
-        if bytes > cx.evaluator.memory() {
-            let message = format!("`{}x{}` coordinates take {} MiB", size.x, size.y, bytes >> 20);
-            return Err(Problem::new(Code::TooLarge, message).at("size").help("set `size`, or raise --memory").into());
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        self.file.iter().map(|file| ("file", file)).collect()
+    }
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        match (&self.input, &self.file) {
+            (Some(_), Some(_)) => {
+                let problem = Problem::new(Code::BadValue, "both `input` and `file` are given").at("file");
+                vec![problem.help("leave one of them out")]
+            }
+            (None, None) => {
+                let problem = Problem::new(Code::MissingInput, "there are no coordinates to read").at("input");
+                vec![problem.help("connect `input`, or name a `file`")]
+            }
+            _ => Vec::new(),
         }
-        let pitch = canvas / size.as_dvec2();
-        let grid = Grid { origin: DVec2::ZERO, step: pitch, period: Some(size) };
-        let tile = cx.evaluator.raster(&field, &grid, Window::full(size))?;
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let exemplar = cx.get(&self.exemplar)?;
+        let (size, data) = match (cx.file("file"), &self.input) {
+            (Some(path), _) => self.of_file(cx, path, &exemplar)?,
+            (None, Some(input)) => self.of_field(cx, input, &exemplar)?,
+            (None, None) => {
+                return Err(Problem::new(Code::MissingInput, "there are no coordinates to read").at("input").into());
+            }
+        };
+        let pitch = cx.size_mm() / size.as_dvec2();
         let scale = match self.unit {
             CoordUnit::Pixels => DVec2::ONE,
             CoordUnit::Share => exemplar.frame.size.as_dvec2(),
         };
         let at = |(u, v): (&f32, &f32)| [narrow(f64::from(*u) * scale.x), narrow(f64::from(*v) * scale.y)];
-        let coords: Vec<[f32; 2]> = tile.plane(0).iter().zip(tile.plane(1)).map(at).collect();
+        let (columns, rows) = data.split_at(data.len() / 2);
+        let coords: Vec<[f32; 2]> = columns.iter().zip(rows).map(at).collect();
         if let Some(p) = coords.iter().position(|c| !(c[0].abs() < 1e6 && c[1].abs() < 1e6)) {
             let (x, y) = (p % size.x as usize, p / size.x as usize);
-            let message = format!("`input` is no coordinate at pixel ({x}, {y}): it is {:?}", coords[p]);
+            let port = if self.file.is_some() { "file" } else { "input" };
+            let message = format!("`{port}` is no coordinate at pixel ({x}, {y}): it is {:?}", coords[p]);
             let help = "coordinates must be finite, and below a million pixels";
-            return Err(Problem::new(Code::NotFinite, message).at("input").help(help).into());
+            return Err(Problem::new(Code::NotFinite, message).at(port).help(help).into());
         }
         Ok(Outputs::one(CoordMap {
             size,

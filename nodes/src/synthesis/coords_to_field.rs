@@ -1,14 +1,12 @@
 //! [`CoordsToField`]: synthesised coordinates as a picture, for files and other programs.
 //!
 //! Source: JP5149288B2 II, box 260 (row C12): the coordinates are the result. Cost: O(pixels).
-use glam::{DVec2, IVec2};
+use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Field, Stop, Tile, Tiling, Type};
-use shibo_kernel::ground::number::narrow;
-use std::sync::Arc;
+use shibo_engine::value::{CoordMap, Stop, Tiling, Type};
 
 /// What a coordinate is measured in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -20,10 +18,11 @@ pub enum CoordUnit {
     Share,
 }
 
-/// Synthesised coordinates as a field of vectors, to write them to a file.
+/// Synthesised coordinates as a field of vectors, for other nodes and for files with another unit.
 ///
-/// Render it at as many pixels as the coordinates have, as EXR, whose channels `X` and `Y` they become; `CoordsFromField`
-/// reads them again. Pixels are exact in half floats up to exemplars of 1024 pixels.
+/// An output of a graph may be the coordinates themselves: they are written in pixels, as EXR with the channels `X` and `Y` and
+/// with the size of their exemplar, and `CoordsFromField` reads the file. Render at as many pixels as the coordinates have.
+/// Pixels are exact in half floats up to exemplars of 1024 pixels.
 ///
 /// Elsewhere: an *STMap* in compositing, with `unit: Share`.
 ///
@@ -40,31 +39,6 @@ pub struct CoordsToField {
     pub coords: In<CoordMap>,
     /// What a coordinate is measured in.
     pub unit: CoordUnit,
-}
-
-/// The coordinates at the centre of every pixel of a tile: those of the map's pixel there, gone on from its centre.
-fn fill(map: &CoordMap, scale: DVec2, out: &mut Tile) {
-    let (grid, window, n) = (out.grid, out.window, out.window.len());
-    let (size, spacing) = (map.size.as_ivec2(), f64::from(map.spacing));
-    let bring = |k: i32, n: i32, repeats: bool| if repeats { k.rem_euclid(n) } else { k.clamp(0, n - 1) };
-    for p in 0..n {
-        let step = IVec2::new(
-            i32::try_from(p % window.width as usize).unwrap_or(0),
-            i32::try_from(p / window.width as usize).unwrap_or(0),
-        );
-        let place = grid.center(window.x + step.x, window.y + step.y) / map.pitch;
-        let cell = (place + 1e-6).floor();
-        let rest = (place - cell - 0.5) * spacing;
-        let at = cell.as_ivec2() - map.start;
-        let (x, y) = (bring(at.x, size.x, map.periodic.x), bring(at.y, size.y, map.periodic.y));
-        let index = usize::try_from(y * size.x + x).unwrap_or(0);
-        let [u, v] = map.coords.get(index).copied().unwrap_or([0.0; 2]);
-        // At the map's own pixels nothing is added, not even an error of rounding.
-        let near = rest.abs().max_element() < 1e-4;
-        let rest = if near { DVec2::ZERO } else { rest };
-        out.data_mut()[p] = narrow((f64::from(u) + rest.x) * scale.x);
-        out.data_mut()[n + p] = narrow((f64::from(v) + rest.y) * scale.y);
-    }
 }
 
 impl Node for CoordsToField {
@@ -90,11 +64,6 @@ impl Node for CoordsToField {
                 return Err(Problem::new(Code::BadValue, message).at("unit").help(help).into());
             }
         };
-        let (tiling, map) = (map.periodic, Arc::clone(&map));
-        let field = Field::generate(Type::Vec2, tiling, move |out, _| {
-            fill(&map, scale, out);
-            Ok(())
-        });
-        Ok(Outputs::one(field))
+        Ok(Outputs::one(map.to_field(scale)))
     }
 }

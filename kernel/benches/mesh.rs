@@ -1,7 +1,7 @@
 //! What meshes cost: `cargo bench -p shibo-kernel --bench mesh`, the least of several runs, in CPU time of one thread.
 use glam::{DVec2, DVec3, UVec2};
 use shibo_engine::value::{Grid, Window};
-use shibo_kernel::ground::stop::NEVER;
+use shibo_kernel::ground::stop::{NEVER, Watch};
 use shibo_kernel::mesh::bake::{Texels, normals, places};
 use shibo_kernel::mesh::field::{FieldSpec, Wish, tangent_field};
 use shibo_kernel::mesh::motion::Motion;
@@ -39,8 +39,8 @@ fn main() {
     let count = mesh.triangles.len();
     let mut welded = mesh.clone();
     let weld = seconds(|| {
-        topology::weld(black_box(&mut welded), 0.0);
-        topology::orient(&mut welded);
+        topology::weld(black_box(&mut welded), 0.0, &Watch::never());
+        topology::orient(&mut welded, &Watch::never());
     });
     let (mesh, size) = (Arc::new(mesh), DVec2::splat(100.0));
     let tables = seconds(|| drop(black_box(atlas::atlas(mesh.clone(), &mesh.uvs, size))));

@@ -18,13 +18,30 @@ const CALLS: u32 = 1 << 13;
 /// The payload of the unwinding.
 struct Stopped;
 
-/// Asks while a library calls back.
+/// Asks while a library calls back, or while many small things are done one after another.
 pub struct Watch<'a> {
     until: Until<'a>,
     calls: Cell<u32>,
 }
 
 impl Watch<'_> {
+    /// One that never stops.
+    pub fn never() -> Self {
+        Self { until: NEVER, calls: Cell::new(0) }
+    }
+
+    /// The same items, a [`tick`](Self::tick) before each.
+    pub fn over<I: IntoIterator>(&self, items: I) -> impl Iterator<Item = I::Item> {
+        items.into_iter().inspect(|_| self.tick())
+    }
+
+    /// As a question, for what asks by itself. Does not return if the work is to stop.
+    pub fn check(&self) {
+        if (self.until)() {
+            resume_unwind(Box::new(Stopped));
+        }
+    }
+
     /// To be called by callbacks. Does not return if the work is to stop.
     pub fn tick(&self) {
         let calls = self.calls.get().wrapping_add(1);

@@ -2,8 +2,9 @@
 //!
 //! Row C19: the Jacobian of a triangle, `J_f = [P1-P0  P2-P0]·[U1-U0  U2-U0]⁻¹`. Cost: O(n).
 use super::charts::{Charts, charts, cross, snap};
-use super::topology::{smooth_normals, topology};
+use super::topology::{watched, watched_normals};
 use crate::ground::number::index_u32;
+use crate::ground::stop::Watch;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 use shibo_engine::value::{Atlas, Bins, Key, Mesh};
@@ -31,6 +32,9 @@ pub enum AtlasError {
     Charts(usize),
 }
 
+/// So many triangles are looked at between two questions whether to stop.
+const AT_ONCE: usize = 1 << 15;
+
 /// How far UVs may leave the unit square before that is an error.
 const SLACK: f32 = 1e-4;
 
@@ -48,9 +52,17 @@ pub fn jacobian(places: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
 /// # Errors
 /// UVs that leave the unit square or cover nothing, and too many charts.
 pub fn atlas(mesh: Arc<Mesh>, uvs: &[[Vec2; 3]], size_mm: DVec2) -> Result<Atlas, AtlasError> {
-    let uvs = snapped(uvs, mesh.triangles.len())?;
-    let across = topology(&mesh.triangles).across;
-    let Charts { of, count, inner } = charts(&uvs, &across);
+    laid_out(mesh, uvs, size_mm, &Watch::never())
+}
+
+/// The same, left by unwinding when `watch` says so.
+///
+/// # Errors
+/// As [`atlas`].
+pub fn laid_out(mesh: Arc<Mesh>, uvs: &[[Vec2; 3]], size_mm: DVec2, watch: &Watch<'_>) -> Result<Atlas, AtlasError> {
+    let uvs = snapped(uvs, mesh.triangles.len(), watch)?;
+    let across = watched(&mesh.triangles, watch).across;
+    let Charts { of, count, inner } = charts(&uvs, &across, watch);
     let number = |chart: u32| u16::try_from(chart).map_err(|_| AtlasError::Charts(count));
     let charts = of.into_iter().map(number).collect::<Result<_, _>>()?;
     let used = uvs.iter().map(|uvs| 0.5 * cross(*uvs).abs()).sum();
@@ -58,16 +70,20 @@ pub fn atlas(mesh: Arc<Mesh>, uvs: &[[Vec2; 3]], size_mm: DVec2) -> Result<Atlas
         return Err(AtlasError::Flat);
     }
     let of = |n: usize| jacobian(mesh.corners(n), uvs[n].map(Vec2::as_dvec2)).map(DVec3::as_vec3);
-    let jacobians =
-        (0..uvs.len()).into_par_iter().map(of).map(|axes| if finite(axes) { axes } else { [Vec3::ZERO; 2] }).collect();
+    let mut jacobians = Vec::with_capacity(uvs.len());
+    for some in (0..uvs.len()).step_by(AT_ONCE) {
+        watch.check();
+        let some = (some..uvs.len().min(some + AT_ONCE)).into_par_iter().map(of);
+        jacobians.par_extend(some.map(|axes| if finite(axes) { axes } else { [Vec3::ZERO; 2] }));
+    }
     Ok(Atlas {
         charts,
         across,
         inner,
-        smooth: smooth_normals(&mesh),
+        smooth: watched_normals(&mesh, watch),
         jacobians,
-        bins: bins(&uvs),
-        key: key(&mesh, &uvs, size_mm),
+        bins: bins(&uvs, watch),
+        key: key(&mesh, &uvs, size_mm, watch),
         area: mesh.area(),
         used,
         size_mm,
@@ -77,20 +93,27 @@ pub fn atlas(mesh: Arc<Mesh>, uvs: &[[Vec2; 3]], size_mm: DVec2) -> Result<Atlas
 }
 
 /// The key of everything that an atlas follows from.
-fn key(mesh: &Mesh, uvs: &[[Vec2; 3]], size_mm: DVec2) -> [u8; 16] {
-    let places = bytes(&mesh.positions, |p| p.to_array().map(f32::to_le_bytes));
-    let normals = bytes(mesh.normals.as_flattened(), |n| n.to_array().map(f32::to_le_bytes));
-    let corners = bytes(uvs.as_flattened(), |uv| uv.to_array().map(f32::to_le_bytes));
-    let triangles = bytes(&mesh.triangles, |triangle| triangle.map(u32::to_le_bytes));
-    let parts = bytes(&mesh.parts, |part| [part.to_le_bytes()]);
+fn key(mesh: &Mesh, uvs: &[[Vec2; 3]], size_mm: DVec2, watch: &Watch<'_>) -> [u8; 16] {
+    let places = bytes(&mesh.positions, |p| p.to_array().map(f32::to_le_bytes), watch);
+    let normals = bytes(mesh.normals.as_flattened(), |n| n.to_array().map(f32::to_le_bytes), watch);
+    let corners = bytes(uvs.as_flattened(), |uv| uv.to_array().map(f32::to_le_bytes), watch);
+    let triangles = bytes(&mesh.triangles, |triangle| triangle.map(u32::to_le_bytes), watch);
+    let parts = bytes(&mesh.parts, |part| [part.to_le_bytes()], watch);
     let size: Vec<u8> = size_mm.to_array().iter().flat_map(|side| side.to_le_bytes()).collect();
     *Key::of("atlas", &[&places, &normals, &corners, &triangles, &parts, &size]).as_bytes()
 }
 
 /// The bytes of all items, one after another.
-fn bytes<T, const N: usize, const B: usize>(items: &[T], of: impl Fn(&T) -> [[u8; B]; N]) -> Vec<u8> {
+fn bytes<T, const N: usize, const B: usize>(
+    items: &[T],
+    of: impl Fn(&T) -> [[u8; B]; N],
+    watch: &Watch<'_>,
+) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(items.len() * N * B);
-    items.iter().for_each(|item| bytes.extend_from_slice(of(item).as_flattened()));
+    for items in items.chunks(AT_ONCE) {
+        watch.check();
+        items.iter().for_each(|item| bytes.extend_from_slice(of(item).as_flattened()));
+    }
     bytes
 }
 
@@ -99,7 +122,7 @@ fn finite(axes: [Vec3; 2]) -> bool {
 }
 
 /// The UVs as multiples of 2⁻²⁴ in the unit square.
-fn snapped(uvs: &[[Vec2; 3]], triangles: usize) -> Result<Vec<[Vec2; 3]>, AtlasError> {
+fn snapped(uvs: &[[Vec2; 3]], triangles: usize, watch: &Watch<'_>) -> Result<Vec<[Vec2; 3]>, AtlasError> {
     if uvs.len() != triangles || triangles == 0 {
         return Err(AtlasError::Missing);
     }
@@ -109,7 +132,7 @@ fn snapped(uvs: &[[Vec2; 3]], triangles: usize) -> Result<Vec<[Vec2; 3]>, AtlasE
     if !inside || uvs.iter().flatten().any(|uv| !uv.is_finite()) {
         return Err(AtlasError::Outside { low, high });
     }
-    Ok(uvs.iter().map(|uvs| uvs.map(snap)).collect())
+    Ok(watch.over(uvs).map(|uvs| uvs.map(snap)).collect())
 }
 
 /// The cells along a side that hold two triangles each, if triangles are as large as each other.
@@ -129,11 +152,11 @@ fn cells(uvs: &[Vec2; 3], side: u32) -> [usize; 4] {
 }
 
 /// The triangles by where they lie.
-fn bins(uvs: &[[Vec2; 3]]) -> Bins {
+fn bins(uvs: &[[Vec2; 3]], watch: &Watch<'_>) -> Bins {
     let mut side = side(uvs.len());
     let entries = |side: u32| -> usize {
         let one = |[left, right, top, bottom]: [usize; 4]| (right - left + 1) * (bottom - top + 1);
-        uvs.iter().map(|uvs| one(cells(uvs, side))).sum()
+        watch.over(uvs).map(|uvs| one(cells(uvs, side))).sum()
     };
     // Large triangles that overlap lie in many cells each; then cells are made larger.
     while side > 1 && entries(side) > 8 * uvs.len() + 4096 {
@@ -147,7 +170,7 @@ fn bins(uvs: &[[Vec2; 3]]) -> Bins {
             (row * across + left..=row * across + right).for_each(&mut *body);
         }
     };
-    for uvs in uvs {
+    for uvs in watch.over(uvs) {
         each(uvs, &mut |cell| starts[cell + 1] += 1);
     }
     for cell in 1..starts.len() {
@@ -155,7 +178,7 @@ fn bins(uvs: &[[Vec2; 3]]) -> Bins {
     }
     let mut next = starts.clone();
     let mut triangles = vec![0u32; starts[across * across] as usize];
-    for (n, uvs) in uvs.iter().enumerate() {
+    for (n, uvs) in watch.over(uvs.iter().enumerate()) {
         each(uvs, &mut |cell| {
             triangles[next[cell] as usize] = index_u32(n);
             next[cell] += 1;
@@ -263,7 +286,7 @@ mod tests {
     #[test]
     fn overlapping_triangles_take_little_memory() {
         let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE];
-        let bins = bins(&vec![corners; 20_000]);
+        let bins = bins(&vec![corners; 20_000], &Watch::never());
         assert!(bins.triangles.len() <= 8 * 20_000 + 4096, "{}", bins.triangles.len());
     }
 

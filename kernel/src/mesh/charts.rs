@@ -1,4 +1,5 @@
 //! Charts: the parts of a surface that lie connected in the unit square.
+use crate::ground::stop::Watch;
 use glam::{DVec2, Vec2};
 use shibo_engine::value::Atlas;
 
@@ -32,11 +33,11 @@ pub struct Charts {
 ///
 /// Where the surface is folded over at such an edge, as by mirrored UVs, each side is a chart of its own. Triangles
 /// without area in the unit square belong to a chart, but no chart goes on straight through them.
-pub fn charts(uvs: &[[Vec2; 3]], across: &[[u32; 3]]) -> Charts {
-    let areas: Vec<f64> = uvs.iter().map(|uvs| cross(*uvs)).collect();
+pub fn charts(uvs: &[[Vec2; 3]], across: &[[u32; 3]], watch: &Watch<'_>) -> Charts {
+    let areas: Vec<f64> = watch.over(uvs).map(|uvs| cross(*uvs)).collect();
     let mut inner = vec![0u8; uvs.len()];
     let mut joined = vec![0u8; uvs.len()];
-    for (n, of) in across.iter().enumerate() {
+    for (n, of) in watch.over(across.iter().enumerate()) {
         for (k, &other) in of.iter().enumerate().filter(|(_, other)| **other != Atlas::END) {
             let (m, l) = ((other >> 2) as usize, (other & 3) as usize);
             let (here, there) = (uvs[n], uvs[m]);
@@ -47,22 +48,23 @@ pub fn charts(uvs: &[[Vec2; 3]], across: &[[u32; 3]]) -> Charts {
             }
         }
     }
-    let (of, count) = components(across, &joined);
+    let (of, count) = components(across, &joined, watch);
     Charts { of, count, inner }
 }
 
 /// The numbers of the components that edges of `joined` connect.
-fn components(across: &[[u32; 3]], joined: &[u8]) -> (Vec<u32>, usize) {
+fn components(across: &[[u32; 3]], joined: &[u8], watch: &Watch<'_>) -> (Vec<u32>, usize) {
     let mut of = vec![u32::MAX; across.len()];
     let mut count = 0;
     let mut open = Vec::new();
-    for first in 0..across.len() {
+    for first in watch.over(0..across.len()) {
         if of[first] != u32::MAX {
             continue;
         }
         of[first] = count;
         open.push(first);
         while let Some(n) = open.pop() {
+            watch.tick();
             for k in (0..3).filter(|k| joined[n] & (1 << k) != 0) {
                 let m = (across[n][k] >> 2) as usize;
                 if of[m] == u32::MAX {
@@ -92,7 +94,7 @@ mod tests {
             (samples::sphere(), 20),
         ] {
             let uvs: Vec<_> = mesh.uvs.iter().map(|uvs| uvs.map(snap)).collect();
-            let charts = charts(&uvs, &topology(&mesh.triangles).across);
+            let charts = charts(&uvs, &topology(&mesh.triangles).across, &Watch::never());
             assert_eq!(charts.count, count);
             // They are numbered by their lowest triangles.
             let mut most = 0;
@@ -108,13 +110,17 @@ mod tests {
         let corners = [Vec2::new(0.25, 0.25), Vec2::new(0.75, 0.25), Vec2::new(0.25, 0.75)];
         let triangles = [[0, 1, 2], [3, 2, 1]];
         let across = topology(&triangles).across;
-        let flat = charts(&[corners, [Vec2::splat(0.75), corners[2], corners[1]]], &across);
+        let flat = charts(&[corners, [Vec2::splat(0.75), corners[2], corners[1]]], &across, &Watch::never());
         assert_eq!((flat.count, &flat.inner[..]), (1, &[1, 1][..]));
-        let folded = charts(&[corners, [Vec2::splat(0.375), corners[2], corners[1]]], &across);
+        let folded = charts(&[corners, [Vec2::splat(0.375), corners[2], corners[1]]], &across, &Watch::never());
         assert_eq!((folded.count, &folded.inner[..]), (2, &[0, 0][..]));
-        let thin = charts(&[corners, [Vec2::splat(0.5), corners[2], corners[1]]], &across);
+        let thin = charts(&[corners, [Vec2::splat(0.5), corners[2], corners[1]]], &across, &Watch::never());
         assert_eq!((thin.count, &thin.inner[..]), (1, &[0, 0][..]));
-        let apart = charts(&[corners, [Vec2::splat(0.75), corners[2], corners[1] + Vec2::new(0.0, 1e-7)]], &across);
+        let apart = charts(
+            &[corners, [Vec2::splat(0.75), corners[2], corners[1] + Vec2::new(0.0, 1e-7)]],
+            &across,
+            &Watch::never(),
+        );
         assert_eq!((apart.count, &apart.inner[..]), (2, &[0, 0][..]));
     }
 

@@ -1,6 +1,7 @@
 //! How the charts of an atlas lie: whether they overlap, and how close they are to each other.
 use super::texels::{centers, held, owners};
-use glam::{DVec2, UVec2};
+use crate::ground::stop::Watch;
+use glam::DVec2;
 use shibo_engine::value::{Atlas, Grid, Window};
 
 /// How far inside two triangles a centre must lie to count as covered twice, in barycentric coordinates.
@@ -15,21 +16,32 @@ pub struct Layout {
     pub close: bool,
 }
 
+/// So many rows are looked at between two questions whether to stop.
+const ROWS: u32 = 32;
+
 /// Looks at an atlas with `side` texels along each side. O(side²).
-pub fn layout(atlas: &Atlas, side: u32) -> Layout {
+///
+/// Left by unwinding when `watch` says so.
+pub fn layout(atlas: &Atlas, side: u32, watch: &Watch<'_>) -> Layout {
     let step = atlas.size_mm / f64::from(side);
     let grid = Grid { origin: DVec2::ZERO, step, period: None };
-    let owned = owners(atlas, &grid, Window::full(UVec2::splat(side)));
-    Layout { overlap: overlap(atlas, &grid, side, &owned), close: close(atlas, &owned, side as usize) }
+    let mut owned = Vec::with_capacity((side * side) as usize);
+    for y in (0..side).step_by(ROWS as usize) {
+        watch.check();
+        let strip = Window { x: 0, y: y.cast_signed(), width: side, height: ROWS.min(side - y) };
+        owned.extend(owners(atlas, &grid, strip));
+    }
+    Layout { overlap: overlap(atlas, &grid, &owned, watch), close: close(atlas, &owned, side as usize, watch) }
 }
 
 /// The share of texels that several triangles hold.
-fn overlap(atlas: &Atlas, grid: &Grid, side: u32, owned: &[u32]) -> Option<(f64, [usize; 2])> {
-    let us = centers(grid.origin.x, grid.step.x, atlas.size_mm.x, 0, side as usize);
-    let vs = centers(grid.origin.y, grid.step.y, atlas.size_mm.y, 0, side as usize);
+fn overlap(atlas: &Atlas, grid: &Grid, owned: &[u32], watch: &Watch<'_>) -> Option<(f64, [usize; 2])> {
+    let side = owned.len().isqrt();
+    let us = centers(grid.origin.x, grid.step.x, atlas.size_mm.x, 0, side);
+    let vs = centers(grid.origin.y, grid.step.y, atlas.size_mm.y, 0, side);
     let (mut first, mut twice) = (None, vec![false; owned.len()]);
     let mut inside = vec![0u32; owned.len()];
-    for n in 0..atlas.uvs.len() {
+    for n in watch.over(0..atlas.uvs.len()) {
         held(atlas, n, (&us, &vs), INSIDE, |row, columns| {
             let start = row * us.len();
             for k in start + columns.start..start + columns.end {
@@ -47,9 +59,9 @@ fn overlap(atlas: &Atlas, grid: &Grid, side: u32, owned: &[u32]) -> Option<(f64,
 }
 
 /// Whether texels of two charts lie within two of each other.
-fn close(atlas: &Atlas, owned: &[u32], side: usize) -> bool {
+fn close(atlas: &Atlas, owned: &[u32], side: usize, watch: &Watch<'_>) -> bool {
     let chart = |k: usize| (owned[k] > 0).then(|| atlas.charts[owned[k] as usize - 1]);
-    (0..owned.len()).any(|k| {
+    watch.over(0..owned.len()).any(|k| {
         let Some(own) = chart(k) else { return false };
         let (x, y) = (k % side, k / side);
         let other = |dx: usize, dy: usize| {
@@ -77,11 +89,11 @@ mod tests {
     fn charts_beside_each_other_do_not_overlap() {
         for mesh in [samples::cube(), samples::plane_cut(), samples::sphere(), shapes::cylinder(DVec3::splat(9.0), 64)]
         {
-            assert_eq!(layout(&of(mesh), 512).overlap, None);
+            assert_eq!(layout(&of(mesh), 512, &Watch::never()).overlap, None);
         }
         // At few texels charts come close.
-        assert!(!layout(&of(shapes::cube(DVec3::splat(60.0), 8)), 256).close);
-        assert!(layout(&of(shapes::cube(DVec3::splat(60.0), 8)), 32).close);
+        assert!(!layout(&of(shapes::cube(DVec3::splat(60.0), 8)), 256, &Watch::never()).close);
+        assert!(layout(&of(shapes::cube(DVec3::splat(60.0), 8)), 32, &Watch::never()).close);
     }
 
     #[test]
@@ -91,7 +103,7 @@ mod tests {
         for uv in mesh.uvs[..2].as_flattened_mut() {
             *uv += Vec2::new(0.625, 0.0);
         }
-        let found = layout(&of(mesh), 256);
+        let found = layout(&of(mesh), 256, &Watch::never());
         let (share, [a, b]) = found.overlap.unwrap();
         assert!((share - 0.2).abs() < 0.02 && a < 2 && (4..6).contains(&b), "{share} {a} {b}");
     }

@@ -3,6 +3,7 @@
 //! Each is made of patches, grids of quads that are cut into triangles, which are welded afterwards. Cost: O(triangles).
 use super::topology::weld;
 use crate::ground::number::index_u32;
+use crate::ground::stop::Watch;
 use glam::{DVec2, DVec3};
 use shibo_engine::value::Mesh;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
@@ -49,7 +50,7 @@ impl Patches {
     /// The mesh; places that differ by rounding only become one.
     fn done(mut self, name: &str) -> Mesh {
         let [low, high] = self.mesh.bounds();
-        weld(&mut self.mesh, 1e-6 * (high - low).max_element());
+        weld(&mut self.mesh, 1e-6 * (high - low).max_element(), &Watch::never());
         self.mesh.part_names.push(name.into());
         self.mesh
     }

@@ -4,6 +4,7 @@
 //! Edge `k` of a triangle lies opposite its corner `k`: it leads from corner `k + 1` to corner `k + 2`. Topology is made
 //! of whole numbers alone, geometry is computed in `f64`. Cost: O(n log d), d the most triangles round a vertex.
 use crate::ground::number::index_u32;
+use crate::ground::stop::Watch;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use shibo_engine::value::{Atlas, Mesh};
@@ -31,12 +32,12 @@ fn ends(triangle: &[u32; 3], edge: usize) -> [u32; 2] {
 }
 
 /// The neighbours of all triangles, whichever way they face, and how many edges are crowded.
-fn neighbours(triangles: &[[u32; 3]]) -> (Vec<[u32; 3]>, usize) {
+fn neighbours(triangles: &[[u32; 3]], watch: &Watch<'_>) -> (Vec<[u32; 3]>, usize) {
     let vertices = triangles.iter().flatten().max().map_or(0, |most| *most as usize + 1);
     // The edges by their lower vertex.
     let mut starts = vec![0u32; vertices + 1];
     let edges = |n: usize| (0..3).map(move |k| (n, k));
-    for (n, k) in (0..triangles.len()).flat_map(edges) {
+    for (n, k) in watch.over((0..triangles.len()).flat_map(edges)) {
         let [a, b] = ends(&triangles[n], k);
         starts[a.min(b) as usize + 1] += 1;
     }
@@ -45,7 +46,7 @@ fn neighbours(triangles: &[[u32; 3]]) -> (Vec<[u32; 3]>, usize) {
     }
     let mut next = starts.clone();
     let mut of = vec![(0u32, 0u32); 3 * triangles.len()];
-    for (n, k) in (0..triangles.len()).flat_map(edges) {
+    for (n, k) in watch.over((0..triangles.len()).flat_map(edges)) {
         let [a, b] = ends(&triangles[n], k);
         let to = &mut next[a.min(b) as usize];
         of[*to as usize] = (a.max(b), 4 * index_u32(n) + index_u32(k));
@@ -53,7 +54,7 @@ fn neighbours(triangles: &[[u32; 3]]) -> (Vec<[u32; 3]>, usize) {
     }
     let mut across = vec![[END; 3]; triangles.len()];
     let mut crowded = 0;
-    for v in 0..vertices {
+    for v in watch.over(0..vertices) {
         let here = &mut of[starts[v] as usize..starts[v + 1] as usize];
         here.sort_unstable();
         for same in here.chunk_by(|a, b| a.0 == b.0) {
@@ -78,9 +79,14 @@ fn agree(triangles: &[[u32; 3]], n: usize, k: usize, across: u32) -> bool {
 
 /// What lies beside what.
 pub fn topology(triangles: &[[u32; 3]]) -> Topology {
-    let (mut across, crowded) = neighbours(triangles);
+    watched(triangles, &Watch::never())
+}
+
+/// The same, left by unwinding when `watch` says so.
+pub fn watched(triangles: &[[u32; 3]], watch: &Watch<'_>) -> Topology {
+    let (mut across, crowded) = neighbours(triangles, watch);
     let mut twisted = 0;
-    for (n, of) in across.iter_mut().enumerate() {
+    for (n, of) in watch.over(across.iter_mut().enumerate()) {
         for (k, other) in of.iter_mut().enumerate() {
             if *other != END && !agree(triangles, n, k, *other) {
                 *other = END;
@@ -94,12 +100,12 @@ pub fn topology(triangles: &[[u32; 3]]) -> Topology {
 /// Turns triangles so that all of a piece agree about which side is outside: the side on which more of them do already.
 /// Returns how many were turned. Pieces with one side only, as a Möbius strip, keep edges where the two sides meet:
 /// [`Topology::twisted`] counts them.
-pub fn orient(mesh: &mut Mesh) -> usize {
-    let (across, _) = neighbours(&mesh.triangles);
+pub fn orient(mesh: &mut Mesh, watch: &Watch<'_>) -> usize {
+    let (across, _) = neighbours(&mesh.triangles, watch);
     let mut turn: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
     let mut piece = Vec::new();
     let mut turned = 0;
-    for first in 0..mesh.triangles.len() {
+    for first in watch.over(0..mesh.triangles.len()) {
         if turn[first].is_some() {
             continue;
         }
@@ -110,6 +116,7 @@ pub fn orient(mesh: &mut Mesh) -> usize {
         while at < piece.len() {
             let n = piece[at];
             at += 1;
+            watch.tick();
             for (k, &other) in across[n].iter().enumerate().filter(|(_, other)| **other != END) {
                 let neighbour = (other >> 2) as usize;
                 if turn[neighbour].is_none() {
@@ -122,7 +129,7 @@ pub fn orient(mesh: &mut Mesh) -> usize {
         let count = piece.iter().filter(|n| turn[**n] == Some(true)).count();
         let most = 2 * count > piece.len();
         turned += if most { piece.len() - count } else { count };
-        for &n in &piece {
+        for &n in watch.over(&piece) {
             if turn[n] == Some(most) {
                 continue;
             }
@@ -145,10 +152,10 @@ fn bits(p: Vec3) -> [u32; 3] {
 
 /// For each position the number of the one that stands for it: the first one at the same place or, with a `distance` in mm,
 /// the first one kept within that distance.
-fn representatives(positions: &[Vec3], distance: f64) -> Vec<u32> {
+fn representatives(positions: &[Vec3], distance: f64, watch: &Watch<'_>) -> Vec<u32> {
     if distance <= 0.0 {
         let mut first = HashMap::with_capacity(positions.len());
-        return (0..).zip(positions).map(|(n, p)| *first.entry(bits(*p)).or_insert(n)).collect();
+        return (0..).zip(watch.over(positions)).map(|(n, p)| *first.entry(bits(*p)).or_insert(n)).collect();
     }
     #[expect(clippy::cast_possible_truncation, reason = "a float cast saturates; far cells are full ones at worst")]
     let cell = |p: DVec3| (p / distance).floor().to_array().map(|c| c as i64);
@@ -171,17 +178,18 @@ fn representatives(positions: &[Vec3], distance: f64) -> Vec<u32> {
             n
         })
     };
-    (0..index_u32(positions.len())).map(&mut find).collect()
+    watch.over(0..index_u32(positions.len())).map(&mut find).collect()
 }
 
 /// Makes one vertex of those at the same place or, with a `distance` in mm, of those that are that close to the first of
 /// them. Then drops triangles without area and vertices that no triangle has. Returns how many triangles were dropped.
-pub fn weld(mesh: &mut Mesh, distance: f64) -> usize {
-    let stand_in = representatives(&mesh.positions, distance);
+pub fn weld(mesh: &mut Mesh, distance: f64, watch: &Watch<'_>) -> usize {
+    let stand_in = representatives(&mesh.positions, distance, watch);
     mesh.triangles.iter_mut().flatten().for_each(|v| *v = stand_in[*v as usize]);
     let [low, high] = mesh.bounds();
     let least = 2e-12 * (high - low).length_squared();
     keep(mesh, |n, mesh| {
+        watch.tick();
         let [a, b, c] = mesh.triangles[n];
         a != b && b != c && c != a && mesh.cross(n).length() > least
     })
@@ -226,9 +234,17 @@ fn drop_unused(mesh: &mut Mesh) {
     retain(&mut mesh.positions, &used);
 }
 
+/// So many triangles are looked at between two questions whether to stop.
+const AT_ONCE: usize = 1 << 14;
+
 /// The normal of each vertex, of length 1: those of the triangles around it, weighted by their angles there. A vertex
 /// around which they cancel out has that of its lowest triangle.
 pub fn smooth_normals(mesh: &Mesh) -> Vec<Vec3> {
+    watched_normals(mesh, &Watch::never())
+}
+
+/// The same, left by unwinding when `watch` says so.
+pub fn watched_normals(mesh: &Mesh, watch: &Watch<'_>) -> Vec<Vec3> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     let mut first = vec![None; mesh.positions.len()];
     let of = |n: usize| {
@@ -239,15 +255,20 @@ pub fn smooth_normals(mesh: &Mesh) -> Vec<Vec3> {
         };
         (mesh.cross(n).normalize_or_zero(), [angle(0), angle(1), angle(2)])
     };
-    let weighted: Vec<(DVec3, [f64; 3])> = (0..mesh.triangles.len()).into_par_iter().map(of).collect();
     // Sums are made in the order of the triangles.
-    for (triangle, (normal, angles)) in mesh.triangles.iter().zip(weighted) {
-        for (vertex, angle) in triangle.iter().zip(angles) {
-            sums[*vertex as usize] += normal * angle;
-            first[*vertex as usize].get_or_insert(normal);
+    for some in (0..mesh.triangles.len()).step_by(AT_ONCE) {
+        watch.check();
+        let some = some..mesh.triangles.len().min(some + AT_ONCE);
+        let weighted: Vec<(DVec3, [f64; 3])> = some.clone().into_par_iter().map(of).collect();
+        for (triangle, (normal, angles)) in mesh.triangles[some].iter().zip(weighted) {
+            for (vertex, angle) in triangle.iter().zip(angles) {
+                sums[*vertex as usize] += normal * angle;
+                first[*vertex as usize].get_or_insert(normal);
+            }
         }
     }
     let one = |(sum, first): (&DVec3, &Option<DVec3>)| {
+        watch.tick();
         let first = first.unwrap_or(DVec3::Z);
         if sum.length() > 1e-9 { sum.normalize_or(first).as_vec3() } else { first.as_vec3() }
     };
@@ -295,13 +316,13 @@ mod tests {
             mesh.triangles[n].swap(1, 2);
             mesh.uvs[n].swap(1, 2);
         }
-        assert_eq!(orient(&mut mesh), 4);
+        assert_eq!(orient(&mut mesh, &Watch::never()), 4);
         assert_eq!(mesh, cube);
         // Of most triangles' outside.
         for n in [1, 4, 5, 9, 0, 2, 3, 6] {
             mesh.triangles[n].swap(1, 2);
         }
-        assert_eq!(orient(&mut mesh), 4);
+        assert_eq!(orient(&mut mesh, &Watch::never()), 4);
         assert_eq!(topology(&mesh.triangles).twisted, 0);
         assert!(mesh.cross(0).dot(cube.cross(0)) < 0.0);
     }
@@ -316,7 +337,7 @@ mod tests {
         };
         let triangles: Vec<[u32; 3]> = (0..n).flat_map(quad).collect();
         let mut mesh = Mesh { positions: vec![Vec3::ZERO; 20], triangles, ..Mesh::default() };
-        orient(&mut mesh);
+        orient(&mut mesh, &Watch::never());
         assert_eq!(topology(&mesh.triangles).twisted, 1);
     }
 
@@ -329,13 +350,13 @@ mod tests {
         mesh.positions = corners;
         mesh.positions.push(Vec3::ONE);
         let unwelded = mesh.clone();
-        assert_eq!(weld(&mut mesh, 0.0), 0);
+        assert_eq!(weld(&mut mesh, 0.0, &Watch::never()), 0);
         assert_eq!(mesh.positions.len(), 8);
         // Not at the same place, but near.
         let mut shaken = unwelded;
         shaken.positions.iter_mut().enumerate().for_each(|(n, p)| p.x += if n % 2 == 0 { 0.004 } else { 0.0 });
         let mut loose = shaken.clone();
-        assert_eq!((weld(&mut loose, 0.0), weld(&mut shaken, 0.01)), (0, 0));
+        assert_eq!((weld(&mut loose, 0.0, &Watch::never()), weld(&mut shaken, 0.01, &Watch::never())), (0, 0));
         assert!(loose.positions.len() > 8);
         assert_eq!(shaken.positions.len(), 8);
         assert_eq!(shaken.triangles, mesh.triangles);
@@ -353,7 +374,7 @@ mod tests {
         mesh.triangles.push([0, 1, n]);
         mesh.uvs.push([glam::Vec2::ZERO; 3]);
         mesh.parts.push(0);
-        assert_eq!(weld(&mut mesh, 0.0), 2);
+        assert_eq!(weld(&mut mesh, 0.0, &Watch::never()), 2);
         assert_eq!(mesh, before);
     }
 

@@ -116,6 +116,7 @@ pub fn unwrap(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ground::stop::Watch;
     use crate::mesh::atlas::atlas;
     use crate::mesh::charts::cross;
     use crate::mesh::layout::layout;
@@ -139,7 +140,7 @@ mod tests {
                 let uvs = unwrap(&mesh, canvas, &Unwrap { repack, ..HOW }, &[], &|| true).unwrap();
                 let atlas = atlas(Arc::new(mesh.clone()), &uvs, canvas).unwrap();
                 assert!(uvs.iter().all(|uvs| cross(*uvs) < 0.0), "none is mirrored");
-                let found = layout(&atlas, 256);
+                let found = layout(&atlas, 256, &Watch::never());
                 assert!(found.overlap.is_none() && !found.close);
                 let square = canvas.min_element().powi(2) / canvas.element_product();
                 assert!(atlas.used > 0.3 * square, "{}", atlas.used);

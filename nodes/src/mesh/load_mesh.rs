@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem, suggest};
 use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs};
 use shibo_engine::value::{Mesh, Stop, Type};
+use shibo_kernel::ground::stop::{Watch, unwind_when};
 use shibo_kernel::mesh::topology;
 use std::path::{Path, PathBuf};
 
@@ -168,10 +169,10 @@ impl LoadMesh {
     }
 
     /// Turns units and axes, and moves the mesh to the origin.
-    fn place(&self, mesh: &mut Mesh, metres: bool) -> Result<(), Problem> {
+    fn place(&self, mesh: &mut Mesh, metres: bool, watch: &Watch<'_>) -> Result<(), Problem> {
         let (unit, up) = (self.unit_mm(metres), self.up);
         let turn = |p: DVec3| if up == UpAxis::Y { DVec3::new(p.x, -p.z, p.y) } else { p };
-        for (n, p) in mesh.positions.iter_mut().enumerate() {
+        for (n, p) in watch.over(mesh.positions.iter_mut().enumerate()) {
             let at = turn(p.as_dvec3()) * unit;
             if !at.is_finite() || at.abs().max_element() > FARTHEST {
                 let message =
@@ -180,7 +181,7 @@ impl LoadMesh {
             }
             *p = at.as_vec3();
         }
-        mesh.normals.iter_mut().flatten().for_each(|n| *n = turn(n.as_dvec3()).as_vec3());
+        watch.over(&mut mesh.normals).flatten().for_each(|n| *n = turn(n.as_dvec3()).as_vec3());
         let [low, high] = mesh.bounds();
         let middle = 0.5 * (low + high);
         let origin = match self.center {
@@ -193,13 +194,13 @@ impl LoadMesh {
     }
 
     /// The mesh that the contents of a file make, and what is worth knowing about it.
-    pub(super) fn made(&self, contents: Contents) -> Result<(Mesh, Vec<Problem>), Problem> {
+    pub(super) fn made(&self, contents: Contents, watch: &Watch<'_>) -> Result<(Mesh, Vec<Problem>), Problem> {
         let Contents { mut mesh, metres, left_out } = contents;
         let mut advice = Vec::new();
         let mut tell = |message: String| advice.push(Problem::new(Code::Advice, message).at("path"));
         self.keep_part(&mut mesh)?;
-        self.place(&mut mesh, metres)?;
-        let dropped = topology::weld(&mut mesh, self.weld);
+        self.place(&mut mesh, metres, watch)?;
+        let dropped = topology::weld(&mut mesh, self.weld, watch);
         if mesh.triangles.is_empty() {
             let message = "none of its triangles has an area";
             return Err(Problem::new(Code::BadFile, message).at("path"));
@@ -207,8 +208,8 @@ impl LoadMesh {
         if dropped > 0 {
             tell(format!("{dropped} triangles have no area and are left out"));
         }
-        topology::orient(&mut mesh);
-        let found = topology::topology(&mesh.triangles);
+        topology::orient(&mut mesh, watch);
+        let found = topology::watched(&mesh.triangles, watch);
         if found.crowded > 0 {
             tell(format!("{} edges have more than two triangles; the surface ends there", found.crowded));
         }
@@ -259,9 +260,12 @@ impl Node for LoadMesh {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let missing = || Problem::new(Code::MissingInput, "`path` is not given; it must name a mesh").at("path");
         let path = cx.file("path").ok_or_else(missing)?;
-        let contents = read::read(path, cx.file("buffer")).map_err(|error| problem(path, &error))?;
-        cx.check()?;
-        let (mesh, advice) = self.made(contents)?;
+        let (buffer, until) = (cx.file("buffer"), || cx.check().is_err());
+        let made = unwind_when(&until, |watch| {
+            let contents = read::read(path, buffer, watch).map_err(|error| problem(path, &error))?;
+            self.made(contents, watch)
+        });
+        let (mesh, advice) = made.ok_or(Stop::Cancelled)??;
         advice.into_iter().for_each(|problem| cx.evaluator.warn(problem));
         Ok(Outputs::one(mesh))
     }

@@ -11,8 +11,9 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Atlas, Mesh, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::mesh::atlas::atlas;
-use shibo_kernel::mesh::layout::layout;
+use shibo_kernel::ground::stop::unwind_when;
+use shibo_kernel::mesh::atlas::laid_out;
+use shibo_kernel::mesh::layout::{Layout, layout};
 use shibo_kernel::mesh::seams::seams;
 use shibo_kernel::mesh::unwrap::{Unwrap, UnwrapError, unwrap};
 use shibo_kernel::mesh::{bake, fields};
@@ -183,8 +184,7 @@ impl MeshAtlas {
     }
 
     /// What is worth knowing about an atlas, and errors that only a look at it finds.
-    fn look(&self, atlas: &Atlas, cx: &Context<'_>) -> Result<(), Stop> {
-        let found = layout(atlas, self.page.min(LOOK));
+    fn look(&self, atlas: &Atlas, found: Layout, cx: &Context<'_>) -> Result<(), Stop> {
         if let Some((share, pair)) = found.overlap.filter(|(share, _)| *share > TWICE) {
             let name = |n: usize| {
                 let part = atlas.mesh.part_names.get(usize::from(atlas.mesh.parts.get(n).copied().unwrap_or(0)));
@@ -248,8 +248,14 @@ impl Node for MeshAtlas {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let mesh = cx.get(&self.mesh)?;
         let uvs = self.uvs(&mesh, cx)?;
-        let atlas = Arc::new(atlas(mesh, &uvs, cx.size_mm()).map_err(|error| advice::atlas(&error))?);
-        self.look(&atlas, cx)?;
+        let until = || cx.check().is_err();
+        let made = unwind_when(&until, |watch| {
+            let atlas = laid_out(mesh, &uvs, cx.size_mm(), watch).map_err(|error| advice::atlas(&error))?;
+            let look = layout(&atlas, self.page.min(LOOK), watch);
+            Ok::<_, Problem>((Arc::new(atlas), look))
+        });
+        let (atlas, found) = made.ok_or(Stop::Cancelled)??;
+        self.look(&atlas, found, cx)?;
         let mask = fields::baked(Type::Gray, &atlas, |texels, mut planes| {
             if let [out] = &mut planes[..] {
                 bake::mask(texels.values, out);

@@ -127,8 +127,9 @@ fn what_is_no_mesh_is_refused() {
 fn advice_is_given() {
     let node = LoadMesh { up: UpAxis::Z, ..LoadMesh::default() };
     let of = |name: &str, node: &LoadMesh| {
-        let contents = read::read(&data(name), None).unwrap();
-        let advice: Vec<String> = node.made(contents).unwrap().1.into_iter().map(|p| p.message).collect();
+        let contents = read::read(&data(name), None, &Watch::never()).unwrap();
+        let advice: Vec<String> =
+            node.made(contents, &Watch::never()).unwrap().1.into_iter().map(|p| p.message).collect();
         advice.join("; ")
     };
     assert_eq!(of("cube.obj", &node), "");

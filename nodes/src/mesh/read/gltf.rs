@@ -9,6 +9,7 @@ use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Node, Root};
 use shibo_engine::picture::caught;
+use shibo_kernel::ground::stop::Watch;
 use std::collections::HashMap;
 
 /// How deep nodes may be nested.
@@ -239,7 +240,7 @@ pub(super) fn check(file: &[u8], beside: Option<&[u8]>, packed: bool) -> Result<
 }
 
 /// Reads a file.
-pub(super) fn read(file: &[u8], beside: Option<&[u8]>, packed: bool) -> Result<Contents, ReadError> {
+pub(super) fn read(file: &[u8], beside: Option<&[u8]>, packed: bool, watch: &Watch<'_>) -> Result<Contents, ReadError> {
     let (root, binary) = open(file, packed)?;
     let buffers = Buffers::new(&root, binary, beside)?;
     let mut surface = Surface::default();
@@ -250,7 +251,7 @@ pub(super) fn read(file: &[u8], beside: Option<&[u8]>, packed: bool) -> Result<C
         let names: Vec<&str> = names.into_iter().flatten().filter(|name| !name.is_empty()).collect();
         let name = if names.is_empty() { format!("mesh {}", placed.mesh) } else { names.join("/") };
         let number = part(&mut surface.mesh.part_names, &mut known, &name)?;
-        add(&mut surface, placed, attributes, number);
+        add(&mut surface, placed, attributes, number, watch);
         Ok(())
     })?;
     let left = [
@@ -260,15 +261,15 @@ pub(super) fn read(file: &[u8], beside: Option<&[u8]>, packed: bool) -> Result<C
         (root.meshes.iter().any(|mesh| mesh.primitives.iter().any(|p| p.targets.is_some())), "morph targets"),
     ];
     let left_out = left.iter().filter(|(found, _)| *found).map(|(_, name)| (*name).to_owned()).collect();
-    Ok(Contents { mesh: surface.done(), metres: true, left_out })
+    Ok(Contents { mesh: surface.done(watch), metres: true, left_out })
 }
 
 /// Adds a set of triangles where its node puts it.
-fn add(surface: &mut Surface, placed: &Placed, of: &Attributes<'_>, part: u16) {
+fn add(surface: &mut Surface, placed: &Placed, of: &Attributes<'_>, part: u16, watch: &Watch<'_>) {
     let first = u32::try_from(surface.mesh.positions.len()).unwrap_or(u32::MAX);
     let place =
         |n: usize| placed.matrix.transform_point3(Vec3::from_array(of.positions.vector(n)).as_dvec3()).as_vec3();
-    surface.mesh.positions.extend((0..of.positions.count).map(place));
+    surface.mesh.positions.extend(watch.over(0..of.positions.count).map(place));
     let linear = DMat3::from_mat4(placed.matrix);
     let mirrored = linear.determinant() < 0.0;
     // Normals turn with the inverse transposed, whose length does not matter.
@@ -286,7 +287,7 @@ fn add(surface: &mut Surface, placed: &Placed, of: &Attributes<'_>, part: u16) {
         None => u32::try_from(n).unwrap_or(0),
     };
     let triangles = if of.mode == Mode::Triangles { of.corners / 3 } else { of.corners.saturating_sub(2) };
-    for n in 0..triangles {
+    for n in watch.over(0..triangles) {
         let mut corners = match of.mode {
             Mode::TriangleStrip if n % 2 == 1 => [n + 1, n, n + 2],
             Mode::TriangleStrip => [n, n + 1, n + 2],

@@ -9,6 +9,7 @@ mod views;
 
 use glam::{DVec3, Vec2, Vec3};
 use shibo_engine::value::Mesh;
+use shibo_kernel::ground::stop::Watch;
 use std::io::Read;
 use std::path::Path;
 
@@ -77,8 +78,11 @@ fn format(bytes: &[u8]) -> Result<Format, ReadError> {
     }
 }
 
+/// So many bytes are read between two questions whether to stop.
+const PIECE: u64 = 4 << 20;
+
 /// The bytes of a regular file that is not too large.
-fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+fn bytes(path: &Path, watch: &Watch<'_>) -> Result<Vec<u8>, ReadError> {
     let problem = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => ReadError::NotFound("there is no such file".into()),
         _ => ReadError::bad(format!("it cannot be read: {error}")),
@@ -92,25 +96,28 @@ fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
         return Err(too_large());
     }
     let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(problem)?;
+    let mut file = std::fs::File::open(path).map_err(problem)?.take(MOST_BYTES + 1);
     bytes.reserve_exact(usize::try_from(meta.len()).unwrap_or(0) + 1);
-    file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(problem)?;
+    while file.by_ref().take(PIECE).read_to_end(&mut bytes).map_err(problem)? > 0 {
+        watch.check();
+    }
     if bytes.len() as u64 > MOST_BYTES { Err(too_large()) } else { Ok(bytes) }
 }
 
-/// Reads a file; `buffer` is the one beside it that an unpacked glTF keeps its numbers in.
-pub(super) fn read(path: &Path, buffer: Option<&Path>) -> Result<Contents, ReadError> {
-    let file = bytes(path)?;
-    let other = buffer.map(bytes).transpose()?;
-    read_bytes(&file, other.as_deref())
+/// Reads a file; `buffer` is the one beside it that an unpacked glTF keeps its numbers in. Left by unwinding when `watch` says
+/// so.
+pub(super) fn read(path: &Path, buffer: Option<&Path>, watch: &Watch<'_>) -> Result<Contents, ReadError> {
+    let file = bytes(path, watch)?;
+    let other = buffer.map(|path| bytes(path, watch)).transpose()?;
+    of_bytes(&file, other.as_deref(), watch)
 }
 
 /// As [`read`], of bytes.
-pub(super) fn read_bytes(file: &[u8], buffer: Option<&[u8]>) -> Result<Contents, ReadError> {
+fn of_bytes(file: &[u8], buffer: Option<&[u8]>, watch: &Watch<'_>) -> Result<Contents, ReadError> {
     let contents = match format(file)? {
-        Format::Obj => obj::read(file),
-        Format::Gltf => gltf::read(file, buffer, false),
-        Format::Glb => gltf::read(file, buffer, true),
+        Format::Obj => obj::read(file, watch),
+        Format::Gltf => gltf::read(file, buffer, false, watch),
+        Format::Glb => gltf::read(file, buffer, true, watch),
     }?;
     if contents.mesh.triangles.is_empty() {
         return Err(ReadError::bad("it has no triangles"));
@@ -120,8 +127,9 @@ pub(super) fn read_bytes(file: &[u8], buffer: Option<&[u8]>) -> Result<Contents,
 
 /// Looks through a file without making a mesh of it.
 pub(super) fn check(path: &Path, buffer: Option<&Path>) -> Result<(), ReadError> {
-    let file = bytes(path)?;
-    let other = buffer.map(bytes).transpose()?;
+    let watch = Watch::never();
+    let file = bytes(path, &watch)?;
+    let other = buffer.map(|path| bytes(path, &watch)).transpose()?;
     match format(&file)? {
         Format::Obj => obj::check(&file),
         Format::Gltf => gltf::check(&file, other.as_deref(), false),
@@ -171,15 +179,15 @@ impl Surface {
         self.mesh.normals.push(normals.unwrap_or_default());
     }
 
-    fn done(mut self) -> Mesh {
+    fn done(mut self, watch: &Watch<'_>) -> Mesh {
         let unit = |n: &Vec3| n.is_finite() && n.length_squared() > 1e-12;
-        if self.bare_uvs || self.mesh.uvs.iter().flatten().any(|uv| !uv.is_finite()) {
+        if self.bare_uvs || watch.over(&self.mesh.uvs).flatten().any(|uv| !uv.is_finite()) {
             self.mesh.uvs = Vec::new();
         }
-        if self.bare_normals || !self.mesh.normals.iter().flatten().all(unit) {
+        if self.bare_normals || !watch.over(&self.mesh.normals).flatten().all(unit) {
             self.mesh.normals = Vec::new();
         }
-        self.mesh.normals.iter_mut().flatten().for_each(|n| *n = n.normalize());
+        watch.over(&mut self.mesh.normals).flatten().for_each(|n| *n = n.normalize());
         // Polygons matter only where some have several triangles.
         if self.mesh.polygons.windows(2).all(|pair| pair[0] != pair[1]) {
             self.mesh.polygons = Vec::new();

@@ -5,6 +5,7 @@
 use super::polygon::{self, MOST_CORNERS};
 use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, ReadError, Surface, part, wide};
 use glam::{DVec3, Vec2, Vec3};
+use shibo_kernel::ground::stop::Watch;
 use std::collections::HashMap;
 
 /// The most changes of object, group or material.
@@ -84,9 +85,9 @@ fn index(word: &[u8]) -> Option<i64> {
 }
 
 impl<'a> Lines<'a> {
-    fn of(file: &'a [u8]) -> Result<Self, ReadError> {
+    fn of(file: &'a [u8], watch: &Watch<'_>) -> Result<Self, ReadError> {
         let mut all = Self { groups: vec![Group { name: "", material: None, first: 0 }], ..Self::default() };
-        for (number, line) in (1..).zip(lines(file)) {
+        for (number, line) in watch.over((1..).zip(lines(file))) {
             all.line(number, line)?;
         }
         let counts = all.counts();
@@ -218,13 +219,13 @@ impl<'a> Lines<'a> {
 
 /// Looks through a file.
 pub(super) fn check(file: &[u8]) -> Result<(), ReadError> {
-    let lines = Lines::of(file)?;
+    let lines = Lines::of(file, &Watch::never())?;
     if lines.triangles == 0 { Err(ReadError::bad("it has no faces; it must be OBJ, or glTF")) } else { Ok(()) }
 }
 
 /// Reads a file.
-pub(super) fn read(file: &[u8]) -> Result<Contents, ReadError> {
-    let lines = Lines::of(file)?;
+pub(super) fn read(file: &[u8], watch: &Watch<'_>) -> Result<Contents, ReadError> {
+    let lines = Lines::of(file, watch)?;
     let mut surface = Surface::default();
     let mut known = HashMap::new();
     let mut faces = Faces { lines: &lines, local: vec![(0, 0); lines.positions.len()], from: 0, at: Vec::new() };
@@ -241,13 +242,14 @@ pub(super) fn read(file: &[u8]) -> Result<Contents, ReadError> {
         };
         let number = part(&mut surface.mesh.part_names, &mut known, &name)?;
         let group_number = u32::try_from(n + 1).unwrap_or(u32::MAX);
-        let added = (group.first..end).try_for_each(|face| faces.add(&mut surface, face, (group_number, number)));
+        let added =
+            watch.over(group.first..end).try_for_each(|face| faces.add(&mut surface, face, (group_number, number)));
         added.ok_or_else(|| ReadError::bad("its numbers do not fit together"))?;
     }
     surface.bare_uvs |= lines.without[0];
     surface.bare_normals |= lines.without[1];
     let left_out = if lines.lines { vec!["lines and points".to_owned()] } else { Vec::new() };
-    Ok(Contents { mesh: surface.done(), metres: false, left_out })
+    Ok(Contents { mesh: surface.done(watch), metres: false, left_out })
 }
 
 /// Makes triangles of faces.

@@ -2,6 +2,11 @@
 use super::*;
 use crate::mesh::LoadMesh;
 use std::fmt::Write as _;
+use std::path::PathBuf;
+
+fn read_bytes(file: &[u8], buffer: Option<&[u8]>) -> Result<Contents, ReadError> {
+    of_bytes(file, buffer, &Watch::never())
+}
 
 /// A GLB of a document and a binary part.
 fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
@@ -240,7 +245,7 @@ fn survivors(files: &[Vec<u8>], count: usize) -> usize {
         assert!(mesh.parts.len() == all && mesh.parts.iter().all(|part| usize::from(*part) < mesh.part_names.len()));
         assert!([mesh.uvs.len(), mesh.normals.len(), mesh.polygons.len()].iter().all(|n| *n == 0 || *n == all));
         // What follows takes anything, too.
-        let made = LoadMesh::default().made(contents);
+        let made = LoadMesh::default().made(contents, &Watch::never());
         if let Ok((mesh, _)) = made {
             assert!(mesh.positions.iter().all(|p| p.is_finite()) && !mesh.triangles.is_empty());
         }
@@ -249,12 +254,14 @@ fn survivors(files: &[Vec<u8>], count: usize) -> usize {
     read
 }
 
+/// Right and broken files of all kinds: those with which `tests/fuzz` begins.
 fn seeds() -> Vec<Vec<u8>> {
-    let json = SQUARE.replace("\"byteLength\": 92", "\"byteLength\": 92, \"uri\": \"data:;base64,AAAA\"");
-    let cube = include_bytes!("../../../../tests/meshes/cube.obj");
-    let text =
-        b"o a\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nvt 0 0\nvn 0 0 1\nusemtl b\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -4 -2 -1\n";
-    vec![glb(SQUARE, &square()), cube.to_vec(), json.into_bytes(), text.to_vec()]
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests");
+    let corpus = root.join("fuzz/corpus/meshes").read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> = corpus.chain([root.join("meshes/cube.obj")]).collect();
+    files.sort();
+    assert!(files.len() >= 10);
+    files.iter().map(|file| std::fs::read(file).unwrap()).collect()
 }
 
 /// How many damaged files are tried: as many as `DAMAGED_MESHES` says when this is compiled, for a longer run.

@@ -32,7 +32,8 @@ pub struct FiberShading {
     pub color: In<SolidColor>,
     /// The direction of `FiberSpace`.
     pub direction: In<SolidVector>,
-    /// How much lighter wood is where its fibres tilt towards the top of the canvas.
+    /// How much lighter wood is where its fibres tilt out of the cut towards the right of the canvas; on meshes, where they rise
+    /// out of the surface on their way up the trunk.
     #[schemars(range(min = -4, max = 4))]
     pub figure: f64,
     /// How much of the tilt the normal follows.
@@ -59,7 +60,7 @@ fn each(local: &Solid, f: impl Fn(f32, f32, f32) -> f32 + Send + Sync + 'static)
 }
 
 impl Node for FiberShading {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its figure."),
         Output::new("anisotropy", Type::Solid, "1 where fibres lie in the cut, 0 on end grain."),
@@ -81,7 +82,8 @@ impl Node for FiberShading {
         // The direction in the frame of the cut.
         let code = Code::of_place(|patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
-            let [along, down, up] = out else { return };
+            let [along, down, up, tilt] = out else { return };
+            let on_mesh = patch.metric.is_some();
             // Single points are seen from y, z to the right.
             let alone = Frame { right: [0.0, 0.0, 1.0], down: [1.0, 0.0, 0.0], normal: [0.0, 1.0, 0.0] };
             dispatch(
@@ -93,25 +95,28 @@ impl Node for FiberShading {
                         |from, to, frame| {
                             let frame = *frame.unwrap_or(&alone);
                             let from_space = x[from..to].iter().zip(&y[from..to]).zip(&z[from..to]);
-                            let local = along[from..to].iter_mut().zip(&mut down[from..to]).zip(&mut up[from..to]);
-                            for (((x, y), z), ((along, down), up)) in from_space.zip(local) {
+                            let local = along[from..to].iter_mut().zip(&mut down[from..to]);
+                            let out = up[from..to].iter_mut().zip(&mut tilt[from..to]);
+                            for (((x, y), z), ((along, down), (up, tilt))) in from_space.zip(local.zip(out)) {
                                 let f = [*x, *y, *z];
                                 let across = dot(f, frame.right);
                                 // A fibre has no front: it points to the right, or down.
                                 let sign = if across < 0.0 { -1.0 } else { 1.0 };
                                 *along = sign * across;
                                 (*down, *up) = (sign * dot(f, frame.down), sign * dot(f, frame.normal));
+                                // How charts lie on the canvas must not show: on a mesh its front is the one it has in space.
+                                *tilt = if on_mesh { sign * *up } else { *up };
                             }
                         },
                     );
                 },
             );
         });
-        let local = Solid::new(Type::SolidVector, vec![direction], code.with_quads());
-        let local = cx.shared("local", local);
+        let all = cx.shared("all", Solid::bundle(4, vec![direction], code.with_quads()));
+        let (local, tilt) = (all.pick(Type::SolidVector, &[0, 1, 2]), all.channel(3));
         let figure = narrow(self.figure);
         let paint = Code::of_inputs(move |_, inputs, out| {
-            let tilt = inputs[1].plane(2);
+            let tilt = inputs[1].plane(0);
             for (c, plane) in out.iter_mut().enumerate() {
                 for ((out, color), s) in plane.iter_mut().zip(inputs[0].plane(c)).zip(tilt) {
                     // Steep fibres are end grain, which has no figure.
@@ -133,14 +138,21 @@ impl Node for FiberShading {
                 nz[i] = 0.5 + 0.5 * math::cos(turn);
             }
         });
-        Ok(Outputs::one(paint.solid(Type::SolidColor, vec![color, local.clone()]))
+        Ok(Outputs::one(paint.solid(Type::SolidColor, vec![color, tilt.clone()]))
             .with("x", local.channel(0))
             .with("y", local.channel(1))
             .with("anisotropy", each(&local, |_, _, c| 1.0 - c * c))
             .with("angle", each(&local, |a, b, _| math::atan2(b, a) * (180.0 / std::f32::consts::PI)))
             .with(
                 "tilt",
-                each(&local, |a, b, c| math::atan2(c, (a * a + b * b).sqrt()) * (180.0 / std::f32::consts::PI)),
+                Code::of_inputs(|_, inputs, out| {
+                    let [a, b, c] = [0, 1, 2].map(|k| inputs[0].plane(k));
+                    for (i, (out, tilt)) in out[0].iter_mut().zip(inputs[1].plane(0)).enumerate() {
+                        let up = c[i].copysign(*tilt);
+                        *out = math::atan2(up, (a[i] * a[i] + b[i] * b[i]).sqrt()) * (180.0 / std::f32::consts::PI);
+                    }
+                })
+                .solid(Type::Solid, vec![local.clone(), tilt]),
             )
             .with("normal", normal.solid(Type::SolidVector, vec![local])))
     }

@@ -173,9 +173,12 @@ fn lists_of_points() {
     by_file(("csv", "a.csv"), &seeds, 3000, r#""node": PointList(file: "a.csv")"#);
 }
 
+/// OBJ, GLB and glTF, which are told apart by what they hold; and what follows from a mesh that is read.
 #[test]
 fn meshes() {
-    by_file(("meshes", "a.obj"), &files("tests/meshes", "e.obj"), 500, r#""node": LoadMesh(path: "a.obj")"#);
+    let nodes = r#""mesh": LoadMesh(path: "a.obj"), "atlas": MeshAtlas(mesh: "mesh", page: 64), "flow": TangentField(mesh: "mesh", from: Smooth),
+        "node": JacobianFromMesh(atlas: "atlas", frames: "flow")"#;
+    by_file(("meshes", "a.obj"), &files("tests/meshes", "e.obj"), 400, nodes);
 }
 
 #[test]

@@ -12,6 +12,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output,
 use shibo_engine::value::{Curve, Mesh, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::mesh::field::{Fault, FieldSpec, Principal, Wish, tangent_field};
+use shibo_kernel::mesh::topology::topology;
 
 /// Three numbers.
 type Triple = (f64, f64, f64);
@@ -189,6 +190,11 @@ impl Node for TangentField {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let mesh = cx.get(&self.mesh)?;
+        if topology(&mesh.triangles).twisted > 0 {
+            let message = "a piece of the mesh has no outside, as a Möbius strip: no directions go on all over it";
+            let help = "take the mesh's other parts by `part` of LoadMesh, or cut the piece open";
+            return Err(Problem::new(Code::BadFile, message).at("mesh").help(help).into());
+        }
         let spec = FieldSpec {
             wish: self.wish(cx)?,
             smooth: self.smooth,

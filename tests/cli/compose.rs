@@ -325,7 +325,7 @@ fn all_materials_can_be_exchanged() {
     let list = desk.shibo("new --list").expect(0).stdout;
     let section = list.split("\n\n").nth(1).unwrap();
     // What lies on a mesh is looked at on it, not flat.
-    let on_meshes = ["bound_handle", "chair_seat", "dressed_bust", "rope_on_torus", "turned_bowl"];
+    let on_meshes = ["bound_handle", "chair_seat", "dressed_bust", "plank", "rope_on_torus", "turned_bowl"];
     let others = [&["noise_basics", "source_figures", "straight_vs_curved"], &on_meshes[..]].concat();
     let names: Vec<&str> = section.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
     assert!(names.len() > 25, "{names:?}");

@@ -79,7 +79,7 @@ def of_maps(prefix):
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
     coords, mapping = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeMapping")
-    mapping.inputs["Scale"].default_value = (number("across", 3), number("across", 3), 1)
+    mapping.inputs["Scale"].default_value = (number("across", 1.6), number("across", 1.6), 1)
     links.new(coords.outputs["UV"], mapping.inputs["Vector"])
     sockets = {
         "base_color": "Base Color", "roughness": "Roughness", "metallic": "Metallic", "coat": "Coat Weight",

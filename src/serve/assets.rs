@@ -20,6 +20,7 @@ assets! {
     "controls.js" "text/javascript; charset=utf-8",
     "dom.js" "text/javascript; charset=utf-8",
     "drop.js" "text/javascript; charset=utf-8",
+    "environment.js" "text/javascript; charset=utf-8",
     "errors.js" "text/javascript; charset=utf-8",
     "export.js" "text/javascript; charset=utf-8",
     "facts.js" "text/javascript; charset=utf-8",

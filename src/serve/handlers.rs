@@ -3,7 +3,7 @@ use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::scene::{Scene, Target, View};
 use super::stage::{News, Stage, Values};
-use super::{change, data, editor, export, map, marks, mesh, thumb, wear};
+use super::{change, data, editor, environment, export, map, marks, mesh, thumb, wear};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::rejection::{BytesRejection, QueryRejection};
@@ -85,6 +85,7 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps)
         .route("/{token}/export", post(export::export))
         .route("/{token}/export/{id}", get(export::fetch))
         .route("/{token}/export/{id}/stop", post(export::stop))
+        .route("/{token}/environment", get(environment::last).post(environment::take))
         .route("/{token}/show", post(editor::show))
         .route("/{token}/jump", post(editor::jump))
         .layer(DefaultBodyLimit::max(BODY))

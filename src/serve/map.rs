@@ -60,7 +60,8 @@ fn numbers(manner: Manner, tile: &Tile) -> (String, Vec<u8>) {
     (format!("f32x{channels} {} {unit}", manner.ty), bytes)
 }
 
-fn samples(ty: Type, tile: &Tile) -> (String, Vec<u8>) {
+/// The samples of a tile in the form of a texture.
+pub(super) fn samples(ty: Type, tile: &Tile) -> (String, Vec<u8>) {
     if tile.channels() == 1 {
         let bytes = tile.plane(0).iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect();
         return ("r16f".to_owned(), bytes);

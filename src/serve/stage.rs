@@ -1,5 +1,6 @@
 //! What the loop that follows the files, the evaluation and the pages share: the last good scene, the current errors, and
 //! the news for pages.
+use super::environment::Environment;
 use super::export::Exports;
 use super::scene::{Scene, Shown, lock};
 use super::store::{Store, Stored};
@@ -82,6 +83,8 @@ pub(crate) struct Stage {
     pub(crate) texts: Texts,
     /// What pages export.
     pub(super) exports: Exports,
+    /// The environment that a page brought.
+    pub(super) environment: Environment,
     /// Held while a page changes the file.
     pub(super) writing: Mutex<()>,
     /// The content that a page wrote last.
@@ -104,6 +107,7 @@ impl Stage {
             path,
             texts: Texts::default(),
             exports: Exports::default(),
+            environment: Environment::default(),
             writing: Mutex::default(),
             own: Mutex::default(),
             present: Mutex::default(),

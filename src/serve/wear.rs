@@ -1,25 +1,31 @@
-//! Solids on shapes: the colour of a solid at the points of the shape itself, so that rings go through it.
+//! Solids on shapes: a material whose cuts are those of the shape itself instead of a board's, so that rings go through it, and
+//! pores open where its surface meets them.
 use super::data::Query2;
 use super::handlers::{App, No};
-use super::scene::Scene;
+use super::instead::instead;
+use super::map::samples;
+use super::scene::{Scene, Target};
 use super::sights::single;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
-use glam::DVec3;
+use glam::{DVec2, DVec3, UVec2};
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
-use rayon::prelude::*;
 use serde::Deserialize;
-use shibo_engine::picture::SrgbEncoder;
+use shibo_engine::graph::Input;
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Solid, Type, Value};
-use std::collections::{HashSet, VecDeque};
-use std::f64::consts::TAU;
+use shibo_engine::value::{
+    Channel, Cut, Field, Grid, Key, PictureFields, Solid, Tile, Tiling, Type, Value, Window,
+};
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::f64::consts::{PI, TAU};
 
 /// The longest side of a texture.
-const LONGEST: u32 = 1024;
-/// Where the middle of a shape lies beside the pith, as a share of its radius.
+const LONGEST: u32 = 2048;
+/// Faces of the cube have an even number of pixels, so that no 2×2 of them lie on two.
+const FACES: u32 = 12;
+/// Where the middle of a shape lies beside the pith if the graph cuts no board, as a share of its radius.
 const BESIDE: f64 = 0.7;
 
 /// A shape, around the origin, of about radius 1, y up. Texture coordinates go once around each.
@@ -73,75 +79,192 @@ impl Shape {
     }
 }
 
+/// Where a shape lies in the trunk: how many mm a length of 1 is, and its middle.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    shape: Shape,
+    radius: f64,
+    middle: DVec3,
+}
+
+impl Placed {
+    /// The width and the height of its texture in mm, where it is not stretched.
+    fn size(self) -> DVec2 {
+        self.radius
+            * match self.shape {
+                Shape::Sphere => DVec2::new(TAU, PI),
+                Shape::Cube => DVec2::new(4.8, 3.2),
+                Shape::Leg => DVec2::new(TAU * 0.32, 2.0),
+            }
+    }
+
+    /// The pixels of a texture whose longer side has about `side`, and the grid that covers them.
+    fn grid(self, side: u32) -> (UVec2, Grid) {
+        let size = self.size();
+        let wide = (side.clamp(FACES, LONGEST) / FACES * FACES).max(FACES);
+        let share = size.y / size.x;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a little more than `wide`")]
+        let high = ((f64::from(wide) * share / 4.0).round() * 4.0) as u32;
+        let pixels = UVec2::new(wide, high.clamp(4, LONGEST));
+        (pixels, Grid { origin: DVec2::ZERO, step: size / pixels.as_dvec2(), period: None })
+    }
+
+    /// The cut that shows its surface.
+    fn cut(self) -> Cut {
+        let size = self.size();
+        let place = Field::generate(Type::Rgb, Tiling::NONE, move |out: &mut Tile, _| {
+            let (grid, window, width) = (out.grid, out.window, out.width().max(1));
+            for (axis, plane) in out.planes_mut().into_iter().enumerate() {
+                for (i, value) in plane.iter_mut().enumerate() {
+                    let to = |start: i32, n: usize| start.saturating_add(i32::try_from(n).unwrap_or(i32::MAX));
+                    let at = grid.center(to(window.x, i % width), to(window.y, i / width)) / size;
+                    let p = self.shape.at(at.x, at.y) * self.radius;
+                    // The trunk stands upright: its z is the shape's y.
+                    *value = single((self.middle + DVec3::new(p.x, -p.z, p.y))[axis]);
+                }
+            }
+            Ok(())
+        });
+        // The turns of a leg are wider than it is on average.
+        let stretch = if matches!(self.shape, Shape::Leg) { 1.35 } else { 1.0 };
+        let cut = Cut::new(self.key(), place, move |grid: &Grid| stretch * grid.step.max_element());
+        cut.with_level_rows(!matches!(self.shape, Shape::Cube))
+    }
+
+    fn key(self) -> Key {
+        let numbers = [self.radius, self.middle.x, self.middle.y, self.middle.z];
+        let bits: Vec<u8> = numbers.iter().flat_map(|n| n.to_bits().to_le_bytes()).collect();
+        Key::of("worn", &[format!("{:?}", self.shape).as_bytes(), &bits])
+    }
+}
+
 /// Whether the graph has solids that have a colour.
 pub(super) fn has_solid(scene: &Scene) -> bool {
     scene.graph.nodes.node_weights().any(|node| node.outputs.contains(&Type::SolidColor))
 }
 
-/// The colour of the solid that a target is made of, as a texture of a shape; see `map`.
+/// A texture of a shape, as `map` gives it: a target, or a channel of it, with all solids cut along the shape. What is cut from
+/// nothing is answered with the colour of the nearest solid, and only as a colour.
 pub(super) async fn wear(State(app): State<App>, query: Query2<Worn>) -> Result<Response, No> {
     let Query(Worn { g, t, shape, s }) = query?;
     let scene = app.scene(g)?;
     let target = scene.target(&t).ok_or(No::Nothing)?;
-    let side = s.clamp(1, LONGEST);
-    let bytes = app
-        .look(&scene, move |look, _, scene| {
-            let Some((node, output)) = solid_of(scene, target.node) else { return Ok(None) };
-            let Some(Value::Solid(solid)) = look.value(node, output)? else { return Ok(None) };
-            texture(look, scene, &solid, shape, side).map(Some)
-        })
-        .await?;
+    let made = app.look(&scene, move |look, _, scene| worn(look, scene, &target, shape, s)).await?;
+    let (size, form, bytes) = made.ok_or(No::Nothing)?;
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
-        (HeaderName::from_static("x-map"), format!("{side} {side} rgba8")),
+        (HeaderName::from_static("x-map"), format!("{} {} {form}", size.x, size.y)),
     ];
-    Ok((head, bytes.ok_or(No::Nothing)?).into_response())
+    Ok((head, bytes).into_response())
 }
 
-/// The nearest solid with a colour before a node, or else the last of the graph.
-fn solid_of(scene: &Scene, from: NodeIndex) -> Option<(NodeIndex, usize)> {
-    let graph = &scene.graph;
-    let colored =
-        |index: NodeIndex| Some((index, graph.nodes[index].outputs.iter().position(|ty| *ty == Type::SolidColor)?));
+/// A node that cuts a solid, and the slot of the solid.
+type Cutter = (NodeIndex, usize);
+
+/// The nodes before this one that make a picture of a solid, the nearest first.
+fn cutters(scene: &Scene, from: NodeIndex) -> Vec<Cutter> {
+    let nodes = &scene.graph.nodes;
+    let solid = |input: &Input| match input {
+        Input::Wire { node, output } => nodes[*node].outputs.get(*output).is_some_and(|ty| ty.is_solid()),
+        Input::Constant(_) => false,
+    };
+    let slot = |index: NodeIndex| {
+        let node = &nodes[index];
+        let drawn = node.outputs.first().is_some_and(|ty| ty.is_field());
+        node.inputs.iter().position(solid).filter(|_| drawn).map(|slot| (index, slot))
+    };
+    upstream(scene, from).into_iter().filter_map(slot).collect()
+}
+
+/// A node and those before it, the nearest first.
+fn upstream(scene: &Scene, from: NodeIndex) -> Vec<NodeIndex> {
     let mut queue = VecDeque::from([from]);
-    let mut seen = HashSet::from([from]);
+    let (mut found, mut seen) = (Vec::new(), HashSet::from([from]));
     while let Some(index) = queue.pop_front() {
-        if let Some(found) = colored(index) {
-            return Some(found);
-        }
-        let mut before: Vec<NodeIndex> = graph.nodes.neighbors_directed(index, Direction::Incoming).collect();
+        found.push(index);
+        let mut before: Vec<NodeIndex> = scene.graph.nodes.neighbors_directed(index, Direction::Incoming).collect();
         before.sort();
         queue.extend(before.into_iter().filter(|next| seen.insert(*next)));
     }
-    graph.nodes.node_indices().rev().find_map(colored)
+    found
 }
 
-fn texture(look: &Look<'_>, scene: &Scene, solid: &Solid, shape: Shape, side: u32) -> Result<Vec<u8>, Failure> {
+/// Size, form and bytes of a texture.
+type Texture = (UVec2, String, Vec<u8>);
+
+fn worn(look: &Look<'_>, scene: &Scene, target: &Target, shape: Shape, side: u32) -> Result<Option<Texture>, Failure> {
+    let cutters = cutters(scene, target.node);
     let radius = 0.5 * scene.graph.canvas.size_mm.max_element();
-    let middle = DVec3::new(BESIDE * radius, 0.0, 1.05 * radius);
-    let pixel = single(4.0 * radius / f64::from(side));
-    let srgb = SrgbEncoder::new();
-    let count = side as usize;
-    let mut bytes = vec![255; count * count * 4];
-    bytes.par_chunks_mut(count * 4).zip(0..side).for_each(|(row, y)| {
-        if look.is_over() {
-            return;
-        }
-        let share = |n: u32| (f64::from(n) + 0.5) / f64::from(side);
-        // The trunk stands upright: its z is the shape's y.
-        let places: Vec<DVec3> = (0..side)
-            .map(|x| shape.at(share(x), share(y)) * radius)
-            .map(|p| middle + DVec3::new(p.x, -p.z, p.y))
-            .collect();
-        let planes = [0, 1, 2].map(|axis| places.iter().map(|p| single(p[axis])).collect::<Vec<f32>>());
-        let values = solid.quads(&[&planes[0], &planes[1], &planes[2]], pixel);
-        for (c, plane) in values.chunks_exact(count).take(3).enumerate() {
-            for (pixel, v) in row.chunks_exact_mut(4).zip(plane) {
-                pixel[c] = srgb.code(*v);
+    let placed = Placed { shape, radius, middle: middle(look, scene, &cutters, radius)? };
+    let (size, grid) = placed.grid(side);
+    let cut = placed.cut();
+    let drawn = |field: &Field| {
+        let tile = look.raster(field, &grid, Window::full(size))?;
+        let (form, bytes) = samples(field.ty(), &tile);
+        Ok(Some((size, form, bytes)))
+    };
+    // Boards beside each other are a pattern of the canvas, which no shape has.
+    let board = |(index, _): &Cutter| {
+        let node = &scene.graph.nodes[*index];
+        let pieces = node.slots.iter().zip(&node.inputs);
+        !pieces.into_iter().any(|(slot, input)| slot == "ids" && matches!(input, Input::Wire { .. }))
+    };
+    if !cutters.is_empty() && cutters.iter().all(board) {
+        let mut others = HashMap::new();
+        for (index, slot) in cutters {
+            let Input::Wire { node, output } = scene.graph.nodes[index].inputs[slot] else { continue };
+            if let Some(Value::Solid(solid)) = look.value(node, output)? {
+                others.insert((index, 0), Value::Field(solid.cut(&cut)));
             }
         }
+        let keys = |node, output| scene.keys.output(node, output);
+        let at = (target.node, target.output);
+        match (instead(look, &scene.graph, &keys, at, (&others, placed.key()))?, target.channel) {
+            (Some(Value::Material(material)), channel) => {
+                let field = material.get(channel.unwrap_or(Channel::BaseColor));
+                return field.map_or(Ok(None), drawn);
+            }
+            (Some(Value::Field(field)), None) if field.ty() == Type::Rgb => return drawn(&field),
+            (Some(Value::Picture(picture)), None) => {
+                let PictureFields { rgb, .. } = &*picture;
+                return drawn(rgb);
+            }
+            _ => {}
+        }
+    }
+    if target.channel.is_some_and(|channel| channel != Channel::BaseColor) {
+        return Ok(None);
+    }
+    match solid_of(look, scene, target.node)? {
+        Some(solid) => drawn(&solid.cut(&cut)),
+        None => Ok(None),
+    }
+}
+
+/// The middle of the board that the graph cuts, or a place beside the pith.
+fn middle(look: &Look<'_>, scene: &Scene, cutters: &[Cutter], radius: f64) -> Result<DVec3, Failure> {
+    let beside = DVec3::new(BESIDE * radius, 0.0, 1.05 * radius);
+    let place = cutters.iter().find_map(|(index, _)| {
+        let outputs = scene.graph.nodes[*index].node.outputs();
+        outputs.iter().position(|output| output.name == "place").map(|at| (*index, at))
     });
-    if look.is_over() { Err(Failure::Cancelled) } else { Ok(bytes) }
+    let Some((node, output)) = place else { return Ok(beside) };
+    let Some(Value::Field(field)) = look.value(node, output)? else { return Ok(beside) };
+    let grid = scene.graph.canvas.grid(UVec2::ONE);
+    let tile = look.raster(&field, &grid, Window::full(UVec2::ONE))?;
+    Ok(DVec3::from_array([0, 1, 2].map(|c| tile.plane(c).first().map_or(0.0, |v| f64::from(*v)))))
+}
+
+/// The nearest solid with a colour before a node, or else the last of the graph.
+fn solid_of(look: &Look<'_>, scene: &Scene, from: NodeIndex) -> Result<Option<Solid>, Failure> {
+    let graph = &scene.graph;
+    let colored =
+        |index: NodeIndex| Some((index, graph.nodes[index].outputs.iter().position(|ty| *ty == Type::SolidColor)?));
+    let near = upstream(scene, from).into_iter().find_map(colored);
+    let Some((node, output)) = near.or_else(|| graph.nodes.node_indices().rev().find_map(colored)) else {
+        return Ok(None);
+    };
+    Ok(look.value(node, output)?.and_then(|value| if let Value::Solid(solid) = value { Some(solid) } else { None }))
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! A mesh of the user's own on the page: dropped, worn, shared; files that are none.
+//! Files of the user's own on the page: a mesh that wears the material, a panorama that lights it; dropped, shared; files that are
+//! none.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::watching;
 
@@ -123,4 +124,125 @@ fn own_meshes_wear_the_material() {
     alone.wait("document.querySelector('canvas')?.dataset.drawn > 2");
     assert!(colours(&mut alone) > 100);
     assert!(page.complaints.is_empty() && alone.complaints.is_empty(), "{:?} {:?}", page.complaints, alone.complaints);
+}
+
+/// A panorama as OpenEXR: its left half red, its right half blue and weaker, with a small bright sun up there.
+fn panorama(width: usize, height: usize) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let colour = |at: exr::math::Vec2<usize>| match (at.x() * 2 < width, at.x() * 8 / width, at.y() * 8 / height) {
+        (true, ..) => (1.5_f32, 0.05_f32, 0.05_f32),
+        (false, 6, 2) => (300.0, 300.0, 300.0),
+        _ => (0.02, 0.02, 0.4),
+    };
+    use exr::prelude::WritableImage;
+    let channels = exr::image::SpecificChannels::rgb(colour);
+    exr::image::Image::from_channels((width, height), channels).write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+/// How much redder than blue the left and the right of the shape are.
+fn redness(page: &mut Page, canvas: &str) -> [f64; 2] {
+    let script = format!(
+        "(() => {{ const c = {canvas}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0);
+            return [0.38, 0.62].map(x => {{ const d = s.getImageData(x * c.width - 4, 0.5 * c.height - 4, 8, 8).data;
+                let n = 0; for (let i = 0; i < d.length; i += 4) n += d[i] - d[i + 2]; return n / 64; }}); }})()"
+    );
+    let found = page.eval(&script);
+    [0, 1].map(|i| found[i].as_f64().unwrap())
+}
+
+#[test]
+fn own_panoramas_light_the_material() {
+    const LIT: &str = "document.getElementById('lit')";
+    let place = Place::new(&MATERIAL.replace("base_color: \"noise\"", "base_color: 0.7").replace("height: \"noise\"", "metallic: 0"));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = browser.open(&watch.url);
+    page.size(640, 480, 1.0);
+    page.wait("document.documentElement.dataset.final == 'true'");
+    let drawn = |page: &mut Page| page.eval(&format!("+{LIT}.dataset.drawn || 0")).as_f64().unwrap();
+    drop_file(&mut page, "sky.exr", &panorama(128, 64));
+    page.wait(&format!("{NOTICE} == 'sky.exr lights the material'"));
+    page.wait(&format!("document.documentElement.dataset.view == 'lit' && {LIT}.dataset.drawn > 1"));
+    let chosen = "(() => { const b = document.getElementById('light-scene'); return [b.value, b.selectedOptions[0].textContent, document.getElementById('light-lightHeight').checkVisibility()]; })()";
+    assert_eq!(page.eval(chosen), json!(["4", "sky.exr", false]));
+    page.painted();
+    let [left, right] = redness(&mut page, LIT);
+    assert!(left > 40.0 && right < 0.0, "{left} {right}");
+    // It turns with the light.
+    let before = drawn(&mut page);
+    page.eval("(() => { const s = document.getElementById('light-light'); s.value = 180; s.oninput(); })()");
+    page.wait(&format!("{LIT}.dataset.drawn > {before}"));
+    let [turned, other] = redness(&mut page, LIT);
+    assert!(turned < 0.0 && other > 40.0, "{turned} {other}");
+    // It is seen behind the shape.
+    let corner = format!(
+        "(() => {{ const c = {LIT}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0); return [...s.getImageData(3, 3, 1, 1).data]; }})()"
+    );
+    assert_eq!(page.eval(&corner)[3], 0);
+    let before = drawn(&mut page);
+    page.eval("(() => { const b = document.getElementById('light-backdrop'); b.value = 4; b.onchange(); })()");
+    page.wait(&format!("{LIT}.dataset.drawn > {before}"));
+    let seen = page.eval(&corner);
+    assert!(seen[3] == 255 && seen[2].as_u64() > seen[0].as_u64(), "{seen}");
+    // What is none is said, and changes nothing.
+    let whole = panorama(128, 64);
+    for (name, bytes, why) in [
+        ("text.exr", &b"not a picture"[..], "it is no OpenEXR file"),
+        ("torn.exr", &whole[..whole.len() / 2], "the file is truncated"),
+        ("square.exr", &panorama(64, 64), "a panorama is twice as wide as high"),
+    ] {
+        drop_file(&mut page, name, bytes);
+        page.wait(&format!(
+            "{NOTICE}.startsWith('{name} cannot be the environment: ') && {NOTICE}.includes('{why}')"
+        ));
+    }
+    assert_eq!(page.eval(chosen), json!(["4", "sky.exr", false]));
+    // A shared page has it in it.
+    let downloads = tempfile::tempdir().unwrap();
+    page.call("Browser.setDownloadBehavior", json!({ "behavior": "allow", "downloadPath": downloads.path() }));
+    page.eval("document.getElementById('export').open = true");
+    page.eval("document.getElementById('share').click()");
+    page.wait("document.getElementById('export-note').textContent.startsWith('graph.html')");
+    let path = watching::downloaded(downloads.path(), "graph.html");
+    let mut alone = browser.open(&format!("file://{}", path.display()));
+    alone.size(640, 480, 1.0);
+    alone.wait("document.querySelector('canvas')?.dataset.drawn > 2");
+    let [left, right] = redness(&mut alone, "document.querySelector('canvas')");
+    assert!(left < 0.0 && right > 40.0, "{left} {right}");
+    // The refused ones were answered with 422, which browsers note; nothing else is complained of.
+    let odd = page.complaints.iter().filter(|c| !c.contains("422")).collect::<Vec<_>>();
+    assert!(odd.is_empty() && alone.complaints.is_empty(), "{odd:?} {:?}", alone.complaints);
+    // A page that is loaded again has it still.
+    page.eval("new Promise(done => setTimeout(done, 600))");
+    let url = watch.url.clone();
+    page.call("Page.navigate", json!({ "url": url }));
+    page.wait("document.documentElement.dataset.final == 'true'");
+    page.wait("document.getElementById('light-scene').value == '4'");
+}
+
+#[test]
+fn panoramas_of_strangers_are_refused() {
+    let place = Place::new(MATERIAL);
+    let watch = Watch::start(&place.graph, &[]);
+    let (port, token) = watch.address();
+    let body = panorama(64, 32);
+    let send = |token: &str, origin: &str, kind: &str| {
+        let mut request = format!(
+            "POST /{token}/environment HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n{origin}Content-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n",
+            body.len()
+        )
+        .into_bytes();
+        request.extend(&body);
+        watching::split(&watch.raw(&request)).0
+    };
+    let ours = format!("Origin: http://127.0.0.1:{port}\r\n");
+    let plain = "application/octet-stream";
+    assert_eq!(send(&token, "", plain), 403);
+    assert_eq!(send(&token, "Origin: http://evil.example\r\n", plain), 403);
+    assert_eq!(send("0123", &ours, plain), 404);
+    assert_eq!(send(&token, &ours, "text/plain"), 415);
+    assert_eq!(watch.get("environment").0, 204);
+    assert_eq!(send(&token, &ours, plain), 200);
+    assert_eq!(watch.get("environment").0, 200);
 }

@@ -71,6 +71,28 @@ fn the_page_follows_the_file() {
 }
 
 #[test]
+fn the_first_page_is_small_and_comes_from_here_alone() {
+    let place = Place::new(&plain(0.4));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    let found = page.eval(
+        "[...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')].map(e => [e.name, e.encodedBodySize])",
+    );
+    let found: Vec<(String, u64)> = serde_json::from_value(found).unwrap();
+    assert!(found.iter().all(|(name, _)| name.starts_with(&watch.url)), "{found:?}");
+    // Files of the page; what it asks for comes with a query, from a folder, or as a stream.
+    let is_file = |name: &str| {
+        let rest = name.strip_prefix(&watch.url).unwrap_or(name);
+        rest.is_empty() || [".js", ".css", ".svg"].iter().any(|end| rest.ends_with(end))
+    };
+    let all: u64 = found.iter().filter(|(name, _)| is_file(name)).map(|(_, bytes)| bytes).sum();
+    println!("first page: {} KiB", all >> 10);
+    assert!(found.len() > 20 && (100 << 10..=300 << 10).contains(&all), "{all} {found:?}");
+    assert_calm(&page, "");
+}
+
+#[test]
 fn a_file_broken_at_the_start_loads_once_it_is_mended() {
     let place = Place::new("(version: 1, nodes: { \"a\": Nonsense() })");
     let watch = Watch::start(&place.graph, &[]);

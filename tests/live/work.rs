@@ -398,6 +398,66 @@ fn heights_are_measured() {
     assert_calm(&page);
 }
 
+/// A texture of a shape: its size and form, and its bytes.
+fn worn(watch: &Watch, target: &str, shape: &str, side: u32) -> Option<(String, Vec<u8>)> {
+    let generation = watch.state()["scene"]["generation"].as_u64().unwrap();
+    let (port, token) = watch.address();
+    let answer = watch.raw(
+        format!(
+            "GET /{token}/wear?g={generation}&t={target}&shape={shape}&s={side} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n"
+        )
+        .as_bytes(),
+    );
+    let (status, body) = watching::split(&answer);
+    let head = String::from_utf8_lossy(&answer).into_owned();
+    let form = head.lines().find_map(|line| line.strip_prefix("x-map: ")).map(str::to_owned);
+    (status == 200).then(|| (form.unwrap(), body))
+}
+
+#[test]
+fn what_is_cut_out_of_wood_has_all_channels_of_the_material() {
+    let place = Place::shipped("oak_cuts.ron");
+    let text = place.text().replace("resolution: (2048, 1024)", "resolution: (128, 64)");
+    place.write(&text);
+    let watch = Watch::start(&place.graph, &[]);
+    watch.wait_shown(text.as_bytes());
+    let halves = |bytes: &[u8]| -> Vec<f32> {
+        bytes.as_chunks::<2>().0.iter().map(|b| half::f16::from_le_bytes(*b).to_f32()).collect()
+    };
+    for (channel, form) in [
+        ("base_color", "rgba8"),
+        ("roughness", "r16f"),
+        ("normal", "rgba8"),
+        ("height", "r16f"),
+        ("anisotropy", "r16f"),
+        ("anisotropy_angle", "r16f"),
+    ] {
+        let (found, bytes) = worn(&watch, &format!("material.{channel}"), "cube", 240).unwrap();
+        assert_eq!(found, format!("240 160 {form}"), "{channel}");
+        let seen: std::collections::BTreeSet<&[u8]> = bytes.chunks(if form == "rgba8" { 4 } else { 2 }).collect();
+        assert!(seen.len() > 40, "{channel} has {} values", seen.len());
+    }
+    // Fibres stand upright: they lie in the sides, and end in the top.
+    let (_, bytes) = worn(&watch, "material.anisotropy", "cube", 240).unwrap();
+    let lying = halves(&bytes);
+    let mean = |left: usize, top: usize| {
+        let all = (top + 8..top + 72).flat_map(|y| (left + 8..left + 72).map(move |x| y * 240 + x));
+        all.map(|i| lying[i]).sum::<f32>() / 4096.0
+    };
+    assert!(mean(0, 0) > 0.95 && mean(160, 0) > 0.95 && mean(80, 80) < 0.05, "{} {}", mean(0, 0), mean(80, 80));
+    // Rings go round the edge: where a side and the top meet, heights are nearly the same.
+    let (_, bytes) = worn(&watch, "material.base_color", "cube", 960).unwrap();
+    let colour = |x: usize, y: usize| bytes[4 * (y * 960 + x)..][..3].to_vec();
+    let apart = |a: Vec<u8>, b: Vec<u8>| a.iter().zip(&b).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / 3.0;
+    // The first side's upper rim, and the lower rim of the top, which is the second face of the second row.
+    let along = (20..300).map(|x| apart(colour(x, 0), colour(320 + x, 639))).sum::<f64>() / 280.0;
+    let elsewhere = (20..300).map(|x| apart(colour(x, 0), colour(320 + x, 400))).sum::<f64>() / 280.0;
+    assert!(along < 0.6 * elsewhere, "{along} {elsewhere}");
+    // What no cut leads to has the colour of the wood alone.
+    assert!(worn(&watch, "solid_roughness", "sphere", 60).is_some());
+    assert!(worn(&watch, "none", "sphere", 60).is_none());
+}
+
 #[test]
 fn shapes_are_cut_out_of_the_wood() {
     let place = Place::shipped("oak_cuts.ron");
@@ -413,6 +473,8 @@ fn shapes_are_cut_out_of_the_wood() {
         page.eval(&format!("document.querySelector('[data-shape=solid-{shape}]').click()"));
         page.wait(&format!("performance.getEntriesByType('resource').some(r => r.name.includes('/wear?') && r.name.includes('shape={shape}') && r.responseEnd > 0)"));
         page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn} + 1"));
+        // Its other channels come with it.
+        page.wait(&format!("['roughness', 'height', 'normal'].every(c => performance.getEntriesByType('resource').some(r => r.name.includes(`material.${{c}}`) && r.name.includes('shape={shape}') && r.responseEnd > 0))"));
         page.painted();
         let (pixels, width) = page.screenshot();
         let seen: std::collections::BTreeSet<_> = (250..450)

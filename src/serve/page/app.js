@@ -1,6 +1,6 @@
 // The page: keeps what the server tells, and what is being looked at.
 import { controls } from './controls.js';
-import { $, element, notice, press, rove } from './dom.js';
+import { $, element, notice, press, rove, say } from './dom.js';
 import { drops } from './drop.js';
 import { complain } from './errors.js';
 import { Exporter } from './export.js';
@@ -20,7 +20,7 @@ const root = document.documentElement;
 // The longest side of exact values.
 const EXACT = 2048;
 // How long to wait for a picture before newer values are sent, in ms.
-const SEEN = 150;
+const SEEN = 500;
 let arrived = () => {};
 
 // What the parts of the page share: what the server told; the view; what is looked at, which is an output, `OUTPUT.CHANNEL` or
@@ -35,7 +35,7 @@ const sendLatest = latest(async (values) => {
   await seen;
 });
 page.picture = new Picture($('picture'), {
-  onview: (scale) => { $('zoom').textContent = scale === null ? '' : `${(scale * 100).toFixed(scale < 0.1 ? 1 : 0)} %`; page.controls?.placeWipe(); },
+  onview: (scale) => { say($('zoom'), scale === null ? '' : `${(scale * 100).toFixed(scale < 0.1 ? 1 : 0)} %`); page.controls?.placeWipe(); },
   oncursor: (pixel) => probe(page, pixel),
   online: (ends) => { $('measure').open = true; measure.cut(ends); },
 });
@@ -71,8 +71,8 @@ const heard = {
   state(now) {
     page.state = now;
     root.dataset.online = 'yes';
-    $('file').textContent = now.file;
-    document.title = `${now.file} · Shibo`;
+    say($('file'), now.file);
+    if (document.title !== `${now.file} · Shibo`) document.title = `${now.file} · Shibo`;
     page.looks.seen(now);
     follow();
     heard.errors(now);
@@ -85,14 +85,14 @@ const heard = {
     if (!state?.scene || now.generation !== state.scene.generation) return;
     state.scene.pictures[now.target] = now;
     chips();
-    if (now.target === page.target) show(now);
+    if (now.target === page.target) present(now);
     if (now.final && page.lit.wants(now.target)) relight();
   },
   errors({ errors }) { if (page.state) { page.state.errors = errors; complain(page.state); status(page); } },
   warnings({ warnings }) { if (page.state) { page.state.warnings = warnings; complain(page.state); status(page); } },
   busy({ busy }) {
     if (page.state) { page.state.busy = busy; page.state.progress = null; }
-    if (page.graph.patient !== busy) { page.graph.patient = busy; page.graph.draw(); }
+    if (page.graph.patient !== busy) { page.graph.patient = busy; if (!$('drawer').hidden) page.graph.draw(); }
     // What is over in the blink of an eye is not talked of.
     clearTimeout(patience);
     patience = busy && !page.waiting ? setTimeout(() => wait(true), 200) : null;
@@ -147,7 +147,7 @@ function follow() {
   page.parameters.update(scene, values);
   saveable();
   const { canvas } = scene;
-  $('canvas-facts').textContent = `${canvas.size_mm.join(' × ')} mm · ${canvas.resolution.join(' × ')} px`;
+  say($('canvas-facts'), `${canvas.size_mm.join(' × ')} mm · ${canvas.resolution.join(' × ')} px`);
   tiling(page, look);
   const names = scene.outputs.map((o) => o.name);
   const { target } = page;
@@ -167,7 +167,7 @@ function firstOutput(scene) {
 
 function showKnown() {
   const known = page.state.scene.pictures[page.target];
-  if (known) show(known);
+  if (known) present({ ...known, generation: page.state.scene.generation });
 }
 
 // ---- what is looked at
@@ -238,11 +238,18 @@ function details() {
   chips();
 }
 
+// The newest picture that the server tells of, one after the other: the next values are sent as soon as one is on its way, so that
+// the server makes the next picture while this one is drawn.
+const present = latest(async (now) => {
+  if (page.state.scene?.generation === now.generation && root.dataset.generation !== String(now.generation)) arrived();
+  await show(now);
+});
+
 let turn = 0;
 let best = null;
 async function show(now) {
   // A sharp picture is not replaced by a coarse one of the same thing, not even by one that was asked for earlier.
-  const { generation, canvas } = page.state.scene;
+  const { generation, sha256, canvas } = page.state.scene;
   const same = best?.target === now.target && best.generation === generation;
   if (same && best.final && !now.final) return;
   best = { target: now.target, generation, final: now.final };
@@ -253,7 +260,7 @@ async function show(now) {
     page.shown = now;
     page.picture.source = tiles;
     page.looks.shown(now, page.picture.bitmap);
-    mark(now);
+    mark(now, generation, sha256);
     return;
   }
   const image = await bitmap(now.picture).catch(() => null);
@@ -262,16 +269,14 @@ async function show(now) {
   // What lies nowhere on the canvas has pixels of its own, and no finer ones.
   page.picture.show({ image, range: now.range, type: now.type, unit: now.unit, own: now.own }, now.own ? now.size : canvas.resolution, tiles);
   page.looks.shown(now, image);
-  mark(now);
+  mark(now, generation, sha256);
   legend(page);
   sharpen();
   measure.show();
 }
 
-function mark(now) {
-  const { scene } = page.state;
-  if (root.dataset.generation !== String(scene.generation)) arrived();
-  Object.assign(root.dataset, { shown: now.target, generation: scene.generation, sha: scene.sha256, final: now.final, picture: now.picture });
+function mark(now, generation, sha256) {
+  Object.assign(root.dataset, { shown: now.target, generation, sha: sha256, final: now.final, picture: now.picture });
   $('empty').hidden = true;
 }
 
@@ -285,10 +290,15 @@ const sharpen = latest(async () => {
 });
 page.sharpen = sharpen;
 
+let chipped = null;
 function chips() {
   const { scene } = page.state ?? {};
   if (!scene) return;
   const { target, about } = page;
+  const names = Object.keys(scene.pictures);
+  const key = [target, about?.channel, about?.channels, ...scene.outputs.map((o) => `${o.name} ${o.type}`), names].join();
+  if (key === chipped) return;
+  chipped = key;
   const button = (name, text, on) => {
     const made = element('button', { textContent: text.replaceAll('_', ' '), ariaPressed: String(on), dataset: { target: name } });
     made.onclick = () => choose(name);
@@ -365,16 +375,17 @@ export function relight() {
   lit.setMesh(scene);
   lit.setSolid(scene.solid);
   const { solid } = lit.shapes[lit.shape];
-  if (solid) { lit.load(scene, { base_color: { t: target, id: `${scene.generation} ${solid}`, solid } }, Math.min(1024, lit.resolution)); return; }
   const current = outputOf(target);
   const material = current?.type === 'Material' ? current : target?.startsWith('@') ? null : scene.outputs.find((o) => o.type === 'Material');
   const size = state.busy ? 512 : lit.resolution;
   if (material) {
-    const maps = Object.fromEntries(channelsOf(material.name).map((c) => [c, { t: `${material.name}.${c}`, id: scene.pictures[`${material.name}.${c}`]?.picture }]));
+    const maps = Object.fromEntries(channelsOf(material.name).map((c) => [c, { t: `${material.name}.${c}`, id: `${scene.pictures[`${material.name}.${c}`]?.picture} ${solid}`, solid }]));
     lit.load(scene, maps, size);
   } else if (about?.channels && target?.startsWith('@')) {
     const base = target.replace(/\.[a-z_]+$/, '');
-    lit.load(scene, Object.fromEntries(about.channels.map((c) => [c, { t: `${base}.${c}`, id: `${scene.generation}` }])), size);
+    lit.load(scene, Object.fromEntries(about.channels.map((c) => [c, { t: `${base}.${c}`, id: `${scene.generation} ${solid}`, solid }])), size);
+  } else if (solid) {
+    lit.load(scene, { base_color: { t: target, id: `${scene.generation} ${solid}`, solid } }, size);
   } else if (shown?.type && shown.picture && !shown.own) {
     const channel = { Gray: 'height', Normal: 'normal' }[shown.type] ?? 'base_color';
     lit.load(scene, { [channel]: { t: target, id: shown.picture } }, size);

@@ -27,11 +27,14 @@ export function camera(eye, aspect) {
   ];
 }
 
-// The way from the eye through a point of its picture, whose corners are ±1, y up.
-export function ray(eye, aspect, [across, up]) {
+// The way from the eye through a point of its picture, whose corners are ±1, y up; it changes evenly from point to point.
+export function rays(eye, aspect, [across, up]) {
   const { x, y, z, scale: [px, py] } = axes(eye, aspect);
-  return unit([0, 1, 2].map((k) => x[k] * (across / px) + y[k] * (up / py) - z[k]));
+  return [0, 1, 2].map((k) => x[k] * (across / px) + y[k] * (up / py) - z[k]);
 }
+
+// The same, of length 1.
+export const ray = (eye, aspect, place) => unit(rays(eye, aspect, place));
 
 // The nearest place where a ray enters a mesh, the normal there, the triangle and the weights of its corners; null if it passes by.
 export function hit({ data, index }, from, way) {

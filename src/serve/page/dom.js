@@ -9,6 +9,9 @@ export function element(tag, props = {}, ...children) {
   return made;
 }
 
+// Writes only what is another text: a text that is written anew is laid out anew.
+export function say(node, text) { if (node.textContent !== text) node.textContent = text; }
+
 // Settings live in a cookie of the host: every run has another port and another token, and local storage would forget them.
 const COOKIE = 'shibo-page';
 const read = () => {

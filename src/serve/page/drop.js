@@ -1,5 +1,5 @@
-// A mesh of one's own: an OBJ or glb file that is dropped on the page or chosen, as a shape that wears the material. It stays in
-// the browser. Vertices are as in shapes.js.
+// Files of one's own, dropped on the page or chosen: a mesh, OBJ or glb, as a shape that wears the material, which stays in the
+// browser; a panorama, EXR, as the environment, whose light the server works out. Vertices are as in shapes.js.
 import { $, element, notice } from './dom.js';
 
 const MOST = 2e6;
@@ -146,8 +146,27 @@ function wear(lit, made) {
   lit.setShape('own');
 }
 
+// As much as the server takes, in MiB.
+const PANORAMA = 256;
+
+// Takes a panorama as light.
+async function takePanorama(lit, look, file) {
+  try {
+    if (file.size > PANORAMA << 20) throw new Error(`it has more than ${PANORAMA} MiB; scale it down`);
+    notice(`Reading ${file.name} …`);
+    await lit.staging.setOwn(file);
+    if (lit.failed) throw new Error('the lit view cannot be drawn in this browser');
+    look();
+    notice(`${file.name} lights the material`);
+  } catch (error) {
+    notice(`${file.name} cannot be the environment: ${error.message}`, true);
+  }
+}
+
 // Takes a file; what is wrong with it is said.
 async function take(lit, look, file) {
+  const start = new Uint8Array(await file.slice(0, 4).arrayBuffer());
+  if (/\.(exr|hdr)$/i.test(file.name) || [0x76, 0x2f, 0x31, 0x01].every((b, i) => start[i] === b)) { await takePanorama(lit, look, file); return; }
   try {
     const buffer = await file.arrayBuffer();
     const binary = buffer.byteLength > 28 && new DataView(buffer).getUint32(0, true) === 0x46546c67;
@@ -155,17 +174,22 @@ async function take(lit, look, file) {
     look();
     notice(`${file.name} wears the material`);
   } catch (error) {
-    notice(`${file.name} is no OBJ or glb mesh to wear it: ${error.message}`, true);
+    notice(`${file.name} is no OBJ or glb mesh to wear it, and no EXR panorama: ${error.message}`, true);
   }
 }
 
 // Files are dropped anywhere on the page, or chosen; `look` shows the lit view.
 export function drops(lit, look) {
-  const input = element('input', { type: 'file', id: 'own-file', accept: '.obj,.glb', hidden: true, ariaLabel: 'A mesh of your own' });
-  input.onchange = () => { if (input.files[0]) take(lit, look, input.files[0]); input.value = ''; };
-  const button = element('button', { id: 'own-choose', textContent: 'Own mesh …', title: 'Choose an OBJ or glb file, or drop one on the page' });
-  button.onclick = () => input.click();
-  $('light').append(element('div', { className: 'row' }, button, input));
+  const choice = (id, text, accept, title) => {
+    const input = element('input', { type: 'file', id: `${id}-file`, accept, hidden: true, ariaLabel: text.replace(' …', '') });
+    input.onchange = () => { if (input.files[0]) take(lit, look, input.files[0]); input.value = ''; };
+    const button = element('button', { id: `${id}-choose`, textContent: text, title });
+    button.onclick = () => input.click();
+    return [button, input];
+  };
+  const mesh = choice('own', 'Own mesh …', '.obj,.glb', 'Choose an OBJ or glb file, or drop one on the page');
+  const light = choice('hdri', 'Own HDRI …', '.exr', 'Choose an EXR panorama as the environment, or drop one on the page');
+  $('light').append(element('div', { className: 'row' }, ...mesh, ...light));
   addEventListener('dragover', (e) => { if ([...e.dataTransfer.types].includes('Files')) e.preventDefault(); });
   addEventListener('drop', (e) => {
     if (!e.dataTransfer.files.length) return;

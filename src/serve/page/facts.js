@@ -1,5 +1,5 @@
 // What stands below the picture.
-import { $, notice } from './dom.js';
+import { $, notice, say } from './dom.js';
 import { ask, latest } from './net.js';
 import { difference, valueAt } from './tone.js';
 
@@ -10,7 +10,7 @@ export function tiling(page, look) {
   const button = $('tiling');
   button.hidden = false;
   button.className = first ? 'bad' : '';
-  button.textContent = first ? 'does not tile' : canvas.tile.every(Boolean) ? 'tiles' : canvas.tile.some(Boolean) ? 'tiles one way' : 'no tiling';
+  say(button, first ? 'does not tile' : canvas.tile.every(Boolean) ? 'tiles' : canvas.tile.some(Boolean) ? 'tiles one way' : 'no tiling');
   button.title = first ? `${first.message}; ${first.help}` : 'As the canvas of the graph says';
   button.onclick = () => { if (first) { look(`@${first.node}`); notice(first.message); } else page.controls.setSeam(!page.picture.seam); };
 }
@@ -41,7 +41,7 @@ export function legend(page, object) {
   const { before, after, mode } = picture.comparison;
   const now = after ?? picture.now;
   if (before && now && !object && mode === 'difference') text = [numbers(before, now, shown?.unit), text].filter(Boolean).join(' · ');
-  $('legend').textContent = text;
+  say($('legend'), text);
 }
 // The place under the cursor, and the values there.
 export const probe = latest(async (page, pixel) => {
@@ -82,14 +82,13 @@ export const probeMesh = latest(async (page, found) => {
 
 // What is going on.
 export function status(page) {
-  const s = $('status');
   const { state } = page;
-  s.className = '';
-  if (document.documentElement.dataset.online === 'no') { s.textContent = 'not connected: is `shibo watch` running?'; s.className = 'bad'; return; }
+  const tell = (text, kind = '') => { const s = $('status'); say(s, text); if (s.className !== kind) s.className = kind; };
+  if (document.documentElement.dataset.online === 'no') { tell('not connected: is `shibo watch` running?', 'bad'); return; }
   if (!state) return;
-  if (state.errors.length) { s.textContent = `${state.errors.length} error${state.errors.length > 1 ? 's' : ''}: the last good picture stays`; s.className = 'bad'; return; }
-  if (page.waiting) { s.textContent = state.progress ? `${state.progress.node} …` : 'evaluating …'; s.className = 'busy'; return; }
+  if (state.errors.length) { tell(`${state.errors.length} error${state.errors.length > 1 ? 's' : ''}: the last good picture stays`, 'bad'); return; }
+  if (page.waiting) { tell(state.progress ? `${state.progress.node} …` : 'evaluating …', 'busy'); return; }
   const ms = (v) => (v >= 999.5 ? `${(v / 1000).toFixed(1)} s` : `${v.toFixed(0)} ms`);
   const { done } = state;
-  if (done) s.textContent = `${done.ran} of ${state.scene?.nodes ?? '?'} nodes ran · shown in ${ms(done.first_ms)} · sharp in ${ms(done.all_ms)}`;
+  tell(done ? `${done.ran} of ${state.scene?.nodes ?? '?'} nodes ran · shown in ${ms(done.first_ms)} · sharp in ${ms(done.all_ms)}` : '');
 }

@@ -1,8 +1,9 @@
 // The material on a shape: textures from the server, an orbiting eye, a light that turns. Drawn only when something changes.
 import { camera } from './camera.js';
 import { press } from './dom.js';
+import { Behind, illuminate, panorama } from './environment.js';
 import { Marks } from './marks.js';
-import { mesh, samples } from './net.js';
+import { mesh, worn } from './net.js';
 import { FRAGMENT, VERTEX, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
 import { Ground, Staging } from './staging.js';
@@ -46,6 +47,7 @@ export class Lit {
     this.build();
     this.staging = new Staging(this);
     this.ground = new Ground();
+    this.behind = new Behind();
   }
 
   // The view costs nothing until it is looked at.
@@ -149,6 +151,21 @@ export class Lit {
     this.panel.append(row);
     this.setRelief(this.relief);
     this.reset();
+  }
+
+  // Light from a panorama: its bytes.
+  setPanorama(bytes) {
+    this.start();
+    if (!this.gl) return;
+    if (this.own) this.gl.deleteTexture(this.own.texture);
+    this.own = panorama(this.gl, bytes);
+  }
+
+  // Where the light comes from.
+  get lighting() {
+    const { light, lightHeight, lightSize, exposure } = this.values;
+    const { scene } = this.staging;
+    return { scene, own: this.staging.isOwn ? this.own : null, turn: light, key: [lightHeight, lightSize], exposure };
   }
 
   set(name, value) {
@@ -259,7 +276,7 @@ export class Lit {
       if (!CHANNELS.includes(channel)) return;
       const same = old[channel]?.t === map.t && old[channel]?.id === map.id && old[channel]?.size >= size;
       if (same) { made[channel] = old[channel]; return; }
-      const found = await (map.solid ? samples({ g: scene.generation, t: map.t, s: size, shape: map.solid }, 'wear') : samples({ g: scene.generation, t: map.t, s: size }));
+      const found = await worn(scene, map, size);
       if (found) made[channel] = { ...map, size, ...texture(this, found, channel) };
       else if (old[channel]?.t === map.t) made[channel] = old[channel];
     }));
@@ -359,6 +376,7 @@ export class Lit {
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const split = this.pinned ? Math.round(w * this.wipe) : 0;
+    if (this.staging.showsEnvironment) this.behind.paint(gl, this.eye(), w / h, this.lighting);
     gl.enable(gl.SCISSOR_TEST);
     if (this.pinned) {
       gl.scissor(0, 0, split, h);
@@ -370,9 +388,9 @@ export class Lit {
 
   material({ maps, mm }) {
     const { gl, canvas, uniforms: u, values } = this;
-    const { span, perMm, solid } = this.shapes[this.shape];
+    const { span, solid, perMm = solid ? 2 / Math.max(...mm) : undefined } = this.shapes[this.shape];
     // A mesh wears its textures once, and so does what is cut out of a solid.
-    const repeat = perMm || solid ? 1 : values.repeat;
+    const repeat = perMm ? 1 : values.repeat;
     let bits = 0;
     CHANNELS.forEach((channel, i) => {
       gl.activeTexture(gl.TEXTURE0 + i);
@@ -382,23 +400,19 @@ export class Lit {
     const heights = maps.height?.range ?? [0, 0];
     const eye = this.eye();
     const view = camera(eye, canvas.width / canvas.height);
-    const a = (values.light * Math.PI) / 180;
     const moved = this.relief === 'displacement' && (bits & (1 << HEIGHT)) !== 0;
     gl.useProgram(this.program);
     gl.uniformMatrix4fv(u.uView, false, view);
     gl.uniform3fv(u.uEye, eye);
-    gl.uniformMatrix3fv(u.uLight, false, [Math.cos(a), 0, -Math.sin(a), 0, 1, 0, Math.sin(a), 0, Math.cos(a)]);
-    gl.uniform2f(u.uRepeat, repeat, perMm || solid ? 1 : (repeat * mm[0]) / mm[1]);
+    illuminate(gl, (name) => u[name], this.lighting);
+    gl.uniform2f(u.uRepeat, repeat, perMm ? 1 : (repeat * mm[0]) / mm[1]);
     gl.uniform1f(u.uDisplace, moved ? (perMm ?? (span / repeat) / mm[0]) * values.relief : 0);
     gl.uniform2fv(u.uHeights, heights);
     gl.uniform1f(u.uUvPerMm, 1 / mm[0]);
     gl.uniform2f(u.uAspect, 1, mm[0] / mm[1]);
     gl.uniform1f(u.uRelief, values.relief);
     gl.uniform1i(u.uParallax, this.relief === 'parallax' ? 1 : 0);
-    gl.uniform1f(u.uExposure, 2 ** values.exposure);
-    gl.uniform1i(u.uScene, this.staging.scene);
-    const [high, round] = [(values.lightHeight * Math.PI) / 180, -0.8567];
-    gl.uniform4f(u.uKey, Math.sin(round) * Math.cos(high), Math.sin(high), Math.cos(round) * Math.cos(high), values.lightSize);
+    gl.uniform1f(u.uWorldPerMm, perMm ?? 0);
     gl.uniform1i(u.uMaps, bits);
     gl.uniform4f(u.uConstants, values.roughness, values.metallic, values.anisotropy, values.coat);
     const { array, count } = this.mesh();

@@ -77,12 +77,23 @@ export class Looks {
     }
   }
 
-  // A picture of the present look.
+  // A picture of the present look; its thumbnail is made when pictures no longer come one after the other.
   shown(now, image) {
     if (!this.at) return;
     this.at.pictures[now.target] = now;
     this.at.target = now.target;
-    const canvas = this.at.canvas ??= element('canvas', { width: SIZE, height: SIZE });
+    const { at } = this;
+    clearTimeout(this.soon);
+    if (this.late && this.late !== at) this.late.paint();
+    this.late = at;
+    at.paint = () => { this.late = null; this.thumbnail(at, image); };
+    this.soon = setTimeout(() => { at.paint(); this.draw(); }, 120);
+  }
+
+  thumbnail(step, image) {
+    // A picture that was let go of has no size.
+    if (!image.width) return;
+    const canvas = step.canvas ??= element('canvas', { width: SIZE, height: SIZE });
     const k = Math.max(SIZE / image.width, SIZE / image.height);
     const c = canvas.getContext('2d');
     c.imageSmoothingQuality = 'high';

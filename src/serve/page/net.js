@@ -19,6 +19,12 @@ export async function samples(args, path = 'map') {
   return { width: +width, height: +height, form, data: await response.arrayBuffer() };
 }
 
+// The texture of a channel: as on the canvas, or on a shape that is cut out of a solid.
+export function worn(scene, { t, solid }, s) {
+  const about = { g: scene.generation, t, s };
+  return solid ? samples({ ...about, shape: solid }, 'wear') : samples(about);
+}
+
 // The numbers of a field as they are, for measuring: by rows, all channels of a pixel together.
 export async function exact(args) {
   const response = await fetch(query('map', { ...args, exact: true }));
@@ -35,6 +41,15 @@ export async function mesh(args) {
   const [vertices, indices, perMm, ...middle] = response.headers.get('x-mesh').split(' ').map(Number);
   const bytes = await response.arrayBuffer();
   return { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices), perMm, middle };
+}
+
+// The light of a panorama: of a file, or of the last one that was sent in this run, if there is one. See sky.rs.
+export async function environment(file) {
+  const response = await fetch('environment', file ? { method: 'POST', headers: { 'content-type': 'application/octet-stream' }, body: file } : {});
+  if (response.status === 200) return response.arrayBuffer();
+  if (response.status === 503) throw new Error('another panorama is being read');
+  if (!response.ok) throw new Error((await response.text()) || 'it could not be read');
+  return null;
 }
 
 export function post(path, what) {

@@ -1,5 +1,5 @@
 // The parameters of the graph: sliders, presets, where each value comes from, and how it gets into the file.
-import { element, notice, short } from './dom.js';
+import { element, notice, say, short } from './dom.js';
 
 const unquote = (text) => { try { return JSON.parse(text); } catch { return text.replace(/^"|"$/g, ''); } };
 const code = (v) => Math.round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055));
@@ -67,11 +67,12 @@ export class Parameters {
     for (const param of this.params) this.rows.get(param.name)?.(param);
     for (const button of this.root.querySelectorAll('.presets button')) {
       const on = button.value === (this.preset ?? '');
-      button.ariaPressed = String(on);
+      if (button.ariaPressed !== String(on)) button.ariaPressed = String(on);
       const by = on && this.set.size ? ` + ${this.set.size} by hand` : '';
-      button.textContent = (button.value || 'as written') + by;
+      say(button, (button.value || 'as written') + by);
     }
-    for (const button of this.root.querySelectorAll('[data-needs=changed]')) button.disabled = !this.changed.length;
+    const none = !this.changed.length;
+    for (const button of this.root.querySelectorAll('[data-needs=changed]')) if (button.disabled !== none) button.disabled = none;
   }
 
   change(name, value, group = name) {
@@ -139,7 +140,7 @@ export class Parameters {
   row(param) {
     const id = `param-${param.name}`;
     const label = element('label', { htmlFor: id, textContent: param.name.replaceAll('_', ' '), title: param.doc });
-    const reset = element('button', { className: 'reset', textContent: '↺', ariaLabel: `Reset ${param.name}` });
+    const reset = element('button', { className: 'reset', textContent: '↺', ariaLabel: `Reset ${param.name}`, disabled: true });
     const head = element('div', { className: 'head' }, label, reset);
     const row = element('div', { className: 'param', dataset: { param: param.name } }, head);
     const make = { Number: 'number', Integer: 'number', Bool: 'bool', Color: 'color', Choice: 'choice' }[param.type] ?? 'text';
@@ -151,12 +152,15 @@ export class Parameters {
       const value = this.value(now);
       const byHand = this.set.has(now.name);
       const changed = value !== now.default;
-      row.classList.toggle('changed', changed || byHand);
-      reset.disabled = !changed && !byHand;
-      reset.title = byHand ? 'Without the value set by hand' : 'The value of the file';
+      if (row.classList.contains('changed') !== (changed || byHand)) {
+        row.classList.toggle('changed', changed || byHand);
+        reset.disabled = !changed && !byHand;
+      }
+      const why = byHand ? 'Without the value set by hand' : 'The value of the file';
+      if (reset.title !== why) reset.title = why;
       reset.onclick = () => this.change(now.name, byHand ? null : now.default, null);
       // What is overridden stays in sight.
-      from.textContent = byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '';
+      say(from, byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '');
       if (!row.contains(document.activeElement) || !this.moving) show(value);
     });
     row.addEventListener('pointerdown', () => { this.moving = true; });

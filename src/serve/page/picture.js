@@ -6,6 +6,8 @@ import { isNeutral, neutral, toned } from './tone.js';
 
 const TILE = 512;
 const KEPT = 160;
+// Pictures that follow each other within so many ms are drawn quickly, and finely when no more come.
+const HURRY = 250;
 
 export class Picture {
   constructor(canvas, { onview, oncursor, online }) {
@@ -133,6 +135,12 @@ export class Picture {
 
   // Shows a whole picture whose full size is `size`: the image, and its range and type; `source` says where tiles of it come from.
   show(now, size, source) {
+    const began = performance.now();
+    // Fine smoothing takes more time than all else, without a graphics card.
+    this.hurried = began - (this.shownAt ?? -Infinity) < HURRY;
+    this.shownAt = began;
+    clearTimeout(this.rest);
+    if (this.hurried) this.rest = setTimeout(() => { this.hurried = false; this.draw(); }, HURRY);
     this.now = now;
     this.object = null;
     this.source = source;
@@ -244,7 +252,7 @@ export class Picture {
         const [[x0, y0], [x1, y1]] = [place(i * w, j * h), place((i + 1) * w, (j + 1) * h)];
         if (x1 < left || y1 < 0 || x0 > right || y0 > canvas.height) continue;
         c.imageSmoothingEnabled = texel < 2 || image.width < w;
-        c.imageSmoothingQuality = 'high';
+        c.imageSmoothingQuality = this.hurried ? (texel < 0.7 ? 'medium' : 'low') : 'high';
         c.drawImage(shown, x0, y0, x1 - x0, y1 - y0);
         if (source && texel > 1.01 && image.width < w) this.paintTiles(source, x0, y0);
       }

@@ -40,30 +40,17 @@ void main() {
   gl_Position = uView * vec4(vPosition, 1.0);
 }`;
 
-export const FRAGMENT = `#version 300 es
-precision highp float;
-in vec3 vPosition;
-in vec3 vNormal;
-in vec3 vTangent;
-in vec2 vUv;
-uniform vec3 uEye;
-uniform mat3 uLight;        // turns the studio
-uniform sampler2D uBaseColor, uRoughness, uMetallic, uNormal, uHeight, uAo, uAnisotropy, uAnisotropyAngle, uSheen, uCoat, uOpacity;
-uniform int uMaps;          // which of them there are, a bit each
-uniform vec4 uConstants;    // roughness, metal, anisotropy, coat where there is no map
-uniform vec2 uHeights;
-uniform float uUvPerMm;     // of the canvas' width
-uniform vec2 uAspect;       // the canvas: 1, width over height
-uniform float uRelief;
-uniform int uParallax;
-uniform float uFine;        // how many steps are taken, 1 being all
-uniform float uExposure;
-uniform int uScene;         // studio, overcast sky, evening, one light in the dark
+// Where light comes from, for what is lit and for what is behind it.
+export const LIGHT = `
+uniform mat3 uLight;        // turns it
+uniform int uScene;         // studio, overcast sky, evening, one light in the dark, a panorama
 uniform vec4 uKey;          // where the key light stands, and its size: 1 is as in the studio
-out vec4 oColor;
-
+uniform float uExposure;
+uniform sampler2D uEnvironment;   // a panorama, its levels blurred for rougher surfaces
+uniform vec3 uIrradiance[9];      // its light on a white surface, by spherical harmonics
+uniform vec3 uSunLight;           // the colour of its sun
 const float PI = 3.14159265;
-bool has(int bit) { return (uMaps & (1 << bit)) != 0; }
+const int OWN = 4;
 
 // One soft box: its light in direction d, blurred as a lobe of that width would.
 float box(vec3 d, vec3 to, vec3 side, vec2 half_size, float blur) {
@@ -79,13 +66,16 @@ float box(vec3 d, vec3 to, vec3 side, vec2 half_size, float blur) {
 }
 
 vec3 key_color() {
+  if (uScene == OWN) return uSunLight;
   if (uScene == 1) return vec3(1.0, 0.98, 0.94);
   if (uScene == 2) return vec3(1.35, 0.85, 0.5);
   return vec3(1.05, 1.0, 0.93);
 }
 
+// The light that a surface of that roughness reflects, which comes from d.
 vec3 studio(vec3 d, float roughness) {
   d = uLight * d;
+  if (uScene == OWN) return textureLod(uEnvironment, vec2(0.5 + atan(d.x, -d.z) / (2.0 * PI), acos(clamp(d.y, -1.0, 1.0)) / PI), 5.0 * roughness).rgb;
   float blur = roughness * roughness * 1.6;
   float sky = smoothstep(-0.5 - blur, 0.6 + blur, d.y);
   vec3 side = normalize(vec3(0.65, 0.0, 0.75));
@@ -113,16 +103,60 @@ vec3 studio(vec3 d, float roughness) {
   return light;
 }
 
+// The light on a white surface.
+vec3 ambient(vec3 n) {
+  if (uScene != OWN) return studio(n, 1.0);
+  n = uLight * n;
+  vec3 light = uIrradiance[0] + uIrradiance[1] * n.y + uIrradiance[2] * n.z + uIrradiance[3] * n.x + uIrradiance[4] * n.x * n.y + uIrradiance[5] * n.y * n.z;
+  light += uIrradiance[6] * (3.0 * n.z * n.z - 1.0) + uIrradiance[7] * n.x * n.z + uIrradiance[8] * (n.x * n.x - n.y * n.y);
+  return max(light, vec3(0.0));
+}
+
+vec3 film(vec3 c) {
+  c *= 0.72;
+  return clamp((c * (2.51 * c + 0.03)) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
+}
+
+// As screens take it.
+vec3 developed(vec3 c) {
+  c = film(c * uExposure);
+  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+}`;
+
+export const FRAGMENT = `#version 300 es
+precision highp float;
+in vec3 vPosition;
+in vec3 vNormal;
+in vec3 vTangent;
+in vec2 vUv;
+uniform vec3 uEye;
+uniform sampler2D uBaseColor, uRoughness, uMetallic, uNormal, uHeight, uAo, uAnisotropy, uAnisotropyAngle, uSheen, uCoat, uOpacity;
+uniform int uMaps;          // which of them there are, a bit each
+uniform vec4 uConstants;    // roughness, metal, anisotropy, coat where there is no map
+uniform vec2 uHeights;
+uniform float uUvPerMm;     // of the canvas' width
+uniform vec2 uAspect;       // the canvas: 1, width over height
+uniform float uRelief;
+uniform int uParallax;
+uniform float uFine;        // how many steps are taken, 1 being all
+uniform float uWorldPerMm;  // where texels are stretched; 0: as the canvas says
+out vec4 oColor;
+bool has(int bit) { return (uMaps & (1 << bit)) != 0; }
+
+${LIGHT}
+// Turns of the texture a mm, across and down.
+vec2 per_mm;
+
 float luma(vec3 c) { return dot(c, vec3(0.2126, 0.7152, 0.0722)); }
 float height(vec2 uv) { return texture(uHeight, uv).r; }
 
 // Where the line of sight meets the relief below the surface; d is in tangent space, y along v.
 vec2 parallax(vec2 uv, vec3 d, float lod, out float depth) {
-  float range = (uHeights.y - uHeights.x) * uUvPerMm * uRelief;
+  float range = (uHeights.y - uHeights.x) * uRelief;
   depth = 0.0;
-  if (range < 1e-6) return uv;
+  if (range * per_mm.x < 1e-6) return uv;
   float steps = ceil(uFine * mix(44.0, 18.0, clamp(d.z, 0.0, 1.0)));
-  vec2 reach = -d.xy / max(d.z, 0.18) * range * uAspect;
+  vec2 reach = -d.xy / max(d.z, 0.18) * range * per_mm;
   float before = 0.0, gap_before = 0.0;
   for (float i = 0.0; i < 48.0; i += 1.0) {
     float t = i / steps;
@@ -142,9 +176,9 @@ vec2 parallax(vec2 uv, vec3 d, float lod, out float depth) {
 
 // How much of the key light reaches a point of the relief.
 float shadow(vec2 uv, float depth, vec3 l, float lod) {
-  float range = (uHeights.y - uHeights.x) * uUvPerMm * uRelief;
-  if (range < 1e-6 || l.z <= 0.02) return 1.0;
-  vec2 reach = l.xy / max(l.z, 0.12) * range * depth * uAspect;
+  float range = (uHeights.y - uHeights.x) * uRelief;
+  if (range * per_mm.x < 1e-6 || l.z <= 0.02) return 1.0;
+  vec2 reach = l.xy / max(l.z, 0.12) * range * depth * per_mm;
   float worst = 0.0;
   float steps = ceil(14.0 * uFine);
   for (float i = 1.0; i <= 14.0; i += 1.0) {
@@ -174,11 +208,6 @@ vec2 split_sum(float roughness, float nov) {
   return vec2(-1.04, 1.04) * a + r.zw;
 }
 
-vec3 film(vec3 c) {
-  c *= 0.72;
-  return clamp((c * (2.51 * c + 0.03)) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
-}
-
 void main() {
   vec3 N = normalize(vNormal);
   vec3 T = normalize(vTangent - N * dot(N, vTangent));
@@ -187,6 +216,13 @@ void main() {
   vec3 V = normalize(uEye - vPosition);
   vec3 L = normalize(transpose(uLight) * uKey.xyz);
   vec2 dx = dFdx(vUv), dy = dFdy(vUv);
+  per_mm = uUvPerMm * uAspect;
+  float turned = dx.x * dy.y - dy.x * dx.y;
+  if (uWorldPerMm > 0.0 && turned != 0.0) {
+    vec3 px = dFdx(vPosition), py = dFdy(vPosition);
+    vec2 long = vec2(length(px * dy.y - py * dx.y), length(py * dx.x - px * dy.x)) / abs(turned);
+    per_mm = min(uWorldPerMm / max(long, vec2(1e-6)), vec2(1.0));
+  }
   vec2 uv = vUv;
   float depth = 0.0;
   float lit = 1.0;
@@ -213,7 +249,7 @@ void main() {
     vec2 texel = 1.0 / vec2(textureSize(uHeight, 0));
     float x = height(uv + vec2(texel.x, 0.0)) - height(uv - vec2(texel.x, 0.0));
     float y = height(uv + vec2(0.0, texel.y)) - height(uv - vec2(0.0, texel.y));
-    n = vec3(-x / (2.0 * texel.x) * uUvPerMm, y / (2.0 * texel.y) * uUvPerMm / uAspect.y, 1.0);
+    n = vec3(vec2(-x, y) / (2.0 * texel) * per_mm, 1.0);
   }
   n = normalize(vec3(n.xy * uRelief, max(n.z, 0.02)));
   vec3 geometric = N;
@@ -240,7 +276,7 @@ void main() {
   vec3 energy = f0 * ss.x + ss.y;
   float occluded = clamp(pow(nov + ao, exp2(-16.0 * roughness - 1.0)) - 1.0 + ao, 0.0, 1.0);
   float horizon = clamp(1.0 + 1.1 * dot(R, geometric), 0.0, 1.0);
-  vec3 color = studio(N, 1.0) * diffuse * ao * (1.0 - luma(energy));
+  vec3 color = ambient(N) * diffuse * ao * (1.0 - luma(energy));
   color += studio(R, roughness) * energy * occluded * horizon * horizon * mix(1.0, lit, 0.5);
 
   // The key light.
@@ -256,7 +292,7 @@ void main() {
     vec3 key = 2.2 * key_color() * nol * lit * mix(1.0, ao, 0.4);
     color += key * (diffuse / PI * (1.0 - f) + min(d * v * f, vec3(16.0)));
   }
-  color += sheen * mix(vec3(1.0), base, 0.5) * pow(1.0 - nov, 4.0) * studio(N, 1.0) * ao;
+  color += sheen * mix(vec3(1.0), base, 0.5) * pow(1.0 - nov, 4.0) * ambient(N) * ao;
   if (coat > 0.0) {
     float g = max(dot(geometric, V), 1e-3);
     float f = coat * (0.04 + 0.96 * pow(1.0 - g, 5.0));
@@ -264,6 +300,5 @@ void main() {
   }
   float opacity = has(10) ? textureGrad(uOpacity, uv, dx, dy).r : 1.0;
   if (opacity < 0.5) discard;
-  color = film(color * uExposure);
-  oColor = vec4(mix(12.92 * color, 1.055 * pow(color, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, color)), 1.0);
+  oColor = vec4(developed(color), 1.0);
 }`;

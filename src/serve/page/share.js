@@ -1,8 +1,8 @@
 // What is lit as one HTML file, which opens without Shibo.
-import { samples } from './net.js';
+import { worn } from './net.js';
 import { CHANNELS } from './lit.js';
 
-const MODULES = ['camera.js', 'shaders.js', 'shapes.js', 'viewer.js'];
+const MODULES = ['camera.js', 'shaders.js', 'environment.js', 'shapes.js', 'viewer.js'];
 
 // A texture as a picture in the text: colours as they are, single channels with sixteen bits in two.
 async function picture({ width, height, form, data }) {
@@ -35,12 +35,12 @@ const halves = (list) => Float32Array.from(list, (h) => {
 
 // The ground behind the shape.
 function backdrop(chosen) {
-  if (chosen) return [[0, 0, 0], [0.467, 0.467, 0.467], [1, 1, 1]][chosen - 1];
+  if (chosen && chosen < 4) return [[0, 0, 0], [0.467, 0.467, 0.467], [1, 1, 1]][chosen - 1];
   const hex = getComputedStyle(document.documentElement).getPropertyValue('--glow').trim();
   return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
 }
 
-// Bytes of a mesh, compressed, as text.
+// Bytes, compressed, as text.
 async function packed(list) {
   const stream = new Blob([list]).stream().pipeThrough(new CompressionStream('deflate'));
   const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
@@ -62,13 +62,14 @@ export async function html(lit, title) {
   const { scene, maps, size } = lit.asked;
   const found = {};
   for (const [channel, map] of Object.entries(maps)) {
-    const data = CHANNELS.includes(channel) && await samples({ g: scene.generation, t: map.t, s: size });
+    const data = CHANNELS.includes(channel) && await worn(scene, map, size);
     if (data) found[channel] = await picture(data);
   }
   const back = backdrop(lit.staging.backdrop);
   const shared = {
     channels: CHANNELS, maps: found, mm: scene.canvas.size_mm, shape: lit.shape, mesh: await mesh(lit), relief: lit.relief, values: lit.values,
     turn: lit.turn, tilt: lit.tilt, distance: lit.distance, scene: lit.staging.scene, back,
+    behind: lit.staging.showsEnvironment, own: lit.staging.isOwn ? await packed(lit.own.bytes) : null,
   };
   const texts = await Promise.all(MODULES.map(async (name) => (await fetch(name)).text()));
   const script = texts.join('\n').replace(/^import .*$/gm, '').replace(/^export /gm, '');

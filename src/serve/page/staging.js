@@ -1,9 +1,12 @@
 // Where the shape stands: environment, backdrop, shadow at its foot, and the view that is kept for each graph.
 import { element, keep, setting } from './dom.js';
+import { environment } from './net.js';
 import { linked } from './shaders.js';
 
-const SCENES = ['Studio', 'Overcast sky', 'Evening', 'One light'];
-const BACKDROPS = ['As the page', 'Black', 'Grey', 'White'];
+const SCENES = ['Studio', 'Overcast sky', 'Evening', 'One light', 'Own HDRI'];
+const OWN = 4;
+const BACKDROPS = ['As the page', 'Black', 'Grey', 'White', 'The environment'];
+const BEHIND = 4;
 // A plane shows its relief in light that grazes it.
 const GRAZING = 14;
 const USUAL = 37;
@@ -24,7 +27,9 @@ export class Staging {
       lit.panel.append(element('div', { className: 'param' }, element('label', { htmlFor: id, textContent: text }), made));
       return made;
     };
-    this.sceneBox = select('light-scene', 'Environment', SCENES, (n) => { this.scene = n; lit.draw(); });
+    this.sceneBox = select('light-scene', 'Environment', SCENES, (n) => this.setScene(n));
+    // Until there is one, it cannot be chosen.
+    this.sceneBox.options[OWN].hidden = this.sceneBox.options[OWN].disabled = true;
     this.backBox = select('light-backdrop', 'Backdrop', BACKDROPS, (n) => this.setBackdrop(n));
     this.shadowBox = element('input', { type: 'checkbox', id: 'light-shadow', checked: true });
     this.shadowBox.onchange = () => { this.shadow = this.shadowBox.checked; this.keepSoon(); lit.draw(); };
@@ -32,9 +37,35 @@ export class Staging {
     this.shaped(lit.shape);
   }
 
+  get isOwn() { return this.scene === OWN && !!this.lit.own; }
+
+  get showsEnvironment() { return this.backdrop === BEHIND; }
+
+  setScene(n) {
+    this.scene = n;
+    this.sceneBox.value = n;
+    // A panorama has the sun where it is.
+    this.lit.sliders.lightHeight.row.hidden = n === OWN;
+    this.lit.draw();
+  }
+
+  // A panorama of the user's own takes the place of the environment: a file, or null for the last one of this run.
+  async setOwn(file) {
+    const { lit } = this;
+    const bytes = await environment(file);
+    if (bytes) lit.setPanorama(bytes);
+    if (!lit.own) return;
+    const option = this.sceneBox.options[OWN];
+    option.hidden = option.disabled = false;
+    if (file) option.textContent = file.name;
+    this.setScene(OWN);
+    this.keepSoon();
+  }
+
   setBackdrop(n) {
     this.backdrop = n;
     document.getElementById('stage').dataset.backdrop = n;
+    this.lit.draw();
   }
 
   // The height of the light is the user's once it was moved.
@@ -56,10 +87,9 @@ export class Staging {
     Object.assign(lit, { turn, tilt, distance });
     this.byHand = true;
     for (const [name, value] of Object.entries({ light, lightHeight: height, lightSize: size, exposure })) lit.set(name, value);
-    this.scene = scene;
+    if (scene === OWN) this.setOwn(null).catch(() => {}); else this.setScene(scene);
     this.shadow = shadow;
     this.setBackdrop(backdrop);
-    this.sceneBox.value = scene;
     this.backBox.value = backdrop;
     this.shadowBox.checked = shadow;
     this.dirty = false;

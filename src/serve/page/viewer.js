@@ -1,14 +1,17 @@
 // The material in light on a page of its own, as it is shared: no server, no other file.
 import { camera } from './camera.js';
+import { Behind, illuminate, panorama } from './environment.js';
 import { FRAGMENT, VERTEX, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
 
 // Milliseconds that a picture may take while something moves, and when all is still.
 const [MOVING, RESTING] = [40, 700];
 
-// A mesh that came along: see share.js.
+// Bytes that came along: see share.js.
+const bytes = (text) => new Response(new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]).stream().pipeThrough(new DecompressionStream('deflate'))).arrayBuffer();
+
+// A mesh that came along.
 async function carried({ data, index, perMm, span }) {
-  const bytes = (text) => new Response(new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]).stream().pipeThrough(new DecompressionStream('deflate'))).arrayBuffer();
   const made = { data: new Float32Array(await bytes(data)), index: new Uint32Array(await bytes(index)) };
   return { make: () => made, perMm, span };
 }
@@ -21,7 +24,8 @@ export async function view(canvas, shared) {
   const program = linked(gl, VERTEX, FRAGMENT);
   gl.useProgram(program);
   gl.enable(gl.DEPTH_TEST);
-  const at = (name) => gl.getUniformLocation(program, name);
+  const places = {};
+  const at = (name) => (places[name] ??= gl.getUniformLocation(program, name));
   let bits = 0;
   for (const [i, channel] of shared.channels.entries()) {
     gl.uniform1i(at(`u${channel.replace(/(^|_)([a-z])/g, (_, __, c) => c.toUpperCase())}`), i);
@@ -49,11 +53,15 @@ export async function view(canvas, shared) {
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, mips ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
   }
   const shape = shared.mesh ? await carried(shared.mesh) : SHAPES[shared.shape];
-  // A mesh of the graph wears its textures once.
-  const repeat = shape.perMm ? 1 : shared.values.repeat;
+  const own = shared.own ? panorama(gl, await bytes(shared.own)) : null;
+  const behind = new Behind();
+  // A mesh of the graph wears its textures once, and so does what is cut out of a solid.
+  const perMm = shape.perMm ?? (shape.solid ? 2 / Math.max(...shared.mm) : null);
+  const repeat = perMm ? 1 : shared.values.repeat;
   const moved = shared.relief === 'displacement' && !!shared.maps.height;
   const { data, index } = shape.make(moved ? 1 : 0.35);
-  gl.bindVertexArray(gl.createVertexArray());
+  const array = gl.createVertexArray();
+  gl.bindVertexArray(array);
   gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
   gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
   for (const [i, [n, from]] of [[3, 0], [3, 3], [3, 6], [2, 9]].entries()) {
@@ -80,22 +88,22 @@ export async function view(canvas, shared) {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const flat = Math.cos(eye.tilt);
     const from = [Math.sin(eye.turn) * flat, Math.sin(eye.tilt), Math.cos(eye.turn) * flat].map((c) => c * eye.distance);
-    const a = (light * Math.PI) / 180;
-    const [high, round] = [(v.lightHeight * Math.PI) / 180, -0.8567];
+    const lighting = { scene: shared.scene, own, turn: light, key: [v.lightHeight, v.lightSize], exposure: v.exposure };
+    if (shared.behind) behind.paint(gl, from, canvas.width / canvas.height, lighting);
+    gl.useProgram(program);
+    gl.bindVertexArray(array);
+    illuminate(gl, at, lighting);
     gl.uniformMatrix4fv(at('uView'), false, camera(from, canvas.width / canvas.height));
     gl.uniform3fv(at('uEye'), from);
-    gl.uniformMatrix3fv(at('uLight'), false, [Math.cos(a), 0, -Math.sin(a), 0, 1, 0, Math.sin(a), 0, Math.cos(a)]);
-    gl.uniform2f(at('uRepeat'), repeat, shape.perMm ? 1 : (repeat * shared.mm[0]) / shared.mm[1]);
-    gl.uniform1f(at('uDisplace'), moved ? (shape.perMm || shape.span / repeat / shared.mm[0]) * v.relief : 0);
+    gl.uniform2f(at('uRepeat'), repeat, perMm ? 1 : (repeat * shared.mm[0]) / shared.mm[1]);
+    gl.uniform1f(at('uDisplace'), moved ? (perMm || shape.span / repeat / shared.mm[0]) * v.relief : 0);
     gl.uniform2fv(at('uHeights'), shared.maps.height?.range ?? [0, 0]);
     gl.uniform1f(at('uUvPerMm'), 1 / shared.mm[0]);
     gl.uniform2f(at('uAspect'), 1, shared.mm[0] / shared.mm[1]);
     gl.uniform1f(at('uRelief'), v.relief);
     gl.uniform1i(at('uParallax'), shared.relief === 'parallax' ? 1 : 0);
     gl.uniform1f(at('uFine'), 0.7);
-    gl.uniform1f(at('uExposure'), 2 ** v.exposure);
-    gl.uniform1i(at('uScene'), shared.scene);
-    gl.uniform4f(at('uKey'), Math.sin(round) * Math.cos(high), Math.sin(high), Math.cos(round) * Math.cos(high), v.lightSize);
+    gl.uniform1f(at('uWorldPerMm'), perMm ?? 0);
     gl.uniform1i(at('uMaps'), bits);
     gl.uniform4f(at('uConstants'), v.roughness, v.metallic, v.anisotropy, v.coat);
     gl.drawElements(gl.TRIANGLES, index.length, gl.UNSIGNED_INT, 0);

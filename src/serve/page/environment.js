@@ -1,0 +1,84 @@
+// A panorama as light, and what is seen behind the shape. The bytes are those of sky.rs.
+import { rays } from './camera.js';
+import { LIGHT, linked } from './shaders.js';
+
+// The unit of its texture, behind those of the material.
+const UNIT = 11;
+
+// What the bytes hold: the coefficients of the light, where the sun stands and its colour, and a texture of all levels.
+export function panorama(gl, bytes) {
+  const [width, height, levels] = new Uint32Array(bytes, 0, 3);
+  const numbers = new Float32Array(bytes, 12, 33);
+  const texture = gl.createTexture();
+  gl.activeTexture(gl.TEXTURE0 + UNIT);
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  let at = 4 * 36;
+  for (let level = 0; level < levels; level += 1) {
+    const [w, h] = [width >> level, height >> level];
+    gl.texImage2D(gl.TEXTURE_2D, level, gl.RGB9_E5, w, h, 0, gl.RGB, gl.UNSIGNED_INT_5_9_9_9_REV, new Uint32Array(bytes, at, w * h));
+    at += 4 * w * h;
+  }
+  for (const [name, value] of [['MAX_LEVEL', levels - 1], ['WRAP_T', gl.CLAMP_TO_EDGE], ['MIN_FILTER', gl.LINEAR_MIPMAP_LINEAR], ['MAG_FILTER', gl.LINEAR]]) gl.texParameteri(gl.TEXTURE_2D, gl[`TEXTURE_${name}`], value);
+  // The key light of the shader is 2.2 times its colour.
+  return { bytes, texture, irradiance: numbers.subarray(0, 27), sun: numbers.subarray(27, 30), light: numbers.slice(30, 33).map((v) => v / 2.2) };
+}
+
+// Sets the light of a program. `u` finds its uniforms; `turn` in degrees; `key`: how high the light stands in degrees, and its size.
+export function illuminate(gl, u, { scene, own, turn, key, exposure }) {
+  const a = (turn * Math.PI) / 180;
+  const [high, round] = [(key[0] * Math.PI) / 180, -0.8567];
+  const toward = own ? own.sun : [Math.sin(round) * Math.cos(high), Math.sin(high), Math.cos(round) * Math.cos(high)];
+  gl.uniformMatrix3fv(u('uLight'), false, [Math.cos(a), 0, -Math.sin(a), 0, 1, 0, Math.sin(a), 0, Math.cos(a)]);
+  gl.uniform1i(u('uScene'), own ? 4 : scene);
+  gl.uniform4f(u('uKey'), ...toward, key[1]);
+  gl.uniform1f(u('uExposure'), 2 ** exposure);
+  gl.uniform1i(u('uEnvironment'), UNIT);
+  gl.activeTexture(gl.TEXTURE0 + UNIT);
+  gl.bindTexture(gl.TEXTURE_2D, own?.texture ?? null);
+  if (!own) return;
+  gl.uniform3fv(u('uIrradiance[0]'), own.irradiance);
+  gl.uniform3fv(u('uSunLight'), own.light);
+}
+
+const BEHIND = `#version 300 es
+layout(location = 0) in vec2 aPlace;
+layout(location = 1) in vec3 aWay;
+out vec3 vWay;
+void main() { vWay = aWay; gl_Position = vec4(aPlace, 0.9999, 1.0); }`;
+const SEEN = `#version 300 es
+precision highp float;
+in vec3 vWay;
+out vec4 oColor;
+${LIGHT}
+void main() { oColor = vec4(developed(studio(normalize(vWay), 0.2)), 1.0); }`;
+
+// The environment behind the shape, a little out of focus.
+export class Behind {
+  paint(gl, eye, aspect, light) {
+    if (this.gl !== gl) this.prepare(gl);
+    gl.useProgram(this.program);
+    illuminate(gl, this.at, light);
+    gl.bindVertexArray(this.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
+    const corners = [[-1, -1], [1, -1], [-1, 1], [1, 1]].flatMap((place) => [...place, ...rays(eye, aspect, place)]);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(corners), gl.DYNAMIC_DRAW);
+    gl.depthMask(false);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+    gl.depthMask(true);
+  }
+
+  prepare(gl) {
+    this.gl = gl;
+    this.program = linked(gl, BEHIND, SEEN);
+    const known = {};
+    this.at = (name) => (known[name] ??= gl.getUniformLocation(this.program, name));
+    this.array = gl.createVertexArray();
+    this.buffer = gl.createBuffer();
+    gl.bindVertexArray(this.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
+    for (const [i, [n, from]] of [[2, 0], [3, 8]].entries()) {
+      gl.enableVertexAttribArray(i);
+      gl.vertexAttribPointer(i, n, gl.FLOAT, false, 20, from);
+    }
+  }
+}

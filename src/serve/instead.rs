@@ -103,9 +103,11 @@ fn failed(node: &GraphNode, stop: Stop) -> Failure {
 fn keyed(value: &Value, key: Key) -> Value {
     match value {
         Value::Field(field) => Value::Field(field.clone().keyed(key)),
-        Value::Material(material) => Value::Material(Arc::new(Material::new(material.channels().iter().map(
-            |(channel, field)| (*channel, field.clone().keyed(Key::of("part", &[key.as_bytes(), channel.name().as_bytes()]))),
-        )))),
+        Value::Material(material) => {
+            Value::Material(Arc::new(Material::new(material.channels().iter().map(|(channel, field)| {
+                (*channel, field.clone().keyed(Key::of("part", &[key.as_bytes(), channel.name().as_bytes()])))
+            }))))
+        }
         value => value.clone(),
     }
 }

@@ -122,8 +122,8 @@ impl Sky {
         let mut map = panorama(picture)?;
         let sphere = 4.0 * PI;
         let (sun, mut sun_light) = take_sun(&mut map);
-        // The light that a white ball gets on average.
-        let bright = map.sum(0.0, |_, c, angle| luma(c) * angle) / sphere + luma(sun_light) / sphere;
+        // The light of a white ball as it is seen: its sunny side counts.
+        let bright = map.sum(0.0, |_, c, angle| luma(c) * angle) / sphere + 2.0 * luma(sun_light) / sphere;
         if bright <= 0.0 {
             return Err("it is black everywhere".to_owned());
         }
@@ -131,8 +131,7 @@ impl Sky {
         map.texels.iter_mut().for_each(|c| *c *= scale);
         sun_light *= scale;
         let diffuse = harmonics(&map);
-        let pyramid: Vec<Map> =
-            std::iter::successors(Some(map), |map| (map.width > 2).then(|| map.halved())).collect();
+        let pyramid: Vec<Map> = std::iter::successors(Some(map), |map| (map.width > 2).then(|| map.halved())).collect();
         let levels = (0..LEVELS).map(|level| blurred(&pyramid, level)).collect();
         Ok(Self { levels, diffuse, sun, sun_light })
     }
@@ -233,9 +232,8 @@ fn harmonics(map: &Map) -> [Vec3; 9] {
 }
 
 /// The factors of the real spherical harmonics of the first three bands.
-const FACTORS: [f32; 9] = [
-    0.282_095, 0.488_603, 0.488_603, 0.488_603, 1.092_548, 1.092_548, 0.315_392, 1.092_548, 0.546_274,
-];
+const FACTORS: [f32; 9] =
+    [0.282_095, 0.488_603, 0.488_603, 0.488_603, 1.092_548, 1.092_548, 0.315_392, 1.092_548, 0.546_274];
 
 /// The real spherical harmonics of a direction.
 fn basis(d: Vec3) -> [f32; 9] {
@@ -280,10 +278,15 @@ fn blurred(pyramid: &[Map], level: usize) -> Map {
             let (mut sum, mut all) = (Vec3::ZERO, 0.0);
             for (light, weight, angle) in lobe {
                 let d = light.x * right + light.y * up + light.z * z;
-                let texel = source.angle(whole(d.y.clamp(-1.0, 1.0).acos() / PI * source.height() as f32).0.min(source.height() - 1));
+                let texel = source
+                    .angle(whole(d.y.clamp(-1.0, 1.0).acos() / PI * source.height() as f32).0.min(source.height() - 1));
                 let (at, between) = whole((0.5 * (angle - texel.log2()) + 0.5).min((pyramid.len() - 1) as f32));
                 let value = pyramid[at].at(d);
-                let value = if between > 0.0 { value.lerp(pyramid[(at + 1).min(pyramid.len() - 1)].at(d), between) } else { value };
+                let value = if between > 0.0 {
+                    value.lerp(pyramid[(at + 1).min(pyramid.len() - 1)].at(d), between)
+                } else {
+                    value
+                };
                 sum += *weight * value;
                 all += *weight;
             }
@@ -318,8 +321,10 @@ mod tests {
     /// A panorama of a function of the direction.
     fn picture(width: u32, f: impl Fn(Vec3) -> Vec3) -> Picture {
         let map = Map { width: width as usize, texels: Vec::new() };
-        let colours: Vec<Vec3> =
-            (0..map.height()).flat_map(|y| (0..map.width).map(move |x| (x, y))).map(|(x, y)| f(map.direction(x, y))).collect();
+        let colours: Vec<Vec3> = (0..map.height())
+            .flat_map(|y| (0..map.width).map(move |x| (x, y)))
+            .map(|(x, y)| f(map.direction(x, y)))
+            .collect();
         let planes = [0, 1, 2].map(|k| colours.iter().map(|c| c[k]).collect::<Vec<f32>>()).concat();
         let names = ["R", "G", "B"].map(str::to_owned).to_vec();
         Picture { width, height: width / 2, channels: 3, planes, source: SampleKind::F32, names, has_alpha: false }
@@ -366,7 +371,8 @@ mod tests {
     fn the_sun_is_a_light_by_itself() {
         let toward = Vec3::new(0.4, 0.5, -0.6).normalize();
         let radius = 0.02_f32;
-        let with = |sun: f32| picture(2048, move |d| if d.dot(toward) > radius.cos() { Vec3::splat(sun) } else { Vec3::ONE });
+        let with =
+            |sun: f32| picture(2048, move |d| if d.dot(toward) > radius.cos() { Vec3::splat(sun) } else { Vec3::ONE });
         let sky = Sky::of(&with(20_000.0)).unwrap();
         assert!(sky.sun.dot(toward) > 0.9999, "{}", sky.sun);
         // Its light is that of its disk; what is left is nearly even.
@@ -382,7 +388,13 @@ mod tests {
         odd.planes[7] = f32::NAN;
         odd.planes[8] = f32::INFINITY;
         odd.planes[9] = -5.0;
-        assert!(Sky::of(&odd).unwrap().levels.iter().all(|l| l.texels.iter().all(|c| c.is_finite() && c.min_element() >= 0.0)));
+        assert!(
+            Sky::of(&odd)
+                .unwrap()
+                .levels
+                .iter()
+                .all(|l| l.texels.iter().all(|c| c.is_finite() && c.min_element() >= 0.0))
+        );
     }
 
     #[test]
@@ -400,7 +412,8 @@ mod tests {
             let step = 2.0_f32.powi((code >> 27).cast_signed() - 24);
             Vec3::new((code & 511) as f32, (code >> 9 & 511) as f32, (code >> 18 & 511) as f32) * step
         };
-        for c in [[0.0, 0.0, 0.0], [1.0, 0.5, 0.25], [0.999, 0.001, 3.2], [40_000.0, 1.0, 70_000.0], [1e-6, 2e-7, 0.0]] {
+        for c in [[0.0, 0.0, 0.0], [1.0, 0.5, 0.25], [0.999, 0.001, 3.2], [40_000.0, 1.0, 70_000.0], [1e-6, 2e-7, 0.0]]
+        {
             let c = Vec3::from_array(c);
             let off = (back(shared_exponent(c)) - c.min(Vec3::splat(65408.0))).abs().max_element();
             assert!(off <= c.max_element() / 512.0 + 1e-7, "{c} {}", back(shared_exponent(c)));

@@ -15,9 +15,7 @@ use petgraph::graph::NodeIndex;
 use serde::Deserialize;
 use shibo_engine::graph::Input;
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{
-    Channel, Cut, Field, Grid, Key, PictureFields, Solid, Tile, Tiling, Type, Value, Window,
-};
+use shibo_engine::value::{Channel, Cut, Field, Grid, Key, PictureFields, Solid, Tile, Tiling, Type, Value, Window};
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::f64::consts::{PI, TAU};
 
@@ -103,7 +101,11 @@ impl Placed {
         let size = self.size();
         let wide = (side.clamp(FACES, LONGEST) / FACES * FACES).max(FACES);
         let share = size.y / size.x;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a little more than `wide`")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at most a little more than `wide`"
+        )]
         let high = ((f64::from(wide) * share / 4.0).round() * 4.0) as u32;
         let pixels = UVec2::new(wide, high.clamp(4, LONGEST));
         (pixels, Grid { origin: DVec2::ZERO, step: size / pixels.as_dvec2(), period: None })
@@ -199,7 +201,11 @@ fn worn(look: &Look<'_>, scene: &Scene, target: &Target, shape: Shape, side: u32
     let (size, grid) = placed.grid(side);
     let cut = placed.cut();
     let drawn = |field: &Field| {
-        let tile = look.raster(field, &grid, Window::full(size))?;
+        let mut tile = look.raster(field, &grid, Window::full(size))?;
+        if target.channel == Some(Channel::AnisotropyAngle) {
+            // Fibres stand upright, where angles jump from -90 to 90, and the page takes means of neighbours: here they jump at 0.
+            tile.data_mut().iter_mut().for_each(|angle| *angle = angle.rem_euclid(180.0));
+        }
         let (form, bytes) = samples(field.ty(), &tile);
         Ok(Some((size, form, bytes)))
     };

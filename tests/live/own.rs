@@ -154,7 +154,9 @@ fn redness(page: &mut Page, canvas: &str) -> [f64; 2] {
 #[test]
 fn own_panoramas_light_the_material() {
     const LIT: &str = "document.getElementById('lit')";
-    let place = Place::new(&MATERIAL.replace("base_color: \"noise\"", "base_color: 0.7").replace("height: \"noise\"", "metallic: 0"));
+    let place = Place::new(
+        &MATERIAL.replace("base_color: \"noise\"", "base_color: 0.7").replace("height: \"noise\"", "metallic: 0"),
+    );
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = browser.open(&watch.url);
@@ -193,9 +195,7 @@ fn own_panoramas_light_the_material() {
         ("square.exr", &panorama(64, 64), "a panorama is twice as wide as high"),
     ] {
         drop_file(&mut page, name, bytes);
-        page.wait(&format!(
-            "{NOTICE}.startsWith('{name} cannot be the environment: ') && {NOTICE}.includes('{why}')"
-        ));
+        page.wait(&format!("{NOTICE}.startsWith('{name} cannot be the environment: ') && {NOTICE}.includes('{why}')"));
     }
     assert_eq!(page.eval(chosen), json!(["4", "sky.exr", false]));
     // A shared page has it in it.

@@ -88,6 +88,8 @@ fn every_control_is_reached_by_keyboard_and_nothing_is_cut_off() {
              return b.width && (b.right > innerWidth + 1 || b.bottom > innerHeight + 1 || b.left < -1 || b.top < -1); }).map(e => e.id || e.textContent)",
         );
         assert_eq!(cut, json!([]), "{width} × {height}");
+        let wide = "(() => { const p = document.getElementById('panel'); return p.scrollWidth - p.clientWidth; })()";
+        assert_eq!(page.eval(wide), 0, "the panel scrolls sideways at {width} × {height}");
     }
     let pressed = page.eval("[...document.querySelectorAll('#views button, #planes button, #outputs button')].every(b => b.ariaPressed !== null)");
     assert_eq!(pressed, true);

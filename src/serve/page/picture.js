@@ -110,8 +110,14 @@ export class Picture {
   fit() {
     const n = this.repeat ? 2 : 1;
     const [w, h] = [this.size[0] * n, this.size[1] * n];
-    this.scale = Math.min(this.canvas.width / w, this.canvas.height / h) * (this.repeat ? 1 : 0.96);
-    this.center = [w / 2, h / 2];
+    const { width, height } = this.canvas;
+    const within = (high) => Math.min(width / w, high / h) * (this.repeat ? 1 : 0.96);
+    // The tools below do not lie on it.
+    const tools = document.getElementById('picture-tools');
+    const room = (tools.offsetHeight + 20) * this.ratio;
+    const covered = tools.offsetHeight && (height + h * within(height)) / 2 > height - room && height > 3 * room;
+    this.scale = within(covered ? height - room : height);
+    this.center = [w / 2, h / 2 + (covered ? room / 2 / this.scale : 0)];
     this.fitted = true;
     this.draw();
   }

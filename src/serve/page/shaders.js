@@ -220,8 +220,8 @@ void main() {
   float turned = dx.x * dy.y - dy.x * dx.y;
   if (uWorldPerMm > 0.0 && turned != 0.0) {
     vec3 px = dFdx(vPosition), py = dFdy(vPosition);
-    vec2 long = vec2(length(px * dy.y - py * dx.y), length(py * dx.x - px * dy.x)) / abs(turned);
-    per_mm = min(uWorldPerMm / max(long, vec2(1e-6)), vec2(1.0));
+    vec2 spread = vec2(length(px * dy.y - py * dx.y), length(py * dx.x - px * dy.x)) / abs(turned);
+    per_mm = min(uWorldPerMm / max(spread, vec2(1e-6)), vec2(1.0));
   }
   vec2 uv = vUv;
   float depth = 0.0;

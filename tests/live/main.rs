@@ -16,5 +16,6 @@ mod page;
 mod repairs;
 mod saves;
 mod server;
+mod stage;
 mod watching;
 mod work;

@@ -126,12 +126,12 @@ fn own_meshes_wear_the_material() {
     assert!(page.complaints.is_empty() && alone.complaints.is_empty(), "{:?} {:?}", page.complaints, alone.complaints);
 }
 
-/// A panorama as OpenEXR: its left half red, its right half blue and weaker, with a small bright sun up there.
+/// A panorama as OpenEXR: its left half red, its right half blue and weaker, with a bright window up there.
 fn panorama(width: usize, height: usize) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let colour = |at: exr::math::Vec2<usize>| match (at.x() * 2 < width, at.x() * 8 / width, at.y() * 8 / height) {
         (true, ..) => (1.5_f32, 0.05_f32, 0.05_f32),
-        (false, 6, 2) => (300.0, 300.0, 300.0),
+        (false, 6, 2) => (3.0, 3.0, 3.0),
         _ => (0.02, 0.02, 0.4),
     };
     use exr::prelude::WritableImage;
@@ -225,6 +225,7 @@ fn own_panoramas_light_the_material() {
 fn panoramas_of_strangers_are_refused() {
     let place = Place::new(MATERIAL);
     let watch = Watch::start(&place.graph, &[]);
+    watch.wait_shown(place.text().as_bytes());
     let (port, token) = watch.address();
     let body = panorama(64, 32);
     let send = |token: &str, origin: &str, kind: &str| {

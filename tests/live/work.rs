@@ -456,7 +456,7 @@ fn what_is_cut_out_of_wood_has_all_channels_of_the_material() {
     let elsewhere = (20..300).map(|x| apart(colour(x, 0), colour(320 + x, 400))).sum::<f64>() / 280.0;
     assert!(along < 0.6 * elsewhere, "{along} {elsewhere}");
     // What no cut leads to has the colour of the wood alone.
-    assert!(worn(&watch, "solid_roughness", "sphere", 60).is_some());
+    assert!(worn(&watch, "@pores", "sphere", 60).is_some());
     assert!(worn(&watch, "none", "sphere", 60).is_none());
 }
 

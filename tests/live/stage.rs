@@ -1,0 +1,95 @@
+//! Light and stage of the 3D view in a real browser: what is set is seen, and is there again in another run.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+use crate::watching::browser::{Browser, Page};
+use crate::watching::{Place, Watch};
+use serde_json::json;
+use std::collections::BTreeSet;
+
+const ROOT: &str = "document.documentElement.dataset";
+const LIT: &str = "document.getElementById('lit')";
+
+/// A grey material without relief: what is seen of it is light alone.
+const GREY: &str = "(
+  version: 1,
+  canvas: (size_mm: 8, resolution: 64),
+  nodes: {
+    \"final\": Material(base_color: 0.5, roughness: 0.3),
+  },
+  outputs: { \"final\": \"final\" },
+)
+";
+
+fn open(browser: &Browser, watch: &Watch) -> Page {
+    let mut page = browser.open(&watch.url);
+    page.size(640, 480, 1.0);
+    page.wait(&format!("{ROOT}.shown && {ROOT}.final == 'true'"));
+    page.key("2");
+    page.wait(&format!("{LIT}.dataset.drawn > 1"));
+    page
+}
+
+/// Sets a control of the panel, and waits until the view is drawn with it.
+fn set(page: &mut Page, id: &str, value: u32, event: &str) {
+    let drawn = page.eval(&format!("+{LIT}.dataset.drawn")).as_f64().unwrap();
+    page.eval(&format!(
+        "(() => {{ const b = document.getElementById('{id}'); if (b.type == 'checkbox') b.checked = !!{value}; else b.value = {value}; b.{event}(); }})()"
+    ));
+    page.wait(&format!("{LIT}.dataset.drawn > {drawn}"));
+}
+
+/// The colours of the middle of the view, made coarse, so that sizes of pixels do not count.
+fn seen(page: &mut Page) -> Vec<u64> {
+    let script = format!(
+        "(() => {{ const s = new OffscreenCanvas(16, 12).getContext('2d'); s.drawImage({LIT}, 0, 0, 16, 12);
+            return [...s.getImageData(4, 3, 8, 6).data].map(v => v >> 3); }})()"
+    );
+    page.eval(&script).as_array().unwrap().iter().map(|v| v.as_u64().unwrap()).collect()
+}
+
+#[test]
+fn light_and_stage_are_set_and_stay_with_the_graph() {
+    let place = Place::new(GREY);
+    let browser = Browser::start();
+    {
+        let watch = Watch::start(&place.graph, &[]);
+        let mut page = open(&browser, &watch);
+        let high = "document.getElementById('light-lightHeight').value";
+        assert_eq!(page.eval(high), "37");
+        // A plane is lit at a grazing angle, until somebody moves the light.
+        page.eval("document.querySelector('[data-shape=plane]').click()");
+        assert_eq!(page.eval(high), "14");
+        page.eval("document.querySelector('[data-shape=sphere]').click()");
+        assert_eq!(page.eval(high), "37");
+        // Four environments, of which each looks different, and so does another height, size and side of the light.
+        let mut looks = BTreeSet::new();
+        for scene in 0..4 {
+            set(&mut page, "light-scene", scene, "onchange");
+            looks.insert(seen(&mut page));
+        }
+        for (slider, value) in [("lightHeight", 80), ("lightSize", 4), ("light", 120)] {
+            set(&mut page, &format!("light-{slider}"), value, "oninput");
+            looks.insert(seen(&mut page));
+        }
+        assert_eq!(looks.len(), 7);
+        // The shadow lies on the ground below; without it nothing is drawn there.
+        let ground = format!(
+            "(() => {{ const c = {LIT}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0);
+                return Math.max(...s.getImageData(0, 0.9 * c.height, c.width, 1).data.filter((_, i) => i % 4 == 3)); }})()"
+        );
+        assert!(page.eval(&ground).as_u64() > Some(20));
+        set(&mut page, "light-shadow", 0, "onchange");
+        assert_eq!(page.eval(&ground), 0);
+        set(&mut page, "light-backdrop", 2, "onchange");
+        let back = "getComputedStyle(document.getElementById('stage')).backgroundColor";
+        assert_eq!(page.eval(back), "rgb(119, 119, 119)");
+        // It is kept a moment after the last change.
+        page.eval("new Promise(done => setTimeout(done, 900))");
+        assert!(page.complaints.is_empty(), "{:?}", page.complaints);
+    }
+    let watch = Watch::start(&place.graph, &[]);
+    let mut page = open(&browser, &watch);
+    let now = "['light-scene', 'light-backdrop', 'light-lightHeight', 'light-lightSize', 'light-light'].map(id => document.getElementById(id).value)";
+    assert_eq!(page.eval(now), json!(["3", "2", "80", "4", "120"]));
+    assert_eq!(page.eval("document.getElementById('light-shadow').checked"), false);
+    assert_eq!(page.eval("document.querySelector('[data-view=lit]').textContent"), "3D");
+}

@@ -175,8 +175,14 @@ mod tests {
 
     #[test]
     fn sub_graphs_are_summed() {
-        let node =
-            |name: &str, state, seconds| NodeStats { name: name.into(), kind: "K".into(), state, seconds, tiles: 2 };
+        let node = |name: &str, state, seconds| NodeStats {
+            name: name.into(),
+            kind: "K".into(),
+            state,
+            seconds,
+            tiles: 2,
+            pixels: 9,
+        };
         let nodes = [
             node("a", NodeState::Computed, 0.5),
             node("u/x", NodeState::Computed, 0.25),

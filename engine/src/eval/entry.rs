@@ -21,11 +21,13 @@ pub enum Shelf {
     Channels,
     /// What fields prepared of whole pictures.
     Wholes,
+    /// Parts of tiles near the edges of parts of pictures.
+    Halos,
 }
 
 impl Shelf {
     /// All shelves.
-    pub const ALL: [Self; 5] = [Self::Objects, Self::Tiles, Self::Files, Self::Channels, Self::Wholes];
+    pub const ALL: [Self; 6] = [Self::Objects, Self::Tiles, Self::Files, Self::Channels, Self::Wholes, Self::Halos];
 
     /// The name of its folder.
     pub const fn name(self) -> &'static str {
@@ -35,7 +37,14 @@ impl Shelf {
             Self::Files => "files",
             Self::Channels => "channels",
             Self::Wholes => "wholes",
+            Self::Halos => "halos",
         }
+    }
+
+    /// Whether its entries go to other machines. Tiles and parts of them are many and small: asking for each would take longer
+    /// than computing most of them.
+    pub(super) const fn travels(self) -> bool {
+        !matches!(self, Self::Tiles | Self::Halos)
     }
 }
 

@@ -20,7 +20,7 @@
 //! [`OBJECT`]. Encoded pictures are kept always: with them a second run computes nothing.
 use super::prepare::{At, at, reads};
 use crate::value::{Field, Grid, TILE, Window};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -30,6 +30,8 @@ const OBJECT: Duration = Duration::from_micros(700);
 const SMALL: f64 = 1024.0 * 1024.0;
 /// The most times that the writing of a kept tile must be saved.
 const MOST: f64 = 32.0;
+/// As many times must what is left for another part save its writing: it is read once at most.
+const HANDED: f64 = 4.0;
 /// The bytes that could be written in the time that making, sealing and naming an empty entry takes.
 const ENTRY: f64 = 65_536.0;
 /// What is believed of the rate before anything is measured: seconds for a byte, and how many bytes' worth of measurements
@@ -53,6 +55,8 @@ pub(super) struct Keeper(Mutex<State>);
 struct State {
     /// Seconds for each mm² of a field.
     debts: HashMap<At, f64>,
+    /// The fields of which the last window was left for another part: nobody owes anything for them.
+    handed: HashSet<At>,
     /// Seconds of all code of nodes.
     computed: f64,
     /// Seconds of that which kept results have been charged with.
@@ -92,11 +96,13 @@ impl Keeper {
         }
         let mut state = self.state();
         state.computed += own.as_secs_f64();
-        let inputs: f64 = inputs.iter().filter_map(|input| state.debts.get(input)).sum();
+        let owing = inputs.iter().filter(|input| !state.handed.contains(input));
+        let inputs: f64 = owing.filter_map(|input| state.debts.get(input)).sum();
         // To compute everything again takes no longer than it did.
         let debt = (own.as_secs_f64() + inputs * area).min(state.computed);
         if state.debts.len() >= REMEMBERED {
             state.debts.clear();
+            state.handed.clear();
         }
         let known = state.debts.entry(at(field, grid)).or_insert(debt / area);
         *known += (debt / area - *known) / 4.0;
@@ -120,6 +126,21 @@ impl Keeper {
         let worth = state.pay(debt.as_secs_f64(), price);
         if worth {
             state.debts.insert(at(field, grid), 0.0);
+        }
+        worth
+    }
+
+    /// Whether `window` of a field is to be left for another part of the picture; if so, it is to be written.
+    pub(super) fn halo(&self, field: &Field, grid: &Grid, window: Window, bytes: usize) -> bool {
+        let mut state = self.state();
+        let at = at(field, grid);
+        let debt = state.debts.get(&at).map_or(0.0, |debt| debt * area(grid, window));
+        let price = state.write(bytes as u64) * HANDED;
+        let worth = state.pay(debt, price);
+        if worth {
+            state.handed.insert(at);
+        } else {
+            state.handed.remove(&at);
         }
         worth
     }
@@ -275,6 +296,24 @@ mod tests {
             [a, b] = next;
         }
         assert!(debt <= Duration::from_millis(40) + own, "{debt:?}");
+    }
+
+    #[test]
+    fn what_is_left_for_another_part_saves_more_than_its_writing() {
+        let (keeper, grid) = (after(9.0), grid(8192));
+        let (dear, cheap) = (source("dear"), source("cheap"));
+        let reader = reader([&dear, &cheap], "reader");
+        let fill = |field: &Field, times: f64| keeper.filled(field, &grid, WINDOW, writing().mul_f64(times));
+        let half = Window { height: SIDE / 2, ..WINDOW };
+        let left = |field: &Field| keeper.halo(field, &grid, half, BYTES / 2);
+        fill(&dear, 7.0);
+        fill(&cheap, 1.0);
+        assert!(left(&dear) && !left(&cheap));
+        // What reads something that is left owes nothing for it.
+        fill(&reader, 4.0);
+        assert!(!left(&reader));
+        fill(&reader, 40.0);
+        assert!(left(&reader));
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! Frees tiles while a picture is computed from top to bottom: those that no later row can read.
+//! Frees tiles while a picture is computed from top to bottom, or from left to right: those that nothing later can read.
 //!
-//! Every field says which windows of others it reads for a window of its own ([`FieldSource::inputs`]). From the rows that
-//! are still to be computed follows what may be read of every field, and all other tiles are no longer needed.
+//! Every field says which windows of others it reads for a window of its own ([`FieldSource::inputs`]). From the rows or columns
+//! that are still to be computed follows what may be read of every field, and all other tiles are no longer needed.
 //!
 //! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
 use super::memory::TileKey;
@@ -133,18 +133,23 @@ impl<'f> Passing<'f> {
         bytes
     }
 
-    /// The tiles that are not wanted any more once only the rows `rest` of the pictures are to be computed; each is given
-    /// once.
+    /// The tiles that are not wanted any more once only the rows or columns `rest` of the pictures are to be computed; each is
+    /// given once.
     fn passed(&mut self, rest: Window) -> Vec<(&'f Field, Grid, (i32, i32))> {
         let wanted = self.wanted(rest);
         let mut passed = Vec::new();
         for (part, blocks) in self.parts.iter_mut().zip(wanted) {
             let Some(blocks) = blocks else { continue };
-            let still = numbers(&blocks.rows);
-            for row in part.rows.difference(&still) {
-                passed.extend(part.columns.iter().map(|column| (part.field, part.grid, (*column, *row))));
+            let (columns, rows) = (numbers(&blocks.columns), numbers(&blocks.rows));
+            let gone: Vec<i32> = part.columns.difference(&columns).copied().collect();
+            for row in &part.rows {
+                // Of a row that is wanted, the columns that are not.
+                let free: &mut dyn Iterator<Item = &i32> =
+                    if rows.contains(row) { &mut gone.iter() } else { &mut part.columns.iter() };
+                passed.extend(free.map(|column| (part.field, part.grid, (*column, *row))));
             }
-            part.rows.retain(|row| still.contains(row));
+            part.rows.retain(|row| rows.contains(row));
+            part.columns.retain(|column| columns.contains(column));
         }
         passed
     }
@@ -177,7 +182,7 @@ fn numbers(pieces: &[Piece]) -> BTreeSet<i32> {
 }
 
 impl Run<'_> {
-    /// Frees the tiles that are not wanted any more once only the rows `rest` of the pictures are to be computed.
+    /// Frees the tiles that are not wanted any more once only the rows or columns `rest` of the pictures are to be computed.
     pub fn pass(&self, passing: &mut Passing<'_>, rest: Window) {
         for (field, grid, at) in passing.passed(rest) {
             if let Some(field) = field.key() {
@@ -222,5 +227,32 @@ mod tests {
         assert_eq!(bytes(&blurred(Tiling::BOTH), whole, band), rows(4096, 1) + rows(4096, 5));
         let strip = Window { x: 1024, width: 1024, ..whole };
         assert_eq!(bytes(&once, strip, Window { x: 1024, width: 1024, ..band }), rows(1024, 1) + rows(1536, 3));
+    }
+
+    #[test]
+    fn tiles_pass_by_rows_and_by_columns() {
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(4096)) };
+        let field = blurred(Tiling::BOTH);
+        let part = Window { x: 0, y: 1024, width: 4096, height: 512 };
+        let count = |rests: &[Window]| {
+            let mut passing = Passing::new(&[&field], &grid, part);
+            let mut seen = HashSet::new();
+            for rest in rests {
+                for (field, _, at) in passing.passed(*rest) {
+                    assert!(seen.insert((field.id(), at)), "each is given once");
+                }
+            }
+            seen.len()
+        };
+        let all =
+            Passing::new(&[&field], &grid, part).parts.iter().map(|p| p.columns.len() * p.rows.len()).sum::<usize>();
+        let columns: Vec<Window> =
+            (1..16).map(|x| Window { x: x * 256, width: 4096 - x.cast_unsigned() * 256, ..part }).collect();
+        let rows = [Window { y: 1280, height: 256, ..part }];
+        // What is left is what the last column reads.
+        let last = Passing::new(&[&field], &grid, columns[14]).parts.iter().map(|p| p.columns.len() * p.rows.len());
+        assert_eq!(count(&columns), all - last.sum::<usize>());
+        // Of the picture one row, and of the source the one above it.
+        assert_eq!(count(&rows), 16 + 16);
     }
 }

@@ -6,20 +6,26 @@
 //! ([`FieldSource::inputs`]), and a value depends on its position alone, so no pixel changes by it.
 //!
 //! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
+use super::halos::{Halo, Neighbor};
 use super::memory::TileKey;
 use super::passing::{FARTHEST, readers_first};
 use super::prepare::at;
 use super::run::{Run, lock};
 use crate::value::{Blocks, Field, Grid, GridId, Key, Piece, TILE, Window};
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
 /// The pixels that are read of each field.
 pub(super) struct Reach {
-    areas: HashMap<(Key, GridId), Area>,
+    areas: Areas,
     /// Under which keys parts of tiles are kept.
     kept: Mutex<HashMap<TileKey, TileKey>>,
+    /// Other parts of the picture, and what they read.
+    neighbors: Vec<(Neighbor, Areas)>,
 }
+
+type Areas = HashMap<(Key, GridId), Area>;
 
 /// Columns and rows; all pixels that lie in one of both are read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -70,6 +76,11 @@ impl Area {
         self.rows.add(&blocks.rows, window.y, window.bottom());
     }
 
+    /// What lies in a tile.
+    fn within(&self, (x, y): (Piece, Piece)) -> Option<Window> {
+        Some(between(self.columns.within(x)?, self.rows.within(y)?))
+    }
+
     fn windows(&self) -> impl Iterator<Item = Window> {
         let rows = self.rows.0.iter();
         rows.flat_map(|&row| self.columns.0.iter().map(move |&column| between(column, row)))
@@ -82,41 +93,14 @@ fn between((left, right): (i32, i32), (top, bottom): (i32, i32)) -> Window {
 
 impl Reach {
     /// Of pictures of `fields` in `window`. All whole pictures that they need must be prepared.
-    fn new(fields: &[&Field], grid: &Grid, window: Window) -> Self {
+    fn new(fields: &[&Field], grid: &Grid, window: Window, neighbors: Vec<Neighbor>) -> Self {
         let order = readers_first(fields, grid);
-        // `None` is everything.
-        let mut areas: HashMap<_, Option<Area>> = HashMap::new();
-        let want = |areas: &mut HashMap<_, Option<Area>>, field: &Field, grid: &Grid, window: Window| {
-            let area = areas.entry(at(field, grid)).or_insert_with(|| Some(Area::default()));
-            let near = window.width <= FARTHEST && window.height <= FARTHEST;
-            match area.as_mut().filter(|_| near) {
-                Some(known) if !window.is_empty() => known.add(&field.domain().blocks(grid, window), window),
-                Some(_) => {}
-                None => *area = None,
-            }
+        let with_areas = |neighbor: Neighbor| {
+            let areas = areas(&order, fields, grid, neighbor.window);
+            (neighbor, areas)
         };
-        fields.iter().for_each(|field| want(&mut areas, field, grid, window));
-        let mut known = HashMap::new();
-        for (field, grid) in order {
-            let Some(area) = areas.get(&at(field, &grid)).cloned() else { continue };
-            let windows: Vec<Option<Window>> = match &area {
-                Some(area) => area.windows().map(Some).collect(),
-                None => vec![None],
-            };
-            for window in windows {
-                let shown = window.unwrap_or(Window { x: 0, y: 0, width: 1, height: 1 });
-                let source = field.source();
-                for read in source.inputs(&grid, shown).into_iter().chain(source.later(&grid, shown)) {
-                    // A window that is too large to be looked at stands for everything.
-                    let all = Window { width: u32::MAX / 4, ..read.window };
-                    want(&mut areas, read.field, &read.grid, window.map_or(all, |_| read.window));
-                }
-            }
-            if let (Some(key), Some(area)) = (field.key(), area) {
-                known.insert((key, grid.id()), area);
-            }
-        }
-        Self { areas: known, kept: Mutex::default() }
+        let neighbors = neighbors.into_iter().map(with_areas).collect();
+        Self { areas: areas(&order, fields, grid, window), kept: Mutex::default(), neighbors }
     }
 
     /// The key under which the part of a tile is kept that is read, if it is not computed whole.
@@ -127,14 +111,72 @@ impl Reach {
     /// The part of a tile that is read, and under which key it is kept; `None` if it is to be computed whole: all of it is
     /// read, or more than is known here.
     pub(super) fn part(&self, tile: &TileKey, (x, y): (Piece, Piece), wanted: Window) -> Option<(TileKey, Window)> {
-        let area = self.areas.get(&(tile.field, tile.grid))?;
-        let part = between(area.columns.within(x)?, area.rows.within(y)?);
+        let part = self.areas.get(&(tile.field, tile.grid))?.within((x, y))?;
         if !part.contains(&wanted) || part == Piece::window(x, y) {
             return None;
         }
         let key = *lock(&self.kept).entry(*tile).or_insert_with(|| named(tile, part));
         Some((key, part))
     }
+
+    /// Whether there are other parts of the picture that read some of the same pixels.
+    pub(super) fn has_neighbors(&self) -> bool {
+        !self.neighbors.is_empty()
+    }
+
+    /// The pixels of a tile that others read too, the largest first. They are the same for both.
+    pub(super) fn halos(&self, tile: &TileKey, at: (Piece, Piece)) -> Vec<Halo> {
+        if self.neighbors.is_empty() {
+            return Vec::new();
+        }
+        let within = |areas: &Areas| areas.get(&(tile.field, tile.grid))?.within(at);
+        let Some(own) = within(&self.areas) else { return Vec::new() };
+        let shared = |(neighbor, areas): &(Neighbor, Areas)| {
+            let window = own.overlap(&within(areas)?)?;
+            let Neighbor { place, waits, .. } = neighbor.clone();
+            Some(Halo { at: named(tile, window), window, place, waits })
+        };
+        let mut halos: Vec<Halo> = self.neighbors.iter().filter_map(shared).collect();
+        halos.sort_by_key(|halo| Reverse(halo.window.len()));
+        halos
+    }
+}
+
+/// What pictures of `fields` in `window` read; `order` are all fields that are read for them, each before those that it reads.
+fn areas(order: &[(&Field, Grid)], fields: &[&Field], grid: &Grid, window: Window) -> Areas {
+    // `None` is everything.
+    let mut areas: HashMap<_, Option<Area>> = HashMap::new();
+    let want = |areas: &mut HashMap<_, Option<Area>>, field: &Field, grid: &Grid, window: Window| {
+        let area = areas.entry(at(field, grid)).or_insert_with(|| Some(Area::default()));
+        let near = window.width <= FARTHEST && window.height <= FARTHEST;
+        match area.as_mut().filter(|_| near) {
+            Some(known) if !window.is_empty() => known.add(&field.domain().blocks(grid, window), window),
+            Some(_) => {}
+            None => *area = None,
+        }
+    };
+    fields.iter().for_each(|field| want(&mut areas, field, grid, window));
+    let mut known = HashMap::new();
+    for &(field, grid) in order {
+        let Some(area) = areas.get(&at(field, &grid)).cloned() else { continue };
+        let windows: Vec<Option<Window>> = match &area {
+            Some(area) => area.windows().map(Some).collect(),
+            None => vec![None],
+        };
+        for window in windows {
+            let shown = window.unwrap_or(Window { x: 0, y: 0, width: 1, height: 1 });
+            let source = field.source();
+            for read in source.inputs(&grid, shown).into_iter().chain(source.later(&grid, shown)) {
+                // A window that is too large to be looked at stands for everything.
+                let all = Window { width: u32::MAX / 4, ..read.window };
+                want(&mut areas, read.field, &read.grid, window.map_or(all, |_| read.window));
+            }
+        }
+        if let (Some(key), Some(area)) = (field.key(), area) {
+            known.insert((key, grid.id()), area);
+        }
+    }
+    known
 }
 
 /// The key of a part of a tile.
@@ -145,10 +187,10 @@ fn named(tile: &TileKey, part: Window) -> TileKey {
 }
 
 impl Run<'_> {
-    /// From now on, computes no more of each field than pictures of `fields` in `window` need. To be called when these fields
-    /// are prepared and no tile is being computed.
-    pub fn limit(&self, fields: &[&Field], grid: &Grid, window: Window) {
-        let reach = Reach::new(fields, grid, window);
+    /// From now on, computes no more of each field than pictures of `fields` in `window` need, and nothing that `neighbors` have
+    /// left. To be called when these fields are prepared and no tile is being computed.
+    pub fn limit(&self, fields: &[&Field], grid: &Grid, window: Window, neighbors: Vec<Neighbor>) {
+        let reach = Reach::new(fields, grid, window, neighbors);
         *self.reach.write().unwrap_or_else(PoisonError::into_inner) = Some(reach);
     }
 
@@ -161,6 +203,7 @@ impl Run<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::eval::Place;
     use crate::value::{Halo, Tiling, Type};
     use glam::{DVec2, UVec2};
 
@@ -191,7 +234,7 @@ mod tests {
         let blurred = keyed(Field::map(Type::Gray, [source.clone()], Halo::px(7), fill), "b");
         let grid = grid();
         let window = Window { x: 0, y: 0, width: 2048, height: 512 };
-        let reach = Reach::new(&[&blurred], &grid, window);
+        let reach = Reach::new(&[&blurred], &grid, window, Vec::new());
         let area = &reach.areas[&(source.key().unwrap(), grid.id())];
         assert_eq!(area.rows.0, [(0, 519), (2041, 2048)]);
         assert_eq!(area.columns.0, [(0, 2048)]);
@@ -205,5 +248,33 @@ mod tests {
         assert!(reach.part(&tile, (piece(0), piece(2)), Window { height: 8, ..wanted }).is_none());
         assert!(reach.part(&tile, (piece(0), piece(1)), Window { x: 0, y: 256, width: 1, height: 1 }).is_none());
         assert!(reach.part(&tile, (piece(0), piece(4)), Window { x: 0, y: 1024, width: 1, height: 1 }).is_none());
+    }
+
+    #[test]
+    fn two_parts_agree_on_what_both_read() {
+        let source = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "a");
+        let fill = |_: &mut crate::value::Tile, [_]: [&crate::value::Tile; 1]| Ok(());
+        let blurred = keyed(Field::map(Type::Gray, [source.clone()], Halo::px(7), fill), "b");
+        let grid = grid();
+        let rows = |y: i32| Window { x: 0, y, width: 2048, height: 512 };
+        let part = |own: i32, other: i32| {
+            let neighbor = Neighbor { window: rows(other), place: Place::Store, waits: true };
+            Reach::new(&[&blurred], &grid, rows(own), vec![neighbor])
+        };
+        let tile = |row: i32| TileKey { field: source.key().unwrap(), grid: grid.id(), at: (0, row) };
+        let piece = |index: i32| Piece { index, start: index * 256, length: 256, shift: 0 };
+        let (upper, lower, far) = (part(0, 512), part(512, 0), part(0, 1536));
+        for (row, y) in [(1, 505), (2, 512)] {
+            let halos = |reach: &Reach| {
+                let halos = reach.halos(&tile(row), (piece(0), piece(row)));
+                halos.into_iter().map(|halo| (halo.at, halo.window)).collect::<Vec<_>>()
+            };
+            let (key, window) = halos(&upper)[0];
+            assert_eq!(window, Window { x: 0, y, width: 256, height: 7 });
+            assert_eq!(halos(&lower), [(key, window)]);
+        }
+        // Across the edge of what repeats, and nothing in the middle.
+        assert_eq!(far.halos(&tile(7), (piece(0), piece(7)))[0].window.height, 7);
+        assert!(far.halos(&tile(2), (piece(0), piece(2))).is_empty());
     }
 }

@@ -1,6 +1,7 @@
 //! One evaluation of a graph.
 use super::evaluators::{Clock, NodeEvaluator};
 use super::files::NodeFiles;
+use super::halos::Halos;
 use super::keep::Keeper;
 use super::kept::Stored;
 use super::prepare::Known;
@@ -48,6 +49,8 @@ pub struct Run<'g> {
     pub(super) cuts: Cuts,
     /// What is read, if only a part of a picture is computed.
     pub(super) reach: RwLock<Option<Reach>>,
+    /// What is handed to and from other parts of the picture.
+    pub(super) halos: Halos,
     failures: Mutex<Vec<(Key, Problem)>>,
     /// What was put into the store besides tiles.
     pub(super) stored: Mutex<Vec<(Key, Stored)>>,
@@ -81,6 +84,7 @@ impl<'g> Run<'g> {
             known: RwLock::default(),
             cuts: Cuts::default(),
             reach: RwLock::default(),
+            halos: Halos::default(),
             failures: Mutex::default(),
             stored: Mutex::default(),
             warned: Mutex::default(),
@@ -296,8 +300,8 @@ impl<'g> Run<'g> {
             _ => NodeState::Unused,
         };
         let tiles = if node.outputs.iter().any(|ty| ty.is_field()) { work.computed } else { 0 };
-        let (name, kind) = (node.name.clone(), node.kind.clone());
-        NodeStats { name, kind, state, seconds: work.time.as_secs_f64(), tiles }
+        let (name, kind, pixels) = (node.name.clone(), node.kind.clone(), work.pixels);
+        NodeStats { name, kind, state, seconds: work.time.as_secs_f64(), tiles, pixels }
     }
 }
 

@@ -156,8 +156,7 @@ impl SharedStore {
 
 impl Store for SharedStore {
     fn get(&self, shelf: Shelf, key: Key) -> Option<Vec<u8>> {
-        // Tiles are many and small: asking for each would take longer than computing most of them.
-        if shelf == Shelf::Tiles || !self.shared.tally().may_read() {
+        if !shelf.travels() || !self.shared.tally().may_read() {
             return None;
         }
         let (name, start) = (self.name(shelf, key), Instant::now());
@@ -175,7 +174,7 @@ impl Store for SharedStore {
     fn put(&self, shelf: Shelf, key: Key, content: &[u8], spared: Duration, stopped: &dyn Fn() -> bool) {
         let length = content.len() as u64;
         let small = shelf == Shelf::Channels;
-        if shelf == Shelf::Tiles || length > LARGEST || stopped() {
+        if !shelf.travels() || length > LARGEST || stopped() {
             return;
         }
         {

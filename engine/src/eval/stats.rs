@@ -34,6 +34,8 @@ pub struct NodeStats {
     pub seconds: f64,
     /// How many tiles it computed.
     pub tiles: u64,
+    /// How many pixels of them: of some tiles only a part is computed.
+    pub pixels: u64,
 }
 
 /// What was done under one key.
@@ -41,6 +43,7 @@ pub struct NodeStats {
 pub(super) struct Work {
     pub(super) time: Duration,
     pub(super) computed: u64,
+    pub(super) pixels: u64,
     pub(super) memory: u64,
     pub(super) disk: u64,
 }
@@ -49,6 +52,7 @@ impl Work {
     pub(super) fn add(&mut self, other: Self) {
         self.time += other.time;
         self.computed += other.computed;
+        self.pixels += other.pixels;
         self.memory += other.memory;
         self.disk += other.disk;
     }

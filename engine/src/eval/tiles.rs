@@ -4,6 +4,7 @@
 //! likes. No code that fills a tile starts parallel work, so a thread that waits for a tile of another never holds up the
 //! pool; and since a tile waits only for those that it is made from, no two threads wait for each other.
 use super::MemoryCache;
+use super::halos::Halo;
 use super::memory::{Guard, TileKey};
 use super::run::Run;
 use super::stats::Work;
@@ -67,7 +68,7 @@ struct Fill<'f, 'r> {
     wanted: Vec<Read<'f>>,
     tiles: Vec<Arc<Tile>>,
     narrowed: bool,
-    halves: Option<Halves>,
+    pieces: Option<Pieces>,
 }
 
 /// Where a tile is kept when it is made.
@@ -76,11 +77,14 @@ struct Keep<'r> {
     guard: Option<Guard<'r>>,
     /// Whether also beyond the process.
     stored: bool,
+    /// What other parts of the picture read of it.
+    halos: Vec<Halo>,
 }
 
-/// A tile that is made in two parts, since one would read too much at once.
-struct Halves {
-    windows: [Window; 2],
+/// A tile that is put together from parts: it would read too much at once, or some of it was there.
+struct Pieces {
+    /// The parts that are made.
+    windows: Vec<Window>,
     done: usize,
     out: Tile,
 }
@@ -175,8 +179,24 @@ impl Run<'_> {
             }
             return Ok(Ok(tile));
         }
-        let stored = part.is_none();
-        self.fill(Read::new(field, &grid, window), owner, Some(Keep { at, guard, stored }), true).map(Err)
+        let mut halos = self.shared_with_neighbors(&whole, (x, y));
+        let found = self.taken(&mut halos, field, &grid, window);
+        let keep = Keep { at, guard, stored: part.is_none(), halos };
+        match found {
+            Some((tile, rest)) if rest.is_empty() => {
+                self.ledger.add(owner, Work { disk: 1, ..Work::default() });
+                let tile = Arc::new(tile);
+                keep.guard.into_iter().for_each(|guard| drop(guard.insert(tile.clone())));
+                Ok(Ok(tile))
+            }
+            Some((out, rest)) => {
+                let pieces = Some(Pieces { windows: vec![rest], done: 0, out });
+                let (read, keep, wanted, tiles) = (Read::new(field, &grid, window), Some(keep), Vec::new(), Vec::new());
+                let fill = Fill { read, owner, keep, counts: true, wanted, tiles, narrowed: true, pieces };
+                Ok(Err(Frame::Fill(Box::new(fill))))
+            }
+            None => self.fill(Read::new(field, &grid, window), owner, Some(keep), true).map(Err),
+        }
     }
 
     fn fill<'f, 's>(
@@ -189,8 +209,8 @@ impl Run<'_> {
         self.cancel.check()?;
         let wanted = read.field.source().inputs(&read.grid, read.window);
         let tiles = Vec::with_capacity(wanted.len());
-        let (narrowed, halves) = (false, None);
-        Ok(Frame::Fill(Box::new(Fill { read, owner, keep, counts, wanted, tiles, narrowed, halves })))
+        let (narrowed, pieces) = (false, None);
+        Ok(Frame::Fill(Box::new(Fill { read, owner, keep, counts, wanted, tiles, narrowed, pieces })))
     }
 
     /// The bytes that may be kept in tiles.
@@ -224,11 +244,11 @@ impl<'f> Join<'f> {
 
 impl<'f> Fill<'f, '_> {
     fn step(&mut self, run: &Run<'_>, made: Option<Arc<Tile>>) -> Result<Step<'f>, Stop> {
-        match &mut self.halves {
-            Some(halves) => {
+        match &mut self.pieces {
+            Some(pieces) => {
                 if let Some(tile) = made {
-                    halves.out.copy_from(&tile, 0, 0);
-                    halves.done += 1;
+                    pieces.out.copy_from(&tile, 0, 0);
+                    pieces.done += 1;
                 }
             }
             None => self.tiles.extend(made),
@@ -238,9 +258,9 @@ impl<'f> Fill<'f, '_> {
         }
         let Read { field, grid, window } = self.read;
         let keeper = &run.caches.keeper;
-        let mut own = Duration::ZERO;
-        let (tile, debt) = match self.halves.take() {
-            Some(halves) => (halves.out, keeper.owed(field, &grid, window)),
+        let (mut own, mut pixels) = (Duration::ZERO, 0);
+        let (tile, debt) = match self.pieces.take() {
+            Some(pieces) => (pieces.out, keeper.owed(field, &grid, window)),
             None => {
                 let start = ThreadTime::now();
                 let mut tile = field.blank(grid, window);
@@ -250,15 +270,17 @@ impl<'f> Fill<'f, '_> {
                     }
                 })?;
                 own = start.elapsed();
+                pixels = window.len() as u64;
+                run.weigh_halo(field, &grid, window, own);
                 (tile, keeper.filled(field, &grid, window, own))
             }
         };
         let computed = u64::from(self.counts);
         if field.as_constant().is_none() {
-            run.ledger.add(self.owner, Work { time: own, computed, ..Work::default() });
+            run.ledger.add(self.owner, Work { time: own, computed, pixels, ..Work::default() });
         }
         let tile = Arc::new(tile);
-        if let Some(Keep { at, guard, stored }) = self.keep.take() {
+        if let Some(Keep { at, guard, stored, halos }) = self.keep.take() {
             if let Some(guard) = guard {
                 let _ = guard.insert(tile.clone());
             }
@@ -266,6 +288,7 @@ impl<'f> Fill<'f, '_> {
             if stored {
                 run.keep_tile(&at, field, &tile, debt);
             }
+            run.leave(&halos, field, &tile);
         }
         Ok(Step::Done(tile))
     }
@@ -295,8 +318,8 @@ impl<'f> Fill<'f, '_> {
                 let most = narrow.iter().map(Window::len).sum::<usize>();
                 if most > MOST_PIXELS && window.len() > 1 {
                     run.cancel.check()?;
-                    self.halves = Some(Halves {
-                        windows: window.halves(),
+                    self.pieces = Some(Pieces {
+                        windows: window.halves().to_vec(),
                         done: 0,
                         out: Tile::unset(grid, window, field.channels()),
                     });
@@ -304,8 +327,8 @@ impl<'f> Fill<'f, '_> {
                 self.wanted.extend(later.iter().zip(narrow).map(|(read, window)| Read { window, ..*read }));
             }
         }
-        if let Some(halves) = &self.halves {
-            let part = halves.windows.get(halves.done).map(|window| Read::new(field, &grid, *window));
+        if let Some(pieces) = &self.pieces {
+            let part = pieces.windows.get(pieces.done).map(|window| Read::new(field, &grid, *window));
             return Ok(part.map(|read| Want { read, owner: self.owner, how: How::Bare }));
         }
         let read = self.wanted.get(self.tiles.len());

@@ -2,19 +2,26 @@
 //!
 //! Pictures are computed in bands that are one or a few tiles high, so that what they share is still in memory, and so is the
 //! row of tiles above. For a very wide picture those rows alone would fill the memory. It is computed in vertical strips,
-//! which are kept in temporary files beside the pictures until whole rows can be written.
+//! which are kept in temporary files beside the pictures until whole rows can be written. A part of a picture that is much wider
+//! than high is computed so too: then less is in memory at a time, which each process must first fetch from the system.
 use super::export::Sink;
 use super::render::{Job, Render};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Event, Passing};
+use crate::eval::{Event, Neighbor, Passing, Place, Spill};
 use crate::picture::AtomicFile;
 use crate::value::{Field, Grid, TILE, Tile, Window};
+use std::collections::BTreeMap;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::sync::Arc;
 
-/// The least width of strips: what is read beyond their edges is computed twice.
+/// The least width of strips: what is read beyond their edges is computed twice, or written and read.
 const NARROWEST: u32 = 4 * TILE;
+/// With fewer bytes in tiles at hand, strips are not worth their files.
+const FEW: u64 = 256 << 20;
+/// What is read beyond the edges of a strip, or of a part of a picture, may reach over so many others.
+pub(super) const NEAR: usize = 2;
 
 impl Render<'_, '_> {
     /// Computes and writes the pictures together.
@@ -23,7 +30,10 @@ impl Render<'_, '_> {
         let fields: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
         let strip = self.strip_width(&fields, grid);
         if strip < window.width {
-            return self.strips(jobs, &fields, writers, grid, strip);
+            return self.strips(jobs, &fields, writers, grid, (strip, true));
+        }
+        if self.is_low(&fields, grid) {
+            return self.strips(jobs, &fields, writers, grid, (NARROWEST, false));
         }
         let heights = band_height(window.width);
         let mut passing = self.planner.request.once.then(|| Passing::new(&fields, grid, window));
@@ -46,14 +56,25 @@ impl Render<'_, '_> {
         }
     }
 
-    /// The same in strips of `width` columns.
+    /// Whether the pictures are so low that less is in memory when they are computed from left to right.
+    fn is_low(&self, fields: &[&Field], grid: &Grid) -> bool {
+        let window = self.area;
+        if !self.planner.request.once || u64::from(window.height) * 4 > u64::from(window.width) {
+            return false;
+        }
+        let band = Window { height: band_height(window.width).min(window.height), ..window };
+        Passing::new(fields, grid, window).bytes(window, band, |field, grid| self.run.keeps(field, grid)) > FEW
+    }
+
+    /// The same in strips of `width` columns. If what is read beyond their edges does not fit the memory, they are `apart`: each is
+    /// computed as if alone, but for what those beside it have left in a file.
     fn strips(
         &self,
         jobs: &[&Job<'_>],
         fields: &[&Field],
         writers: &mut [Sink],
         grid: &Grid,
-        width: u32,
+        (width, apart): (u32, bool),
     ) -> Result<(), Failure> {
         let window = self.area;
         let height = band_height(width);
@@ -61,10 +82,16 @@ impl Render<'_, '_> {
             .map(|(x, right)| Window { x, width: right.abs_diff(x), ..window })
             .collect::<Vec<_>>();
         let mut waiting = jobs.iter().map(|job| Waiting::create(&job.planned.path)).collect::<Result<Vec<_>, _>>()?;
+        let once = self.planner.request.once;
+        let mut across = (once && !apart).then(|| Passing::new(fields, grid, window));
+        let mut spills = Spills { beside: jobs.first().map(|job| &*job.planned.path), open: BTreeMap::new() };
         for (i, strip) in (0_u64..).zip(&strips) {
-            // At its edges no more than what it reads.
-            self.run.limit(fields, grid, *strip);
-            let mut passing = self.planner.request.once.then(|| Passing::new(fields, grid, *strip));
+            if apart {
+                // At its edges no more than what it reads.
+                let neighbors = self.beside(&strips, strip, &mut spills);
+                self.run.limit(fields, grid, *strip, neighbors);
+            }
+            let mut passing = (once && apart).then(|| Passing::new(fields, grid, *strip));
             for band in bands(*strip, height) {
                 for (job, waiting) in jobs.iter().zip(&mut waiting) {
                     waiting.put(&self.tiles(job, grid, band)?)?;
@@ -73,7 +100,12 @@ impl Render<'_, '_> {
                 let rows = u64::from(band.bottom().abs_diff(window.y));
                 self.rows((i * u64::from(window.height) + rows) / strips.len() as u64);
             }
+            let rest = Window { x: strip.right(), width: window.right().abs_diff(strip.right()), ..window };
+            if let Some(across) = across.as_mut().filter(|_| !rest.is_empty()) {
+                self.run.pass(across, rest);
+            }
         }
+        drop(spills);
         for band in bands(window, height) {
             for ((job, writer), waiting) in jobs.iter().zip(&mut *writers).zip(&mut waiting) {
                 let channels: usize = job.fields.iter().map(|(_, field)| field.channels()).sum();
@@ -88,6 +120,22 @@ impl Render<'_, '_> {
             }
         }
         Ok(())
+    }
+
+    /// The other parts of the picture that read some of what a strip reads: those beside it, and what is above and below.
+    fn beside(&self, strips: &[Window], strip: &Window, spills: &mut Spills<'_>) -> Vec<Neighbor> {
+        let mut neighbors: Vec<Neighbor> = self.neighbors.clone();
+        for neighbor in &mut neighbors {
+            neighbor.window = Window { x: strip.x, width: strip.width, ..neighbor.window };
+        }
+        let own = strips.iter().position(|other| other == strip).unwrap_or(0);
+        spills.open.retain(|(_, last), _| *last >= own);
+        for (number, other) in strips.iter().enumerate().filter(|(number, _)| near(own, *number, strips.len())) {
+            if let Some(spill) = spills.between(own.min(number), own.max(number)) {
+                neighbors.push(Neighbor { window: *other, place: Place::File(spill), waits: number > own });
+            }
+        }
+        neighbors
     }
 
     /// How many columns are computed at once. Tiles that the memory cache has lost are made again; while it holds more than five
@@ -125,6 +173,31 @@ impl Render<'_, '_> {
             tiles.push(tile);
         }
         Ok(tiles)
+    }
+}
+
+/// Whether two of `count` parts lie side by side, or nearly so; the last one is beside the first, since pictures may repeat.
+pub(super) fn near(own: usize, other: usize, count: usize) -> bool {
+    let apart = own.abs_diff(other);
+    apart > 0 && apart.min(count - apart) <= NEAR
+}
+
+/// What strips leave for each other, by the numbers of two that share it.
+struct Spills<'p> {
+    /// A picture, for their place and their names.
+    beside: Option<&'p Path>,
+    open: BTreeMap<(usize, usize), Arc<Spill>>,
+}
+
+impl Spills<'_> {
+    /// The file of two strips. Without one, both compute what they need.
+    fn between(&mut self, first: usize, last: usize) -> Option<Arc<Spill>> {
+        if let Some(spill) = self.open.get(&(first, last)) {
+            return Some(spill.clone());
+        }
+        let spill = Arc::new(Spill::create(self.beside?).ok()?);
+        self.open.insert((first, last), spill.clone());
+        Some(spill)
     }
 }
 
@@ -203,6 +276,14 @@ fn not_finite(job: &Job<'_>, tile: &Tile, at: usize) -> Failure {
 #[allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_are_near_across_the_ends() {
+        let of = |own: usize, count: usize| (0..count).filter(|other| near(own, *other, count)).collect::<Vec<_>>();
+        assert_eq!(of(0, 16), [1, 2, 14, 15]);
+        assert_eq!(of(7, 16), [5, 6, 8, 9]);
+        assert_eq!((of(0, 3), of(1, 2), of(0, 1)), (vec![1, 2], vec![0], vec![]));
+    }
 
     #[test]
     fn pieces_end_where_tiles_end_and_cover_everything() {

@@ -23,7 +23,7 @@ impl Session {
         let window = window(graph, request)?;
         self.run(graph, cancel, observer, |run| {
             let planner = Planner { graph, keys: run.keys(), request, window };
-            let render = Render { session: self, run, planner, observer, area: window };
+            let render = Render::new(self, run, planner, observer, window);
             Ok(render.pictures(&wanted)?.into_iter().map(|picture| (picture.path, picture.key)).collect())
         })
     }

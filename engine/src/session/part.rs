@@ -1,9 +1,10 @@
 //! One picture by many machines: what all of them need is made once, and each computes some rows.
+use super::bands::near;
 use super::export::Sink;
 use super::plan::{Part, Planned, Planner, wanted};
 use super::render::{Job, Render};
 use super::{Failure, RenderRequest, Session, located};
-use crate::eval::{CancelToken, NodeStats, Observer, Stored};
+use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, Place, Stored};
 use crate::graph::Graph;
 use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_whole};
 use crate::value::{TILE, Window};
@@ -69,7 +70,8 @@ impl Session {
         self.run(graph, cancel, observer, |run| {
             let window = Window::full(graph.canvas.resolution);
             let planner = Planner { graph, keys: run.keys(), request, window };
-            let render = Render { session: self, run, planner, observer, area };
+            let neighbors = neighbors(graph, part, |other| dir.join(other.file_name(stem)).exists())?;
+            let render = Render { neighbors, ..Render::new(self, run, planner, observer, area) };
             let pictures = render.pictures(&wanted)?;
             if let Some(export) = pictures.iter().find(|picture| matches!(picture.part, Part::Export(_))) {
                 let message = format!("`{}` is made for another program, with whole pictures", export.output.name);
@@ -92,6 +94,7 @@ impl Session {
                 picture.spec = job.lines.is_none().then(|| render.spec(job));
             }
             render.write_part(&file, &header, &jobs)?;
+            run.done_with_halos();
             Ok(PartReport { file, known: false, nodes: run.stats() })
         })
     }
@@ -111,7 +114,7 @@ impl Session {
         self.run(graph, cancel, observer, |run| {
             let window = Window::full(graph.canvas.resolution);
             let planner = Planner { graph, keys: run.keys(), request, window };
-            let render = Render { session: self, run, planner, observer, area: window };
+            let render = Render::new(self, run, planner, observer, window);
             let pictures = render.pictures(&wanted)?;
             let jobs = render.made(pictures)?;
             let grid = graph.canvas.grid(graph.canvas.resolution);
@@ -151,6 +154,17 @@ fn rows(graph: &Graph, part: PartOf) -> Result<Window, Failure> {
     let own = part.of(tiles);
     let (y, end) = (own.start * TILE, (own.end * TILE).min(size.y));
     Ok(Window { x: 0, y: y.cast_signed(), width: size.x, height: end - y })
+}
+
+/// The parts beside a part, of which something is left in the store, or to be left for. Whether one `is_there` already is only
+/// looked at now: what is left for one that is made meanwhile is left in vain.
+fn neighbors(graph: &Graph, part: PartOf, is_there: impl Fn(PartOf) -> bool) -> Result<Vec<Neighbor>, Failure> {
+    let numbers = 1..=part.count;
+    let others = numbers.map(|number| PartOf { number, ..part });
+    let beside = others.filter(|other| near(part.number as usize, other.number as usize, part.count as usize));
+    let neighbor =
+        |other: PartOf| Ok(Neighbor { window: rows(graph, other)?, place: Place::Store, waits: !is_there(other) });
+    beside.map(neighbor).collect()
 }
 
 impl<'r> Render<'r, '_> {

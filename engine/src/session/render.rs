@@ -4,7 +4,7 @@ use super::plan::{Part, Planned, Planner, Wanted, decode_channels, encode_channe
 use super::storage::{self, channel_names, encoding, mips, stored};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{CancelToken, Event, NodeStats, Observer, Run, Shelf};
+use crate::eval::{CancelToken, Event, Neighbor, NodeStats, Observer, Run, Shelf};
 use crate::export::SimpleShape;
 use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
@@ -85,7 +85,7 @@ impl Session {
         make_dir(&request.dir)?;
         self.run(graph, cancel, observer, |run| {
             let planner = Planner { graph, keys: run.keys(), request, window };
-            let render = Render { session: self, run, planner, observer, area: window };
+            let render = Render::new(self, run, planner, observer, window);
             let pictures = render.pictures(&wanted)?;
             let planned: Vec<PathBuf> = pictures.iter().map(|p| p.path.clone()).collect();
             let jobs = render.jobs(pictures)?;
@@ -124,6 +124,21 @@ pub(super) struct Render<'r, 'g> {
     pub(super) observer: &'r dyn Observer,
     /// The pixels to be computed: those of the pictures, or some rows of them.
     pub(super) area: Window,
+    /// Other parts of the pictures that other processes make.
+    pub(super) neighbors: Vec<Neighbor>,
+}
+
+impl<'r, 'g> Render<'r, 'g> {
+    /// Of `area`, alone.
+    pub(super) fn new(
+        session: &'r Session,
+        run: &'r Run<'g>,
+        planner: Planner<'r>,
+        observer: &'r dyn Observer,
+        area: Window,
+    ) -> Self {
+        Self { session, run, planner, observer, area, neighbors: Vec::new() }
+    }
 }
 
 impl<'r> Render<'r, '_> {
@@ -260,7 +275,7 @@ impl<'r> Render<'r, '_> {
             self.run.prepare(field, grid).map_err(|stop| located(self.run, self.planner.graph, stop))?;
         }
         if self.area != Window::full(self.planner.graph.canvas.resolution) {
-            self.run.limit(&fields, grid, self.area);
+            self.run.limit(&fields, grid, self.area, self.neighbors.clone());
         }
         Ok(())
     }

@@ -243,6 +243,14 @@ impl Window {
         Self { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
     }
 
+    /// The pixels that this window and `other` have in common, if there are any.
+    #[must_use]
+    pub fn overlap(&self, other: &Self) -> Option<Self> {
+        let apart =
+            self.right() <= other.x || other.right() <= self.x || self.bottom() <= other.y || other.bottom() <= self.y;
+        (!apart && !self.is_empty() && !other.is_empty()).then(|| self.intersection(other))
+    }
+
     /// Whether all of `other` lies within.
     pub const fn contains(&self, other: &Self) -> bool {
         self.x <= other.x && self.y <= other.y && other.right() <= self.right() && other.bottom() <= self.bottom()

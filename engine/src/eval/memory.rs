@@ -6,6 +6,10 @@ use quick_cache::{DefaultHashBuilder, OptionsBuilder};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// More values are not kept if they belong to other graphs: fields, solids and the like weigh nothing here, but take some kilobytes
+/// each, and a sweep makes some hundred of them for each variant.
+const MANY: usize = 1024;
+
 /// The identity of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TileKey {
@@ -104,10 +108,11 @@ impl MemoryCache {
         watched.values().map(|(_, bytes)| bytes).sum()
     }
 
-    /// If objects take more than their share, lets go of fields and the like that are not `needed`, and of the objects that only
-    /// they hold: a field is made again in no time, an object is in the cache or in the store if it is worth it.
+    /// If objects take more than their share, or there are too many values, lets go of fields and the like that are not `needed`,
+    /// and of the objects that only they hold: a field is made again in no time, an object is in the cache or in the store if it is
+    /// worth it.
     pub(super) fn relieve(&self, needed: impl Fn(&Key) -> bool) {
-        if self.alive() > self.share {
+        if self.alive() > self.share || self.objects.len() > MANY {
             self.objects.retain(|key, value| value.handle().is_some() || needed(key));
         }
     }

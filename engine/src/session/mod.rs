@@ -25,6 +25,9 @@ use petgraph::graph::NodeIndex;
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 
+/// Memory that is held back to be used again is so small a part of what results may take.
+const SPARE: u64 = 8;
+
 /// The resources that a session may use.
 #[derive(Clone, Debug)]
 pub struct Settings {
@@ -130,6 +133,7 @@ impl Session {
             .build()
             .map_err(|source| SessionError::Threads { threads, source })?;
         let caches = Caches::new(MemoryCache::new(settings.memory), store);
+        crate::value::hold_back(settings.memory / SPARE);
         Ok(Self { registry, caches, pool, memory: settings.memory, cache_error: None })
     }
 

@@ -9,16 +9,17 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Smaller buffers are left to the allocator, which does well with them.
 const LEAST: usize = 1 << 13;
-/// The most numbers held back in all: 32 MiB.
+/// The most numbers held back in all, unless a session says another bound: 32 MiB.
 const MOST: usize = 1 << 23;
 
 /// Buffers that nobody uses, by their capacity.
 struct Spare {
     by_capacity: BTreeMap<usize, Vec<Vec<f32>>>,
     held: usize,
+    most: usize,
 }
 
-static SPARE: Mutex<Spare> = Mutex::new(Spare { by_capacity: BTreeMap::new(), held: 0 });
+static SPARE: Mutex<Spare> = Mutex::new(Spare { by_capacity: BTreeMap::new(), held: 0, most: MOST });
 
 fn spare() -> MutexGuard<'static, Spare> {
     SPARE.lock().unwrap_or_else(PoisonError::into_inner)
@@ -41,6 +42,12 @@ impl Spare {
         self.held += capacity;
         self.by_capacity.entry(capacity).or_default().push(buffer);
     }
+}
+
+/// From now on holds back at most so many bytes. Whole rows of tiles are freed at once, so it is worth to hold back an eighth or
+/// so of what tiles may take.
+pub(crate) fn hold_back(bytes: u64) {
+    spare().most = usize::try_from(bytes / 4).unwrap_or(MOST);
 }
 
 /// Numbers whose memory is used again by another buffer when this one is dropped.
@@ -101,7 +108,7 @@ impl Drop for Buffer {
             return;
         }
         let mut spare = spare();
-        if spare.held + capacity <= MOST {
+        if spare.held + capacity <= spare.most {
             spare.put(std::mem::take(&mut self.0));
         }
     }
@@ -129,11 +136,12 @@ mod tests {
 
     #[test]
     fn no_more_is_held_back_than_the_bound() {
-        let many: Vec<Buffer> = (0..40).map(|_| Buffer::zeros(MOST / 16)).collect();
+        let most = spare().most;
+        let many: Vec<Buffer> = (0..40).map(|_| Buffer::zeros(most / 16)).collect();
         drop(many);
-        assert!(spare().held <= MOST);
-        drop(Buffer::zeros(2 * MOST));
-        assert!(spare().held <= MOST);
+        assert!(spare().held <= most);
+        drop(Buffer::zeros(2 * most));
+        assert!(spare().held <= most);
         assert!(Buffer::zeros(LEAST - 1).iter().all(|v| *v == 0.0));
     }
 }

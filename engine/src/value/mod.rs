@@ -46,6 +46,7 @@ pub use accepts::Accepts;
 pub use area::Area;
 pub use atlas::{Atlas, Bins};
 pub use buffer::Buffer;
+pub(crate) use buffer::hold_back;
 pub use canvas::{Canvas, Grid, GridId, Resolution, TileMode, Tiling, Window};
 pub use color::{linear_to_srgb, srgb_to_linear};
 pub use color_pattern::ColorPattern;

@@ -262,3 +262,95 @@ fn what_is_prepared_is_not_computed_again() {
     assert!(told.stdout.contains("openjd_status: "), "{}", told.stdout);
     assert!(Path::new(&desk.path("parts/a.2-of-4.part")).exists());
 }
+
+/// The pixels that were computed of the node `noise`.
+fn pixels(ran: crate::support::Ran) -> u64 {
+    let stats = ran.expect(0).json();
+    let node = stats["nodes"].as_array().unwrap().iter().find(|node| node["name"] == "noise").unwrap();
+    node["pixels"].as_u64().unwrap()
+}
+
+/// A dear field under a blur that reads far: half as far as a part is high.
+const FAR: &str = r#"(
+  version: 1,
+  canvas: (size_mm: (32, 64), resolution: (512, 1024), tile: TILE, seed: 3),
+  nodes: { "noise": Fractal(size: 5, octaves: 12), "soft": Blur(input: "noise", radius: 2.4) },
+  outputs: { "soft": File(from: "soft", format: Exr) },
+)
+"#;
+
+#[test]
+fn parts_compute_no_pixel_twice() {
+    for tile in ["Both", "None"] {
+        let desk = Desk::new();
+        desk.write("a.ron", FAR.replace("TILE", tile));
+        let whole = pixels(desk.shibo("render a.ron -o whole --no-cache --stats json"));
+        let parts = |order: [u32; 4], dir: &str, more: &str| -> u64 {
+            let part = |n: u32| desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --stats json {more}"));
+            order.into_iter().map(|n| pixels(part(n))).sum()
+        };
+        let alone = parts([1, 2, 3, 4], "alone", "--no-cache");
+        assert!(alone * 2 > whole * 3, "blurs reach too little for this test: {alone} of {whole}");
+        // What a part has computed beyond its edge is there for the next one, in whatever order; at times what is left is too little to be
+        // worth a file.
+        for order in [[1, 2, 3, 4], [3, 1, 4, 2], [4, 2, 3, 1]] {
+            let dir = format!("parts{}{}", order[0], order[1]);
+            let shared = parts(order, &dir, &format!("--cache-dir {dir}-cache --cache-size 16"));
+            assert!(shared * 100 <= whole * 105, "{tile}: {order:?} computed {shared} of {whole} pixels");
+            desk.shibo(&format!("join {dir} -o joined{dir}")).expect(0);
+            same(&desk, "whole", &format!("joined{dir}"));
+        }
+    }
+}
+
+#[test]
+fn parts_made_at_once_or_from_damaged_halos_are_the_same() {
+    let desk = Desk::new();
+    desk.write("a.ron", FAR.replace("TILE", "Both"));
+    desk.shibo("render a.ron -o whole --no-cache").expect(0);
+    let part =
+        |n: u32, dir: &str| desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --cache-dir c --cache-size 16"));
+    std::thread::scope(|scope| {
+        for n in 1..=4 {
+            let part = &part;
+            scope.spawn(move || part(n, "at_once").expect(0));
+        }
+    });
+    desk.shibo("join at_once -o joined").expect(0);
+    same(&desk, "whole", "joined");
+    // Whatever stands in the folder, no pixel is another.
+    part(1, "damaged").expect(0);
+    let folders = || desk.names("c/halos").into_iter().map(|dir| format!("c/halos/{dir}"));
+    let files: Vec<String> =
+        folders().flat_map(|dir| desk.names(&dir).into_iter().map(move |name| format!("{dir}/{name}"))).collect();
+    assert!(!files.is_empty(), "a part leaves something for the next");
+    for (i, file) in files.iter().enumerate() {
+        let mut bytes = desk.read(file);
+        let middle = bytes.len() / 2;
+        match i % 3 {
+            0 => bytes[middle] ^= 1,
+            1 => bytes.truncate(middle),
+            _ => bytes = desk.read(&files[(i + 1) % files.len()]),
+        }
+        std::fs::write(desk.path(file), bytes).unwrap();
+    }
+    [3, 2, 4].into_iter().for_each(|n| drop(part(n, "damaged").expect(0)));
+    desk.shibo("join damaged -o mended").expect(0);
+    same(&desk, "whole", "mended");
+}
+
+#[test]
+fn low_parts_are_made_from_left_to_right() {
+    let desk = Desk::new();
+    desk.write(
+        "a.ron",
+        FAR.replace("TILE", "Both").replace("(32, 64), resolution: (512, 1024)", "(160, 32), resolution: (2560, 512)"),
+    );
+    desk.shibo("render a.ron -o whole --no-cache").expect(0);
+    for n in [2, 1] {
+        desk.shibo(&format!("render a.ron --part {n}/2 -o parts --memory 40 --cache-dir c")).expect(0);
+    }
+    assert_eq!(desk.names("parts").len(), 2, "{:?}", desk.names("parts"));
+    desk.shibo("join parts -o joined").expect(0);
+    same(&desk, "whole", "joined");
+}

@@ -134,6 +134,10 @@ impl Run<'_> {
         let (mut out, mut rest) = (None, window);
         halos.retain(|halo| {
             let Some(smaller) = without(rest, halo.window).filter(|_| window.contains(&halo.window)) else {
+                if !halo.waits && matches!(halo.place, Place::Store) && rest.overlap(&halo.window).is_none() {
+                    // It is there, and the neighbour is done: nobody needs it any more.
+                    lock(&self.halos.taken).push(halo.at.name());
+                }
                 return true;
             };
             let mut part = Tile::unset(*grid, halo.window, field.channels());

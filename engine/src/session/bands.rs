@@ -18,8 +18,8 @@ use std::sync::Arc;
 
 /// The least width of strips: what is read beyond their edges is computed twice, or written and read.
 const NARROWEST: u32 = 4 * TILE;
-/// With fewer bytes in tiles at hand, strips are not worth their files.
-const FEW: u64 = 256 << 20;
+/// With less of the memory for tiles in use, strips are not worth their files.
+const FEW: u64 = 4;
 /// What is read beyond the edges of a strip, or of a part of a picture, may reach over so many others.
 pub(super) const NEAR: usize = 2;
 
@@ -63,7 +63,8 @@ impl Render<'_, '_> {
             return false;
         }
         let band = Window { height: band_height(window.width).min(window.height), ..window };
-        Passing::new(fields, grid, window).bytes(window, band, |field, grid| self.run.keeps(field, grid)) > FEW
+        let bytes = Passing::new(fields, grid, window).bytes(window, band, |field, grid| self.run.keeps(field, grid));
+        bytes > self.run.tile_bytes() / FEW
     }
 
     /// The same in strips of `width` columns. If what is read beyond their edges does not fit the memory, they are `apart`: each is

@@ -230,23 +230,3 @@ fn wide_pictures_are_made_in_strips_of_the_same_bytes() {
         }
     }
 }
-
-#[test]
-fn strips_compute_little_twice() {
-    let desk = Desk::new();
-    // A dear field, of which much is read beyond the edges of a strip.
-    desk.write("a.ron", WIDE.replace("Perlin(size: 9)", "Fractal(size: 9, octaves: 12)").replace("1.5", "5"));
-    let render = "render a.ron --no-cache --quiet --format exr --resolution 3072 --stats json";
-    let pixels = |more: &str| {
-        let stats = desk.shibo(&format!("{render} {more}")).expect(0).json();
-        let nodes = stats["nodes"].as_array().unwrap().clone();
-        nodes.iter().find(|node| node["name"] == "noise").unwrap()["pixels"].as_u64().unwrap()
-    };
-    let (whole, strips) = (pixels("-o whole"), pixels("-o strips --memory 24"));
-    assert_eq!(whole, 3072 * 3072);
-    assert!(strips * 100 <= whole * 110, "{strips} of {whole} pixels");
-    for name in desk.names("whole") {
-        assert!(desk.read(&format!("whole/{name}")) == desk.read(&format!("strips/{name}")), "{name}");
-    }
-    assert_eq!(desk.names("strips"), desk.names("whole"), "the files that wait are gone");
-}

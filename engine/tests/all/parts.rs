@@ -26,19 +26,26 @@ struct Across {
     input: In<Gray>,
     /// In pixels.
     reach: u32,
+    /// How often the work of a pixel is done in vain.
+    idle: u32,
 }
 
 impl Node for Across {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "A value.")];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let reach = self.reach as usize;
+        let (reach, idle) = (self.reach as usize, self.idle);
         let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
             PIXELS.fetch_add(out.window.len() as u64, Ordering::Relaxed);
             for row in 0..out.height() {
                 let (above, below) = (input.row(0, row), input.row(0, row + 2 * reach));
                 let means = above[reach..].iter().zip(&below[reach..]).map(|(a, b)| 0.5 * (a + b));
                 out.row_mut(0, row).iter_mut().zip(means).for_each(|(v, mean)| *v = mean);
+                for value in out.row(0, row) {
+                    for _ in 0..idle {
+                        std::hint::black_box(std::hint::black_box(*value).sqrt());
+                    }
+                }
             }
             Ok(())
         };
@@ -154,6 +161,79 @@ fn parts_compute_hardly_more_than_a_single_run() {
     // Each part is a single row of tiles.
     let parts = count(&|| drop(in_parts(&graph, 16)));
     assert!(parts * 10 <= alone * 12, "{parts} of {alone}");
+}
+
+/// Filters in a chain, each of which reads `reach` pixels beyond its window and takes its time.
+fn dear(reach: u32, idle: u32, size: (u32, u32), tile: &str) -> Graph {
+    let mut nodes = "\"n0\": Ramp(factor: 0.001), ".to_owned();
+    for i in 1..=4 {
+        nodes += &format!("\"n{i}\": Across(input: \"n{}\", reach: {reach}, idle: {idle}), ", i - 1);
+    }
+    graph(&nodes, "\"out\": \"n4\"", size, tile)
+}
+
+fn counted(work: impl FnOnce()) -> u64 {
+    PIXELS.store(0, Ordering::Relaxed);
+    work();
+    PIXELS.load(Ordering::Relaxed)
+}
+
+#[test]
+fn what_two_parts_need_is_computed_once_in_any_order() {
+    let _counted = COUNTED.lock();
+    for tile in ["Both", "None"] {
+        let graph = dear(30, 60, (512, 2048), tile);
+        let mut right = Vec::new();
+        let alone = counted(|| right = whole(&graph));
+        let apart = counted(|| drop(in_parts(&graph, 8)));
+        assert!(apart * 4 > alone * 5, "filters reach too little for this test: {apart} of {alone}");
+        for order in [[1, 2, 3, 4, 5, 6, 7, 8], [8, 7, 6, 5, 4, 3, 2, 1], [5, 2, 8, 1, 4, 7, 3, 6]] {
+            let [cache, parts, out] = [(); 3].map(|()| tempfile::tempdir().unwrap());
+            // Too small to keep whole tiles: half of such a field is more than its share.
+            let disk = 8 << 20;
+            let settings = Settings { threads: 2, cache_dir: Some(cache.path().into()), disk, ..Settings::default() };
+            let shared = counted(|| {
+                for number in order {
+                    let session = Session::new(registry(), &settings).unwrap();
+                    let part = (PartOf { number, count: 8 }, "parts");
+                    let request = request(parts.path());
+                    session.render_part(&graph, &request, part, &CancelToken::default(), &Silent).unwrap();
+                }
+            });
+            assert!(shared * 100 <= alone * 103, "{tile} {order:?}: {shared} of {alone}, {apart} without");
+            join(parts.path(), out.path(), 64 << 20, &|_, _| true).unwrap();
+            assert!(files(out.path()) == right, "{tile} {order:?}");
+            // What was used is gone.
+            let halos = cache.path().join("halos");
+            let left = halos.read_dir().into_iter().flatten().flatten();
+            let left: usize = left.map(|folder| folder.path().read_dir().unwrap().count()).sum();
+            assert_eq!(left, 0, "{tile} {order:?}");
+        }
+    }
+}
+
+#[test]
+fn strips_hand_on_what_is_dear() {
+    let _counted = COUNTED.lock();
+    let out = tempfile::tempdir().unwrap();
+    // Two strips fit the memory, the whole does not.
+    let settings = Settings { threads: 2, memory: 112 << 20, ..Settings::default() };
+    let mut pictures = Vec::new();
+    let counts = [0, 60].map(|idle| {
+        let graph = dear(100, idle, (8192, 1024), "Both");
+        let session = Session::new(registry(), &settings).unwrap();
+        let count = counted(|| {
+            session.render(&graph, &request(out.path()), &CancelToken::default(), &Silent).unwrap();
+        });
+        pictures.push(files(out.path()));
+        count as f64 / (4.0 * 8192.0 * 1024.0)
+    });
+    assert!(counts[0] > 1.06, "the picture was not made in strips: {counts:?}");
+    assert!(counts[1] < 1.03, "{counts:?}");
+    assert_eq!(pictures[0].len(), 1, "the files that wait are gone");
+    let [cheap, dear] =
+        [0, 1].map(|i| shibo_engine::picture::read_bytes(&pictures[i][0].1, &Default::default()).unwrap());
+    assert!(cheap.planes == dear.planes);
 }
 
 #[test]

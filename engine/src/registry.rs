@@ -1,7 +1,7 @@
 //! Which kinds of nodes there are.
 use crate::node::Functions;
 use crate::node::{Arg, Built, KindInfo, Node};
-use crate::value::{Atlas, Field, Key};
+use crate::value::{Atlas, Field, Key, Type};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -63,7 +63,7 @@ pub struct Registry {
     entries: BTreeMap<String, Entry>,
     code: Key,
     /// What lays out the fields and the materials of instances.
-    layout: Option<[Kind; 2]>,
+    layout: Option<[Kind; 3]>,
     /// What chooses among the fields and the materials of several instances.
     choice: Option<[Kind; 2]>,
     /// What fills the texels around the charts of an atlas.
@@ -111,11 +111,11 @@ impl Registry {
         self
     }
 
-    /// The same registry, with the kinds that lay out fields and materials of instances. Both have a port `input` and the
-    /// parameters `scale`, `angle`, `offset` and `pivot`.
+    /// The same registry, with the kinds that lay out fields, materials and the numbers of pieces that instances make. All have a
+    /// port `input` and the parameters `scale`, `angle`, `offset` and `pivot`.
     #[must_use]
-    pub fn with_layout(mut self, field: Kind, material: Kind) -> Self {
-        self.layout = Some([field, material]);
+    pub fn with_layout(mut self, field: Kind, material: Kind, ids: Kind) -> Self {
+        self.layout = Some([field, material, ids]);
         self
     }
 
@@ -151,9 +151,15 @@ impl Registry {
         self.library.as_deref()
     }
 
-    /// Makes the node that lays out a field, or a material; and its kind.
-    pub(crate) fn lay_out(&self, material: bool, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
-        Self::one_of(self.layout.as_ref()?, material, args)
+    /// Makes the node that lays out a value of a type; and its kind.
+    pub(crate) fn lay_out(&self, ty: Type, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
+        let [field, material, ids] = self.layout.as_ref()?;
+        let kind = match ty {
+            Type::Material => material,
+            Type::Ids => ids,
+            _ => field,
+        };
+        Some((&kind.name, (kind.functions.build)(args)))
     }
 
     /// Makes the node that chooses among fields, or among materials; and its kind.

@@ -22,6 +22,7 @@ pub mod tone;
 pub mod wood;
 
 mod bounds;
+mod chosen;
 #[cfg(test)]
 mod conform;
 mod csv_points;
@@ -74,10 +75,10 @@ pub fn registry() -> Registry {
 /// All nodes, and families of other crates. Give the result a fingerprint of their code ([`Registry::with_code`]), so that results
 /// of another version are not taken from a cache.
 pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
-    let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>());
+    let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>(), Kind::of::<space::LaidIds>());
     let choice = (Kind::of::<combine::Choose>(), Kind::of::<combine::ChooseMaterial>());
     let registry = Registry::new(families().into_iter().chain(more))
-        .with_layout(layout.0, layout.1)
+        .with_layout(layout.0, layout.1, layout.2)
         .with_choice(choice.0, choice.1);
     registry.with_gutters(mesh::filled).with_code(shibo_kernel::CODE).with_code(CODE)
 }

@@ -157,6 +157,19 @@ impl Moved {
         whole.grow(halo, halo)
     }
 
+    /// The nearest pixels: between numbers of pieces nothing lies.
+    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+    fn nearest(input: &Tile, (start, map): (DVec2, DMat2), out: &mut Tile) {
+        let (window, view) = (out.window, tile::view(input, 0));
+        for (row, y) in (0..out.height()).zip(window.y..) {
+            let from = start + map.y_axis * f64::from(y);
+            for (out, x) in out.row_mut(0, row).iter_mut().zip(window.x..) {
+                let p = (map.x_axis * f64::from(x) + from + 0.5).floor();
+                *out = view.at(p.x as i32, p.y as i32);
+            }
+        }
+    }
+
     #[expect(clippy::cast_possible_truncation, reason = "pixels, and f32 for what lies between them")]
     fn resample(input: &Tile, (start, map): (DVec2, DMat2), out: &mut Tile) {
         let window = out.window;
@@ -197,6 +210,9 @@ impl FieldSource for Moved {
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         match self.plan(&out.grid) {
             Plan::Copy { .. } => out.data_mut().copy_from_slice(given.tile(0).data()),
+            Plan::Read { start, map, .. } if self.input.ty() == Type::Ids => {
+                Self::nearest(given.tile(0), (start, map), out)
+            }
             Plan::Read { start, map, .. } => Self::resample(given.tile(0), (start, map), out),
         }
         if self.input.ty() == Type::Normal && self.turn != (0.0, 1.0) {

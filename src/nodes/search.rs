@@ -99,6 +99,64 @@ mod tests {
         }
     }
 
+    /// Stages of the methods for leather, wood and synthesis, which no other program has as a node.
+    const WITHOUT: [&str; 31] = [
+        "AppearanceSpace",
+        "BlendTimes",
+        "BranchTime",
+        "BudEyes",
+        "CandidateSets",
+        "ColorPattern",
+        "CoordsFromField",
+        "CorrectCoords",
+        "DefineMass",
+        "DetectLattice",
+        "DrawWrinkles",
+        "Emboss",
+        "EqualizeHeight",
+        "FiberSpace",
+        "FiberStreaks",
+        "FitSkeleton",
+        "JacobianFromAngleScale",
+        "JacobianFromVectors",
+        "JacobianFromWarp",
+        "JacobianMultiply",
+        "JitterCoords",
+        "MagnifyCoords",
+        "PlaceWrinkles",
+        "StartCoords",
+        "StraightTime",
+        "TrunkTime",
+        "UpsampleCoords",
+        "VaryGrowth",
+        "WoodPores",
+        "WoodRays",
+        "WorkArea",
+    ];
+
+    #[test]
+    fn every_kind_is_found_by_the_names_that_its_manual_tells() {
+        let registry = shibo_nodes::registry();
+        for kind in registry.kinds() {
+            let doc = registry.info(kind).unwrap().doc.clone();
+            let paragraph = blocks(&doc).into_iter().find_map(|block| match block {
+                Block::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(str::to_owned),
+                _ => None,
+            });
+            let Some(paragraph) = paragraph else {
+                assert!(WITHOUT.contains(&kind), "`{kind}` does not say what it is called elsewhere");
+                continue;
+            };
+            assert!(!WITHOUT.contains(&kind), "`{kind}` says what it is called elsewhere");
+            let names: Vec<&str> = paragraph.split('*').skip(1).step_by(2).collect();
+            assert!(!names.is_empty(), "`{kind}` names no node of another program");
+            for name in names {
+                let found = search(&registry, name);
+                assert!(found.iter().any(|found| found.kind == kind), "`{name}` does not find `{kind}`");
+            }
+        }
+    }
+
     #[test]
     fn the_nearest_comes_first() {
         let rank = |query: &str| rank(query, "GradientMap", "Colours by value.", "Blender ColorRamp, Houdini Ramp.");

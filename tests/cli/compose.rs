@@ -185,6 +185,57 @@ fn an_instance_is_laid_out_as_transform_does() {
 }
 
 #[test]
+fn numbers_of_pieces_are_laid_out_too() {
+    let desk = desk("tile: Both", "", "");
+    let bricks = r#"(version: 1, canvas: (size_mm: 16, resolution: 16, tile: Both, seed: 1),
+      nodes: { "floor": Brick(size: (7.5, 3.5), gap: 0.5), "all": Worley(size: 4) },
+      outputs: { "ids": "floor.ids", "cells": "all.ids", "own": "random" })"#;
+    let random = r#""random": RegionRandom(ids: "floor.ids")"#;
+    desk.write("points.ron", bricks.replace("nodes: {", &format!("nodes: {{ {random},")));
+    let nodes = r#""a": Use(graph: "points", canvas: (angle: 90, offset: (3, 1))), "b": Use(graph: "points"),
+        "of_moved": RegionRandom(ids: "a.ids"), "moved": Transform(input: "b.own", angle: 90, offset: (3, 1)),
+        "chosen": Each(graph: "part", over: 3, ids: "a.cells"), "shown": Math(operation: Add, a: "chosen.bumps", b: 0)"#;
+    main(&desk, "main.ron", "tile: Both", nodes, r#""of": "of_moved", "shown": "shown""#);
+    // By a quarter turn pixels lie on pixels: the numbers that are moved are those of the pieces that are moved.
+    let (numbers, colors) = (values(&desk, "of_moved", &[]), values(&desk, "moved", &[]));
+    assert!(numbers.iter().zip(&colors).all(|(a, b)| (a - b).abs() < 1e-6), "{numbers:?} {colors:?}");
+    assert!(numbers.iter().any(|v| *v != numbers[0]));
+    desk.shibo("check main.ron --verify").expect(0);
+    // Turned by any angle no number lies between those of neighbours.
+    main(
+        &desk,
+        "main.ron",
+        "tile: None",
+        r#""a": Use(graph: "points", canvas: (angle: 31)), "b": Use(graph: "points")"#,
+        "",
+    );
+    let (turned, known) =
+        (values(&desk, "a.ids", &["--resolution", "64"]), values(&desk, "b.ids", &["--resolution", "64"]));
+    assert!(turned.iter().all(|id| known.contains(id) || id.fract() == 0.0), "{turned:?}");
+}
+
+#[test]
+fn a_mask_where_a_distance_belongs_is_told() {
+    let shapes = r#""panel": Shape(size: 6), "grown": ShapeMath(operation: Offset, a: "panel.distance", amount: 1)"#;
+    let desk = desk("tile: Both", shapes, "");
+    let said = |node: &str| {
+        main(&desk, "main.ron", "tile: Both", &format!("{shapes},\n{node}"), "");
+        first(&desk, "warnings")
+    };
+    let (line, message, help) = said(r#""more": ShapeMath(operation: Shell, a: "panel", amount: 1)"#);
+    assert!(
+        line == 6 && message.contains("`a` takes a distance in mm") && message.contains("`mask`"),
+        "{line}: {message}"
+    );
+    assert!(help.contains("`distance`"), "{help}");
+    // Of what fits nothing is said.
+    let through = r##""good": Blend(base: "#000000", top: "#ffffff", mask: "grown.mask"),
+        "made": Perlin(size: 4), "also": ShapeMath(a: "made", b: "grown")"##;
+    main(&desk, "main.ron", "tile: Both", &format!("{shapes},\n{through}"), "");
+    assert_eq!(desk.shibo("check main.ron --format json").expect(0).json()["warnings"], Json::Array(Vec::new()));
+}
+
+#[test]
 fn a_turned_instance_fills_a_canvas_that_does_not_tile() {
     let desk = desk(
         "tile: None, seed: 1",

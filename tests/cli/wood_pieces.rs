@@ -153,3 +153,36 @@ fn solids_among_the_outputs_are_not_rendered() {
     let names: Vec<String> = loaded.graph.unwrap().outputs.into_iter().map(|output| output.name).collect();
     assert_eq!(names, ["picture"]);
 }
+
+#[test]
+fn each_piece_is_of_one_tree() {
+    let session = session();
+    // Three trees that are not alike, cut apart and together.
+    let trees = ["light.color", "half", "plain"];
+    let more = "\"half\": MixSolids(a: \"light.color\", b: \"colored\"), \"plain\": SolidNoise(size: 7),";
+    let cut = |name: &str, solids: &str| {
+        format!(
+            "\"{name}\": CutPlane({solids}, preset: FlatSawn, distance: 22, local: \"floor.local\", ids: \"floor.ids\", \
+             angle: \"floor.angle\", spread: (15, 12, 200), turn: (50, 8), flip: true, seed: 4),"
+        )
+    };
+    let alone: String = (0..3).map(|k| cut(&format!("cut{k}"), &format!("solid: \"{}\"", trees[k]))).collect();
+    let all = cut("all", "solid: \"light.color\", others: [\"half\", \"plain\"]");
+    let graph = graph(&session, &format!("{} {more} {alone} {all}", FLOOR.replace("ANGLE", "20")));
+    let show = |name: &str| picture(&session, &graph, name);
+    let (ids, which, together) = (show("floor.ids"), show("all.tree"), show("all"));
+    let apart: Vec<Tile> = (0..3).map(|k| show(&format!("cut{k}"))).collect();
+    let mut of_piece = std::collections::BTreeMap::new();
+    for i in 0..ids.plane(0).len() {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small whole numbers")]
+        let tree = which.plane(0)[i] as usize;
+        // A tree of one number is grey among coloured ones.
+        let want = &apart[tree];
+        for channel in 0..3 {
+            assert_eq!(together.plane(channel)[i], want.plane(channel.min(want.channels() - 1))[i], "{i} {tree}");
+        }
+        assert_eq!(*of_piece.entry(ids.plane(0)[i].to_bits()).or_insert(tree), tree, "one tree to a piece");
+    }
+    let counts = (0..3).map(|tree| of_piece.values().filter(|of| **of == tree).count());
+    assert!(counts.clone().all(|count| count * 6 > of_piece.len()), "{:?}", counts.collect::<Vec<_>>());
+}

@@ -42,8 +42,24 @@ fn every_step_gives_its_picture() {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
+#[test]
+fn a_mask_for_a_distance_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (from, to) = (r#"a: "panel.distance", amount"#, r#"a: "panel", amount"#);
+    assert!(steps()[8].contains(from));
+    std::fs::write(folder.path().join("inlay.ron"), steps()[8].replacen(from, to, 1)).unwrap();
+    let run = Command::new(assert_cmd::cargo::cargo_bin!("shibo"))
+        .args(["check", "inlay.ron"])
+        .current_dir(folder.path())
+        .env("XDG_CACHE_HOME", folder.path().join("cache"))
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert!(run.status.success() && said.contains("connect the output `distance`"), "{said}");
+}
+
 /// What a reader of the page may get wrong in its ninth step, and what the command says to write instead.
-const MISTAKES: [(&str, &str, &str); 22] = [
+const MISTAKES: [(&str, &str, &str); 27] = [
     (r#""shibo:walnut""#, r#""shibo:wallnut""#, "did you mean `walnut`?"),
     (r#""shibo:walnut""#, r#""walnut""#, "write `\"shibo:walnut\"`"),
     (r#"Use(graph: "wood")"#, r#"Use(graph: "shibo:walnut")"#, "`imports: { \"walnut\": \"shibo:walnut\" }`"),
@@ -62,6 +78,11 @@ const MISTAKES: [(&str, &str, &str); 22] = [
     ("size: 76", "size: \"= 2 * (3\"", "a closing bracket is missing"),
     ("radius: 14),", "radius: 14,", "close the bracket before it"),
     (r#"a: "panel.distance", amount"#, "a: panel.distance, amount", "in quotes"),
+    ("channel: Height", "channel: \"Height\"", "write `Height` without quotes"),
+    ("radius: 0.35", "radius: \"0.35\"", "write `0.35`, without quotes"),
+    ("size_mm: 110", "size: 110", "did you mean `size_mm`?"),
+    ("outputs: {", "output: {", "did you mean `outputs`?"),
+    (r#""leather": SetChannels"#, r#""leather" SetChannels"#, "write `\"name\": value`"),
     (r#"material: "inlay", exposure"#, r#"material: "whole", exposure"#, "Material comes from `"),
     ("BlendMaterials", "MaterialBlend", "here it is called `BlendMaterials`"),
     (r#""gap": Math"#, r#""panel": Math"#, "give one of them another name"),

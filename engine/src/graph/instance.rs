@@ -105,13 +105,18 @@ impl Layout {
         if !same {
             args.push(("pivot", Arg::Ron(&middle)));
         }
-        let (kind, built) = registry.lay_out(ty == Type::Material, &args)?;
+        let (kind, built) = registry.lay_out(ty, &args)?;
         Some((kind.to_owned(), built.ok()?))
     }
 }
 
-/// Whether a value of this type can be laid out.
+/// Whether an instance's value of this type can be laid out.
 pub(super) fn can_move(ty: Type) -> bool {
+    ty == Type::Ids || can_choose(ty)
+}
+
+/// Whether one of several instances' values of this type can be chosen.
+pub(super) fn can_choose(ty: Type) -> bool {
     ty == Type::Material || ty.fits(Accepts::Field)
 }
 
@@ -251,14 +256,14 @@ impl Unit<'_> {
     pub(super) fn check_movable(&self, part: &Part, target: &Target) -> Option<Diagnostic> {
         let Target::Out { flat, .. } = *target else { return None };
         if self.flats[flat].chooses.is_some() {
-            let ty = self.type_of(target).filter(|ty| !can_move(*ty))?;
+            let ty = self.type_of(target).filter(|ty| !can_choose(*ty))?;
             let message = format!("`Each` chooses among fields and materials; {} is {ty}", shorten(part.str()));
             let help = "draw it in the sub-graph";
             return Some(part.error(Code::TypeMismatch, message).help(help));
         }
         let layout = self.flats[flat].layout.as_ref()?;
         let ty = self.type_of(target).filter(|ty| !can_move(*ty))?;
-        let message = format!("`canvas` moves fields and materials; {} is {ty}", shorten(part.str()));
+        let message = format!("`canvas` moves colours, numbers, normals, ids and materials; {} is {ty}", shorten(part.str()));
         let help = "draw it in the sub-graph, or leave `canvas` out of that `Use`";
         Some(part.error(Code::TypeMismatch, message).help(help).related(layout.part.span(), "it is moved here"))
     }

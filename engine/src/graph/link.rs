@@ -43,6 +43,7 @@ impl Unit<'_> {
             }
         }
         self.check_channels(&order);
+        self.check_distances();
     }
 
     /// Reads the fields of all nodes from the number `flat` on, those included that are added on the way; how many there are.
@@ -286,7 +287,7 @@ impl Unit<'_> {
             return;
         };
         if node.chooses.is_some() {
-            let ty = node.outputs.first().copied().flatten().filter(|ty| instance::can_move(*ty));
+            let ty = node.outputs.first().copied().flatten().filter(|ty| instance::can_choose(*ty));
             if let Some((kind, made)) = ty.and_then(|ty| each::node(self.registry, ty, node.slots.len())) {
                 (self.flats[flat].kind_name, self.flats[flat].node) = (kind, Some(made));
             } else if let Some(ty) = ty {

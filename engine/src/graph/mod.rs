@@ -15,6 +15,7 @@ mod canvas;
 mod channels;
 mod convert;
 mod defaults;
+mod distances;
 mod document;
 mod each;
 mod exports;

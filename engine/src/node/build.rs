@@ -78,6 +78,8 @@ pub trait DynNode: Send + Sync {
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet;
     /// See [`Node::takes`].
     fn takes(&self) -> Vec<Taken>;
+    /// See [`Node::distances`].
+    fn distances(&self) -> &'static [&'static str];
     /// See [`Node::no_op`].
     fn no_op(&self) -> Option<&'static str>;
     /// See [`Node::no_op_item`].
@@ -157,6 +159,10 @@ impl<T: Node> DynNode for T {
 
     fn takes(&self) -> Vec<Taken> {
         Node::takes(self)
+    }
+
+    fn distances(&self) -> &'static [&'static str] {
+        Node::distances(self)
     }
 
     fn no_op(&self) -> Option<&'static str> {

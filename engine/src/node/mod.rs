@@ -223,6 +223,12 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         Vec::new()
     }
 
+    /// The ports that take distances in mm, which a mask is not: `check` warns where one is connected to an output without a unit
+    /// although its node has one in mm.
+    fn distances(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// The port whose value the main output passes on unchanged with these parameters, if there is one.
     fn no_op(&self) -> Option<&'static str> {
         None

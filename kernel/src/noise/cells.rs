@@ -80,6 +80,10 @@ const FRAC_1_SQRT_3: f64 = 0.577_350_269_189_625_8;
 /// One over the side of an equilateral rhombus of area 1, (√3/2)^½.
 const SIDE_INVERSE: f64 = 0.930_604_859_102_099_6;
 
+/// From square cells of area 1 to rhombic ones of two equilateral triangles.
+pub(super) const RHOMBIC: [[f64; 2]; 2] =
+    [[SIDE_INVERSE, -SIDE_INVERSE * FRAC_1_SQRT_3], [0.0, 2.0 * SIDE_INVERSE * FRAC_1_SQRT_3]];
+
 /// With more cells than this, their numbers and wraps would not fit into 32 bits.
 const MOST_CELLS: f64 = 1e9;
 
@@ -93,8 +97,7 @@ impl CellGrid {
     /// The same with rhombic cells of the same area: both halves of a cell are equilateral triangles where `shape` is round.
     pub fn triangular(canvas: (DVec2, Tiling), shape: &CellShape, hash: Hash) -> Option<Self> {
         let [u, v] = shape.wanted();
-        let (along, across) = (SIDE_INVERSE, SIDE_INVERSE * FRAC_1_SQRT_3);
-        let wanted = [[0, 1].map(|k| along * u[k] - across * v[k]), v.map(|v| 2.0 * across * v)];
+        let wanted = RHOMBIC.map(|[by_u, by_v]| [0, 1].map(|k| by_u * u[k] + by_v * v[k]));
         Self::of(canvas, shape, wanted, hash)
     }
 
@@ -127,6 +130,28 @@ impl CellGrid {
         self.to_cell
     }
 
+    /// Map from cells to mm.
+    pub fn to_mm(&self) -> [[f64; 2]; 2] {
+        let [[a, b], [c, d]] = self.to_cell;
+        let det = a * d - b * c;
+        [[d / det, -b / det], [-c / det, a / det]]
+    }
+
+    /// A place on the torus in cells, which is within the cell that the whole parts name.
+    pub(crate) fn place(&self, p: [f64; 2]) -> [f64; 2] {
+        let p = [0, 1].map(|k| p[k] - self.sides[k] * (p[k] / self.sides[k]).floor());
+        [0, 1].map(|k| self.to_cell[k][0] * p[0] + self.to_cell[k][1] * p[1] + self.shift[k])
+    }
+
+    /// The random word of a cell, anywhere.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "remainders of at most 10^9")]
+    pub(crate) fn word(&self, u: i64, v: i64) -> u32 {
+        let [[a, c], [b, d]] = self.cells;
+        let (e, f) = ((d * u - c * v).rem_euclid(self.count) as u32, (a * v - b * u).rem_euclid(self.count) as u32);
+        let [p, q, constant] = self.keys;
+        scramble(e.wrapping_mul(p).wrapping_add(f.wrapping_mul(q)).wrapping_add(constant))
+    }
+
     /// Pixels per cell in the direction where the cells are densest.
     pub fn pixels_per_cell(&self, step: [f64; 2]) -> f64 {
         let rate = |row: [f64; 2]| libm::hypot(row[0] * step[0], row[1] * step[1]);
@@ -137,10 +162,7 @@ impl CellGrid {
     /// to `reach` (lowest, highest) beside each pixel's own.
     #[inline(always)]
     pub(crate) fn run(&self, frame: &Frame, x: i32, y: i32, reach: [i64; 2]) -> Run {
-        let p = frame.center(x, y);
-        let p = [0, 1].map(|k| p[k] - self.sides[k] * (p[k] / self.sides[k]).floor());
-        let at = |k: usize| self.to_cell[k][0] * p[0] + self.to_cell[k][1] * p[1] + self.shift[k];
-        let place = [at(0), at(1)];
+        let place = self.place(frame.center(x, y));
         let cell = place.map(f64::floor);
         #[expect(clippy::cast_possible_truncation, reason = "cells per side are below 2^31, fractions need 24 bits")]
         let (frac, rate, cell) = (
@@ -269,6 +291,13 @@ pub(crate) fn scramble(x: u32) -> u32 {
     (x ^ (x >> 15)).wrapping_mul(0x846c_a68b)
 }
 
+/// The random word of cell (u, v) of the endless noise that belongs to another word.
+#[inline(always)]
+pub(crate) fn key(word: u32, u: i32, v: i32) -> u32 {
+    let by = |n: i32, factor: u32| n.cast_unsigned().wrapping_mul(factor);
+    scramble(word.wrapping_add(by(u, 0x9e37_79b1)).wrapping_add(by(v, 0x85eb_ca77)))
+}
+
 /// The upper 23 bits of a word as a float in 0..1.
 #[inline(always)]
 pub(crate) fn upper_unit(word: u32) -> f32 {
@@ -339,6 +368,10 @@ mod tests {
                 let run = grid.run(&frame, x, y, [0, 1]);
                 for (u, v) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                     let word = run.word::<2>(u, v);
+                    let place = grid.place(frame.center(x, y)).map(f64::floor);
+                    #[expect(clippy::cast_possible_truncation, reason = "cells of a small canvas")]
+                    let cell = place.map(|cell| cell as i64);
+                    prop_assert_eq!(word, grid.word(cell[0] + i64::from(u), cell[1] + i64::from(v)));
                     if run.wrap == Wrap::None {
                         prop_assert_eq!(word, run.word::<0>(u, v));
                     }

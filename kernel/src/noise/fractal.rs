@@ -15,6 +15,7 @@ use super::cells::{CellGrid, CellShape, LANES, RAMP, Run, Wrap, slope, upper_uni
 use super::simplex::simplex;
 use crate::ground::hash::Hash;
 use crate::ground::math;
+use crate::ground::number::narrow;
 use crate::ground::simd;
 use crate::ground::window::{Frame, WindowExt, index, offset};
 use glam::DVec2;
@@ -136,52 +137,90 @@ impl Noise {
     /// # Panics
     /// If `out` is smaller than the window.
     pub fn fill(&self, frame: &Frame, out: &mut [f32]) {
-        let (mean, deviation) = moments(self.spec.basis, self.spec.fractal);
-        let scale = DEVIATION / (deviation * self.deviation);
-        let octaves: Vec<Octave<'_>> = self
-            .octaves
-            .iter()
-            .filter_map(|(grid, weight)| Octave::new(grid, weight * scale, mean, frame.step))
-            .collect();
-        let spec = &self.spec;
+        let folded = Folded::new(&self.spec, self.deviation);
+        let octaves = self.visible(&folded, frame.step);
         simd::dispatch(
             #[inline(always)]
-            || fill(spec, &octaves, frame, out),
+            || fill(self.spec.basis, &folded, &octaves, frame, out),
         );
+    }
+
+    /// The octaves whose cells are not smaller than a pixel, and how strong they are.
+    fn visible(&self, folded: &Folded, step: [f64; 2]) -> Vec<(&CellGrid, f32)> {
+        let strength = |(grid, weight): &(CellGrid, f64)| folded.strength(*weight, grid.pixels_per_cell(step));
+        self.octaves.iter().filter_map(|octave| Some((&octave.0, strength(octave)?))).collect()
     }
 }
 
-/// An octave at the resolution of a frame.
-struct Octave<'a> {
-    grid: &'a CellGrid,
-    weight: f32,
+/// How octaves become one value.
+pub(super) struct Folded {
+    fractal: FractalKind,
+    /// Factor on all octaves.
+    scale: f64,
+    /// Mean of an octave, once it is folded.
     mean: f32,
 }
 
-impl<'a> Octave<'a> {
-    /// `None` if its cells are smaller than a pixel.
-    #[expect(clippy::cast_possible_truncation, reason = "weights need no more than f32")]
-    fn new(grid: &'a CellGrid, weight: f64, mean: f64, step: [f64; 2]) -> Option<Self> {
-        let visible = math::smooth((grid.pixels_per_cell(step) - 1.0) as f32);
-        (visible > 0.0).then_some(Self { grid, weight: weight as f32 * visible, mean: mean as f32 })
+impl Folded {
+    /// `deviation` is that of the sum of all weights.
+    pub(super) fn new(spec: &NoiseSpec, deviation: f64) -> Self {
+        let (mean, own) = moments(spec.basis, spec.fractal);
+        Self { fractal: spec.fractal, scale: DEVIATION / (own * deviation), mean: narrow(mean) }
+    }
+
+    /// How strong an octave of this weight is where a cell has so many pixels; `None` if it is not seen.
+    pub(super) fn strength(&self, weight: f64, pixels: f64) -> Option<f32> {
+        let visible = math::smooth(narrow(pixels - 1.0));
+        (visible > 0.0).then_some(narrow(weight * self.scale) * visible)
+    }
+
+    #[inline(always)]
+    pub(super) fn add(&self, strength: f32, value: &[f32; LANES], sum: &mut [f32; LANES]) {
+        let mean = self.mean;
+        match self.fractal {
+            FractalKind::Fbm | FractalKind::Turbulence => {
+                for (sum, n) in sum.iter_mut().zip(value) {
+                    *sum += strength * n;
+                }
+            }
+            FractalKind::Billow => {
+                for (sum, n) in sum.iter_mut().zip(value) {
+                    *sum += strength * (n.abs() - mean);
+                }
+            }
+            FractalKind::Ridged => {
+                for (sum, n) in sum.iter_mut().zip(value) {
+                    let ridge = 1.0 - n.abs();
+                    *sum += strength * (ridge * ridge - mean);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn finish(&self, sum: &mut [f32; LANES]) {
+        for x in sum {
+            let x_ = if self.fractal == FractalKind::Turbulence { 2.1 * x.abs() } else { *x + 0.5 };
+            *x = math::saturate(x_);
+        }
     }
 }
 
 #[inline(always)]
-fn fill(spec: &NoiseSpec, octaves: &[Octave<'_>], frame: &Frame, out: &mut [f32]) {
+fn fill(basis: Basis, folded: &Folded, octaves: &[(&CellGrid, f32)], frame: &Frame, out: &mut [f32]) {
     let rect = frame.window;
     let lanes = index(LANES);
     for (row, y) in out.chunks_exact_mut(rect.columns().max(1)).take(rect.rows()).zip(rect.y..) {
         let mut x = rect.x.div_euclid(lanes) * lanes;
         while x < rect.right() {
             let mut sum = [0.0; LANES];
-            for octave in octaves {
-                let run = octave.grid.run(frame, x, y, [0, 1]);
+            for (grid, strength) in octaves {
+                let run = grid.run(frame, x, y, [0, 1]);
                 let mut value = [0.0; LANES];
-                draw(spec.basis, &run, &mut value);
-                add(spec.fractal, octave, &value, &mut sum);
+                draw(basis, &run, &mut value);
+                folded.add(*strength, &value, &mut sum);
             }
-            finish(spec.fractal, &mut sum);
+            folded.finish(&mut sum);
             let from = offset((rect.x - x).max(0));
             let to = LANES.min(offset(rect.right() - x));
             let start = offset((x - rect.x).max(0));
@@ -210,7 +249,7 @@ fn draw(basis: Basis, run: &Run, out: &mut [f32; LANES]) {
 }
 
 #[inline(always)]
-fn quintic(t: f32) -> f32 {
+pub(super) fn quintic(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
@@ -246,37 +285,6 @@ fn white<const WRAP: u8>(run: &Run, out: &mut [f32; LANES]) {
     for (out, &k) in out.iter_mut().zip(&RAMP) {
         let (_, _, u, v) = run.place(k);
         *out = 2.0 * upper_unit(run.word::<WRAP>(u, v)) - 1.0;
-    }
-}
-
-#[inline(always)]
-fn add(fractal: FractalKind, octave: &Octave<'_>, value: &[f32; LANES], sum: &mut [f32; LANES]) {
-    let (weight, mean) = (octave.weight, octave.mean);
-    match fractal {
-        FractalKind::Fbm | FractalKind::Turbulence => {
-            for (sum, n) in sum.iter_mut().zip(value) {
-                *sum += weight * n;
-            }
-        }
-        FractalKind::Billow => {
-            for (sum, n) in sum.iter_mut().zip(value) {
-                *sum += weight * (n.abs() - mean);
-            }
-        }
-        FractalKind::Ridged => {
-            for (sum, n) in sum.iter_mut().zip(value) {
-                let ridge = 1.0 - n.abs();
-                *sum += weight * (ridge * ridge - mean);
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn finish(fractal: FractalKind, sum: &mut [f32; LANES]) {
-    for x in sum {
-        let x_ = if fractal == FractalKind::Turbulence { 2.1 * x.abs() } else { *x + 0.5 };
-        *x = math::saturate(x_);
     }
 }
 
@@ -351,14 +359,10 @@ mod tests {
         let noise = Noise::new(&spec(Basis::Gradient, FractalKind::Fbm), CANVAS, Hash::new(5));
         let frame = Frame::new(Window::of(-7, 3, 200, 40), [0.1, 0.1]);
         let wide = render(&noise, frame.window, 0.1);
-        let (_, deviation) = moments(Basis::Gradient, FractalKind::Fbm);
-        let octaves: Vec<_> = noise
-            .octaves
-            .iter()
-            .filter_map(|(l, w)| Octave::new(l, w * (DEVIATION / (deviation * noise.deviation)), 0.0, frame.step))
-            .collect();
+        let folded = Folded::new(&noise.spec, noise.deviation);
+        let octaves = noise.visible(&folded, frame.step);
         let mut plain = vec![0.0; frame.window.len()];
-        fill(&noise.spec, &octaves, &frame, &mut plain);
+        fill(Basis::Gradient, &folded, &octaves, &frame, &mut plain);
         assert_eq!(wide, plain);
     }
 

@@ -3,7 +3,9 @@
 pub mod cells;
 pub mod curl;
 pub mod fractal;
+pub mod fractal_along;
 pub mod gabor;
 pub mod noise3;
 mod simplex;
 pub mod worley;
+pub mod worley_along;

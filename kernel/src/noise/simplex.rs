@@ -5,7 +5,8 @@
 //! triangles reach, with the weight (¾ - d²)⁴, d in sides; so the third power is smooth too, and a point needs three
 //! corners where gradient noise needs four.
 
-use super::cells::{LANES, RAMP, Run, slope};
+use super::cells::{LANES, RAMP, Run, key, slope};
+use crate::ground::math;
 
 /// Sine of 60°.
 const SIN: f32 = 0.866_025_4;
@@ -17,9 +18,26 @@ const SCALE: f32 = 14.0;
 #[inline(always)]
 fn corner(word: u32, x: f32, y: f32) -> f32 {
     let (x, y) = (x + 0.5 * y, SIN * y);
-    let near = crate::ground::math::max(0.75 - (x * x + y * y), 0.0);
+    let near = math::max(0.75 - (x * x + y * y), 0.0);
     let square = near * near;
     square * square * slope(word, x, y)
+}
+
+/// A place among square cells of area 1, as it lies among rhombic ones.
+pub(super) fn rhombic([x, y]: [f64; 2]) -> [f64; 2] {
+    let [[a, b], [c, d]] = super::cells::RHOMBIC;
+    [a * x + b * y, c * x + d * y]
+}
+
+/// The noise that belongs to a word, at a place among its rhombic cells.
+#[inline(always)]
+pub(super) fn at(word: u32, x: f32, y: f32) -> f32 {
+    let ((fx, u), (fy, v)) = (math::floor_int(x), math::floor_int(y));
+    let (x, y) = (x - fx, y - fy);
+    let far = i32::from(x + y > 1.0);
+    let side = far as f32;
+    let a = corner(key(word, u + far, v + far), x - side, y - side);
+    SCALE * (a + corner(key(word, u + 1, v), x - 1.0, y) + corner(key(word, u, v + 1), x, y - 1.0))
 }
 
 /// The noise on a run of a [triangular](super::cells::CellGrid::triangular) grid.

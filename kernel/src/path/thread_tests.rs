@@ -94,6 +94,27 @@ fn holes_and_pull() {
 }
 
 #[test]
+fn pulls_meet_without_a_crease() {
+    // Two stitches side by side, 1.2 mm apart: midway both pull as much.
+    let thread = Thread { pull: 1.0, ..PLAIN };
+    let mut two = sewn((4.0, 5.0), (12.0, 5.0));
+    let other = sewn((4.0, 6.2), (12.0, 6.2));
+    two.stitches.extend(other.stitches);
+    two.holes.extend(other.holes);
+    let drawn = Drawn::new(two, thread, canvas(Tiling::NONE));
+    let step = 0.01;
+    let frame = Frame::new(Window::of(800, 400, 1, 320), [step; 2]);
+    let mut pull = vec![0.0; 320];
+    drawn.pull(&|| false, &frame, &mut pull);
+    let slope = |k: usize| f64::from(pull[k + 1] - pull[k]) / step;
+    let bends = (1..318).map(|k| (slope(k) - slope(k - 1)).abs() / step);
+    // Of the larger of both the slope would jump by about 1.2 midway, and so the bend be 120 per mm; the falloff alone bends by less than 3.
+    let most = bends.fold(0.0, f64::max);
+    assert!(most < 8.0, "{most}");
+    assert!(pull.iter().all(|v| (0.0..=0.61).contains(v)), "never deeper than the thread");
+}
+
+#[test]
 fn windows_are_crops_and_repeat() {
     let mut sewn = sewn((18.0, 9.0), (23.0, 12.0));
     sewn.stitches.push(Stitch { from: DVec2::new(1.0, 1.0), to: DVec2::new(-3.0, 0.5), phase: 0.3, lift: 0.5 });

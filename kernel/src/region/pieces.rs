@@ -24,13 +24,30 @@ pub fn runs(ids: &[f32], mut body: impl FnMut(usize, usize)) {
     }
 }
 
+/// Numbers below this one are counted in a table.
+const SMALL: usize = 1 << 18;
+
 impl Pieces {
     /// Those of a picture.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to small whole numbers")]
     pub fn of(ids: &[f32]) -> Self {
+        // Small whole numbers, as nearly all are, have a place in a table; others are looked up.
+        let mut small: Vec<u64> = Vec::new();
         let mut found: HashMap<u32, u64> = HashMap::new();
-        // 0 and -0 are one number.
-        runs(ids, |from, to| *found.entry((ids[from] + 0.0).to_bits()).or_default() += (to - from) as u64);
+        runs(ids, |from, to| {
+            let (id, area) = (ids[from], (to - from) as u64);
+            let at = id.clamp(0.0, SMALL as f32) as usize;
+            if at < SMALL && at as f32 == id {
+                if at >= small.len() {
+                    small.resize((2 * at + 1).min(SMALL), 0);
+                }
+                small[at] += area;
+            } else {
+                *found.entry(id.to_bits()).or_default() += area;
+            }
+        });
         let mut list: Vec<(f32, u64)> = found.into_iter().map(|(bits, area)| (f32::from_bits(bits), area)).collect();
+        list.extend(small.iter().enumerate().filter(|(_, area)| **area > 0).map(|(id, area)| (id as f32, *area)));
         list.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let (ids, area) = list.into_iter().unzip();
         Self { ids, area }
@@ -46,7 +63,13 @@ impl Pieces {
 }
 
 /// The place of a number in a list that is in order; of one that is not there, the nearest after it.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a float cast saturates")]
 pub fn find(ids: &[f32], id: f32) -> usize {
+    // Where numbers follow each other without a gap, each is at once at its place.
+    let likely = (id - ids.first().copied().unwrap_or(0.0)) as usize;
+    if ids.get(likely) == Some(&id) {
+        return likely;
+    }
     ids.partition_point(|known| *known < id).min(ids.len().saturating_sub(1))
 }
 
@@ -112,6 +135,21 @@ fn around(taken: &[bool]) -> Reach {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_all_kinds_are_counted() {
+        // Gaps, fractions, negative and large ones, and both zeros.
+        let ids = [3.0, 3.0, -2.0, 0.0, -0.0, 0.5, 16_777_215.0, 3.0, 262_143.0, 262_144.0, 9.0, -2.0];
+        let pieces = Pieces::of(&ids);
+        assert_eq!(pieces.ids, [-2.0, 0.0, 0.5, 3.0, 9.0, 262_143.0, 262_144.0, 16_777_215.0]);
+        assert_eq!(pieces.area, [2, 2, 1, 3, 1, 1, 1, 1]);
+        for (place, id) in pieces.ids.iter().enumerate() {
+            assert_eq!(find(&pieces.ids, *id), place);
+        }
+        assert_eq!((find(&pieces.ids, 4.0), find(&pieces.ids, 1e9), find(&[], 1.0)), (4, 7, 0));
+        let dense: Vec<f32> = (5_u8..90).map(f32::from).collect();
+        assert!(dense.iter().enumerate().all(|(place, id)| find(&dense, *id) == place));
+    }
 
     #[test]
     fn boxes_go_across_the_border_where_it_wraps() {

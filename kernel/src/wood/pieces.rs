@@ -78,6 +78,13 @@ impl Scatter {
         });
     }
 
+    /// Which of `count` trees a piece is cut from.
+    #[expect(clippy::cast_possible_truncation, reason = "whole numbers, and a remainder that is smaller than `count`")]
+    pub fn tree(&self, id: f32, count: usize) -> usize {
+        let hash = self.hash.with((id.round() as i64).cast_unsigned());
+        (hash.u64(6) % (count as u64).max(1)) as usize
+    }
+
     /// Something of each piece, at all its pixels.
     pub fn each(&self, ids: &[f32], out: &mut [&mut [f32]], of: impl Fn(&Piece, &Turned) -> [f64; 3]) {
         runs(ids, |from, to| {

@@ -2,7 +2,7 @@
 //!
 //! By a number the input is passed on as it is, with its key; by a field each tile reads only what shows in it. Cost:
 //! none, or a copy.
-use super::choose::Chosen;
+use crate::chosen::Chosen;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -134,7 +134,8 @@ impl Node for Switch {
         let fields: Vec<Field> =
             fields.iter().map(|field| if colours { field.to_rgb() } else { field.clone() }).collect();
         if let Some(by) = cx.get_opt(&self.by)? {
-            return Ok(Outputs::one(Chosen::field(&by, fields, nearest)));
+            let count = fields.len();
+            return Ok(Outputs::one(Chosen::field(&by, fields, move |value| nearest(value, count))));
         }
         let Some(chosen) = fields.get(self.which as usize) else {
             return Err(Problem::new(Code::OutOfRange, "there is no such input").at("which").into());
@@ -177,8 +178,9 @@ impl Node for SwitchMaterial {
         };
         let all: BTreeSet<Channel> = materials.iter().flat_map(|m| m.channels().iter().map(|(c, _)| *c)).collect();
         let channels = all.into_iter().map(|channel| {
+            let count = materials.len();
             let fields = materials.iter().map(|material| material.or_default(channel)).collect();
-            (channel, Chosen::field(&by, fields, nearest))
+            (channel, Chosen::field(&by, fields, move |value| nearest(value, count)))
         });
         Ok(Outputs::one(Value::Material(Arc::new(Material::new(channels)))))
     }

@@ -3,11 +3,13 @@
 //! Sources: B. Mandelbrot, J. van Ness, "Fractional Brownian motions" (1968); K. Perlin, "An image synthesizer" (1985)
 //! for turbulence; F. K. Musgrave in "Texturing and Modeling" (ch. 16) for ridges. Differs in that every kind is scaled
 //! to the same mean and deviation and that each octave repeats with the canvas by itself; see
-//! [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels · octaves), about 3 ns each.
-use super::noise_field::noise_field;
+//! [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels · octaves), about 3 ns each;
+//! along a field about 30 ns each.
+use super::noise_field::{known_angle, noise_along, noise_field, without_aspect};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_engine::diagnostics::Problem;
+use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
@@ -16,6 +18,7 @@ use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
 ///
 /// Mean ½ and standard deviation 0.155 whatever the octaves, so `depth · noise` keeps its depth. Octaves finer than a
 /// pixel fade out. On a tiling canvas it repeats; sizes and angles are then met to within half a bump per canvas side.
+/// With a `direction` bumps follow a field: hair, grain around a knot, clouds in a wind.
 ///
 /// ```ron
 /// "example": Fractal(size: 14, octaves: 7, kind: Ridged),
@@ -23,9 +26,12 @@ use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
 ///
 /// Elsewhere: Blender *Noise Texture*, *Musgrave Texture*; Substance Designer *Clouds*, *Fractal Sum*; Material Maker
 /// *FBM*, fBm; Houdini *Fractal Noise*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fractal {
+    /// Where bumps are long, in degrees from +x towards +y or as vectors; `angle` is added. It counts where `aspect` is
+    /// not 1, and is read at eight samples to a bump of the coarsest octave.
+    pub direction: Option<In<Direction>>,
     /// How octaves are folded and summed.
     pub kind: FractalKind,
     /// The noise of each octave.
@@ -55,6 +61,7 @@ pub struct Fractal {
 impl Default for Fractal {
     fn default() -> Self {
         Self {
+            direction: None,
             kind: FractalKind::Fbm,
             basis: Basis::Gradient,
             size: 10.0,
@@ -76,16 +83,24 @@ impl Node for Fractal {
         canvas.tile()
     }
 
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        without_aspect(self.direction.is_some(), self.aspect)
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let (known, direction) = known_angle(cx.get_opt(&self.direction)?.filter(|_| self.aspect != 1.0));
         let spec = NoiseSpec {
-            shape: CellShape { size: self.size, aspect: self.aspect, angle: self.angle.to_radians() },
+            shape: CellShape { size: self.size, aspect: self.aspect, angle: (self.angle + known).to_radians() },
             basis: self.basis,
             fractal: self.kind,
             octaves: self.octaves,
             lacunarity: self.lacunarity,
             gain: self.gain,
         };
-        Ok(Outputs::one(noise_field(cx, &spec, self.seed)))
+        Ok(Outputs::one(match direction {
+            Some(direction) => noise_along(cx, &spec, self.seed, direction),
+            None => noise_field(cx, &spec, self.seed),
+        }))
     }
 }
 
@@ -93,7 +108,8 @@ impl Node for Fractal {
 mod tests {
     use super::*;
     use crate::conform::conforms;
-    use crate::testing::render;
+    use crate::testing::{OnCanvas as _, canvas, lumps, port, render};
+    use shibo_engine::value::Field;
 
     #[test]
     fn conforms_in_every_kind() {
@@ -109,6 +125,33 @@ mod tests {
                 assert!((mean - wanted).abs() < 0.12, "{kind:?} {basis:?} {mean}");
             }
         }
+    }
+
+    #[test]
+    fn conforms_along_a_field() {
+        for basis in [Basis::Gradient, Basis::Value, Basis::White, Basis::Simplex] {
+            let node =
+                Fractal { direction: Some(port(0)), basis, size: 4.0, aspect: 3.0, octaves: 3, ..Fractal::default() };
+            conforms(&node, &[lumps().into()]);
+        }
+        for (size, aspect, lacunarity) in [(1e-300, 50.0, 16.0), (1e5, 50.0, 1.0), (1e5, 0.02, 16.0), (1e-3, 0.02, 1.0)]
+        {
+            let wild =
+                Fractal { direction: Some(port(0)), size, aspect, lacunarity, octaves: 20, ..Fractal::default() };
+            conforms(&wild, &[lumps().into()]);
+        }
+    }
+
+    #[test]
+    fn a_direction_that_is_known_is_an_angle() {
+        let node = Fractal { aspect: 3.0, angle: 10.0, ..Fractal::default() };
+        let along = Fractal { direction: Some(port(0)), ..node.clone() };
+        let known = render(&along, &[Field::constant(Type::Gray, &[50.0]).into()]);
+        assert_eq!(known, render(&Fractal { angle: 60.0, ..node }, &[]));
+        assert_eq!(
+            (along.advice_on(&canvas()).len(), Fractal { aspect: 1.0, ..along }.advice_on(&canvas()).len()),
+            (0, 1)
+        );
     }
 
     #[test]

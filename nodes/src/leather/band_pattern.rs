@@ -1,12 +1,13 @@
 //! [`BandPattern`]: bright bands on a dark ground, as a field that wrinkles follow.
 //!
 //! Source: JP4905282B2 §8, claims 9 to 11, figs 22 to 24 (rows A59–A66). Beyond the source: bands that repeat with
-//! the canvas, and nuclei everywhere on it; the two ways of the source are options. Cost: O(bands + pixels), by tiles.
+//! the canvas, that follow a field, and nuclei everywhere on it; the two ways of the source are options. Cost: O(bands + pixels), by tiles.
 use super::drawing;
+use super::reading::SampledMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Range};
+use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, Range};
 use shibo_engine::value::{Segments, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -52,9 +53,14 @@ pub enum Form {
 /// ```ron
 /// "example": BandPattern(pitch: 10, angle: (15, 40), width: (1.5, 4), length: (12, 24)),
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+///
+/// Elsewhere: Substance Designer *Fibers*; Houdini *Copy to Points*.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BandPattern {
+    /// Where bands run, in degrees from +x towards +y or as vectors, read at the middle of each; its angle is added. The
+    /// field is read at four samples per pitch.
+    pub direction: Option<In<Direction>>,
     /// Mean distance of bands.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: f64,
@@ -80,6 +86,7 @@ pub struct BandPattern {
 impl Default for BandPattern {
     fn default() -> Self {
         Self {
+            direction: None,
             pitch: 4.0,
             angle: Range::new(20.0, 45.0),
             width: Range::new(0.6, 1.4),
@@ -153,7 +160,11 @@ impl Node for BandPattern {
             Form::FlowChart => bands::Nuclei::FlowChart,
         };
         let periodic = self.periodic(cx.canvas);
-        let placed = bands::place(&spec, form, periodic, Hash::new(cx.seed(self.seed)));
+        let mut placed = bands::place(&spec, form, periodic, Hash::new(cx.seed(self.seed)));
+        if let Some(direction) = cx.get_opt(&self.direction)? {
+            let map = SampledMap::read(cx, &direction, self.pitch, periodic)?;
+            placed.iter_mut().for_each(|band| band.angle += map.nearest(band.centre).to_radians());
+        }
         let list = bands::strokes(&placed);
         drawing::bounded(list.iter().copied(), &self.style(), (size, periodic), ["length", "width"])?;
         let tiling = Node::tiling(self, cx.canvas);
@@ -196,8 +207,35 @@ impl BandPattern {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::OnCanvas as _;
-    use shibo_engine::value::Canvas;
+    use crate::testing::{OnCanvas as _, outputs, port};
+    use shibo_engine::value::{Canvas, Field, Tile, Type, Value};
+
+    #[test]
+    fn bands_run_along_the_direction_at_their_middles() {
+        // 30 degrees on the left half, and as much more as the place is to the right of the middle on the other.
+        let turned = |x: f64| if x < 16.0 { 30.0 } else { 30.0 + 4.0 * (x - 16.0) };
+        let field = Field::generate(Type::Gray, Tiling::BOTH, move |out: &mut Tile, _| {
+            let (grid, window) = (out.grid, out.window);
+            for row in 0..out.height() {
+                for (value, x) in out.row_mut(0, row).iter_mut().zip(window.x..) {
+                    *value = narrow(turned(grid.center(x, 0).x.rem_euclid(32.0)));
+                }
+            }
+            Ok(())
+        });
+        let angle = Range::new(5.0, 5.0);
+        let node = BandPattern { direction: Some(port(0)), angle, pitch: 2.0, ..BandPattern::default() };
+        let made = outputs(&node, &[field.into()], &crate::testing::canvas()).unwrap();
+        let Some(Value::Segments(segments)) = made.take("segments", false).cloned() else { panic!("no segments") };
+        assert_eq!(segments.ends.len(), 256);
+        for [a, b] in &segments.ends {
+            let middle = f64::from(0.5 * (a.x + b.x)).rem_euclid(32.0);
+            // The nearest of the samples, half a mm apart.
+            let sample = ((middle / 0.5).floor() + 0.5) * 0.5;
+            let (want, got) = (5.0 + turned(sample), f64::from((b.y - a.y).atan2(b.x - a.x)).to_degrees());
+            assert!((got - want).abs() < 0.01, "{middle}: {got} {want}");
+        }
+    }
 
     #[test]
     fn bands_that_would_be_too_many_are_refused() {

@@ -40,6 +40,8 @@ pub enum Neighbors {
 /// "height": DrawWrinkles(segments: "wrinkles", width: 0.7, depth: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
+///
+/// Elsewhere: Houdini *Connect Adjacent Pieces*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ConnectNeighbors {

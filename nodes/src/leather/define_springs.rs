@@ -28,6 +28,8 @@ use shibo_kernel::springs::Rest;
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.8), depth: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
+///
+/// Elsewhere: Houdini *Vellum Constraints*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DefineSprings {

@@ -45,6 +45,8 @@ pub enum DotOverlap {
 /// "dots": Dots(points: "points", diameter: (1.5, 3.5), value: (0.4, 1.0)),
 /// "example": Relief(height: "dots"),
 /// ```
+///
+/// Elsewhere: Material Maker *Dots*; Houdini *Copy to Points*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Dots {

@@ -26,6 +26,8 @@ pub(super) const MAX_POINTS: usize = 4_000_000;
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.5, 0.9), depth: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
+///
+/// Elsewhere: Blender *Mesh Grid*; Houdini *Grid*; Substance Designer *Tile Generator*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GridPoints {

@@ -26,6 +26,8 @@ use std::sync::Arc;
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.9), depth: 0.5, taper: 0.6),
 /// "example": Relief(height: "height"),
 /// ```
+///
+/// Elsewhere: Houdini *Tri Grid*; Material Maker *Beehive*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HexPoints {

@@ -19,6 +19,8 @@ use shibo_engine::value::{Points, Stop, Tiling, Type};
 /// "height": DrawWrinkles(segments: "wrinkles", width: 1.5, depth: 0.6),
 /// "example": Relief(height: "height"),
 /// ```
+///
+/// Elsewhere: Blender *Import CSV*; Houdini *Add*, *Table Import*.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PointList {

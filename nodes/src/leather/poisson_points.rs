@@ -2,12 +2,13 @@
 //!
 //! Stands for "any algorithm giving an almost uniform distribution" (JP4905282B2 §3, rows A9, A68). Cost: O(points), about two microseconds each.
 use super::grid_points::{MAX_POINTS, afford, too_many};
+use super::reading::SampledMap;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Points, Stop, Tile, Tiling, Type, Window};
+use shibo_engine::value::{Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_until};
@@ -85,13 +86,6 @@ impl PoissonPoints {
         let spec = self.spec(canvas);
         PoissonSpec { aspect: if self.stretch.is_some() { 1.0 } else { spec.aspect }, ..spec }
     }
-
-    /// A field with four samples per pitch.
-    fn map(&self, cx: &Context<'_>, field: &Field) -> Result<Tile, Stop> {
-        let samples = (cx.size_mm() / (self.pitch * 0.25)).ceil().clamp(glam::DVec2::ONE, glam::DVec2::splat(4096.0));
-        let size = samples.as_uvec2();
-        cx.evaluator.raster(field, &cx.canvas.grid(size), Window::full(size))
-    }
 }
 
 impl Node for PoissonPoints {
@@ -124,14 +118,13 @@ impl Node for PoissonPoints {
         let until = || cx.check().is_err();
         let [density, direction, stretch] =
             [cx.get_opt(&self.density)?, cx.get_opt(&self.direction)?, cx.get_opt(&self.stretch)?]
-                .map(|field| field.map(|field| self.map(cx, &field)));
+                .map(|field| field.map(|field| SampledMap::read(cx, &field, self.pitch, true)));
         let (density, direction, stretch) = (density.transpose()?, direction.transpose()?, stretch.transpose()?);
-        let (size, spread) = (cx.size_mm().as_vec2(), narrow(self.spread));
-        let read =
-            |map: &Option<Tile>, p: Vec2, without: f32| map.as_ref().map_or(without, |map| nearest(map, p, size));
+        let spread = narrow(self.spread);
+        let read = |map: &Option<SampledMap>, p: Vec2, without: f32| map.as_ref().map_or(without, |map| map.nearest(p));
         let factor = |p: Vec2| 1.0 + (spread - 1.0) * read(&density, p, 0.0).clamp(0.0, 1.0);
         let shape = |p: Vec2| {
-            let angle = direction.as_ref().map_or(spec.angle, |map| nearest(map, p, size).to_radians());
+            let angle = direction.as_ref().map_or(spec.angle, |map| map.nearest(p).to_radians());
             (1.0 + (spec.aspect - 1.0) * read(&stretch, p, 1.0).clamp(0.0, 1.0), angle)
         };
         let mut full = spec;
@@ -151,14 +144,6 @@ impl Node for PoissonPoints {
             ..Points::default()
         }))
     }
-}
-
-/// The sample of a picture of the whole canvas that is nearest to a point; points beyond the canvas are those on its other side.
-fn nearest(map: &Tile, p: Vec2, size: Vec2) -> f32 {
-    let p = if p.cmplt(Vec2::ZERO).any() || p.cmpge(size).any() { p.rem_euclid(size) } else { p };
-    let last = glam::UVec2::new(map.window.width, map.window.height) - 1;
-    let at = (p / size * (last + 1).as_vec2()).floor().max(Vec2::ZERO).as_uvec2().min(last);
-    map.row(0, at.y as usize)[at.x as usize]
 }
 
 #[cfg(test)]

@@ -21,6 +21,8 @@ use shibo_kernel::leather::points::random;
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.3, 0.7), depth: 0.4, taper: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
+///
+/// Elsewhere: Blender *Distribute Points on Faces* (Random); Houdini *Scatter*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RandomPoints {

@@ -4,7 +4,7 @@ use super::define_mass::mass_at;
 use glam::{DVec2, UVec2, Vec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
-use shibo_engine::value::{Field, Lattice, ScalarMap, Stop, Tiling, Window};
+use shibo_engine::value::{Field, Lattice, ScalarMap, Stop, Tile, Tiling, Window};
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
 use shibo_kernel::leather::links::Links;
 
@@ -58,6 +58,36 @@ pub(super) fn read(
     }
     let periodic = periodic == Tiling::BOTH;
     Ok(Reading { size, values: map.plane(0).to_vec(), size_mm: cx.size_mm().as_vec2(), periodic })
+}
+
+/// A field over the whole canvas at four samples per pitch, read at the nearest sample.
+pub(super) struct SampledMap {
+    map: Tile,
+    size_mm: Vec2,
+    periodic: bool,
+}
+
+impl SampledMap {
+    /// Places beyond the canvas are those on its other side if `periodic`, else those at its edge. `pitch` is in mm.
+    ///
+    /// # Errors
+    /// When the field cannot be made, or the work is cancelled.
+    pub(super) fn read(cx: &Context<'_>, field: &Field, pitch: f64, periodic: bool) -> Result<Self, Stop> {
+        let samples = (cx.size_mm() / (pitch * 0.25)).ceil().clamp(DVec2::ONE, DVec2::splat(MOST_SAMPLES));
+        let size = samples.as_uvec2();
+        let map = cx.evaluator.raster(field, &cx.canvas.grid(size), Window::full(size))?;
+        Ok(Self { map, size_mm: cx.size_mm().as_vec2(), periodic })
+    }
+
+    /// The sample nearest to a place in mm.
+    pub(super) fn nearest(&self, p: Vec2) -> f32 {
+        let Self { map, size_mm: size, periodic } = self;
+        let beyond = p.cmplt(Vec2::ZERO).any() || p.cmpge(*size).any();
+        let p = if beyond && *periodic { p.rem_euclid(*size) } else { p };
+        let last = UVec2::new(map.window.width, map.window.height) - 1;
+        let at = (p / *size * (last + 1).as_vec2()).floor().max(Vec2::ZERO).as_uvec2().min(last);
+        map.row(0, at.y as usize)[at.x as usize]
+    }
 }
 
 impl Reading {

@@ -62,6 +62,8 @@ impl Boundary {
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.9), depth: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
+///
+/// Elsewhere: Houdini *Vellum Solver*, *Wire Solver*; Blender *Cloth*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimulateSprings {

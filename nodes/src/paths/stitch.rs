@@ -132,6 +132,7 @@ impl Node for Stitch {
         Output::new("pull", Type::Gray, "How far the ground is pulled down, 0 or more.").in_unit("mm"),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
+    const VERSION: u32 = 2;
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let mut problems = Vec::new();

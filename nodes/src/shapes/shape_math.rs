@@ -120,6 +120,10 @@ impl Node for ShapeMath {
         Vec::new()
     }
 
+    fn distances(&self) -> &'static [&'static str] {
+        &["a", "b"]
+    }
+
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
         if self.operation == Operation::Repeat { canvas.tile() } else { Tiling::BOTH }
     }

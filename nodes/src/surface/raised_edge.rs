@@ -19,6 +19,8 @@ use shibo_kernel::surface::profile::{self, Profile};
 /// "height": RaisedEdge(mask: "noise", threshold: 0.5, width: 1.6, height: 0.8),
 /// "example": Relief(height: "height"),
 /// ```
+///
+/// Elsewhere: Substance Designer *Bevel*; Blender *Bevel*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RaisedEdge {

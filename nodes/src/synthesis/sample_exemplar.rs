@@ -26,6 +26,8 @@ use shibo_kernel::synthesis::texels::Fetch;
 /// "coords": Synthesize(exemplar: "exemplar", size: (160, 160)),
 /// "example": SampleExemplar(coords: "coords", input: "input"),
 /// ```
+///
+/// Elsewhere: Blender *Image Texture*; Houdini *Color Map*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SampleExemplar {

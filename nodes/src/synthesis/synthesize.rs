@@ -79,6 +79,8 @@ pub enum StartMode {
 /// "exemplar": Exemplar(input: "input", size: (64, 64)),
 /// "example": Synthesize(exemplar: "exemplar", size: (256, 256)),
 /// ```
+///
+/// Elsewhere: Substance 3D Sampler *Make It Tile*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Synthesize {

@@ -11,6 +11,9 @@ use shibo_kernel::pointwise::tone;
 /// "cells": Worley(size: 8, normalize: true),
 /// "example": Invert(input: "cells"),
 /// ```
+///
+/// Elsewhere: Substance Designer *Invert Grayscale*; Blender *Invert Color*; Material Maker *Invert*; Houdini
+/// *Complement*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Invert {

@@ -14,6 +14,9 @@ use shibo_kernel::pointwise::tone;
 /// "clouds": Fractal(size: 14),
 /// "example": Threshold(input: "clouds", level: 0.52),
 /// ```
+///
+/// Elsewhere: Substance Designer *Histogram Scan*; Blender *Math* (Greater Than); Material Maker *Step*; Houdini
+/// *Compare*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Threshold {

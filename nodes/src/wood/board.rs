@@ -24,6 +24,8 @@ use shibo_engine::value::{Stop, Tiling};
 /// "board": Board(solid: "wood", size: (120, 60, 20), middle: (0, 45, 0)),
 /// "example": Blend(base: "board.face", top: "board.side"),
 /// ```
+///
+/// Elsewhere: Blender *Texture Coordinate* (Object); Houdini *Attribute from Volume*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Board {

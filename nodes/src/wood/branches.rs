@@ -50,6 +50,8 @@ impl Default for BranchSpec {
 /// "wood": RingColor(time: "time", pattern: "rings", knots: "time.knots"),
 /// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 35, height: 5),
 /// ```
+///
+/// Elsewhere: Houdini *L-System*, *Labs Tree Branch Generator*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Branches {

@@ -23,6 +23,21 @@ impl CutPieces {
         .overwriting()
     }
 
+    /// Which of `count` trees each piece is cut from.
+    pub(super) fn tree(&self, count: usize) -> Field {
+        let scatter = self.scatter;
+        Field::map(Type::Gray, [self.ids.clone()], Halo::NONE, move |out: &mut Tile, [ids]: [&Tile; 1]| {
+            let mut known = (f32::NAN, 0.0);
+            for (out, id) in out.plane_mut(0).iter_mut().zip(ids.plane(0)) {
+                if *id != known.0 {
+                    known = (*id, scatter.tree(*id, count) as f32);
+                }
+                *out = known.1;
+            }
+            Ok(())
+        })
+    }
+
     /// The cosine and the sine of the angle of pieces on the canvas.
     fn turned(&self) -> Field {
         if let Some(angle) = &self.angle {

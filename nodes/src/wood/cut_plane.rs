@@ -5,6 +5,7 @@
 //! pixel besides the solid, with pieces about 3.
 use super::cut_pieces::CutPieces;
 use super::trees::{Triple, vector};
+use crate::chosen::Chosen;
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,7 +36,7 @@ pub enum Sawing {
 /// veneers. Each is cut from another place of the tree: its middle lies within `spread` of `origin`, or with a preset
 /// of the point that `distance`, `offset` and `height` tell, and `local.x` runs along u, or along the board. `turn` and
 /// `flip` turn each piece by itself. Cuts with the same pieces and the same `seed` agree with each other. Where pieces
-/// are turned on the canvas, connect their `angle` too.
+/// are turned on the canvas, connect their `angle` too. With `others` every piece is cut from one of several trees.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-2000, 2000), count: 21, wander: 9),
@@ -55,6 +56,10 @@ pub enum Sawing {
 pub struct CutPlane {
     /// What to cut.
     pub solid: In<AnySolid>,
+    /// For pieces: more trees. Each piece is cut from `solid` or one of these, by chance, as often from each; what does not
+    /// show is not computed. Cuts with as many trees in the same order agree with each other.
+    #[schemars(extend("optional" = true))]
+    pub others: Vec<In<AnySolid>>,
     /// How the board is cut from the trunk.
     pub preset: Sawing,
     /// For `Given`: the point at the canvas' upper left corner.
@@ -107,6 +112,7 @@ impl Default for CutPlane {
     fn default() -> Self {
         Self {
             solid: In::default(),
+            others: Vec::new(),
             preset: Sawing::Given,
             origin: (0.0, 0.0, 0.0),
             u: None,
@@ -243,13 +249,17 @@ impl CutPlane {
 
     /// Whether anything is said of how pieces differ.
     fn scatters(&self) -> bool {
-        self.spread != (0.0, 0.0, 0.0) || self.turn != (0.0, 0.0) || self.flip || self.angle.is_some()
+        !self.others.is_empty()
+            || self.spread != (0.0, 0.0, 0.0)
+            || self.turn != (0.0, 0.0)
+            || self.flip
+            || self.angle.is_some()
     }
 }
 
 impl Node for CutPlane {
     const OUTPUTS: &'static [Output] = &[
-        Output::like("value", &["solid"], "What the plane shows of the solid."),
+        Output::like("value", &["solid", "others"], "What the plane shows of the solid."),
         Output::new("place", Type::Rgb, "Where the middle of the piece was cut: x, y and z.").in_unit("mm"),
         Output::new(
             "turned",
@@ -257,6 +267,7 @@ impl Node for CutPlane {
             "By how much the piece was turned by chance: yaw, pitch, and 180 if end for end.",
         )
         .in_unit("°"),
+        Output::new("tree", Type::Gray, "Which tree the piece is from: 0 is `solid`, 1 the first of `others`."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
@@ -284,7 +295,7 @@ impl Node for CutPlane {
         if self.ids.is_some() || !self.scatters() {
             return Vec::new();
         }
-        let message = "`spread`, `turn`, `flip` and `angle` have no effect without pieces";
+        let message = "`spread`, `turn`, `flip`, `angle` and `others` have no effect without pieces";
         vec![Problem::new(Code::Advice, message).help("connect `local` and `ids`, as `Brick` gives them")]
     }
 
@@ -299,13 +310,23 @@ impl Node for CutPlane {
             let pieces = CutPieces { local, ids, angle: cx.get_opt(&self.angle)?, scatter };
             let place = pieces.each(|piece, _| piece.middle.to_array());
             let turned = pieces.each(|_, turned| *turned);
-            return Ok(Outputs::one(cx.cut(&solid, &pieces.cut())).with("place", place).with("turned", turned));
+            let count = 1 + self.others.len();
+            let cut = pieces.cut();
+            let mut shown = vec![cx.cut(&solid, &cut)];
+            shown.extend(cx.get_all(&self.others)?.iter().map(|other| cx.cut(other, &cut)));
+            if shown.iter().any(|field| field.ty() == Type::Rgb) {
+                shown.iter_mut().for_each(|field| *field = field.to_rgb());
+            }
+            let value = Chosen::field(&pieces.ids, shown, move |id| scatter.tree(id, count));
+            let tree = pieces.tree(count);
+            return Ok(Outputs::one(value).with("place", place).with("turned", turned).with("tree", tree));
         }
         let plane = self.plane(size);
         let middle = (plane.origin + 0.5 * (plane.u + plane.v)).to_array().map(single);
         Ok(Outputs::one(cx.cut(&solid, &plane.cut(size)))
             .with("place", Field::constant(Type::Rgb, &middle))
-            .with("turned", Field::constant(Type::Rgb, &[0.0; 3])))
+            .with("turned", Field::constant(Type::Rgb, &[0.0; 3]))
+            .with("tree", Field::constant(Type::Gray, &[0.0])))
     }
 }
 

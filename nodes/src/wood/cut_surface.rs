@@ -41,6 +41,8 @@ pub enum SurfaceShape {
 /// "placed": PlaceInTree(solid: "wood", position: (0, 30, 0), turn: (90, 0, 0)),
 /// "example": CutSurface(solid: "placed", shape: Cylinder, radius: 12, length: 40),
 /// ```
+///
+/// Elsewhere: Blender *Texture Coordinate* (Object); Houdini *Attribute from Volume*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CutSurface {

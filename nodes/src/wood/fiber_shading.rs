@@ -25,6 +25,8 @@ use shibo_kernel::wood::solids::Code;
 /// "maple": FiberShading(color: "wood", direction: "fiber.direction", figure: 0.9),
 /// "example": CutPlane(solid: "maple", preset: FlatSawn, distance: 30),
 /// ```
+///
+/// Elsewhere: Blender *Tangent*, *Anisotropic BSDF*; Houdini *Principled Shader* (anisotropy).
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FiberShading {

@@ -18,6 +18,8 @@ use shibo_kernel::wood::solids::{Code, constant};
 /// "mixed": MixSolids(a: "a", b: "b", mask: "edge"),
 /// "example": CutPlane(solid: "mixed"),
 /// ```
+///
+/// Elsewhere: Blender *Mix*; Houdini *Volume Mix*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MixSolids {

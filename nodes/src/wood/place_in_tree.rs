@@ -23,6 +23,8 @@ use shibo_kernel::wood::solids::Code;
 /// "placed": PlaceInTree(solid: "wood", position: (0, 20, 0), turn: (35, 0, 20)),
 /// "example": CutPlane(solid: "placed"),
 /// ```
+///
+/// Elsewhere: Blender *Mapping*; Houdini *Transform*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlaceInTree {

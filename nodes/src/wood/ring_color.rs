@@ -41,6 +41,8 @@ pub enum RingFilter {
 /// "wood": RingColor(time: "time", pattern: "rings", late_variation: 0.3, phase_variation: 0.25, feather: 0.04),
 /// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 30),
 /// ```
+///
+/// Elsewhere: Blender *Wave Texture* (Rings).
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RingColor {

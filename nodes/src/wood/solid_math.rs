@@ -46,6 +46,8 @@ pub enum SolidOperation {
 /// "bands": SolidMath(operation: Sine, a: "clouds", b_value: 0.08),
 /// "example": CutPlane(solid: "bands"),
 /// ```
+///
+/// Elsewhere: Blender *Math*, *Vector Math*; Houdini *Volume VOP*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolidMath {

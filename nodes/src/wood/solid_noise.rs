@@ -22,6 +22,8 @@ use shibo_kernel::wood::solids::Code;
 /// "clouds": SolidNoise(size: 14, octaves: 5, stretch: (1, 1, 4)),
 /// "example": CutPlane(solid: "clouds", v: (0, 28, 28)),
 /// ```
+///
+/// Elsewhere: Blender *Noise Texture* (3D); Houdini *Unified Noise*; Substance Designer *3D Perlin Noise*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolidNoise {

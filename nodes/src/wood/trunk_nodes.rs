@@ -26,6 +26,8 @@ use shibo_kernel::wood::fit;
 /// "time": TrunkTime(skeleton: "tree"),
 /// "example": CutPlane(solid: "time", preset: FlatSawn, distance: 5, height: 60),
 /// ```
+///
+/// Elsewhere: Houdini *Labs Tree Trunk Generator*; Blender *Curve Line*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrunkNodes {

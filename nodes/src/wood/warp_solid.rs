@@ -23,6 +23,8 @@ use shibo_kernel::wood::solids::Code;
 /// "wood": RingColor(time: "warped", pattern: "rings"),
 /// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 30),
 /// ```
+///
+/// Elsewhere: Houdini *Volume Deform*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WarpSolid {

@@ -1,0 +1,94 @@
+//! [`LaidIds`]: the numbers of pieces moved, which is how `Use` lays out those that a sub-graph makes.
+//!
+//! They are moved as by [`Transform`]; where that interpolates, the nearest number is taken. It is no kind of its own in
+//! graph files: `Use(canvas: …)` makes it. Cost: O(pixels).
+use super::Transform;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs, Xy};
+use shibo_engine::value::{Stop, Tiling, Type};
+
+/// Moves, rotates and scales numbers of pieces.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LaidIds {
+    /// What to move.
+    pub input: In<IdsField>,
+    /// How far features move, to the right and down.
+    pub offset: Xy,
+    /// By how much features are rotated, from +x towards +y.
+    pub angle: f64,
+    /// How much larger features become.
+    pub scale: Xy,
+    /// The point that stays in place when features are rotated and scaled; the canvas' centre by default.
+    pub pivot: Option<Xy>,
+}
+
+impl Default for LaidIds {
+    fn default() -> Self {
+        let Transform { offset, angle, scale, pivot, .. } = Transform::default();
+        Self { input: In::default(), offset, angle, scale, pivot }
+    }
+}
+
+impl LaidIds {
+    fn transform(&self) -> Transform {
+        let Self { offset, angle, scale, pivot, .. } = *self;
+        Transform { input: In::default(), offset, angle, scale, pivot }
+    }
+}
+
+impl Node for LaidIds {
+    const OUTPUTS: &'static [Output] = &[Output::new("result", Type::Ids, "The numbers, moved.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        self.transform().keeps(canvas)
+    }
+
+    fn no_op(&self) -> Option<&'static str> {
+        self.transform().no_op()
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Ok(Outputs::one(self.transform().apply(&cx.get(&self.input)?, cx.size_mm())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{canvas, check_field, field, port, raster};
+    use shibo_engine::value::{Field, Tile};
+
+    /// Stripes of 3 mm, each with a number far from those beside it.
+    fn stripes() -> Field {
+        Field::generate(Type::Ids, Tiling::BOTH, |out: &mut Tile, _| {
+            let (grid, window) = (out.grid, out.window);
+            for row in 0..out.height() {
+                for (id, x) in out.row_mut(0, row).iter_mut().zip(window.x..) {
+                    *id = if grid.center(x, 0).x.rem_euclid(8.0) < 4.0 { 100.0 } else { 9000.0 };
+                }
+            }
+            Ok(())
+        })
+    }
+
+    #[test]
+    fn numbers_stay_whole_and_lie_where_they_are_moved() {
+        let node = LaidIds { input: port(0), angle: 30.0, offset: Xy::new(1.3, 0.4), ..LaidIds::default() };
+        let laid = field(&node, &[stripes().into()]);
+        check_field(&laid);
+        let (ids, grid) = (raster(&laid, &canvas()), canvas().grid(canvas().resolution));
+        let (sin, cos) = (0.5, libm::cos(std::f64::consts::FRAC_PI_6));
+        for (k, id) in (0..).zip(ids.plane(0)) {
+            let p = grid.center(k % 64, k / 64);
+            // Back by hand: the offset off, then turned about the middle.
+            let (dx, dy) = (p.x - 1.3 - 16.0, p.y - 0.4 - 16.0);
+            let x = (16.0 + cos * dx + sin * dy).rem_euclid(8.0);
+            let far = (x - 4.0).abs().min(x.min(8.0 - x)) > 0.5;
+            assert!(*id == 100.0 || *id == 9000.0, "{id}");
+            assert!(!far || (*id == 100.0) == (x < 4.0), "{p}: {id} at {x}");
+        }
+    }
+}

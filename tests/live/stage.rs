@@ -74,7 +74,7 @@ fn light_and_stage_are_set_and_stay_with_the_graph() {
         // The shadow lies on the ground below; without it nothing is drawn there.
         let ground = format!(
             "(() => {{ const c = {LIT}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0);
-                return Math.max(...s.getImageData(0, 0.9 * c.height, c.width, 1).data.filter((_, i) => i % 4 == 3)); }})()"
+                return Math.max(...s.getImageData(0, 0.97 * c.height, c.width, 1).data.filter((_, i) => i % 4 == 3)); }})()"
         );
         assert!(page.eval(&ground).as_u64() > Some(20));
         set(&mut page, "light-shadow", 0, "onchange");

@@ -144,7 +144,7 @@ fn panorama(width: usize, height: usize) -> Vec<u8> {
 fn redness(page: &mut Page, canvas: &str) -> [f64; 2] {
     let script = format!(
         "(() => {{ const c = {canvas}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0);
-            return [0.38, 0.62].map(x => {{ const d = s.getImageData(x * c.width - 4, 0.5 * c.height - 4, 8, 8).data;
+            return [-0.3, 0.3].map(x => {{ const d = s.getImageData(0.5 * c.width + x * c.height - 4, 0.5 * c.height - 4, 8, 8).data;
                 let n = 0; for (let i = 0; i < d.length; i += 4) n += d[i] - d[i + 2]; return n / 64; }}); }})()"
     );
     let found = page.eval(&script);

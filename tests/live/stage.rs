@@ -91,5 +91,5 @@ fn light_and_stage_are_set_and_stay_with_the_graph() {
     let now = "['light-scene', 'light-backdrop', 'light-lightHeight', 'light-lightSize', 'light-light'].map(id => document.getElementById(id).value)";
     assert_eq!(page.eval(now), json!(["3", "2", "80", "4", "120"]));
     assert_eq!(page.eval("document.getElementById('light-shadow').checked"), false);
-    assert_eq!(page.eval("document.querySelector('[data-view=lit]').textContent"), "3D");
+    assert_eq!(page.eval("document.querySelector('#views [data-view=lit]').textContent"), "3D");
 }

@@ -170,13 +170,13 @@ fn own_panoramas_light_the_material() {
     assert_eq!(page.eval(chosen), json!(["4", "sky.exr", false]));
     page.painted();
     let [left, right] = redness(&mut page, LIT);
-    assert!(left > 40.0 && right < 0.0, "{left} {right}");
+    assert!(left > 20.0 && right < left / 3.0, "{left} {right}");
     // It turns with the light.
     let before = drawn(&mut page);
     page.eval("(() => { const s = document.getElementById('light-light'); s.value = 180; s.oninput(); })()");
     page.wait(&format!("{LIT}.dataset.drawn > {before}"));
     let [turned, other] = redness(&mut page, LIT);
-    assert!(other > 40.0 && turned < other / 3.0, "{turned} {other}");
+    assert!(other > 20.0 && turned < other / 3.0, "{turned} {other}");
     // It is seen behind the shape.
     let corner = format!(
         "(() => {{ const c = {LIT}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0); return [...s.getImageData(3, 3, 1, 1).data]; }})()"
@@ -209,7 +209,7 @@ fn own_panoramas_light_the_material() {
     alone.size(640, 480, 1.0);
     alone.wait("document.querySelector('canvas')?.dataset.drawn > 2");
     let [left, right] = redness(&mut alone, "document.querySelector('canvas')");
-    assert!(right > 40.0 && left < right / 3.0, "{left} {right}");
+    assert!(right > 20.0 && left < right / 3.0, "{left} {right}");
     // The refused ones were answered with 422, which browsers note; nothing else is complained of.
     let odd = page.complaints.iter().filter(|c| !c.contains("422")).collect::<Vec<_>>();
     assert!(odd.is_empty() && alone.complaints.is_empty(), "{odd:?} {:?}", alone.complaints);

@@ -239,11 +239,11 @@ fn panoramas_of_strangers_are_refused() {
     };
     let ours = format!("Origin: http://127.0.0.1:{port}\r\n");
     let plain = "application/octet-stream";
-    assert_eq!(send(&token, "", plain), 403);
-    assert_eq!(send(&token, "Origin: http://evil.example\r\n", plain), 403);
+    assert_eq!(send(token, "", plain), 403);
+    assert_eq!(send(token, "Origin: http://evil.example\r\n", plain), 403);
     assert_eq!(send("0123", &ours, plain), 404);
-    assert_eq!(send(&token, &ours, "text/plain"), 415);
+    assert_eq!(send(token, &ours, "text/plain"), 415);
     assert_eq!(watch.get("environment").0, 204);
-    assert_eq!(send(&token, &ours, plain), 200);
+    assert_eq!(send(token, &ours, plain), 200);
     assert_eq!(watch.get("environment").0, 200);
 }

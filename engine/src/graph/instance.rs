@@ -263,7 +263,8 @@ impl Unit<'_> {
         }
         let layout = self.flats[flat].layout.as_ref()?;
         let ty = self.type_of(target).filter(|ty| !can_move(*ty))?;
-        let message = format!("`canvas` moves colours, numbers, normals, ids and materials; {} is {ty}", shorten(part.str()));
+        let message =
+            format!("`canvas` moves colours, numbers, normals, ids and materials; {} is {ty}", shorten(part.str()));
         let help = "draw it in the sub-graph, or leave `canvas` out of that `Use`";
         Some(part.error(Code::TypeMismatch, message).help(help).related(layout.part.span(), "it is moved here"))
     }

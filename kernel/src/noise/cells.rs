@@ -144,7 +144,7 @@ impl CellGrid {
     }
 
     /// The random word of a cell, anywhere.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "remainders of at most 10^9")]
+    #[expect(clippy::cast_possible_truncation, reason = "remainders of at most 10^9")]
     pub(crate) fn word(&self, u: i64, v: i64) -> u32 {
         let [[a, c], [b, d]] = self.cells;
         let (e, f) = ((d * u - c * v).rem_euclid(self.count) as u32, (a * v - b * u).rem_euclid(self.count) as u32);

@@ -250,8 +250,9 @@ mod tests {
             (1..16).map(|x| Window { x: x * 256, width: 4096 - x.cast_unsigned() * 256, ..part }).collect();
         let rows = [Window { y: 1280, height: 256, ..part }];
         // What is left is what the last column reads.
-        let last = Passing::new(&[&field], &grid, columns[14]).parts.iter().map(|p| p.columns.len() * p.rows.len());
-        assert_eq!(count(&columns), all - last.sum::<usize>());
+        let last = Passing::new(&[&field], &grid, columns[14]);
+        let last: usize = last.parts.iter().map(|p| p.columns.len() * p.rows.len()).sum();
+        assert_eq!(count(&columns), all - last);
         // Of the picture one row, and of the source the one above it.
         assert_eq!(count(&rows), 16 + 16);
     }

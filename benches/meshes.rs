@@ -91,4 +91,87 @@ fn main() {
     let occlusion = graph("\"baked\": BakeOcclusion(atlas: \"atlas\", rays: 64)", "baked");
     let seconds = least(|| render(dir, &occlusion, 512).1("baked")) - least(|| render(dir, &occlusion, 64).1("baked"));
     println!("{:<52} {:>8.2} M rays/s", "occlusion; at least 2 M rays/s", rays * 1e-6 / seconds);
+    let charts =
+        graph("\"made\": MeshAtlas(mesh: \"mesh\", charts: New), \"baked\": BakeParts(atlas: \"made\")", "baked");
+    println!("{:<52} cpu {:>8.2} s", "new charts; no more than 6 s", render(dir, &charts, 64).1("made"));
+    let field = graph(
+        "\"flow\": TangentField(mesh: \"mesh\", strokes: [[(68, 0, 0), (66, 16, 0), (60, 30, 0)]]),
+         \"baked\": JacobianFromMesh(atlas: \"atlas\", frames: \"flow\")",
+        "baked.t",
+    );
+    println!(
+        "{:<52} cpu {:>8.2} s",
+        "directions along a stroke; no more than 1 s",
+        least(|| render(dir, &field, 64).1("flow"))
+    );
+    let pointers = graph(
+        "\"baked\": IndirectionMap(atlas: \"atlas\", size: 1024, levels: 6),
+         \"first\": StartCoords(surface: \"baked\", exemplar: \"piece\", levels: 5), \"cells\": Worley(size: 8),
+         \"piece\": Exemplar(input: \"cells\", size: (64, 64)), \"shown\": SampleExemplar(coords: \"first\", input: \"cells\")",
+        "shown",
+    );
+    println!(
+        "{:<52} cpu {:>8.2} s",
+        "pointers of 1024²; no more than .25 s",
+        least(|| render(dir, &pointers, 64).1("baked"))
+    );
+    growth(dir);
+    wood(dir);
+}
+
+/// Synthesis on a surface beside that of the plane along directions that vary from pixel to pixel: both in two passes a level,
+/// without mending, which surfaces do not know.
+fn growth(dir: &Path) {
+    let graph = |nodes: &str, output: &str| {
+        format!(
+            "(version: 1, canvas: (size_mm: 300, tile: None), nodes: {{ \"cells\": Worley(size: 8, jitter: 0.8),
+              \"piece\": Exemplar(input: \"cells\", size: (128, 128), size_mm: (37.5, 37.5)), \"sets\": CandidateSets(exemplar: \"piece\"),
+              \"mesh\": LoadMesh(path: \"torus.obj\"), \"atlas\": MeshAtlas(mesh: \"mesh\"), \"flow\": TangentField(mesh: \"mesh\", from: Around),
+              {nodes} \"shown\": SampleExemplar(coords: \"{output}\", input: \"cells\") }}, outputs: {{ \"shown\": \"shown\" }})"
+        )
+    };
+    let surface =
+        graph("\"on\": SynthesizeSurface(exemplar: \"sets\", atlas: \"atlas\", frames: \"flow\", size: 1024),", "on");
+    let plane = graph(
+        "\"turn\": Perlin(size: 90), \"angle\": Remap(input: \"turn\", to: (0, 90)), \"along\": JacobianFromAngleScale(angle: \"angle\"),
+         \"in\": Synthesize(exemplar: \"sets\", jacobian: \"along\", size: (1024, 1024), preset: Fast, mend: 0),",
+        "in",
+    );
+    // All of the canvas is covered, so both have as many texels.
+    let (mut on, mut within) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..RUNS {
+        on = on.min(render(dir, &surface, 64).1("on"));
+        within = within.min(render(dir, &plane, 64).1("in"));
+    }
+    println!(
+        "{:<52} {:>12.2} ({on:.2} and {within:.2} CPU s)",
+        "synthesis of 1024² over that in the plane; at most 1.6",
+        on / within
+    );
+}
+
+/// Walnut along a surface beside the same texels on a plane.
+fn wood(dir: &Path) {
+    let graph = |nodes: &str| {
+        format!(
+            "(version: 1, canvas: (size_mm: 300, tile: None), imports: {{ \"walnut\": \"shibo:walnut\" }}, nodes: {{ \"tree\": Use(graph: \"walnut\"),
+              \"mesh\": LoadMesh(path: \"torus.obj\"), \"atlas\": MeshAtlas(mesh: \"mesh\"), {nodes} }}, outputs: {{ \"cut\": \"cut\" }})"
+        )
+    };
+    let body = graph(
+        "\"placed\": PlaceInTree(solid: \"tree.solid\", position: (0, 80, 1200)), \"cut\": BakeSolid(atlas: \"atlas\", solid: \"placed\"),",
+    );
+    let plane =
+        graph("\"cut\": CutPlane(solid: \"tree.solid\", preset: FlatSawn, distance: 54, height: 1200, pitch: 0.8),");
+    let seconds = |graph: &str| render(dir, graph, 2048).0 - render(dir, graph, 64).0;
+    let (mut on, mut within) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..2 {
+        on = on.min(seconds(&body));
+        within = within.min(seconds(&plane));
+    }
+    println!(
+        "{:<52} {:>12.2} ({on:.2} and {within:.2} CPU s)",
+        "walnut of 2048² on a plane over on a surface; at least .6",
+        within / on
+    );
 }

@@ -202,16 +202,12 @@ fn numbers_of_pieces_are_laid_out_too() {
     assert!(numbers.iter().any(|v| *v != numbers[0]));
     desk.shibo("check main.ron --verify").expect(0);
     // Turned by any angle no number lies between those of neighbours.
-    main(
-        &desk,
-        "main.ron",
-        "tile: None",
-        r#""a": Use(graph: "points", canvas: (angle: 31)), "b": Use(graph: "points")"#,
-        "",
-    );
-    let (turned, known) =
-        (values(&desk, "a.ids", &["--resolution", "64"]), values(&desk, "b.ids", &["--resolution", "64"]));
-    assert!(turned.iter().all(|id| known.contains(id) || id.fract() == 0.0), "{turned:?}");
+    let turned = r#""a": Use(graph: "points", canvas: (angle: 31)), "b": Use(graph: "points"),
+        "of_a": RegionRandom(ids: "a.ids"), "of_b": RegionRandom(ids: "b.ids")"#;
+    main(&desk, "main.ron", "tile: None", turned, r#""a": "of_a", "b": "of_b""#);
+    let ids = values(&desk, "a.ids", &["--resolution", "64"]);
+    assert!(ids.iter().all(|id| id.fract() == 0.0 && *id >= 1.0), "{ids:?}");
+    assert!(ids.iter().any(|id| *id != ids[0]));
 }
 
 #[test]

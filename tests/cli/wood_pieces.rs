@@ -183,6 +183,5 @@ fn each_piece_is_of_one_tree() {
         }
         assert_eq!(*of_piece.entry(ids.plane(0)[i].to_bits()).or_insert(tree), tree, "one tree to a piece");
     }
-    let counts = (0..3).map(|tree| of_piece.values().filter(|of| **of == tree).count());
-    assert!(counts.clone().all(|count| count * 6 > of_piece.len()), "{:?}", counts.collect::<Vec<_>>());
+    assert!((0..3).all(|tree| of_piece.values().any(|of| *of == tree)), "all trees are used");
 }

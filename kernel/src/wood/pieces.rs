@@ -139,6 +139,13 @@ fn straight([cos, sin]: [f32; 2], tolerance: f32) -> [f32; 2] {
 mod tests {
     use super::*;
 
+    #[test]
+    fn pieces_are_as_often_from_each_tree() {
+        let mut counts = [0; 4];
+        (0_u16..8000).for_each(|id| counts[scatter().tree(f32::from(id), 4)] += 1);
+        assert!(counts.iter().all(|count| (1850..2150).contains(count)), "{counts:?}");
+    }
+
     fn scatter() -> Scatter {
         let from = Piece { middle: DVec3::new(3.0, 4.0, 5.0), along: DVec3::Z, across: DVec3::X };
         let hash = Hash::new(9);

@@ -2,7 +2,9 @@
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Call, DynNode, Node, Outputs};
 use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
-use shibo_engine::value::{Canvas, Evaluator, Field, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Value, Window};
+use shibo_engine::value::{
+    Canvas, Evaluator, Field, Given, Grid, Mesh, Pictures, Read, Stop, Tile, Tiling, Value, Window,
+};
 use std::sync::Arc;
 
 /// The canvas of unit tests: 32 × 32 mm, 64 × 64 pixels, tiling in both directions.
@@ -117,6 +119,16 @@ impl<N: Node> OnCanvas for N {}
 #[allow(dead_code, reason = "the first nodes with ports use it")]
 pub(crate) fn port<T>(n: u32) -> shibo_engine::node::In<T> {
     serde_json::from_value(n.into()).unwrap()
+}
+
+/// A mesh of the shipped graphs.
+pub(crate) fn shipped_mesh(name: &str) -> Arc<Mesh> {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs/meshes").join(name);
+    let (files, canvas) = ([("path", path)], canvas());
+    let call = Call { kind: "LoadMesh", canvas: &canvas, inputs: &[], files: &files, evaluator: &Plain };
+    let loaded = DynNode::evaluate(&crate::mesh::LoadMesh::default(), &call).unwrap();
+    let Some(Value::Mesh(mesh)) = loaded.take("mesh", true).cloned() else { panic!("no mesh") };
+    mesh
 }
 
 /// The main output of a node, rendered on [`canvas`].

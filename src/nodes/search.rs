@@ -100,24 +100,28 @@ mod tests {
     }
 
     /// Stages of the methods for leather, wood and synthesis, which no other program has as a node.
-    const WITHOUT: [&str; 31] = [
+    const WITHOUT: [&str; 35] = [
         "AppearanceSpace",
         "BlendTimes",
         "BranchTime",
         "BudEyes",
         "CandidateSets",
         "ColorPattern",
+        "ColorSolid",
         "CoordsFromField",
         "CorrectCoords",
         "DefineMass",
         "DetectLattice",
+        "DrawMeshWrinkles",
         "DrawWrinkles",
         "Emboss",
         "EqualizeHeight",
         "FiberSpace",
         "FiberStreaks",
         "FitSkeleton",
+        "IndirectionMap",
         "JacobianFromAngleScale",
+        "JacobianFromMesh",
         "JacobianFromVectors",
         "JacobianFromWarp",
         "JacobianMultiply",

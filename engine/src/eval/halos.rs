@@ -9,7 +9,7 @@ use super::keep::Keeper;
 use super::memory::TileKey;
 use super::run::{Run, lock};
 use crate::picture::AtomicFile;
-use crate::value::{Field, Grid, Key, Piece, Tile, Window};
+use crate::value::{Field, Grid, Piece, Tile, Window};
 use cpu_time::ThreadTime;
 use std::collections::HashMap;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -30,6 +30,13 @@ pub struct Neighbor {
     pub place: Place,
     /// Whether it is still to be made, so that something is to be left for it.
     pub waits: bool,
+}
+
+impl Neighbor {
+    /// Whether it is done and may have left something in the store.
+    pub(super) const fn is_done_in_store(&self) -> bool {
+        !self.waits && matches!(self.place, Place::Store)
+    }
 }
 
 /// Where parts leave something for each other.
@@ -56,8 +63,6 @@ pub(super) struct Halo {
 pub(super) struct Halos {
     /// Weighs what is left for others. Not the one of whole tiles: what is kept near an edge spares nothing elsewhere.
     keeper: Keeper,
-    /// What was taken out of the store, which nobody needs any more when the part is done.
-    taken: Mutex<Vec<Key>>,
     /// Bytes that were put into the store.
     left: AtomicU64,
 }
@@ -134,10 +139,6 @@ impl Run<'_> {
         let (mut out, mut rest) = (None, window);
         halos.retain(|halo| {
             let Some(smaller) = without(rest, halo.window).filter(|_| window.contains(&halo.window)) else {
-                if !halo.waits && matches!(halo.place, Place::Store) && rest.overlap(&halo.window).is_none() {
-                    // It is there, and the neighbour is done: nobody needs it any more.
-                    lock(&self.halos.taken).push(halo.at.name());
-                }
                 return true;
             };
             let mut part = Tile::unset(*grid, halo.window, field.channels());
@@ -163,7 +164,6 @@ impl Run<'_> {
                     return None;
                 }
                 data.copy_from_slice(&bytes);
-                lock(&self.halos.taken).push(name);
                 Some(())
             }
         }
@@ -207,13 +207,15 @@ impl Run<'_> {
     /// Removes what neighbours had left for the part that is done now.
     pub fn done_with_halos(&self) {
         let Some(store) = &self.caches.store else { return };
-        lock(&self.halos.taken).drain(..).for_each(|name| store.remove(Shelf::Halos, name));
+        let left = self.reached(|reach| Some(reach.left_in_store())).unwrap_or_default();
+        left.into_iter().for_each(|name| store.remove(Shelf::Halos, name));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::value::Key;
     use glam::DVec2;
 
     #[test]

@@ -310,7 +310,7 @@ mod tests {
         fill(&cheap, 1.0);
         assert!(left(&dear) && !left(&cheap));
         // What reads something that is left owes nothing for it.
-        fill(&reader, 4.0);
+        fill(&reader, 3.0);
         assert!(!left(&reader));
         fill(&reader, 40.0);
         assert!(left(&reader));

@@ -6,12 +6,12 @@
 //! ([`FieldSource::inputs`]), and a value depends on its position alone, so no pixel changes by it.
 //!
 //! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
-use super::halos::{Halo, Neighbor};
+use super::halos::{Halo, Neighbor, Place};
 use super::memory::TileKey;
 use super::passing::{FARTHEST, readers_first};
 use super::prepare::at;
 use super::run::{Run, lock};
-use crate::value::{Blocks, Field, Grid, GridId, Key, Piece, TILE, Window};
+use crate::value::{Blocks, Domain, Field, Grid, GridId, Key, Piece, TILE, Window};
 use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -23,9 +23,13 @@ pub(super) struct Reach {
     kept: Mutex<HashMap<TileKey, TileKey>>,
     /// Other parts of the picture, and what they read.
     neighbors: Vec<(Neighbor, Areas)>,
+    domains: Domains,
 }
 
 type Areas = HashMap<(Key, GridId), Area>;
+
+/// The blocks of each field.
+type Domains = HashMap<(Key, GridId), (Domain, Grid)>;
 
 /// Columns and rows; all pixels that lie in one of both are read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -100,7 +104,9 @@ impl Reach {
             (neighbor, areas)
         };
         let neighbors = neighbors.into_iter().map(with_areas).collect();
-        Self { areas: areas(&order, fields, grid, window), kept: Mutex::default(), neighbors }
+        let domain = |&(field, grid): &(&Field, Grid)| Some(((field.key()?, grid.id()), (field.domain(), grid)));
+        let domains = order.iter().filter_map(domain).collect();
+        Self { areas: areas(&order, fields, grid, window), kept: Mutex::default(), neighbors, domains }
     }
 
     /// The key under which the part of a tile is kept that is read, if it is not computed whole.
@@ -139,6 +145,26 @@ impl Reach {
         let mut halos: Vec<Halo> = self.neighbors.iter().filter_map(shared).collect();
         halos.sort_by_key(|halo| Reverse(halo.window.len()));
         halos
+    }
+
+    /// All that parts which are done may have left in the store. When this one is done too, nobody needs it any more, whether it
+    /// was read or not: what reads it may have been left as well.
+    pub(super) fn left_in_store(&self) -> Vec<Key> {
+        let mut left = Vec::new();
+        if !self.neighbors.iter().any(|(neighbor, _)| neighbor.is_done_in_store()) {
+            return left;
+        }
+        for (&(field, grid), (domain, on)) in &self.domains {
+            for window in self.areas.get(&(field, grid)).into_iter().flat_map(Area::windows) {
+                let blocks = domain.blocks(on, window);
+                for (x, y) in (0..blocks.count()).filter_map(|number| blocks.get(number)) {
+                    let halos = self.halos(&TileKey { field, grid, at: (x.index, y.index) }, (x, y));
+                    let done = halos.iter().filter(|halo| !halo.waits && matches!(halo.place, Place::Store));
+                    left.extend(done.map(|halo| halo.at.name()));
+                }
+            }
+        }
+        left
     }
 }
 
@@ -203,7 +229,6 @@ impl Run<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eval::Place;
     use crate::value::{Halo, Tiling, Type};
     use glam::{DVec2, UVec2};
 

@@ -4,7 +4,6 @@ use super::{Failure, Session};
 use crate::eval::{CancelToken, Observer};
 use crate::graph::{Graph, GraphOutput};
 use crate::value::{Channel, Field, Type, Value};
-use glam::DVec2;
 
 impl Session {
     /// What `name` shows, by names: the one field of an output or of `NAME.CHANNEL`, all channels of a material, or, if
@@ -37,9 +36,8 @@ impl Session {
                 let field = found.map_or_else(|| channel.default_field(), |(_, field)| field.clone());
                 Ok(vec![(channel.name().to_owned(), field)])
             }
-            (Value::CoordMap(map), _) => Ok(vec![(output.name.clone(), map.to_field(DVec2::ONE))]),
-            (value, _) => match value.field() {
-                Some(field) => Ok(vec![(output.name.clone(), field)]),
+            (value, _) => match value.rendered() {
+                Some((field, _)) => Ok(vec![(output.name.clone(), field)]),
                 None => {
                     Err(Failure::Usage(format!("the output `{}` is {}, which is no picture", output.name, output.ty)))
                 }

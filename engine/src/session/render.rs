@@ -380,11 +380,11 @@ pub(super) fn job<'g>(mut planned: Planned<'g>, value: &Value) -> Job<'g> {
         (Value::Material(material), _) => {
             material.channels().iter().map(|(channel, field)| (channel.name().to_owned(), field.clone())).collect()
         }
-        (Value::CoordMap(map), _) => {
-            planned.metadata.extend(map.described());
-            vec![(String::new(), map.to_field(DVec2::ONE))]
+        _ => {
+            let (field, told) = value.rendered().unzip();
+            planned.metadata.extend(told.into_iter().flatten());
+            field.map(|field| (String::new(), field)).into_iter().collect()
         }
-        _ => value.field().map(|field| (String::new(), field)).into_iter().collect(),
     };
     let storage = planned.output.storage;
     let (part, fields) =

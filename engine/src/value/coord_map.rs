@@ -70,11 +70,6 @@ impl CoordMap {
             (out.data_mut()[p], out.data_mut()[n + p]) = (u, v);
         }
     }
-
-    /// What a file of the coordinates says of them: see [`EXEMPLAR`](Self::EXEMPLAR).
-    pub fn described(&self) -> Option<(String, String)> {
-        self.exemplar.map(|frame| (Self::EXEMPLAR.to_owned(), format!("{} {}", frame.size.x, frame.size.y)))
-    }
 }
 
 /// Positions in an exemplar, by rows.
@@ -96,6 +91,12 @@ struct CoordMapData {
 
 impl Object for CoordMap {
     const RENDERS: Option<Renders> = Some(Renders::Field(Type::Vec2));
+
+    /// The coordinates in pixels; a file tells the size of the exemplar, see [`EXEMPLAR`](Self::EXEMPLAR).
+    fn rendered(self: &Arc<Self>) -> Option<(Field, Vec<(String, String)>)> {
+        let told = self.exemplar.map(|frame| (Self::EXEMPLAR.to_owned(), format!("{} {}", frame.size.x, frame.size.y)));
+        Some((self.to_field(DVec2::ONE), told.into_iter().collect()))
+    }
 
     fn bytes(&self) -> usize {
         size_of::<Self>() + 8 * self.coords.len() + self.surface.as_ref().map_or(0, |surface| surface.bytes())

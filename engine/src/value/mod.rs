@@ -172,13 +172,20 @@ macro_rules! values {
                 }
             }
 
-            /// The field that is shown and rendered for it, if there is one.
+            /// The field that it is, if it is one.
             pub fn field(&self) -> Option<Field> {
                 match self {
                     Self::Field(field) => Some(field.clone()),
                     Self::Picture(picture) => Some(picture.rgb.clone()),
-                    Self::Solid(_) | Self::Material(_) => None,
-                    $(Self::$name(object) => object.field(),)*
+                    _ => None,
+                }
+            }
+
+            /// The field that is rendered for it, if there is one, and what files of it tell besides: names and texts.
+            pub fn rendered(&self) -> Option<(Field, Vec<(String, String)>)> {
+                match self {
+                    $(Self::$name(object) => object.rendered(),)*
+                    _ => self.field().map(|field| (field, Vec::new())),
                 }
             }
 

@@ -20,8 +20,9 @@ pub trait Object: Carried + Serialize + DeserializeOwned {
         None
     }
 
-    /// The field that is rendered where [`RENDERS`](Self::RENDERS) says [`Renders::Field`].
-    fn field(self: &Arc<Self>) -> Option<Field> {
+    /// The field that is rendered where [`RENDERS`](Self::RENDERS) says [`Renders::Field`], and what files of it tell besides:
+    /// names and texts.
+    fn rendered(self: &Arc<Self>) -> Option<(Field, Vec<(String, String)>)> {
         None
     }
 

@@ -50,7 +50,7 @@ pub enum MeshVaryBy {
 /// "example": DrawMeshWrinkles(net: "links", atlas: "atlas", width: (0.5, 1.2), depth: 0.4, taper: 0.4),
 /// ```
 ///
-/// Elsewhere: Substance, Blender and Houdini have none; nearest is drawing strokes in Substance Painter.
+/// No other program has it; nearest is drawing strokes in Substance Painter.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DrawMeshWrinkles {

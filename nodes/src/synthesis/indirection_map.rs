@@ -25,8 +25,8 @@ pub enum Jumps {
 /// `SynthesizeSurface` does this by itself. Use this node to run its stages one by one, or to look at the map with
 /// `shibo dump`, which lists for the pixels just outside of the charts what is found there.
 ///
-/// Elsewhere: no counterpart in Substance; Houdini's UV islands and Blender's margin of baked pictures copy colours across
-/// borders, and do not tell what lies there.
+/// No other program has it: Houdini's UV islands and Blender's margin of baked pictures copy colours across borders, and do not
+/// tell what lies there.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Sphere),

@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// Beyond the charts and their gutters it is 1. `SynthesizeSurface` does this by itself; use this node for single stages,
 /// and to look at directions as pictures.
 ///
-/// Elsewhere: no counterpart; Substance's and Blender's tangents are those of the UVs.
+/// No other program has it: Substance's and Blender's tangents are those of the UVs.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Torus),

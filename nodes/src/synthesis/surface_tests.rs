@@ -2,10 +2,8 @@
 use super::indirection_map::Jumps;
 use super::synthesize::Preset;
 use super::synthesize_surface::{SurfaceStart, SynthesizeSurface};
-use crate::mesh::LoadMesh;
-use crate::testing::{Plain, canvas, outputs, port};
+use crate::testing::{canvas, outputs, port, shipped_mesh};
 use glam::{DVec2, DVec3, UVec2, Vec2, Vec3};
-use shibo_engine::node::{Call, DynNode};
 use shibo_engine::value::{Atlas, CoordMap, Exemplar, ExemplarFrame, Frames, Mesh, Tiling, Value};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::stop::NEVER;
@@ -19,7 +17,6 @@ use shibo_kernel::synthesis::jacobian;
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface_measure::{Measured, seam};
 use std::collections::HashMap;
-use std::path::Path;
 use std::sync::Arc;
 
 /// The atlas of a text of triangles, OBJ with v up.
@@ -277,11 +274,7 @@ fn affine_maps_are_fixed_points_across_borders() {
 
 /// The mesh of a shipped graph, in charts made for it.
 fn shipped(name: &str) -> Arc<Atlas> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs/meshes").join(name);
-    let (files, canvas) = ([("path", path)], canvas());
-    let call = Call { kind: "LoadMesh", canvas: &canvas, inputs: &[], files: &files, evaluator: &Plain };
-    let loaded = DynNode::evaluate(&LoadMesh::default(), &call).unwrap();
-    let Some(Value::Mesh(mesh)) = loaded.take("mesh", true).cloned() else { panic!("no mesh") };
+    let mesh = shipped_mesh(name);
     let wish = Unwrap { repack: false, angle: 70.0, stretch: 4.0, page: 1024, gutter: 4, tight: true };
     let uvs = unwrap(&mesh, DVec2::splat(100.0), &wish, &[], &|| true).unwrap();
     Arc::new(atlas(mesh, &uvs, DVec2::splat(100.0)).unwrap())

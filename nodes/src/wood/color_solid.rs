@@ -15,8 +15,6 @@ use shibo_kernel::wood::solids::Code;
 /// "stone": ColorSolid(solid: "clouds", stops: [(0.2, "#3a2f2a"), (0.5, "#b9a58c"), (0.8, "#f2e9d8")]),
 /// "example": CutPlane(solid: "stone"),
 /// ```
-///
-/// Elsewhere: Blender *ColorRamp*; Houdini *Color Ramp*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ColorSolid {

@@ -108,6 +108,7 @@ pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
         "LayerMaterials" => {
             Some(("layers", "[(material: \"material\"), (material: \"material\", mask: \"gray\", by: Height)]".into()))
         }
+        "CoordsFromField" => Some(("input", "\"vector\"".into())),
         "LoadMesh" => Some(("path", format!("\"{MESH}\""))),
         "Image" => Some(("path", format!("\"{PICTURE}\""))),
         "Svg" => Some(("path", format!("\"{DRAWING}\""))),

@@ -225,7 +225,8 @@ pub(crate) fn split(answer: &[u8]) -> (u16, Vec<u8>) {
 pub(crate) fn downloaded(folder: &Path, name: &str) -> PathBuf {
     let path = folder.join(name);
     let end = Instant::now() + PATIENCE;
-    while !path.is_file() {
+    // Its name is taken by an empty file until it is complete.
+    while !path.metadata().is_ok_and(|file| file.is_file() && file.len() > 0) {
         assert!(Instant::now() < end, "{name} is not downloaded");
         std::thread::sleep(Duration::from_millis(30));
     }

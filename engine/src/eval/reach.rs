@@ -29,7 +29,7 @@ pub(super) struct Reach {
 type Areas = HashMap<(Key, GridId), Area>;
 
 /// The blocks of each field.
-type Domains = HashMap<(Key, GridId), (Domain, Grid)>;
+type Domains = Vec<(Key, Grid, Domain)>;
 
 /// Columns and rows; all pixels that lie in one of both are read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -104,7 +104,7 @@ impl Reach {
             (neighbor, areas)
         };
         let neighbors = neighbors.into_iter().map(with_areas).collect();
-        let domain = |&(field, grid): &(&Field, Grid)| Some(((field.key()?, grid.id()), (field.domain(), grid)));
+        let domain = |&(field, grid): &(&Field, Grid)| Some((field.key()?, grid, field.domain()));
         let domains = order.iter().filter_map(domain).collect();
         Self { areas: areas(&order, fields, grid, window), kept: Mutex::default(), neighbors, domains }
     }
@@ -154,9 +154,10 @@ impl Reach {
         if !self.neighbors.iter().any(|(neighbor, _)| neighbor.is_done_in_store()) {
             return left;
         }
-        for (&(field, grid), (domain, on)) in &self.domains {
+        for &(field, on, domain) in &self.domains {
+            let grid = on.id();
             for window in self.areas.get(&(field, grid)).into_iter().flat_map(Area::windows) {
-                let blocks = domain.blocks(on, window);
+                let blocks = domain.blocks(&on, window);
                 for (x, y) in (0..blocks.count()).filter_map(|number| blocks.get(number)) {
                     let halos = self.halos(&TileKey { field, grid, at: (x.index, y.index) }, (x, y));
                     let done = halos.iter().filter(|halo| !halo.waits && matches!(halo.place, Place::Store));

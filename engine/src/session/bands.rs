@@ -86,7 +86,8 @@ impl Render<'_, '_> {
         let once = self.planner.request.once;
         let mut across = (once && !apart).then(|| Passing::new(fields, grid, window));
         let mut spills = Spills { beside: jobs.first().map(|job| &*job.planned.path), open: BTreeMap::new() };
-        for (i, strip) in (0_u64..).zip(&strips) {
+        let following = strips.iter().skip(1).map(Some).chain([None]);
+        for ((i, strip), next) in (0_u64..).zip(&strips).zip(following) {
             if apart {
                 // At its edges no more than what it reads.
                 let neighbors = self.beside(&strips, strip, &mut spills);
@@ -101,7 +102,7 @@ impl Render<'_, '_> {
                 let rows = u64::from(band.bottom().abs_diff(window.y));
                 self.rows((i * u64::from(window.height) + rows) / strips.len() as u64);
             }
-            if let (Some(passing), Some(next)) = (passing.as_mut(), strips.get(i as usize + 1)) {
+            if let (Some(passing), Some(next)) = (passing.as_mut(), next) {
                 // What only this strip reads would be in the way of the next one.
                 self.run.pass(passing, *next);
             }

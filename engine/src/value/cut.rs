@@ -14,6 +14,7 @@ pub struct Cut {
     flat: Option<[[f32; 3]; 2]>,
     pieces: Option<Pieces>,
     metric: Option<Field>,
+    rounded: Option<Field>,
     spacing: Spacing,
 }
 
@@ -69,6 +70,7 @@ impl Cut {
             flat: None,
             pieces: None,
             metric: None,
+            rounded: None,
             spacing: Arc::new(spacing),
         }
     }
@@ -84,6 +86,13 @@ impl Cut {
     #[must_use]
     pub fn with_metric(mut self, metric: Field) -> Self {
         self.metric = Some(metric);
+        self
+    }
+
+    /// The same on a surface that is taken as round: three channels hold what [`Patch::rounded`](super::Patch::rounded) tells.
+    #[must_use]
+    pub fn with_rounded(mut self, rounded: Field) -> Self {
+        self.rounded = Some(rounded);
         self
     }
 
@@ -109,8 +118,8 @@ impl Cut {
         // Pieces that were plane are so no longer.
         let pieces = self.pieces.clone().map(|pieces| Pieces { planes: None, ..pieces });
         // What moves points is taken to keep lengths, as turning does.
-        let (metric, spacing) = (self.metric.clone(), self.spacing.clone());
-        Self { place, key, level: self.level && keeps_z, flat: None, pieces, metric, spacing }
+        let (metric, rounded, spacing) = (self.metric.clone(), self.rounded.clone(), self.spacing.clone());
+        Self { place, key, level: self.level && keeps_z, flat: None, pieces, metric, rounded, spacing }
     }
 
     /// The points, in the three channels of a field.
@@ -151,6 +160,11 @@ impl Cut {
     /// How lengths follow from ways in pixels, if these are stretched.
     pub fn metric(&self) -> Option<&Field> {
         self.metric.as_ref()
+    }
+
+    /// The normals of a rounded surface, if it is taken as one.
+    pub fn rounded(&self) -> Option<&Field> {
+        self.rounded.as_ref()
     }
 
     /// An upper bound, in mm, of the distance between the points of neighbouring pixels.

@@ -49,6 +49,11 @@ impl Shown {
         self.cut.metric().filter(|_| self.source.wants().quads)
     }
 
+    /// The normals of the rounded surface, if the code must know them.
+    fn rounded(&self) -> Option<&Field> {
+        self.cut.rounded().filter(|_| self.source.wants().rounded)
+    }
+
     /// Computes the whole of a tile from others of the same window.
     fn compute(&self, tiles: &[&Tile], listener: Option<Listener<'_>>, out: &mut Tile) {
         let (grid, window) = (out.grid, out.window);
@@ -61,6 +66,7 @@ impl Shown {
             Some(PatchPieces { ids, planes })
         });
         let metric = self.metric().and_then(|_| tiles.next());
+        let rounded = self.rounded().and_then(|_| tiles.next());
         let inputs: Vec<Planes<'_>> = tiles.map(|tile| Planes::new(tile.data(), window.len())).collect();
         let patch = Patch {
             place: place.map_or([&[]; 3], |tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
@@ -70,6 +76,7 @@ impl Shown {
             flat: self.cut.flat(),
             pieces: pieces.filter(|_| self.source.wants().quads),
             metric: metric.map(|tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
+            rounded: rounded.map(|tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
             space: false,
             pixel: self.cut.pixel(&grid),
             listener,
@@ -161,6 +168,7 @@ impl FieldSource for Shown {
             .into_iter()
             .chain(pieces)
             .chain(self.metric())
+            .chain(self.rounded())
             .chain(&self.inputs)
             .map(|field| Read::new(field, grid, window))
             .collect()

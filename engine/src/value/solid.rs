@@ -33,6 +33,9 @@ pub struct Patch<'a> {
     /// most. A is 0 where the surface has no extent. Footprints are then measured along the surface, and are the same however
     /// the surface lies on the canvas; `None` for code that does not want quads.
     pub metric: Option<[&'a [f32]; 3]>,
+    /// The normal of a rounded surface whose facets the quads are, by what it has of a facet's own directions: to the right, down and
+    /// along its normal; `None` where there is none, and for code that does not want it.
+    pub rounded: Option<[&'a [f32]; 3]>,
     /// Whether quads lie in space instead of on a surface: a point, and those `pixel` mm beside it along x, y and z.
     pub space: bool,
     /// The largest distance of neighbours in mm; 0 for single points, which are taken as they are.
@@ -66,8 +69,8 @@ impl<'a> Patch<'a> {
     pub const fn of(place: [&'a [f32]; 3]) -> Self {
         let [level, space] = [false; 2];
         let (columns, pixel) = (place[0].len(), 0.0);
-        let (flat, pieces, metric, listener) = (None, None, None, None);
-        Self { place, columns, rows: 1, level, flat, pieces, metric, space, pixel, listener }
+        let (flat, pieces, metric, rounded, listener) = (None, None, None, None, None);
+        Self { place, columns, rows: 1, level, flat, pieces, metric, rounded, space, pixel, listener }
     }
 
     /// The number of points.
@@ -113,6 +116,8 @@ pub struct Wants {
     /// Patches of whole quads, 2×2 points, whose upper left ones have even numbers, so that differences between the
     /// points of a quad tell the footprint of a pixel. Single points are not in quads.
     pub quads: bool,
+    /// The normals of rounded surfaces, which code with quads may ask for.
+    pub rounded: bool,
 }
 
 /// The code behind a solid.
@@ -128,7 +133,7 @@ pub trait SolidSource: Send + Sync {
 
     /// What it needs to be given.
     fn wants(&self) -> Wants {
-        Wants { place: true, quads: false }
+        Wants { place: true, quads: false, rounded: false }
     }
 
     /// How to treat tiles of its cuts.

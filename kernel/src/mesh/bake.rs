@@ -135,6 +135,29 @@ pub fn normals(texels: &Texels<'_>, smooth: bool, out: [&mut [f32]; 3]) {
     });
 }
 
+/// What [`normals`] between corners have of the directions of the facet on which they stand, as `Patch::rounded` wants them; 0
+/// where there is no surface.
+pub fn rounded(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
+    let us = texels.columns();
+    let [x, y, z] = out;
+    texels.runs(|v, triangle, pixels| {
+        let Some(n) = triangle else {
+            return [&mut *x, &mut *y, &mut *z].into_iter().for_each(|plane| plane[pixels.clone()].fill(0.0));
+        };
+        let first = texels.column(&pixels);
+        let corners = corner_normals(texels.atlas, n);
+        let [u, v_axis] = texels.atlas.jacobians[n].map(Vec3::as_dvec3);
+        let (right, normal) = (u.normalize_or_zero(), v_axis.cross(u).normalize_or_zero());
+        let down = right.cross(normal);
+        for (k, u) in pixels.zip(&us[first..]) {
+            let w = weights(texels.atlas, n, DVec2::new(*u, v));
+            let mean = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2];
+            let mean = mean.normalize_or(normal);
+            [x[k], y[k], z[k]] = DVec3::new(mean.dot(right), mean.dot(down), mean.dot(normal)).as_vec3().to_array();
+        }
+    });
+}
+
 /// The normals of texels between those of vertices.
 pub fn vertex_normals(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     let [x, y, z] = out;
@@ -288,6 +311,29 @@ mod tests {
                 assert!(out.iter().flatten().all(|v| (0.0..=1.0).contains(v)));
             });
         }
+    }
+
+    #[test]
+    fn rounded_facets_have_the_normals_between_corners() {
+        let atlas = of(shapes::sphere(DVec3::splat(60.0), 32));
+        with(&atlas, 150, |texels| {
+            let (mut on, mut smooth) = (three(texels.values.len()), three(texels.values.len()));
+            let ([x, y, z], [a, b, c]) = (&mut on, &mut smooth);
+            rounded(texels, [x, y, z]);
+            normals(texels, true, [a, b, c]);
+            let mut least = 1.0_f32;
+            for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
+                let own = triangle(texels.values[k].abs()).unwrap();
+                let [u, v] = atlas.jacobians[own];
+                let (right, normal) = (u.normalize(), v.cross(u).normalize());
+                let back = right * on[0][k] + right.cross(normal) * on[1][k] + normal * on[2][k];
+                let wanted = 2.0 * Vec3::new(smooth[0][k], smooth[1][k], smooth[2][k]) - 1.0;
+                assert!(back.distance(wanted) < 1e-5, "{back} {wanted}");
+                least = least.min(on[2][k]);
+            }
+            // Facets of a sphere lean away from it by some degrees, and never look inside.
+            assert!(least > 0.98 && least < 0.999, "{least}");
+        });
     }
 
     /// Gutters end where triangles do, and texels in charts stay where they are.

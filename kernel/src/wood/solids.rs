@@ -19,13 +19,13 @@ pub struct Code {
 impl Code {
     /// Code that reads the points.
     pub fn of_place(fill: impl Fn(&Patch<'_>, &[Planes<'_>], &mut [&mut [f32]]) + Send + Sync + 'static) -> Self {
-        let wants = Wants { place: true, quads: false };
+        let wants = Wants { place: true, quads: false, rounded: false };
         Self { fill: Box::new(fill), exact: None, wants, cost: Cost::Local, bytes: 0 }
     }
 
     /// Code that is cheap and reads the inputs alone.
     pub fn of_inputs(fill: impl Fn(&Patch<'_>, &[Planes<'_>], &mut [&mut [f32]]) + Send + Sync + 'static) -> Self {
-        let wants = Wants { place: false, quads: false };
+        let wants = Wants { place: false, quads: false, rounded: false };
         Self { wants, cost: Cost::Pointwise, ..Self::of_place(fill) }
     }
 
@@ -41,6 +41,13 @@ impl Code {
     pub fn with_quads(mut self) -> Self {
         self.wants.quads = true;
         self
+    }
+
+    /// The same in whole quads, with the normals of rounded surfaces.
+    #[must_use]
+    pub fn with_rounded_quads(mut self) -> Self {
+        self.wants.rounded = true;
+        self.with_quads()
     }
 
     /// The same for code whose values usually have one reader only: not kept.

@@ -153,7 +153,13 @@ impl BakeSolid {
         let ids = Parts::Chart.field(atlas).keyed(atlas.key_of("charts", &[]));
         let scale = if self.footprint == Footprint::Texel { largest(atlas) } else { atlas.scale() };
         let pieces = Pieces { ids, planes: None, holes: true };
-        let cut = Cut::new(key, place, move |grid| width(scale, grid)).with_pieces(pieces);
+        let rounded = fields::baked(Type::Rgb, atlas, |texels, planes| {
+            if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {
+                bake::rounded(texels, planes);
+            }
+        });
+        let rounded = rounded.keyed(atlas.key_of("normals on facets", &[]));
+        let cut = Cut::new(key, place, move |grid| width(scale, grid)).with_pieces(pieces).with_rounded(rounded);
         if self.footprint == Footprint::Texel {
             return cut;
         }

@@ -62,7 +62,7 @@ fn each(local: &Solid, f: impl Fn(f32, f32, f32) -> f32 + Send + Sync + 'static)
 }
 
 impl Node for FiberShading {
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its figure."),
         Output::new("anisotropy", Type::Solid, "1 where fibres lie in the cut, 0 on end grain."),
@@ -85,7 +85,7 @@ impl Node for FiberShading {
         let code = Code::of_place(|patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
             let [along, down, up, tilt] = out else { return };
-            let on_mesh = patch.metric.is_some();
+            let rounded = patch.rounded;
             // Single points are seen from y, z to the right.
             let alone = Frame { right: [0.0, 0.0, 1.0], down: [1.0, 0.0, 0.0], normal: [0.0, 1.0, 0.0] };
             dispatch(
@@ -106,15 +106,20 @@ impl Node for FiberShading {
                                 let sign = if across < 0.0 { -1.0 } else { 1.0 };
                                 *along = sign * across;
                                 (*down, *up) = (sign * dot(f, frame.down), sign * dot(f, frame.normal));
-                                // How charts lie on the canvas must not show: on a mesh its front is the one it has in space.
-                                *tilt = if on_mesh { sign * *up } else { *up };
+                                *tilt = if rounded.is_some() { sign } else { *up };
                             }
                         },
                     );
+                    // Neither how charts lie on the canvas must show on a mesh, nor its facets: the front of fibres is the one
+                    // that they have in space, and the surface is as round as its normals.
+                    let Some([to_right, to_down, to_up]) = rounded else { return };
+                    for (i, tilt) in tilt.iter_mut().enumerate() {
+                        *tilt *= along[i] * to_right[i] + down[i] * to_down[i] + up[i] * to_up[i];
+                    }
                 },
             );
         });
-        let all = cx.shared("all", Solid::bundle(4, vec![direction], code.with_quads()));
+        let all = cx.shared("all", Solid::bundle(4, vec![direction], code.with_rounded_quads()));
         let (local, tilt) = (all.pick(Type::SolidVector, &[0, 1, 2]), all.channel(3));
         let figure = narrow(self.figure);
         let paint = Code::of_inputs(move |_, inputs, out| {
@@ -150,8 +155,8 @@ impl Node for FiberShading {
                 Code::of_inputs(|_, inputs, out| {
                     let [a, b, c] = [0, 1, 2].map(|k| inputs[0].plane(k));
                     for (i, (out, tilt)) in out[0].iter_mut().zip(inputs[1].plane(0)).enumerate() {
-                        let up = c[i].copysign(*tilt);
-                        *out = math::atan2(up, (a[i] * a[i] + b[i] * b[i]).sqrt()) * (180.0 / std::f32::consts::PI);
+                        let flat = a[i] * a[i] + b[i] * b[i] + (c[i] * c[i] - tilt * tilt);
+                        *out = math::atan2(*tilt, math::max(flat, 0.0).sqrt()) * (180.0 / std::f32::consts::PI);
                     }
                 })
                 .solid(Type::Solid, vec![local.clone(), tilt]),

@@ -197,7 +197,7 @@ impl SolidSource for Code {
     }
 
     fn wants(&self) -> Wants {
-        Wants { place: true, quads: false }
+        Wants { place: true, quads: false, rounded: false }
     }
 
     fn cost(&self) -> Cost {

@@ -124,7 +124,7 @@ pub(crate) fn join(args: &JoinArgs, terminal: &Terminal) -> Result<(), Quit> {
         refused(error, terminal)
     })?;
     if args.remove {
-        remove(&args.parts, &joined.parts);
+        remove(&args.parts, joined.parts.iter().chain(&joined.left));
     }
     for file in &joined.files {
         if !args.progress.quiet {
@@ -138,8 +138,8 @@ pub(crate) fn join(args: &JoinArgs, terminal: &Terminal) -> Result<(), Quit> {
 
 /// Removes the parts that were joined, then the results that a job keeps beside them, then the folder if nothing else is in
 /// it. What cannot be removed stays: the pictures are there.
-fn remove(dir: &Path, parts: &[PathBuf]) {
-    parts.iter().for_each(|part| drop(std::fs::remove_file(part)));
+fn remove<'p>(dir: &Path, parts: impl Iterator<Item = &'p PathBuf>) {
+    parts.for_each(|part| drop(std::fs::remove_file(part)));
     let cache = dir.join("cache");
     if cache.is_dir()
         && let Ok(disk) = DiskCache::open(&cache, u64::MAX, Seal::new(Key::of("no build", &[])))

@@ -274,7 +274,7 @@ fn pixels(ran: crate::support::Ran) -> u64 {
 const FAR: &str = r#"(
   version: 1,
   canvas: (size_mm: (32, 64), resolution: (512, 1024), tile: TILE, seed: 3),
-  nodes: { "noise": Fractal(size: 5, octaves: 12), "soft": Blur(input: "noise", radius: 2.4) },
+  nodes: { "noise": Gabor(wavelength: 5, spread: 40), "soft": Blur(input: "noise", radius: 2.4) },
   outputs: { "soft": File(from: "soft", format: Exr) },
 )
 "#;
@@ -285,18 +285,17 @@ fn parts_compute_no_pixel_twice() {
         let desk = Desk::new();
         desk.write("a.ron", FAR.replace("TILE", tile));
         let whole = pixels(desk.shibo("render a.ron -o whole --no-cache --stats json"));
-        let parts = |order: [u32; 4], dir: &str, more: &str| -> u64 {
-            let part = |n: u32| desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --stats json {more}"));
-            order.into_iter().map(|n| pixels(part(n))).sum()
+        let part = |n: u32, dir: &str| {
+            pixels(desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --stats json --no-cache")))
         };
-        let alone = parts([1, 2, 3, 4], "alone", "--no-cache");
+        let alone: u64 = (1..=4).map(|n| part(n, &format!("alone{n}"))).sum();
         assert!(alone * 4 > whole * 5, "blurs reach too little for this test: {alone} of {whole}");
-        // What a part has computed beyond its edge is there for the next one, in whatever order; at times what is left is too little to be
-        // worth a file.
+        // What a part has computed beyond its edge is there for the next one, in whatever order.
         for order in [[1, 2, 3, 4], [3, 1, 4, 2], [4, 2, 3, 1]] {
             let dir = format!("parts{}{}", order[0], order[1]);
-            let shared = parts(order, &dir, &format!("--cache-dir {dir}-cache --cache-size 16"));
+            let shared: u64 = order.into_iter().map(|n| part(n, &dir)).sum();
             assert!(shared * 100 <= whole * 105, "{tile}: {order:?} computed {shared} of {whole} pixels");
+            assert_eq!(desk.names(&dir).len(), 4, "{:?}", desk.names(&dir));
             desk.shibo(&format!("join {dir} -o joined{dir}")).expect(0);
             same(&desk, "whole", &format!("joined{dir}"));
         }
@@ -308,8 +307,7 @@ fn parts_made_at_once_or_from_damaged_halos_are_the_same() {
     let desk = Desk::new();
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     desk.shibo("render a.ron -o whole --no-cache").expect(0);
-    let part =
-        |n: u32, dir: &str| desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --cache-dir c --cache-size 16"));
+    let part = |n: u32, dir: &str| desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --no-cache"));
     std::thread::scope(|scope| {
         for n in 1..=4 {
             let part = &part;
@@ -320,9 +318,8 @@ fn parts_made_at_once_or_from_damaged_halos_are_the_same() {
     same(&desk, "whole", "joined");
     // Whatever stands in the folder, no pixel is another.
     part(1, "damaged").expect(0);
-    let folders = || desk.names("c/halos").into_iter().map(|dir| format!("c/halos/{dir}"));
-    let files: Vec<String> =
-        folders().flat_map(|dir| desk.names(&dir).into_iter().map(move |name| format!("{dir}/{name}"))).collect();
+    let files: Vec<String> = desk.names("damaged").into_iter().filter(|name| name.ends_with(".halos")).collect();
+    let files: Vec<String> = files.into_iter().map(|name| format!("damaged/{name}")).collect();
     assert!(!files.is_empty(), "a part leaves something for the next");
     for (i, file) in files.iter().enumerate() {
         let mut bytes = desk.read(file);
@@ -340,6 +337,19 @@ fn parts_made_at_once_or_from_damaged_halos_are_the_same() {
 }
 
 #[test]
+fn parts_that_are_removed_take_what_they_left_along() {
+    let desk = Desk::new();
+    desk.write("a.ron", FAR.replace("TILE", "Both"));
+    [1, 2, 3, 4].into_iter().for_each(|n| drop(desk.shibo(&format!("render a.ron --part {n}/4 -o parts")).expect(0)));
+    // As parts leave it that end at the same moment.
+    for name in [".a.1-and-2-of-4.halos", ".a.b.1-and-2-of-4.halos", "a.halos"] {
+        desk.write(&format!("parts/{name}"), "");
+    }
+    desk.shibo("join parts -o joined --remove").expect(0);
+    assert_eq!(desk.names("parts"), [".a.b.1-and-2-of-4.halos", "a.halos"]);
+}
+
+#[test]
 fn low_parts_are_made_from_left_to_right() {
     let desk = Desk::new();
     desk.write(
@@ -348,7 +358,7 @@ fn low_parts_are_made_from_left_to_right() {
     );
     desk.shibo("render a.ron -o whole --no-cache").expect(0);
     for n in [2, 1] {
-        desk.shibo(&format!("render a.ron --part {n}/2 -o parts --memory 40 --cache-dir c")).expect(0);
+        desk.shibo(&format!("render a.ron --part {n}/2 -o parts --memory 40 --no-cache")).expect(0);
     }
     assert_eq!(desk.names("parts").len(), 2, "{:?}", desk.names("parts"));
     desk.shibo("join parts -o joined").expect(0);

@@ -21,13 +21,11 @@ pub enum Shelf {
     Channels,
     /// What fields prepared of whole pictures.
     Wholes,
-    /// Parts of tiles near the edges of parts of pictures.
-    Halos,
 }
 
 impl Shelf {
     /// All shelves.
-    pub const ALL: [Self; 6] = [Self::Objects, Self::Tiles, Self::Files, Self::Channels, Self::Wholes, Self::Halos];
+    pub const ALL: [Self; 5] = [Self::Objects, Self::Tiles, Self::Files, Self::Channels, Self::Wholes];
 
     /// The name of its folder.
     pub const fn name(self) -> &'static str {
@@ -37,14 +35,13 @@ impl Shelf {
             Self::Files => "files",
             Self::Channels => "channels",
             Self::Wholes => "wholes",
-            Self::Halos => "halos",
         }
     }
 
-    /// Whether its entries go to other machines. Tiles and parts of them are many and small: asking for each would take longer
+    /// Whether its entries go to other machines. Tiles are many and small: asking for each would take longer
     /// than computing most of them.
     pub(super) const fn travels(self) -> bool {
-        !matches!(self, Self::Tiles | Self::Halos)
+        !matches!(self, Self::Tiles)
     }
 }
 

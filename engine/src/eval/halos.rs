@@ -1,25 +1,19 @@
 //! What lies near the edges of a part of a picture, handed from one part to the next.
 //!
 //! Filters read beyond the edges of a part, so there are pixels on both sides of an edge that two parts need (see
-//! [`Reach`](super::reach::Reach)). The one that computes them first leaves them for the other: in the store, where another
-//! process finds them, or in a temporary file, for the next strip of the same picture. No pixel changes by it, since a value
-//! depends on its position alone; so parts may be made in any order, and several at once.
-use super::Shelf;
+//! [`Reach`](super::reach::Reach)). The one that is made first leaves them for the other in a file (see [`Spill`]). No pixel
+//! changes by it, since a value depends on its position alone; so parts may be made in any order, and several at once.
 use super::keep::Keeper;
 use super::memory::TileKey;
-use super::run::{Run, lock};
-use crate::picture::AtomicFile;
+use super::run::Run;
+use super::spill::Spill;
 use crate::value::{Field, Grid, Piece, Tile, Window};
 use cpu_time::ThreadTime;
-use std::collections::HashMap;
-use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
-/// What is left for other parts takes at most this part of a store.
-const ROOM: u64 = 4;
+/// The bytes that are left for another part at most, if no store says how much room there is.
+const ROOM: u64 = 1 << 30;
 
 /// Another part of the picture.
 #[derive(Clone)]
@@ -27,25 +21,9 @@ pub struct Neighbor {
     /// Its pixels.
     pub window: Window,
     /// Where one of both leaves what the other needs.
-    pub place: Place,
+    pub spill: Arc<Spill>,
     /// Whether it is still to be made, so that something is to be left for it.
     pub waits: bool,
-}
-
-impl Neighbor {
-    /// Whether it is done and may have left something in the store.
-    pub(super) const fn is_done_in_store(&self) -> bool {
-        !self.waits && matches!(self.place, Place::Store)
-    }
-}
-
-/// Where parts leave something for each other.
-#[derive(Clone)]
-pub enum Place {
-    /// In the store.
-    Store,
-    /// In a file of this process.
-    File(Arc<Spill>),
 }
 
 /// Pixels of a tile that a neighbour reads too.
@@ -53,55 +31,20 @@ pub(super) struct Halo {
     /// Under which key they are kept.
     pub(super) at: TileKey,
     pub(super) window: Window,
-    pub(super) place: Place,
+    pub(super) spill: Arc<Spill>,
     /// Whether the neighbour is still to be made.
     pub(super) waits: bool,
 }
 
 /// What a run knows of what it took and left.
-#[derive(Default)]
 pub(super) struct Halos {
     /// Weighs what is left for others. Not the one of whole tiles: what is kept near an edge spares nothing elsewhere.
     keeper: Keeper,
-    /// Bytes that were put into the store.
-    left: AtomicU64,
 }
 
-/// Parts of tiles in a temporary file, which is removed when it is dropped.
-pub struct Spill(Mutex<Spilled>);
-
-struct Spilled {
-    file: AtomicFile,
-    /// Where each begins.
-    places: HashMap<TileKey, u64>,
-    end: u64,
-}
-
-impl Spill {
-    /// An empty one beside the file `name`.
-    ///
-    /// # Errors
-    /// A folder that cannot be written.
-    pub fn create(name: &Path) -> io::Result<Self> {
-        let file = AtomicFile::create(name)?;
-        Ok(Self(Mutex::new(Spilled { file, places: HashMap::new(), end: 0 })))
-    }
-
-    fn put(&self, at: TileKey, tile: &Tile) -> io::Result<()> {
-        let mut spilled = lock(&self.0);
-        let (begin, bytes) = (spilled.end, bytemuck::cast_slice::<f32, u8>(tile.data()));
-        spilled.file.seek(SeekFrom::Start(begin))?;
-        spilled.file.write_all(bytes)?;
-        spilled.end += bytes.len() as u64;
-        spilled.places.insert(at, begin);
-        Ok(())
-    }
-
-    fn take(&self, at: &TileKey, tile: &mut Tile) -> Option<()> {
-        let mut spilled = lock(&self.0);
-        let begin = *spilled.places.get(at)?;
-        spilled.file.seek(SeekFrom::Start(begin)).ok()?;
-        spilled.file.read_exact(bytemuck::cast_slice_mut(tile.data_mut())).ok()
+impl Default for Halos {
+    fn default() -> Self {
+        Self { keeper: Keeper::of_one_file() }
     }
 }
 
@@ -142,7 +85,7 @@ impl Run<'_> {
                 return true;
             };
             let mut part = Tile::unset(*grid, halo.window, field.channels());
-            if self.fetch_halo(halo, &mut part).is_none() {
+            if halo.spill.take(&halo.at, &mut part).is_none() {
                 return true;
             }
             rest = smaller;
@@ -152,28 +95,19 @@ impl Run<'_> {
         out.map(|out| (out, rest))
     }
 
-    fn fetch_halo(&self, halo: &Halo, part: &mut Tile) -> Option<()> {
-        match &halo.place {
-            Place::File(spill) => spill.take(&halo.at, part),
-            Place::Store => {
-                let (store, name) = (self.caches.store.as_ref()?, halo.at.name());
-                let bytes = store.get(Shelf::Halos, name)?;
-                let data = bytemuck::cast_slice_mut::<f32, u8>(part.data_mut());
-                if bytes.len() != data.len() {
-                    store.remove(Shelf::Halos, name);
-                    return None;
-                }
-                data.copy_from_slice(&bytes);
-                Some(())
-            }
-        }
+    /// How many bytes may be left for one other part of a picture: a quarter of what the store of results may hold.
+    pub fn room_for_others(&self) -> u64 {
+        self.caches.store.as_ref().map_or(ROOM, |store| store.room() / 4)
     }
 
     /// Notes what a window of a field took, if there are neighbours.
     pub(super) fn weigh_halo(&self, field: &Field, grid: &Grid, window: Window, own: Duration) {
-        if self.reached(|reach| reach.has_neighbors().then_some(())).is_some() {
-            self.halos.keeper.filled(field, grid, window, own);
-        }
+        self.reached(|reach| {
+            if reach.has_neighbors() {
+                self.halos.keeper.filled_for(field, grid, window, own, |input| reach.share(input));
+            }
+            Some(())
+        });
     }
 
     /// Leaves for neighbours what they read of a new tile, if that is worth it.
@@ -187,36 +121,15 @@ impl Run<'_> {
             }
             part.copy_from(tile, 0, 0);
             let start = ThreadTime::now();
-            match &halo.place {
-                // What cannot be left is computed again.
-                Place::File(spill) => drop(spill.put(halo.at, &part)),
-                Place::Store => self.put_halo(halo, &part),
-            }
+            halo.spill.put(&halo.at, &part);
             keeper.wrote(bytes, start.elapsed());
         }
-    }
-
-    fn put_halo(&self, halo: &Halo, part: &Tile) {
-        let Some(store) = &self.caches.store else { return };
-        let bytes: &[u8] = bytemuck::cast_slice(part.data());
-        if self.halos.left.fetch_add(bytes.len() as u64, Ordering::Relaxed) < store.room() / ROOM {
-            store.put(Shelf::Halos, halo.at.name(), bytes, Duration::ZERO, &|| self.cancel.is_cancelled());
-        }
-    }
-
-    /// Removes what neighbours had left for the part that is done now.
-    pub fn done_with_halos(&self) {
-        let Some(store) = &self.caches.store else { return };
-        let left = self.reached(|reach| Some(reach.left_in_store())).unwrap_or_default();
-        left.into_iter().for_each(|name| store.remove(Shelf::Halos, name));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::value::Key;
-    use glam::DVec2;
 
     #[test]
     fn what_is_left_is_a_window_or_nothing_is_taken() {
@@ -231,27 +144,5 @@ mod tests {
         for part in [window(20, 20, 10, 50), window(10, 20, 50, 20), window(200, 20, 10, 50)] {
             assert_eq!(without(whole, part), None);
         }
-    }
-
-    #[test]
-    fn what_is_spilled_comes_back_and_the_file_goes() {
-        let dir = tempfile::tempdir().unwrap();
-        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None };
-        let window = Window { x: 0, y: 0, width: 3, height: 2 };
-        let tile = |value: f32| {
-            let mut tile = Tile::new(grid, window, 2);
-            tile.data_mut().fill(value);
-            tile
-        };
-        let at = |x: i32| TileKey { field: Key::of("test", &[]), grid: grid.id(), at: (x, 0) };
-        let spill = Spill::create(&dir.path().join("a.exr")).unwrap();
-        [1, 2, 3].into_iter().for_each(|x| spill.put(at(x), &tile(x as f32)).unwrap());
-        let mut back = tile(0.0);
-        assert!(spill.take(&at(2), &mut back).is_some() && back == tile(2.0));
-        assert!(spill.take(&at(4), &mut back).is_none());
-        spill.put(at(4), &tile(4.0)).unwrap();
-        assert!(spill.take(&at(4), &mut back).is_some() && back == tile(4.0));
-        drop(spill);
-        assert_eq!(dir.path().read_dir().unwrap().count(), 0);
     }
 }

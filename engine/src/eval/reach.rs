@@ -6,14 +6,14 @@
 //! ([`FieldSource::inputs`]), and a value depends on its position alone, so no pixel changes by it.
 //!
 //! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
-use super::halos::{Halo, Neighbor, Place};
+use super::halos::{Halo, Neighbor};
 use super::memory::TileKey;
 use super::passing::{FARTHEST, readers_first};
-use super::prepare::at;
+use super::prepare::{At, at, reads};
 use super::run::{Run, lock};
-use crate::value::{Blocks, Domain, Field, Grid, GridId, Key, Piece, TILE, Window};
+use crate::value::{Blocks, Field, Grid, GridId, Key, Piece, TILE, Window};
 use std::cmp::Reverse;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Mutex, PoisonError};
 
 /// The pixels that are read of each field.
@@ -23,13 +23,11 @@ pub(super) struct Reach {
     kept: Mutex<HashMap<TileKey, TileKey>>,
     /// Other parts of the picture, and what they read.
     neighbors: Vec<(Neighbor, Areas)>,
-    domains: Domains,
+    /// How many fields read each, pictures included.
+    readers: HashMap<At, u32>,
 }
 
 type Areas = HashMap<(Key, GridId), Area>;
-
-/// The blocks of each field.
-type Domains = Vec<(Key, Grid, Domain)>;
 
 /// Columns and rows; all pixels that lie in one of both are read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -104,9 +102,17 @@ impl Reach {
             (neighbor, areas)
         };
         let neighbors = neighbors.into_iter().map(with_areas).collect();
-        let domain = |&(field, grid): &(&Field, Grid)| Some((field.key()?, grid, field.domain()));
-        let domains = order.iter().filter_map(domain).collect();
-        Self { areas: areas(&order, fields, grid, window), kept: Mutex::default(), neighbors, domains }
+        Self {
+            areas: areas(&order, fields, grid, window),
+            kept: Mutex::default(),
+            neighbors,
+            readers: readers(&order, fields, grid),
+        }
+    }
+
+    /// What one reader of a field owes of what the field does.
+    pub(super) fn share(&self, field: &At) -> f64 {
+        1.0 / f64::from(self.readers.get(field).copied().unwrap_or(1).max(1))
     }
 
     /// The key under which the part of a tile is kept that is read, if it is not computed whole.
@@ -139,33 +145,12 @@ impl Reach {
         let Some(own) = within(&self.areas) else { return Vec::new() };
         let shared = |(neighbor, areas): &(Neighbor, Areas)| {
             let window = own.overlap(&within(areas)?)?;
-            let Neighbor { place, waits, .. } = neighbor.clone();
-            Some(Halo { at: named(tile, window), window, place, waits })
+            let Neighbor { spill, waits, .. } = neighbor.clone();
+            Some(Halo { at: named(tile, window), window, spill, waits })
         };
         let mut halos: Vec<Halo> = self.neighbors.iter().filter_map(shared).collect();
         halos.sort_by_key(|halo| Reverse(halo.window.len()));
         halos
-    }
-
-    /// All that parts which are done may have left in the store. When this one is done too, nobody needs it any more, whether it
-    /// was read or not: what reads it may have been left as well.
-    pub(super) fn left_in_store(&self) -> Vec<Key> {
-        let mut left = Vec::new();
-        if !self.neighbors.iter().any(|(neighbor, _)| neighbor.is_done_in_store()) {
-            return left;
-        }
-        for &(field, on, domain) in &self.domains {
-            let grid = on.id();
-            for window in self.areas.get(&(field, grid)).into_iter().flat_map(Area::windows) {
-                let blocks = domain.blocks(&on, window);
-                for (x, y) in (0..blocks.count()).filter_map(|number| blocks.get(number)) {
-                    let halos = self.halos(&TileKey { field, grid, at: (x.index, y.index) }, (x, y));
-                    let done = halos.iter().filter(|halo| !halo.waits && matches!(halo.place, Place::Store));
-                    left.extend(done.map(|halo| halo.at.name()));
-                }
-            }
-        }
-        left
     }
 }
 
@@ -206,6 +191,16 @@ fn areas(order: &[(&Field, Grid)], fields: &[&Field], grid: &Grid, window: Windo
     known
 }
 
+/// How many of `order`, and of pictures of `fields`, read each field.
+fn readers(order: &[(&Field, Grid)], fields: &[&Field], grid: &Grid) -> HashMap<At, u32> {
+    let mut readers = HashMap::new();
+    let of = |(field, grid): &(&Field, Grid)| reads(field, grid).map(|read| at(read.field, &read.grid)).collect();
+    let all: Vec<HashSet<At>> = order.iter().map(of).collect();
+    let pictures = fields.iter().map(|field| at(field, grid));
+    all.into_iter().flatten().chain(pictures).for_each(|read| *readers.entry(read).or_insert(0) += 1);
+    readers
+}
+
 /// The key of a part of a tile.
 fn named(tile: &TileKey, part: Window) -> TileKey {
     let place = [part.x, part.y, part.right(), part.bottom()].map(i32::to_le_bytes);
@@ -229,9 +224,11 @@ impl Run<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::spill::Spill;
     use super::*;
     use crate::value::{Halo, Tiling, Type};
     use glam::{DVec2, UVec2};
+    use std::sync::Arc;
 
     fn grid() -> Grid {
         Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(2048)) }
@@ -281,10 +278,11 @@ mod tests {
         let source = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "a");
         let fill = |_: &mut crate::value::Tile, [_]: [&crate::value::Tile; 1]| Ok(());
         let blurred = keyed(Field::map(Type::Gray, [source.clone()], Halo::px(7), fill), "b");
-        let grid = grid();
+        let (grid, dir) = (grid(), tempfile::tempdir().unwrap());
         let rows = |y: i32| Window { x: 0, y, width: 2048, height: 512 };
         let part = |own: i32, other: i32| {
-            let neighbor = Neighbor { window: rows(other), place: Place::Store, waits: true };
+            let spill = Arc::new(Spill::create(&dir.path().join("spill")).unwrap());
+            let neighbor = Neighbor { window: rows(other), spill, waits: true };
             Reach::new(&[&blurred], &grid, rows(own), vec![neighbor])
         };
         let tile = |row: i32| TileKey { field: source.key().unwrap(), grid: grid.id(), at: (0, row) };

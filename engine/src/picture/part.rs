@@ -62,7 +62,25 @@ impl PartOf {
         let digits = self.count.to_string().len();
         format!("{stem}.{:0digits$}-of-{}.{EXTENSION}", self.number, self.count)
     }
+
+    /// The name of the file that this part and the one with another number leave for each other.
+    pub(crate) fn spill_name(self, other: u32, stem: &str) -> String {
+        let (first, last) = (self.number.min(other), self.number.max(other));
+        let [begin, end] = SPILL;
+        format!("{begin}{stem}.{first}-and-{last}-of-{}.{end}", self.count)
+    }
+
+    /// Whether a file of this name was left by parts of a graph for each other.
+    pub(crate) fn is_spill_name(name: &str, stem: &str) -> bool {
+        let [begin, end] = SPILL;
+        let rest = name.strip_prefix(begin).and_then(|name| name.strip_prefix(stem)?.strip_prefix('.'));
+        let middle = rest.and_then(|rest| rest.strip_suffix(end)?.strip_suffix('.'));
+        middle.is_some_and(|middle| middle.contains("-and-") && !middle.contains('.'))
+    }
 }
+
+/// How the names of files begin and end that parts leave for each other.
+const SPILL: [&str; 2] = [".", "halos"];
 
 /// What a part is of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

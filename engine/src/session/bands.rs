@@ -8,7 +8,7 @@ use super::export::Sink;
 use super::render::{Job, Render};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Event, Neighbor, Passing, Place, Spill};
+use crate::eval::{Event, Neighbor, Passing, Spill};
 use crate::picture::AtomicFile;
 use crate::value::{Field, Grid, TILE, Tile, Window};
 use std::collections::BTreeMap;
@@ -33,7 +33,7 @@ impl Render<'_, '_> {
             return self.strips(jobs, &fields, writers, grid, (strip, true));
         }
         if self.is_low(&fields, grid) {
-            return self.strips(jobs, &fields, writers, grid, (NARROWEST, false));
+            return self.strips(jobs, &fields, writers, grid, (low_width(window.height), false));
         }
         let heights = band_height(window.width);
         let mut passing = self.planner.request.once.then(|| Passing::new(&fields, grid, window));
@@ -82,7 +82,10 @@ impl Render<'_, '_> {
         let strips = cut(window.x, window.right(), width)
             .map(|(x, right)| Window { x, width: right.abs_diff(x), ..window })
             .collect::<Vec<_>>();
-        let mut waiting = jobs.iter().map(|job| Waiting::create(&job.planned.path)).collect::<Result<Vec<_>, _>>()?;
+        let channels: usize = fields.iter().map(|field| field.channels()).sum();
+        let in_memory = window.len() as u64 * 4 * channels as u64 <= self.run.tile_bytes() / FEW;
+        let waiting = jobs.iter().map(|job| Waiting::create(&job.planned.path, in_memory));
+        let mut waiting = waiting.collect::<Result<Vec<_>, _>>()?;
         let once = self.planner.request.once;
         let mut across = (once && !apart).then(|| Passing::new(fields, grid, window));
         let mut spills = Spills { beside: jobs.first().map(|job| &*job.planned.path), open: BTreeMap::new() };
@@ -138,7 +141,7 @@ impl Render<'_, '_> {
         spills.open.retain(|(_, last), _| *last >= own);
         for (number, other) in strips.iter().enumerate().filter(|(number, _)| near(own, *number, strips.len())) {
             if let Some(spill) = spills.between(own.min(number), own.max(number)) {
-                neighbors.push(Neighbor { window: *other, place: Place::File(spill), waits: number > own });
+                neighbors.push(Neighbor { window: *other, spill, waits: number > own });
             }
         }
         neighbors
@@ -213,6 +216,12 @@ fn band_height(width: u32) -> u32 {
     (4 * threads).div_ceil(width.div_ceil(TILE).max(1)) * TILE
 }
 
+/// The width of strips of low parts: wide enough for that, and no wider, since all that they read is in memory.
+fn low_width(height: u32) -> u32 {
+    let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
+    (2 * threads).div_ceil(height.div_ceil(TILE).max(1)).max(2) * TILE
+}
+
 /// A window in bands of `height` rows, the first up to a border of tiles.
 fn bands(window: Window, height: u32) -> impl Iterator<Item = Window> {
     cut(window.y, window.bottom(), height).map(move |(y, end)| Window { y, height: end.abs_diff(y), ..window })
@@ -231,32 +240,54 @@ fn write(writer: &mut Sink, tiles: &[Tile], band: Window) -> Result<(), Failure>
     writer.write_rows(&planes, band.height)
 }
 
-/// The part of a picture that is computed but cannot be written yet: strip after strip, band after band, plane after plane,
-/// in a temporary file that is removed when it is dropped.
+/// The part of a picture that is computed but cannot be written yet: strip after strip, band after band, plane after plane.
 struct Waiting<'p> {
-    file: AtomicFile,
+    medium: Medium,
     picture: &'p Path,
 }
 
+enum Medium {
+    Memory(Vec<f32>),
+    /// A temporary file that is removed when it is dropped.
+    File(AtomicFile),
+}
+
 impl<'p> Waiting<'p> {
-    fn create(picture: &'p Path) -> Result<Self, Failure> {
-        let file = AtomicFile::create(picture).map_err(|e| failed(picture, &e))?;
-        Ok(Self { file, picture })
+    fn create(picture: &'p Path, in_memory: bool) -> Result<Self, Failure> {
+        let medium = match in_memory {
+            true => Medium::Memory(Vec::new()),
+            false => Medium::File(AtomicFile::create(picture).map_err(|e| failed(picture, &e))?),
+        };
+        Ok(Self { medium, picture })
     }
 
     fn put(&mut self, tiles: &[Tile]) -> Result<(), Failure> {
         for tile in tiles {
-            self.file.write_all(bytemuck::cast_slice(tile.data())).map_err(|e| failed(self.picture, &e))?;
+            match &mut self.medium {
+                Medium::Memory(values) => values.extend_from_slice(tile.data()),
+                Medium::File(file) => {
+                    file.write_all(bytemuck::cast_slice(tile.data())).map_err(|e| failed(self.picture, &e))?;
+                }
+            }
         }
         Ok(())
     }
 
     /// Fills `tile` with what was put; `before` is the number of pixels before it.
     fn take(&mut self, mut tile: Tile, before: u64) -> Result<Tile, Failure> {
-        let at = SeekFrom::Start(before * 4 * tile.channels() as u64);
-        let bytes = bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut());
-        let read = self.file.seek(at).and_then(|_| self.file.read_exact(bytes));
-        read.map_err(|e| failed(self.picture, &e))?;
+        let at = before * tile.channels() as u64;
+        let taken = match &mut self.medium {
+            Medium::Memory(values) => {
+                let from = usize::try_from(at).ok().and_then(|at| values.get(at..)?.get(..tile.data().len()));
+                from.map(|from| tile.data_mut().copy_from_slice(from))
+                    .ok_or_else(|| io::ErrorKind::UnexpectedEof.into())
+            }
+            Medium::File(file) => {
+                let bytes = bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut());
+                file.seek(SeekFrom::Start(at * 4)).and_then(|_| file.read_exact(bytes))
+            }
+        };
+        taken.map_err(|e| failed(self.picture, &e))?;
         Ok(tile)
     }
 }
@@ -318,15 +349,16 @@ mod tests {
             tile.data_mut().iter_mut().zip(0_u8..).for_each(|(v, i)| *v = from + f32::from(i));
             tile
         };
-        let mut waiting = Waiting::create(&picture).unwrap();
-        waiting.put(&[tile(0.0), tile(10.0)]).unwrap();
-        waiting.put(&[tile(20.0)]).unwrap();
-        assert_eq!(waiting.take(Tile::new(grid, window, 1), 6).unwrap(), tile(10.0));
-        assert_eq!(waiting.take(Tile::new(grid, window, 1), 12).unwrap(), tile(20.0));
-        // Half of what is asked for was never put: no zeros in its place.
-        let missed = message(waiting.take(Tile::new(grid, window, 1), 15));
-        assert!(missed.contains("a.png") && missed.contains("strips"), "{missed}");
-        drop(waiting);
+        for in_memory in [true, false] {
+            let mut waiting = Waiting::create(&picture, in_memory).unwrap();
+            waiting.put(&[tile(0.0), tile(10.0)]).unwrap();
+            waiting.put(&[tile(20.0)]).unwrap();
+            assert_eq!(waiting.take(Tile::new(grid, window, 1), 6).unwrap(), tile(10.0));
+            assert_eq!(waiting.take(Tile::new(grid, window, 1), 12).unwrap(), tile(20.0));
+            // Half of what is asked for was never put: no zeros in its place.
+            let missed = message(waiting.take(Tile::new(grid, window, 1), 15));
+            assert!(missed.contains("a.png") && missed.contains("strips"), "{missed}");
+        }
         assert_eq!(dir.path().read_dir().unwrap().count(), 0);
     }
 
@@ -335,7 +367,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         std::fs::write(dir.path().join("file"), "").unwrap();
         for picture in ["gone/a.png", "file/a.png"] {
-            let refused = message(Waiting::create(&dir.path().join(picture)));
+            let refused = message(Waiting::create(&dir.path().join(picture), false));
             assert!(refused.contains(picture) && refused.contains("temporary file"), "{refused}");
         }
     }

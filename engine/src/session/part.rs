@@ -4,10 +4,10 @@ use super::export::Sink;
 use super::plan::{Part, Planned, Planner, wanted};
 use super::render::{Job, Render};
 use super::{Failure, RenderRequest, Session, located};
-use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, Place, Stored};
+use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, Run, Spill, Stored};
 use crate::graph::Graph;
 use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_whole};
-use crate::value::{TILE, Window};
+use crate::value::{Key, TILE, Window};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -66,12 +66,11 @@ impl Session {
         let dir = if request.dir.as_os_str().is_empty() { Path::new(".") } else { &request.dir };
         std::fs::create_dir_all(dir)
             .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
-        remove_abandoned(dir, &part.file_name(stem));
+        remove_abandoned(dir, stem, part);
         self.run(graph, cancel, observer, |run| {
             let window = Window::full(graph.canvas.resolution);
             let planner = Planner { graph, keys: run.keys(), request, window };
-            let neighbors = neighbors(graph, part, |other| dir.join(other.file_name(stem)).exists())?;
-            let render = Render { neighbors, ..Render::new(self, run, planner, observer, area) };
+            let render = Render::new(self, run, planner, observer, area);
             let pictures = render.pictures(&wanted)?;
             if let Some(export) = pictures.iter().find(|picture| matches!(picture.part, Part::Export(_))) {
                 let message = format!("`{}` is made for another program, with whole pictures", export.output.name);
@@ -89,12 +88,14 @@ impl Session {
             if is_whole(&file, &header) {
                 return Ok(PartReport { file, known: true, nodes: run.stats() });
             }
+            let beside = Beside::new(graph, part, (dir, stem), self.registry.code(), run)?;
+            let render = Render { neighbors: beside.neighbors(), ..render };
             let jobs = render.made(pictures)?;
             for (picture, job) in header.pictures.iter_mut().zip(&jobs) {
                 picture.spec = job.lines.is_none().then(|| render.spec(job));
             }
             render.write_part(&file, &header, &jobs)?;
-            run.done_with_halos();
+            beside.done();
             Ok(PartReport { file, known: false, nodes: run.stats() })
         })
     }
@@ -128,11 +129,13 @@ impl Session {
 
 /// Removes what attempts at the same part have left that were killed. Other machines may be at work in the folder, so only
 /// what was not written to for an hour is abandoned.
-fn remove_abandoned(dir: &Path, name: &str) {
-    let begin = format!(".{name}.");
+fn remove_abandoned(dir: &Path, stem: &str, part: PartOf) {
+    let spills = beside(part).map(|other| part.spill_name(other.number, stem));
+    let begins: Vec<String> = spills.chain([part.file_name(stem)]).map(|name| format!(".{name}.")).collect();
     for entry in dir.read_dir().into_iter().flatten().flatten() {
         let file = entry.file_name();
-        let own = file.to_str().is_some_and(|file| file.starts_with(&begin) && file.ends_with(".tmp"));
+        let begins = |file: &str| begins.iter().any(|begin| file.starts_with(begin));
+        let own = file.to_str().is_some_and(|file| begins(file) && file.ends_with(".tmp"));
         let age = || entry.metadata().ok()?.modified().ok()?.elapsed().ok();
         if own && age().is_some_and(|age| age > ABANDONED) {
             let _ = std::fs::remove_file(entry.path());
@@ -156,15 +159,62 @@ fn rows(graph: &Graph, part: PartOf) -> Result<Window, Failure> {
     Ok(Window { x: 0, y: y.cast_signed(), width: size.x, height: end - y })
 }
 
-/// The parts beside a part, of which something is left in the store, or to be left for. Whether one `is_there` already is only
-/// looked at now: what is left for one that is made meanwhile is left in vain.
-fn neighbors(graph: &Graph, part: PartOf, is_there: impl Fn(PartOf) -> bool) -> Result<Vec<Neighbor>, Failure> {
-    let numbers = 1..=part.count;
-    let others = numbers.map(|number| PartOf { number, ..part });
-    let beside = others.filter(|other| near(part.number as usize, other.number as usize, part.count as usize));
-    let neighbor =
-        |other: PartOf| Ok(Neighbor { window: rows(graph, other)?, place: Place::Store, waits: !is_there(other) });
-    beside.map(neighbor).collect()
+/// The parts of a picture that lie beside one, or nearly so.
+fn beside(part: PartOf) -> impl Iterator<Item = PartOf> {
+    let others = (1..=part.count).map(move |number| PartOf { number, ..part });
+    others.filter(move |other| near(part.number as usize, other.number as usize, part.count as usize))
+}
+
+/// What a part is left by those beside it, and leaves for them: a file in the folder of parts for each two of them.
+struct Beside(Vec<Other>);
+
+struct Other {
+    neighbor: Neighbor,
+    /// The file of this part and that one.
+    spill: PathBuf,
+    /// The file of the other part.
+    part: PathBuf,
+}
+
+impl Beside {
+    /// Whether another part is there is only looked at now: what is computed of one that is made meanwhile is computed twice.
+    fn new(
+        graph: &Graph,
+        part: PartOf,
+        (dir, stem): (&Path, &str),
+        build: Key,
+        run: &Run<'_>,
+    ) -> Result<Self, Failure> {
+        let mut all = Vec::new();
+        for other in beside(part) {
+            let (spill, file) = (dir.join(part.spill_name(other.number, stem)), dir.join(other.file_name(stem)));
+            let waits = !file.exists();
+            let opened = match waits {
+                true => Spill::create_for(&spill, build, run.room_for_others()).ok(),
+                false => Spill::open(&spill, build),
+            };
+            let Some(shared) = opened else { continue };
+            let neighbor = Neighbor { window: rows(graph, other)?, spill: Arc::new(shared), waits };
+            all.push(Other { neighbor, spill, part: file });
+        }
+        Ok(Self(all))
+    }
+
+    fn neighbors(&self) -> Vec<Neighbor> {
+        self.0.iter().map(|other| other.neighbor.clone()).collect()
+    }
+
+    /// To be called when the part is there: what was left for it has been used, and what it leaves can be. Failing that, the others
+    /// compute it.
+    fn done(&self) {
+        for other in &self.0 {
+            if !other.neighbor.waits {
+                let _ = std::fs::remove_file(&other.spill);
+            } else if !other.part.exists() {
+                let _ = other.neighbor.spill.publish();
+            }
+        }
+    }
 }
 
 impl<'r> Render<'r, '_> {

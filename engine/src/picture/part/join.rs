@@ -22,6 +22,8 @@ pub struct Joined {
     pub files: Vec<JoinedFile>,
     /// The files of the parts.
     pub parts: Vec<PathBuf>,
+    /// What parts that were made at the same time have left for each other in vain.
+    pub left: Vec<PathBuf>,
 }
 
 /// A file that was joined.
@@ -89,7 +91,14 @@ pub fn join(
         file.commit().map_err(|error| WriteError::at(&path, error))?;
         files.push(JoinedFile { path, written, range });
     }
-    Ok(Joined { files, parts: parts.iter().map(|part| part.path.clone()).collect() })
+    let left = left(from, &header.graph);
+    Ok(Joined { files, parts: parts.iter().map(|part| part.path.clone()).collect(), left })
+}
+
+fn left(from: &Path, stem: &str) -> Vec<PathBuf> {
+    let own = |name: &std::ffi::OsStr| name.to_str().is_some_and(|name| PartOf::is_spill_name(name, stem));
+    let entries = from.read_dir().into_iter().flatten().flatten();
+    entries.filter(|entry| own(&entry.file_name())).map(|entry| entry.path()).collect()
 }
 
 /// A file that has no name yet.

@@ -176,7 +176,10 @@ impl Render<'_, '_> {
         let mut tiles: Vec<Tile> = Vec::with_capacity(job.fields.len());
         for (_, field) in &job.fields {
             let tile = self.run.raster(field, grid, band).map_err(|stop| located(self.run, graph, stop))?;
-            if let Some(at) = tile.data().iter().position(|v| !v.is_finite()) {
+            // Without an early end, so that many are looked at together.
+            if !tile.data().iter().fold(true, |all, v| all & v.is_finite())
+                && let Some(at) = tile.data().iter().position(|v| !v.is_finite())
+            {
                 return Err(not_finite(job, &tile, at));
             }
             tiles.push(tile);

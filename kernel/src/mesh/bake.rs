@@ -145,15 +145,18 @@ pub fn rounded(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
             return [&mut *x, &mut *y, &mut *z].into_iter().for_each(|plane| plane[pixels.clone()].fill(0.0));
         };
         let first = texels.column(&pixels);
-        let corners = corner_normals(texels.atlas, n);
         let [u, v_axis] = texels.atlas.jacobians[n].map(Vec3::as_dvec3);
         let (right, normal) = (u.normalize_or_zero(), v_axis.cross(u).normalize_or_zero());
         let down = right.cross(normal);
+        let on_facet = |n: DVec3| DVec3::new(n.dot(right), n.dot(down), n.dot(normal)).as_vec3();
+        let corners = corner_normals(texels.atlas, n).map(on_facet);
+        let inside = Barycentric::new(texels.atlas.uvs[n].map(|uv| uv.as_dvec2()));
         for (k, u) in pixels.zip(&us[first..]) {
-            let w = weights(texels.atlas, n, DVec2::new(*u, v));
-            let mean = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2];
-            let mean = mean.normalize_or(normal);
-            [x[k], y[k], z[k]] = DVec3::new(mean.dot(right), mean.dot(down), mean.dot(normal)).as_vec3().to_array();
+            let w = inside.as_ref().map_or([1.0, 0.0, 0.0], |inside| inside.at(DVec2::new(*u, v)));
+            // Beyond the triangle, too, what lies between its corners; only the direction counts.
+            let [a, b, c] = w.map(|w| narrow(w.max(0.0)));
+            let mean = corners[0] * a + corners[1] * b + corners[2] * c;
+            [x[k], y[k], z[k]] = mean.normalize_or(Vec3::Z).to_array();
         }
     });
 }

@@ -44,6 +44,14 @@ fn check(loaded: &Loaded) {
     }
 }
 
+/// What is told of the beginning of a text is told of whole letters.
+#[test]
+fn a_text_may_begin_with_any_letter() {
+    for text in ["シ", "シ(nodes: {})", "(シ: 1)", "é"] {
+        check(&load_text(Path::new("a.ron"), text, &REGISTRY, &LoadOptions::default()));
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 

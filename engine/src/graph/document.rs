@@ -130,7 +130,7 @@ impl Document {
         document.output_names = Names::of(document.outputs.iter().map(|output| output.name.as_str()));
         if document.nodes_part.is_none() {
             let message = "the graph has no `nodes`";
-            let start = crate::diagnostics::Span { end: whole.span().start + 1, ..whole.span() };
+            let start = whole.sub_span(0, whole.str().chars().next().map_or(0, char::len_utf8));
             let diagnostic = crate::diagnostics::Diagnostic::new(Code::MissingInput, start, message);
             report.push(diagnostic.help("write `nodes: { \"name\": Kind() }`"));
         }

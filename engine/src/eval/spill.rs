@@ -13,7 +13,7 @@ use super::memory::TileKey;
 use super::run::lock;
 use crate::picture::AtomicFile;
 use crate::value::{Key, Tile};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -38,7 +38,7 @@ pub struct Spill {
 struct Spilled {
     medium: Medium,
     /// By their names.
-    places: HashMap<Key, Place>,
+    places: BTreeMap<Key, Place>,
     /// Where the next one begins.
     end: u64,
 }
@@ -78,7 +78,7 @@ impl Spill {
 
     fn new(name: &Path, build: Option<Key>, room: u64) -> io::Result<Self> {
         let medium = Medium::Own(AtomicFile::create(name)?);
-        Ok(Self { build, room, spilled: Mutex::new(Spilled { medium, places: HashMap::new(), end: 0 }) })
+        Ok(Self { build, room, spilled: Mutex::new(Spilled { medium, places: BTreeMap::new(), end: 0 }) })
     }
 
     /// What was published as the file `name` by the same build; `None` if there is nothing, or it is not whole.

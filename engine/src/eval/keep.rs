@@ -337,7 +337,7 @@ mod tests {
         fill(&cheap, 1.0);
         assert!(left(&dear) && !left(&cheap));
         // What reads something that is left owes nothing for it.
-        fill(&reader, 3.0);
+        fill(&reader, 1.0);
         assert!(!left(&reader));
         fill(&reader, 40.0);
         assert!(left(&reader));

@@ -167,26 +167,32 @@ pub type Planes<'a> = [&'a [f32]; 3];
 /// # Panics
 /// If a slice is shorter than `weight`.
 pub fn mix_normals(weight: &[f32], base: Planes<'_>, top: Planes<'_>, out: [&mut [f32]; 3]) {
-    let n = weight.len();
-    let ([bx, by, bz], [tx, ty, tz]) = (base.map(|plane| &plane[..n]), top.map(|plane| &plane[..n]));
-    let [x, y, z] = out.map(|plane| &mut plane[..n]);
+    let [x, y, z] = out;
     simd::dispatch(
         #[inline(always)]
-        || {
-            for i in 0..n {
-                let w = weight[i];
-                let (base, top) = ([bx[i], by[i], bz[i]], [tx[i], ty[i], tz[i]]);
-                let (b, t) = (leaning(base), leaning(top));
-                // The mix of the slopes x/z and y/z, all three multiplied by both z.
-                let (mx, my) = (lerp(b[0] * t[2], t[0] * b[2], w), lerp(b[1] * t[2], t[1] * b[2], w));
-                let mz = b[2] * t[2];
-                let half = 0.5 / (mx * mx + my * my + mz * mz).sqrt();
-                x[i] = between(base[0], top[0], 0.5 + mx * half, w);
-                y[i] = between(base[1], top[1], 0.5 + my * half, w);
-                z[i] = between(base[2], top[2], 0.5 + mz * half, w);
-            }
-        },
+        || mix_normals_of(weight, base, top, x, y, z),
     );
+}
+
+/// [`mix_normals`] as one loop. Here all lengths are seen to be one and the arguments are known not to overlap, which is
+/// lost where a closure brings them: else the compiler does not vectorise the loop.
+#[inline(always)]
+fn mix_normals_of(weight: &[f32], base: Planes<'_>, top: Planes<'_>, x: &mut [f32], y: &mut [f32], z: &mut [f32]) {
+    let n = weight.len();
+    let ([bx, by, bz], [tx, ty, tz]) = (base.map(|plane| &plane[..n]), top.map(|plane| &plane[..n]));
+    let [x, y, z] = [x, y, z].map(|plane| &mut plane[..n]);
+    for i in 0..n {
+        let w = weight[i];
+        let (base, top) = ([bx[i], by[i], bz[i]], [tx[i], ty[i], tz[i]]);
+        let (b, t) = (leaning(base), leaning(top));
+        // The mix of the slopes x/z and y/z, all three multiplied by both z.
+        let (mx, my) = (lerp(b[0] * t[2], t[0] * b[2], w), lerp(b[1] * t[2], t[1] * b[2], w));
+        let mz = b[2] * t[2];
+        let half = 0.5 / (mx * mx + my * my + mz * mz).sqrt();
+        x[i] = between(base[0], top[0], 0.5 + mx * half, w);
+        y[i] = between(base[1], top[1], 0.5 + my * half, w);
+        z[i] = between(base[2], top[2], 0.5 + mz * half, w);
+    }
 }
 
 /// `mixed`, with the bits of `base` and of `top` where the weight is 0 and 1.

@@ -128,6 +128,8 @@ pub(super) struct Run<'a, I: Inputs> {
     /// Whether the result may begin at any of its pixels.
     pub(super) adrift: bool,
     pub(super) fitted: Option<Fitted>,
+    /// What the result is kept in step with.
+    pub(super) in_step: Option<Fitted>,
     /// The Jacobian everywhere, instead of what the inputs say.
     pub(super) bent: Option<Jacobian>,
 }
@@ -175,7 +177,11 @@ pub fn run<I: Inputs>(
     let bent = fitted.filter(|_| first.is_some()).and_then(|fitted| fitted.bent(&j));
     let j = bent.unwrap_or(j);
     let adrift = settings.adrift && output.wrap == [true; 2] && !matches!(first, Some(Jacobians::Each(_)));
-    let run = Run { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted, bent };
+    // What is shaken is meant to leave its place; and where a lattice is bent much to fit, pieces would have to be small.
+    let in_step = fitted.filter(|fitted| {
+        settings.adrift && first.is_none() && settings.jitter <= 0.0 && fitted.bent(&IDENTITY).is_some()
+    });
+    let run = Run { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted, in_step, bent };
     let coords = if run.isometric {
         run.isometric(&levels, &planned, &needs)?
     } else {
@@ -214,7 +220,11 @@ impl<I: Inputs> Run<'_, I> {
                 })
                 .collect()
         };
-        Table::new(level, plane, &valid, &guide)
+        let table = Table::new(level, plane, &valid, &guide);
+        match &self.in_step {
+            Some(fitted) => table.on(&fitted.basis),
+            None => table,
+        }
     }
 
     /// The guide decides at coarse levels, the texture at fine ones.

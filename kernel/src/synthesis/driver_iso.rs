@@ -46,6 +46,9 @@ impl<I: Inputs> Run<'_, I> {
                 fixed = is_fixed;
             }
             let mut layer = Layer::new(planned_here, needs.reach, map, guide, fixed);
+            if let Some(fitted) = &self.in_step {
+                layer.phases = fitted.phases(region);
+            }
             self.passes((k, planned.len()), once, |count| {
                 if count {
                     layer.factors =
@@ -59,6 +62,7 @@ impl<I: Inputs> Run<'_, I> {
                     guide: &layer.guide,
                     guide_weight: self.weight(table),
                     fixed: &layer.fixed,
+                    phases: &layer.phases,
                 };
                 iso::correct(table, &layer.region, &terms, &mut layer.map);
                 layer.spend(iso::QUARTERS * table.hood.reach());

@@ -7,6 +7,7 @@ use super::analysis::Hood;
 use super::candidates::distance;
 use super::coverage::Factors;
 use super::pca::DIMS;
+use super::phase::{self, Phase};
 use super::plane::Plane;
 use super::region::Region;
 use super::table::Table;
@@ -28,6 +29,8 @@ pub struct Terms<'a> {
     pub guide_weight: f32,
     /// Pixels that stay as they are; empty for none.
     pub fixed: &'a [bool],
+    /// Where in a cell of the lattice what is shown should lie; empty where nothing is kept in step.
+    pub(super) phases: &'a [Phase],
 }
 
 /// How far a pass reads per pixel of a neighbourhood: each of its quarters reads what the one before has written.
@@ -268,11 +271,15 @@ impl Row<'_> {
         let (table, terms) = (self.table, self.terms);
         let factors = terms.factors.map(|factors| factors.of(x, self.y));
         let guide = if PLAIN || terms.guide.is_empty() { 0.0 } else { terms.guide[self.y * self.region.plane.w + x] };
+        let phase = terms.phases.get(self.y * self.region.plane.w + x);
         let cost = |at: u32| {
             let mut cost = distance(wanted, &table.hoods[at as usize]);
             if !PLAIN && !table.guide.is_empty() {
                 let off = guide - table.guide[at as usize];
                 cost += terms.guide_weight * (off * off);
+            }
+            if let Some(&phase) = phase {
+                cost += phase::COST * table.spread * table.off(at, phase);
             }
             if let Some(factors) = factors {
                 cost *= factors[table.bin[at as usize] as usize];

@@ -1,5 +1,6 @@
 //! The pixels of a level while it is worked on.
 use super::coverage::Factors;
+use super::phase::Phase;
 use super::region::{Planned, Region};
 
 /// The pixels of a level while it is worked on. Where sides do not join, those that are no longer read are left behind: the
@@ -17,6 +18,8 @@ pub(super) struct Layer {
     pub(super) guide: Vec<f32>,
     /// Pixels that stay as they are; empty for none.
     pub(super) fixed: Vec<bool>,
+    /// Where in a cell of the lattice what is shown should lie; empty where nothing is kept in step.
+    pub(super) phases: Vec<Phase>,
     /// Factors for even use.
     pub(super) factors: Option<Factors>,
 }
@@ -24,7 +27,16 @@ pub(super) struct Layer {
 impl Layer {
     /// All pixels of a level, of which those up to `reach` around the wanted ones are read.
     pub(super) fn new(planned: &Planned, reach: i32, map: Vec<u32>, guide: Vec<f32>, fixed: Vec<bool>) -> Self {
-        Self { region: planned.region, wanted: planned.wanted, left: reach, map, guide, fixed, factors: None }
+        Self {
+            region: planned.region,
+            wanted: planned.wanted,
+            left: reach,
+            map,
+            guide,
+            fixed,
+            phases: Vec::new(),
+            factors: None,
+        }
     }
 
     /// Leaves pixels behind that are not read any more; returns the region that was before, for what else is kept of them.
@@ -34,6 +46,7 @@ impl Layer {
         before.keep(&part, &mut self.map);
         before.keep(&part, &mut self.guide);
         before.keep(&part, &mut self.fixed);
+        before.keep(&part, &mut self.phases);
         if let Some(factors) = self.factors.as_mut().filter(|_| part != before) {
             factors.keep(&before, &part);
         }

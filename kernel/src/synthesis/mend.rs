@@ -103,7 +103,7 @@ pub(super) fn mend((table, image): (&Table, &Texels<f32>), how: &How, layer: &mu
     let mut before = Before::default();
     for k in 0..rounds + replacing + u32::from(replacing > 0) {
         before.keep(&layer.trim(), &layer.region);
-        let Layer { region, map, guide, fixed, factors, .. } = layer;
+        let Layer { region, map, guide, fixed, phases, factors, .. } = layer;
         let counted =
             how.even.map(|even| Factors::count(&even, table.plane, table.usable_bins, region, |p| patches.bin(map[p])));
         let terms = Terms {
@@ -111,6 +111,7 @@ pub(super) fn mend((table, image): (&Table, &Texels<f32>), how: &How, layer: &mu
             guide,
             guide_weight: how.guide_weight,
             fixed,
+            phases,
             enough: how.enough,
         };
         let near = spread(&torn(&patches, region, map), region.plane, reach);

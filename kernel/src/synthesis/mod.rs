@@ -30,6 +30,7 @@ mod mend;
 pub mod origin;
 mod patches;
 pub mod pca;
+mod phase;
 mod placing;
 mod plane;
 pub mod region;

@@ -4,6 +4,7 @@
 //! one (C. Barnes et al., 2009).
 use super::coverage::Factors;
 use super::patches::{Patches, SIDE, Shade, Shown};
+use super::phase::{self, Phase};
 use super::plane::Plane;
 use super::region::Region;
 use super::table::Table;
@@ -25,6 +26,8 @@ pub(super) struct Terms<'a> {
     pub(super) guide_weight: f32,
     /// Pixels that stay as they are; empty for none.
     pub(super) fixed: &'a [bool],
+    /// Where in a cell of the lattice what is shown should lie; empty where nothing is kept in step.
+    pub(super) phases: &'a [Phase],
     /// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a
     /// better one would only make more of the result alike.
     pub(super) enough: f32,
@@ -73,6 +76,8 @@ struct Query<'a> {
     factors: Option<&'a [f32]>,
     /// The wanted guide value and the weight of its squared difference.
     guide: Option<(f32, f32)>,
+    /// The wanted phase, and what it costs to be out of step altogether.
+    phase: Option<(Phase, f32)>,
     best: u32,
     least: f32,
     /// What has been tried.
@@ -98,7 +103,7 @@ pub(super) fn weight(fit: f32) -> f32 {
 #[inline(always)]
 pub(super) fn cost(
     (table, patches): (&Table, &Patches),
-    (factors, guide): (Option<&[f32]>, Option<(f32, f32)>),
+    (factors, guide, phase): (Option<&[f32]>, Option<(f32, f32)>, Option<(Phase, f32)>),
     at: u32,
     least: f32,
     distance: impl FnOnce(i32) -> i32,
@@ -114,6 +119,7 @@ pub(super) fn cost(
         let off = wanted - table.guide(patches.known(at));
         weight * (off * off)
     });
+    let added = added + phase.map_or(0.0, |(wanted, weight)| weight * table.off(patches.known(at), wanted));
     #[expect(clippy::cast_possible_truncation, reason = "it saturates")]
     let most = ((least / factor - added) * patches.per_unit()) as i32;
     (distance(most) as f32 * patches.unit() + added) * factor
@@ -192,6 +198,7 @@ impl Search<'_> {
             shown: self.show::<N>(seen, (x, y)),
             factors: self.terms.factors.map(|factors| factors.of(x, y)),
             guide: guide.map(|guide| (guide, 2.0 * (N * N) as f32 * self.terms.guide_weight)),
+            phase: self.terms.phases.get(p).map(|phase| (*phase, 2.0 * (N * N) as f32 * phase::COST)),
             best: own,
             least: f32::INFINITY,
             tried: [u32::MAX; 32],
@@ -242,7 +249,7 @@ impl Search<'_> {
         }
         query.tried[query.count & 31] = at;
         query.count += 1;
-        let known = (query.factors, query.guide);
+        let known = (query.factors, query.guide, query.phase);
         let distance = simd::inlined(
             #[inline(always)]
             |most| self.patches.distance::<N, 32>(&query.shown, at, most),

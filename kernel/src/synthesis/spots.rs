@@ -3,6 +3,7 @@
 //! Such a spot is compared, with what lies around it, with thousands of places of the exemplar, and the middle of the best one
 //! is pasted over it. Spots lie so far apart that no two overlap, and which they are depends on what is near only.
 use super::patches::Patches;
+use super::phase;
 use super::plane::Plane;
 use super::region::Region;
 use super::rematch::{Terms, cost, weight};
@@ -127,7 +128,10 @@ impl Search<'_> {
         let (x, y) = (p % w, p / w);
         let factors = self.terms.factors.map(|factors| factors.of(x, y));
         let wanted = self.terms.guide.get(p).copied().filter(|_| self.table.has_guide());
-        let known = (factors, wanted.map(|wanted| (wanted, 2.0 * (SIDE * SIDE) as f32 * self.terms.guide_weight)));
+        let whole = 2.0 * (SIDE * SIDE) as f32;
+        let guide = wanted.map(|wanted| (wanted, whole * self.terms.guide_weight));
+        let phase = self.terms.phases.get(p).map(|phase| (*phase, whole * phase::COST));
+        let known = (factors, guide, phase);
         let shown = self.show(x, y);
         let (mut best, mut least) = (found, f32::INFINITY);
         let mut test = simd::inlined(

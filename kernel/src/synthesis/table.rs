@@ -1,7 +1,9 @@
 //! A level's tables, padded by `h` on all sides, so that a neighbour's prediction never has to be brought inside.
 use super::analysis::{Hood, Level};
 use super::coverage::{self, Factors};
+use super::lattice::Basis;
 use super::pca::DIMS;
+use super::phase::{Metric, Phase, phase};
 use super::plane::{Lookup, Plane};
 use super::region::Region;
 use crate::ground::simd;
@@ -26,6 +28,9 @@ pub struct Table {
     /// Where the padding of sides that join leads; empty if none do.
     pub(super) home: Vec<u32>,
     pub(super) guide: Vec<f32>,
+    /// Where in a cell of the lattice each lies; empty if nothing is kept in step.
+    phases: Vec<Phase>,
+    metric: Metric,
     /// Bins with a pixel that can win.
     pub usable_bins: usize,
     /// How much neighbourhoods differ on average, squared.
@@ -71,8 +76,27 @@ impl Table {
             bin: source.iter().map(|&(_, p)| narrow(coverage::bin(plane, p % w, p / w))).collect(),
             home: if wraps { source.iter().map(|&(_, p)| narrow(padded(p))).collect() } else { Vec::new() },
             guide: if guide.is_empty() { Vec::new() } else { source.iter().map(|&(_, p)| guide[p]).collect() },
+            phases: Vec::new(),
+            metric: Metric::default(),
             usable_bins: used.iter().filter(|u| **u).count(),
         }
+    }
+
+    /// With where in a cell of a lattice each pixel lies, the middle of what it stands for where `J = 1`.
+    pub(super) fn on(mut self, basis: &Basis) -> Self {
+        let half = 0.5 * self.h as f64;
+        let n = self.appearance.len();
+        self.phases = (0..n)
+            .map(|at| phase(basis, self.pixel(super::candidates::narrow(at)).map(|v| f64::from(v) + half)))
+            .collect();
+        self.metric = Metric::new(basis);
+        self
+    }
+
+    /// How much an index is out of step with what is wanted, 0 to 1.
+    #[inline(always)]
+    pub(super) fn off(&self, at: u32, wanted: Phase) -> f32 {
+        self.metric.off(self.phases[at as usize], wanted)
     }
 
     /// The index of exemplar pixel (x, y), which lies inside.

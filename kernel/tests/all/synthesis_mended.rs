@@ -4,7 +4,8 @@
 use crate::synthesis::{Plain, analysed, plane, settings};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::synthesis::aniso::Position;
-use shibo_kernel::synthesis::driver::{Analysed, Inputs, Settings, run};
+use shibo_kernel::synthesis::driver::{Analysed, Inputs, Settings, Start, run};
+use shibo_kernel::synthesis::lattice::Basis;
 use shibo_kernel::synthesis::region::{Output, Region};
 use shibo_kernel::synthesis::texels::Texels;
 
@@ -183,5 +184,42 @@ fn guides_are_followed_and_given_pixels_stay() {
         if let Some(wanted) = given((p % 96) as f64 + 0.5, (p / 96) as f64 + 0.5) {
             assert_eq!(*at, wanted);
         }
+    }
+}
+
+/// Bricks in running bond between joints, less than three by nine, each of its own colour.
+fn bricks(basis: Basis, side: usize) -> Texels<f32> {
+    let (hash, [wide, high]) = (Hash::new(3), [basis.b[0], basis.a[1]]);
+    let value = |p: usize| {
+        let (x, y) = ((p % side) as f64, (p / side) as f64);
+        let course = (y / high).floor();
+        let along = x / wide + 0.5 * course;
+        let (into, up) = ((along - along.floor()) * wide, y - course * high);
+        let brick = hash.with((along.floor() + 64.0) as u64 * 256 + course as u64);
+        let joint = (into.min(up) / 2.0).min(1.0);
+        (joint * (0.6 + 0.4 * brick.unit(0)) + 0.1 * hash.unit(p as u64)) as f32
+    };
+    let data: Vec<f32> = (0..side * side).map(value).collect();
+    let mean = data.iter().sum::<f32>() / data.len() as f32;
+    let spread = (data.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() / data.len() as f32).sqrt();
+    Texels::new(plane(side, side, false), 1, data.iter().map(|v| (v - mean) / spread).collect())
+}
+
+#[test]
+fn what_starts_on_a_lattice_stays_in_step() {
+    let basis = Basis { a: [16.0, 10.6], b: [32.0, 0.0] };
+    let exemplar = bricks(basis, 92);
+    for seed in 1..=4 {
+        let how = Settings { start: Start::Lattice(basis), coarsest: 16, adrift: true, ..plain(2, seed) };
+        let coords = grown(&exemplar, &[], &unbounded(-7, 11, 192, 192), &how, &Plain::default());
+        let slipped = |(p, at): (usize, &Position)| {
+            let (x, y) = ((p % 192) as f64 - 6.5, (p / 192) as f64 + 11.5);
+            let c = basis.coordinates([f64::from(at[0]) - x, f64::from(at[1]) - y]);
+            let off = basis.at(c[0] - c[0].round(), c[1] - c[1].round());
+            off[0].hypot(off[1]) > 4.0
+        };
+        let share = coords.iter().enumerate().filter(|at| slipped(*at)).count() as f64 / coords.len() as f64;
+        // More than three times as many if nothing keeps them in step.
+        assert!(share < 0.005, "seed {seed}: {share:.4} of the pixels are not in step");
     }
 }

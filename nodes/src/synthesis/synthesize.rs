@@ -46,7 +46,7 @@ pub enum Preset {
 /// Over which area the use of the exemplar is evened out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Scope {
-    /// The whole output for a regular exemplar on a canvas that tiles in both directions; otherwise locally.
+    /// Locally, so that windows stay exact
     #[default]
     Auto,
     /// The whole output. Then a larger output does not contain a smaller one.
@@ -110,7 +110,8 @@ pub struct Synthesize {
     /// Size of the pieces that are copied whole: 1.5 is small, 2.5 that of most presets, 3 large.
     #[schemars(range(min = 1, max = 10))]
     pub copy_size: Option<f64>,
-    /// How evenly all parts of the exemplar are used: 0 not at all, 1 as in the presets.
+    /// How evenly all parts of the exemplar are used, from 0, not at all: 1 by default, and 1.25 where a lattice is found and
+    /// the preset is not `Regular`.
     #[schemars(range(min = 0, max = 1.5))]
     pub even_use: Option<f64>,
     /// Over which area the use of the exemplar is evened out.
@@ -247,15 +248,15 @@ impl Synthesize {
             Preset::Faithful => 3.0,
             _ => 2.5,
         });
-        let local = match self.scope {
-            Scope::Auto => regular || basis.is_none() || cx.tiling() != shibo_engine::value::Tiling::BOTH,
-            Scope::Whole => false,
-            Scope::Local => true,
-        };
-        let even = self.even_use.unwrap_or(1.0);
+        // Of what is regular, other parts fit as well: fewer are seen twice, and no more is torn.
+        let even = self.even_use.unwrap_or(if basis.is_some() && !regular { 1.25 } else { 1.0 });
         Settings {
             kappa: narrow(kappa),
-            even: (even > 0.0).then(|| EvenUse { amount: narrow(even), tile: local.then_some(TILE), halved: false }),
+            even: (even > 0.0).then(|| EvenUse {
+                amount: narrow(even),
+                tile: (self.scope != Scope::Whole).then_some(TILE),
+                halved: false,
+            }),
             passes: self.passes,
             rounds: self.rounds(),
             enough: if self.preset == Preset::Best { 0.01 } else { 0.015 },
@@ -325,7 +326,7 @@ impl Synthesize {
 }
 
 impl Node for Synthesize {
-    const VERSION: u32 = 10;
+    const VERSION: u32 = 11;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];

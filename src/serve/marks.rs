@@ -66,12 +66,12 @@ impl Page<'_> {
     }
 }
 
-/// The marks of a scene's mesh. Triangles are those of the page, which are ordered by parts; lines are the numbers of their ends,
-/// points their numbers.
+/// The marks of a scene's mesh, or null if it has none: the page may ask while another graph takes its place. Triangles are those
+/// of the page, which are ordered by parts; lines are the numbers of their ends, points their numbers.
 pub(super) async fn marks(State(app): State<App>, query: Result<Query<Of>, QueryRejection>) -> Result<Response, No> {
     let scene = app.scene(query?.g)?;
     let found = app.look(&scene, move |look, _, scene| found(look, scene)).await?;
-    Ok(Json(found.ok_or(No::Unknown)?).into_response())
+    Ok(Json(found).into_response())
 }
 
 fn found(look: &Look<'_>, scene: &Scene) -> Result<Option<Data>, Failure> {

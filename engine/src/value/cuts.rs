@@ -2,10 +2,11 @@
 //!
 //! Every solid that the cut one reads, directly or not, becomes a field with a key of its own. So the tiles of a solid that
 //! several solids or outputs read, such as the growth time of a tree, are computed once and cached.
-use super::shown::Shown;
+use super::shown::{Shown, ShownInput};
 use super::solid::{Body, Solid};
 use super::{Cut, Field, FieldId, Halo, Key, Tile, Type};
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 type Id = (FieldId, FieldId);
@@ -65,12 +66,15 @@ impl Known {
                 return self.get(inner, &moved).cloned().ok_or_else(|| vec![(inner.clone(), moved)]);
             }
             Body::Computed { source, inputs } => {
-                let fields: Vec<Field> = inputs.iter().filter_map(|input| self.get(input, cut).cloned()).collect();
-                if fields.len() < inputs.len() {
-                    let missing = inputs.iter().filter(|input| self.get(input, cut).is_none());
-                    return Err(missing.map(|input| (input.clone(), cut.clone())).collect());
-                }
-                let shown = Shown { source: source.clone(), inputs: fields, cut: cut.clone() };
+                let parts: Vec<(&Solid, Range<usize>)> = inputs.iter().map(Solid::whole).collect();
+                let read = |(of, channels): &(&Solid, Range<usize>)| {
+                    Some(ShownInput { field: self.get(of, cut)?.clone(), channels: channels.clone() })
+                };
+                let Some(inputs) = parts.iter().map(read).collect() else {
+                    let missing = parts.iter().filter(|(of, _)| self.get(of, cut).is_none());
+                    return Err(missing.map(|(of, _)| ((*of).clone(), cut.clone())).collect());
+                };
+                let shown = Shown { source: source.clone(), inputs, cut: cut.clone() };
                 Field::new(solid.field_type(), cut.tiling(), shown).overwriting()
             }
             Body::Channels { of, channels } => {

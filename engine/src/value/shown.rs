@@ -1,14 +1,47 @@
 //! The code of the field of a cut through a solid.
-use super::solid::{Listener, Patch, PatchPieces, Planes, SolidSource};
+use super::solid::{Patch, PatchPieces, Planes, SolidSource};
 use super::{Cost, Cut, Field, FieldSource, Given, Grid, Pieces, Read, Stop, Tile, Window};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What a cut shows of a solid.
 pub(super) struct Shown {
     pub(super) source: Arc<dyn SolidSource>,
-    /// The fields of the solids that the code reads.
-    pub(super) inputs: Vec<Field>,
+    /// What the code reads.
+    pub(super) inputs: Vec<ShownInput>,
     pub(super) cut: Cut,
+}
+
+/// A solid that the code of another reads.
+pub(super) struct ShownInput {
+    /// Its field, or one that it is a part of.
+    pub(super) field: Field,
+    /// Its channels there, read where they lie.
+    pub(super) channels: Range<usize>,
+}
+
+/// Some rows of a window, counted from its top.
+struct Rows {
+    grid: Grid,
+    window: Window,
+    rows: Range<usize>,
+}
+
+impl Rows {
+    /// Where their values lie in a plane of the window.
+    fn points(&self) -> Range<usize> {
+        let columns = self.window.width as usize;
+        self.rows.start * columns..self.rows.end * columns
+    }
+
+    /// Their values of a channel of a tile of the window.
+    fn of<'a>(&self, tile: &'a Tile, channel: usize) -> &'a [f32] {
+        &tile.plane(channel)[self.points()]
+    }
+
+    fn three<'a>(&self, tile: &'a Tile) -> [&'a [f32]; 3] {
+        [0, 1, 2].map(|channel| self.of(tile, channel))
+    }
 }
 
 /// The smallest window of whole quads around `window`.
@@ -54,43 +87,46 @@ impl Shown {
         self.cut.rounded().filter(|_| self.source.wants().rounded)
     }
 
-    /// Computes the whole of a tile from others of the same window.
-    fn compute(&self, tiles: &[&Tile], listener: Option<Listener<'_>>, out: &mut Tile) {
-        let (grid, window) = (out.grid, out.window);
+    /// Computes planes of some rows of a window from tiles of that window.
+    fn compute(&self, given: &Given<'_>, tiles: &[&Tile], rows: &Rows, out: &mut [&mut [f32]]) {
+        let (columns, n, points) = (rows.window.width as usize, rows.window.len(), rows.points());
         let mut tiles = tiles.iter().copied();
         let place = if self.source.wants().place { tiles.next() } else { None };
         let pieces = self.pieces().and_then(|pieces| {
-            let ids = tiles.next()?.plane(0);
+            let ids = rows.of(tiles.next()?, 0);
             let planes = pieces.planes.as_ref().and_then(|planes| Some((tiles.next()?, &planes.axes)));
-            let planes = planes.map(|(turned, axes)| ([turned.plane(0), turned.plane(1)], axes));
+            let planes = planes.map(|(turned, axes)| ([rows.of(turned, 0), rows.of(turned, 1)], axes));
             Some(PatchPieces { ids, planes })
         });
         let metric = self.metric().and_then(|_| tiles.next());
         let rounded = self.rounded().and_then(|_| tiles.next());
-        let inputs: Vec<Planes<'_>> = tiles.map(|tile| Planes::new(tile.data(), window.len())).collect();
+        let channels = |input: &ShownInput| input.channels.start * n..input.channels.end * n;
+        let planes = tiles.zip(&self.inputs).map(|(tile, input)| Planes::new(&tile.data()[channels(input)], n));
+        let inputs: Vec<Planes<'_>> = planes.map(|planes| planes.part(points.clone())).collect();
         let patch = Patch {
-            place: place.map_or([&[]; 3], |tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
-            columns: out.width(),
-            rows: out.height(),
+            place: place.map_or([&[]; 3], |tile| rows.three(tile)),
+            columns,
+            rows: rows.rows.len(),
             level: self.cut.level(),
             flat: self.cut.flat(),
             pieces: pieces.filter(|_| self.source.wants().quads),
-            metric: metric.map(|tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
-            rounded: rounded.map(|tile| [tile.plane(0), tile.plane(1), tile.plane(2)]),
+            metric: metric.map(|tile| rows.three(tile)),
+            rounded: rounded.map(|tile| rows.three(tile)),
             space: false,
-            pixel: self.cut.pixel(&grid),
-            listener,
+            pixel: self.cut.pixel(&rows.grid),
+            listener: given.listener(),
         };
-        self.source.fill(&patch, &inputs, &mut out.planes_mut());
+        self.source.fill(&patch, &inputs, out);
     }
 
     /// Computes a tile from others of the window `whole` around it.
-    fn compute_whole(&self, tiles: &[&Tile], listener: Option<Listener<'_>>, whole: Window, out: &mut Tile) {
+    fn compute_whole(&self, given: &Given<'_>, tiles: &[&Tile], whole: Window, out: &mut Tile) {
+        let rows = Rows { grid: out.grid, window: whole, rows: 0..whole.height as usize };
         if whole == out.window {
-            return self.compute(tiles, listener, out);
+            return self.compute(given, tiles, &rows, &mut out.planes_mut());
         }
         let mut larger = Tile::unset(out.grid, whole, out.channels());
-        self.compute(tiles, listener, &mut larger);
+        self.compute(given, tiles, &rows, &mut larger.planes_mut());
         out.copy_from(&larger, 0, 0);
     }
 
@@ -100,16 +136,29 @@ impl Shown {
         let ids = tiles[usize::from(self.source.wants().place)];
         let parts = occupied(ids.plane(0), whole);
         if parts == [whole] {
-            self.compute_whole(&tiles, given.listener(), whole, out);
+            self.compute_whole(given, &tiles, whole, out);
         } else {
             out.data_mut().fill(0.0);
             let beside = if self.in_quads(&out.grid) { BESIDE } else { 0 };
             for part in parts {
                 given.check()?;
                 let around = part.grow(beside, beside).intersection(&whole);
-                let cropped: Vec<Tile> = tiles.iter().map(|tile| crop(tile, around)).collect();
+                let rows = around.y.abs_diff(whole.y) as usize..around.bottom().abs_diff(whole.y) as usize;
+                let rows = Rows { grid: out.grid, window: whole, rows };
+                if around.width == whole.width && whole == out.window {
+                    let planes = out.planes_mut().into_iter().map(|plane| &mut plane[rows.points()]);
+                    self.compute(given, &tiles, &rows, &mut planes.collect::<Vec<_>>());
+                    continue;
+                }
                 let mut larger = Tile::unset(out.grid, around, out.channels());
-                self.compute(&cropped.iter().collect::<Vec<_>>(), given.listener(), &mut larger);
+                if around.width == whole.width {
+                    self.compute(given, &tiles, &rows, &mut larger.planes_mut());
+                } else {
+                    let cropped: Vec<Tile> = tiles.iter().map(|tile| crop(tile, around)).collect();
+                    let cropped: Vec<&Tile> = cropped.iter().collect();
+                    let rows = Rows { window: around, rows: 0..around.height as usize, ..rows };
+                    self.compute(given, &cropped, &rows, &mut larger.planes_mut());
+                }
                 out.copy_part(&larger, part, 0, 0);
             }
         }
@@ -137,7 +186,7 @@ fn crop(tile: &Tile, window: Window) -> Tile {
 }
 
 /// Windows of whole quads that together hold all pixels of `window` with a number that is not 0, and few others: in bands of
-/// rows, from the first such column to the last.
+/// rows, from the first such column to the last, or in whole rows.
 fn occupied(ids: &[f32], window: Window) -> Vec<Window> {
     let mut parts: Vec<Window> = Vec::new();
     let columns = window.width as usize;
@@ -146,6 +195,8 @@ fn occupied(ids: &[f32], window: Window) -> Vec<Window> {
         let Some(first) = rows().filter_map(|row| row.iter().position(|id| *id != 0.0)).min() else { continue };
         let last = rows().filter_map(|row| row.iter().rposition(|id| *id != 0.0)).max().unwrap_or(first);
         let (first, end) = (first & !1, ((last + 2) & !1).min(columns));
+        // Whole rows are computed where they lie; of others all that is read is copied first.
+        let (first, end) = if 2 * (end - first) > columns { (0, columns) } else { (first, end) };
         #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a window's columns and rows")]
         let part =
             Window { x: window.x + first as i32, y, width: (end - first) as u32, height: (ids.len() / columns) as u32 };
@@ -170,7 +221,7 @@ impl FieldSource for Shown {
             .chain(pieces)
             .chain(self.metric())
             .chain(self.rounded())
-            .chain(&self.inputs)
+            .chain(self.inputs.iter().map(|input| &input.field))
             .map(|field| Read::new(field, grid, window))
             .collect()
     }
@@ -182,7 +233,7 @@ impl FieldSource for Shown {
             return self.compute_between_holes(given, whole, out);
         }
         let tiles: Vec<&Tile> = given.tiles().collect();
-        self.compute_whole(&tiles, given.listener(), whole, out);
+        self.compute_whole(given, &tiles, whole, out);
         Ok(())
     }
 

@@ -11,6 +11,7 @@ use glam::DVec3;
 use std::any::Any;
 use std::collections::HashMap;
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Points at which solids are evaluated, by rows, and what is known about how they lie.
@@ -89,22 +90,30 @@ impl<'a> Patch<'a> {
 pub struct Planes<'a> {
     data: &'a [f32],
     points: usize,
+    /// From one plane to the next.
+    stride: usize,
+    channels: usize,
 }
 
 impl<'a> Planes<'a> {
     /// `data` holds whole planes of `points` values.
     pub const fn new(data: &'a [f32], points: usize) -> Self {
-        Self { data, points }
+        Self { data, points, stride: points, channels: data.len() / if points == 0 { 1 } else { points } }
+    }
+
+    /// The same of some of the points.
+    pub(super) fn part(self, points: Range<usize>) -> Self {
+        Self { data: self.data.get(points.start..).unwrap_or_default(), points: points.len(), ..self }
     }
 
     /// One channel.
     pub fn plane(&self, channel: usize) -> &'a [f32] {
-        &self.data[channel * self.points..(channel + 1) * self.points]
+        &self.data[channel * self.stride..channel * self.stride + self.points]
     }
 
     /// The number of channels.
     pub const fn channels(&self) -> usize {
-        self.data.len() / if self.points == 0 { 1 } else { self.points }
+        self.channels
     }
 }
 
@@ -273,6 +282,20 @@ impl Solid {
 
     pub(super) fn body(&self) -> &Body {
         self.body.get()
+    }
+
+    /// Of channels that lie side by side in another solid: that one, and which of its channels. Else itself and all of its own.
+    pub(super) fn whole(&self) -> (&Self, Range<usize>) {
+        let (mut solid, mut part) = (self, 0..self.channels);
+        while let Body::Channels { of, channels } = solid.body() {
+            let part_of = &channels[part.clone()];
+            if part_of.windows(2).any(|pair| pair[1] != pair[0] + 1) {
+                break;
+            }
+            let first = part_of.first().copied().unwrap_or(0);
+            (solid, part) = (of, first..first + part.len());
+        }
+        (solid, part)
     }
 
     /// The memory it holds, in bytes.

@@ -33,6 +33,20 @@ pub(super) struct Terms<'a> {
     pub(super) enough: f32,
 }
 
+impl<'a> Terms<'a> {
+    /// What is known of pixel (x, y), number `p`, whose patch has so many pixels.
+    #[inline(always)]
+    pub(super) fn known(&self, table: &Table, (x, y): (usize, usize), p: usize, pixels: usize) -> Known<'a> {
+        let whole = 2.0 * pixels as f32;
+        let guide = self.guide.get(p).filter(|_| table.has_guide());
+        Known {
+            factors: self.factors.map(|factors| factors.of(x, y)),
+            guide: guide.map(|guide| (*guide, whole * self.guide_weight)),
+            phase: self.phases.get(p).map(|phase| (*phase, whole * phase::COST)),
+        }
+    }
+}
+
 /// The neighbours of a pixel that are next to it, and those at the rim of its patch.
 pub(super) fn ways(patches: &Patches, plane: Plane) -> [Way; 16] {
     let reach = index(patches.reach);
@@ -69,15 +83,21 @@ pub(super) struct Way {
     step: u32,
 }
 
+/// What is known of a pixel besides what it shows.
+#[derive(Clone, Copy)]
+pub(super) struct Known<'a> {
+    /// The factors for even use, by bin.
+    pub(super) factors: Option<&'a [f32]>,
+    /// The wanted guide value and the weight of its squared difference.
+    pub(super) guide: Option<(f32, f32)>,
+    /// The wanted phase, and what it costs to be out of step altogether.
+    pub(super) phase: Option<(Phase, f32)>,
+}
+
 /// A pixel for which the best patch is looked for.
 struct Query<'a> {
     shown: Shown,
-    /// The factors for even use, by bin.
-    factors: Option<&'a [f32]>,
-    /// The wanted guide value and the weight of its squared difference.
-    guide: Option<(f32, f32)>,
-    /// The wanted phase, and what it costs to be out of step altogether.
-    phase: Option<(Phase, f32)>,
+    known: Known<'a>,
     best: u32,
     least: f32,
     /// What has been tried.
@@ -103,7 +123,7 @@ pub(super) fn weight(fit: f32) -> f32 {
 #[inline(always)]
 pub(super) fn cost(
     (table, patches): (&Table, &Patches),
-    (factors, guide, phase): (Option<&[f32]>, Option<(f32, f32)>, Option<(Phase, f32)>),
+    known: &Known<'_>,
     at: u32,
     least: f32,
     distance: impl FnOnce(i32) -> i32,
@@ -112,14 +132,14 @@ pub(super) fn cost(
     if factor == f32::INFINITY {
         return factor;
     }
-    if let Some(factors) = factors {
+    if let Some(factors) = known.factors {
         factor *= factors[patches.bin(at)];
     }
-    let added = guide.map_or(0.0, |(wanted, weight)| {
+    let added = known.guide.map_or(0.0, |(wanted, weight)| {
         let off = wanted - table.guide(patches.known(at));
         weight * (off * off)
     });
-    let added = added + phase.map_or(0.0, |(wanted, weight)| weight * table.off(patches.known(at), wanted));
+    let added = added + known.phase.map_or(0.0, |(wanted, weight)| weight * table.off(patches.known(at), wanted));
     #[expect(clippy::cast_possible_truncation, reason = "it saturates")]
     let most = ((least / factor - added) * patches.per_unit()) as i32;
     (distance(most) as f32 * patches.unit() + added) * factor
@@ -193,12 +213,9 @@ impl Search<'_> {
     fn find<const N: usize>(&self, (x, y): (usize, usize), seen: &[Shade]) -> Found {
         let (patches, p) = (self.patches, y * self.region.plane.w + x);
         let own = self.map[p];
-        let guide = self.terms.guide.get(p).copied().filter(|_| self.table.has_guide());
         let mut query = Query {
             shown: self.show::<N>(seen, (x, y)),
-            factors: self.terms.factors.map(|factors| factors.of(x, y)),
-            guide: guide.map(|guide| (guide, 2.0 * (N * N) as f32 * self.terms.guide_weight)),
-            phase: self.terms.phases.get(p).map(|phase| (*phase, 2.0 * (N * N) as f32 * phase::COST)),
+            known: self.terms.known(self.table, (x, y), p, N * N),
             best: own,
             least: f32::INFINITY,
             tried: [u32::MAX; 32],
@@ -249,12 +266,11 @@ impl Search<'_> {
         }
         query.tried[query.count & 31] = at;
         query.count += 1;
-        let known = (query.factors, query.guide, query.phase);
         let distance = simd::inlined(
             #[inline(always)]
             |most| self.patches.distance::<N, 32>(&query.shown, at, most),
         );
-        let cost = cost((self.table, self.patches), known, at, query.least, distance);
+        let cost = cost((self.table, self.patches), &query.known, at, query.least, distance);
         if cost < query.least {
             (query.best, query.least) = (at, cost);
         }

@@ -3,7 +3,6 @@
 //! Such a spot is compared, with what lies around it, with thousands of places of the exemplar, and the middle of the best one
 //! is pasted over it. Spots lie so far apart that no two overlap, and which they are depends on what is near only.
 use super::patches::Patches;
-use super::phase;
 use super::plane::Plane;
 use super::region::Region;
 use super::rematch::{Terms, cost, weight};
@@ -126,19 +125,14 @@ impl Search<'_> {
     fn find(&self, p: usize, found: u32) -> u32 {
         let (w, patches) = (self.region.plane.w, self.patches);
         let (x, y) = (p % w, p / w);
-        let factors = self.terms.factors.map(|factors| factors.of(x, y));
-        let wanted = self.terms.guide.get(p).copied().filter(|_| self.table.has_guide());
-        let whole = 2.0 * (SIDE * SIDE) as f32;
-        let guide = wanted.map(|wanted| (wanted, whole * self.terms.guide_weight));
-        let phase = self.terms.phases.get(p).map(|phase| (*phase, whole * phase::COST));
-        let known = (factors, guide, phase);
+        let known = self.terms.known(self.table, (x, y), p, SIDE * SIDE);
         let shown = self.show(x, y);
         let (mut best, mut least) = (found, f32::INFINITY);
         let mut test = simd::inlined(
             #[inline(always)]
             |at: u32, best: &mut u32| {
                 let distance = |most| patches.distance::<SIDE, WIDTH>(&shown, at, most);
-                let cost = cost((self.table, patches), known, at, least, distance);
+                let cost = cost((self.table, patches), &known, at, least, distance);
                 if cost < least {
                     (*best, least) = (at, cost);
                 }

@@ -258,6 +258,9 @@ mod tests {
         let part = |x: i32, y: i32, width: u32, height: u32| Window { x, y, width, height };
         // Nothing in the second band; columns are those of whole quads.
         assert_eq!(occupied(&ids, window), [part(2, 4, 6, 64), part(16, 132, 2, 12)]);
+        // Most of a row is as good as all of it.
+        ids[at(16, 10)] = 1.0;
+        assert_eq!(occupied(&ids, window)[0], part(-2, 4, 20, 64));
         ids.fill(1.0);
         assert_eq!(occupied(&ids, window), [window]);
     }

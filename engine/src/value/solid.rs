@@ -419,3 +419,34 @@ fn at_single(source: &dyn SolidSource, channels: usize, points: &[DVec3], inputs
 const fn single(value: f64) -> f32 {
     value as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Nothing;
+
+    impl SolidSource for Nothing {
+        fn fill(&self, _: &Patch<'_>, _: &[Planes<'_>], _: &mut [&mut [f32]]) {}
+    }
+
+    #[test]
+    fn channels_side_by_side_are_read_where_they_lie() {
+        let all = Solid::bundle(4, Vec::new(), Nothing);
+        let three = all.pick(Type::SolidColor, &[1, 2, 3]);
+        for (solid, channels) in [(&all, 0..4), (&three, 1..4), (&three.channel(1), 2..3)] {
+            let (whole, part) = solid.whole();
+            assert_eq!((whole.id() == all.id(), part), (true, channels));
+        }
+        // What is in another order, or leaves one out, is a solid of its own.
+        for channels in [[2, 1, 0], [0, 2, 3]] {
+            let solid = all.pick(Type::SolidColor, &channels);
+            let (whole, part) = solid.whole();
+            assert_eq!((whole.id() == solid.id(), part), (true, 0..3));
+        }
+        // The values of some points of each plane.
+        let data = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        let planes = Planes::new(&data, 3).part(1..3);
+        assert_eq!((planes.channels(), planes.plane(0), planes.plane(1)), (2, &[1.0, 2.0][..], &[4.0, 5.0][..]));
+    }
+}

@@ -105,7 +105,7 @@ fn own_meshes_wear_the_material() {
     drop_file(&mut page, "roof.obj", ROOF.as_bytes());
     page.wait(&format!("{NOTICE} == 'roof.obj wears the material'"));
     let downloads = tempfile::tempdir().unwrap();
-    let way = json!({ "behavior": "allow", "downloadPath": downloads.path() });
+    let way = json!({ "behavior": "allow", "browserContextId": browser.context, "downloadPath": downloads.path() });
     page.call("Browser.setDownloadBehavior", way);
     page.eval("document.getElementById('export').open = true");
     page.eval("document.getElementById('share').click()");
@@ -200,7 +200,7 @@ fn own_panoramas_light_the_material() {
     assert_eq!(page.eval(chosen), json!(["4", "sky.exr", false]));
     // A shared page has it in it.
     let downloads = tempfile::tempdir().unwrap();
-    page.call("Browser.setDownloadBehavior", json!({ "behavior": "allow", "downloadPath": downloads.path() }));
+    page.call("Browser.setDownloadBehavior", json!({ "behavior": "allow", "browserContextId": browser.context, "downloadPath": downloads.path() }));
     page.eval("document.getElementById('export').open = true");
     page.eval("document.getElementById('share').click()");
     page.wait("document.getElementById('export-note').textContent.startsWith('graph.html')");

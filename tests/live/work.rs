@@ -248,7 +248,7 @@ fn maps_and_models_are_exported() {
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
     let downloads = tempfile::tempdir().unwrap();
-    let way = json!({ "behavior": "allow", "downloadPath": downloads.path() });
+    let way = json!({ "behavior": "allow", "browserContextId": browser.context, "downloadPath": downloads.path() });
     page.call("Browser.setDownloadBehavior", way);
     page.eval("document.getElementById('export').open = true");
     for (what, size, format, name, begin) in [

@@ -77,9 +77,12 @@ impl<'f> Passing<'f> {
             if part.shown {
                 wanted[place].add(rest);
             }
-            let near = |window: &Window| window.width <= FARTHEST && window.height <= FARTHEST;
             let of_part = match wanted[place] {
-                Wanted::Window(window) if near(&window) => Some(part.field.domain().blocks(&part.grid, window)),
+                Wanted::Window(window) => {
+                    let window = part.field.domain().one_repeat(&part.grid, window);
+                    let near = window.width <= FARTHEST && window.height <= FARTHEST;
+                    near.then(|| part.field.domain().blocks(&part.grid, window))
+                }
                 _ => None,
             };
             match of_part.as_ref().and_then(Blocks::window) {
@@ -227,6 +230,23 @@ mod tests {
         assert_eq!(bytes(&blurred(Tiling::BOTH), whole, band), rows(4096, 1) + rows(4096, 5));
         let strip = Window { x: 1024, width: 1024, ..whole };
         assert_eq!(bytes(&once, strip, Window { x: 1024, width: 1024, ..band }), rows(1024, 1) + rows(1536, 3));
+    }
+
+    #[test]
+    fn what_repeats_is_wanted_once_however_far_it_is_read() {
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(16)) };
+        let keyed = |field: Field, name: String| field.keyed(Key::of("test", &[name.as_bytes()]));
+        let first = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "first".to_owned());
+        // 200 filters, each of which reads four pixels further: 100 repeats of the canvas.
+        let last = (0..200).fold(first, |input, i| {
+            let fill = |_: &mut crate::value::Tile, [_]: [&crate::value::Tile; 1]| Ok(());
+            keyed(Field::map(Type::Gray, [input], Halo::px(4), fill), i.to_string())
+        });
+        let window = Window::full(UVec2::splat(16));
+        let passing = Passing::new(&[&last], &grid, window);
+        for blocks in passing.wanted(window) {
+            assert_eq!(blocks.map(|blocks| blocks.count()), Some(1));
+        }
     }
 
     #[test]

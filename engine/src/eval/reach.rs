@@ -160,6 +160,7 @@ fn areas(order: &[(&Field, Grid)], fields: &[&Field], grid: &Grid, window: Windo
     let mut areas: HashMap<_, Option<Area>> = HashMap::new();
     let want = |areas: &mut HashMap<_, Option<Area>>, field: &Field, grid: &Grid, window: Window| {
         let area = areas.entry(at(field, grid)).or_insert_with(|| Some(Area::default()));
+        let window = field.domain().one_repeat(grid, window);
         let near = window.width <= FARTHEST && window.height <= FARTHEST;
         match area.as_mut().filter(|_| near) {
             Some(known) if !window.is_empty() => known.add(&field.domain().blocks(grid, window), window),
@@ -180,7 +181,7 @@ fn areas(order: &[(&Field, Grid)], fields: &[&Field], grid: &Grid, window: Windo
             let source = field.source();
             for read in source.inputs(&grid, shown).into_iter().chain(source.later(&grid, shown)) {
                 // A window that is too large to be looked at stands for everything.
-                let all = Window { width: u32::MAX / 4, ..read.window };
+                let all = Window { width: u32::MAX / 4, height: u32::MAX / 4, ..read.window };
                 want(&mut areas, read.field, &read.grid, window.map_or(all, |_| read.window));
             }
         }

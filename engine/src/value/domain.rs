@@ -24,6 +24,18 @@ impl Domain {
         self.tiling
     }
 
+    /// `window`, but no wider and no higher than the domain where that repeats: one repeat of it holds all its pixels.
+    pub fn one_repeat(&self, grid: &Grid, mut window: Window) -> Window {
+        let Some(period) = grid.period else { return window };
+        if self.tiling.x && window.width > period.x {
+            (window.x, window.width) = (0, period.x);
+        }
+        if self.tiling.y && window.height > period.y {
+            (window.y, window.height) = (0, period.y);
+        }
+        window
+    }
+
     /// The columns and rows of blocks that cover `window` of `grid`.
     pub fn blocks(&self, grid: &Grid, window: Window) -> Blocks {
         let extent = |repeats: bool, pixels: Option<u32>| match pixels.map(u32::cast_signed) {

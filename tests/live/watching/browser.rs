@@ -4,17 +4,26 @@ use serde_json::{Value as Json, json};
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{ChildStdin, Command, Stdio};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 use tungstenite::{Message, WebSocket};
 
 /// The browsers that will do.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
+/// A profile of its own in the one browser that all tests share: starting one takes longer than most tests do.
 pub(crate) struct Browser {
-    child: Child,
+    shared: &'static Shared,
+    /// What the protocol calls the profile.
+    pub(crate) context: String,
+}
+
+/// The browser that runs. It ends with this process, whatever ends that: then its pipe is closed.
+struct Shared {
     port: u16,
-    _profile: tempfile::TempDir,
+    control: Mutex<Page>,
+    _pipe: ChildStdin,
 }
 
 /// A page of it.
@@ -31,51 +40,52 @@ fn find() -> PathBuf {
     found.into_iter().find(|path| path.is_file()).expect("a browser: install chromium (`apt-get install chromium`)")
 }
 
-impl Browser {
-    pub(crate) fn start() -> Self {
-        let profile = tempfile::tempdir().unwrap();
-        let mut child = Command::new(find())
+impl Shared {
+    fn start() -> Self {
+        let profile = tempfile::tempdir().unwrap().keep();
+        // The browser ends when what it takes for its third file does; its profile is removed then.
+        let mut child = Command::new("sh")
+            .args(["-c", "profile=$1; shift; \"$@\" \"--user-data-dir=$profile\" about:blank 3<&0 4>&1; rm -rf \"$profile\"", "sh"])
+            .arg(&profile)
+            .arg(find())
             .args(["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run", "--mute-audio"])
             .args(["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--remote-debugging-port=0"])
-            .args(["--remote-allow-origins=*", "--disable-background-networking", "--window-size=1280,720"])
-            .arg(format!("--user-data-dir={}", profile.path().display()))
-            .arg("about:blank")
-            .stdin(Stdio::null())
+            .args(["--remote-debugging-pipe", "--remote-allow-origins=*", "--disable-background-networking"])
+            .arg("--window-size=1280,720")
+            .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
+        let pipe = child.stdin.take().unwrap();
         let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
         let address = lines.find_map(|line| Some(line.split_once("ws://127.0.0.1:")?.1.to_owned())).expect("a port");
-        let port = address.split('/').next().unwrap().parse().unwrap();
+        let (port, path) = address.split_once('/').unwrap();
+        let port = port.parse().unwrap();
         // What it writes later is read, so that it never waits for it.
         std::thread::spawn(move || lines.for_each(drop));
-        Self { child, port, _profile: profile }
+        Self { port, control: Mutex::new(Page::connect(port, path)), _pipe: pipe }
     }
 
-    /// A new page that shows `url`.
+    fn call(&self, method: &str, params: Json) -> Json {
+        self.control.lock().unwrap_or_else(PoisonError::into_inner).call(method, params)
+    }
+}
+
+impl Browser {
+    pub(crate) fn start() -> Self {
+        static SHARED: OnceLock<Shared> = OnceLock::new();
+        let shared = SHARED.get_or_init(Shared::start);
+        let context = shared.call("Target.createBrowserContext", json!({}));
+        Self { shared, context: context["browserContextId"].as_str().unwrap().to_owned() }
+    }
+
+    /// A new page that shows `url`, in a window of its own: what is hidden behind another draws nothing.
     pub(crate) fn open(&self, url: &str) -> Page {
-        use std::io::{Read, Write};
-        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        let port = self.port;
-        write!(stream, "PUT /json/new?about:blank HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n")
-            .unwrap();
-        let mut answer = Vec::new();
-        // The connection may be kept open: the answer is complete when it is JSON.
-        let target: Json = loop {
-            let mut part = [0; 4096];
-            let n = stream.read(&mut part).unwrap();
-            answer.extend_from_slice(&part[..n]);
-            if let Ok(json) = serde_json::from_slice(&super::split(&answer).1) {
-                break json;
-            }
-            assert!(n > 0, "{}", String::from_utf8_lossy(&answer));
-        };
-        let address = target["webSocketDebuggerUrl"].as_str().unwrap();
-        let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let (socket, _) = tungstenite::client(address, stream).unwrap();
-        let mut page = Page { socket, next: 0, complaints: Vec::new() };
+        let wanted = json!({ "url": "about:blank", "browserContextId": self.context, "newWindow": true });
+        let target = self.shared.call("Target.createTarget", wanted);
+        let path = format!("devtools/page/{}", target["targetId"].as_str().unwrap());
+        let mut page = Page::connect(self.shared.port, &path);
         page.call("Runtime.enable", json!({}));
         page.call("Log.enable", json!({}));
         page.call("Page.enable", json!({}));
@@ -87,12 +97,21 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        // A test that failed may have left the connection in disorder: then the browser ends with the process.
+        if !std::thread::panicking() {
+            self.shared.call("Target.disposeBrowserContext", json!({ "browserContextId": self.context }));
+        }
     }
 }
 
 impl Page {
+    fn connect(port: u16, path: &str) -> Self {
+        let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let (socket, _) = tungstenite::client(format!("ws://127.0.0.1:{port}/{path}"), stream).unwrap();
+        Self { socket, next: 0, complaints: Vec::new() }
+    }
+
     /// Calls a method of the protocol.
     pub(crate) fn call(&mut self, method: &str, params: Json) -> Json {
         self.next += 1;

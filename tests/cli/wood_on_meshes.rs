@@ -14,7 +14,7 @@ use std::sync::Arc;
 const SHAPES: [(&str, &str, u32); 4] = [
     (
         "handle",
-        "MeshShape(shape: Lathe, segments: 192, profile: [(0, 0), (9, 0.3), (14.5, 2), (17, 6), (16.2, 11), (12.4, 17), (11.2, 26), \
+        "MeshShape(shape: Lathe, segments: 128, profile: [(0, 0), (9, 0.3), (14.5, 2), (17, 6), (16.2, 11), (12.4, 17), (11.2, 26), \
          (12.6, 44), (13.8, 62), (12.6, 82), (10.8, 98), (12.2, 106), (15.6, 111), (16.4, 116), (13.4, 120.5), (7, 122.6), (0, 123)])",
         172,
     ),
@@ -85,7 +85,7 @@ impl Baked {
         points.par_iter().map(one).collect()
     }
 
-    /// About 2,500 points of borders between charts: where each of both charts has it on the canvas, and by how many degrees the
+    /// About 600 points of borders between charts: where each of both charts has it on the canvas, and by how many degrees the
     /// surface bends there. Not near ends of edges, where a third chart may meet them.
     fn borders(&self) -> Vec<([DVec2; 2], f64)> {
         let atlas = &self.atlas;
@@ -95,7 +95,7 @@ impl Baked {
                 edges.extend(atlas.across(n, k).filter(|(m, _)| *m > n).map(|across| ((n, k), across)));
             }
         }
-        let each = 2500 / edges.len() + 1;
+        let each = 600 / edges.len() + 1;
         let mut found = Vec::new();
         for ((n, k), (m, l)) in edges {
             let edge = |n: usize, k: usize| [1, 2].map(|d| atlas.uvs[n][(k + d) % 3].as_dvec2() * atlas.size_mm);
@@ -169,27 +169,26 @@ fn charts_show_the_same_walnut_at_their_borders() {
     let mut points = 0;
     for shape in SHAPES {
         // Rings of about 34 texels, and of 8.
-        for (texel, name, bend, least, most) in [
-            (0.1, "surface_rings", 181.0, 1.0, 1.0),
-            (0.1, "surface_walnut", 12.0, 0.975, 4.0),
-            (0.4, "surface_walnut", 12.0, 0.96, 4.5),
-            (0.4, "space_walnut", 181.0, 1.0, 1.0),
+        for (texel, looks) in [
+            (0.1, [("surface_rings", 181.0, 1.0, 1.0), ("surface_walnut", 12.0, 0.975, 4.0)]),
+            (0.4, [("surface_walnut", 12.0, 0.96, 4.5), ("space_walnut", 181.0, 1.0, 1.0)]),
         ] {
             let baked = Baked::new(shape, texel);
-            let (count, share, far) = agreement(&baked, name, bend);
-            println!(
-                "{} {name}, texels of {texel} mm, bent by less than {bend}°: {count} points, {share} within 1, most {far}",
-                shape.0
-            );
-            points += count;
-            assert!(count == 0 || (share >= least && far <= most), "{} {name} {texel}: {share} {far}", shape.0);
+            for (name, bend, least, most) in looks {
+                let (count, share, far) = agreement(&baked, name, bend);
+                println!(
+                    "{} {name}, texels of {texel} mm, bent by less than {bend}°: {count} points, {share} within 1, most {far}",
+                    shape.0
+                );
+                points += count;
+                assert!(count == 0 || (share >= least && far <= most), "{} {name} {texel}: {share} {far}", shape.0);
+            }
+            let borders = baked.borders();
+            let years = [0, 1].map(|side| baked.at("years", &borders.iter().map(|b| b.0[side]).collect::<Vec<_>>()));
+            let far = years[0].iter().zip(&years[1]).map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f32::max);
+            println!("{}: years {far}", shape.0);
+            assert!(far <= 2e-5, "{}: {far}", shape.0);
         }
-        let baked = Baked::new(shape, 0.4);
-        let borders = baked.borders();
-        let years = [0, 1].map(|side| baked.at("years", &borders.iter().map(|b| b.0[side]).collect::<Vec<_>>()));
-        let far = years[0].iter().zip(&years[1]).map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f32::max);
-        println!("{}: years {far}", shape.0);
-        assert!(far <= 2e-5, "{}: {far}", shape.0);
     }
-    assert!(points >= 10_000, "{points}");
+    assert!(points >= 5_000, "{points}");
 }

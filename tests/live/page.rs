@@ -136,13 +136,18 @@ fn a_slider_changes_the_picture_and_gives_the_text() {
     assert_calm(&page, "");
 }
 
+/// Draws the page at half its size: without a graphics card, light on many pixels takes long.
+fn small(page: &mut Page) {
+    page.size(1280, 720, 0.5);
+}
+
 /// How many different colours there are in the middle of the stage, and whether they differ from the corner's.
 fn colours(page: &mut Page) -> (usize, bool) {
     let (pixels, width) = page.screenshot();
     let at = |x: usize, y: usize| pixels[y * width as usize + x];
-    let mut seen: Vec<[u8; 3]> =
-        (250..500).step_by(3).flat_map(|y| (350..620).step_by(3).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
-    let corner = at(20, 80);
+    // Of a page that is drawn at half its size, see `small`.
+    let mut seen: Vec<[u8; 3]> = (125..250).flat_map(|y| (175..310).map(move |x| at(x, y))).collect();
+    let corner = at(10, 40);
     let differ = seen.iter().filter(|c| **c != corner).count() * 10 > seen.len() * 9;
     seen.sort_unstable();
     seen.dedup();
@@ -155,6 +160,7 @@ fn the_lit_view_draws_the_material() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
+    small(&mut page);
     page.key("2");
     page.wait("document.getElementById('lit').dataset.drawn > 0");
     page.eval("document.getElementById('light-resolution').value = 512, document.getElementById('light-resolution').onchange()");
@@ -201,6 +207,7 @@ fn the_mesh_of_the_graph_wears_the_material() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
+    small(&mut page);
     page.key("2");
     // It is the first shape that is shown.
     page.wait(&format!("!{MESH}.hidden && {MESH}.ariaPressed == 'true'"));
@@ -224,6 +231,7 @@ fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
+    small(&mut page);
     page.key("2");
     page.wait("document.getElementById('lit').dataset.drawn > 1 && !document.getElementById('draw').hidden");
     let drag = |page: &mut Page, way: [[f64; 2]; 2]| {
@@ -283,6 +291,7 @@ fn charts_borders_and_directions_are_shown_on_the_mesh() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
+    small(&mut page);
     page.key("2");
     page.wait("document.getElementById('lit').dataset.drawn > 1 && !document.getElementById('marks').hidden");
     page.wait("document.getElementById('lit').dataset.quality >= 0.35");
@@ -328,6 +337,7 @@ fn charts_borders_and_directions_are_shown_on_the_mesh() {
     let numbers: Vec<f64> = text.split_whitespace().take(3).map(|n| n.parse().unwrap()).collect();
     assert!((numbers.iter().map(|n| n * n).sum::<f64>().sqrt() - 30.0).abs() < 0.3, "{text}");
     // The picture gets the triangles.
+    page.size(1280, 720, 1.0);
     page.key("1");
     let flat = "(() => { const c = document.getElementById('picture'); const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
         let n = 0; for (let i = 0; i < d.length; i += 4) if (d[i] > 230 && d[i + 1] > 180 && d[i + 2] < 80) n += 1; return n; })()";
@@ -464,7 +474,7 @@ fn the_page_fits_small_and_large_screens() {
     // Without a graphics card, light on so many pixels takes minutes.
     let views = [(1280, 720, &["g", "g", "2", "1"][..]), (3840, 2160, &["g", "g"])];
     for (width, height, keys) in views {
-        page.size(width, height, 1.0);
+        page.size(width, height, 0.5);
         for view in keys {
             page.key(view);
             let over = page.eval(

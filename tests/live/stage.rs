@@ -21,7 +21,7 @@ const GREY: &str = "(
 
 fn open(browser: &Browser, watch: &Watch) -> Page {
     let mut page = browser.open(&watch.url);
-    page.size(640, 480, 1.0);
+    page.size(640, 480, 0.5);
     page.wait(&format!("{ROOT}.shown && {ROOT}.final == 'true'"));
     page.key("2");
     page.wait(&format!("{LIT}.dataset.drawn > 1"));

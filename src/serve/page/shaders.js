@@ -15,6 +15,16 @@ export function linked(gl, vertex, fragment) {
   return program;
 }
 
+// Whether the processor draws, for want of a graphics card: asked of a picture of one pixel.
+export function isSoftware() {
+  const gl = new OffscreenCanvas(1, 1).getContext('webgl2');
+  if (!gl) return false;
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  const renderer = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(renderer);
+}
+
 export const VERTEX = `#version 300 es
 precision highp float;
 layout(location = 0) in vec3 aPosition;

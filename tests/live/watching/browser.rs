@@ -45,7 +45,11 @@ impl Shared {
         let profile = tempfile::tempdir().unwrap().keep();
         // The browser ends when what it takes for its third file does; its profile is removed then.
         let mut child = Command::new("sh")
-            .args(["-c", "profile=$1; shift; \"$@\" \"--user-data-dir=$profile\" about:blank 3<&0 4>&1; rm -rf \"$profile\"", "sh"])
+            .args([
+                "-c",
+                "profile=$1; shift; \"$@\" \"--user-data-dir=$profile\" about:blank 3<&0 4>&1; rm -rf \"$profile\"",
+                "sh",
+            ])
             .arg(&profile)
             .arg(find())
             .args(["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run", "--mute-audio"])

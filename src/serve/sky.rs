@@ -372,7 +372,7 @@ mod tests {
         let toward = Vec3::new(0.4, 0.5, -0.6).normalize();
         let radius = 0.02_f32;
         let with =
-            |sun: f32| picture(2048, move |d| if d.dot(toward) > radius.cos() { Vec3::splat(sun) } else { Vec3::ONE });
+            |sun: f32| picture(1024, move |d| if d.dot(toward) > radius.cos() { Vec3::splat(sun) } else { Vec3::ONE });
         let sky = Sky::of(&with(20_000.0)).unwrap();
         assert!(sky.sun.dot(toward) > 0.9999, "{}", sky.sun);
         // Its light is that of its disk; what is left is nearly even.

@@ -7,6 +7,7 @@ use crate::common::kinds::{
     STAND_INS, another, arguments, bytes, graph, it, load, made, needed, options, session, stand_in,
 };
 use glam::UVec2;
+use rayon::prelude::*;
 use shibo_engine::eval::{CancelToken, Keys, Silent};
 use shibo_engine::graph::load_text;
 use shibo_engine::node::{Fact, KindInfo, OutputType, ParamType, Role};
@@ -30,11 +31,11 @@ fn every_type_can_be_made() {
 }
 
 /// Runs a check on every kind and gives all complaints.
-fn on_all(check: impl Fn(&Registry, &KindInfo) -> Result<(), String>) -> Vec<String> {
+fn on_all(check: impl Fn(&Registry, &KindInfo) -> Result<(), String> + Sync) -> Vec<String> {
     let registry = shibo_nodes::registry();
     let infos: Vec<&KindInfo> = registry.kinds().map(|kind| registry.info(kind).unwrap()).collect();
     assert!(infos.len() > 20, "too few kinds for this to mean anything");
-    infos.iter().filter_map(|info| check(&registry, info).err().map(|e| format!("{}: {e}", info.kind))).collect()
+    infos.par_iter().filter_map(|info| check(&registry, info).err().map(|e| format!("{}: {e}", info.kind))).collect()
 }
 
 fn is_documented(_: &Registry, info: &KindInfo) -> Result<(), String> {

@@ -494,7 +494,7 @@ fn many_tabs_share_a_connection() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     // Browsers allow six connections to a server.
-    let mut pages: Vec<Page> = (0..8).map(|_| browser.open(&watch.url)).collect();
+    let mut pages: Vec<Page> = (0..7).map(|_| browser.open(&watch.url)).collect();
     for page in &mut pages {
         page.wait(&format!("{ROOT}.final == 'true'"));
     }

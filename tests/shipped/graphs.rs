@@ -11,6 +11,7 @@ use shibo_engine::session::{Session, Settings};
 use shibo_engine::value::{Field, Resolution, Tile, Tiling, Type, Value, Window};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 /// Golden pictures are of this size.
 const SIDE: u32 = 128;
@@ -87,20 +88,28 @@ fn seam(tile: &Tile, percent: usize) -> f32 {
 
 #[test]
 fn every_graph_is_seamless_and_looks_as_it_did() {
-    let session = session();
     let folder = root("tests/golden");
-    let mut problems = Vec::new();
-    let mut looked_at = BTreeSet::new();
-    for path in shipped() {
-        // One session for both: what does not depend on the resolution is made once.
-        has_no_seam(&session, &path);
-        for (name, picture) in shown(&session, &path) {
-            let golden = folder.join(format!("{name}.png"));
-            problems.extend(golden::compare(&golden, &picture).err());
-            looked_at.insert(golden);
+    let left = Mutex::new(shipped().into_iter());
+    let found = Mutex::new((Vec::new(), BTreeSet::new()));
+    let look = || {
+        let session = session();
+        loop {
+            let Some(path) = left.lock().unwrap().next() else { return };
+            // One session for both: what does not depend on the resolution is made once.
+            has_no_seam(&session, &path);
+            for (name, picture) in shown(&session, &path) {
+                let golden = folder.join(format!("{name}.png"));
+                let problem = golden::compare(&golden, &picture).err();
+                let mut found = found.lock().unwrap();
+                found.0.extend(problem);
+                found.1.insert(golden);
+            }
+            session.caches().memory.clear();
         }
-        session.caches().memory.clear();
-    }
+    };
+    // Two at a time: much of a small graph is done by one thread.
+    std::thread::scope(|scope| [(); 2].map(|()| scope.spawn(look)).map(|worker| worker.join().unwrap()));
+    let (mut problems, looked_at) = found.into_inner().unwrap();
     let kept = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
     problems.extend(kept.filter(|path| !looked_at.contains(path)).filter_map(|path| bless::stray(&path).err()));
     assert!(problems.is_empty(), "{}", problems.join("\n"));

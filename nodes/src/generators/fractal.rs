@@ -134,10 +134,10 @@ mod tests {
                 Fractal { direction: Some(port(0)), basis, size: 4.0, aspect: 3.0, octaves: 3, ..Fractal::default() };
             conforms(&node, &[lumps().into()]);
         }
-        for (size, aspect, lacunarity) in [(1e-300, 50.0, 16.0), (1e5, 50.0, 1.0), (1e5, 0.02, 16.0), (1e-3, 0.02, 1.0)]
+        for (size, aspect, lacunarity, octaves) in
+            [(1e-300, 50.0, 16.0, 3), (1e5, 50.0, 1.0, 3), (1e5, 0.02, 16.0, 20), (1e-3, 0.02, 1.0, 3)]
         {
-            let wild =
-                Fractal { direction: Some(port(0)), size, aspect, lacunarity, octaves: 20, ..Fractal::default() };
+            let wild = Fractal { direction: Some(port(0)), size, aspect, lacunarity, octaves, ..Fractal::default() };
             conforms(&wild, &[lumps().into()]);
         }
     }

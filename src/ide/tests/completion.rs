@@ -123,7 +123,8 @@ fn shares(typed: usize) -> (BTreeMap<&'static str, Share>, Vec<String>) {
         let mut holes = Holes { cx: Cx { world: &workspace, file: &file }, found: Vec::new() };
         walk(holes.cx, &mut holes);
         let found = holes.found;
-        for hole in &found {
+        // Every other one: where nothing is typed these, and with a letter those.
+        for hole in found.iter().skip(typed).step_by(2) {
             let share = shares.entry(hole.class).or_default();
             share.asked += 1;
             match place(&mut workspace, &file, hole, typed) {
@@ -168,7 +169,7 @@ fn what_is_deleted_is_offered() {
             let _ = writeln!(table, "| {name} | {} | {typed} | {offered:.1} % | {first:.1} % |", share.asked);
         }
         println!("{table}");
-        assert!(all.asked > 4000, "{}", all.asked);
+        assert!(all.asked > 2000, "{}", all.asked);
         assert!(missed.iter().all(|line| !line.contains("not offered")), "{missed:?}");
         assert!(percent(all.first, all.asked) >= least, "{table}");
         assert!(typed > 0 || percent(main.first, main.asked) >= 85.0, "{table}");

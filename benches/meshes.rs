@@ -1,6 +1,7 @@
 //! Meshes: `cargo bench -p shibo --bench meshes`. A torus of 100,000 triangles with UVs and normals is written as OBJ; then whole
 //! commands load it, lay it out, and bake from it. CPU time of nodes is what `--stats` says; that of pixels and rays is what a large
 //! picture takes more than a small one. The least of several runs.
+#![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};

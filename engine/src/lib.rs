@@ -9,6 +9,7 @@
 //! - No input of a user causes a panic; errors are [`diagnostics::Problem`]s that the graph turns into located
 //!   diagnostics.
 //! - Results depend on the graph alone: never on threads, tile order, machine or the state of a cache.
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
 pub mod diagnostics;
 pub mod eval;
 pub mod export;

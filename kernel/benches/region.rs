@@ -1,5 +1,6 @@
 //! What pieces of masks cost: `cargo bench -p shibo-kernel --bench region`, the least of several runs, in CPU time of
 //! one thread.
+#![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use shibo_kernel::region::axes::Picture;
 use shibo_kernel::region::flood;
 use shibo_kernel::region::pieces::{Pieces, reaches};

@@ -1,6 +1,7 @@
 //! Speed of single wood kernels, 256 × 256 points as in a tile of the engine: `cargo bench -p shibo-kernel --bench
 //! wood`. CPU time of one thread, the least of several runs. What graphs cost is measured by `cargo bench -p
 //! shibo-nodes`.
+#![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use cpu_time::ThreadTime;
 use glam::DVec3;
 use shibo_kernel::ground::hash::Hash;

@@ -8,6 +8,7 @@
 //! Each folder is a room and uses only rooms that are named before it:
 //! [`ground`], [`noise`], [`filter`], [`pointwise`], [`surface`], [`strokes`], [`shape`], [`path`], [`pattern`], [`scatter`],
 //! [`mesh`], [`leather`], [`springs`], [`wood`], [`synthesis`]. Of the engine they know `shibo_engine::value` alone.
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
 
 pub mod filter;
 pub mod ground;

@@ -1,5 +1,6 @@
 //! What wood costs in graphs: `cargo bench -p shibo-nodes --bench wood`. Everything is rendered by a session of one thread,
 //! the least of several runs counts. `cargo bench -p shibo-kernel --bench wood` measures single kernels.
+#![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use cpu_time::ProcessTime;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::graph::LoadOptions;

@@ -5,6 +5,7 @@ use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, W
 use shibo_engine::value::{
     Canvas, Evaluator, Field, Given, Grid, Mesh, Pictures, Read, Stop, Tile, Tiling, Value, Window,
 };
+use shibo_kernel::ground::math::{cos, sin};
 use std::sync::Arc;
 
 /// The canvas of unit tests: 32 × 32 mm, 64 × 64 pixels, tiling in both directions.
@@ -164,10 +165,8 @@ pub(crate) fn lumps() -> Field {
         let width = window.width.cast_signed();
         for (k, v) in (0..).zip(out.plane_mut(0)) {
             let at = grid.center(window.x + k % width, window.y + k / width) * (std::f64::consts::TAU / 32.0);
-            let hills = (3.0 * at.x).sin() * (2.0 * at.y + at.x).cos();
-            #[expect(clippy::cast_possible_truncation, reason = "a test picture")]
-            let value = (0.5 + 2.0 * hills).clamp(0.0, 1.0) as f32;
-            *v = value;
+            let at = at.as_vec2();
+            *v = (0.5 + 2.0 * sin(3.0 * at.x) * cos(2.0 * at.y + at.x)).clamp(0.0, 1.0);
         }
         Ok(())
     })

@@ -1,5 +1,6 @@
 //! The command, driven end to end, and rules of the whole.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+#![allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions")]
 mod broken_graphs;
 mod cache;
 mod canvas;

@@ -1,5 +1,6 @@
 //! Everything that ships: graphs, manuals, pictures and meshes.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+#![allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions")]
 #[path = "../support/bless.rs"]
 mod bless;
 mod docs;

@@ -86,9 +86,9 @@ impl Shape {
         patches.add((AROUND, DOWN), |right, down| {
             let (turn, fall) = (right * TAU, down * PI);
             // Exactly zero at the poles, so that their quads are known to be triangles.
-            let radius = if down == 0.0 || down == 1.0 { 0.0 } else { fall.sin() };
-            let normal = Vec3::new(radius * turn.sin(), fall.cos(), radius * turn.cos());
-            (0.5 * normal, normal, Vec3::new(turn.cos(), 0.0, -turn.sin()), 0.5 * Vec2::new(turn, fall))
+            let radius = if down == 0.0 || down == 1.0 { 0.0 } else { libm::sinf(fall) };
+            let normal = Vec3::new(radius * libm::sinf(turn), libm::cosf(fall), radius * libm::cosf(turn));
+            (0.5 * normal, normal, Vec3::new(libm::cosf(turn), 0.0, -libm::sinf(turn)), 0.5 * Vec2::new(turn, fall))
         });
         patches.0
     }
@@ -97,15 +97,15 @@ impl Shape {
         let mut patches = Patches::new("cylinder", size_mm);
         patches.add((AROUND, 1), |right, down| {
             let turn = right * TAU;
-            let normal = Vec3::new(turn.sin(), 0.0, turn.cos());
+            let normal = Vec3::new(libm::sinf(turn), 0.0, libm::cosf(turn));
             let at = 0.5 * normal + Vec3::Y * (0.5 - down);
-            (at, normal, Vec3::new(turn.cos(), 0.0, -turn.sin()), Vec2::new(0.5 * turn, down))
+            (at, normal, Vec3::new(libm::cosf(turn), 0.0, -libm::sinf(turn)), Vec2::new(0.5 * turn, down))
         });
         for up in [1.0, -1.0] {
             patches.add((AROUND, 1), |right, down| {
                 // Seen from outside the rim runs to the right if the middle is up.
                 let turn = right * TAU;
-                let (x, z) = (0.5 * down * turn.sin(), 0.5 * down * up * turn.cos());
+                let (x, z) = (0.5 * down * libm::sinf(turn), 0.5 * down * up * libm::cosf(turn));
                 let at = Vec3::new(x, 0.5 * up, z);
                 (at, Vec3::Y * up, Vec3::X, Vec2::new(0.5 + x, 0.5 + up * z))
             });
@@ -117,7 +117,7 @@ impl Shape {
         let mut patches = Patches::new("cube", size_mm);
         let sides = (0_u8..4).map(|n| {
             let turn = f32::from(n) * FRAC_PI_2;
-            (Vec3::new(turn.cos(), 0.0, -turn.sin()).round(), Vec3::NEG_Y)
+            (Vec3::new(libm::cosf(turn), 0.0, -libm::sinf(turn)).round(), Vec3::NEG_Y)
         });
         for (right, down) in sides.chain([(Vec3::X, Vec3::Z), (Vec3::X, Vec3::NEG_Z)]) {
             let normal = down.cross(right);

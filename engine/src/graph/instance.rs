@@ -70,7 +70,10 @@ impl Layout {
         let mut small = false;
         let mut grow = |size: &mut f64, reach: f64, half: f64| {
             // Powers of two: most changes of the layout leave the size alone, and so the graph that is moved.
-            let wanted = (reach / half - 1e-9).max(1.0).log2().ceil().exp2();
+            let mut wanted = 1.0;
+            while wanted < reach / half - 1e-9 {
+                wanted *= 2.0;
+            }
             let most = MOST_CANVASES.min(Canvas::MAX_SIZE_MM / *size);
             small |= wanted > most;
             *size *= wanted.min(most.max(1.0));

@@ -1,4 +1,5 @@
 //! The engine as hosts see it.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions")]
 #![allow(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,

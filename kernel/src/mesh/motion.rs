@@ -75,7 +75,8 @@ pub fn motions(mesh: &Mesh, of: &[u32], scatter: &Scatter) -> Vec<Motion> {
         } else {
             DQuat::IDENTITY
         };
-        let turn = DMat3::from_quat(DQuat::from_rotation_z(scatter.turn * chance(3)) * up);
+        let (sin, cos) = libm::sincos(0.5 * scatter.turn * chance(3));
+        let turn = DMat3::from_quat(DQuat::from_xyzw(0.0, 0.0, sin, cos) * up);
         let to = middle + scatter.spread * DVec3::new(chance(0), chance(1), chance(2));
         Motion { turn, shift: to - turn * middle }
     };

@@ -78,7 +78,7 @@ const MOST: usize = 10_000;
 
 impl TrunkNodes {
     fn generate(&self, hash: Hash) -> Vec<DVec3> {
-        let (sin, cos) = self.lean_direction.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(self.lean_direction.to_radians());
         let lean = libm::tan(self.lean.to_radians());
         // Waves of 4 m and shorter, each half as long and half as strong as the one before: long ones make most of the
         // deviation.

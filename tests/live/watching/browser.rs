@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
 use std::path::PathBuf;
-use std::process::{ChildStdin, Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 use tungstenite::{Message, WebSocket};
@@ -23,7 +23,8 @@ pub(crate) struct Browser {
 struct Shared {
     port: u16,
     control: Mutex<Page>,
-    _pipe: ChildStdin,
+    /// Ends when its input is closed, as it is when this process ends.
+    _child: Child,
 }
 
 /// A page of it.
@@ -61,14 +62,13 @@ impl Shared {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let pipe = child.stdin.take().unwrap();
         let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
         let address = lines.find_map(|line| Some(line.split_once("ws://127.0.0.1:")?.1.to_owned())).expect("a port");
         let (port, path) = address.split_once('/').unwrap();
         let port = port.parse().unwrap();
         // What it writes later is read, so that it never waits for it.
         std::thread::spawn(move || lines.for_each(drop));
-        Self { port, control: Mutex::new(Page::connect(port, path)), _pipe: pipe }
+        Self { port, control: Mutex::new(Page::connect(port, path)), _child: child }
     }
 
     fn call(&self, method: &str, params: Json) -> Json {

@@ -2,6 +2,7 @@
 //! of the memory bandwidth, and what a whole leather costs; `SHIBO_BENCH_REPORT=springs`, `strokes`, `points` or
 //! `whole` prints those alone. Times are CPU seconds of the whole process, so that other work on the machine matters
 //! less.
+#![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::springs::{Net, simulate};
 use shibo_kernel::strokes::{StrokeSet, StrokeStyle};

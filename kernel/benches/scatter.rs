@@ -1,6 +1,6 @@
 //! What stamps cost, in processor seconds of one thread: a million stamps of 32² pixels on 4096², by tiles of 256², as `TileSampler` draws
 //! them.
-
+#![allow(clippy::disallowed_methods, reason = "figures that are told")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small counts")]
 
 use std::hint::black_box;

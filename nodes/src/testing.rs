@@ -164,8 +164,8 @@ pub(crate) fn lumps() -> Field {
         let (grid, window) = (out.grid, out.window);
         let width = window.width.cast_signed();
         for (k, v) in (0..).zip(out.plane_mut(0)) {
-            let at = grid.center(window.x + k % width, window.y + k / width) * (std::f64::consts::TAU / 32.0);
-            let at = at.as_vec2();
+            let turns = grid.center(window.x + k % width, window.y + k / width) / 32.0;
+            let at = ((turns - turns.floor()) * std::f64::consts::TAU).as_vec2();
             *v = (0.5 + 2.0 * sin(3.0 * at.x) * cos(2.0 * at.y + at.x)).clamp(0.0, 1.0);
         }
         Ok(())

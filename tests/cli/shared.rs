@@ -248,7 +248,9 @@ fn a_server_may_fail_in_every_way() {
     let held = server.held.lock().unwrap().clone();
     assert!(held.keys().all(|path| path.starts_with("/bucket/prefix/")), "{:?}", held.keys());
     let all = [How::Unavailable, How::Stall, How::Drip, How::Cut, How::Lie, How::NoBucket, How::HangUp];
-    for how in all {
+    // Each on a server of its own, for there is much waiting.
+    let fail = &|how: How| {
+        let server = Server::start();
         server.held.lock().unwrap().clone_from(&held);
         *server.how.lock().unwrap() = how;
         let machine = format!("{how:?}");
@@ -259,7 +261,8 @@ fn a_server_may_fail_in_every_way() {
         assert_eq!(warnings(&ran), 1, "{how:?}: {}", ran.stderr);
         assert!(ran.stderr.contains("s3://bucket/prefix") && ran.stderr.contains("the same results"), "{}", ran.stderr);
         same(&desk, "right", &machine);
-    }
+    };
+    std::thread::scope(|scope| all.map(|how| scope.spawn(move || fail(how))).map(|one| one.join().unwrap()));
     // What was wrong there was mended, where the server took it.
     *server.how.lock().unwrap() = How::Lie;
     render(&desk, "lie", &server.url(), None);

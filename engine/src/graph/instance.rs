@@ -58,7 +58,8 @@ pub(super) struct Layout {
 impl Layout {
     /// From a place on the canvas to one in the instance, both counted from the middle.
     fn inverse(&self, place: DVec2) -> DVec2 {
-        DVec2::from_angle(-self.angle.to_radians()).rotate(place - self.offset) / self.scale
+        let (sin, cos) = libm::sincos(-self.angle.to_radians());
+        DVec2::new(cos, sin).rotate(place - self.offset) / self.scale
     }
 
     /// The canvas of the instance, large enough that it has no empty corners where nothing repeats.

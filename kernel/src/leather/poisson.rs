@@ -114,7 +114,10 @@ impl<'a> BackgroundGrid<'a> {
         // The box around the largest disc.
         let axis = Vec2::new(crate::ground::math::cos(spec.angle), crate::ground::math::sin(spec.angle));
         let half = match spec.shape {
-            None => ((axis * long).powf(2.0) + (axis.perp() * short).powf(2.0)).map(f32::sqrt),
+            None => {
+                let [along, across] = [axis * long, axis.perp() * short];
+                (along * along + across * across).map(f32::sqrt)
+            }
             Some(_) => Vec2::splat(long),
         };
         let fit = |length: f32| whole((length / side).ceil()).max(1);

@@ -213,7 +213,7 @@ pub fn smooth_profile(points: &[DVec2], piece: f64) -> Vec<DVec2> {
     let tangent = |k: usize| -> Option<DVec2> {
         let (a, b, c) = (points[k.checked_sub(1)?], points[k], *points.get(k + 1)?);
         let (back, on) = (b - a, c - b);
-        let smooth = back.angle_to(on).abs() < EDGE;
+        let smooth = libm::atan2(back.perp_dot(on), back.dot(on)).abs() < EDGE;
         smooth.then(|| (back.normalize() * on.length() + on.normalize() * back.length()).normalize_or_zero())
     };
     let mut out = Vec::from(&points[..points.len().min(1)]);

@@ -4,7 +4,8 @@
 //! Cost: that of a cut for each output that is used.
 use super::cut_plane::Plane;
 use super::trees::{Triple, vector};
-use glam::{DMat3, DVec3, EulerRot};
+use crate::degrees::about;
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
@@ -51,9 +52,8 @@ impl Default for Board {
 impl Board {
     /// The planes of the faces, in the order of the outputs.
     fn planes(&self) -> [Plane; 6] {
-        let [a, b, c] = [self.turn.0, self.turn.1, self.turn.2].map(f64::to_radians);
         // Length along z, width along x, thickness along y.
-        let turn = DMat3::from_euler(EulerRot::ZXY, a, b, c);
+        let turn = about(DVec3::Z, self.turn.0) * about(DVec3::X, self.turn.1) * about(DVec3::Y, self.turn.2);
         let (length, width, thickness) =
             (turn * DVec3::Z * self.size.0, turn * DVec3::X * self.size.1, turn * DVec3::Y * self.size.2);
         let middle = vector(self.middle);

@@ -6,7 +6,8 @@
 use super::cut_pieces::CutPieces;
 use super::trees::{Triple, vector};
 use crate::chosen::Chosen;
-use glam::{DQuat, DVec3};
+use crate::degrees::about;
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -217,8 +218,7 @@ impl CutPlane {
         if self.yaw == 0.0 && self.pitch == 0.0 {
             return [length, breadth];
         }
-        let turn = DQuat::from_rotation_z(self.yaw.to_radians())
-            * DQuat::from_axis_angle(breadth.normalize(), self.pitch.to_radians());
+        let turn = about(DVec3::Z, self.yaw) * about(breadth.normalize(), self.pitch);
         [turn * length, turn * breadth]
     }
 

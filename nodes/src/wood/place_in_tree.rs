@@ -3,7 +3,8 @@
 //! Source: Momoi & Takatera 2014, §4.1, §4.2 (row B26): the target is placed anywhere in the texture's space, and adjusted
 //! finely. Cost: about 1 ns a point.
 use super::trees::{Triple, vector};
-use glam::{DMat3, DVec3, EulerRot};
+use crate::degrees::about;
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
@@ -54,8 +55,8 @@ impl Node for PlaceInTree {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let solid = cx.get(&self.solid)?;
-        let [x, y, z] = [self.turn.0, self.turn.1, self.turn.2].map(f64::to_radians);
-        let matrix = DMat3::from_euler(EulerRot::ZYX, z, y, x) * self.scale;
+        let (x, y, z) = self.turn;
+        let matrix = about(DVec3::Z, z) * about(DVec3::Y, y) * about(DVec3::X, x) * self.scale;
         let position = vector(self.position);
         let level = self.turn.0 == 0.0 && self.turn.1 == 0.0;
         let code = Code::of_place(move |patch, _, out| {

@@ -145,7 +145,10 @@ impl Node for TrunkNodes {
 
 /// The warning about a trunk that leans too far.
 fn leaning(points: &[DVec3]) -> Option<Problem> {
-    let lean = |pair: &[DVec3]| (pair[1] - pair[0]).angle_between(DVec3::Z).to_degrees();
+    let lean = |pair: &[DVec3]| {
+        let way = (pair[1] - pair[0]).normalize_or(DVec3::Z);
+        libm::acos(way.z.clamp(-1.0, 1.0)).to_degrees()
+    };
     let (i, lean) = points.windows(2).map(lean).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let message = format!("the trunk leans by {lean:.0}° between nodes {i} and {}", i + 1);
     let help =

@@ -66,7 +66,9 @@ fn what_a_switch_does_not_take_is_not_made() {
         "board": Material(height: "noise"),
         "one": SwitchMaterial(inputs: ["hide", "board"], which: "$which"),
         "height": MaterialChannel(material: "one", channel: Height),
-        "result": Math(operation: Add, a: "chosen", b: "height"),
+        "both": Math(operation: Add, a: "chosen", b: "height"),
+        "none": Switch(inputs: ["grooves", 0.5], which: "$which"),
+        "result": Math(operation: Add, a: "both", b: "none"),
     }, outputs: { "result": "result" })"#;
     let out = tempfile::tempdir().unwrap();
     let run = |which: &str| {

@@ -11,6 +11,25 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+/// These wait for most of their time, so they do it at once.
+#[test]
+fn saves_are_seen_and_watching_for_them_costs_nothing() {
+    let waiting: [(&str, fn()); 4] = [
+        ("every way to save is seen", every_way_to_save_is_seen),
+        ("random saves are never lost", random_saves_are_never_lost_and_leave_nothing_behind),
+        ("folders come and go", folders_come_and_go),
+        ("watching costs nothing", watching_costs_nothing),
+    ];
+    std::thread::scope(|scope| {
+        let started = waiting.map(|(name, test)| {
+            (name, std::thread::Builder::new().name(name.to_owned()).spawn_scoped(scope, test).unwrap())
+        });
+        let failed: Vec<&str> =
+            started.into_iter().filter_map(|(name, test)| test.join().err().map(|_| name)).collect();
+        assert!(failed.is_empty(), "{failed:?}; see above");
+    });
+}
+
 /// A way in which programs save files.
 type Style = (&'static str, fn(&Path, &str));
 
@@ -202,7 +221,6 @@ fn every_style(args: &[&str]) {
     shown.tell(&format!("save to a 64² picture {args:?}"));
 }
 
-#[test]
 fn every_way_to_save_is_seen() {
     // Also by looking at the file again and again.
     std::thread::scope(|scope| {
@@ -210,7 +228,6 @@ fn every_way_to_save_is_seen() {
     });
 }
 
-#[test]
 fn random_saves_are_never_lost_and_leave_nothing_behind() {
     let saves: u64 = std::env::var("SHIBO_SAVES").ok().and_then(|n| n.parse().ok()).unwrap_or(200);
     let place = Place::new(&plain(0.5));
@@ -322,7 +339,6 @@ fn what_the_graph_reads_is_followed_too() {
     assert!(events.iter().all(|e| e["event"] == "shown"), "{events:#?}");
 }
 
-#[test]
 fn folders_come_and_go() {
     let place = Place::new(&plain(0.5));
     let folder = place.dir.path().join("deep/er");
@@ -414,7 +430,6 @@ fn the_newest_save_wins_and_stops_what_runs() {
     assert_eq!(watch.state()["errors"][0]["code"], "unknown-kind");
 }
 
-#[test]
 fn watching_costs_nothing() {
     let place = Place::new(&plain(0.5));
     let all = [&[][..], &["--poll"]].map(|args| {

@@ -63,8 +63,12 @@ fn pictures(session: &Session, graph: &Graph, part: Window) -> Vec<(String, Fiel
         }
     }
     let parts = [(graph.canvas.grid(graph.canvas.resolution), part)];
-    let raster = |field: &Field| session.rasters(graph, field, &parts, &cancel, &Silent).unwrap().0.remove(0);
-    fields.into_iter().map(|(name, field)| (name, field.clone(), raster(&field))).collect()
+    let raster = |(name, field): (String, Field)| {
+        let tile = session.rasters(graph, &field, &parts, &cancel, &Silent).unwrap().0.remove(0);
+        assert!(tile.data().iter().all(|v| v.is_finite()), "{name}");
+        (name, field, tile)
+    };
+    fields.into_iter().map(raster).collect()
 }
 
 /// Of these graphs a gap between threads, or a line of crossing seams, lies exactly at the edge, where steps are as large as in
@@ -116,13 +120,17 @@ fn every_graph_is_seamless_and_looks_as_it_did() {
 }
 
 fn has_no_seam(session: &Session, path: &Path) {
-    let graph = graph(session, path, Some(256));
+    let side = 256;
+    let graph = graph(session, path, Some(side));
     assert!(session.advice(&graph).is_empty(), "{}", path.display());
     assert!(!graph.outputs.is_empty(), "{}", path.display());
+    // Where nothing repeats there is no seam.
+    if graph.canvas.tile == Tiling::NONE {
+        return;
+    }
     let gap_at_edge = GAP_AT_EDGE.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name));
-    for (name, field, tile) in pictures(session, &graph, Window::full(UVec2::splat(256))) {
+    for (name, field, tile) in pictures(session, &graph, Window::full(UVec2::splat(side))) {
         let place = format!("{} {name}", path.display());
-        assert!(tile.data().iter().all(|v| v.is_finite()), "{place}");
         if graph.canvas.tile == Tiling::BOTH {
             assert_eq!(field.tiling(), Tiling::BOTH, "{place}");
         }

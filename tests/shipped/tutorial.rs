@@ -29,7 +29,7 @@ fn every_step_gives_its_picture() {
         let path = folder.path().join("inlay.ron");
         std::fs::write(&path, text).unwrap();
         let run = Command::new(assert_cmd::cargo::cargo_bin!("shibo"))
-            .args(["render", "inlay.ron", "-o", "out", "--no-cache", "--output", "lit", "--resolution", "320", "-q"])
+            .args(["render", "inlay.ron", "-o", "out", "--output", "lit", "--resolution", "320", "-q"])
             .current_dir(folder.path())
             .env("XDG_CACHE_HOME", folder.path().join("cache"))
             .output()

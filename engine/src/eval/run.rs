@@ -117,6 +117,11 @@ impl<'g> Run<'g> {
         true
     }
 
+    /// Takes a value that is known without work.
+    pub(super) fn hand_on(&self, key: Key, value: Value) {
+        lock(&self.values).insert(key, value);
+    }
+
     /// Whether a value was taken out of the caches or made.
     pub(super) fn is_at_hand(&self, key: Key) -> bool {
         lock(&self.values).contains_key(&key)

@@ -32,7 +32,7 @@ impl Run<'_> {
         let mut missing = Vec::new();
         let (mut seen, mut listed) = (HashSet::new(), HashSet::new());
         while let Some((node, output)) = open.pop() {
-            if !seen.insert((node, output)) || self.fetch(node, output) {
+            if !seen.insert((node, output)) || self.fetch(node, output) || self.is_literal(node, output) {
                 continue;
             }
             if listed.insert(node) {
@@ -41,6 +41,15 @@ impl Run<'_> {
             }
         }
         missing
+    }
+
+    /// Whether a node only passes a literal on as this output. It need not run then, and what else it reads is not made for it.
+    fn is_literal(&self, node: NodeIndex, output: usize) -> bool {
+        let read = &self.graph.nodes[node];
+        let slot = (output == 0).then(|| no_op_slot(self.graph, read)).flatten();
+        let Some(Input::Constant(field)) = slot.and_then(|slot| read.inputs.get(slot)) else { return false };
+        self.hand_on(self.keys.output(node, 0), field.clone().into());
+        true
     }
 
     /// Where the value of an output comes from: from farther up if the node only passes it on. Such a node does not run, and what

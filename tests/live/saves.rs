@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// These wait for most of their time, so they do it at once.
+/// Four tests that wait for most of their time, and so run at once; their names are those of the threads that fail.
 #[test]
 fn saves_are_seen_and_watching_for_them_costs_nothing() {
     let waiting: [(&str, fn()); 4] = [

@@ -117,7 +117,7 @@ impl<'g> Run<'g> {
         true
     }
 
-    /// Takes a value that is known without work.
+    /// Keeps a value that is known without work, for the nodes that read it.
     pub(super) fn hand_on(&self, key: Key, value: Value) {
         lock(&self.values).insert(key, value);
     }

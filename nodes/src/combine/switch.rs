@@ -13,8 +13,8 @@ use std::sync::Arc;
 
 /// Passes on one of several fields, chosen by a number or, pixel by pixel, by a field.
 ///
-/// What is not chosen costs nothing: neither it nor what it is made of is computed. Connect `which` to a parameter,
-/// and presets choose between variants of a graph. `SwitchMaterial` does the same with materials.
+/// What is not chosen costs nothing: neither it nor what it is made of is computed, unless a number is chosen among colours. Connect
+/// `which` to a parameter, and presets choose between variants of a graph. `SwitchMaterial` does the same with materials.
 ///
 /// ```ron
 /// "cells": Worley(size: 9, normalize: true),

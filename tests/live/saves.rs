@@ -327,8 +327,9 @@ fn what_the_graph_reads_is_followed_too() {
     fs::remove_file(&import).unwrap();
     let error = watch.wait_error(text.as_bytes());
     assert_eq!(error.json["errors"][0]["code"], "file-not-found");
-    // A file that was missing is waited for.
+    // A file that was missing is waited for. Pictures of the first version may still follow until it is seen.
     fs::write(&import, old).unwrap();
+    watch.wait_for(|e| e["event"] == "saved" && e["sha256"] == sha256(text.as_bytes()));
     watch.wait_shown(text.as_bytes());
     // What does not belong to the graph is no save.
     fs::create_dir(place.graph.with_file_name("out")).unwrap();

@@ -3,14 +3,11 @@
 //! Filters read beyond the edges of a part, so there are pixels on both sides of an edge that two parts need (see
 //! [`Reach`](super::reach::Reach)). The one that is made first leaves them for the other in a file (see [`Spill`]). No pixel
 //! changes by it, since a value depends on its position alone; so parts may be made in any order, and several at once.
-use super::keep::Keeper;
 use super::memory::TileKey;
 use super::run::Run;
 use super::spill::Spill;
 use crate::value::{Field, Grid, Piece, Tile, Window};
-use cpu_time::ThreadTime;
 use std::sync::Arc;
-use std::time::Duration;
 
 /// The bytes that are left for another part at most, if no store says how much room there is.
 const ROOM: u64 = 1 << 30;
@@ -34,18 +31,6 @@ pub(super) struct Halo {
     pub(super) spill: Arc<Spill>,
     /// Whether the neighbour is still to be made.
     pub(super) waits: bool,
-}
-
-/// What a run knows of what it took and left.
-pub(super) struct Halos {
-    /// Weighs what is left for others. Not the one of whole tiles: what is kept near an edge spares nothing elsewhere.
-    keeper: Keeper,
-}
-
-impl Default for Halos {
-    fn default() -> Self {
-        Self { keeper: Keeper::of_one_file() }
-    }
 }
 
 /// What is left of `rest` without `part`, if that is a smaller window.
@@ -81,7 +66,7 @@ impl Run<'_> {
     ) -> Option<(Tile, Window)> {
         let (mut out, mut rest) = (None, window);
         halos.retain(|halo| {
-            let Some(smaller) = without(rest, halo.window).filter(|_| window.contains(&halo.window)) else {
+            let Some(smaller) = without(rest, halo.window).filter(|_| halo.spill.has(&halo.at)) else {
                 return true;
             };
             let mut part = Tile::unset(*grid, halo.window, field.channels());
@@ -100,29 +85,12 @@ impl Run<'_> {
         self.caches.store.as_ref().map_or(ROOM, |store| store.room() / 4)
     }
 
-    /// Notes what a window of a field took, if there are neighbours.
-    pub(super) fn weigh_halo(&self, field: &Field, grid: &Grid, window: Window, own: Duration) {
-        self.reached(|reach| {
-            if reach.has_neighbors() {
-                self.halos.keeper.filled_for(field, grid, window, own, |input| reach.share(input));
-            }
-            Some(())
-        });
-    }
-
-    /// Leaves for neighbours what they read of a new tile, if that is worth it.
-    pub(super) fn leave(&self, halos: &[Halo], field: &Field, tile: &Tile) {
+    /// Leaves for neighbours what they read of a new tile.
+    pub(super) fn leave(&self, halos: &[Halo], tile: &Tile) {
         for halo in halos.iter().filter(|halo| halo.waits && tile.window.contains(&halo.window)) {
             let mut part = Tile::unset(tile.grid, halo.window, tile.channels());
-            let bytes = part.bytes();
-            let keeper = &self.halos.keeper;
-            if !keeper.halo(field, &tile.grid, halo.window, bytes) {
-                continue;
-            }
             part.copy_from(tile, 0, 0);
-            let start = ThreadTime::now();
             halo.spill.put(&halo.at, &part);
-            keeper.wrote(bytes, start.elapsed());
         }
     }
 }

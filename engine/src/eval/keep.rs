@@ -20,7 +20,7 @@
 //! [`OBJECT`]. Encoded pictures are kept always: with them a second run computes nothing.
 use super::prepare::{At, at, reads};
 use crate::value::{Field, Grid, TILE, Window};
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -30,12 +30,8 @@ const OBJECT: Duration = Duration::from_micros(700);
 const SMALL: f64 = 1024.0 * 1024.0;
 /// The most times that the writing of a kept tile must be saved.
 const MOST: f64 = 32.0;
-/// As many times must what is left for another part save its writing: it is read and checked once at most.
-const HANDED: f64 = 2.5;
 /// The bytes that could be written in the time that making, sealing and naming an empty entry takes.
 const ENTRY: f64 = 65_536.0;
-/// The same where all entries lie in one file.
-const ENTRY_IN_FILE: f64 = 2048.0;
 /// What is believed of the rate before anything is measured: seconds for a byte, and how many bytes' worth of measurements
 /// that belief weighs.
 const RATE: (f64, f64) = (0.9e-3 / 1_048_576.0, 32.0 * 1_048_576.0);
@@ -53,13 +49,10 @@ fn area(grid: &Grid, window: Window) -> f64 {
 #[derive(Default)]
 pub(super) struct Keeper(Mutex<State>);
 
+#[derive(Default)]
 struct State {
-    /// What an entry takes beside its bytes, as so many of them.
-    entry: f64,
     /// Seconds for each mm² of a field.
     debts: HashMap<At, f64>,
-    /// The fields of which the last window was left for another part: nobody owes anything for them.
-    handed: HashSet<At>,
     /// Seconds of all code of nodes.
     computed: f64,
     /// Seconds of that which kept results have been charged with.
@@ -68,18 +61,11 @@ struct State {
     written: (f64, f64),
 }
 
-impl Default for State {
-    fn default() -> Self {
-        let (debts, handed, written) = (HashMap::new(), HashSet::new(), (0.0, 0.0));
-        Self { entry: ENTRY, debts, handed, computed: 0.0, charged: 0.0, written }
-    }
-}
-
 impl State {
     /// The seconds that writing takes.
     fn write(&self, bytes: u64) -> f64 {
         let (rate, weight) = RATE;
-        (bytes as f64 + self.entry) * (rate * weight + self.written.0) / (weight + self.written.1)
+        (bytes as f64 + ENTRY) * (rate * weight + self.written.0) / (weight + self.written.1)
     }
 
     fn pay(&mut self, debt: f64, price: f64) -> bool {
@@ -90,11 +76,6 @@ impl State {
 }
 
 impl Keeper {
-    /// One for results that all lie in one file.
-    pub(super) fn of_one_file() -> Self {
-        Self(Mutex::new(State { entry: ENTRY_IN_FILE, ..State::default() }))
-    }
-
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -102,18 +83,6 @@ impl Keeper {
     /// Notes that `window` of a field was computed, its own code having taken `own`, and gives its debt. To be told of every
     /// field that code runs for, whether its tiles are kept or not.
     pub(super) fn filled(&self, field: &Field, grid: &Grid, window: Window, own: Duration) -> Duration {
-        self.filled_for(field, grid, window, own, |_| 1.0)
-    }
-
-    /// The same where a field is spared only if all its readers are: each of them owes its `share` of what the field does.
-    pub(super) fn filled_for(
-        &self,
-        field: &Field,
-        grid: &Grid,
-        window: Window,
-        own: Duration,
-        share: impl Fn(&At) -> f64,
-    ) -> Duration {
         let area = area(grid, window);
         let mut inputs: Vec<At> = Vec::new();
         for input in reads(field, grid).map(|read| at(read.field, &read.grid)) {
@@ -123,13 +92,11 @@ impl Keeper {
         }
         let mut state = self.state();
         state.computed += own.as_secs_f64();
-        let owing = inputs.iter().filter(|input| !state.handed.contains(input));
-        let inputs: f64 = owing.filter_map(|input| Some(state.debts.get(input)? * share(input))).sum();
+        let inputs: f64 = inputs.iter().filter_map(|input| state.debts.get(input)).sum();
         // To compute everything again takes no longer than it did.
         let debt = (own.as_secs_f64() + inputs * area).min(state.computed);
         if state.debts.len() >= REMEMBERED {
             state.debts.clear();
-            state.handed.clear();
         }
         let known = state.debts.entry(at(field, grid)).or_insert(debt / area);
         *known += (debt / area - *known) / 4.0;
@@ -157,21 +124,6 @@ impl Keeper {
         worth
     }
 
-    /// Whether `window` of a field is to be left for another part of the picture; if so, it is to be written.
-    pub(super) fn halo(&self, field: &Field, grid: &Grid, window: Window, bytes: usize) -> bool {
-        let mut state = self.state();
-        let at = at(field, grid);
-        let debt = state.debts.get(&at).map_or(0.0, |debt| debt * area(grid, window));
-        let price = state.write(bytes as u64) * HANDED;
-        let worth = state.pay(debt, price);
-        if worth {
-            state.handed.insert(at);
-        } else {
-            state.handed.remove(&at);
-        }
-        worth
-    }
-
     /// Notes that the code of a node took `time` for objects.
     pub(super) fn made(&self, time: Duration) {
         self.state().computed += time.as_secs_f64();
@@ -190,7 +142,7 @@ impl Keeper {
     pub(super) fn wrote(&self, bytes: usize, time: Duration) {
         let mut state = self.state();
         state.written.0 += time.as_secs_f64();
-        state.written.1 += bytes as f64 + state.entry;
+        state.written.1 += bytes as f64 + ENTRY;
     }
 }
 
@@ -323,24 +275,6 @@ mod tests {
             [a, b] = next;
         }
         assert!(debt <= Duration::from_millis(40) + own, "{debt:?}");
-    }
-
-    #[test]
-    fn what_is_left_for_another_part_saves_more_than_its_writing() {
-        let (keeper, grid) = (after(9.0), grid(8192));
-        let (dear, cheap) = (source("dear"), source("cheap"));
-        let reader = reader([&dear, &cheap], "reader");
-        let fill = |field: &Field, times: f64| keeper.filled(field, &grid, WINDOW, writing().mul_f64(times));
-        let half = Window { height: SIDE / 2, ..WINDOW };
-        let left = |field: &Field| keeper.halo(field, &grid, half, BYTES / 2);
-        fill(&dear, 7.0);
-        fill(&cheap, 1.0);
-        assert!(left(&dear) && !left(&cheap));
-        // What reads something that is left owes nothing for it.
-        fill(&reader, 1.0);
-        assert!(!left(&reader));
-        fill(&reader, 40.0);
-        assert!(left(&reader));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! [`Keys`] names the result of every node without computing it. A [`Run`] makes the values that are wanted: objects
 //! first, in parallel where they are independent, then tiles of fields, in parallel, each on one thread. What has its
 //! key in the [`MemoryCache`] or in the [`Store`], a [`DiskCache`] for now, is not computed.
+mod area;
 mod cancel;
 mod codec;
 mod disk;
@@ -10,6 +11,7 @@ mod entry;
 mod evaluators;
 mod files;
 mod halos;
+mod handover;
 mod keep;
 mod kept;
 mod keys;

@@ -111,25 +111,20 @@ impl<'f> Passing<'f> {
         blocks
     }
 
-    /// The bytes of the tiles that are at hand while the rows `band` of pictures in `window` are computed: those that were read
-    /// for these rows or earlier ones, and may be read for these or later ones. `kept` says of which fields tiles are kept.
-    pub fn bytes(&self, window: Window, band: Window, kept: impl Fn(&Field, &Grid) -> bool) -> u64 {
-        let before = Window { height: band.bottom().abs_diff(window.y), ..window };
-        let after = Window { y: band.y, height: window.bottom().abs_diff(band.y), ..window };
+    /// The bytes of the tiles that are at hand while some rows or columns of pictures are computed: those that were read for these
+    /// or earlier ones, `before`, and may be read for these or later ones, `after`. `kept` says of which fields tiles are kept, and
+    /// how many columns and rows of them at most.
+    fn bytes(&self, before: Window, after: Window, kept: impl Fn(&Field, &Grid) -> Option<(u64, u64)>) -> u64 {
+        let window = before.union(&after);
         let mut bytes = 0;
         for ((part, before), after) in self.parts.iter().zip(self.wanted(before)).zip(self.wanted(after)) {
-            if !kept(part.field, &part.grid) {
-                continue;
-            }
+            let Some((width, height)) = kept(part.field, &part.grid) else { continue };
             let pixels = match (&before, &after) {
                 (Some(before), Some(after)) => {
-                    let after = numbers(&after.rows);
-                    let rows = lengths(&before.rows).into_iter().filter(|(row, _)| after.contains(row));
-                    let height: u64 = rows.map(|(_, length)| length).sum();
-                    lengths(&before.columns).values().sum::<u64>() * height
+                    both(&before.columns, &after.columns).min(width) * both(&before.rows, &after.rows).min(height)
                 }
                 // All of it may be read.
-                _ => u64::from(window.width) * u64::from(window.height),
+                _ => u64::from(window.width).min(width) * u64::from(window.height).min(height),
             };
             bytes += pixels * 4 * part.field.channels() as u64;
         }
@@ -175,9 +170,11 @@ pub(super) fn readers_first<'f>(fields: &[&'f Field], grid: &Grid) -> Vec<(&'f F
     order
 }
 
-/// The lengths of pieces by their numbers.
-fn lengths(pieces: &[Piece]) -> BTreeMap<i32, u64> {
-    pieces.iter().map(|piece| (piece.index, u64::from(piece.length))).collect()
+/// The length of those pieces that are among others too.
+fn both(pieces: &[Piece], others: &[Piece]) -> u64 {
+    let others = numbers(others);
+    let lengths: BTreeMap<i32, u64> = pieces.iter().map(|piece| (piece.index, u64::from(piece.length))).collect();
+    lengths.into_iter().filter(|(index, _)| others.contains(index)).map(|(_, length)| length).sum()
 }
 
 fn numbers(pieces: &[Piece]) -> BTreeSet<i32> {
@@ -185,6 +182,15 @@ fn numbers(pieces: &[Piece]) -> BTreeSet<i32> {
 }
 
 impl Run<'_> {
+    /// The bytes of the tiles that are at hand while some rows or columns of pictures are computed: what was read for these or earlier
+    /// ones, `before`, and may be read for these or later ones, `after`.
+    pub fn bytes_at_hand(&self, passing: &Passing<'_>, before: Window, after: Window) -> u64 {
+        passing.bytes(before, after, |field, grid| {
+            let read = || self.reached(|reach| reach.size(field, grid)).unwrap_or((u64::MAX, u64::MAX));
+            self.keeps(field, grid).then(read)
+        })
+    }
+
     /// Frees the tiles that are not wanted any more once only the rows or columns `rest` of the pictures are to be computed.
     pub fn pass(&self, passing: &mut Passing<'_>, rest: Window) {
         for (field, grid, at) in passing.passed(rest) {
@@ -213,11 +219,17 @@ mod tests {
         keyed(Field::map(Type::Gray, [source], Halo::px(100), fill), "b")
     }
 
+    fn all(field: &Field, _: &Grid) -> Option<(u64, u64)> {
+        field.as_constant().is_none().then_some((u64::MAX, u64::MAX))
+    }
+
     #[test]
     fn tiles_at_hand_are_counted() {
         let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(4096)) };
         let bytes = |field: &Field, window: Window, band: Window| {
-            Passing::new(&[field], &grid, window).bytes(window, band, |field, _| field.as_constant().is_none())
+            let before = Window { height: band.bottom().abs_diff(window.y), ..window };
+            let after = Window { y: band.y, height: window.bottom().abs_diff(band.y), ..window };
+            Passing::new(&[field], &grid, window).bytes(before, after, all)
         };
         let whole = Window::full(UVec2::splat(4096));
         let band = Window { y: 2048, height: TILE, ..whole };
@@ -230,6 +242,14 @@ mod tests {
         assert_eq!(bytes(&blurred(Tiling::BOTH), whole, band), rows(4096, 1) + rows(4096, 5));
         let strip = Window { x: 1024, width: 1024, ..whole };
         assert_eq!(bytes(&once, strip, Window { x: 1024, width: 1024, ..band }), rows(1024, 1) + rows(1536, 3));
+        // From left to right no more than what is read to the left of a column, the column and the one after it.
+        let low = Window { y: 1024, height: TILE, ..whole };
+        let (before, after) = (Window { width: 2304, ..low }, Window { x: 2048, width: 2048, ..low });
+        let across = Passing::new(&[&once], &grid, low).bytes(before, after, all);
+        assert_eq!(across, rows(u64::from(TILE), 1) + rows(3 * u64::from(TILE), 3));
+        // Of a part's halo, not whole tiles.
+        let part = Passing::new(&[&once], &grid, low).bytes(before, after, |_, _| Some((u64::MAX, 300)));
+        assert_eq!(part, u64::from(TILE) * (u64::from(TILE) + 3 * 300) * 4);
     }
 
     #[test]

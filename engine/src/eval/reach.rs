@@ -5,114 +5,86 @@
 //! everything is computed that is read, and no more. This follows from what fields state of themselves
 //! ([`FieldSource::inputs`]), and a value depends on its position alone, so no pixel changes by it.
 //!
+//! What other parts have left of a field is not computed, and so nothing is read for it.
+//!
 //! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
+use super::area::Area;
 use super::halos::{Halo, Neighbor};
+use super::handover::Prices;
 use super::memory::TileKey;
 use super::passing::{FARTHEST, readers_first};
-use super::prepare::{At, at, reads};
+use super::prepare::{At, at};
 use super::run::{Run, lock};
-use crate::value::{Blocks, Field, Grid, GridId, Key, Piece, TILE, Window};
+use crate::value::{Field, Grid, GridId, Key, Piece, Window};
 use std::cmp::Reverse;
 use std::collections::{HashMap, HashSet};
 use std::sync::{Mutex, PoisonError};
 
 /// The pixels that are read of each field.
 pub(super) struct Reach {
+    /// Without what is read only for pixels that others have left.
     areas: Areas,
+    /// All that is read if nobody leaves anything.
+    whole: Areas,
     /// Under which keys parts of tiles are kept.
     kept: Mutex<HashMap<TileKey, TileKey>>,
-    /// Other parts of the picture, and what they read.
-    neighbors: Vec<(Neighbor, Areas)>,
-    /// How many fields read each, pictures included.
-    readers: HashMap<At, u32>,
+    neighbors: Vec<Beside>,
 }
 
 type Areas = HashMap<(Key, GridId), Area>;
 
-/// Columns and rows; all pixels that lie in one of both are read.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Area {
-    columns: Spans,
-    rows: Spans,
+/// Another part of the picture.
+struct Beside {
+    neighbor: Neighbor,
+    /// What it reads if nobody leaves anything.
+    areas: Areas,
+    /// Of which fields something is left for it.
+    left: HashSet<(Key, GridId)>,
 }
 
-/// Intervals in order, each further from the next than a tile is wide: in no tile there are two.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Spans(Vec<(i32, i32)>);
-
-impl Spans {
-    /// Adds those pixels of pieces that lie between `from` and `to`.
-    fn add(&mut self, pieces: &[Piece], from: i32, to: i32) {
-        for piece in pieces {
-            let end = piece.start + piece.length.cast_signed();
-            let (low, high) = ((from - piece.shift).max(piece.start), (to - piece.shift).min(end));
-            if low < high {
-                self.insert(low, high);
-            }
-        }
-    }
-
-    fn insert(&mut self, mut low: i32, mut high: i32) {
-        let apart = TILE.cast_signed();
-        self.0.retain(|&(from, to)| {
-            let joins = from - apart < high && low < to + apart;
-            if joins {
-                (low, high) = (low.min(from), high.max(to));
-            }
-            !joins
-        });
-        let place = self.0.partition_point(|span| span.0 < low);
-        self.0.insert(place, (low, high));
-    }
-
-    /// What lies in a piece.
-    fn within(&self, piece: Piece) -> Option<(i32, i32)> {
-        let (start, end) = (piece.start, piece.start + piece.length.cast_signed());
-        self.0.iter().find(|(from, to)| *from < end && start < *to).map(|(from, to)| (*from.max(&start), *to.min(&end)))
-    }
-}
-
-impl Area {
-    fn add(&mut self, blocks: &Blocks, window: Window) {
-        self.columns.add(&blocks.columns, window.x, window.right());
-        self.rows.add(&blocks.rows, window.y, window.bottom());
-    }
-
-    /// What lies in a tile.
-    fn within(&self, (x, y): (Piece, Piece)) -> Option<Window> {
-        Some(between(self.columns.within(x)?, self.rows.within(y)?))
-    }
-
-    fn windows(&self) -> impl Iterator<Item = Window> {
-        let rows = self.rows.0.iter();
-        rows.flat_map(|&row| self.columns.0.iter().map(move |&column| between(column, row)))
-    }
-}
-
-fn between((left, right): (i32, i32), (top, bottom): (i32, i32)) -> Window {
-    Window { x: left, y: top, width: right.abs_diff(left), height: bottom.abs_diff(top) }
+/// The fields of pictures in the order in which readers come before what they read.
+struct Fields<'f, 'a> {
+    order: Vec<(&'f Field, Grid)>,
+    pictures: &'a [&'f Field],
+    grid: &'a Grid,
 }
 
 impl Reach {
-    /// Of pictures of `fields` in `window`. All whole pictures that they need must be prepared.
-    fn new(fields: &[&Field], grid: &Grid, window: Window, neighbors: Vec<Neighbor>) -> Self {
-        let order = readers_first(fields, grid);
-        let with_areas = |neighbor: Neighbor| {
-            let areas = areas(&order, fields, grid, neighbor.window);
-            (neighbor, areas)
+    /// Of pictures of `fields` in `window`. All whole pictures that they need must be prepared; `keeps` says of which fields
+    /// tiles are kept.
+    fn new(
+        fields: &[&Field],
+        grid: &Grid,
+        window: Window,
+        neighbors: Vec<Neighbor>,
+        keeps: impl Fn(&Field, &Grid) -> bool,
+    ) -> Self {
+        let fields = Fields { order: readers_first(fields, grid), pictures: fields, grid };
+        let whole = fields.areas(window, |_, _, area| area.windows());
+        let prices = (!neighbors.is_empty()).then(|| Prices::new(&fields.order, fields.pictures, grid));
+        let mut found: HashMap<_, Vec<Area>> = HashMap::new();
+        let beside = |neighbor: Neighbor| {
+            let areas = fields.areas(neighbor.window, |_, _, area| area.windows());
+            let mut left = HashSet::new();
+            if neighbor.waits {
+                left = fields.left_for(neighbor.window, &whole, &areas, |field, grid, overlap, read| {
+                    keeps(field, grid) && prices.as_ref().is_some_and(|p| p.is_left(field, grid, overlap, read))
+                });
+            } else {
+                for (place, area) in fields.left_by(&neighbor, &whole, &areas) {
+                    found.entry(place).or_default().push(area);
+                }
+            }
+            Beside { neighbor, areas, left }
         };
-        let neighbors = neighbors.into_iter().map(with_areas).collect();
-        Self {
-            areas: areas(&order, fields, grid, window),
-            kept: Mutex::default(),
-            neighbors,
-            readers: readers(&order, fields, grid),
-        }
-    }
-
-    /// What one reader of a field owes of what the field does.
-    pub(super) fn share(&self, field: &At) -> f64 {
-        1.0 / f64::from(self.readers.get(field).copied().unwrap_or(1).max(1))
+        let neighbors = neighbors.into_iter().map(beside).collect();
+        let rest =
+            |field: &Field, grid: &Grid, area: &Area| match place(field, grid).and_then(|place| found.get(&place)) {
+                Some(found) => area.without(found.iter()),
+                None => area.windows(),
+            };
+        let areas = if found.is_empty() { whole.clone() } else { fields.areas(window, rest) };
+        Self { areas, whole, kept: Mutex::default(), neighbors }
     }
 
     /// The key under which the part of a tile is kept that is read, if it is not computed whole.
@@ -131,75 +103,126 @@ impl Reach {
         Some((key, part))
     }
 
-    /// Whether there are other parts of the picture that read some of the same pixels.
-    pub(super) fn has_neighbors(&self) -> bool {
-        !self.neighbors.is_empty()
+    /// How many columns and rows are read of a field, if it is known.
+    pub(super) fn size(&self, field: &Field, grid: &Grid) -> Option<(u64, u64)> {
+        Some(self.areas.get(&place(field, grid)?)?.size())
     }
 
-    /// The pixels of a tile that others read too, the largest first. They are the same for both.
+    /// The pixels of a tile that others read too, and have left or are to be left, the largest first. They are the same for both.
     pub(super) fn halos(&self, tile: &TileKey, at: (Piece, Piece)) -> Vec<Halo> {
+        let place = (tile.field, tile.grid);
         if self.neighbors.is_empty() {
             return Vec::new();
         }
-        let within = |areas: &Areas| areas.get(&(tile.field, tile.grid))?.within(at);
-        let Some(own) = within(&self.areas) else { return Vec::new() };
-        let shared = |(neighbor, areas): &(Neighbor, Areas)| {
-            let window = own.overlap(&within(areas)?)?;
-            let Neighbor { spill, waits, .. } = neighbor.clone();
-            Some(Halo { at: named(tile, window), window, spill, waits })
+        let Some(own) = self.whole.get(&place) else { return Vec::new() };
+        let halo = |beside: &Beside| {
+            let Neighbor { spill, waits, .. } = beside.neighbor.clone();
+            if waits && !beside.left.contains(&place) {
+                return None;
+            }
+            let (at, window) = shared(tile, at, own, beside.areas.get(&place)?)?;
+            Some(Halo { at, window, spill, waits })
         };
-        let mut halos: Vec<Halo> = self.neighbors.iter().filter_map(shared).collect();
+        let mut halos: Vec<Halo> = self.neighbors.iter().filter_map(halo).collect();
         halos.sort_by_key(|halo| Reverse(halo.window.len()));
         halos
     }
 }
 
-/// What pictures of `fields` in `window` read; `order` are all fields that are read for them, each before those that it reads.
-fn areas(order: &[(&Field, Grid)], fields: &[&Field], grid: &Grid, window: Window) -> Areas {
-    // `None` is everything.
-    let mut areas: HashMap<_, Option<Area>> = HashMap::new();
-    let want = |areas: &mut HashMap<_, Option<Area>>, field: &Field, grid: &Grid, window: Window| {
-        let area = areas.entry(at(field, grid)).or_insert_with(|| Some(Area::default()));
-        let window = field.domain().one_repeat(grid, window);
-        let near = window.width <= FARTHEST && window.height <= FARTHEST;
-        match area.as_mut().filter(|_| near) {
-            Some(known) if !window.is_empty() => known.add(&field.domain().blocks(grid, window), window),
-            Some(_) => {}
-            None => *area = None,
-        }
-    };
-    fields.iter().for_each(|field| want(&mut areas, field, grid, window));
-    let mut known = HashMap::new();
-    for &(field, grid) in order {
-        let Some(area) = areas.get(&at(field, &grid)).cloned() else { continue };
-        let windows: Vec<Option<Window>> = match &area {
-            Some(area) => area.windows().map(Some).collect(),
-            None => vec![None],
+impl<'f> Fields<'f, '_> {
+    /// What the pictures in `window` read of each field, if of its area the windows are `computed` that this gives.
+    fn areas(&self, window: Window, mut computed: impl FnMut(&Field, &Grid, &Area) -> Vec<Window>) -> Areas {
+        // `None` is everything.
+        let mut areas: HashMap<At, Option<Area>> = HashMap::new();
+        let want = |areas: &mut HashMap<At, Option<Area>>, field: &Field, grid: &Grid, window: Window| {
+            let window = field.domain().one_repeat(grid, window);
+            let area = areas.entry(at(field, grid)).or_insert_with(|| Some(Area::default()));
+            let near = window.width <= FARTHEST && window.height <= FARTHEST;
+            match area.as_mut().filter(|_| near) {
+                Some(known) if !window.is_empty() => known.add(&field.domain().blocks(grid, window), window),
+                Some(_) => {}
+                None => *area = None,
+            }
         };
-        for window in windows {
-            let shown = window.unwrap_or(Window { x: 0, y: 0, width: 1, height: 1 });
-            let source = field.source();
-            for read in source.inputs(&grid, shown).into_iter().chain(source.later(&grid, shown)) {
-                // A window that is too large to be looked at stands for everything.
-                let all = Window { width: u32::MAX / 4, height: u32::MAX / 4, ..read.window };
-                want(&mut areas, read.field, &read.grid, window.map_or(all, |_| read.window));
+        self.pictures.iter().for_each(|field| want(&mut areas, field, self.grid, window));
+        let mut known = HashMap::new();
+        for &(field, grid) in &self.order {
+            let Some(area) = areas.get(&at(field, &grid)).cloned() else { continue };
+            let windows: Vec<Option<Window>> = match &area {
+                Some(area) => computed(field, &grid, area).into_iter().map(Some).collect(),
+                None => vec![None],
+            };
+            for window in windows {
+                let shown = window.unwrap_or(Window { x: 0, y: 0, width: 1, height: 1 });
+                let source = field.source();
+                for read in source.inputs(&grid, shown).into_iter().chain(source.later(&grid, shown)) {
+                    // A window that is too large to be looked at stands for everything.
+                    let all = Window { width: u32::MAX / 4, height: u32::MAX / 4, ..read.window };
+                    want(&mut areas, read.field, &read.grid, window.map_or(all, |_| read.window));
+                }
+            }
+            if let (Some(place), Some(area)) = (place(field, &grid), area) {
+                known.insert(place, area);
             }
         }
-        if let (Some(key), Some(area)) = (field.key(), area) {
-            known.insert((key, grid.id()), area);
-        }
+        known
     }
-    known
+
+    /// The fields that are left for another part, whose pictures are those in `window`; `is_left` is told how many pixels both read,
+    /// and how many of them the other part still does.
+    fn left_for(
+        &self,
+        window: Window,
+        own: &Areas,
+        other: &Areas,
+        is_left: impl Fn(&Field, &Grid, u64, u64) -> bool,
+    ) -> HashSet<(Key, GridId)> {
+        let mut left = HashSet::new();
+        self.areas(window, |field, grid, area| {
+            let areas = place(field, grid).and_then(|place| Some((place, own.get(&place)?, other.get(&place)?)));
+            let Some((place, own, other)) = areas else { return area.windows() };
+            let overlap = own.overlap(other);
+            let pixels = overlap.iter().map(|window| window.len() as u64).sum();
+            let read = overlap.iter().map(|window| area.pixels_in(*window)).sum();
+            if read == 0 || !is_left(field, grid, pixels, read) {
+                return area.windows();
+            }
+            left.insert(place);
+            area.without([own].into_iter())
+        });
+        left
+    }
+
+    /// The areas of fields of which another part has left all that both read.
+    fn left_by(&self, neighbor: &Neighbor, own: &Areas, other: &Areas) -> Vec<((Key, GridId), Area)> {
+        let left = |&(field, grid): &(&Field, Grid)| {
+            let key = field.key()?;
+            let place = (key, grid.id());
+            let (own, other) = (own.get(&place)?, other.get(&place)?);
+            let is_left = |window: &Window| {
+                let blocks = field.domain().blocks(&grid, *window);
+                (0..blocks.count()).all(|i| {
+                    blocks.get(i).is_some_and(|(x, y)| {
+                        let tile = TileKey { field: key, grid: grid.id(), at: (x.index, y.index) };
+                        shared(&tile, (x, y), own, other).is_some_and(|(at, _)| neighbor.spill.has(&at))
+                    })
+                })
+            };
+            let both = own.overlap(other);
+            (!both.is_empty() && both.iter().all(is_left)).then(|| (place, other.clone()))
+        };
+        self.order.iter().filter_map(left).collect()
+    }
 }
 
-/// How many of `order`, and of pictures of `fields`, read each field.
-fn readers(order: &[(&Field, Grid)], fields: &[&Field], grid: &Grid) -> HashMap<At, u32> {
-    let mut readers = HashMap::new();
-    let of = |(field, grid): &(&Field, Grid)| reads(field, grid).map(|read| at(read.field, &read.grid)).collect();
-    let all: Vec<HashSet<At>> = order.iter().map(of).collect();
-    let pictures = fields.iter().map(|field| at(field, grid));
-    all.into_iter().flatten().chain(pictures).for_each(|read| *readers.entry(read).or_insert(0) += 1);
-    readers
+/// The pixels of a tile in two areas, and under which key they are left.
+fn shared(tile: &TileKey, at: (Piece, Piece), own: &Area, other: &Area) -> Option<(TileKey, Window)> {
+    let window = own.within(at)?.overlap(&other.within(at)?)?;
+    Some((named(tile, window), window))
+}
+
+fn place(field: &Field, grid: &Grid) -> Option<(Key, GridId)> {
+    Some((field.key()?, grid.id()))
 }
 
 /// The key of a part of a tile.
@@ -213,7 +236,7 @@ impl Run<'_> {
     /// From now on, computes no more of each field than pictures of `fields` in `window` need, and nothing that `neighbors` have
     /// left. To be called when these fields are prepared and no tile is being computed.
     pub fn limit(&self, fields: &[&Field], grid: &Grid, window: Window, neighbors: Vec<Neighbor>) {
-        let reach = Reach::new(fields, grid, window, neighbors);
+        let reach = Reach::new(fields, grid, window, neighbors, |field, grid| self.keeps(field, grid));
         *self.reach.write().unwrap_or_else(PoisonError::into_inner) = Some(reach);
     }
 
@@ -227,7 +250,7 @@ impl Run<'_> {
 mod tests {
     use super::super::spill::Spill;
     use super::*;
-    use crate::value::{Halo, Tiling, Type};
+    use crate::value::{Halo, Tile, Tiling, Type};
     use glam::{DVec2, UVec2};
     use std::sync::Arc;
 
@@ -240,28 +263,16 @@ mod tests {
     }
 
     #[test]
-    fn spans_stay_in_order_and_apart() {
-        let mut spans = Spans::default();
-        spans.insert(1000, 1100);
-        spans.insert(0, 10);
-        assert_eq!(spans.0, [(0, 10), (1000, 1100)]);
-        spans.insert(200, 300);
-        assert_eq!(spans.0, [(0, 300), (1000, 1100)]);
-        spans.insert(400, 900);
-        assert_eq!(spans.0, [(0, 1100)]);
-    }
-
-    #[test]
     fn a_part_reads_its_halo_and_wraps() {
         let source = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "a");
-        let fill = |_: &mut crate::value::Tile, [_]: [&crate::value::Tile; 1]| Ok(());
+        let fill = |_: &mut Tile, [_]: [&Tile; 1]| Ok(());
         let blurred = keyed(Field::map(Type::Gray, [source.clone()], Halo::px(7), fill), "b");
         let grid = grid();
         let window = Window { x: 0, y: 0, width: 2048, height: 512 };
-        let reach = Reach::new(&[&blurred], &grid, window, Vec::new());
+        let reach = Reach::new(&[&blurred], &grid, window, Vec::new(), |_, _| true);
         let area = &reach.areas[&(source.key().unwrap(), grid.id())];
-        assert_eq!(area.rows.0, [(0, 519), (2041, 2048)]);
-        assert_eq!(area.columns.0, [(0, 2048)]);
+        let rows = |y: i32, height: u32| Window { x: 0, y, width: 2048, height };
+        assert_eq!(area.windows(), [rows(0, 519), rows(2041, 7)]);
         let piece = |index: i32| Piece { index, start: index * 256, length: 256, shift: 0 };
         let tile = TileKey { field: source.key().unwrap(), grid: grid.id(), at: (0, 2) };
         let wanted = Window { x: 0, y: 512, width: 256, height: 3 };
@@ -277,14 +288,14 @@ mod tests {
     #[test]
     fn two_parts_agree_on_what_both_read() {
         let source = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "a");
-        let fill = |_: &mut crate::value::Tile, [_]: [&crate::value::Tile; 1]| Ok(());
+        let fill = |_: &mut Tile, [_]: [&Tile; 1]| Ok(());
         let blurred = keyed(Field::map(Type::Gray, [source.clone()], Halo::px(7), fill), "b");
         let (grid, dir) = (grid(), tempfile::tempdir().unwrap());
         let rows = |y: i32| Window { x: 0, y, width: 2048, height: 512 };
         let part = |own: i32, other: i32| {
             let spill = Arc::new(Spill::create(&dir.path().join("spill")).unwrap());
             let neighbor = Neighbor { window: rows(other), spill, waits: true };
-            Reach::new(&[&blurred], &grid, rows(own), vec![neighbor])
+            Reach::new(&[&blurred], &grid, rows(own), vec![neighbor], |_, _| true)
         };
         let tile = |row: i32| TileKey { field: source.key().unwrap(), grid: grid.id(), at: (0, row) };
         let piece = |index: i32| Piece { index, start: index * 256, length: 256, shift: 0 };
@@ -301,5 +312,46 @@ mod tests {
         // Across the edge of what repeats, and nothing in the middle.
         assert_eq!(far.halos(&tile(7), (piece(0), piece(7)))[0].window.height, 7);
         assert!(far.halos(&tile(2), (piece(0), piece(2))).is_empty());
+    }
+
+    #[test]
+    fn nothing_is_read_for_what_is_left() {
+        let source = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "a");
+        let filter = |input: &Field, pixels: usize, name: &str| {
+            let fill = |_: &mut Tile, [_]: [&Tile; 1]| Ok(());
+            keyed(Field::map(Type::Gray, [input.clone()], Halo::px(pixels), fill), name)
+        };
+        let height = filter(&source, 3, "height");
+        let lit = filter(&height, 40, "lit");
+        let (grid, dir) = (grid(), tempfile::tempdir().unwrap());
+        let rows = |y: i32| Window { x: 0, y, width: 2048, height: 512 };
+        let name = dir.path().join("spill");
+        let part = |own: i32, other: i32, spill: Spill, waits: bool| {
+            let neighbor = Neighbor { window: rows(other), spill: Arc::new(spill), waits };
+            Reach::new(&[&lit], &grid, rows(own), vec![neighbor], |_, _| true)
+        };
+        let build = Key::of("build", &[]);
+        let place = |field: &Field| (field.key().unwrap(), grid.id());
+        let upper = part(0, 512, Spill::create_for(&name, build, u64::MAX).unwrap(), true);
+        assert_eq!(upper.neighbors[0].left, HashSet::from([place(&height)]));
+        // All of the height is left, but for one tile.
+        let leave = |all: bool| {
+            let spill = Spill::create_for(&name, build, u64::MAX).unwrap();
+            let blocks = height.domain().blocks(&grid, Window { y: 472, height: 80, ..rows(0) });
+            for (x, y) in (0..blocks.count() - usize::from(!all)).filter_map(|i| blocks.get(i)) {
+                let tile = TileKey { field: place(&height).0, grid: grid.id(), at: (x.index, y.index) };
+                let [halo] = &upper.halos(&tile, (x, y))[..] else { panic!("one") };
+                spill.put(&halo.at, &Tile::new(grid, halo.window, 1));
+            }
+            spill.publish().unwrap();
+            let lower = part(512, 0, Spill::open(&name, build).unwrap(), false);
+            let windows = |field: &Field| {
+                let windows = lower.areas[&place(field)].windows();
+                windows.iter().map(|window| (window.y, window.bottom())).collect::<Vec<_>>()
+            };
+            (windows(&height), windows(&source))
+        };
+        assert_eq!(leave(false), (vec![(472, 1064)], vec![(469, 1067)]));
+        assert_eq!(leave(true), (vec![(472, 1064)], vec![(549, 1067)]));
     }
 }

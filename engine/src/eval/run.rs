@@ -1,7 +1,6 @@
 //! One evaluation of a graph.
 use super::evaluators::{Clock, NodeEvaluator};
 use super::files::NodeFiles;
-use super::halos::Halos;
 use super::keep::Keeper;
 use super::kept::Stored;
 use super::prepare::Known;
@@ -50,7 +49,6 @@ pub struct Run<'g> {
     /// What is read, if only a part of a picture is computed.
     pub(super) reach: RwLock<Option<Reach>>,
     /// What is handed to and from other parts of the picture.
-    pub(super) halos: Halos,
     failures: Mutex<Vec<(Key, Problem)>>,
     /// What was put into the store besides tiles.
     pub(super) stored: Mutex<Vec<(Key, Stored)>>,
@@ -84,7 +82,6 @@ impl<'g> Run<'g> {
             known: RwLock::default(),
             cuts: Cuts::default(),
             reach: RwLock::default(),
-            halos: Halos::default(),
             failures: Mutex::default(),
             stored: Mutex::default(),
             warned: Mutex::default(),

@@ -130,6 +130,12 @@ impl Spill {
         spilled.places.insert(name, Place { begin, bytes: bytes.len() as u64, tag });
     }
 
+    /// Whether a part of a tile was kept.
+    pub(super) fn has(&self, at: &TileKey) -> bool {
+        let spilled = lock(&self.spilled);
+        !matches!(spilled.medium, Medium::Closed) && spilled.places.contains_key(&at.name())
+    }
+
     /// Sets a tile to what was kept, if it was.
     pub(super) fn take(&self, at: &TileKey, tile: &mut Tile) -> Option<()> {
         let (name, data) = (at.name(), bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut()));

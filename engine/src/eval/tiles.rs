@@ -271,7 +271,6 @@ impl<'f> Fill<'f, '_> {
                 })?;
                 own = start.elapsed();
                 pixels = window.len() as u64;
-                run.weigh_halo(field, &grid, window, own);
                 (tile, keeper.filled(field, &grid, window, own))
             }
         };
@@ -288,7 +287,7 @@ impl<'f> Fill<'f, '_> {
             if stored {
                 run.keep_tile(&at, field, &tile, debt);
             }
-            run.leave(&halos, field, &tile);
+            run.leave(&halos, &tile);
         }
         Ok(Step::Done(tile))
     }

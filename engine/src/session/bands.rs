@@ -3,7 +3,8 @@
 //! Pictures are computed in bands that are one or a few tiles high, so that what they share is still in memory, and so is the
 //! row of tiles above. For a very wide picture those rows alone would fill the memory. It is computed in vertical strips,
 //! which are kept in temporary files beside the pictures until whole rows can be written. A part of a picture that is much wider
-//! than high is computed so too: then less is in memory at a time, which each process must first fetch from the system.
+//! than high is computed from left to right instead, if that fits the memory: then less is in memory at a time, which each process
+//! must first fetch from the system, and nothing is computed or handed over twice.
 use super::export::Sink;
 use super::render::{Job, Render};
 use super::{Failure, located};
@@ -28,12 +29,12 @@ impl Render<'_, '_> {
     pub(super) fn bands(&self, jobs: &[&Job<'_>], writers: &mut [Sink], grid: &Grid) -> Result<(), Failure> {
         let window = self.area;
         let fields: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
+        if let Some(width) = self.low_width(&fields, grid) {
+            return self.strips(jobs, &fields, writers, grid, (width, false));
+        }
         let strip = self.strip_width(&fields, grid);
         if strip < window.width {
             return self.strips(jobs, &fields, writers, grid, (strip, true));
-        }
-        if self.is_low(&fields, grid) {
-            return self.strips(jobs, &fields, writers, grid, (low_width(window.height), false));
         }
         let heights = band_height(window.width);
         let mut passing = self.planner.request.once.then(|| Passing::new(&fields, grid, window));
@@ -56,15 +57,24 @@ impl Render<'_, '_> {
         }
     }
 
-    /// Whether the pictures are so low that less is in memory when they are computed from left to right.
-    fn is_low(&self, fields: &[&Field], grid: &Grid) -> bool {
-        let window = self.area;
+    /// How many columns are computed at once if the pictures are so low that less is in memory when they are computed from left to
+    /// right; `None` if they are not, or if even that does not fit.
+    fn low_width(&self, fields: &[&Field], grid: &Grid) -> Option<u32> {
+        let (window, room) = (self.area, self.run.tile_bytes());
         if !self.planner.request.once || u64::from(window.height) * 4 > u64::from(window.width) {
-            return false;
+            return None;
         }
-        let band = Window { height: band_height(window.width).min(window.height), ..window };
-        let bytes = Passing::new(fields, grid, window).bytes(window, band, |field, grid| self.run.keeps(field, grid));
-        bytes > self.run.tile_bytes() / FEW
+        let passing = Passing::new(fields, grid, window);
+        let bytes = |before, after| self.run.bytes_at_hand(&passing, before, after);
+        let band = band_height(window.width).min(window.height);
+        if bytes(Window { height: band, ..window }, window) <= room / FEW {
+            return None;
+        }
+        let width = low_width(window.height).min(window.width);
+        let x = window.x.saturating_add_unsigned((window.width - width) / 2 / TILE * TILE);
+        let before = Window { width: x.abs_diff(window.x) + width, ..window };
+        let after = Window { x, width: window.right().abs_diff(x), ..window };
+        (bytes(before, after) <= room).then_some(width)
     }
 
     /// The same in strips of `width` columns. If what is read beyond their edges does not fit the memory, they are `apart`: each is
@@ -158,8 +168,10 @@ impl Render<'_, '_> {
             let x = self.area.x.saturating_add_unsigned((whole - width) / 2 / TILE * TILE);
             let strip = Window { x, width, ..self.area };
             let y = self.area.y.saturating_add_unsigned(self.area.height / 2 / TILE * TILE);
-            let band = Window { y, height: band_height(width).min(self.area.bottom().abs_diff(y)), ..strip };
-            Passing::new(fields, grid, strip).bytes(strip, band, |field, grid| self.run.keeps(field, grid)) <= room
+            let height = y.abs_diff(strip.y) + band_height(width).min(strip.bottom().abs_diff(y));
+            let (before, after) =
+                (Window { height, ..strip }, Window { y, height: strip.bottom().abs_diff(y), ..strip });
+            self.run.bytes_at_hand(&Passing::new(fields, grid, strip), before, after) <= room
         };
         let widths = (1..).map(|strips| whole.div_ceil(strips).next_multiple_of(TILE).max(NARROWEST).min(whole));
         widths.into_iter().find(|width| *width <= NARROWEST || fits(*width)).unwrap_or(NARROWEST)

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 #![allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small numbers")]
 
-use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::eval::{CancelToken, Event, Observer, Silent};
 use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs};
 use shibo_engine::picture::{PartOf, join};
@@ -215,28 +215,41 @@ fn what_two_parts_need_is_computed_once_in_any_order() {
     }
 }
 
+/// Counts the bands of rows.
+#[derive(Default)]
+struct Bands(AtomicU64);
+
+impl Observer for Bands {
+    fn event(&self, event: Event) {
+        if matches!(event, Event::Rows { .. }) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
 #[test]
 fn strips_hand_on_what_is_dear() {
     let _counted = COUNTED.lock();
-    let out = tempfile::tempdir().unwrap();
-    // Two strips fit the memory, the whole does not.
-    let settings = Settings { threads: 2, memory: 136 << 20, ..Settings::default() };
-    let mut pictures = Vec::new();
-    let counts = [0, 160].map(|idle| {
-        let graph = dear(100, idle, (8192, 1024), "Both");
-        let session = Session::new(registry(), &settings).unwrap();
+    let graph = dear(100, 0, (8192, 2304), "Both");
+    let made = |memory: u64| {
+        let out = tempfile::tempdir().unwrap();
+        let session = Session::new(registry(), &Settings { threads: 2, memory, ..Settings::default() }).unwrap();
+        let bands = Bands::default();
         let count = counted(|| {
-            session.render(&graph, &request(out.path()), &CancelToken::default(), &Silent).unwrap();
+            session.render(&graph, &request(out.path()), &CancelToken::default(), &bands).unwrap();
         });
-        pictures.push(files(out.path()));
-        count as f64 / (4.0 * 8192.0 * 1024.0)
-    });
-    assert!(counts[0] > 1.02, "the picture was not made in strips: {counts:?}");
-    assert!(counts[1] < 1.03, "{counts:?}");
-    assert_eq!(pictures[0].len(), 1, "the files that wait are gone");
-    let [cheap, dear] =
-        [0, 1].map(|i| shibo_engine::picture::read_bytes(&pictures[i][0].1, &Default::default()).unwrap());
-    assert!(cheap.planes == dear.planes);
+        let pictures = files(out.path());
+        assert_eq!(pictures.len(), 1, "the files that wait are gone");
+        (pictures, count as f64 / (4.0 * 8192.0 * 2304.0), bands.0.into_inner())
+    };
+    // Two strips fit the less memory, the whole does not.
+    let (whole, once, bands) = made(2 << 30);
+    let (strips, count, more) = made(136 << 20);
+    assert!(once == 1.0 && more >= 2 * bands, "the picture was not made in strips: {once}, {more} of {bands}");
+    assert!(count < 1.03, "{count}");
+    let [whole, strips] =
+        [whole, strips].map(|of| shibo_engine::picture::read_bytes(&of[0].1, &Default::default()).unwrap());
+    assert!(whole.planes == strips.planes);
 }
 
 #[test]

@@ -48,7 +48,6 @@ pub struct Run<'g> {
     pub(super) cuts: Cuts,
     /// What is read, if only a part of a picture is computed.
     pub(super) reach: RwLock<Option<Reach>>,
-    /// What is handed to and from other parts of the picture.
     failures: Mutex<Vec<(Key, Problem)>>,
     /// What was put into the store besides tiles.
     pub(super) stored: Mutex<Vec<(Key, Stored)>>,

@@ -70,14 +70,14 @@ impl Render<'_, '_> {
         if bytes(Window { height: band, ..window }, window) <= room / FEW {
             return None;
         }
-        let width = low_width(window.height).min(window.width);
+        let width = narrow_width(window.height).min(window.width);
         let x = window.x.saturating_add_unsigned((window.width - width) / 2 / TILE * TILE);
         let before = Window { width: x.abs_diff(window.x) + width, ..window };
         let after = Window { x, width: window.right().abs_diff(x), ..window };
         (bytes(before, after) <= room).then_some(width)
     }
 
-    /// The same in strips of `width` columns. If what is read beyond their edges does not fit the memory, they are `apart`: each is
+    /// Computes and writes the pictures in strips of `width` columns. If what is read beyond their edges does not fit the memory, they are `apart`: each is
     /// computed as if alone, but for what those beside it have left in a file.
     fn strips(
         &self,
@@ -232,7 +232,7 @@ fn band_height(width: u32) -> u32 {
 }
 
 /// The width of strips of low parts: wide enough for that, and no wider, since all that they read is in memory.
-fn low_width(height: u32) -> u32 {
+fn narrow_width(height: u32) -> u32 {
     let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
     (2 * threads).div_ceil(height.div_ceil(TILE).max(1)).max(2) * TILE
 }

@@ -107,6 +107,7 @@ impl Rays {
         let per_tall = 1.0 / tall;
         let odd = i32::from(set > 0.25);
         let (mut words, mut asides, mut outs, mut ups) = ([0_u32; RUN], [0.0; RUN], [0.0; RUN], [0.0; RUN]);
+        let mut spans = [0.0; RUN];
         for i in 0..n {
             let (a, turn) = (run.a[i], run.turn[i]);
             let (floor, band) = math::floor_int(a * per_length + set);
@@ -121,23 +122,30 @@ impl Rays {
             let along = z[i] * per_tall + byte(self.place.word(key, sector, -1), 0);
             let (low, piece) = math::floor_int(along);
             let word = self.place.word(key, sector, piece);
-            let aside = (t - below - 0.5 - 0.5 * (byte(word, 16) - 0.5))
-                * (std::f32::consts::TAU * math::max(a, 0.5) / sectors);
+            let span = std::f32::consts::TAU * math::max(a, 0.5) / sectors;
+            let aside = (t - below - 0.5 - 0.5 * (byte(word, 16) - 0.5)) * span;
             words[i] = word;
+            spans[i] = span;
             outs[i] = (a - middle) * (2.0 * per_length);
             ups[i] = along - low - 0.5;
             asides[i] = if byte(word, 0) < s.density { aside.abs() } else { f32::INFINITY };
         }
         for i in 0..n {
-            // Written so that NaN meets no ray.
-            let soft = run.soft[i];
-            if asides[i] <= 0.7 * s.width + 0.5 * soft {
+            // Written so that NaN meets no ray. A pixel wider than half a sector sees more than one sheet: by and by it sees the mean
+            // of its own sector instead, for those beside it, which are not looked at.
+            let span = spans[i];
+            let soft = math::min(run.soft[i], span);
+            let wide = math::saturate(2.0 * soft / span - 1.0);
+            if asides[i] <= 0.7 * s.width + 0.5 * soft + wide * span {
                 let size = 0.55 + 0.45 * byte(words[i], 8);
                 let (dz, da) = (ups[i] * 2.0 / size, outs[i]);
                 let rim = self.rim.at(run.a[i] / 5.0, run.turn[i] * 12.0, z[i] / 7.0);
                 let rim = 1.0 - dz * dz - 0.9 * da * da + 0.5 * rim;
                 let width = s.width * (0.6 + 0.8 * byte(words[i], 24)) * math::saturate(rim * 1.5);
-                let inside = math::saturate((0.5 * width - asides[i]) / soft + 0.5) * math::min(1.0, width / soft);
+                // The share of the pixel that the sheet covers.
+                let less = math::max(math::min(width, soft), 1e-6);
+                let covered = math::saturate((0.5 * (width + soft) - asides[i]) / less) * math::min(1.0, width / soft);
+                let inside = math::lerp(covered, math::min(1.0, width / span), wide);
                 out[i] = math::max(out[i], inside * math::smooth(rim * 4.0));
             }
         }
@@ -148,4 +156,37 @@ impl Rays {
 #[inline(always)]
 fn byte(word: u32, shift: u32) -> f32 {
     ((word >> shift) & 0xff) as f32 * (1.0 / 255.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean of end grain at points 0.05 mm apart, for pixels of a size.
+    fn mean(style: RayStyle, pixel: f32) -> f32 {
+        let rays = Rays::new(style, Hash::new(7));
+        let n = 512;
+        let mut sum = 0.0;
+        for row in 0..n {
+            let x: Vec<f32> = (0..n).map(|i| 40.0 + 0.05 * i as f32).collect();
+            let y = vec![15.0 + 0.05 * row as f32; n];
+            let mut out = vec![1.0; n];
+            rays.fill([&x, &y, &vec![3.0; n]], pixel, &mut out);
+            sum += out.iter().sum::<f32>() / n as f32;
+        }
+        sum / n as f32
+    }
+
+    #[test]
+    fn large_pixels_see_as_much_ray_as_small_ones() {
+        for pitch in [0.5, 1.7] {
+            let style = RayStyle { pitch, height: 3.0, width: 0.16, density: 0.6, length: 20.0, wobble: 0.5 };
+            let fine = mean(style, 0.02);
+            assert!(fine > 0.01, "there are rays: {fine}");
+            for pixel in [0.1, 0.3, 0.8, 2.5] {
+                let ratio = mean(style, pixel) / fine;
+                assert!((0.8..1.15).contains(&ratio), "pitch {pitch}, pixel {pixel}: {ratio} of the ray");
+            }
+        }
+    }
 }

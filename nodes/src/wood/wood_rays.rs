@@ -96,7 +96,7 @@ impl Default for WoodRays {
 const EVERYWHERE: f32 = 0.6;
 
 impl Node for WoodRays {
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::SolidColor, "The colour with its rays."),
         Output::new("mask", Type::Solid, "How much of a point is ray, 0..1."),

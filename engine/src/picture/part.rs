@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! MAGIC, length of the header, header (JSON)
-//! rows of the first picture, rows of the second …, from the top down, at most 8 MiB at once
+//! rows of the pictures, in whole or in blocks of columns, as they were computed; at most 8 MiB at once
 //! index (JSON): what lies where, and the hash of each
 //! MAGIC, place of the index, hash of header and index
 //! ```
@@ -24,7 +24,7 @@ use super::spec::PictureSpec;
 use serde::{Deserialize, Serialize};
 
 /// How a part begins and ends.
-const MAGIC: &[u8; 8] = b"ShiboP1\n";
+const MAGIC: &[u8; 8] = b"ShiboP2\n";
 /// Bytes that are read and checked at once.
 const CHUNK: usize = 8 << 20;
 /// The most bytes of a header or an index.
@@ -121,8 +121,12 @@ pub struct PartPicture {
 struct Chunk {
     /// The number of the picture.
     picture: usize,
-    /// How many rows; 0 of a file without rows.
+    /// The first row in the picture, and how many; 0 of a file without rows.
+    row: u32,
     rows: u32,
+    /// The first column, and how many.
+    x: u32,
+    width: u32,
     at: u64,
     length: u64,
     hash: String,

@@ -4,8 +4,9 @@
 //! row of tiles above. For a very wide picture those rows alone would fill the memory. It is computed in vertical strips,
 //! which are kept in temporary files beside the pictures until whole rows can be written. A part of a picture that is much wider
 //! than high is computed from left to right instead, if that fits the memory: then less is in memory at a time, which each process
-//! must first fetch from the system, and nothing is computed or handed over twice.
+//! must first fetch from the system, and nothing is computed or handed over twice. It is written as it is computed, in blocks.
 use super::export::Sink;
+use super::part::PartSink;
 use super::render::{Job, Render};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
@@ -94,7 +95,9 @@ impl Render<'_, '_> {
             .collect::<Vec<_>>();
         let channels: usize = fields.iter().map(|field| field.channels()).sum();
         let in_memory = window.len() as u64 * 4 * channels as u64 <= self.run.tile_bytes() / FEW;
-        let waiting = jobs.iter().map(|job| Waiting::create(&job.planned.path, in_memory));
+        // Parts take blocks as they are; pictures, whole rows.
+        let blocks: Option<Vec<&PartSink>> = writers.iter().map(Sink::part).collect();
+        let waiting = jobs.iter().filter(|_| blocks.is_none()).map(|job| Waiting::create(&job.planned.path, in_memory));
         let mut waiting = waiting.collect::<Result<Vec<_>, _>>()?;
         let once = self.planner.request.once;
         let mut across = (once && !apart).then(|| Passing::new(fields, grid, window));
@@ -108,8 +111,12 @@ impl Render<'_, '_> {
             }
             let mut passing = (once && apart).then(|| Passing::new(fields, grid, *strip));
             for band in bands(*strip, height) {
-                for (job, waiting) in jobs.iter().zip(&mut waiting) {
-                    waiting.put(&self.tiles(job, grid, band)?)?;
+                for (number, job) in jobs.iter().enumerate() {
+                    let tiles = self.tiles(job, grid, band)?;
+                    match &blocks {
+                        Some(sinks) => sinks[number].write_block(&planes(&tiles), band)?,
+                        None => waiting[number].put(&tiles)?,
+                    }
                 }
                 self.pass(passing.as_mut(), *strip, band);
                 let rows = u64::from(band.bottom().abs_diff(window.y));
@@ -125,6 +132,9 @@ impl Render<'_, '_> {
             }
         }
         drop(spills);
+        if blocks.is_some() {
+            return Ok(());
+        }
         for band in bands(window, height) {
             for ((job, writer), waiting) in jobs.iter().zip(&mut *writers).zip(&mut waiting) {
                 let channels: usize = job.fields.iter().map(|(_, field)| field.channels()).sum();
@@ -251,8 +261,12 @@ fn cut(from: i32, to: i32, length: u32) -> impl Iterator<Item = (i32, i32)> {
 }
 
 fn write(writer: &mut Sink, tiles: &[Tile], band: Window) -> Result<(), Failure> {
-    let planes: Vec<&[f32]> = tiles.iter().flat_map(|t| (0..t.channels()).map(|c| t.plane(c))).collect();
-    writer.write_rows(&planes, band.height)
+    writer.write_rows(&planes(tiles), band.height)
+}
+
+/// The samples of all channels.
+fn planes(tiles: &[Tile]) -> Vec<&[f32]> {
+    tiles.iter().flat_map(|t| (0..t.channels()).map(|c| t.plane(c))).collect()
 }
 
 /// The part of a picture that is computed but cannot be written yet: strip after strip, band after band, plane after plane.

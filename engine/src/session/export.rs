@@ -41,6 +41,11 @@ impl Sink {
         done.map_err(|error| Failure::File(error.to_string()))
     }
 
+    /// What it is if it is of a part.
+    pub(super) fn part(&self) -> Option<&PartSink> {
+        if let Self::Part(part) = self { Some(part) } else { None }
+    }
+
     /// What became of the pictures, once the file has its name.
     pub(super) fn finish(self) -> Result<Vec<Written>, Failure> {
         let done = match self {

@@ -45,6 +45,13 @@ impl PartSink {
     pub(super) fn write_rows(&self, planes: &[&[f32]], rows: u32) -> Result<(), crate::picture::WriteError> {
         self.writer.lock().unwrap_or_else(PoisonError::into_inner).write_rows(self.number, planes, rows)
     }
+
+    /// Writes a block of the picture, in any order.
+    pub(super) fn write_block(&self, planes: &[&[f32]], block: Window) -> Result<(), Failure> {
+        let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = [block.x.cast_unsigned(), block.y.cast_unsigned(), block.width, block.height];
+        writer.write_block(self.number, planes, place).map_err(|error| Failure::File(error.to_string()))
+    }
 }
 
 impl Session {

@@ -1,7 +1,7 @@
 //! Joins parts into pictures, a few rows at a time.
 use super::read::{PartFile, Unusable};
-use super::{CHUNK, EXTENSION, PartHeader, PartOf};
-use crate::picture::spec::WriteError;
+use super::{CHUNK, Chunk, EXTENSION, PartHeader, PartOf};
+use crate::picture::spec::{Format, WriteError};
 use crate::picture::{AtomicFile, PictureSpec, Writer, Written};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -137,7 +137,9 @@ impl All<'_> {
             Some(spec) => self.rows(&path, spec, number),
             None => {
                 let mut file = AtomicFile::create(&path).map_err(|error| WriteError::at(&path, error))?;
-                self.chunks(number, |_, bytes| file.write_all(bytes).map_err(|error| WriteError::at(&path, error)))?;
+                self.chunks(number, None, |_, bytes| {
+                    file.write_all(bytes).map_err(|error| WriteError::at(&path, error))
+                })?;
                 Ok(Made { file, written: None, range: (0.0, 1.0) })
             }
         }
@@ -145,21 +147,33 @@ impl All<'_> {
 
     fn rows(&self, path: &Path, spec: &PictureSpec, number: usize) -> Result<Made, Fault> {
         let mut writer = Writer::create(path, spec)?;
-        self.chunks(number, |rows, bytes| writer.write_encoded(bytes, rows))?;
+        self.chunks(number, Some(spec), |rows, bytes| writer.write_encoded(bytes, rows))?;
         self.parts.iter().for_each(|part| writer.count(part.index.tallies[number]));
         let (file, written) = writer.finish_unnamed()?;
         Ok(Made { file, written: Some(written), range: spec.encoding.range.unwrap_or((0.0, 1.0)) })
     }
 
-    /// Hands the chunks of a picture to `take`, from all parts in order.
-    fn chunks(&self, number: usize, mut take: impl FnMut(u32, &[u8]) -> Result<(), WriteError>) -> Result<(), Fault> {
-        let mut bytes = Vec::new();
+    /// Hands the rows of a picture to `take`, from all parts in order; of one without rows all bytes.
+    fn chunks(
+        &self,
+        number: usize,
+        spec: Option<&PictureSpec>,
+        mut take: impl FnMut(u32, &[u8]) -> Result<(), WriteError>,
+    ) -> Result<(), Fault> {
+        let (mut bytes, mut rows) = (Vec::new(), Vec::new());
         for part in self.parts {
             let mut file = File::open(&part.path).map_err(|e| bad(part, &format!("cannot be read: {e}")))?;
-            for chunk in part.chunks(number) {
-                part.read(&mut file, chunk, &mut bytes).map_err(|reason| bad(part, &reason))?;
-                take(chunk.rows, &bytes)?;
-                let done = self.done.fetch_add(chunk.length, Ordering::Relaxed) + chunk.length;
+            let chunks = part.chunks(number);
+            for beside in chunks.chunk_by(|a, b| spec.is_some() && a.row == b.row) {
+                for chunk in beside {
+                    part.read(&mut file, chunk, &mut bytes).map_err(|reason| bad(part, &reason))?;
+                    if let Some(spec) = spec.filter(|_| beside.len() > 1) {
+                        put(spec, chunk, &bytes, &mut rows);
+                    }
+                }
+                take(beside[0].rows, if beside.len() > 1 { &rows } else { &bytes })?;
+                let read: u64 = beside.iter().map(|chunk| chunk.length).sum();
+                let done = self.done.fetch_add(read, Ordering::Relaxed) + read;
                 if !(self.progress)(done, self.total) {
                     return Err(Fault::Cancelled);
                 }
@@ -183,6 +197,18 @@ impl All<'_> {
         };
         let found: Vec<String> = self.parts.par_iter().filter_map(check).collect();
         JoinError::Parts(if found.is_empty() { vec![first] } else { found })
+    }
+}
+
+/// Puts a block of columns into whole rows.
+fn put(spec: &PictureSpec, chunk: &Chunk, block: &[u8], rows: &mut Vec<u8>) {
+    // Samples that lie beside each other in the file: pixels, or one of several planes in a row.
+    let planes = if spec.format == Format::Exr { spec.channels.len() } else { 1 };
+    let sample = spec.channels.len() * spec.depth.bytes() / planes;
+    let (wide, whole) = (chunk.width as usize * sample, spec.width as usize * sample);
+    rows.resize(whole * planes * chunk.rows as usize, 0);
+    for (to, from) in rows.chunks_exact_mut(whole).zip(block.chunks_exact(wide)) {
+        to[chunk.x as usize * sample..][..wide].copy_from_slice(from);
     }
 }
 

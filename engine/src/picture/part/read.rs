@@ -1,4 +1,5 @@
 //! Reads a part. Nothing in it is believed that its hashes do not confirm.
+use super::write::block_of;
 use super::{CHUNK, Chunk, Index, MAGIC, MOST, PartHeader, hash};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -38,9 +39,9 @@ impl PartFile {
         }
     }
 
-    /// The chunks of a picture, in order.
-    pub(super) fn chunks(&self, picture: usize) -> impl Iterator<Item = &Chunk> {
-        self.index.chunks.iter().filter(move |chunk| chunk.picture == picture)
+    /// The chunks of a picture, in the order of its rows, and of its columns in those.
+    pub(super) fn chunks(&self, picture: usize) -> Vec<&Chunk> {
+        ordered(&self.index.chunks, picture)
     }
 
     /// Reads a chunk into `bytes`.
@@ -109,26 +110,53 @@ fn read_index(file: &mut File, (start, length): (u64, u64), json: &[u8], header:
     if fits(header, &index, (start, at)) { Ok(index) } else { Err(damaged()) }
 }
 
+/// The chunks of a picture, in the order of its rows, and of its columns in those. What has no rows stays as it lies.
+fn ordered(chunks: &[Chunk], picture: usize) -> Vec<&Chunk> {
+    let mut own: Vec<&Chunk> = chunks.iter().filter(|chunk| chunk.picture == picture).collect();
+    own.sort_by_key(|chunk| (chunk.row, chunk.x));
+    own
+}
+
+/// Whether chunks in order cover the rows of a picture of this width, each pixel once; those beside each other have the same rows.
+fn covers(chunks: &[&Chunk], width: u32, [first, rows]: [u32; 2]) -> bool {
+    let mut row = first;
+    for beside in chunks.chunk_by(|a, b| a.row == b.row) {
+        let mut x = 0;
+        for chunk in beside {
+            if chunk.row != row || chunk.rows != beside[0].rows || chunk.rows == 0 || chunk.x != x || chunk.width == 0 {
+                return false;
+            }
+            x = x.saturating_add(chunk.width);
+        }
+        if x != width {
+            return false;
+        }
+        row = row.saturating_add(beside[0].rows);
+    }
+    first.checked_add(rows) == Some(row)
+}
+
 /// Whether an index describes what its header promises.
 fn fits(header: &PartHeader, index: &Index, (start, end): (u64, u64)) -> bool {
     let part = header.part;
     let shape = part.number >= 1 && part.number <= part.count && index.tallies.len() == header.pictures.len();
-    let mut rows = vec![0_u64; header.pictures.len()];
     let placed = index.chunks.iter().all(|chunk| {
         let Some(picture) = header.pictures.get(chunk.picture) else { return false };
-        rows[chunk.picture] += u64::from(chunk.rows);
         let inside = chunk.at >= start && chunk.at.checked_add(chunk.length).is_some_and(|to| to <= end);
-        let row = picture.spec.as_ref().map_or(0, super::PictureSpec::row_bytes);
-        // Of a picture as many bytes as its rows have, and never more at once than one row or what is written at once.
+        // Of a picture as many bytes as its rows have, and never more beside each other than one row or what is written at once.
         inside
             && match &picture.spec {
-                Some(_) => chunk.length == row * u64::from(chunk.rows) && chunk.length <= row.max(CHUNK as u64),
+                Some(spec) => {
+                    let (own, whole) = (block_of(spec, chunk.x, chunk.width).row_bytes(), spec.row_bytes());
+                    let rows = u64::from(chunk.rows);
+                    own.checked_mul(rows) == Some(chunk.length)
+                        && whole.checked_mul(rows).is_some_and(|all| all <= whole.max(CHUNK as u64))
+                }
                 None => chunk.rows == 0 && chunk.length <= CHUNK as u64,
             }
     });
-    let complete = header.pictures.iter().zip(rows).all(|(picture, rows)| {
-        let wanted = if picture.spec.is_some() { header.rows[1] } else { 0 };
-        rows == u64::from(wanted)
+    let complete = header.pictures.iter().enumerate().all(|(number, picture)| {
+        picture.spec.as_ref().is_none_or(|spec| covers(&ordered(&index.chunks, number), spec.width, header.rows))
     });
     let mut names: Vec<&str> = header.pictures.iter().map(|picture| picture.file.as_str()).collect();
     names.sort_unstable();

@@ -2,7 +2,7 @@
 use super::{CHUNK, Chunk, Index, MAGIC, PartHeader, hash};
 use crate::picture::AtomicFile;
 use crate::picture::encode::{RowEncoder, Rows, Tally};
-use crate::picture::spec::WriteError;
+use crate::picture::spec::{PictureSpec, WriteError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -18,11 +18,29 @@ pub struct PartWriter {
 }
 
 struct Picture {
-    encoder: RowEncoder,
-    width: usize,
-    channels: usize,
+    spec: PictureSpec,
+    /// For blocks of some columns: the first one, how many, and what encodes them.
+    encoder: (u32, u32, RowEncoder),
     next_row: u32,
     end: u32,
+    /// Pixels that are not written yet.
+    left: u64,
+}
+
+impl Picture {
+    fn encoder(&mut self, x: u32, width: u32) -> &RowEncoder {
+        if (self.encoder.0, self.encoder.1) != (x, width) {
+            self.encoder = (x, width, RowEncoder::new(&block_of(&self.spec, x, width)));
+        }
+        &self.encoder.2
+    }
+}
+
+/// Some columns of a picture, as a picture.
+pub(super) fn block_of(spec: &PictureSpec, x: u32, width: u32) -> PictureSpec {
+    let mut block = PictureSpec { width, ..spec.clone() };
+    block.encoding.origin.0 = block.encoding.origin.0.wrapping_add(x);
+    block
 }
 
 impl PartWriter {
@@ -38,9 +56,10 @@ impl PartWriter {
                 Some(spec) => {
                     spec.check()?;
                     let [first, rows] = header.rows;
-                    let (width, channels) = (spec.width as usize, spec.channels.len());
+                    let encoder = (0, spec.width, RowEncoder::new(spec));
                     let (next_row, end) = (first, first.saturating_add(rows));
-                    Some(Picture { encoder: RowEncoder::new(spec), width, channels, next_row, end })
+                    let left = u64::from(rows) * u64::from(spec.width);
+                    Some(Picture { spec: spec.clone(), encoder, next_row, end, left })
                 }
                 None => None,
             });
@@ -62,26 +81,50 @@ impl PartWriter {
         let Some(Some(of)) = self.pictures.get_mut(picture) else {
             return Err(WriteError::Rows { first: 0, end: rows, height: 0 });
         };
-        let (first, end) = (of.next_row, of.next_row.saturating_add(rows));
-        let samples = rows as usize * of.width;
-        if planes.len() != of.channels || planes.iter().any(|plane| plane.len() != samples) || end > of.end {
+        let (first, width) = (of.next_row, of.spec.width);
+        of.next_row = first.saturating_add(rows);
+        self.write_block(picture, planes, [0, first, width, rows])
+    }
+
+    /// Writes a block of a picture, `[x, y, width, height]`: of every channel as many samples. Blocks may come in any order, if those
+    /// beside each other have the same rows.
+    ///
+    /// # Errors
+    /// When the lengths do not fit, or the system refuses; then the writer should be dropped.
+    pub fn write_block(
+        &mut self,
+        picture: usize,
+        planes: &[&[f32]],
+        [x, first, width, rows]: [u32; 4],
+    ) -> Result<(), WriteError> {
+        let Some(Some(of)) = self.pictures.get_mut(picture) else {
+            return Err(WriteError::Rows { first: 0, end: rows, height: 0 });
+        };
+        let (wide, end) = (width as usize, first.saturating_add(rows));
+        let samples = rows as usize * wide;
+        let inside = x.checked_add(width).is_some_and(|right| right <= of.spec.width) && end <= of.end;
+        let pixels = of.left.checked_sub(samples as u64);
+        let fits = planes.len() == of.spec.channels.len() && planes.iter().all(|plane| plane.len() == samples);
+        let Some(left) = pixels.filter(|_| inside && fits) else {
             return Err(WriteError::Rows { first, end, height: of.end });
-        }
-        let step = u32::try_from(CHUNK / of.encoder.row_bytes().max(1)).unwrap_or(u32::MAX).max(1);
+        };
+        of.left = left;
+        // As many rows as whole ones would be, so that joining has whole rows of little memory.
+        let step = u32::try_from(CHUNK as u64 / of.spec.row_bytes().max(1)).unwrap_or(u32::MAX).max(1);
+        let encoder = of.encoder(x, width);
         let mut row = 0;
         while row < rows {
             let count = step.min(rows - row);
             let part: Vec<&[f32]> =
-                planes.iter().map(|plane| &plane[row as usize * of.width..][..count as usize * of.width]).collect();
+                planes.iter().map(|plane| &plane[row as usize * wide..][..count as usize * wide]).collect();
             self.bytes.clear();
-            let tally = of.encoder.encode(Rows { planes: &part, first: first + row, count }, &mut self.bytes);
+            let tally = encoder.encode(Rows { planes: &part, first: first + row, count }, &mut self.bytes);
             self.index.tallies[picture] = self.index.tallies[picture].with(tally);
-            self.index.chunks.push(chunk(picture, count, self.at, &self.bytes));
+            self.index.chunks.push(chunk(picture, [x, first + row, width, count], self.at, &self.bytes));
             self.file.write_all(&self.bytes).map_err(|error| WriteError::at(&self.path, error))?;
             self.at += self.bytes.len() as u64;
             row += count;
         }
-        of.next_row = end;
         Ok(())
     }
 
@@ -91,7 +134,7 @@ impl PartWriter {
     /// The system refuses.
     pub fn put(&mut self, picture: usize, bytes: &[u8]) -> Result<(), WriteError> {
         for part in bytes.chunks(CHUNK) {
-            self.index.chunks.push(chunk(picture, 0, self.at, part));
+            self.index.chunks.push(chunk(picture, [0; 4], self.at, part));
             self.file.write_all(part).map_err(|error| WriteError::at(&self.path, error))?;
             self.at += part.len() as u64;
         }
@@ -104,7 +147,7 @@ impl PartWriter {
     /// When rows are missing or the system refuses; then there is no new file.
     pub fn finish(mut self) -> Result<(), WriteError> {
         for picture in self.pictures.iter().flatten() {
-            if picture.next_row != picture.end {
+            if picture.left > 0 {
                 return Err(WriteError::Rows { first: 0, end: picture.next_row, height: picture.end });
             }
         }
@@ -117,6 +160,7 @@ impl PartWriter {
     }
 }
 
-fn chunk(picture: usize, rows: u32, at: u64, bytes: &[u8]) -> Chunk {
-    Chunk { picture, rows, at, length: bytes.len() as u64, hash: hash(&[bytes]).to_hex().to_string() }
+fn chunk(picture: usize, [x, row, width, rows]: [u32; 4], at: u64, bytes: &[u8]) -> Chunk {
+    let hash = hash(&[bytes]).to_hex().to_string();
+    Chunk { picture, row, rows, x, width, at, length: bytes.len() as u64, hash }
 }

@@ -87,6 +87,17 @@ impl Context<'_> {
         }
     }
 
+    /// As [`shared`](Self::shared), of a part that depends on nothing but another solid and the code called `name`: nodes that have
+    /// the same one compute it once.
+    pub fn shared_of(&self, name: &str, solid: Solid, of: &Solid) -> Solid {
+        match (self.evaluator.key(), of.key()) {
+            (Some(owner), Some(key)) => {
+                solid.keyed(Key::of("shared part of a solid", &[key.as_bytes(), name.as_bytes()])).owned_by(owner)
+            }
+            _ => self.shared(name, solid),
+        }
+    }
+
     /// As [`shared`](Self::shared), of a field: its tiles are kept if several read it.
     pub fn shared_field(&self, name: &str, field: Field) -> Field {
         match self.evaluator.key() {

@@ -72,6 +72,19 @@ impl Shown {
         quads(window).grow(beside, beside)
     }
 
+    /// Whether its reads come in two stages on this grid: first the pieces over all that may be needed, then the others only where pieces
+    /// meet at the edges of the window.
+    fn in_stages(&self, grid: &Grid) -> bool {
+        self.in_quads(grid) && self.cut.pieces().is_some()
+    }
+
+    /// The window that is computed for `window`, where the pieces are `ids`: without what lies beyond it, unless pieces meet in a quad
+    /// at its edges.
+    fn window_of(&self, ids: &Tile, grid: &Grid, window: Window) -> Window {
+        let close = quads(window);
+        if unbroken_at_edges(ids, close) { close } else { self.window(grid, window) }
+    }
+
     /// The pieces of the cut, if the code must know them, or there are holes between them.
     fn pieces(&self) -> Option<&Pieces> {
         self.cut.pieces().filter(|pieces| self.source.wants().quads || pieces.holes)
@@ -130,13 +143,18 @@ impl Shown {
         out.copy_from(&larger, 0, 0);
     }
 
-    /// Computes the parts of a tile where there is a surface. Elsewhere all values are 0.
-    fn compute_between_holes(&self, given: &Given<'_>, whole: Window, out: &mut Tile) -> Result<(), Stop> {
-        let tiles: Vec<&Tile> = given.tiles().collect();
+    /// Computes the parts of a tile where there is a surface, from tiles of the window `whole` around it. Elsewhere all values are 0.
+    fn compute_between_holes(
+        &self,
+        given: &Given<'_>,
+        tiles: &[&Tile],
+        whole: Window,
+        out: &mut Tile,
+    ) -> Result<(), Stop> {
         let ids = tiles[usize::from(self.source.wants().place)];
         let parts = occupied(ids.plane(0), whole);
         if parts == [whole] {
-            self.compute_whole(given, &tiles, whole, out);
+            self.compute_whole(given, tiles, whole, out);
         } else {
             out.data_mut().fill(0.0);
             let beside = if self.in_quads(&out.grid) { BESIDE } else { 0 };
@@ -147,12 +165,12 @@ impl Shown {
                 let rows = Rows { grid: out.grid, window: whole, rows };
                 if around.width == whole.width && whole == out.window {
                     let planes = out.planes_mut().into_iter().map(|plane| &mut plane[rows.points()]);
-                    self.compute(given, &tiles, &rows, &mut planes.collect::<Vec<_>>());
+                    self.compute(given, tiles, &rows, &mut planes.collect::<Vec<_>>());
                     continue;
                 }
                 let mut larger = Tile::unset(out.grid, around, out.channels());
                 if around.width == whole.width {
-                    self.compute(given, &tiles, &rows, &mut larger.planes_mut());
+                    self.compute(given, tiles, &rows, &mut larger.planes_mut());
                 } else {
                     let cropped: Vec<Tile> = tiles.iter().map(|tile| crop(tile, around)).collect();
                     let cropped: Vec<&Tile> = cropped.iter().collect();
@@ -210,29 +228,76 @@ fn occupied(ids: &[f32], window: Window) -> Vec<Window> {
     parts
 }
 
+/// Whether each quad at the edges of `window`, which is one of whole quads, lies in one piece.
+fn unbroken_at_edges(ids: &Tile, window: Window) -> bool {
+    let row = |y: i32| {
+        let from = window.x.abs_diff(ids.window.x) as usize;
+        &ids.row(0, y.abs_diff(ids.window.y) as usize)[from..from + window.width as usize]
+    };
+    let quads = |y: i32, columns: Range<usize>| {
+        let [upper, lower] = [row(y), row(y + 1)].map(|row| row[columns.clone()].as_chunks::<2>().0);
+        upper.iter().zip(lower).all(|(a, b)| a[0] == a[1] && a[0] == b[0] && a[0] == b[1])
+    };
+    let columns = window.width as usize;
+    (window.y..window.bottom()).step_by(2).all(|y| {
+        if y == window.y || y + 2 >= window.bottom() {
+            quads(y, 0..columns)
+        } else {
+            quads(y, 0..2) && quads(y, columns - 2..columns)
+        }
+    })
+}
+
+impl Shown {
+    /// What the code reads besides the numbers of pieces: before them, and after them.
+    fn reads(&self) -> (Option<&Field>, impl Iterator<Item = &Field>) {
+        let place = self.source.wants().place.then_some(self.cut.place());
+        let planes = self.pieces().and_then(|pieces| pieces.planes.as_ref());
+        let after = planes.map(|planes| &planes.turned).into_iter().chain(self.metric()).chain(self.rounded());
+        (place, after.chain(self.inputs.iter().map(|input| &input.field)))
+    }
+}
+
 impl FieldSource for Shown {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        let ids = self.pieces().map(|pieces| &pieces.ids);
+        let (place, after) = self.reads();
         let window = self.window(grid, window);
-        let place = self.source.wants().place.then_some(self.cut.place());
-        let pieces = self.pieces().into_iter();
-        let pieces = pieces.flat_map(|p| std::iter::once(&p.ids).chain(p.planes.as_ref().map(|planes| &planes.turned)));
-        place
-            .into_iter()
-            .chain(pieces)
-            .chain(self.metric())
-            .chain(self.rounded())
-            .chain(self.inputs.iter().map(|input| &input.field))
-            .map(|field| Read::new(field, grid, window))
-            .collect()
+        let read = |field| Read::new(field, grid, window);
+        match self.in_stages(grid) {
+            true => ids.into_iter().map(read).collect(),
+            false => place.into_iter().chain(ids).chain(after).map(read).collect(),
+        }
+    }
+
+    fn later(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        if !self.in_stages(grid) {
+            return Vec::new();
+        }
+        let (place, after) = self.reads();
+        let window = self.window(grid, window);
+        place.into_iter().chain(after).map(|field| Read::new(field, grid, window)).collect()
+    }
+
+    fn narrow(&self, given: &Given<'_>, grid: &Grid, window: Window) -> Vec<Window> {
+        let later = self.later(grid, window).len();
+        if later == 0 { Vec::new() } else { vec![self.window_of(given.tile(0), grid, window); later] }
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         given.check()?;
-        let whole = self.window(&out.grid, out.window);
-        if self.pieces().is_some_and(|pieces| pieces.holes) {
-            return self.compute_between_holes(given, whole, out);
+        let mut tiles: Vec<&Tile> = given.tiles().collect();
+        let mut whole = self.window(&out.grid, out.window);
+        let cropped;
+        if self.in_stages(&out.grid) {
+            let ids = tiles.remove(0);
+            whole = self.window_of(ids, &out.grid, out.window);
+            cropped = crop(ids, whole);
+            tiles.insert(usize::from(self.source.wants().place), &cropped);
         }
-        let tiles: Vec<&Tile> = given.tiles().collect();
+        if self.pieces().is_some_and(|pieces| pieces.holes) {
+            return self.compute_between_holes(given, &tiles, whole, out);
+        }
         self.compute_whole(given, &tiles, whole, out);
         Ok(())
     }
@@ -263,5 +328,26 @@ mod tests {
         assert_eq!(occupied(&ids, window)[0], part(-2, 4, 20, 64));
         ids.fill(1.0);
         assert_eq!(occupied(&ids, window), [window]);
+    }
+
+    #[test]
+    fn only_pieces_that_meet_at_the_edges_need_what_lies_beyond() {
+        let close = Window { x: 4, y: -2, width: 8, height: 6 };
+        let grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None };
+        let with = |others: &[(i32, i32)]| {
+            let mut ids = Tile::unset(grid, close.grow(BESIDE, BESIDE), 1);
+            ids.data_mut().fill(1.0);
+            for (x, y) in others {
+                let (x, y) = (x.abs_diff(ids.window.x) as usize, y.abs_diff(ids.window.y) as usize);
+                ids.row_mut(0, y)[x] = 2.0;
+            }
+            unbroken_at_edges(&ids, close)
+        };
+        assert!(with(&[]));
+        // Within, and just outside.
+        assert!(with(&[(7, 0), (3, 0), (12, 1), (6, -3), (6, 4)]));
+        for edge in [(4, 0), (5, 1), (10, 0), (11, -1), (7, -2), (8, -1), (7, 2), (4, 3)] {
+            assert!(!with(&[edge]), "{edge:?}");
+        }
     }
 }

@@ -5,6 +5,7 @@
 use super::motion::Motion;
 use super::texels::{Barycentric, triangle};
 use crate::ground::number::narrow;
+use crate::ground::simd::dispatch;
 use glam::{DVec2, DVec3, Vec3};
 use shibo_engine::value::{Atlas, Grid, Window};
 use std::ops::Range;
@@ -140,25 +141,68 @@ pub fn normals(texels: &Texels<'_>, smooth: bool, out: [&mut [f32]; 3]) {
 pub fn rounded(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     let us = texels.columns();
     let [x, y, z] = out;
+    // A row meets the triangles of the row above again.
+    let mut known: Vec<Option<(usize, Facet)>> = vec![None; FACETS];
     texels.runs(|v, triangle, pixels| {
-        let Some(n) = triangle else {
-            return [&mut *x, &mut *y, &mut *z].into_iter().for_each(|plane| plane[pixels.clone()].fill(0.0));
+        let planes = [&mut *x, &mut *y, &mut *z].map(|plane| &mut plane[pixels.clone()]);
+        let Some(n) = triangle else { return planes.into_iter().for_each(|plane| plane.fill(0.0)) };
+        let place = &mut known[slot(n)];
+        let facet = match place {
+            Some((same, facet)) if *same == n => facet,
+            _ => &mut place.insert((n, Facet::new(texels.atlas, n))).1,
         };
         let first = texels.column(&pixels);
-        let [u, v_axis] = texels.atlas.jacobians[n].map(Vec3::as_dvec3);
-        let (right, normal) = (u.normalize_or_zero(), v_axis.cross(u).normalize_or_zero());
+        facet.mixed(v, &us[first..first + pixels.len()], planes);
+    });
+}
+
+/// Facets that are remembered at most: 2⁸.
+const FACETS: usize = 1 << 8;
+
+/// Where a facet is remembered. The numbers of neighbours may differ by any step.
+#[expect(clippy::cast_possible_truncation, reason = "any bits do")]
+fn slot(n: usize) -> usize {
+    ((n as u32).wrapping_mul(0x9E37_79B1) >> 24) as usize
+}
+
+/// What [`rounded`] needs of a triangle: the normals of its corners as seen from it, and its coordinates.
+#[derive(Clone, Copy)]
+struct Facet {
+    corners: [Vec3; 3],
+    inside: Option<Barycentric>,
+}
+
+impl Facet {
+    fn new(atlas: &Atlas, n: usize) -> Self {
+        let [u, v] = atlas.jacobians[n].map(Vec3::as_dvec3);
+        let (right, normal) = (u.normalize_or_zero(), v.cross(u).normalize_or_zero());
         let down = right.cross(normal);
         let on_facet = |n: DVec3| DVec3::new(n.dot(right), n.dot(down), n.dot(normal)).as_vec3();
-        let corners = corner_normals(texels.atlas, n).map(on_facet);
-        let inside = Barycentric::new(texels.atlas.uvs[n].map(|uv| uv.as_dvec2()));
-        for (k, u) in pixels.zip(&us[first..]) {
-            let w = inside.as_ref().map_or([1.0, 0.0, 0.0], |inside| inside.at(DVec2::new(*u, v)));
-            // Beyond the triangle, too, what lies between its corners; only the direction counts.
-            let [a, b, c] = w.map(|w| narrow(w.max(0.0)));
-            let mean = corners[0] * a + corners[1] * b + corners[2] * c;
-            [x[k], y[k], z[k]] = mean.normalize_or(Vec3::Z).to_array();
-        }
-    });
+        let corners = corner_normals(atlas, n).map(on_facet);
+        Self { corners, inside: Barycentric::new(atlas.uvs[n].map(|uv| uv.as_dvec2())) }
+    }
+
+    /// Directions between those of the corners, at the places `us` of a row.
+    fn mixed(&self, v: f64, us: &[f64], [x, y, z]: [&mut [f32]; 3]) {
+        let corners = self.corners;
+        // Without area, all is at the first corner.
+        let row = self.inside.map_or([[0.0, 0.0, 1.0], [0.0; 3], [0.0; 3]], |inside| inside.row(v));
+        dispatch(
+            #[inline(always)]
+            || {
+                for (((u, x), y), z) in us.iter().zip(x).zip(y).zip(z) {
+                    // Beyond the triangle, too, what lies between its corners; only the direction counts.
+                    let [a, b, c] = row.map(|[slope, from, base]| narrow((slope * (u - from) + base).max(0.0)));
+                    let mean = corners[0] * a + corners[1] * b + corners[2] * c;
+                    let inverse = 1.0 / (mean.x * mean.x + mean.y * mean.y + mean.z * mean.z).sqrt();
+                    let fits = inverse.is_finite() & (inverse > 0.0);
+                    *x = if fits { mean.x * inverse } else { 0.0 };
+                    *y = if fits { mean.y * inverse } else { 0.0 };
+                    *z = if fits { mean.z * inverse } else { 1.0 };
+                }
+            },
+        );
+    }
 }
 
 /// The normals of texels between those of vertices.

@@ -46,9 +46,12 @@ struct Side {
     slope: f64,
     rise: f64,
     from: DVec2,
+    /// 1 / slope, for estimates.
+    inverse: f64,
 }
 
 /// The barycentric coordinates of a triangle of the unit square.
+#[derive(Clone, Copy)]
 pub(super) struct Barycentric([Side; 3]);
 
 impl Barycentric {
@@ -57,7 +60,8 @@ impl Barycentric {
         let det = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
         let side = |k: usize| {
             let (from, to) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-            Side { slope: -(to - from).y / det, rise: (to - from).x / det, from }
+            let slope = -(to - from).y / det;
+            Side { slope, rise: (to - from).x / det, from, inverse: 1.0 / slope }
         };
         (det != 0.0).then(|| Self([0, 1, 2].map(side)))
     }
@@ -65,6 +69,11 @@ impl Barycentric {
     /// The three coordinates of a place.
     pub(super) fn at(&self, place: DVec2) -> [f64; 3] {
         self.0.map(|side| side.slope * (place.x - side.from.x) + side.rise * (place.y - side.from.y))
+    }
+
+    /// The same along a row: of each coordinate its slope, from where it counts, and what is added.
+    pub(super) fn row(&self, v: f64) -> [[f64; 3]; 3] {
+        self.0.map(|side| [side.slope, side.from.x, side.rise * (v - side.from.y)])
     }
 
     /// Whether a place counts as inside.
@@ -77,9 +86,14 @@ impl Barycentric {
     ///
     /// Each coordinate rises or falls along a row without exception, rounding included. So each leaves a run of columns,
     /// whose ends are first estimated and then found exactly.
-    fn run(&self, us: &[f64], v: f64, (mut first, mut last): (usize, usize), least: f64) -> (usize, usize) {
+    fn run(
+        &self,
+        (us, column): (&[f64], Columns),
+        v: f64,
+        (mut first, mut last): (usize, usize),
+        least: f64,
+    ) -> (usize, usize) {
         let base = self.0.map(|side| side.rise * (v - side.from.y));
-        let column = Columns::of(us);
         for (side, base) in self.0.iter().zip(base) {
             if side.slope == 0.0 {
                 if base < least {
@@ -87,7 +101,7 @@ impl Barycentric {
                 }
                 continue;
             }
-            let end = column.at(side.from.x - (base - least) / side.slope);
+            let end = column.at(side.from.x - (base - least) * side.inverse);
             if side.slope > 0.0 {
                 first = first.max(end.saturating_sub(1));
             } else {
@@ -166,10 +180,11 @@ pub(super) fn held(
     let low = corners[0].min(corners[1]).min(corners[2]);
     let high = corners[0].max(corners[1]).max(corners[2]);
     let span = |c: Columns, low: f64, high: f64| (c.at(low).saturating_sub(1), (c.at(high) + 2).min(c.count));
+    let columns = Columns::of(us);
     let (top, bottom) = span(Columns::of(vs), low.y, high.y);
-    let within = span(Columns::of(us), low.x, high.x);
+    let within = span(columns, low.x, high.x);
     for (row, v) in vs.iter().enumerate().take(bottom).skip(top) {
-        let (first, last) = barycentric.run(us, *v, within, least);
+        let (first, last) = barycentric.run((us, columns), *v, within, least);
         if first < last {
             body(row, first..last);
         }

@@ -62,6 +62,21 @@ const GROUP: [f32; 2] = [2.6, 34.0];
 /// Points computed together.
 const RUN: usize = 64;
 
+/// Vessels that are remembered at most: those of a row of pixels across the grain, which the next row meets again.
+const REMEMBERED: usize = 512;
+
+/// The segment of a column, and its vessel: [`Pores::vessel`].
+type Known = Option<([i32; 3], Option<(f32, f32)>)>;
+
+/// Where a segment is remembered, in a table of a power of two.
+#[inline(always)]
+fn slot([x, y, segment]: [i32; 3], entries: usize) -> usize {
+    let mixed = x.cast_unsigned().wrapping_mul(0x9E37_79B1)
+        ^ y.cast_unsigned().wrapping_mul(0x85EB_CA77)
+        ^ segment.cast_unsigned().wrapping_mul(0xC2B2_AE3D);
+    (mixed ^ (mixed >> 15)) as usize & (entries - 1)
+}
+
 /// Ten bits of a word as a number 0..1.
 #[inline(always)]
 fn unit(word: u32, shift: u32) -> f32 {
@@ -122,13 +137,14 @@ impl Pores {
     /// How much of pixels of `pixel` mm around points of fibre space is pore, 0..1.
     pub fn fill(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
         out.fill(0.0);
+        let mut known: Vec<Known> = vec![None; out.len().next_power_of_two().min(REMEMBERED)];
         dispatch(
             #[inline(always)]
             || {
                 for from in (0..out.len()).step_by(RUN) {
                     let n = (out.len() - from).min(RUN);
                     let [x, y, z] = [x, y, z].map(|v| &v[from..][..n]);
-                    self.columns([x, y, z], pixel, &mut out[from..][..n]);
+                    self.columns([x, y, z], pixel, &mut known, &mut out[from..][..n]);
                 }
             },
         );
@@ -136,7 +152,7 @@ impl Pores {
 
     /// Draws the nearest column of each point: first its distance for all points at once, then the few points that it covers.
     #[inline(always)]
-    fn columns(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
+    fn columns(&self, [x, y, z]: [&[f32]; 3], pixel: f32, known: &mut [Known], out: &mut [f32]) {
         let s = &self.style;
         let n = out.len().min(RUN);
         let inverse = 1.0 / s.cell;
@@ -151,8 +167,6 @@ impl Pores {
             let (ox, oy) = ((x - near.at[0]) * s.cell, (y - near.at[1]) * s.cell);
             (columns[i], aways[i]) = (near, ox * ox + oy * oy);
         }
-        let mut known = None;
-        let mut vessel = None;
         for i in 0..n {
             // Written so that NaN meets no pore.
             if aways[i] <= reach * reach {
@@ -160,11 +174,17 @@ impl Pores {
                 let start = 7.3 * unit(self.columns.word(column.id[0], column.id[1], 0), 0);
                 let along = z[i] / s.length + start;
                 let (floor, segment) = math::floor_int(along);
-                // Neighbours along the grain meet the same vessel.
-                if known != Some((column.id, segment)) {
-                    known = Some((column.id, segment));
-                    vessel = self.vessel(column, segment, floor + 0.5 - start);
-                }
+                // Neighbours meet the same vessel.
+                let key = [column.id[0], column.id[1], segment];
+                let place = slot(key, known.len());
+                let vessel = match known[place] {
+                    Some((same, vessel)) if same == key => vessel,
+                    _ => {
+                        let vessel = self.vessel(column, segment, floor + 0.5 - start);
+                        known[place] = Some((key, vessel));
+                        vessel
+                    }
+                };
                 let Some((radius, span)) = vessel else { continue };
                 let u = (along - floor - 0.5) * 2.0 / span;
                 if u * u < 1.0 {

@@ -87,8 +87,8 @@ impl Context<'_> {
         }
     }
 
-    /// As [`shared`](Self::shared), of a part that depends on nothing but another solid and the code called `name`: nodes that have
-    /// the same one compute it once.
+    /// As [`shared`](Self::shared), of a part that depends on nothing but another solid and the code called `name`, which should tell the
+    /// node's kind and version: nodes with the same part compute it once.
     pub fn shared_of(&self, name: &str, solid: Solid, of: &Solid) -> Solid {
         match (self.evaluator.key(), of.key()) {
             (Some(owner), Some(key)) => {

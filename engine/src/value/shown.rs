@@ -100,6 +100,14 @@ impl Shown {
         self.cut.rounded().filter(|_| self.source.wants().rounded)
     }
 
+    /// What the code reads besides the numbers of pieces: before them, and after them.
+    fn reads(&self) -> (Option<&Field>, impl Iterator<Item = &Field>) {
+        let place = self.source.wants().place.then_some(self.cut.place());
+        let planes = self.pieces().and_then(|pieces| pieces.planes.as_ref());
+        let after = planes.map(|planes| &planes.turned).into_iter().chain(self.metric()).chain(self.rounded());
+        (place, after.chain(self.inputs.iter().map(|input| &input.field)))
+    }
+
     /// Computes planes of some rows of a window from tiles of that window.
     fn compute(&self, given: &Given<'_>, tiles: &[&Tile], rows: &Rows, out: &mut [&mut [f32]]) {
         let (columns, n, points) = (rows.window.width as usize, rows.window.len(), rows.points());
@@ -248,16 +256,6 @@ fn unbroken_at_edges(ids: &Tile, window: Window) -> bool {
     })
 }
 
-impl Shown {
-    /// What the code reads besides the numbers of pieces: before them, and after them.
-    fn reads(&self) -> (Option<&Field>, impl Iterator<Item = &Field>) {
-        let place = self.source.wants().place.then_some(self.cut.place());
-        let planes = self.pieces().and_then(|pieces| pieces.planes.as_ref());
-        let after = planes.map(|planes| &planes.turned).into_iter().chain(self.metric()).chain(self.rounded());
-        (place, after.chain(self.inputs.iter().map(|input| &input.field)))
-    }
-}
-
 impl FieldSource for Shown {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
         let ids = self.pieces().map(|pieces| &pieces.ids);
@@ -292,8 +290,8 @@ impl FieldSource for Shown {
         if self.in_stages(&out.grid) {
             let ids = tiles.remove(0);
             whole = self.window_of(ids, &out.grid, out.window);
-            cropped = crop(ids, whole);
-            tiles.insert(usize::from(self.source.wants().place), &cropped);
+            cropped = (ids.window != whole).then(|| crop(ids, whole));
+            tiles.insert(usize::from(self.source.wants().place), cropped.as_ref().unwrap_or(ids));
         }
         if self.pieces().is_some_and(|pieces| pieces.holes) {
             return self.compute_between_holes(given, &tiles, whole, out);

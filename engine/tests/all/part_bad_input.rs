@@ -104,15 +104,18 @@ fn blocks_become_the_files_of_a_single_run() {
 
 #[test]
 fn blocks_that_do_not_fit_together_are_no_part() {
-    for blocks in [&[[0, 20], [19, 21]][..], &[[0, 20], [21, 19], [39, 1]], &[[0, 41]], &[[0, 20]], &[[0, 20], [0, 20]]]
-    {
-        let dir = tempfile::tempdir().unwrap();
-        let refused = std::panic::catch_unwind(|| parts_of(dir.path(), blocks)).is_err();
-        let out = tempfile::tempdir().unwrap();
-        let said = joined(dir.path(), out.path());
-        assert!(said.is_err(), "{blocks:?}: {refused}");
+    // As many pixels as there should be, but some twice and others not at all.
+    for blocks in [&[[0, 20], [0, 20]][..], &[[0, 20], [21, 19], [39, 1]]] {
+        let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+        parts_of(dir.path(), blocks);
+        assert!(matches!(joined(dir.path(), out.path()), Err(JoinError::Parts(_))), "{blocks:?}");
         assert_eq!(out.path().read_dir().unwrap().count(), 0);
     }
+    // Too many of them are refused at once.
+    let dir = tempfile::tempdir().unwrap();
+    let more = std::panic::catch_unwind(|| parts_of(dir.path(), &[[0, 40], [0, 1]]));
+    assert!(more.is_err());
+    assert_eq!(dir.path().read_dir().unwrap().count(), 0);
 }
 
 /// The files of a single run.

@@ -131,8 +131,8 @@ impl Rays {
             asides[i] = if byte(word, 0) < s.density { aside.abs() } else { f32::INFINITY };
         }
         for i in 0..n {
-            // Written so that NaN meets no ray. A pixel wider than half a sector sees more than one sheet: by and by it sees the mean
-            // of its own sector instead, for those beside it, which are not looked at.
+            // Written so that NaN meets no ray. A pixel wider than half a sector reaches into the next ones, which are not looked at.
+            // The wider it is, the more the mean of its own sector stands for them.
             let span = spans[i];
             let soft = math::min(run.soft[i], span);
             let wide = math::saturate(2.0 * soft / span - 1.0);

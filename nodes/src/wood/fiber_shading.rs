@@ -119,9 +119,9 @@ impl Node for FiberShading {
                 },
             );
         });
-        // A wood often asks twice: for what shows on end grain only, and for its figure.
+        // A wood often asks twice: for what must not show on end grain, and for its figure.
         let all = Solid::bundle(4, vec![direction.clone()], code.with_rounded_quads());
-        let all = cx.shared_of("FiberShading 4: fibres in the frame of the cut", all, &direction);
+        let all = cx.shared_of(&format!("FiberShading {}", Self::VERSION), all, &direction);
         let (local, tilt) = (all.pick(Type::SolidVector, &[0, 1, 2]), all.channel(3));
         let figure = narrow(self.figure);
         let paint = Code::of_inputs(move |_, inputs, out| {

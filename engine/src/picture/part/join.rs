@@ -163,8 +163,7 @@ impl All<'_> {
         let (mut bytes, mut rows) = (Vec::new(), Vec::new());
         for part in self.parts {
             let mut file = File::open(&part.path).map_err(|e| bad(part, &format!("cannot be read: {e}")))?;
-            let chunks = part.chunks(number);
-            for beside in chunks.chunk_by(|a, b| spec.is_some() && a.row == b.row) {
+            for beside in part.chunks(number).chunk_by(|a, b| spec.is_some() && a.row == b.row) {
                 for chunk in beside {
                     part.read(&mut file, chunk, &mut bytes).map_err(|reason| bad(part, &reason))?;
                     if let Some(spec) = spec.filter(|_| beside.len() > 1) {

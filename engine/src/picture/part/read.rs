@@ -40,8 +40,8 @@ impl PartFile {
     }
 
     /// The chunks of a picture, in the order of its rows, and of its columns in those.
-    pub(super) fn chunks(&self, picture: usize) -> Vec<&Chunk> {
-        ordered(&self.index.chunks, picture)
+    pub(super) fn chunks(&self, picture: usize) -> &[Chunk] {
+        chunks_of(&self.index, picture)
     }
 
     /// Reads a chunk into `bytes`.
@@ -106,19 +106,21 @@ fn read_index(file: &mut File, (start, length): (u64, u64), json: &[u8], header:
     if hash(&[json, &bytes]).as_bytes() != &tail[16..] {
         return Err(damaged());
     }
-    let index: Index = serde_json::from_slice(&bytes).map_err(|_| damaged())?;
+    let mut index: Index = serde_json::from_slice(&bytes).map_err(|_| damaged())?;
+    // Blocks lie in the file as they were computed. What has no rows stays in its order.
+    index.chunks.sort_by_key(|chunk| (chunk.picture, chunk.row, chunk.x));
     if fits(header, &index, (start, at)) { Ok(index) } else { Err(damaged()) }
 }
 
-/// The chunks of a picture, in the order of its rows, and of its columns in those. What has no rows stays as it lies.
-fn ordered(chunks: &[Chunk], picture: usize) -> Vec<&Chunk> {
-    let mut own: Vec<&Chunk> = chunks.iter().filter(|chunk| chunk.picture == picture).collect();
-    own.sort_by_key(|chunk| (chunk.row, chunk.x));
-    own
+/// The chunks of a picture in an index that is in order.
+fn chunks_of(index: &Index, picture: usize) -> &[Chunk] {
+    let start = index.chunks.partition_point(|chunk| chunk.picture < picture);
+    let rest = &index.chunks[start..];
+    &rest[..rest.partition_point(|chunk| chunk.picture == picture)]
 }
 
 /// Whether chunks in order cover the rows of a picture of this width, each pixel once; those beside each other have the same rows.
-fn covers(chunks: &[&Chunk], width: u32, [first, rows]: [u32; 2]) -> bool {
+fn covers(chunks: &[Chunk], width: u32, [first, rows]: [u32; 2]) -> bool {
     let mut row = first;
     for beside in chunks.chunk_by(|a, b| a.row == b.row) {
         let mut x = 0;
@@ -156,7 +158,7 @@ fn fits(header: &PartHeader, index: &Index, (start, end): (u64, u64)) -> bool {
             }
     });
     let complete = header.pictures.iter().enumerate().all(|(number, picture)| {
-        picture.spec.as_ref().is_none_or(|spec| covers(&ordered(&index.chunks, number), spec.width, header.rows))
+        picture.spec.as_ref().is_none_or(|spec| covers(chunks_of(index, number), spec.width, header.rows))
     });
     let mut names: Vec<&str> = header.pictures.iter().map(|picture| picture.file.as_str()).collect();
     names.sort_unstable();

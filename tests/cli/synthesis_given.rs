@@ -30,17 +30,27 @@ fn goes_on(map: &[[f64; 2]], w: usize, side: f64) -> bool {
 #[test]
 fn the_method_of_the_source_gives_back_the_exemplar_tiled_at_any_size() {
     let desk = Desk::new();
-    for (side, tile) in [(24, "Both"), (16, "None"), (24, "None")] {
+    let unbent = ", jacobian: JacobianFromAngleScale()";
+    for (side, tile, more) in [
+        (24, "Both", ""),
+        (16, "None", ""),
+        (24, "None", ""),
+        (12, "Both", ""),
+        (12, "Both", unbent),
+        (12, "X", unbent),
+        (12, "None", ", start_size: 8"),
+        (16, "Both", ", start_size: 4"),
+    ] {
         let nodes = format!(
             r#"    "ground": Perlin(size: 7),
     "exemplar": Exemplar(input: "ground", size: ({side}, {side}), size_mm: ({side}, {side}), periodic: Yes),
-    "coords": Synthesize(exemplar: "exemplar", preset: Patent, size: (48, 48)),"#
+    "coords": Synthesize(exemplar: "exemplar", preset: Patent, size: (48, 48){more}),"#
         );
         desk.write(
             "a.ron",
             graph(&format!("size_mm: 48, resolution: 48, tile: {tile}, seed: 1"), &nodes, "\"ground\""),
         );
-        assert!(goes_on(&coords(&desk, "coords"), 48, f64::from(side)), "{side} {tile}");
+        assert!(goes_on(&coords(&desk, "coords"), 48, f64::from(side)), "{side} {tile} {more}");
     }
 }
 

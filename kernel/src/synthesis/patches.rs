@@ -43,7 +43,7 @@ pub(super) struct Patches {
     known: Vec<u32>,
     /// The bin in which its use is counted.
     bins: Vec<u32>,
-    /// Where the padding of sides that join leads; empty if none do.
+    /// Where padding leads along the axes whose sides join; empty if none do.
     home: Vec<u32>,
 }
 
@@ -74,7 +74,7 @@ impl Patches {
         for p in 0..count {
             let [x, y] = made.place(p);
             made.shades.push(shades[mirrored(y, rows, wrap[1]) * w + mirrored(x, w, wrap[0])]);
-            let at = table.at([index(Plane::bring(x, w, wrap[0])), index(Plane::bring(y, rows, wrap[1]))]);
+            let at = table.at(image.plane.inside([x, y]));
             made.known.push(at);
             made.bins.push(narrow(table.bin_at(at)));
             made.worth.push(if !table.holds([x, y]) || !table.is_valid(at) {
@@ -86,10 +86,7 @@ impl Patches {
             });
         }
         if wrap != [false; 2] {
-            let bring = |k: i32, n: usize, wrap: bool| if wrap { k.rem_euclid(index(n)) } else { k };
-            let place = |p: usize| made.place(p);
-            let home = |[x, y]: [i32; 2]| made.at([bring(x, w, wrap[0]), bring(y, rows, wrap[1])]);
-            made.home = (0..count).map(|p| home(place(p))).collect();
+            made.home = (0..count).map(|p| made.at(image.plane.joined(made.place(p)))).collect();
         }
         made
     }

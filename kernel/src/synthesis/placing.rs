@@ -1,7 +1,6 @@
 //! Where coordinates are placed: at the start, when they leave the exemplar, and when they are jittered.
 use super::aniso::Position;
 use super::driver::{Inputs, Run, Start};
-use super::plane::Plane;
 use super::region::Region;
 use super::table::Table;
 use crate::ground::hash::Hash;
@@ -64,17 +63,17 @@ impl<I: Inputs> Run<'_, I> {
     }
 
     /// Exemplar pixel (x, y) brought inside: around where sides join, else to the border.
-    pub(super) fn inside(&self, table: &Table, [x, y]: [i32; 2]) -> [i32; 2] {
-        let Plane { w, h, wrap } = table.plane;
-        [index(Plane::bring(x, w, wrap[0])), index(Plane::bring(y, h, wrap[1]))]
+    pub(super) fn inside(&self, table: &Table, at: [i32; 2]) -> [i32; 2] {
+        table.plane.inside(at)
     }
 
     /// Where a pixel goes that left the exemplar: to the same phase of the lattice, to what looks like the border it
-    /// left by, or inwards by half the exemplar. Never to the border, which would show as streaks.
+    /// left by, or inwards by half the exemplar. Along an axis whose sides join it only goes around.
     pub(super) fn jump(&self, table: &Table, at: [i32; 2], hash: Hash) -> [i32; 2] {
         if table.holds(at) {
             return self.inside(table, at);
         }
+        let at = table.plane.joined(at);
         let border = self.inside(table, at);
         let size = [table.plane.w, table.plane.h].map(index);
         if let Some(fitted) = &self.fitted {
@@ -83,7 +82,8 @@ impl<I: Inputs> Run<'_, I> {
                 let wish = [0, 1].map(|d| half + (f64::from(size[d]) - 2.0 * half) * hash.unit(2 * k + d as u64));
                 #[expect(clippy::cast_possible_truncation, reason = "a pixel of an exemplar")]
                 let to = fitted.moved(at.map(f64::from), wish).map(|v| v.round() as i32);
-                if table.holds(to) && table.is_valid(table.at(self.inside(table, to))) {
+                let to = table.plane.joined(to);
+                if table.holds(to) && table.is_valid(table.at(to)) {
                     return to;
                 }
             }
@@ -95,8 +95,7 @@ impl<I: Inputs> Run<'_, I> {
                 return self.inside(table, to);
             }
         }
-        let inwards = [0, 1].map(|d| at[d] + (border[d] - at[d]).signum() * (size[d] / 2));
-        self.inside(table, inwards)
+        table.plane.inwards(at)
     }
 
     /// By how much a pixel is moved at random, in finest exemplar pixels.

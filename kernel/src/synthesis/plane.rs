@@ -55,11 +55,53 @@ impl Plane {
         };
         offset(k)
     }
+
+    /// Pixel (x, y) brought inside along the axes whose sides join; along the others it stays where it is.
+    pub fn joined(&self, [x, y]: [i32; 2]) -> [i32; 2] {
+        let axis = |k: i32, n: usize, wrap: bool| if wrap { k.rem_euclid(index(n)) } else { k };
+        [axis(x, self.w, self.wrap[0]), axis(y, self.h, self.wrap[1])]
+    }
+
+    /// Pixel (x, y) brought inside: around where sides join, else to the border.
+    pub fn inside(&self, [x, y]: [i32; 2]) -> [i32; 2] {
+        [index(Self::bring(x, self.w, self.wrap[0])), index(Self::bring(y, self.h, self.wrap[1]))]
+    }
+
+    /// Where a pixel (x, y) outside goes if nothing else is known: along axes whose sides join around, along the others
+    /// inwards by half the rectangle. Never to the border, which would show as streaks.
+    pub fn inwards(&self, at: [i32; 2]) -> [i32; 2] {
+        let (border, size) = (self.inside(at), [self.w, self.h].map(index));
+        let axis = |d: usize| match self.wrap[d] {
+            true => border[d],
+            false => at[d] + (border[d] - at[d]).signum() * (size[d] / 2),
+        };
+        self.inside([axis(0), axis(1)])
+    }
 }
 
 impl Lookup for Plane {
     #[inline(always)]
     fn index(&self, x: i32, y: i32) -> usize {
         Self::bring(y, self.h, self.wrap[1]) * self.w + Self::bring(x, self.w, self.wrap[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn takes_each_axis_by_itself() {
+        let plane = |wrap| Plane { w: 8, h: 6, wrap };
+        for (wrap, joined, inside, inwards) in [
+            ([false; 2], [9, -2], [7, 0], [5, 1]),
+            ([true, false], [1, -2], [1, 0], [1, 1]),
+            ([false, true], [9, 4], [7, 4], [5, 4]),
+            ([true; 2], [1, 4], [1, 4], [1, 4]),
+        ] {
+            let plane = plane(wrap);
+            assert_eq!((plane.joined([9, -2]), plane.inside([9, -2])), (joined, inside), "{wrap:?}");
+            assert_eq!(plane.inwards([9, -2]), inwards, "{wrap:?}");
+        }
     }
 }

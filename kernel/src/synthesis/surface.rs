@@ -12,7 +12,6 @@ use super::sheet::Sheet;
 use super::surface_pass::{self, Pass};
 use super::table::Table;
 use super::{analysis, analysis::Level};
-use crate::ground::window::index;
 use glam::I64Vec3;
 use rayon::prelude::*;
 use shibo_engine::value::IndirectionMap;
@@ -136,7 +135,7 @@ impl<I: SurfaceInputs> Run<'_, I> {
             let at = [x.0 + (x.1 - x.0) * hash.unit(0), y.0 + (y.1 - y.0) * hash.unit(1)];
             #[expect(clippy::cast_possible_truncation, reason = "a position in an exemplar")]
             let at = at.map(|v| v as f32);
-            let cell = table.at(inside(table, at.map(floor)));
+            let cell = table.at(table.plane.inside(at.map(floor)));
             let cost = match guide {
                 _ if !table.is_valid(cell) => f32::MAX,
                 None => 0.0,
@@ -172,10 +171,7 @@ impl<I: SurfaceInputs> Run<'_, I> {
             }
             let cell = at.map(floor);
             if !table.holds(cell) {
-                // Inwards by half the exemplar, and never to its border, which would show as streaks.
-                let border = inside(table, cell);
-                let size = [table.plane.w, table.plane.h].map(index);
-                let to = inside(table, [0, 1].map(|d| cell[d] + (border[d] - cell[d]).signum() * (size[d] / 2)));
+                let to = table.plane.inwards(cell);
                 at = [0, 1].map(|d| to[d] as f32 + (at[d] - cell[d] as f32).clamp(0.0, 0.99));
             }
             table.wrapped(at)
@@ -254,12 +250,6 @@ fn is_there(at: &Position) -> bool {
 #[expect(clippy::cast_possible_truncation, reason = "a position in an exemplar")]
 fn floor(v: f32) -> i32 {
     v.floor() as i32
-}
-
-/// An exemplar pixel brought inside: around where sides join, else to the border.
-fn inside(table: &Table, [x, y]: [i32; 2]) -> [i32; 2] {
-    let Plane { w, h, wrap } = table.plane;
-    [index(Plane::bring(x, w, wrap[0])), index(Plane::bring(y, h, wrap[1]))]
 }
 
 /// Equation (3): a pixel goes on from its parent, wherever that lies. `settled` makes the result of it; it gets nothing

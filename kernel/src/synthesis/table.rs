@@ -25,7 +25,7 @@ pub struct Table {
     /// Further ones that look alike; usually none.
     pub(super) more: Vec<Vec<u32>>,
     pub(super) bin: Vec<u32>,
-    /// Where the padding of sides that join leads; empty if none do.
+    /// Where padding leads along the axes whose sides join; empty if none do.
     pub(super) home: Vec<u32>,
     pub(super) guide: Vec<f32>,
     /// Where in a cell of the lattice each lies; empty if nothing is kept in step.
@@ -51,9 +51,14 @@ impl Table {
                 (inside(x, w, plane.wrap[0]) && inside(y, plane.h, plane.wrap[1]), plane.index(x, y))
             })
             .collect();
-        let padded = |p: usize| (p / w + h) * stride + p % w + h;
-        let hoods = &level.neighborhoods;
         let narrow = super::candidates::narrow;
+        let padded = |p: usize| (p / w + h) * stride + p % w + h;
+        // Padding of an axis whose sides do not join stays where it is: there nothing wins.
+        let home = |p: usize| {
+            let [x, y] = plane.joined([index(p % stride) - index(h), index(p / stride) - index(h)]);
+            narrow(offset(y + index(h)) * stride + offset(x + index(h)))
+        };
+        let hoods = &level.neighborhoods;
         let wraps = plane.wrap[0] || plane.wrap[1];
         let alike = |others: &[u32]| source.iter().map(|&(_, p)| narrow(padded(others[p] as usize))).collect();
         let mut others = level.second.chunks_exact(hoods.len());
@@ -74,7 +79,7 @@ impl Table {
             second: others.next().map_or_else(Vec::new, alike),
             more: others.map(alike).collect(),
             bin: source.iter().map(|&(_, p)| narrow(coverage::bin(plane, p % w, p / w))).collect(),
-            home: if wraps { source.iter().map(|&(_, p)| narrow(padded(p))).collect() } else { Vec::new() },
+            home: if wraps { (0..n).map(home).collect() } else { Vec::new() },
             guide: if guide.is_empty() { Vec::new() } else { source.iter().map(|&(_, p)| guide[p]).collect() },
             phases: Vec::new(),
             metric: Metric::default(),

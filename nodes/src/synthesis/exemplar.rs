@@ -162,20 +162,13 @@ impl Exemplar {
         Ok(ExemplarFrame { size, origin, pitch, periodic: Tiling::NONE })
     }
 
-    /// The directions in which the exemplar joins itself.
-    fn joins(
-        &self,
-        cx: &Context<'_>,
-        input: &Field,
-        frame: &ExemplarFrame,
-        features: &[f32],
-        channels: usize,
-    ) -> Tiling {
+    /// The directions in which the exemplar joins itself; of a picture those in which these planes look as if they did.
+    fn joins(&self, cx: &Context<'_>, input: &Field, frame: &ExemplarFrame, planes: &[Vec<f32>]) -> Tiling {
         match self.periodic {
             Periodic::Yes => Tiling::BOTH,
             Periodic::No => Tiling::NONE,
             Periodic::Auto if input.pixels().is_some() => {
-                let [x, y] = seams::join(features, channels, frame.size.to_array().map(|n| n as usize));
+                let [x, y] = seams::join(&together(planes), planes.len(), frame.size.to_array().map(|n| n as usize));
                 Tiling { x, y }
             }
             Periodic::Auto => {
@@ -228,11 +221,10 @@ impl Exemplar {
     }
 
     /// The distance to the edges of features, limited to an eighth of the exemplar; as any other field that is compared.
-    fn distance(&self, field: &Field, tile: &Tile) -> Vec<f32> {
+    fn distance(&self, field: &Field, tile: &Tile, joins: Tiling) -> Vec<f32> {
         let size = [tile.width(), tile.height()];
         let radius = (size[0].min(size[1]) as f64 / 8.0).max(4.0);
-        let wrap = [self.periodic == Periodic::Yes; 2];
-        let distances = feature::signed_distance(tile.plane(0), size, wrap, radius);
+        let distances = feature::signed_distance(tile.plane(0), size, [joins.x, joins.y], radius);
         self.feature(field, size, distances, self.feature_weight)
     }
 
@@ -257,7 +249,14 @@ impl Exemplar {
     }
 }
 
+/// The values of each pixel side by side.
+fn together(planes: &[Vec<f32>]) -> Vec<f32> {
+    let n = planes.first().map_or(0, Vec::len);
+    (0..n).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect()
+}
+
 impl Node for Exemplar {
+    const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
     const OUTPUTS: &'static [Output] =
         &[Output::new("exemplar", Type::Exemplar, "The exemplar, ready to be analysed or synthesised from.")];
@@ -297,18 +296,24 @@ impl Node for Exemplar {
             Self::advise(cx, &input, other, "others");
             add(other, &self.read(cx, other, &frame, "others")?, weight(k + 1));
         }
+        let mut joins = None;
         if let Some(field) = cx.get_opt(&self.feature)?
             && self.feature_weight > 0.0
         {
             Self::advise(cx, &input, &field, "feature");
-            planes.push(self.distance(&field, &self.read(cx, &field, &frame, "feature")?));
+            let tile = self.read(cx, &field, &frame, "feature")?;
+            let alone = [tile.plane(0).to_vec()];
+            let joined = self.joins(cx, &input, &frame, if planes.is_empty() { &alone } else { &planes });
+            planes.push(self.distance(&field, &tile, joined));
+            joins = Some(joined);
         }
         if planes.is_empty() || planes.len() > 24 {
             let message = format!("{} channels are compared; there must be 1 to 24", planes.len());
             return Err(Problem::new(Code::BadValue, message).at("weights").into());
         }
         cx.check()?;
-        let features: Vec<f32> = (0..n).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
+        let joins = joins.unwrap_or_else(|| self.joins(cx, &input, &frame, &planes));
+        let features = together(&planes);
         let guide = match cx.get_opt(&self.guide)? {
             Some(guide) => {
                 Self::advise(cx, &input, &guide, "guide");
@@ -327,7 +332,7 @@ impl Node for Exemplar {
             let problem = Problem::new(Code::BadValue, "the mask leaves nothing: it is below 0.5 everywhere");
             return Err(problem.at("mask").help("it must be at least 0.5 where the exemplar may be shown").into());
         }
-        let frame = ExemplarFrame { periodic: self.joins(cx, &input, &frame, &features, planes.len()), ..frame };
+        let frame = ExemplarFrame { periodic: joins, ..frame };
         Ok(Outputs::one(value::Exemplar {
             frame,
             shown: Arc::new(shown.data().to_vec()),

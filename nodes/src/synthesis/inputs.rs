@@ -77,17 +77,19 @@ impl FieldInputs<'_> {
         Ok(tile.plane(0).to_vec())
     }
 
-    /// What a map shows at the centres of a region's pixels.
+    /// What a map shows at the centres of a region's pixels. Beyond sides that do not join, the pixel at the border goes on.
     fn seen(&self, map: &CoordMap, region: &Region) -> Vec<Position> {
         let (w, h) = (region.plane.w, region.plane.h);
         let spacing = f64::from(map.spacing);
         let n = map.size.as_ivec2();
+        let shown = |k: i32, n: i32, joins: bool| if joins { k } else { k.clamp(0, n - 1) };
         (0..w * h)
             .map(|p| {
                 let centre = DVec2::from(region.center(p % w, p / w)) - self.origin.as_dvec2();
                 let place = centre / spacing;
-                let cell = place.floor();
-                let at = cell.as_ivec2() - map.start;
+                let at = place.floor().as_ivec2() - map.start;
+                let at = IVec2::new(shown(at.x, n.x, map.periodic.x), shown(at.y, n.y, map.periodic.y));
+                let cell = (at + map.start).as_dvec2();
                 let (x, y) = (at.x.rem_euclid(n.x), at.y.rem_euclid(n.y));
                 let rest = ((place - cell - 0.5) * spacing).as_vec2();
                 let index = usize::try_from(y * n.x + x).unwrap_or(0);

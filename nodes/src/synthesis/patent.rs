@@ -26,10 +26,11 @@ pub(super) fn wide(texels: &Texels<f32>) -> Texels<f64> {
     Texels::new(texels.plane, texels.channels, texels.data.iter().map(|v| f64::from(*v)).collect())
 }
 
-/// What a first coordinate is, `k` finest pixels on, of an exemplar of `n`: 0 as in the source, if `n` is a power of two or the
-/// spacing is given. With another size, zeros would repeat the largest power of two below instead of the exemplar.
-fn begun(node: &Synthesize, k: usize, n: usize) -> f64 {
-    if node.start_size.is_some() || node.jacobian.is_some() { 0.0 } else { (k % n) as f64 }
+/// What a first coordinate is, `k` finest pixels on, of an exemplar of `n`: 0 as in the source where a Jacobian `bends`.
+/// Elsewhere zeros would repeat what the first spacing covers instead of the exemplar; they are the same if both are the same
+/// power of two.
+fn begun(bends: bool, k: usize, n: usize) -> f64 {
+    if bends { 0.0 } else { (k % n) as f64 }
 }
 
 /// Coordinates of all pixels.
@@ -61,7 +62,8 @@ pub(super) fn run(
         Some(_) => inputs.start(&first)?.into_iter().map(|c| c.map(f64::from)).collect(),
         None => (0..first.plane.w * first.plane.h)
             .map(|p| {
-                [(p % first.plane.w, finest.w), (p / first.plane.w, finest.h)].map(|(k, n)| begun(node, k << levels, n))
+                [(p % first.plane.w, finest.w), (p / first.plane.w, finest.h)]
+                    .map(|(k, n)| begun(inputs.bends(), k << levels, n))
             })
             .collect(),
     };

@@ -68,9 +68,9 @@ pub enum StartMode {
 /// Grows any amount of a texture from an exemplar: finds for every pixel where in the exemplar it comes from.
 ///
 /// Works at the exemplar's pixel size from the canvas' corner, whatever the output's resolution: a larger canvas shows
-/// more. On a canvas that tiles, the opposite sides of the result fit each other. The canvas' edge then goes where it
-/// cuts the fewest features, unless something belongs to a place: a guide, given coordinates, or a Jacobian that
-/// varies. `SampleExemplar` shows the coordinates with any aligned picture. Structure wider than half the exemplar is
+/// more. Where the canvas tiles, in x or in y, those opposite sides of the result fit each other. If it tiles in both, its
+/// edge goes where it cuts the fewest features, unless something belongs to a place: a guide, given coordinates, or a
+/// Jacobian that varies. `SampleExemplar` shows the coordinates with any aligned picture. Structure wider than half the exemplar is
 /// not kept; give it by `guide` or `jacobian`.
 ///
 /// ```ron
@@ -326,7 +326,7 @@ impl Synthesize {
 }
 
 impl Node for Synthesize {
-    const VERSION: u32 = 11;
+    const VERSION: u32 = 12;
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For every pixel, where in the exemplar it comes from.")];

@@ -307,7 +307,7 @@ pub(super) fn color(exemplar: &Exemplar, at: [f32; 2]) -> [f32; 3] {
 }
 
 impl Node for SynthesizeSurface {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const FACTS: &'static [Fact] = &[Fact::Seed];
     const OUTPUTS: &'static [Output] =
         &[Output::new("coords", Type::CoordMap, "For each texel its position in the exemplar.")];

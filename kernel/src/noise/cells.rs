@@ -91,12 +91,18 @@ impl CellGrid {
     /// The grid nearest to `shape` that repeats with a canvas of a size in mm where that tiles; `None` if it
     /// has more than 10^9 cells or if a number is not positive and finite.
     pub fn new(canvas: (DVec2, Tiling), shape: &CellShape, hash: Hash) -> Option<Self> {
-        Self::of(canvas, shape, shape.wanted(), hash)
+        Self::turned(canvas, shape, 0.0, hash)
+    }
+
+    /// The same with the cells turned by an angle in radians within the frame of `shape`: before it stretches them and turns
+    /// them by its own angle. So features keep their size, stretch and direction, and only the grid under them is turned.
+    pub fn turned(canvas: (DVec2, Tiling), shape: &CellShape, turn: f64, hash: Hash) -> Option<Self> {
+        Self::of(canvas, shape, turned(shape.wanted(), turn), hash)
     }
 
     /// The same with rhombic cells of the same area: both halves of a cell are equilateral triangles where `shape` is round.
-    pub fn triangular(canvas: (DVec2, Tiling), shape: &CellShape, hash: Hash) -> Option<Self> {
-        let [u, v] = shape.wanted();
+    pub fn triangular(canvas: (DVec2, Tiling), shape: &CellShape, turn: f64, hash: Hash) -> Option<Self> {
+        let [u, v] = turned(shape.wanted(), turn);
         let wanted = RHOMBIC.map(|[by_u, by_v]| [0, 1].map(|k| by_u * u[k] + by_v * v[k]));
         Self::of(canvas, shape, wanted, hash)
     }
@@ -158,6 +164,15 @@ impl CellGrid {
         1.0 / rate(self.to_cell[0]).max(rate(self.to_cell[1]))
     }
 
+    /// Pixels per cell in the direction where a grid that is [turned](Self::turned) within a stretch is densest.
+    pub fn pixels_per_turned_cell(&self, step: [f64; 2]) -> f64 {
+        let [a, b] = self.to_cell.map(|row| [row[0] * step[0], row[1] * step[1]]);
+        let (squares, det) = (a[0] * a[0] + a[1] * a[1] + b[0] * b[0] + b[1] * b[1], a[0] * b[1] - a[1] * b[0]);
+        // The larger singular value of the map from pixels to cells.
+        let rest = (squares * squares - 4.0 * det * det).max(0.0).sqrt();
+        1.0 / (0.5 * (squares + rest)).sqrt()
+    }
+
     /// The run of [`LANES`] pixels that begins at column `x` (a multiple of [`LANES`]) of row `y`, for reading cells up
     /// to `reach` (lowest, highest) beside each pixel's own.
     #[inline(always)]
@@ -197,6 +212,15 @@ impl CellGrid {
         let count = self.count as u32;
         Run { frac, rate, e, f, count, keys: self.keys, key, base, wrap }
     }
+}
+
+/// The rows of a map to cells, with the cells turned by an angle in radians.
+fn turned([u, v]: [[f64; 2]; 2], turn: f64) -> [[f64; 2]; 2] {
+    if turn == 0.0 {
+        return [u, v];
+    }
+    let (sin, cos) = (libm::sin(turn), libm::cos(turn));
+    [[0, 1].map(|k: usize| cos * u[k] + sin * v[k]), [0, 1].map(|k: usize| cos * v[k] - sin * u[k])]
 }
 
 /// How far the names of a run's cells leave the range 0..D.

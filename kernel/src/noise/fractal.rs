@@ -5,6 +5,10 @@
 //! preferred, and a gradient costs six instructions. Octave `o` has cells of `size / lacunarity^o` mm and the weight
 //! `gain^o`; each one is rounded to the canvas by itself.
 //!
+//! Where octaves are folded, by `Billow` and `Ridged`, each has a fold at every corner of its cells: grids that lie in the
+//! same directions would add up to visible lines. So each of these octaves has a grid that is turned by another angle
+//! ([`NoiseSpec::turn`]), within the frame of `angle` and `aspect`, and rounded to the canvas like any other.
+//!
 //! Values are 0..1 with mean ½ and a standard deviation of 0.155 for every number of octaves (the rare values beyond
 //! 3.2 deviations are cut off), so a height is `depth · noise` whatever the octaves. An octave whose cells are smaller
 //! than two pixels fades out and is gone at one pixel: a smaller picture shows less detail, not other detail.
@@ -84,6 +88,25 @@ impl NoiseSpec {
     }
 }
 
+/// The golden ratio less 1: multiples of it lie as far apart as they can, modulo 1.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+impl NoiseSpec {
+    /// By how much the grid of an octave is turned within the frame of `angle` and `aspect`, in radians; 0 where octaves are
+    /// not folded. Grids of squares look the same after a quarter turn, and those of triangles have a side in one of two
+    /// directions at a right angle after a twelfth: no octave comes nearer to such a turn than a sixth of it. White noise
+    /// keeps its squares upright, because they are seen as they are.
+    pub(super) fn turn(&self, octave: u32) -> f64 {
+        let whole: f64 = match (self.fractal, self.basis) {
+            (FractalKind::Fbm | FractalKind::Turbulence, _) | (_, Basis::White) => return 0.0,
+            (_, Basis::Gradient | Basis::Value) => 90.0,
+            (_, Basis::Simplex) => 30.0,
+        };
+        let share = (0.2 + GOLDEN * f64::from(octave)).fract();
+        (whole * (1.0 + 4.0 * share) / 6.0).to_radians()
+    }
+}
+
 /// Standard deviation of the result.
 const DEVIATION: f64 = 0.155;
 
@@ -121,8 +144,8 @@ impl Noise {
         let (mut size, mut weight, mut variance) = (spec.shape.size, 1.0, 0.0);
         for octave in 0..spec.octaves.clamp(1, 32) {
             let shape = CellShape { size, ..spec.shape };
-            let make = if spec.basis == Basis::Simplex { CellGrid::triangular } else { CellGrid::new };
-            if let Some(grid) = make(canvas, &shape, hash.with(u64::from(octave))) {
+            let make = if spec.basis == Basis::Simplex { CellGrid::triangular } else { CellGrid::turned };
+            if let Some(grid) = make(canvas, &shape, spec.turn(octave), hash.with(u64::from(octave))) {
                 octaves.push((grid, weight));
             }
             variance += weight * weight;
@@ -147,7 +170,9 @@ impl Noise {
 
     /// The octaves whose cells are not smaller than a pixel, and how strong they are.
     fn visible(&self, folded: &Folded, step: [f64; 2]) -> Vec<(&CellGrid, f32)> {
-        let strength = |(grid, weight): &(CellGrid, f64)| folded.strength(*weight, grid.pixels_per_cell(step));
+        let turned = self.spec.turn(0) != 0.0;
+        let pixels = if turned { CellGrid::pixels_per_turned_cell } else { CellGrid::pixels_per_cell };
+        let strength = |(grid, weight): &(CellGrid, f64)| folded.strength(*weight, pixels(grid, step));
         self.octaves.iter().filter_map(|octave| Some((&octave.0, strength(octave)?))).collect()
     }
 }

@@ -38,6 +38,8 @@ struct Patches {
     /// Size of a bump across, mm.
     size: f64,
     weight: f64,
+    /// Cosine and sine of the angle by which the noise of each patch is turned before it is stretched.
+    turn: [f64; 2],
 }
 
 /// Directions around a window, as cosines and sines of twice their angles, so that a direction and its opposite are one.
@@ -87,8 +89,10 @@ impl NoiseAlong {
         let (mut size, mut weight, mut variance) = (spec.shape.size, 1.0, 0.0);
         for octave in 0..spec.octaves.clamp(1, 32) {
             let apart = CellShape::round(size * spec.shape.aspect.max(1.0));
-            if let Some(grid) = CellGrid::triangular(canvas, &apart, hash.with(u64::from(octave))) {
-                octaves.push(Patches { to_mm: grid.to_mm(), grid, size, weight });
+            if let Some(grid) = CellGrid::triangular(canvas, &apart, 0.0, hash.with(u64::from(octave))) {
+                let turn = spec.turn(octave);
+                let turn = [libm::cos(turn), libm::sin(turn)];
+                octaves.push(Patches { to_mm: grid.to_mm(), grid, size, weight, turn });
             }
             variance += weight * weight;
             size /= spec.lacunarity;
@@ -223,7 +227,8 @@ impl Patches {
         let (cos, sin) = (cos * c - sin * s, sin * c + cos * s);
         let bumps =
             |[x, y]: [f64; 2]| [(cos * x + sin * y) / (self.size * spec.shape.aspect), (cos * y - sin * x) / self.size];
-        let (place, step) = (bumps(away), bumps(mm(rate)));
+        let turned = |[x, y]: [f64; 2]| [self.turn[0] * x + self.turn[1] * y, self.turn[0] * y - self.turn[1] * x];
+        let (place, step) = (turned(bumps(away)), turned(bumps(mm(rate))));
         // Another part of the noise for each patch, so that no cell has its corner in the middle.
         let shift = [upper_unit(scramble(word)), lower_unit(scramble(word))];
         let (place, rate) = if spec.basis == Basis::Simplex {

@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn cells_are_pairs_of_equilateral_triangles() {
-        let grid = CellGrid::triangular(CANVAS, &CellShape::round(0.5), Hash::new(1)).unwrap();
+        let grid = CellGrid::triangular(CANVAS, &CellShape::round(0.5), 0.0, Hash::new(1)).unwrap();
         let [[a, b], [c, d]] = grid.to_cell();
         let det = a * d - b * c;
         // The sides of a cell in mm: the columns of the inverse.

@@ -9,9 +9,11 @@
 mod leather_properties;
 mod leather_statistics;
 mod leather_vectors;
+mod noise_axes;
 mod synthesis;
 mod synthesis_joints;
 mod synthesis_mended;
+mod synthesis_one_axis;
 mod synthesis_properties;
 mod synthesis_vectors;
 mod wood_vectors;

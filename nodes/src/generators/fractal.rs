@@ -76,6 +76,7 @@ impl Default for Fractal {
 }
 
 impl Node for Fractal {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The noise, 0..1.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 

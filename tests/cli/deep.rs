@@ -21,6 +21,8 @@ fn chains_of_every_kind_are_evaluated() {
     let desk = Desk::new();
     let fields = chain("Perlin(size: 4)", "Math(operation: Add, a: IN, b: 0.00001)", "Remap(input: IN)");
     let moved = chain("Perlin(size: 4)", "Warp(input: IN, x: \"n0\", amount: 0.001)", "Remap(input: IN)");
+    // Reading between pixels at the same places over and over makes values grow.
+    let bent = chain("Perlin(size: 4)", "Warp(input: IN, amount: 0.4)", "Remap(input: IN)");
     let formulas = chain("Perlin(size: 4)", "Expression(a: IN, formula: \"a * 1.0001\")", "Remap(input: IN)");
     let solids = chain("SolidNoise(size: 3)", "SolidMath(operation: Max, a: IN, b: \"n0\")", "CutPlane(solid: IN)");
     let materials = chain(
@@ -28,9 +30,14 @@ fn chains_of_every_kind_are_evaluated() {
         "BlendMaterials(base: IN, top: \"n0\", mask: 0.5)",
         "SetChannels(material: IN)",
     );
-    for (name, text) in
-        [("fields", fields), ("moved", moved), ("formulas", formulas), ("solids", solids), ("materials", materials)]
-    {
+    for (name, text) in [
+        ("fields", fields),
+        ("moved", moved),
+        ("bent", bent),
+        ("formulas", formulas),
+        ("solids", solids),
+        ("materials", materials),
+    ] {
         desk.write(&format!("{name}.ron"), text);
         desk.shibo(&format!("check {name}.ron")).expect(0);
         desk.shibo(&format!("render {name}.ron -o {name} --no-cache --quiet")).expect(0);

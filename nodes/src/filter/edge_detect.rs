@@ -1,7 +1,8 @@
 //! [`EdgeDetect`]: where a field changes abruptly.
 //!
-//! The gradient of the field, smoothed by a Gaussian of σ (J. Canny, 1986), times σ·√(2π): at a step of height 1 that is 1,
-//! whatever σ and whatever the resolution. Of a colour the channel with the strongest gradient counts. Cost: that of one
+//! The gradient of the field, smoothed by a Gaussian of σ (J. Canny, 1986), times σ·√(2π): at a step of height 1 that is 1
+//! where pixels are smaller than σ. Where they are larger the line is wider and as much fainter, so that a small picture is
+//! the average of a large one. Of a colour the channel with the strongest gradient counts. Cost: that of one
 //! blur, O(pixels).
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
@@ -28,10 +29,11 @@ pub struct EdgeDetect {
     /// Where to look for edges.
     pub input: In<AnyField>,
     /// Width of the lines, and size of the detail that is left out: standard deviation σ of a Gaussian; at most half the
-    /// canvas' longer side. Lines are never narrower than two pixels.
+    /// canvas' longer side. Lines narrower than two pixels are drawn as wide as that and as much fainter. With 0 they are two
+    /// pixels wide and of full strength, and so depend on the resolution.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// Factor on the strength: with 1, a step of 1 gives 1.
+    /// Factor on the strength: with 1, a step of 1 gives 1 where the radius is larger than a pixel.
     #[schemars(range(min = 0, max = 1e6))]
     pub strength: f64,
 }
@@ -61,9 +63,8 @@ impl EdgeDetect {
                     }
                 }
             }
-            let pixel = PIXELS * out.grid.step.element_product().sqrt();
-            let width = (radius * radius + pixel * pixel).sqrt() * std::f64::consts::TAU.sqrt();
-            let scale = narrow(width * strength);
+            let sigma = if radius > 0.0 { radius } else { PIXELS * out.grid.step.element_product().sqrt() };
+            let scale = narrow(sigma * std::f64::consts::TAU.sqrt() * strength);
             for (i, out) in out.plane_mut(0).iter_mut().enumerate() {
                 *out = of(bx[i], by[i], scale);
             }
@@ -73,6 +74,7 @@ impl EdgeDetect {
 }
 
 impl Node for EdgeDetect {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("edges", Type::Gray, "How strong the edge is: the height of the step."),
         Output::new("angle", Type::Gray, "The direction in which the input rises, -180..180, from +x towards +y.")
@@ -127,7 +129,10 @@ mod tests {
                 let node = EdgeDetect { input: port(0), radius, ..EdgeDetect::default() };
                 let [edges, angle] = both(&node, step(degrees)).map(|field| raster(&field, &canvas()));
                 let most = (20..44).flat_map(|y| edges.row(0, y)[20..44].to_vec()).fold(0.0, f32::max);
-                assert!((1.6..2.4).contains(&most), "{degrees} {radius}: {most}");
+                // Pixels of half a mm make a narrow line wider, and as much fainter.
+                let faint = if radius > 0.0 { radius / radius.hypot(0.5 * PIXELS) } else { 1.0 };
+                let share = f64::from(most) / (2.0 * faint);
+                assert!((0.8..1.2).contains(&share), "{degrees} {radius}: {most}");
                 let off = f64::from(angle.row(0, 32)[32]) - degrees;
                 let off = (off + 540.0).rem_euclid(360.0) - 180.0;
                 // Without smoothing, the staircase of pixels has directions of its own.

@@ -19,6 +19,10 @@ use std::sync::Arc;
 /// Warp threads run down, weft threads across. A *piece* is a float: the part of a thread that shows between two crossings; `local.x`
 /// runs along it. On a canvas that tiles, distances of threads are fitted so that the whole weave repeats, and a warning tells by how much.
 ///
+/// A pixel shows the thread at its middle; only holes are drawn by the share of a pixel that they cover. Threads have steep flanks where
+/// one dives under another, and an average over each pixel would cost many times as much. So while a thread is less than about ten pixels
+/// wide, a small picture differs from the average of a large one: for a smooth one, render larger and scale the result down.
+///
 /// ```ron
 /// "cloth": Weave(binding: Twill, over: 2, under: 2, pitch: 2, width: 1.9, thickness: 0.6),
 /// "example": Relief(height: "cloth"),

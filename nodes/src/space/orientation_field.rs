@@ -17,6 +17,10 @@ use shibo_kernel::ground::tile;
 ///
 /// The direction is a line: it has no sign, and jumps from 90° to -90°. Nodes that take directions take it as it is.
 ///
+/// Slopes are differences of neighbouring pixels. Features of a few pixels look steeper in a larger picture, so a `detail` of
+/// at least a pixel makes the directions the same at all resolutions. Where the angle and the vector jump, a small picture
+/// has the direction at the middle of a pixel, not an average, which would be neither.
+///
 /// ```ron
 /// "bent": Curl(size: 24),
 /// "strokes": Gabor(wavelength: 1.2, direction: "bent", aspect: 3),

@@ -31,6 +31,10 @@ pub enum VectorKind {
 /// The perpendicular of a noise is curl noise, which `Curl` makes in one. Lines round a knot are the perpendicular of
 /// the distance from it.
 ///
+/// Slopes are differences of neighbouring pixels. Detail of a few pixels is steeper in a larger picture, so a `radius` of at
+/// least a pixel makes the vectors the same at all resolutions. The `angle` jumps by a full turn from 180° to -180°: a small
+/// picture has the angle at the middle of a pixel, not an average, which would be neither.
+///
 /// ```ron
 /// "knots": Perlin(size: 16),
 /// "along": VectorField(input: "knots", kind: Perpendicular),

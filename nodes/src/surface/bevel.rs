@@ -74,7 +74,7 @@ impl Node for Bevel {
         let (height, profile, steep) = (narrow(self.height), self.profile, narrow(1.0 / width.max(1e-12)));
         let map = |fields: [Field; 1], line: [f32; 2]| {
             Field::map(Type::Gray, fields, Halo::NONE, move |out: &mut Tile, [d]: [&Tile; 1]| {
-                profile::apply(profile, d.data(), line, false, height, out.data_mut());
+                profile::apply(profile, d.data(), line, height, out.data_mut());
                 Ok(())
             })
         };
@@ -86,7 +86,7 @@ impl Node for Bevel {
                 let sides = [away(0.5 * width, true), away(0.5 * width, false)];
                 Field::map(Type::Gray, sides, Halo::NONE, move |out: &mut Tile, [inside, outside]: [&Tile; 2]| {
                     let across: Vec<f32> = inside.data().iter().zip(outside.data()).map(|(a, b)| a - b).collect();
-                    profile::apply(profile, &across, [steep, 0.5], false, height, out.data_mut());
+                    profile::apply(profile, &across, [steep, 0.5], height, out.data_mut());
                     Ok(())
                 })
             }

@@ -1,7 +1,7 @@
 //! [`RaisedEdge`]: a bead along the edge of a mask.
 //!
-//! The exact distance from the edge, see [`kernel::distance`](shibo_kernel::filter::distance), through a profile. Cost: that
-//! of two distances, O(pixels · width in pixels).
+//! The exact distance from the edge, see [`kernel::distance`](shibo_kernel::filter::distance), through a profile, whose mean
+//! over a pixel is taken: sides are steep at their foot. Cost: that of two distances, O(pixels · width in pixels).
 use crate::bounds::at_most_half;
 use crate::distances;
 use schemars::JsonSchema;
@@ -29,7 +29,8 @@ pub struct RaisedEdge {
     /// The value at the shape's edge.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub threshold: f64,
-    /// How wide the bead is, from foot to foot; at most half the canvas' longer side.
+    /// How wide the bead is, from foot to foot; at most half the canvas' longer side. One that is narrower than two pixels
+    /// loses some of its volume.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub width: f64,
     /// How high it is; below 0 it is a groove.
@@ -48,6 +49,9 @@ impl Default for RaisedEdge {
     }
 }
 
+/// How far beyond the foot of the bead distances are measured, as a share of its width.
+const BEYOND: f64 = 0.25;
+
 impl RaisedEdge {
     /// How far from the edge the bead reaches, mm.
     fn reach(&self) -> f64 {
@@ -56,6 +60,7 @@ impl RaisedEdge {
 }
 
 impl Node for RaisedEdge {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[Output::new("height", Type::Gray, "The height of the bead.").in_unit("mm")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
@@ -66,13 +71,16 @@ impl Node for RaisedEdge {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let mask = cx.get(&self.mask)?;
-        let away = |inside: bool| distances::to_edge(&mask, self.threshold, self.reach(), inside);
+        // Half a pixel beyond the foot still shows some of it; how large pixels are is known later.
+        let reach = self.reach() + BEYOND * self.width;
+        let away = |inside: bool| distances::to_edge(&mask, self.threshold, reach, inside);
         let steep = 2.0 / self.width.max(1e-12);
         let line = [narrow(steep), narrow(-self.offset * steep)];
         let (height, profile) = (narrow(self.height), self.profile);
         let fill = move |out: &mut Tile, [inside, outside]: [&Tile; 2]| {
             let across: Vec<f32> = inside.data().iter().zip(outside.data()).map(|(a, b)| a - b).collect();
-            profile::apply(profile, &across, line, true, height, out.data_mut());
+            let pixel = narrow(out.grid.step.element_product().sqrt());
+            profile::ridge(profile, &across, line, (pixel, narrow(reach * (1.0 - 1e-6))), height, out.data_mut());
             Ok(())
         };
         Ok(Outputs::one(Field::map(Type::Gray, [away(true), away(false)], Halo::NONE, fill)))
@@ -100,8 +108,10 @@ mod tests {
             let out = render(&node, &[half.clone().into()]);
             for (x, v) in out.row(0, 20).iter().enumerate() {
                 let off = (x as f32 + 0.5) * 0.5 - 16.0 - narrow(offset);
-                let want = (16.0 - off * off).max(0.0).sqrt();
-                assert!((v - want).abs() < 0.02, "{offset} {off}: {v} {want}");
+                // The mean over a pixel of half a mm.
+                let part = |k: usize| off + (k as f32 / 100.0 - 0.495) * 0.5;
+                let want = (0..100).map(|k| (16.0 - part(k) * part(k)).max(0.0).sqrt()).sum::<f32>() / 100.0;
+                assert!((v - want).abs() < 0.03, "{offset} {off}: {v} {want}");
             }
         }
     }

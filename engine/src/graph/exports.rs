@@ -2,6 +2,7 @@
 use super::document::{OutputDecl, choice};
 use super::part::{Entry, Part, Shape};
 use super::read::{self, mismatch, shorten};
+use super::remedy::write_luminance;
 use super::report::Report;
 use super::scope::{Target, Unit};
 use crate::diagnostics::Code;
@@ -192,7 +193,10 @@ impl Unit<'_> {
 
     /// A grey field of a packed picture.
     fn packed(&mut self, part: &Part) -> Result<(NodeIndex, usize), ()> {
-        let help = "take it apart with `SplitChannels`, or use an output that is Gray";
+        let help = |ty| match ty {
+            Type::Rgb => format!("{} as a node of its own, and name that", write_luminance(&shorten(part.str()))),
+            _ => "take it apart with `SplitChannels`, or use an output that is Gray".to_owned(),
+        };
         self.node_of(part, Type::Gray, "`Pack` takes fields of one number each", help)
     }
 
@@ -204,12 +208,19 @@ impl Unit<'_> {
             MeshDecl::Node(part) => part,
         };
         let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";
-        let (node, output) = self.node_of(part, Atlas::TYPE, "`mesh` must be an atlas", help)?;
+        let (node, output) = self.node_of(part, Atlas::TYPE, "`mesh` must be an atlas", |_| help.to_owned())?;
         Ok(Some(ExportMesh::Atlas { node, output }))
     }
 
-    /// The node and its output that a reference means, which must be of a type; an error is reported.
-    fn node_of(&mut self, part: &Part, wanted: Type, rule: &str, help: &str) -> Result<(NodeIndex, usize), ()> {
+    /// The node and its output that a reference means, which must be of a type; an error is reported, with the help for the
+    /// type that it has.
+    fn node_of(
+        &mut self,
+        part: &Part,
+        wanted: Type,
+        rule: &str,
+        help: impl FnOnce(Type) -> String,
+    ) -> Result<(NodeIndex, usize), ()> {
         let Shape::Text(reference) = part.shape() else { return Err(()) };
         let meaning = self.resolve(0, part, &reference);
         let Some(ty) = self.type_of(&meaning.target) else { return Err(()) };
@@ -217,7 +228,7 @@ impl Unit<'_> {
             Target::Out { flat, output } if ty == wanted => Ok((NodeIndex::new(flat), output)),
             _ => {
                 let message = format!("{rule}; `{}` is {ty}", shorten(&reference));
-                self.report.push(part.error(Code::TypeMismatch, message).help(help));
+                self.report.push(part.error(Code::TypeMismatch, message).help(help(ty)));
                 Err(())
             }
         }

@@ -12,6 +12,15 @@ const ELSEWHERE: &str = "Elsewhere:";
 /// The most kinds that a message lists.
 const LISTED: usize = 3;
 
+/// The kind that computes a formula.
+const FORMULA: &str = "Expression";
+
+/// Tells what to write instead of a colour to get its luminance, by the weights with which pictures become `Gray`.
+pub(super) fn write_luminance(written: &str) -> String {
+    let formula = "0.2126 * a.r + 0.7152 * a.g + 0.0722 * a.b";
+    format!("for its luminance (Rec. 709) write `{FORMULA}(a: {written}, formula: \"{formula}\")`")
+}
+
 /// The kind that `word` means if it is the name that another program has for it, or its words in another order.
 pub(super) fn kind_elsewhere<'r>(registry: &'r Registry, word: &str) -> Option<&'r str> {
     let (squashed, words) = (squash(word), words(word));
@@ -68,7 +77,17 @@ impl Unit<'_> {
     /// converts what is given to what is wanted, or the kinds that make what is wanted.
     pub(super) fn remedy(&self, scope: usize, slot: &Slot, ty: Accepts) -> Option<String> {
         let other = if slot.declared.is_none() { self.other_output(scope, slot) } else { None };
-        other.or_else(|| self.converters(slot, ty)).or_else(|| self.makers(slot.wants))
+        let luminance = || self.luminance(slot, ty);
+        other.or_else(luminance).or_else(|| self.converters(slot, ty)).or_else(|| self.makers(slot.wants))
+    }
+
+    /// How to make a number of a colour: as it is made of a picture, by its luminance.
+    fn luminance(&self, slot: &Slot, ty: Accepts) -> Option<String> {
+        let asked = (ty, slot.wants) == (Accepts::One(Type::Rgb), Accepts::One(Type::Gray));
+        (asked && self.registry.info(FORMULA).is_some()).then(|| match slot.part.shape() {
+            Shape::Text(_) => format!("{} here", write_luminance(&shorten(slot.part.str()))),
+            _ => write_luminance("…"),
+        })
     }
 
     fn other_output(&self, scope: usize, slot: &Slot) -> Option<String> {

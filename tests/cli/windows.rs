@@ -115,7 +115,10 @@ fn turned_and_moved_instances_compute_what_a_plain_one_does() {
 #[test]
 fn a_quarter_turn_permutes_the_pixels() {
     let desk = Desk::new();
-    desk.write("a.ron", graph("tile: Both", r#""q": Blur(input: "s", radius: 1), "a": Transform(input: "q", angle: 90)"#));
+    desk.write(
+        "a.ron",
+        graph("tile: Both", r#""q": Blur(input: "s", radius: 1), "a": Transform(input: "q", angle: 90)"#),
+    );
     desk.shibo("render a.ron -o turned --no-cache --quiet").expect(0);
     desk.write("a.ron", graph("tile: Both", r#""a": Blur(input: "s", radius: 1)"#));
     desk.shibo("render a.ron -o plain --no-cache --quiet").expect(0);
@@ -136,7 +139,13 @@ fn nodes_have_no_more_time_than_the_process() {
     };
     let sum: String = (1..8).map(|k| format!(r#""y{k}": Math(operation: Add, a: "x{k}", b: "y{}"),"#, k - 1)).collect();
     let all: String = (0..8).map(one).collect();
-    desk.write("a.ron", graph("tile: Both", &format!(r#"{all} "y0": Math(operation: Add, a: "x0", b: 0), {sum} "a": Remap(input: "y7")"#)));
+    desk.write(
+        "a.ron",
+        graph(
+            "tile: Both",
+            &format!(r#"{all} "y0": Math(operation: Add, a: "x0", b: 0), {sum} "a": Remap(input: "y7")"#),
+        ),
+    );
     let stats = desk.shibo("render a.ron -o out --no-cache --quiet --stats json --threads 8").expect(0).json();
     let nodes = stats["nodes"].as_array().unwrap();
     let sum: f64 = nodes.iter().map(|node| node["seconds"].as_f64().unwrap()).sum();
@@ -162,7 +171,10 @@ fn an_instance_is_made_on_a_canvas_of_its_own() {
     let at = |k: usize| (19 + k / 8) * width + 6 + k % 8;
     assert!(alone.iter().any(|pixel| pixel[0] > 0));
     assert!((0..64).all(|k| sheet_pixels[at(k)] == alone[k]));
-    assert!(sheet_pixels.iter().map(|pixel| u64::from(pixel[0])).sum::<u64>() < 2 * alone.iter().map(|p| u64::from(p[0])).sum::<u64>());
+    assert!(
+        sheet_pixels.iter().map(|pixel| u64::from(pixel[0])).sum::<u64>()
+            < 2 * alone.iter().map(|p| u64::from(p[0])).sum::<u64>()
+    );
     desk.write("a.ron", sheet("Both"));
     let refused = desk.shibo("check a.ron --format json").expect(1).json();
     assert_eq!(refused["errors"][0]["code"], "bad-value", "{refused}");

@@ -136,7 +136,8 @@ fn parts(blocks: &Blocks, window: Window) -> impl Iterator<Item = Window> {
     let columns = spans(&blocks.columns, window.x, window.right());
     let rows = spans(&blocks.rows, window.y, window.bottom());
     rows.into_iter().flat_map(move |(y, bottom)| {
-        let part = move |&(x, right): &(i32, i32)| Window { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) };
+        let part =
+            move |&(x, right): &(i32, i32)| Window { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) };
         columns.iter().map(part).collect::<Vec<_>>()
     })
 }

@@ -80,8 +80,10 @@ impl Node for DirectionalBlur {
             })));
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of pixels")]
-        let halo = Halo::new(move |grid| tile::step(grid).map(|step| ((0.5 * length / step).ceil() as usize).saturating_add(1)))
-            .from_parameter("length");
+        let halo = Halo::new(move |grid| {
+            tile::step(grid).map(|step| ((0.5 * length / step).ceil() as usize).saturating_add(1))
+        })
+        .from_parameter("length");
         let fill = move |out: &mut Tile, input: &Tile, others: &[&Tile]| {
             let (rect, [sx, sy]) = (out.window, tile::step(&out.grid));
             let views: Vec<_> = (0..input.channels()).map(|k| tile::view(input, k)).collect();

@@ -93,7 +93,8 @@ impl Plan {
 
     /// On pixels of which those are the first that lie under the picture.
     fn shown((first, map): (DVec2, DMat2), step: DVec2, picture: Option<DVec2>, tiling: Tiling) -> Self {
-        let low = picture.map_or(DVec2::ZERO, |p| (map.x_axis * p.x).min(DVec2::ZERO) + (map.y_axis * p.y).min(DVec2::ZERO));
+        let low =
+            picture.map_or(DVec2::ZERO, |p| (map.x_axis * p.x).min(DVec2::ZERO) + (map.y_axis * p.y).min(DVec2::ZERO));
         let low = if is_near(low, low.round()) { low.round() } else { low.floor() };
         let grid = Grid { origin: DVec2::ZERO, step, period: None, shown: None }.centered_at(first + low * step);
         let shown = picture.map(|picture| spread(map, picture) * step);
@@ -146,7 +147,13 @@ impl Plan {
     #[expect(clippy::cast_possible_truncation, reason = "limited to what windows can hold")]
     pub(super) fn reads(&self, window: Window, ty: Type) -> Window {
         // The nearest pixel may be the next one.
-        let halo = if self.whole { 0 } else if ty == Type::Ids { 1 } else { resample::HALO as i32 };
+        let halo = if self.whole {
+            0
+        } else if ty == Type::Ids {
+            1
+        } else {
+            resample::HALO as i32
+        };
         let ((low, size), wraps) = (self.under(window), self.wraps(window));
         let far = f64::from(Window::FARTHEST);
         let axis = |axis: usize| match self.repeats[axis].filter(|_| wraps[axis]) {

@@ -47,7 +47,7 @@ fn main() {
     println!("{count} triangles: welded and turned in {weld:.3} s, tables of an atlas in {tables:.3} s");
 
     let atlas = atlas::atlas(mesh.clone(), &mesh.uvs, size).expect("a sphere has UVs");
-    let grid = Grid { origin: DVec2::ZERO, step: size / f64::from(SIDE), period: None };
+    let grid = Grid { origin: DVec2::ZERO, step: size / f64::from(SIDE), period: None, shown: None };
     let tiles: Vec<Window> = (0..SIDE / TILE)
         .flat_map(|y| (0..SIDE / TILE).map(move |x| (x * TILE, y * TILE)))
         .map(|(x, y)| Window { x: x.cast_signed(), y: y.cast_signed(), width: TILE, height: TILE })

@@ -13,7 +13,10 @@ const SIDE: u32 = 512;
 /// The grid on which a canvas of that size is measured, and all of its pixels.
 pub(crate) fn grid(size: DVec2) -> (Grid, Window) {
     let pixels = Resolution::Longer(SIDE).of(size);
-    (Grid { origin: DVec2::ZERO, step: size / pixels.as_dvec2(), period: Some(pixels) }, Window::full(pixels))
+    (
+        Grid { origin: DVec2::ZERO, step: size / pixels.as_dvec2(), period: Some(pixels), shown: None },
+        Window::full(pixels),
+    )
 }
 
 /// What was measured, or the error of who forgot to.

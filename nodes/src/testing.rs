@@ -3,7 +3,7 @@ use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Call, DynNode, Node, Outputs};
 use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
 use shibo_engine::value::{
-    Canvas, Evaluator, Field, Given, Grid, Mesh, Pictures, Read, Stop, Tile, Tiling, Value, Window,
+    Canvas, Evaluator, Field, Given, Grid, Mesh, Pictures, Piece, Read, Stop, Tile, Tiling, Value, Window,
 };
 use shibo_kernel::ground::math::{cos, sin};
 use std::sync::Arc;
@@ -36,20 +36,35 @@ pub(crate) fn write_tiff(path: &std::path::Path, width: u32, channels: &[&str], 
 /// An engine that computes whatever it is asked for, every time anew.
 pub(crate) struct Plain;
 
+/// A window that another field reads: of a field that repeats, the pixels of the first repeat, as in the engine.
+fn read(read: &Read<'_>) -> Result<Tile, Stop> {
+    let Read { field, grid, window } = *read;
+    let blocks = field.domain().blocks(&grid, window);
+    if blocks.iter().all(|(x, y)| (x.shift, y.shift) == (0, 0)) {
+        return fill(field, &grid, window);
+    }
+    let mut out = Tile::new(grid, window, field.channels());
+    for (x, y) in blocks.iter() {
+        let wanted = Window { x: window.x - x.shift, y: window.y - y.shift, ..window };
+        out.copy_from(&fill(field, &grid, Piece::window(x, y).intersection(&wanted))?, x.shift, y.shift);
+    }
+    Ok(out)
+}
+
 fn fill(field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
     if window.is_empty() {
         return Ok(Tile::new(*grid, window, field.channels()));
     }
     let source = field.source();
     let prepared = source.prepare(grid, &PlainPictures(source.whole(grid)))?;
-    let read = |read: &Read<'_>| fill(read.field, &read.grid, read.window).map(Arc::new);
-    let mut tiles = source.inputs(grid, window).iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let inputs = source.inputs(grid, window);
+    let mut tiles = inputs.iter().map(|input| read(input).map(Arc::new)).collect::<Result<Vec<_>, _>>()?;
     let later = source.later(grid, window);
     if !later.is_empty() {
         let narrow = source.narrow(&Given::new(&tiles, prepared.as_ref(), &|| false), grid, window);
         for (bound, window) in later.iter().zip(narrow) {
             assert!(bound.window.contains(&window), "a field reads {window:?}, beyond {:?}", bound.window);
-            tiles.push(read(&Read { window, ..*bound })?);
+            tiles.push(Arc::new(read(&Read { window, ..*bound })?));
         }
     }
     let mut tile = Tile::new(*grid, window, field.channels());

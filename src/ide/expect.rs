@@ -31,14 +31,15 @@ pub(crate) const USE: [(&str, &str); 8] = [
     ("with", "Values for parameters and inputs of the sub-graph: `{ \"name\": value }`."),
     ("preset", "A preset of the sub-graph, or several: `\"a+b\"`."),
     ("seed", "Another number gives another instance."),
-    ("canvas", "How the outputs of the instance lie: `scale`, `angle` and `offset`."),
+    ("canvas", "How the outputs of the instance lie: `scale`, `angle`, `offset` and `size_mm`."),
     ("note", "A text for readers."),
 ];
 /// The fields of the layout of an instance.
-pub(crate) const LAYOUT: [(&str, &str); 3] = [
+pub(crate) const LAYOUT: [(&str, &str); 4] = [
     ("scale", "2 is twice as large; one number or a pair."),
     ("angle", "Degrees from +x towards +y."),
     ("offset", "To the right and down, in mm."),
+    ("size_mm", "The canvas on which its graph is made, in mm; only where the canvas does not tile."),
 ];
 /// The fields of `File`.
 pub(crate) const FILE: [(&str, &str); 9] = [

@@ -120,7 +120,7 @@ fn unit(cx: Cx<'_>, expect: Expect<'_>) -> Option<String> {
     };
     match expect {
         Expect::Value(_, param) => param.unit.clone(),
-        Expect::Canvas(Some("size_mm")) | Expect::Layout(Some("offset")) => Some("mm".to_owned()),
+        Expect::Canvas(Some("size_mm")) | Expect::Layout(Some("offset" | "size_mm")) => Some("mm".to_owned()),
         Expect::Layout(Some("angle")) => Some("°".to_owned()),
         Expect::Preset(name) => declared(cx.file, name),
         Expect::With(import, Some(name)) => declared(&*cx.imported(import)?, name),

@@ -166,7 +166,7 @@ mod tests {
 
     fn tile(channels: usize, values: &[f32]) -> Tile {
         let size = UVec2::new(2, 1);
-        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None };
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None, shown: None };
         let mut tile = Tile::new(grid, Window::full(size), channels);
         tile.data_mut().copy_from_slice(values);
         tile

@@ -14,7 +14,7 @@ pub(super) fn tile(pixels: &Pixels, longest: u32) -> Tile {
     let (columns, rows) = (width.div_ceil(step), height.div_ceil(step));
     let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     let window = Window { x: 0, y: 0, width: count(columns), height: count(rows) };
-    let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None };
+    let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None, shown: None };
     let mut tile = Tile::new(grid, window, pixels.planes().len());
     for (plane, from) in tile.planes_mut().into_iter().zip(pixels.planes()) {
         for (row, line) in plane.chunks_exact_mut(columns).zip(from.chunks(width * step)) {

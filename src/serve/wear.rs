@@ -108,7 +108,7 @@ impl Placed {
         )]
         let high = ((f64::from(wide) * share / 4.0).round() * 4.0) as u32;
         let pixels = UVec2::new(wide, high.clamp(4, LONGEST));
-        (pixels, Grid { origin: DVec2::ZERO, step: size / pixels.as_dvec2(), period: None })
+        (pixels, Grid { origin: DVec2::ZERO, step: size / pixels.as_dvec2(), period: None, shown: None })
     }
 
     /// The cut that shows its surface.

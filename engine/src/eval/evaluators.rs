@@ -1,52 +1,23 @@
 //! The engine as seen by code that computes whole pictures. The time that its inputs take is measured apart.
 use super::Event;
+use super::meter::Working;
 use super::run::Run;
 use crate::diagnostics::{Code, Problem};
 use crate::graph::GraphNode;
 use crate::node::{Call, Outputs};
 use crate::value::{Cuts, Evaluator, Field, Grid, Key, Pictures, Read, Stop, Tile, Value, Window};
-use cpu_time::ProcessTime;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
-
-/// A clock: CPU time of the process if only one node runs, otherwise wall time.
-pub(super) enum Clock {
-    Process(ProcessTime),
-    Wall(Instant),
-}
-
-impl Clock {
-    pub(super) fn start(alone: bool) -> Self {
-        if alone { Self::Process(ProcessTime::now()) } else { Self::Wall(Instant::now()) }
-    }
-
-    pub(super) fn elapsed(&self) -> Duration {
-        match self {
-            Self::Process(start) => start.elapsed(),
-            Self::Wall(start) => start.elapsed(),
-        }
-    }
-}
-
-fn nanos(time: Duration) -> u64 {
-    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
-}
 
 /// The engine as a node sees it.
 pub(super) struct NodeEvaluator<'r, 'g> {
     pub(super) run: &'r Run<'g>,
     pub(super) node: &'r GraphNode,
     pub(super) key: Key,
-    pub(super) alone: bool,
-    pub(super) nested: AtomicU64,
+    pub(super) working: &'r Working<'r>,
 }
 
 impl Evaluator for NodeEvaluator<'_, '_> {
     fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
-        let start = Clock::start(self.alone);
-        let tile = self.run.raster(field, grid, window);
-        self.nested.fetch_add(nanos(start.elapsed()), Ordering::Relaxed);
-        tile
+        self.working.read(|| self.run.raster(field, grid, window))
     }
 
     fn check(&self) -> Result<(), Stop> {
@@ -86,17 +57,18 @@ impl Run<'_> {
     /// # Errors
     /// As the node says.
     pub fn apply(&self, node: &GraphNode, inputs: &[Value], key: Key) -> Result<Outputs, Stop> {
-        let evaluator = NodeEvaluator { run: self, node, key, alone: false, nested: AtomicU64::new(0) };
+        let working = self.meter.begin();
+        let evaluator = NodeEvaluator { run: self, node, key, working: &working };
         let (canvas, files) = (&node.canvas, &node.files);
         node.node.evaluate(&Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator })
     }
 }
 
-/// The pictures that an operation on whole pictures reads, and how long that took.
+/// The pictures that an operation on whole pictures reads.
 pub(super) struct Whole<'r, 'g> {
     pub(super) run: &'r Run<'g>,
     pub(super) reads: Vec<Read<'r>>,
-    pub(super) nested: AtomicU64,
+    pub(super) working: &'r Working<'r>,
 }
 
 impl Pictures for Whole<'_, '_> {
@@ -105,10 +77,7 @@ impl Pictures for Whole<'_, '_> {
             let message = format!("picture {number} is read beyond what was stated");
             return Err(Problem::new(Code::BadValue, message).help("this is a defect of the node").into());
         };
-        let start = ProcessTime::now();
-        let tile = self.run.raster(field, grid, window);
-        self.nested.fetch_add(nanos(start.elapsed()), Ordering::Relaxed);
-        tile
+        self.working.read(|| self.run.raster(field, grid, window))
     }
 
     fn check(&self) -> Result<(), Stop> {

@@ -191,6 +191,10 @@ impl FieldSource for Supervised {
         self.field.source().prepare(grid, pictures)
     }
 
+    fn reaches_by(&self) -> Option<&'static str> {
+        self.field.source().reaches_by()
+    }
+
     fn prepare_bytes(&self, grid: &Grid) -> u64 {
         self.field.source().prepare_bytes(grid)
     }

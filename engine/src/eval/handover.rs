@@ -57,7 +57,7 @@ mod tests {
 
     #[test]
     fn prices_add_up_and_are_shared() {
-        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(2048)) };
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(2048)), shown: None };
         let keyed = |field: Field, name: &str| field.keyed(Key::of("test", &[name.as_bytes()]));
         let source = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "a");
         let filter = |inputs: [&Field; 2], name: &str| {

@@ -146,16 +146,16 @@ impl Keeper {
     }
 }
 
-/// Whether all tiles of a field fit into its share of the store. A field on a grid without a period has no bound: no.
+/// True if all tiles of a field fit into its share of the store. A field on a grid without a picture has no bound.
 pub(super) fn fits(field: &Field, grid: &Grid, room: u64) -> bool {
-    let pixels = grid.period.map(|p| u64::from(p.x) * u64::from(p.y));
+    let pixels = grid.picture().map(|p| u64::from(p.x) * u64::from(p.y));
     pixels.is_some_and(|pixels| pixels * 4 * field.channels() as u64 <= room / SHARE_OF_ROOM)
 }
 
 /// How many times the writing of a tile must be saved.
 fn times(grid: &Grid) -> f64 {
     let whole = |pixels: u32| f64::from(pixels.max(TILE));
-    let pixels = grid.period.map_or(f64::INFINITY, |p| whole(p.x) * whole(p.y));
+    let pixels = grid.picture().map_or(f64::INFINITY, |p| whole(p.x) * whole(p.y));
     (pixels / SMALL).powi(4).clamp(1.0, MOST)
 }
 
@@ -170,7 +170,7 @@ mod tests {
     const WINDOW: Window = Window { x: 0, y: 0, width: SIDE, height: SIDE };
 
     fn grid(pixels: u32) -> Grid {
-        Grid { origin: DVec2::ZERO, step: DVec2::splat(0.1), period: Some(UVec2::splat(pixels)) }
+        Grid { origin: DVec2::ZERO, step: DVec2::splat(0.1), period: Some(UVec2::splat(pixels)), shown: None }
     }
 
     fn keyed(field: Field, name: &str) -> Field {

@@ -23,7 +23,8 @@ pub struct Stored {
 /// A tile with its place: the grid, the window and the number of channels, then the values.
 fn bytes_of(tile: &Tile) -> Vec<u8> {
     let (grid, window) = (tile.grid, tile.window);
-    let floats = [grid.origin.x, grid.origin.y, grid.step.x, grid.step.y].map(f64::to_le_bytes);
+    let shown = grid.shown.unwrap_or(DVec2::ZERO);
+    let floats = [grid.origin.x, grid.origin.y, grid.step.x, grid.step.y, shown.x, shown.y].map(f64::to_le_bytes);
     let period = grid.period.map_or([0; 2], |period| period.to_array());
     let channels = u32::try_from(tile.channels()).unwrap_or(0);
     let [x, y] = [window.x, window.y].map(i32::cast_unsigned);
@@ -33,11 +34,12 @@ fn bytes_of(tile: &Tile) -> Vec<u8> {
 }
 
 fn tile_of(bytes: &[u8]) -> Option<Tile> {
-    let (floats, rest) = bytes.split_at_checked(32)?;
+    let (floats, rest) = bytes.split_at_checked(48)?;
     let (words, data) = rest.split_at_checked(32)?;
     let float = |i: usize| Some(f64::from_le_bytes(*floats.as_chunks::<8>().0.get(i)?));
     let word = |i: usize| Some(u32::from_le_bytes(*words.as_chunks::<4>().0.get(i)?));
     let (origin, step) = (DVec2::new(float(0)?, float(1)?), DVec2::new(float(2)?, float(3)?));
+    let shown = Some(DVec2::new(float(4)?, float(5)?)).filter(|shown| *shown != DVec2::ZERO);
     let period = if word(0)? == 0 { None } else { Some(UVec2::new(word(1)?, word(2)?)) };
     let [x, y] = [word(3)?.cast_signed(), word(4)?.cast_signed()];
     let window = Window { x, y, width: word(5)?, height: word(6)? };
@@ -46,7 +48,7 @@ fn tile_of(bytes: &[u8]) -> Option<Tile> {
     if bytes != data.len() as u128 {
         return None;
     }
-    let mut tile = Tile::unset(Grid { origin, step, period }, window, usize::try_from(channels).ok()?);
+    let mut tile = Tile::unset(Grid { origin, step, period, shown }, window, usize::try_from(channels).ok()?);
     bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut()).copy_from_slice(data);
     Some(tile)
 }

@@ -4,6 +4,7 @@
 //! first, in parallel where they are independent, then tiles of fields, in parallel, each on one thread. What has its
 //! key in the [`MemoryCache`] or in the [`Store`], a [`DiskCache`] for now, is not computed.
 mod area;
+mod bounds;
 mod cancel;
 mod codec;
 mod disk;
@@ -16,6 +17,7 @@ mod keep;
 mod kept;
 mod keys;
 mod memory;
+mod meter;
 mod passing;
 mod prepare;
 mod reach;

@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn tiles_at_hand_are_counted() {
-        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(4096)) };
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(4096)), shown: None };
         let bytes = |field: &Field, window: Window, band: Window| {
             let before = Window { height: band.bottom().abs_diff(window.y), ..window };
             let after = Window { y: band.y, height: window.bottom().abs_diff(band.y), ..window };
@@ -254,7 +254,7 @@ mod tests {
 
     #[test]
     fn what_repeats_is_wanted_once_however_far_it_is_read() {
-        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(16)) };
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(16)), shown: None };
         let keyed = |field: Field, name: String| field.keyed(Key::of("test", &[name.as_bytes()]));
         let first = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "first".to_owned());
         // 200 filters, each of which reads four pixels further: 100 repeats of the canvas.
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn tiles_pass_by_rows_and_by_columns() {
-        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(4096)) };
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(4096)), shown: None };
         let field = blurred(Tiling::BOTH);
         let part = Window { x: 0, y: 1024, width: 4096, height: 512 };
         let count = |rests: &[Window]| {

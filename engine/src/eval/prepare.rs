@@ -1,14 +1,13 @@
 //! Before tiles: what fields need of whole pictures, and which fields are read more than once.
 use super::TileKey;
-use super::evaluators::{Clock, Whole};
+use super::evaluators::Whole;
 use super::run::Run;
 use super::stats::Work;
 use crate::diagnostics::{Code, Problem};
 use crate::value::{Cost, Field, FieldId, Grid, GridId, Key, Read, Stop, Tile, Window};
+use cpu_time::ProcessTime;
 use std::collections::{HashMap, HashSet};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, PoisonError};
-use std::time::Duration;
 
 /// A field on a grid.
 pub(super) type At = (FieldId, GridId);
@@ -93,7 +92,7 @@ impl Run<'_> {
             tiles.insert(key, tile.clone());
             return Ok(Some(tile));
         }
-        let start = Clock::start(true);
+        let start = ProcessTime::now();
         let whole = self.prepare_new(field, grid)?;
         if let (Some(key), Some(tile)) = (key, &whole) {
             tiles.insert(key, tile.clone());
@@ -114,8 +113,8 @@ impl Run<'_> {
             );
             return Err(Problem::new(Code::TooLarge, message).help("lower the resolution, or raise --memory").into());
         }
-        let pictures = Whole { run: self, reads: field.source().whole(grid), nested: AtomicU64::new(0) };
-        let start = Clock::start(true);
+        let working = self.meter.begin();
+        let pictures = Whole { run: self, reads: field.source().whole(grid), working: &working };
         let owner = field.owner().or(field.key());
         let result = field.source().prepare(grid, &pictures).inspect_err(|stop| {
             if let (Stop::Failed(problem), Some(owner)) = (stop, owner) {
@@ -123,8 +122,7 @@ impl Run<'_> {
             }
         })?;
         if let (Some(owner), true) = (owner, result.is_some()) {
-            let time = start.elapsed().saturating_sub(Duration::from_nanos(pictures.nested.load(Ordering::Relaxed)));
-            self.ledger.add(owner, Work { time, computed: 1, ..Work::default() });
+            self.ledger.add(owner, Work { time: working.time(), computed: 1, ..Work::default() });
         }
         Ok(result.map(Arc::new))
     }

@@ -255,7 +255,7 @@ mod tests {
     use std::sync::Arc;
 
     fn grid() -> Grid {
-        Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(2048)) }
+        Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(2048)), shown: None }
     }
 
     fn keyed(field: Field, name: &str) -> Field {

@@ -1,9 +1,10 @@
 //! One evaluation of a graph.
-use super::evaluators::{Clock, NodeEvaluator};
+use super::evaluators::NodeEvaluator;
 use super::files::NodeFiles;
 use super::keep::Keeper;
 use super::kept::Stored;
-use super::prepare::Known;
+use super::meter::Meter;
+use super::prepare::{At, Known};
 use super::reach::Reach;
 use super::stats::{Ledger, Work};
 use super::{CancelToken, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, Store, keys};
@@ -14,7 +15,6 @@ use crate::value::{Blocks, Cuts, Field, Grid, Key, Material, PictureFields, Piec
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Duration;
 
@@ -48,6 +48,11 @@ pub struct Run<'g> {
     pub(super) cuts: Cuts,
     /// What is read, if only a part of a picture is computed.
     pub(super) reach: RwLock<Option<Reach>>,
+    /// The CPU time of the nodes that run.
+    pub(super) meter: Meter,
+    /// The windows of pictures whose needs were added up; the fields are kept alive with them, so that their identities stay
+    /// theirs.
+    pub(super) bounded: Mutex<HashMap<At, (Field, Window)>>,
     failures: Mutex<Vec<(Key, Problem)>>,
     /// What was put into the store besides tiles.
     pub(super) stored: Mutex<Vec<(Key, Stored)>>,
@@ -81,6 +86,8 @@ impl<'g> Run<'g> {
             known: RwLock::default(),
             cuts: Cuts::default(),
             reach: RwLock::default(),
+            meter: Meter::default(),
+            bounded: Mutex::default(),
             failures: Mutex::default(),
             stored: Mutex::default(),
             warned: Mutex::default(),
@@ -123,18 +130,17 @@ impl<'g> Run<'g> {
         lock(&self.values).contains_key(&key)
     }
 
-    /// Runs a node whose inputs are there. `alone`: no other node runs, so the CPU time of the process is that of the node.
-    pub(super) fn make(&self, index: NodeIndex, alone: bool) -> Result<(), Stop> {
+    /// Runs a node whose inputs are there.
+    pub(super) fn make(&self, index: NodeIndex) -> Result<(), Stop> {
         self.cancel.check()?;
         let node = &self.graph.nodes[index];
         let inputs: Vec<Value> = node.inputs.iter().map(|input| self.input(input)).collect();
-        let evaluator =
-            NodeEvaluator { run: self, node, key: self.keys.output(index, 0), alone, nested: AtomicU64::new(0) };
+        let working = self.meter.begin();
+        let evaluator = NodeEvaluator { run: self, node, key: self.keys.output(index, 0), working: &working };
         let call =
             Call { kind: &node.kind, canvas: &node.canvas, inputs: &inputs, files: &node.files, evaluator: &evaluator };
         let handed_on = keys::no_op_slot(self.graph, node).and_then(|slot| inputs.get(slot)?.convert(node.outputs[0]));
         let files = self.keys.files(index).map(NodeFiles::new);
-        let start = Clock::start(alone);
         // A value that is passed on has the key of the input, so it must be the input itself.
         let outputs = match handed_on {
             Some(_) if node.outputs.len() == 1 => Outputs::default(),
@@ -143,7 +149,8 @@ impl<'g> Run<'g> {
                 None => node.node.evaluate(&call)?,
             },
         };
-        let time = start.elapsed().saturating_sub(Duration::from_nanos(evaluator.nested.load(Ordering::Relaxed)));
+        let time = working.time();
+        drop(working);
         let mut object = false;
         for (i, spec) in node.node.outputs().iter().enumerate() {
             let key = self.keys.output(index, i);
@@ -211,6 +218,7 @@ impl<'g> Run<'g> {
 
     /// Computes the parts of a window on all threads and hands each to `take`.
     fn blocks(&self, field: &Field, grid: &Grid, window: Window, take: impl Fn(&Tile) + Sync) -> Result<(), Stop> {
+        self.check_bounds(field, grid, window)?;
         self.prepare(field, grid)?;
         let owner = field.owner().or(field.key()).unwrap_or_else(|| Key::of("raster", &[]));
         let blocks: Vec<Window> = Blocks::endless(window).iter().map(|(x, y)| Piece::window(x, y)).collect();

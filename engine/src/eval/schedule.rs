@@ -90,8 +90,6 @@ struct State {
     ready: VecDeque<usize>,
     /// Threads that take nodes off the list.
     workers: usize,
-    /// Nodes that are being computed.
-    running: usize,
     failed: Vec<(NodeIndex, Stop)>,
     cancelled: bool,
 }
@@ -129,11 +127,10 @@ impl<'r, 'g> Schedule<'r, 'g> {
 
     /// Takes nodes off the list until it is empty, and starts other workers when there is more than one to do.
     fn work<'s>(&'s self, scope: &rayon::Scope<'s>) {
-        while let Some((place, alone, more)) = self.take() {
+        while let Some((place, more)) = self.take() {
             (0..more).for_each(|_| scope.spawn(|scope| self.work(scope)));
-            let result = self.run.make(self.nodes[place], alone);
+            let result = self.run.make(self.nodes[place]);
             let mut state = lock(&self.state);
-            state.running -= 1;
             match result {
                 Ok(()) => {
                     for reader in &self.readers[place] {
@@ -151,18 +148,16 @@ impl<'r, 'g> Schedule<'r, 'g> {
         }
     }
 
-    /// The next node; whether nothing else runs while it does; and how many other workers there is work for.
-    fn take(&self) -> Option<(usize, bool, usize)> {
+    /// The next node, and how many other workers there is work for.
+    fn take(&self) -> Option<(usize, usize)> {
         let mut state = lock(&self.state);
         let next = if state.cancelled { None } else { state.ready.pop_front() };
         let Some(place) = next else {
             state.workers -= 1;
             return None;
         };
-        state.running += 1;
-        let alone = state.running == 1 && state.ready.is_empty();
         let more = state.ready.len().min(rayon::current_num_threads().saturating_sub(state.workers));
         state.workers += more;
-        Some((place, alone, more))
+        Some((place, more))
     }
 }

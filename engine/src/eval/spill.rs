@@ -211,7 +211,7 @@ mod tests {
     use glam::DVec2;
 
     fn tile(value: f32) -> Tile {
-        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None };
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None, shown: None };
         let mut tile = Tile::new(grid, Window { x: 0, y: 0, width: 3, height: 2 }, 2);
         tile.data_mut().fill(value);
         tile

@@ -270,6 +270,7 @@ impl<'f> Fill<'f, '_> {
                     }
                 })?;
                 own = start.elapsed();
+                run.meter.tile(own);
                 pixels = window.len() as u64;
                 (tile, keeper.filled(field, &grid, window, own))
             }
@@ -330,7 +331,8 @@ impl<'f> Fill<'f, '_> {
             let part = pieces.windows.get(pieces.done).map(|window| Read::new(field, &grid, *window));
             return Ok(part.map(|read| Want { read, owner: self.owner, how: How::Bare }));
         }
-        let read = self.wanted.get(self.tiles.len());
-        Ok(read.map(|read| Want { read: *read, owner: self.owner, how: How::Best }))
+        let Some(read) = self.wanted.get(self.tiles.len()) else { return Ok(None) };
+        run.check_window(field, window, read).inspect_err(|problem| run.failed(self.owner, problem))?;
+        Ok(Some(Want { read: *read, owner: self.owner, how: How::Best }))
     }
 }

@@ -23,6 +23,7 @@ mod files;
 mod imports;
 mod inline;
 mod instance;
+mod layout;
 mod link;
 mod linked;
 mod load;

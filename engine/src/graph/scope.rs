@@ -2,7 +2,8 @@
 use super::document::NodeDecl;
 use super::each::{self, Chooser};
 use super::files::{Doc, FileChecks};
-use super::instance::{self, Layout, Setting};
+use super::instance::{self, Setting};
+use super::layout::Layout;
 use super::params::{Params, Values};
 use super::part::{Entry, Part, Shape};
 use super::ports::{self, Literal};

@@ -371,7 +371,7 @@ mod tests {
     fn what_waits_comes_back_or_is_missed() {
         let dir = tempfile::tempdir().unwrap();
         let picture = dir.path().join("a.png");
-        let grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None };
+        let grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None, shown: None };
         let window = Window { x: 0, y: 0, width: 3, height: 2 };
         let tile = |from: f32| {
             let mut tile = Tile::new(grid, window, 1);

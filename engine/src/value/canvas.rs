@@ -107,7 +107,7 @@ impl Canvas {
 
     /// The grid of a picture of the whole canvas at `resolution`.
     pub fn grid(&self, resolution: UVec2) -> Grid {
-        Grid { origin: DVec2::ZERO, step: self.size_mm / resolution.as_dvec2(), period: Some(resolution) }
+        Grid { origin: DVec2::ZERO, step: self.size_mm / resolution.as_dvec2(), period: Some(resolution), shown: None }
     }
 }
 
@@ -120,8 +120,11 @@ pub struct Grid {
     pub origin: DVec2,
     /// The size of a pixel in mm.
     pub step: DVec2,
-    /// How many pixels cover the canvas exactly, if a whole number does and the grid starts at its corner.
+    /// The pixels that cover the canvas exactly, if a whole number does: fields that repeat are read in the first ones alone.
     pub period: Option<UVec2>,
+    /// The part that is shown of a grid without a period, in mm from the origin on, if that is known. Beyond it little is read,
+    /// so blocks are small there.
+    pub shown: Option<DVec2>,
 }
 
 impl Grid {
@@ -133,13 +136,22 @@ impl Grid {
     /// The grid whose pixel (0, 0) has its centre at `point`, with the same pixel size.
     #[must_use]
     pub fn centered_at(&self, point: DVec2) -> Self {
-        Self { origin: point - 0.5 * self.step, step: self.step, period: None }
+        Self { origin: point - 0.5 * self.step, step: self.step, period: None, shown: None }
     }
 
-    /// The number of pixels that cover `mm` millimetres, rounded up, in x and y.
-    #[expect(clippy::cast_possible_truncation, reason = "a float cast saturates, and halos are bounded by their nodes")]
+    /// The number of pixels that cover `mm` millimetres, rounded up, in x and y, and no more than a [`Window`] can have.
+    #[expect(clippy::cast_possible_truncation, reason = "limited to the pixels of a window")]
     pub fn pixels(&self, mm: f64) -> (i32, i32) {
-        ((mm / self.step.x).ceil() as i32, (mm / self.step.y).ceil() as i32)
+        let count = |step: f64| (mm / step).ceil().min(f64::from(Window::FARTHEST)) as i32;
+        (count(self.step.x), count(self.step.y))
+    }
+
+    /// The pixels from (0, 0) on that make a picture, if that is known: one period, or the part that is shown of a grid without
+    /// one.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the pixels of a window")]
+    pub fn picture(&self) -> Option<UVec2> {
+        let side = |pixels: f64| pixels.round().clamp(1.0, f64::from(Window::FARTHEST)) as u32;
+        self.period.or_else(|| self.shown.map(|mm| (mm / self.step).to_array().map(side).into()))
     }
 
     /// The smaller side of a pixel in mm.
@@ -149,8 +161,9 @@ impl Grid {
 
     /// A form that can be compared and hashed.
     pub fn id(&self) -> GridId {
+        let shown = self.shown.unwrap_or(DVec2::ZERO);
         GridId {
-            words: [self.origin.x, self.origin.y, self.step.x, self.step.y].map(f64::to_bits),
+            words: [self.origin.x, self.origin.y, self.step.x, self.step.y, shown.x, shown.y].map(f64::to_bits),
             period: self.period.map_or([0, 0], |p| p.to_array()),
         }
     }
@@ -159,14 +172,14 @@ impl Grid {
 /// The identity of a [`Grid`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct GridId {
-    words: [u64; 4],
+    words: [u64; 6],
     period: [u32; 2],
 }
 
 impl GridId {
     /// As bytes, the same on every machine.
-    pub fn bytes(&self) -> [u8; 40] {
-        let mut bytes = [0; 40];
+    pub fn bytes(&self) -> [u8; 56] {
+        let mut bytes = [0; 56];
         let words = self.words.iter().flat_map(|word| word.to_le_bytes());
         let period = self.period.iter().flat_map(|word| word.to_le_bytes());
         bytes.iter_mut().zip(words.chain(period)).for_each(|(to, from)| *to = from);
@@ -188,6 +201,9 @@ pub struct Window {
 }
 
 impl Window {
+    /// No window reaches farther from pixel (0, 0).
+    pub const FARTHEST: i32 = 1 << 29;
+
     /// The whole of a picture.
     pub const fn full(size: UVec2) -> Self {
         Self { x: 0, y: 0, width: size.x, height: size.y }
@@ -203,15 +219,12 @@ impl Window {
         self.width == 0 || self.height == 0
     }
 
-    /// The same with `dx` more columns on both sides and `dy` more rows.
+    /// The same with `dx` more columns on both sides and `dy` more rows, without those beyond [`Self::FARTHEST`].
     #[must_use]
     pub const fn grow(&self, dx: i32, dy: i32) -> Self {
-        Self {
-            x: self.x - dx,
-            y: self.y - dy,
-            width: self.width + 2 * dx.unsigned_abs(),
-            height: self.height + 2 * dy.unsigned_abs(),
-        }
+        let (x, width) = grown(self.x, self.width, dx);
+        let (y, height) = grown(self.y, self.height, dy);
+        Self { x, y, width, height }
     }
 
     /// Its two halves across the longer side.
@@ -267,9 +280,37 @@ impl Window {
     }
 }
 
+/// The first of `count` pixels from `start` on with `more` on both sides, and how many these are.
+const fn grown(start: i32, count: u32, more: i32) -> (i32, u32) {
+    const fn within(at: i32) -> i32 {
+        let far = Window::FARTHEST;
+        if at < -far {
+            -far
+        } else if at > far {
+            far
+        } else {
+            at
+        }
+    }
+    let first = within(start.saturating_sub(more));
+    let end = within(start.saturating_add(count.cast_signed()).saturating_add(more));
+    (first, end.abs_diff(first))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn windows_grow_no_farther_than_they_may() {
+        let window = Window { x: -3, y: 5, width: 10, height: 20 };
+        assert_eq!(window.grow(2, 0), Window { x: -5, y: 5, width: 14, height: 20 });
+        let far = Window::FARTHEST;
+        let all = Window { x: -far, y: 5, width: 2 * far.unsigned_abs(), height: 20 };
+        assert_eq!(window.grow(i32::MAX, 0), all);
+        assert_eq!(all.grow(far, 0), all);
+        assert_eq!(all.right(), far);
+    }
 
     #[test]
     fn one_number_keeps_the_shape_of_the_canvas() {

@@ -39,12 +39,13 @@ impl Domain {
     /// The columns and rows of blocks that cover `window` of `grid`.
     pub fn blocks(&self, grid: &Grid, window: Window) -> Blocks {
         let extent = |repeats: bool, pixels: Option<u32>| match pixels.map(u32::cast_signed) {
-            Some(size) if repeats => Extent::Repeats(size),
+            Some(size) if repeats && grid.period.is_some() => Extent::Repeats(size),
             Some(size) => Extent::Ends(size),
             None => Extent::Endless,
         };
-        let across = extent(self.tiling.x, grid.period.map(|p| p.x));
-        let down = extent(self.tiling.y, grid.period.map(|p| p.y));
+        let picture = grid.picture();
+        let across = extent(self.tiling.x, picture.map(|p| p.x));
+        let down = extent(self.tiling.y, picture.map(|p| p.y));
         Blocks { columns: pieces(window.x, window.right(), across), rows: pieces(window.y, window.bottom(), down) }
     }
 }

@@ -254,17 +254,31 @@ impl Field {
 
 /// How much farther than its own window a field reads its inputs, in pixels of the grid, in x and y.
 #[derive(Clone)]
-pub struct Halo(Option<HaloRule>);
+pub struct Halo {
+    rule: Option<HaloRule>,
+    parameter: Option<&'static str>,
+}
 
 type HaloRule = Arc<dyn Fn(&Grid) -> [usize; 2] + Send + Sync>;
 
 impl Halo {
     /// Reads only its own window.
-    pub const NONE: Self = Self(None);
+    pub const NONE: Self = Self { rule: None, parameter: None };
 
     /// As many pixels as `rule` says for a grid.
     pub fn new(rule: impl Fn(&Grid) -> [usize; 2] + Send + Sync + 'static) -> Self {
-        Self(Some(Arc::new(rule)))
+        Self { rule: Some(Arc::new(rule)), parameter: None }
+    }
+
+    /// The same, following from this parameter of the node.
+    #[must_use]
+    pub fn from_parameter(self, name: &'static str) -> Self {
+        Self { parameter: Some(name), ..self }
+    }
+
+    /// The parameter that it follows from, if that is known.
+    pub const fn parameter(&self) -> Option<&'static str> {
+        self.parameter
     }
 
     /// As many pixels on every grid.
@@ -274,7 +288,7 @@ impl Halo {
 
     /// The pixels to be read on each side, in x and y.
     pub fn pixels(&self, grid: &Grid) -> (i32, i32) {
-        let [x, y] = self.0.as_ref().map_or([0, 0], |rule| rule(grid));
+        let [x, y] = self.rule.as_ref().map_or([0, 0], |rule| rule(grid));
         (i32::try_from(x).unwrap_or(i32::MAX / 8), i32::try_from(y).unwrap_or(i32::MAX / 8))
     }
 }
@@ -329,6 +343,10 @@ where
     }
 
     fn cost(&self) -> Cost {
-        if self.halo.0.is_none() { Cost::Pointwise } else { Cost::Local }
+        if self.halo.rule.is_none() { Cost::Pointwise } else { Cost::Local }
+    }
+
+    fn reaches_by(&self) -> Option<&'static str> {
+        self.halo.parameter
     }
 }

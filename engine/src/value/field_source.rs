@@ -129,6 +129,11 @@ pub trait FieldSource: Send + Sync {
     /// Values that cannot be computed, or that the work was cancelled.
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop>;
 
+    /// The parameter that says how far it reads. Errors name it.
+    fn reaches_by(&self) -> Option<&'static str> {
+        None
+    }
+
     /// How to treat its tiles.
     fn cost(&self) -> Cost {
         Cost::Local

@@ -331,7 +331,7 @@ mod tests {
     #[test]
     fn only_pieces_that_meet_at_the_edges_need_what_lies_beyond() {
         let close = Window { x: 4, y: -2, width: 8, height: 6 };
-        let grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None };
+        let grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None, shown: None };
         let with = |others: &[(i32, i32)]| {
             let mut ids = Tile::unset(grid, close.grow(BESIDE, BESIDE), 1);
             ids.data_mut().fill(1.0);

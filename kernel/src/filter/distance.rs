@@ -29,7 +29,7 @@ impl DistanceSpec {
     /// How many pixels beyond a window are read, in x and y.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a radius in pixels")]
     pub fn halo(&self) -> [usize; 2] {
-        self.step.map(|step| (self.radius / step).ceil().max(0.0) as usize + 1)
+        self.step.map(|step| ((self.radius / step).ceil().max(0.0) as usize).saturating_add(1))
     }
 }
 

@@ -31,6 +31,12 @@ const MOST_LEVELS: usize = 8;
 /// So many of the halvings are done within a tile by the blur itself, which is quicker.
 const WITHIN: u32 = 3;
 
+/// A smaller part of a canvas counts as so many pixels wide: a blur as wide as that is quick enough.
+const LEAST_PART: f64 = 64.0;
+
+/// At most so many halvings are skipped: places within a pixel are exact up to there.
+const MOST_SKIPPED: f64 = 16.0;
+
 fn keyed(field: Field, key: Option<Key>) -> Field {
     match key {
         Some(key) => field.keyed(key),
@@ -41,7 +47,7 @@ fn keyed(field: Field, key: Option<Key>) -> Field {
 /// The grid with pixels twice as large.
 fn coarser(grid: &Grid) -> Grid {
     let even = |p: &UVec2| p.x.is_multiple_of(2) && p.y.is_multiple_of(2);
-    Grid { origin: grid.origin, step: grid.step * 2.0, period: grid.period.filter(even).map(|p| p / 2) }
+    Grid { step: grid.step * 2.0, period: grid.period.filter(even).map(|p| p / 2), ..*grid }
 }
 
 /// The grid from which [`coarser`] made this one.
@@ -50,9 +56,9 @@ fn finer(grid: &Grid, size: DVec2) -> Grid {
     let period = grid.period.map(|p| p * 2).or_else(|| {
         let pixels = (size / step).round().as_uvec2();
         let canvas = Canvas { size_mm: size, resolution: pixels, tile: Tiling::NONE, seed: 0 };
-        (grid.origin == DVec2::ZERO && canvas.grid(pixels).step == step).then_some(pixels)
+        (grid.shown.is_none() && canvas.grid(pixels).step == step).then_some(pixels)
     });
-    Grid { origin: grid.origin, step, period }
+    Grid { step, period, ..*grid }
 }
 
 /// A field at half the resolution, as it is on the grid with pixels half as large.
@@ -87,6 +93,8 @@ struct Blurred {
 struct Plan {
     /// On which of the levels.
     level: u32,
+    /// The number of halvings from the result's pixels to those.
+    coarser: u32,
     grid: Grid,
     /// Width there, in its pixels.
     sigma: [f64; 2],
@@ -95,12 +103,25 @@ struct Plan {
 impl Plan {
     /// The pixels of its level that are blurred to make `rect`.
     fn coarse(&self, rect: Window) -> Window {
-        if self.level == 0 { rect } else { pyramid::magnify_reads(rect, self.level) }
+        if self.coarser == 0 { rect } else { pyramid::magnify_reads(rect, self.coarser) }
     }
 }
 
 impl Blurred {
+    /// The number of halvings that are left out, since the input is read on a coarser grid. Where an enlarged part of the canvas is
+    /// shown, the blur reaches many times as far as the part, and all pixels that are read would serve that part alone. The blur
+    /// hides the loss.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to a few")]
+    fn skipped(&self, grid: &Grid) -> u32 {
+        let Some(shown) = grid.shown else { return 0 };
+        let part = (shown / grid.step).max_element().max(LEAST_PART);
+        let wide = self.sigma / grid.step.max_element();
+        libm::log2(wide / part).floor().clamp(0.0, MOST_SKIPPED) as u32
+    }
+
     fn plan(&self, grid: &Grid) -> Plan {
+        let skipped = self.skipped(grid);
+        let (result, grid) = (grid, &(0..skipped).fold(*grid, |grid, _| coarser(&grid)));
         let sigma = (self.sigma / grid.step).to_array();
         let halvings = blur::levels(sigma[0]).min(blur::levels(sigma[1]));
         // The tiles of a level should not be much larger than the canvas.
@@ -109,12 +130,13 @@ impl Blurred {
             most += 1;
         }
         let level = halvings.saturating_sub(WITHIN).min(u32::try_from(most).unwrap_or(0));
-        if level == 0 {
-            return Plan { level, grid: *grid, sigma };
+        let coarser_by = skipped + level;
+        if coarser_by == 0 {
+            return Plan { level, coarser: 0, grid: *result, sigma };
         }
         let area = libm::exp2(2.0 * f64::from(level));
         let rest = sigma.map(|s| ((s * s - 0.25 * (area - 1.0)) / area - 1.0 / 3.0).sqrt());
-        Plan { level, grid: (0..level).fold(*grid, |grid, _| coarser(&grid)), sigma: rest }
+        Plan { level, coarser: coarser_by, grid: (0..level).fold(*grid, |grid, _| coarser(&grid)), sigma: rest }
     }
 
     fn source(&self, plan: &Plan) -> &Field {
@@ -129,18 +151,22 @@ impl FieldSource for Blurred {
         vec![Read::new(self.source(&plan), &plan.grid, read)]
     }
 
+    fn reaches_by(&self) -> Option<&'static str> {
+        Some("radius")
+    }
+
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let plan = self.plan(&out.grid);
         let rect = out.window;
         let (coarse, input) = (plan.coarse(rect), given.tile(0));
-        let mut blurred = Buffer::zeros(if plan.level == 0 { 0 } else { coarse.len() });
+        let mut blurred = Buffer::zeros(if plan.coarser == 0 { 0 } else { coarse.len() });
         for (channel, plane) in out.planes_mut().into_iter().enumerate() {
-            if plan.level == 0 {
+            if plan.coarser == 0 {
                 blur::blur(&tile::view(input, channel), rect, plan.sigma, plane);
                 continue;
             }
             blur::blur(&tile::view(input, channel), coarse, plan.sigma, &mut blurred);
-            pyramid::magnify(&View::new(&blurred, coarse), plan.level, rect, plane);
+            pyramid::magnify(&View::new(&blurred, coarse), plan.coarser, rect, plane);
         }
         Ok(())
     }
@@ -180,6 +206,10 @@ impl FieldSource for Squares {
         vec![Read::new(&self.input, grid, read)]
     }
 
+    fn reaches_by(&self) -> Option<&'static str> {
+        Some("radius")
+    }
+
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let spec = spec(&out.grid, self.threshold, self.radius);
         let pass = if self.down { distance::column_squares } else { distance::row_squares };
@@ -205,6 +235,10 @@ impl FieldSource for Distances {
         vec![Read::new(&self.rows, grid, at.with_halo([0, hy])), Read::new(&self.columns, grid, at.with_halo([hx, 0]))]
     }
 
+    fn reaches_by(&self) -> Option<&'static str> {
+        Some("radius")
+    }
+
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let rect = out.window;
         let spec = spec(&out.grid, self.threshold, self.radius);
@@ -222,6 +256,52 @@ impl FieldSource for Distances {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_wide_blur_of_a_small_part_reads_a_coarse_grid() {
+        let size = DVec2::splat(32.0);
+        let waves = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
+            let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
+            for (k, v) in (0..).zip(out.plane_mut(0)) {
+                let x = grid.center(window.x + k % width, window.y).x;
+                #[expect(clippy::cast_possible_truncation, reason = "a test picture")]
+                let value = libm::sin(x * std::f64::consts::TAU / 16.0) as f32;
+                *v = value;
+            }
+            Ok(())
+        });
+        let (sigma, part) = (2.0, 0.01);
+        let step = DVec2::splat(part / 64.0);
+        let grid = Grid { origin: DVec2::splat(4.0), step, period: None, shown: Some(DVec2::splat(part)) };
+        let window = Window { x: 0, y: 0, width: 64, height: 64 };
+        let field = blurred(&waves, sigma, size);
+        let reads = field.source().inputs(&grid, window);
+        assert!(reads[0].window.len() < 1 << 20, "{:?}", reads[0].window);
+        let mut tile = Tile::new(reads[0].grid, reads[0].window, 1);
+        // The input by itself, or halved from a grid that is coarse too.
+        let mut source = reads[0].field.source();
+        let (mut grids, mut at) = (vec![reads[0].grid], reads[0].window);
+        while let Some(read) = source.inputs(&grids[grids.len() - 1], at).first().copied() {
+            grids.push(read.grid);
+            (source, at) = (read.field.source(), read.window);
+        }
+        assert!(at.len() < 1 << 22 && grids[grids.len() - 1].step.x > 16.0 * step.x, "{at:?}");
+        let center = |x: i32| reads[0].grid.center(x, 0).x;
+        let window_read = reads[0].window;
+        for y in 0..window_read.rows() {
+            for (x, v) in (window_read.x..).zip(tile.row_mut(0, y)) {
+                #[expect(clippy::cast_possible_truncation, reason = "a test picture")]
+                let value = libm::sin(center(x) * std::f64::consts::TAU / 16.0) as f32;
+                *v = value;
+            }
+        }
+        let mut out = Tile::new(grid, window, 1);
+        field.source().fill(&Given::new(&[std::sync::Arc::new(tile)], None, &|| false), &mut out).unwrap();
+        // A wave of 16 mm at its crest, x = 4 mm, keeps exp(-σ²·k²/2) of its height.
+        let k = std::f64::consts::TAU / 16.0;
+        let want = libm::exp(-0.5 * sigma * sigma * k * k);
+        assert!(out.plane(0).iter().all(|v| (f64::from(*v) - want).abs() < 0.003), "{} {want}", out.plane(0)[0]);
+    }
 
     #[test]
     fn grids_are_found_again() {

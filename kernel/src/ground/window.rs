@@ -21,7 +21,7 @@ pub trait WindowExt {
     /// The number of rows.
     fn rows(&self) -> usize;
 
-    /// The window grown by a halo, `[columns, rows]` on every side.
+    /// The window grown by a halo, `[columns, rows]` on every side, as far as windows reach.
     #[must_use]
     fn with_halo(&self, halo: [usize; 2]) -> Self;
 }
@@ -44,7 +44,8 @@ impl WindowExt for Window {
 
     #[inline]
     fn with_halo(&self, [x, y]: [usize; 2]) -> Self {
-        self.grow(index(x), index(y))
+        let count = |n: usize| i32::try_from(n).unwrap_or(i32::MAX);
+        self.grow(count(x), count(y))
     }
 }
 

@@ -169,7 +169,7 @@ mod tests {
     use glam::{DVec3, UVec2};
 
     fn pixels(n: u32) -> (Grid, Window) {
-        let grid = Grid { origin: DVec2::ZERO, step: DVec2::splat(100.0 / f64::from(n)), period: None };
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::splat(100.0 / f64::from(n)), period: None, shown: None };
         (grid, Window::full(UVec2::splat(n)))
     }
 

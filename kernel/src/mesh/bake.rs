@@ -297,7 +297,7 @@ mod tests {
 
     /// Calls `body` with the texels of the whole canvas, `n` pixels wide.
     fn with<T>(atlas: &Atlas, n: u32, body: impl FnOnce(&Texels<'_>) -> T) -> T {
-        let grid = Grid { origin: DVec2::ZERO, step: DVec2::splat(100.0 / f64::from(n)), period: None };
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::splat(100.0 / f64::from(n)), period: None, shown: None };
         let window = Window::full(UVec2::splat(n));
         let mut values = vec![0.0; window.len()];
         texels::fill(atlas, &grid, window, &mut values);

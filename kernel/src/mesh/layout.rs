@@ -24,7 +24,7 @@ const ROWS: u32 = 32;
 /// Left by unwinding when `watch` says so.
 pub fn layout(atlas: &Atlas, side: u32, watch: &Watch<'_>) -> Layout {
     let step = atlas.size_mm / f64::from(side);
-    let grid = Grid { origin: DVec2::ZERO, step, period: None };
+    let grid = Grid { origin: DVec2::ZERO, step, period: None, shown: None };
     let mut owned = Vec::with_capacity((side * side) as usize);
     for y in (0..side).step_by(ROWS as usize) {
         watch.check();

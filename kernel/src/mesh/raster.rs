@@ -36,7 +36,7 @@ impl Raster<'_> {
 
     /// The grid on the canvas.
     pub fn grid(&self) -> Grid {
-        Grid { origin: DVec2::ZERO, step: self.step() * self.atlas.size_mm, period: None }
+        Grid { origin: DVec2::ZERO, step: self.step() * self.atlas.size_mm, period: None, shown: None }
     }
 
     /// For each pixel the triangle at its centre plus one, or 0.

@@ -310,7 +310,7 @@ mod tests {
             assert!(mesh.uvs.iter().all(|uvs| cross(*uvs) < 0.0), "{name}");
             let uvs = mesh.uvs.clone();
             let atlas = atlas(Arc::new(mesh), &uvs, DVec2::ONE).unwrap();
-            let grid = Grid { origin: DVec2::ZERO, step: DVec2::splat(1.0 / 256.0), period: None };
+            let grid = Grid { origin: DVec2::ZERO, step: DVec2::splat(1.0 / 256.0), period: None, shown: None };
             let owned = owners(&atlas, &grid, Window::full(UVec2::splat(256)));
             let count = owned.iter().filter(|owner| **owner > 0).count() as f64 / 65536.0;
             assert!((count - atlas.used).abs() < 0.01, "{name} {count} {}", atlas.used);

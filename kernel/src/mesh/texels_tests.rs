@@ -13,7 +13,7 @@ fn of(mesh: Mesh, size: DVec2) -> Atlas {
 }
 
 fn grid(size: DVec2, pixels: u32) -> Grid {
-    Grid { origin: DVec2::ZERO, step: size / f64::from(pixels), period: Some(UVec2::splat(pixels)) }
+    Grid { origin: DVec2::ZERO, step: size / f64::from(pixels), period: Some(UVec2::splat(pixels)), shown: None }
 }
 
 fn meshes() -> [Mesh; 5] {

@@ -117,7 +117,7 @@ impl Gabor {
     /// How far beyond a window angles are read, in pixels.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the canvas")]
     pub fn halo(&self, step: [f64; 2]) -> [usize; 2] {
-        step.map(|step| (self.spec.reach() / step).ceil() as usize + 1)
+        step.map(|step| ((self.spec.reach() / step).ceil() as usize).saturating_add(1))
     }
 
     /// Fills `out` over the frame's window. `angles` are degrees over that window grown by the [halo](Self::halo).

@@ -271,7 +271,8 @@ mod tests {
         let source = Source::new(plane, &[&ramps[0], &ramps[1]], [1.0; 2], Fetch::Bilinear, false);
         let map = SurfaceMap { sheet, coords: &coords, jacobians: &jacobians, pitch };
         for pixels in [128u32, 320, 1000] {
-            let grid = Grid { origin: DVec2::ZERO, step: DVec2::splat(100.0 / f64::from(pixels)), period: None };
+            let grid =
+                Grid { origin: DVec2::ZERO, step: DVec2::splat(100.0 / f64::from(pixels)), period: None, shown: None };
             let window = Window::full(UVec2::splat(pixels));
             let n = (pixels * pixels) as usize;
             let mut out = vec![0.0; 2 * n];

@@ -60,6 +60,10 @@ impl FieldSource for Smeared {
         vec![Read::new(&self.input, grid, big), Read::new(&self.direction, grid, big)]
     }
 
+    fn reaches_by(&self) -> Option<&'static str> {
+        Some("length")
+    }
+
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let (input, rect) = (given.tile(0), out.window);
         let lines = Directions::new(&tile::view(given.tile(1), 0));

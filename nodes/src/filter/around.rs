@@ -29,6 +29,10 @@ where
         std::iter::once(Read::new(&self.input, grid, window.grow(dx, dy))).chain(others).collect()
     }
 
+    fn reaches_by(&self) -> Option<&'static str> {
+        self.halo.parameter()
+    }
+
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         given.check()?;
         let others: Vec<&Tile> = given.tiles().skip(1).collect();

@@ -70,7 +70,7 @@ impl Node for DirectionalBlur {
         }
         let ty = input.ty();
         if let Some(&[angle]) = angle.as_constant() {
-            let halo = Halo::new(move |grid| line(length, angle, grid).halo());
+            let halo = Halo::new(move |grid| line(length, angle, grid).halo()).from_parameter("length");
             return Ok(Outputs::one(Field::map(ty, [input], halo, move |out: &mut Tile, [input]: [&Tile; 1]| {
                 let (line, rect) = (line(length, angle, &out.grid), out.window);
                 for (k, out) in out.planes_mut().into_iter().enumerate() {
@@ -80,7 +80,10 @@ impl Node for DirectionalBlur {
             })));
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of pixels")]
-        let halo = Halo::new(move |grid| tile::step(grid).map(|step| (0.5 * length / step).ceil() as usize + 1));
+        let halo = Halo::new(move |grid| {
+            tile::step(grid).map(|step| ((0.5 * length / step).ceil() as usize).saturating_add(1))
+        })
+        .from_parameter("length");
         let fill = move |out: &mut Tile, input: &Tile, others: &[&Tile]| {
             let (rect, [sx, sy]) = (out.window, tile::step(&out.grid));
             let views: Vec<_> = (0..input.channels()).map(|k| tile::view(input, k)).collect();

@@ -10,7 +10,7 @@ pub(super) fn of_disks(
     radius: f64,
     filter: impl Fn(&View<'_>, Window, &Disk, &mut [f32]) + Send + Sync + 'static,
 ) -> Field {
-    let halo = Halo::new(move |grid| Disk::new(radius, tile::step(grid)).halo());
+    let halo = Halo::new(move |grid| Disk::new(radius, tile::step(grid)).halo()).from_parameter("radius");
     Field::map(input.ty(), [input], halo, move |out: &mut Tile, [input]: [&Tile; 1]| {
         let (disk, rect) = (Disk::new(radius, tile::step(&out.grid)), out.window);
         for (k, out) in out.planes_mut().into_iter().enumerate() {

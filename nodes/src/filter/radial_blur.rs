@@ -65,6 +65,8 @@ struct Smeared {
     /// Degrees, or a share of the distance.
     amount: f64,
     center: DVec2,
+    /// The parameter that decides how far it reads.
+    reaches_by: &'static str,
 }
 
 impl Smeared {
@@ -83,6 +85,10 @@ impl FieldSource for Smeared {
         let far = ends.map(|end| (end - self.center).abs());
         let (dx, dy) = grid.pixels(far[0].max(far[1]).length() * self.reach().0);
         vec![Read::new(&self.input, grid, window.grow(dx + 1, dy + 1))]
+    }
+
+    fn reaches_by(&self) -> Option<&'static str> {
+        Some(self.reaches_by)
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
@@ -141,7 +147,12 @@ impl Node for RadialBlur {
         }
         let center = self.center.map_or(0.5 * cx.size_mm(), |center| DVec2::new(center.x, center.y));
         let ty = input.ty();
-        let source = Smeared { input, direction: self.direction, amount: self.amount(), center };
+        let reaches_by = match (self.center, self.direction) {
+            (Some(_), _) => "center",
+            (None, RadialDirection::Spin) => "angle",
+            (None, RadialDirection::Zoom) => "zoom",
+        };
+        let source = Smeared { input, direction: self.direction, amount: self.amount(), center, reaches_by };
         Ok(Outputs::one(Field::new(ty, Tiling::NONE, source)))
     }
 }

@@ -101,6 +101,10 @@ impl FieldSource for Followed {
         ]
     }
 
+    fn reaches_by(&self) -> Option<&'static str> {
+        Some("length")
+    }
+
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let (input, slope, rect) = (given.tile(0), given.tile(1), out.window);
         let big = input.window;

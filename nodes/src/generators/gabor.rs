@@ -98,7 +98,7 @@ impl Node for Gabor {
             Some(direction) => {
                 let tiling = cx.tiling().and(direction.tiling());
                 let reach = noise.clone();
-                let halo = Halo::new(move |grid| reach.halo(tile::step(grid)));
+                let halo = Halo::new(move |grid| reach.halo(tile::step(grid))).from_parameter("size");
                 let fill = move |out: &mut Tile, [angles]: [&Tile; 1]| {
                     noise.fill(&tile::frame(out), Some(&tile::view(angles, 0)), out.plane_mut(0));
                     Ok(())

@@ -198,7 +198,8 @@ impl Node for Image {
         let resolution = glam::UVec2::new(crop.width, crop.height);
         let whole = placement.pitch * resolution.as_dvec2() == cx.size_mm() || self.size_mm.is_none();
         let fits = whole && placement.position == glam::DVec2::ZERO;
-        let native = Grid { origin: placement.position, step: placement.pitch, period: fits.then_some(resolution) };
+        let native =
+            Grid { origin: placement.position, step: placement.pitch, period: fits.then_some(resolution), shown: None };
         let tiling = self.repeats(cx.size_mm());
         let pixels = Arc::new(Pixels::new((path, layer), space, (&header, crop), cx.evaluator.memory())?);
         let field = |ty: Type, pick: Pick| {

@@ -97,7 +97,10 @@ impl Dilated {
     /// The small picture's pixels: the same whatever grid is asked for.
     fn small(&self) -> (Grid, Window) {
         let pixels = Resolution::Longer(SMALL).of(self.size);
-        (Grid { origin: DVec2::ZERO, step: self.size / pixels.as_dvec2(), period: Some(pixels) }, Window::full(pixels))
+        (
+            Grid { origin: DVec2::ZERO, step: self.size / pixels.as_dvec2(), period: Some(pixels), shown: None },
+            Window::full(pixels),
+        )
     }
 
     /// The small picture at the centre of a pixel, even between its own.

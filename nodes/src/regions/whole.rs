@@ -13,7 +13,10 @@ pub(super) fn whole(size: DVec2, grid: &Grid, longer: Option<u32>) -> (Grid, Win
         (None, Some(pixels)) => pixels,
         (None, None) => (size / grid.step).to_array().map(side).into(),
     };
-    (Grid { origin: DVec2::ZERO, step: size / pixels.as_dvec2(), period: Some(pixels) }, Window::full(pixels))
+    (
+        Grid { origin: DVec2::ZERO, step: size / pixels.as_dvec2(), period: Some(pixels), shown: None },
+        Window::full(pixels),
+    )
 }
 
 /// A picture of numbers.

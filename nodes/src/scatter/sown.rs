@@ -115,7 +115,7 @@ impl Shown {
     fn stamp_grid(&self, grid: &Grid) -> (Grid, UVec2) {
         let pixels = UVec2::from(paint::resolution(self.largest, tile::step(grid), MOST));
         let step = self.sown.size_mm / pixels.as_dvec2();
-        (Grid { origin: DVec2::ZERO, step, period: Some(pixels) }, pixels)
+        (Grid { origin: DVec2::ZERO, step, period: Some(pixels), shown: None }, pixels)
     }
 }
 

@@ -71,7 +71,7 @@ impl Integrated {
             let pixels = self.size / grid.step;
             UVec2::new(side(pixels.x), side(pixels.y))
         });
-        (Grid { origin: DVec2::ZERO, step: self.size / pixels.as_dvec2(), period: Some(pixels) }, pixels)
+        (Grid { origin: DVec2::ZERO, step: self.size / pixels.as_dvec2(), period: Some(pixels), shown: None }, pixels)
     }
 
     /// Slopes to the right and down of normals kept as ½ + ½n.

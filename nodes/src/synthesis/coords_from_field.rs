@@ -54,7 +54,7 @@ impl CoordsFromField {
         let own = || (canvas / exemplar.frame.pitch).round().clamp(DVec2::ONE, DVec2::splat(16_384.0)).as_uvec2();
         let size = self.size.map(UVec2::from).unwrap_or_else(own);
         self.fits(cx, size)?;
-        let grid = Grid { origin: DVec2::ZERO, step: canvas / size.as_dvec2(), period: Some(size) };
+        let grid = Grid { origin: DVec2::ZERO, step: canvas / size.as_dvec2(), period: Some(size), shown: None };
         Ok((size, cx.evaluator.raster(&field, &grid, Window::full(size))?.data().to_vec()))
     }
 

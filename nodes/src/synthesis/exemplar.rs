@@ -184,7 +184,7 @@ impl Exemplar {
     }
 
     fn read(&self, cx: &Context<'_>, field: &Field, frame: &ExemplarFrame, port: &str) -> Result<Tile, Stop> {
-        let grid = Grid { origin: frame.origin, step: frame.pitch, period: None };
+        let grid = Grid { origin: frame.origin, step: frame.pitch, period: None, shown: None };
         let tile = cx.evaluator.raster(field, &grid, Window::full(frame.size))?;
         if let Some(bad) = tile.data().iter().position(|v| !v.is_finite()) {
             let pixel = bad % tile.window.len();

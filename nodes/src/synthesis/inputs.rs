@@ -58,9 +58,9 @@ impl FieldInputs<'_> {
         let step = self.pitch * h;
         let origin = -self.origin.as_dvec2() * self.pitch;
         let grid = if self.origin == IVec2::ZERO && region.h == 1 {
-            Grid { origin, step, period: Some(self.size) }
+            Grid { origin, step, period: Some(self.size), shown: None }
         } else {
-            Grid { origin, step, period: None }
+            Grid { origin, step, period: None, shown: None }
         };
         let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         let (w, h) = (size(region.plane.w), size(region.plane.h));

@@ -56,7 +56,7 @@ impl Sampled {
             let message = format!("`input` has `{}x{}` pixels over the exemplar, {} MiB", size.x, size.y, bytes >> 20);
             return Err(Problem::new(Code::TooLarge, message).at("input").help("raise --memory").into());
         }
-        let grid = Grid { origin: frame.origin, step: frame.pitch / times, period: None };
+        let grid = Grid { origin: frame.origin, step: frame.pitch / times, period: None, shown: None };
         let source = OnceLock::new();
         Ok(Self { coords, input, jacobian, filter, scale_heights, frame, grid, size, source })
     }

@@ -21,7 +21,7 @@ pub(super) fn wide(map: &CoordMap) -> Vec<[f64; 2]> {
 /// A field at pixels of `pitch`, the first at the canvas' corner.
 pub(super) fn raster(cx: &Context<'_>, field: &Field, size: UVec2, pitch: DVec2) -> Result<Tile, Stop> {
     let fits = (pitch * size.as_dvec2() - cx.size_mm()).abs().max_element() < 1e-9 * cx.size_mm().max_element();
-    let grid = Grid { origin: DVec2::ZERO, step: pitch, period: fits.then_some(size) };
+    let grid = Grid { origin: DVec2::ZERO, step: pitch, period: fits.then_some(size), shown: None };
     cx.evaluator.raster(field, &grid, Window::full(size))
 }
 

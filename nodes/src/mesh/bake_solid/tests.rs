@@ -67,7 +67,8 @@ fn holds_in_any_window() {
 
 /// The value of a field at a point of the canvas, with the pixels of a picture of `pixels`².
 fn at(field: &Field, point: DVec2, pixels: f64) -> f32 {
-    let grid = Grid { origin: DVec2::ZERO, step: canvas().size_mm / pixels, period: None }.centered_at(point);
+    let grid =
+        Grid { origin: DVec2::ZERO, step: canvas().size_mm / pixels, period: None, shown: None }.centered_at(point);
     Plain.raster(field, &grid, Window { x: 0, y: 0, width: 1, height: 1 }).unwrap().data()[0]
 }
 

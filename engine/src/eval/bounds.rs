@@ -1,0 +1,156 @@
+//! The bound on the needs of a picture: all windows that fields state are added up before anything is computed or allocated.
+//!
+//! A parameter in its range may make a field read millions of pixels for each of its own: a blur on an enlarged part of the
+//! canvas, a path round a point that is far away. Then the field that reads so far is told, and nothing is begun. Windows
+//! that depend on values are not known before these are there. They are made in parts if they are large (`tiles`), and count
+//! here as if nothing were displaced.
+use super::passing::readers_first;
+use super::prepare::{At, at};
+use super::run::{Run, lock};
+use crate::diagnostics::{Code, Problem};
+use crate::value::{Blocks, Field, Grid, Key, Piece, Read, Stop, Window};
+use std::collections::HashMap;
+
+/// A field may be computed on so many times the pixels of the picture that it is read for,
+const TIMES: u64 = 16;
+/// and on so many in any case.
+const ALWAYS: u64 = 1 << 26;
+/// A window may take so many bytes in any case, even if less memory is allowed.
+const BYTES: u64 = 1 << 28;
+/// Of a field that is read in more windows nothing is said.
+const MANY: usize = 64;
+
+/// What is wanted of a field on a grid.
+struct Wanted {
+    /// Windows that do not overlap much; none if there are too many to be looked at.
+    windows: Vec<Window>,
+    /// The result as whose work it counts.
+    owner: Option<Key>,
+}
+
+impl Wanted {
+    /// Adds a window to those that are known.
+    fn add(&mut self, mut window: Window) {
+        // Two that take no more pixels together than apart are one.
+        while let Some(place) =
+            self.windows.iter().position(|other| other.union(&window).len() <= other.len() + window.len())
+        {
+            window = self.windows.swap_remove(place).union(&window);
+        }
+        self.windows.push(window);
+    }
+
+    fn pixels(&self) -> u64 {
+        self.windows.iter().map(|window| window.len() as u64).sum()
+    }
+}
+
+/// The error for a field that reads too far: `read` is what it wants for `window` of its own.
+fn too_far(field: &Field, window: Window, read: Window) -> Problem {
+    let message = format!(
+        "{} × {} pixels of an input are needed for {} × {} pixels of the result",
+        read.width, read.height, window.width, window.height
+    );
+    let problem = Problem::new(Code::TooLarge, message);
+    match field.source().reaches_by() {
+        Some(parameter) => {
+            let help = format!("choose `{parameter}` so that less is read, or show a larger part of the result");
+            problem.at(parameter).help(help)
+        }
+        // No field of that name: the node itself.
+        None => problem.at("").help("show a larger part of the result, or lower the resolution"),
+    }
+}
+
+impl Run<'_> {
+    /// Checks a window that a field wants to be filled at once.
+    ///
+    /// # Errors
+    /// [`Code::TooLarge`] at the parameter of `field` that makes it so large.
+    pub(super) fn check_window(&self, field: &Field, window: Window, read: &Read<'_>) -> Result<(), Problem> {
+        let bytes = (read.window.len() as u64).saturating_mul(4 * read.field.channels() as u64);
+        if bytes <= self.memory.max(BYTES) { Ok(()) } else { Err(too_far(field, window, read.window)) }
+    }
+
+    /// Checks what `window` of a picture of `field` needs of all fields, if that was not done before.
+    ///
+    /// # Errors
+    /// [`Code::TooLarge`] at the node that reads too far.
+    pub(super) fn check_bounds(&self, field: &Field, grid: &Grid, window: Window) -> Result<(), Stop> {
+        // Most windows are parts of one picture.
+        let picture = grid.picture().map_or(window, Window::full);
+        let window = if picture.contains(&window) { picture } else { window };
+        let place = at(field, grid);
+        if lock(&self.bounded).get(&place).is_some_and(|(_, before)| before.contains(&window)) {
+            return Ok(());
+        }
+        self.add_up(field, grid, window).map_err(|(owner, problem)| {
+            if let Some(owner) = owner {
+                self.failed(owner, &problem);
+            }
+            Stop::from(problem)
+        })?;
+        lock(&self.bounded).insert(place, (field.clone(), window));
+        Ok(())
+    }
+
+    fn add_up(&self, field: &Field, grid: &Grid, window: Window) -> Result<(), (Option<Key>, Problem)> {
+        let most = (TIMES * window.len() as u64).max(ALWAYS);
+        let mut wanted: HashMap<At, Wanted> = HashMap::new();
+        wanted.insert(at(field, grid), Wanted { windows: vec![window], owner: None });
+        for (reader, grid) in readers_first(&[field], grid) {
+            let Some(Wanted { windows, owner }) = wanted.remove(&at(reader, &grid)) else { continue };
+            let owner = reader.owner().or(reader.key()).or(owner);
+            for window in windows.into_iter().filter(|_| reader.as_constant().is_none()) {
+                let source = reader.source();
+                let later = source.later(&grid, window).into_iter().map(|read| {
+                    let window = if read.grid == grid { window } else { Window { width: 1, height: 1, ..read.window } };
+                    Read { window, ..read }
+                });
+                for read in source.inputs(&grid, window).into_iter().chain(later) {
+                    let part = read.field.domain().one_repeat(&read.grid, read.window);
+                    if part.is_empty() || read.field.as_constant().is_some() {
+                        continue;
+                    }
+                    if part.len() as u64 > most {
+                        return Err((owner, too_far(reader, window, part)));
+                    }
+                    let blocks = read.field.domain().blocks(&read.grid, part);
+                    let place = at(read.field, &read.grid);
+                    let known = wanted.entry(place).or_insert_with(|| Wanted { windows: Vec::new(), owner });
+                    parts(&blocks, part).for_each(|part| known.add(part));
+                    if known.windows.len() > MANY {
+                        known.windows.clear();
+                    } else if known.pixels() > most {
+                        return Err((owner, too_far(reader, window, part)));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The parts of a window where they are computed: a window across the edge of what repeats is in several.
+fn parts(blocks: &Blocks, window: Window) -> impl Iterator<Item = Window> {
+    let columns = spans(&blocks.columns, window.x, window.right());
+    let rows = spans(&blocks.rows, window.y, window.bottom());
+    rows.into_iter().flat_map(move |(y, bottom)| {
+        let part =
+            move |&(x, right): &(i32, i32)| Window { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) };
+        columns.iter().map(part).collect::<Vec<_>>()
+    })
+}
+
+/// The pixels of pieces that lie between `from` and `to` where they are wanted.
+fn spans(pieces: &[Piece], from: i32, to: i32) -> Vec<(i32, i32)> {
+    let mut spans: Vec<(i32, i32)> = Vec::new();
+    for piece in pieces {
+        let span = (piece.from().max(from) - piece.shift, piece.to().min(to) - piece.shift);
+        match spans.last_mut().filter(|before| before.1 == span.0) {
+            Some(before) => before.1 = span.1,
+            None => spans.push(span),
+        }
+    }
+    spans
+}

@@ -14,14 +14,14 @@ use crate::terminal::Terminal;
 use at::Points;
 use clap::{Args, ValueEnum};
 use data::{Data, FieldData};
-use glam::{DVec3, UVec2};
+use glam::DVec3;
 use petgraph::graph::NodeIndex;
 use petgraph::visit::{Dfs, Reversed, Walker};
 use rayon::prelude::*;
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Session};
-use shibo_engine::value::{Atlas, Carried, Field, Number, Resolution, Tile, Value, Window};
+use shibo_engine::value::{Atlas, Carried, Field, Nearest, Number, Resolution, Tile, Value, Window};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -50,7 +50,7 @@ pub(crate) struct DumpArgs {
     #[arg(long, value_name = "N|WxH", value_parser = resolution)]
     resolution: Option<Resolution>,
     /// Take a field or a solid at the points of a file, one in mm a line: `x,y` on the canvas, `x,y,z` in space for a solid or
-    /// a field of a mesh.
+    /// a field of a mesh. A field that follows from whole pictures, or from far around, has the value of the pixel there.
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,
     #[command(flatten)]
@@ -129,7 +129,7 @@ impl Source<'_> {
         })
     }
 
-    /// The values of what a node makes at points; of a field each stands for a pixel around it.
+    /// The values of what a node makes at points; of a field each stands for a pixel around it, see [`Session::at_points`].
     fn at(&self, (value, node): (&Value, NodeIndex), points: &Points) -> Result<Data, Failure> {
         if let Value::Solid(solid) = value {
             return match points {
@@ -147,18 +147,16 @@ impl Source<'_> {
             Points::Canvas(points) => points.clone(),
             Points::Space(points) => {
                 let atlas = self.atlas(node)?;
+                let surface = Nearest::new(&atlas);
                 let nearest = |point: &DVec3| match self.cancel.is_cancelled() {
                     true => Err(Failure::Cancelled),
-                    false => Ok(atlas.nearest(*point).unwrap_or_default()),
+                    false => Ok(surface.at(*point).unwrap_or_default()),
                 };
                 points.par_iter().map(nearest).collect::<Result<_, _>>()?
             }
         };
-        let grid = self.graph.canvas.grid(self.graph.canvas.resolution);
-        let window = Window::full(UVec2::ONE);
-        let wanted: Vec<_> = points.iter().map(|point| (grid.centered_at(*point), window)).collect();
-        let (tiles, _) = self.session.rasters(self.graph, &field, &wanted, self.cancel, self.progress)?;
-        let values = tiles.iter().flat_map(interleaved).collect();
+        let values = self.session.at_points(self.graph, &field, &points, self.cancel, self.progress)?;
+        let values = values.into_iter().map(Number).collect();
         Ok(Data::Field(FieldData { ty: value.ty().name(), size: None, channels: field.channels(), values }))
     }
 

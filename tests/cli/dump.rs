@@ -100,6 +100,32 @@ fn fields_of_a_mesh_are_taken_at_places_in_space() {
     assert!(ran.stderr.contains("several meshes") && ran.stderr.contains("`other`"), "{}", ran.stderr);
 }
 
+/// Fields that follow from whole pictures, or from far around, are told as the picture has them.
+#[test]
+fn fields_of_whole_pictures_are_taken_from_the_picture() {
+    let desk = Desk::new();
+    let graph = r#"( version: 1, canvas: (size_mm: 64, resolution: 64, tile: Both), nodes: {
+        "noise": Perlin(size: 8), "wide": Blur(input: "noise", radius: 9),
+        "mask": Threshold(input: "noise", level: 0.5), "parts": FloodFill(mask: "mask"), "drawn": RegionRandom(ids: "parts"),
+    }, outputs: { "o": "drawn" } )"#;
+    desk.write("a.ron", graph);
+    let places: Vec<[usize; 2]> = (0..300).map(|k| [k * 7 % 64, k * 11 % 64]).collect();
+    let lines = places.iter().map(|[x, y]| format!("{}.3,{}.8\n", x, y)).collect::<String>();
+    desk.write("p.csv", lines);
+    for node in ["wide", "drawn"] {
+        let whole = desk.shibo(&format!("dump a.ron {node}")).expect(0).json();
+        let at = desk.shibo(&format!("dump a.ron {node} --at p.csv")).expect(0).json();
+        assert_eq!(count(&at, "values"), 300);
+        for ([x, y], value) in places.iter().zip(at["values"].as_array().unwrap()) {
+            assert_eq!(*value, whole["values"][y * 64 + x], "{node} at {x}, {y}");
+        }
+    }
+    // From near around it is taken exactly: not in the middle of a pixel.
+    let whole = desk.shibo("dump a.ron noise").expect(0).json();
+    let at = desk.shibo("dump a.ron noise --at p.csv").expect(0).json();
+    assert_ne!(at["values"][0], whole["values"][0]);
+}
+
 #[test]
 fn unknown_nodes_and_ports_are_wrong_usage() {
     let desk = Desk::with_graph();

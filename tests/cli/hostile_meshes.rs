@@ -49,8 +49,8 @@ fn files_that_are_no_meshes_are_refused_at_their_place() {
         (b"{\"asset\": {\"version\": \"2.0\"}, \"meshes\": [", "bad-file"),
         (&sheet("f 1 2 9\n"), "line 11: `f 1 2 9`"),
         (&sheet("f 1 2 0\n"), "line 11: `f 1 2 0`"),
-        (&sheet("f 1 2\n"), "line 11"),
-        (&sheet("v 1 nan 2\n"), "line 11: `v 1 nan 2`"),
+        (&sheet("f 1 2 x\n"), "line 11: `f 1 2 x`"),
+        (&sheet("v 1 nan 2\nf 1 2 5\n"), "line 11: `v 1 nan 2`"),
         (&sheet("v 1e9 0 0\nf 1 2 5\n"), "within"),
         ((corner.to_owned() + "f 1 1 2\nf 3 3 3\n").leak().as_bytes(), "none of its triangles has an area"),
         (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "none of its triangles has an area"),
@@ -234,6 +234,8 @@ fn every_node_takes_odd_meshes() {
         ("pieces.obj", pieces),
         // A chart of about one texel of 48, and one that no level has a pixel of.
         ("texel.obj", uv(1.2 / 48.0)),
+        // Half of it without UVs.
+        ("bare.obj", uv(0.4).replace("f 1/1 3/3 4/4", "f 1 3 4")),
         ("nothing.obj", uv(1e-5)),
     ];
     let mut meshes: Vec<(String, bool)> = ["Cube", "Sphere", "Torus", "Cylinder", "Plane", "Lathe"]

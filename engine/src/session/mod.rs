@@ -6,6 +6,7 @@ mod look;
 mod part;
 mod pictures;
 mod plan;
+mod points;
 mod render;
 mod storage;
 mod verify;

@@ -86,54 +86,10 @@ impl Atlas {
         self.mesh.corners(triangle)[0] + u * d.x + v * d.y
     }
 
-    /// Where the point of the surface that is nearest to a place lies on the canvas, in mm: of several, that of the lowest
-    /// triangle. Nothing if there are no triangles. O(triangles).
-    pub fn nearest(&self, place: DVec3) -> Option<DVec2> {
-        let near = |triangle: usize| {
-            let corners = self.mesh.corners(triangle);
-            let weights = closest(corners, place);
-            let point: DVec3 = corners.iter().zip(weights).map(|(corner, weight)| *corner * weight).sum();
-            (point.distance_squared(place), triangle, weights)
-        };
-        let (_, triangle, weights) = (0..self.uvs.len()).map(near).min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let uv: DVec2 = self.uvs[triangle].iter().zip(weights).map(|(uv, weight)| uv.as_dvec2() * weight).sum();
-        Some(uv * self.size_mm)
-    }
-
     /// How many times longer lengths are on the surface than on the canvas, on average.
     pub fn scale(&self) -> f64 {
         let canvas = self.used * self.size_mm.x * self.size_mm.y;
         if canvas > 0.0 { (self.area / canvas).sqrt() } else { 1.0 }
-    }
-}
-
-/// The weights of the corners at the point of a triangle that is nearest to a place (Ericson, *Real-Time Collision Detection*,
-/// 5.1.5).
-fn closest([a, b, c]: [DVec3; 3], place: DVec3) -> [f64; 3] {
-    let (ab, ac) = (b - a, c - a);
-    let [to_a, to_b, to_c] = [place - a, place - b, place - c];
-    let (d1, d2, d3) = (ab.dot(to_a), ac.dot(to_a), ab.dot(to_b));
-    let (d4, d5, d6) = (ac.dot(to_b), ab.dot(to_c), ac.dot(to_c));
-    let [va, vb, vc] = [d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2];
-    let share = |part: f64, rest: f64| if part + rest > 0.0 { part / (part + rest) } else { 0.0 };
-    if d1 <= 0.0 && d2 <= 0.0 {
-        [1.0, 0.0, 0.0]
-    } else if d3 >= 0.0 && d4 <= d3 {
-        [0.0, 1.0, 0.0]
-    } else if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let v = share(d1, -d3);
-        [1.0 - v, v, 0.0]
-    } else if d6 >= 0.0 && d5 <= d6 {
-        [0.0, 0.0, 1.0]
-    } else if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let w = share(d2, -d6);
-        [1.0 - w, 0.0, w]
-    } else if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        let w = share(d4 - d3, d5 - d6);
-        [0.0, 1.0 - w, w]
-    } else {
-        let all = va + vb + vc;
-        [va / all, vb / all, vc / all]
     }
 }
 
@@ -202,29 +158,5 @@ impl Object for Atlas {
             counts,
             ..Shapes::default()
         }))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_nearest_point_of_a_triangle_is_found() {
-        let corners = [DVec3::ZERO, DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 2.0, 0.0)];
-        let mut state = 7_u64;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f64 / f64::from(1 << 24) * 12.0 - 4.0
-        };
-        for _ in 0..300 {
-            let place = DVec3::new(random(), random(), random());
-            let at = |weights: [f64; 3]| corners.iter().zip(weights).map(|(c, w)| *c * w).sum::<DVec3>();
-            let found = at(closest(corners, place)).distance(place);
-            // No point of a fine grid over the triangle is nearer.
-            let grid = (0..=40).flat_map(|i| (0..=40 - i).map(move |k| [i, k].map(|n| f64::from(n) / 40.0)));
-            let best = grid.map(|[v, w]| at([1.0 - v - w, v, w]).distance(place)).fold(f64::MAX, f64::min);
-            assert!(found <= best + 1e-9 && found > best - 0.11, "{place}: {found} instead of {best}");
-        }
     }
 }

@@ -26,6 +26,7 @@ mod picture_check;
 mod picture_read;
 mod picture_write;
 mod pictures;
+mod points;
 #[allow(dead_code, reason = "its `main` is that of a build script")]
 #[path = "../../../build/fingerprint.rs"]
 mod script;

@@ -36,7 +36,7 @@ pub enum AtlasError {
 const AT_ONCE: usize = 1 << 15;
 
 /// How far UVs may leave the unit square before that is an error.
-const SLACK: f32 = 1e-4;
+pub(super) const SLACK: f32 = 1e-4;
 
 /// By how much the place on a surface changes per unit of u, and of v (row C19); 0 where the triangle has no area in the
 /// unit square.
@@ -121,16 +121,25 @@ fn finite(axes: [Vec3; 2]) -> bool {
     axes.iter().all(|axis| axis.is_finite())
 }
 
+/// Whether all UVs lie in the unit square.
+pub fn fits(uvs: &[[Vec2; 3]]) -> bool {
+    let inside = |uv: &Vec2| uv.cmpge(Vec2::splat(-SLACK)).all() && uv.cmple(Vec2::splat(1.0 + SLACK)).all();
+    uvs.iter().flatten().all(inside)
+}
+
+/// The error of UVs that do not.
+pub(super) fn outside(uvs: &[[Vec2; 3]]) -> AtlasError {
+    let ends = uvs.iter().flatten().fold([Vec2::MAX, Vec2::MIN], |[low, high], uv| [low.min(*uv), high.max(*uv)]);
+    AtlasError::Outside { low: ends[0], high: ends[1] }
+}
+
 /// The UVs as multiples of 2⁻²⁴ in the unit square.
 fn snapped(uvs: &[[Vec2; 3]], triangles: usize, watch: &Watch<'_>) -> Result<Vec<[Vec2; 3]>, AtlasError> {
     if uvs.len() != triangles || triangles == 0 {
         return Err(AtlasError::Missing);
     }
-    let ends = uvs.iter().flatten().fold([Vec2::MAX, Vec2::MIN], |[low, high], uv| [low.min(*uv), high.max(*uv)]);
-    let [low, high] = ends;
-    let inside = low.cmpge(Vec2::splat(-SLACK)).all() && high.cmple(Vec2::splat(1.0 + SLACK)).all();
-    if !inside || uvs.iter().flatten().any(|uv| !uv.is_finite()) {
-        return Err(AtlasError::Outside { low, high });
+    if !fits(uvs) {
+        return Err(outside(uvs));
     }
     Ok(watch.over(uvs).map(|uvs| uvs.map(snap)).collect())
 }

@@ -36,6 +36,7 @@ pub mod strokes;
 pub mod subdivide;
 pub mod texels;
 pub mod topology;
+pub mod udim;
 pub mod unwrap;
 pub mod walk;
 

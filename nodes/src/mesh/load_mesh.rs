@@ -14,6 +14,8 @@ use shibo_kernel::ground::stop::{Watch, unwind_when};
 use shibo_kernel::mesh::topology;
 use std::path::{Path, PathBuf};
 
+mod gaps;
+
 /// What a file's unit is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum LengthUnit {
@@ -55,7 +57,11 @@ pub enum Center {
 /// A mesh from an OBJ or glTF file, in mm, z up.
 ///
 /// Its objects and materials are its parts. Materials themselves, pictures, animations, skins, cameras and lights are left
-/// out. Files up to 512 MiB and 2 million triangles; glTF without compression. No other file is read than those named here.
+/// out. Files up to 512 MiB and 2 million triangles; glTF 2.0 without compression. Its instances (`EXT_mesh_gpu_instancing`) are
+/// all made, and `KHR_texture_transform` moves UVs, unless a texture only repeats. No other file is read than those named here.
+///
+/// Faces without UVs get no place in the picture if others have some, and corners without a normal that of the surface around
+/// them; a warning tells how many there are.
 ///
 /// ```ron
 /// "cube": LoadMesh(path: "cube.obj", up: Z),
@@ -80,6 +86,9 @@ pub struct LoadMesh {
     pub scale: f64,
     /// What is moved to the origin.
     pub center: Center,
+    /// The UVs that are taken, where a glTF has several: the number of `TEXCOORD_0`, `TEXCOORD_1`, …
+    #[schemars(range(max = 15))]
+    pub uv_set: u32,
     /// The only part that is taken: the name of an object, of a mesh or of a material. By default all.
     pub part: String,
     /// Corners that are no farther apart become one. 0: only those at the same place.
@@ -96,6 +105,7 @@ impl Default for LoadMesh {
             up: UpAxis::Y,
             scale: 1.0,
             center: Center::None,
+            uv_set: 0,
             part: String::new(),
             weld: 0.0,
         }
@@ -112,6 +122,7 @@ fn problem(path: &Path, error: &ReadError) -> Problem {
         ReadError::Bad(_) => (Code::BadFile, "path"),
         ReadError::TooLarge(_) => (Code::TooLarge, "path"),
         ReadError::NoBuffer(_) => (Code::MissingInput, "path"),
+        ReadError::NoUvs(_) => (Code::BadValue, "uv_set"),
     };
     let problem = Problem::new(code, format!("`{}`: {error}", path.display())).at(field);
     match error {
@@ -195,10 +206,13 @@ impl LoadMesh {
 
     /// The mesh that the contents of a file make, and what is worth knowing about it.
     pub(super) fn made(&self, contents: Contents, watch: &Watch<'_>) -> Result<(Mesh, Vec<Problem>), Problem> {
-        let Contents { mut mesh, metres, left_out } = contents;
+        let Contents { mut mesh, metres, left_out, notes } = contents;
         let mut advice = Vec::new();
         let mut tell = |message: String| advice.push(Problem::new(Code::Advice, message).at("path"));
+        notes.into_iter().for_each(&mut tell);
         self.keep_part(&mut mesh)?;
+        // Vertices that no triangle has may lie anywhere.
+        topology::keep(&mut mesh, |_, _| true);
         self.place(&mut mesh, metres, watch)?;
         let dropped = topology::weld(&mut mesh, self.weld, watch);
         if mesh.triangles.is_empty() {
@@ -217,8 +231,10 @@ impl LoadMesh {
             tell("a piece has no outside, as a Möbius strip; the surface is cut where its sides meet".into());
         }
         if !left_out.is_empty() {
-            tell(format!("{} are left out", left_out.join(", ")));
+            tell(format!("left out: {}", left_out.join(", ")));
         }
+        advice.extend(gaps::uvs(&mut mesh));
+        advice.extend(gaps::normals(&mut mesh, watch));
         advice.extend(size_advice(&mesh));
         Ok((mesh, advice))
     }
@@ -240,6 +256,7 @@ fn size_advice(mesh: &Mesh) -> Option<Problem> {
 impl Node for LoadMesh {
     const OUTPUTS: &'static [Output] = &[Output::new("mesh", Type::Mesh, "The mesh.")];
     const FACTS: &'static [Fact] = &[];
+    const VERSION: u32 = 2;
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         Vec::new()
@@ -253,7 +270,7 @@ impl Node for LoadMesh {
     /// Looks through the files without making a mesh of them.
     fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
         let Some(path) = file(files, "path") else { return Vec::new() };
-        let found = read::check(path, file(files, "buffer"));
+        let found = read::check(path, file(files, "buffer"), self.uv_set);
         found.err().map(|error| problem(path, &error)).into_iter().collect()
     }
 
@@ -262,7 +279,7 @@ impl Node for LoadMesh {
         let path = cx.file("path").ok_or_else(missing)?;
         let (buffer, until) = (cx.file("buffer"), || cx.check().is_err());
         let made = unwind_when(&until, |watch| {
-            let contents = read::read(path, buffer, watch).map_err(|error| problem(path, &error))?;
+            let contents = read::read(path, buffer, self.uv_set, watch).map_err(|error| problem(path, &error))?;
             self.made(contents, watch)
         });
         let (mesh, advice) = made.ok_or(Stop::Cancelled)??;

@@ -20,6 +20,9 @@ use shibo_kernel::mesh::{bake, fields};
 use std::sync::Arc;
 
 mod advice;
+mod udim;
+
+pub use udim::Udim;
 
 /// A place in mm.
 type Triple = (f64, f64, f64);
@@ -80,7 +83,7 @@ pub enum Overlap {
 /// Lays a mesh out on the canvas: each triangle gets its place in the picture, so that every texture on the canvas is one of
 /// the mesh.
 ///
-/// The unit square of UVs is the canvas, v down. Triangles that are connected there make a *chart*. Nodes that know nothing of
+/// The unit square of UVs is the canvas, v down; where UVs lie in several UDIM tiles, these lie side by side on it. Triangles that are connected there make a *chart*. Nodes that know nothing of
 /// meshes measure on the canvas; they are right on the surface if the canvas is as large as the charts, and a warning tells
 /// by how much it is not.
 ///
@@ -97,6 +100,8 @@ pub struct MeshAtlas {
     pub mesh: In<Mesh>,
     /// Where charts come from.
     pub charts: ChartSource,
+    /// For the mesh's own UVs: which UDIM tiles the canvas holds.
+    pub udim: Udim,
     /// For new charts: by how much a triangle may be turned away from the rest of its chart. Lower values give flatter charts
     /// and more borders.
     #[schemars(range(min = 1, max = 89), extend("unit" = "°"))]
@@ -125,6 +130,7 @@ impl Default for MeshAtlas {
         Self {
             mesh: In::default(),
             charts: ChartSource::Auto,
+            udim: Udim::Auto,
             angle: 70.0,
             stretch: 4.0,
             page: 1024,
@@ -151,7 +157,11 @@ impl MeshAtlas {
                 if self.charts == ChartSource::Auto && !self.seams.is_empty() {
                     cx.evaluator.warn(advice::idle(self.charts));
                 }
-                return Ok(mesh.uvs.clone());
+                let (size, until) = (cx.size_mm(), || cx.check().is_err());
+                let laid = unwind_when(&until, |watch| self.udim.laid(mesh, size.x / size.y, watch));
+                let (uvs, told) = laid.ok_or(Stop::Cancelled)??;
+                told.into_iter().for_each(|problem| cx.evaluator.warn(problem));
+                return Ok(uvs);
             }
             _ if mesh.uvs.is_empty() => {
                 let message = format!("the mesh has no UVs, which `charts: {:?}` needs", self.charts);
@@ -233,12 +243,13 @@ impl Node for MeshAtlas {
     const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
-        advice::faults(&self.seams)
+        advice::faults(&self.seams).into_iter().chain(self.udim.fault()).collect()
     }
 
     fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let kept = matches!(self.charts, ChartSource::Given | ChartSource::Repack);
-        if kept && !self.seams.is_empty() { vec![advice::idle(self.charts)] } else { Vec::new() }
+        let seams = (kept && !self.seams.is_empty()).then(|| advice::idle(self.charts));
+        seams.into_iter().chain(self.udim.idle(self.charts)).collect()
     }
 
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {

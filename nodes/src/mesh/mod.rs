@@ -32,7 +32,7 @@ pub use connect_mesh_points::{ConnectMeshPoints, MeshNeighbors};
 pub use dilate_gutter::{DilateGutter, DilateMode, Rest, filled};
 pub use draw_mesh_wrinkles::{DrawMeshWrinkles, MeshLinks, MeshVaryBy};
 pub use load_mesh::{Center, LengthUnit, LoadMesh, UpAxis};
-pub use mesh_atlas::{ChartSource, Gutter, MeshAtlas, Overlap, Pack};
+pub use mesh_atlas::{ChartSource, Gutter, MeshAtlas, Overlap, Pack, Udim};
 pub use mesh_points::MeshPoints;
 pub use mesh_shape::{MeshForm, MeshShape};
 pub use simulate_mesh_springs::{MeshBoundary, SimulateMeshSprings};

@@ -102,7 +102,7 @@ fn what_is_no_mesh_is_refused() {
         (&b"v 0 0 0\nv 1 0 0\nv 0 x 0\nf 1 2 3\n"[..], "line 3: `v 0 x 0`"),
         (b"v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n", "finite"),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "line 4: `f 1 2 4`"),
-        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n", "at least 3"),
+        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n", "no "),
         (b"# nothing\n", "no "),
         (b"", "no "),
         (&[0x89, b'P', b'N', b'G', 0, 0, 0], "neither OBJ nor glTF"),
@@ -127,7 +127,7 @@ fn what_is_no_mesh_is_refused() {
 fn advice_is_given() {
     let node = LoadMesh { up: UpAxis::Z, ..LoadMesh::default() };
     let of = |name: &str, node: &LoadMesh| {
-        let contents = read::read(&data(name), None, &Watch::never()).unwrap();
+        let contents = read::read(&data(name), None, 0, &Watch::never()).unwrap();
         let advice: Vec<String> =
             node.made(contents, &Watch::never()).unwrap().1.into_iter().map(|p| p.message).collect();
         advice.join("; ")
@@ -136,4 +136,52 @@ fn advice_is_given() {
     assert!(of("moebius.obj", &node).contains("Möbius"));
     assert!(of("cube.obj", &LoadMesh { scale: 1e-3, ..node.clone() }).contains("largest side"));
     assert!(of("cube.obj", &LoadMesh { unit: LengthUnit::M, ..node }).contains("largest side"));
+}
+
+/// What some faces lack takes nothing from the others, and is told.
+#[test]
+fn faces_without_uvs_or_normals_keep_those_of_others() {
+    let text = "v 0 0 0\nv 90 0 0\nv 90 90 0\nv 0 90 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 1 0 0\n\
+                f 1/1/1 2/2/1 3/3/1\nf 1 3 4\no bare\nf 2 1 4\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, text).unwrap();
+    let made = |part: &str| {
+        let node = LoadMesh { up: UpAxis::Z, part: part.into(), ..LoadMesh::default() };
+        let contents = read::read(&path, None, 0, &Watch::never()).unwrap();
+        let (mesh, advice) = node.made(contents, &Watch::never()).unwrap();
+        (mesh, advice.into_iter().map(|problem| problem.message).collect::<Vec<_>>().join("; "))
+    };
+    let (mesh, told) = made("unnamed_object");
+    assert_eq!(mesh.uvs[0], [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(glam::Vec2::from_array));
+    assert_eq!((mesh.uvs[1], mesh.normals[0], mesh.normals[1]), ([mesh.uvs[0][0]; 3], [Vec3::X; 3], [Vec3::Z; 3]));
+    assert!(told.contains("1 of 2 faces have no UVs") && told.contains("1 of 2 faces lack normals"), "{told}");
+    // A part without any has none.
+    let (mesh, told) = made("bare");
+    assert!(mesh.uvs.is_empty() && mesh.normals.is_empty() && told.is_empty(), "{told}");
+}
+
+/// A vertex that no triangle has is no part of the mesh: it may be anywhere.
+#[test]
+fn unused_vertices_do_not_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    let bytes: Vec<u8> = [[0.0f32, 0.0, 0.0], [f32::NAN, 1.0, 0.0], [0.1, 0.0, 0.0], [1e30, 0.0, 0.0], [0.0, 0.1, 0.0]]
+        .as_flattened()
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .chain([0, 2, 4])
+        .collect();
+    std::fs::write(folder.path().join("a.bin"), &bytes).unwrap();
+    let text = r#"{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"}, {"bufferView": 1, "componentType": 5121, "count": 3, "type": "SCALAR"}],
+ "bufferViews": [{"buffer": 0, "byteLength": 60}, {"buffer": 0, "byteOffset": 60, "byteLength": 3}], "buffers": [{"byteLength": 63, "uri": "a.bin"}]}"#;
+    std::fs::write(&path, text).unwrap();
+    let contents = read::read(&path, Some(&folder.path().join("a.bin")), 0, &Watch::never()).unwrap();
+    let node = LoadMesh { up: UpAxis::Z, center: Center::Bounds, ..LoadMesh::default() };
+    let (mesh, _) = node.made(contents, &Watch::never()).unwrap();
+    assert_eq!(
+        mesh.bounds().map(|corner| corner.as_vec3()),
+        [Vec3::new(-50.0, -50.0, 0.0), Vec3::new(50.0, 50.0, 0.0)]
+    );
 }

@@ -1,8 +1,9 @@
 //! glTF and GLB: the document by `gltf-json`, the numbers by [`views`](super::views).
 //!
 //! What else a document names, pictures and other files, is never opened. Animations, skins, cameras and lights are left out.
+use super::extensions::{self, Extensions, Instances, Textures, UvTransform};
 use super::views::{Buffers, Numbers, fault};
-use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, ReadError, Surface, part};
+use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, Names, ReadError, Surface};
 use glam::{DMat3, DMat4, DQuat, DVec3, Vec2, Vec3};
 use gltf_json::accessor::Type;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
@@ -10,7 +11,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Node, Root};
 use shibo_engine::picture::caught;
 use shibo_kernel::ground::stop::Watch;
-use std::collections::HashMap;
+use std::collections::BTreeSet;
 
 /// How deep nodes may be nested.
 const DEEPEST: usize = 64;
@@ -18,8 +19,6 @@ const DEEPEST: usize = 64;
 /// the file.
 const MOST_OBJECTS: usize = 200_000;
 const MOST_STRUCTURE: usize = 32 << 20;
-/// Extensions that say nothing about the shape of meshes, or what every reader here knows.
-const KNOWN: [&str; 5] = ["KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "KHR_mesh_quantization"];
 
 /// The document and the binary part of a GLB.
 fn chunks(file: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
@@ -71,13 +70,8 @@ fn document(json: &[u8]) -> Result<Root, ReadError> {
     measured(json)?;
     let root = caught(|| Root::from_slice(json)).ok_or_else(|| ReadError::bad("its document cannot be read"))?;
     let root = root.map_err(|error| ReadError::Bad(format!("its document is no glTF: {error}")))?;
-    let known = |name: &&String| !KNOWN.iter().any(|known| name.starts_with(known));
-    match root.extensions_required.iter().find(known) {
-        Some(name) => Err(ReadError::Bad(format!(
-            "it needs `{name}`, which is not read: export it without compression and extensions"
-        ))),
-        None => Ok(root),
-    }
+    extensions::supported(&root)?;
+    Ok(root)
 }
 
 /// A mesh where a node puts it.
@@ -94,8 +88,13 @@ fn matrix(node: &Node) -> DMat4 {
     let three =
         |v: Option<[f32; 3]>, otherwise: f64| v.map_or(DVec3::splat(otherwise), |v| Vec3::from_array(v).as_dvec3());
     let turn = node.rotation.as_ref().map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
+    transform(three(node.scale, 1.0), turn, three(node.translation, 0.0))
+}
+
+/// Scaled, then turned, then moved; `turn` may have any length.
+pub(super) fn transform(scale: DVec3, turn: DQuat, translation: DVec3) -> DMat4 {
     let turn = if turn.length_squared() > 1e-12 { turn.normalize() } else { DQuat::IDENTITY };
-    DMat4::from_scale_rotation_translation(three(node.scale, 1.0), turn, three(node.translation, 0.0))
+    DMat4::from_scale_rotation_translation(scale, turn, translation)
 }
 
 /// The meshes of the scene that is shown.
@@ -109,7 +108,7 @@ fn placed(root: &Root) -> Result<Vec<Placed>, ReadError> {
         }
         (None, Some(scene)) => scene.nodes.iter().map(|n| n.value()).collect(),
         (None, None) => {
-            let inner: std::collections::BTreeSet<usize> = root.nodes.iter().flat_map(children).collect();
+            let inner: BTreeSet<usize> = root.nodes.iter().flat_map(children).collect();
             (0..all).filter(|n| !inner.contains(n)).collect()
         }
     };
@@ -149,6 +148,7 @@ struct Attributes<'a> {
 fn attributes<'a>(
     buffers: &'a Buffers<'_>,
     primitive: &Primitive,
+    uv_set: u32,
     at: &str,
 ) -> Result<Option<Attributes<'a>>, ReadError> {
     let Checked::Valid(mode) = primitive.mode else { return Err(fault(at, "its mode is unknown")) };
@@ -161,9 +161,10 @@ fn attributes<'a>(
     };
     let positions = find(Semantic::Positions, "POSITION", Type::Vec3)?;
     let Some(positions) = positions else { return Err(fault(at, "it has no positions")) };
+    let uv_name = format!("TEXCOORD_{uv_set}");
     let (normals, uvs) =
-        (find(Semantic::Normals, "NORMAL", Type::Vec3)?, find(Semantic::TexCoords(0), "TEXCOORD_0", Type::Vec2)?);
-    for (numbers, name) in [(&normals, "NORMAL"), (&uvs, "TEXCOORD_0")] {
+        (find(Semantic::Normals, "NORMAL", Type::Vec3)?, find(Semantic::TexCoords(uv_set), &uv_name, Type::Vec2)?);
+    for (numbers, name) in [(&normals, "NORMAL"), (&uvs, uv_name.as_str())] {
         if let Some(numbers) = numbers.as_ref().filter(|numbers| numbers.count < positions.count) {
             let what = format!("it has {} elements for {} positions", numbers.count, positions.count);
             return Err(fault(&format!("{at}.attributes.{name}"), &what));
@@ -182,31 +183,57 @@ fn attributes<'a>(
     Ok(Some(Attributes { positions, normals, uvs, indices, mode, corners }))
 }
 
+impl Attributes<'_> {
+    fn triangles(&self) -> usize {
+        if self.mode == Mode::Triangles { self.corners / 3 } else { self.corners.saturating_sub(2) }
+    }
+}
+
 /// What is counted while a file is looked through, so that nothing grows beyond the limits.
 #[derive(Default)]
 struct Counted {
     triangles: usize,
     vertices: usize,
     left_out: bool,
+    /// The sets of UVs that there are.
+    uv_sets: BTreeSet<u32>,
 }
 
 impl Counted {
-    fn add(&mut self, of: &Attributes<'_>) -> Result<(), ReadError> {
-        self.triangles += if of.mode == Mode::Triangles { of.corners / 3 } else { of.corners.saturating_sub(2) };
-        self.vertices += of.positions.count;
+    fn add(&mut self, of: &Attributes<'_>, instances: usize) -> Result<(), ReadError> {
+        let more = |sum: usize, each: usize| each.saturating_mul(instances).saturating_add(sum);
+        (self.triangles, self.vertices) =
+            (more(self.triangles, of.triangles()), more(self.vertices, of.positions.count));
         if self.triangles > MOST_TRIANGLES || self.vertices > MOST_VERTICES {
             let message = format!("it has more than {MOST_TRIANGLES} triangles or {MOST_VERTICES} vertices");
             return Err(ReadError::TooLarge(message));
         }
         Ok(())
     }
+
+    /// Refuses a set of UVs that no triangle has; a note, if it is the usual one.
+    fn has_uvs(&self, uv_set: u32) -> Result<Option<String>, ReadError> {
+        if self.uv_sets.contains(&uv_set) {
+            return Ok(None);
+        }
+        let sets = self.uv_sets.iter().take(8).map(|set| format!("`uv_set: {set}`")).collect::<Vec<_>>().join(", ");
+        match uv_set {
+            0 if sets.is_empty() => Ok(None),
+            0 => Ok(Some(format!("it has no UVs of set 0; others are there: {sets}"))),
+            _ if sets.is_empty() => {
+                Err(ReadError::NoUvs(format!("it has no UVs; those of set {uv_set} are asked for")))
+            }
+            _ => Err(ReadError::NoUvs(format!("it has no UVs of set {uv_set}; take {sets}"))),
+        }
+    }
 }
 
-/// Calls `body` for each set of triangles: the node and mesh, the set's number, its material and its numbers.
+/// Calls `body` for each set of triangles: the node and mesh, where it lies there, the set and its numbers.
 fn each(
-    root: &Root,
+    (root, extensions): (&Root, &Extensions),
     buffers: &Buffers<'_>,
-    mut body: impl FnMut(&Placed, &Primitive, &Attributes<'_>, &str) -> Result<(), ReadError>,
+    uv_set: u32,
+    mut body: impl FnMut(&Placed, &Instances<'_>, &Primitive, &Attributes<'_>) -> Result<(), ReadError>,
 ) -> Result<Counted, ReadError> {
     let mut counted = Counted::default();
     for placed in placed(root)? {
@@ -214,44 +241,76 @@ fn each(
         let mesh = root.meshes.get(n);
         let mesh =
             mesh.ok_or_else(|| fault(&format!("nodes[{}].mesh", placed.node), &format!("there is no mesh {n}")))?;
+        let instances = extensions.instances(buffers, placed.node)?;
         for (k, primitive) in mesh.primitives.iter().enumerate() {
             let at = format!("meshes[{n}].primitives[{k}]");
-            let Some(attributes) = attributes(buffers, primitive, &at)? else {
+            let Some(attributes) = attributes(buffers, primitive, uv_set, &at)? else {
                 counted.left_out = true;
                 continue;
             };
-            counted.add(&attributes)?;
-            body(&placed, primitive, &attributes, &at)?;
+            counted.add(&attributes, instances.count)?;
+            counted.uv_sets.extend(primitive.attributes.keys().filter_map(|semantic| match semantic {
+                Checked::Valid(Semantic::TexCoords(set)) => Some(*set),
+                _ => None,
+            }));
+            if attributes.triangles() > 0 {
+                body(&placed, &instances, primitive, &attributes)?;
+            }
         }
     }
     Ok(counted)
 }
 
-fn open(file: &[u8], packed: bool) -> Result<(Root, Option<&[u8]>), ReadError> {
+/// A document, its extensions, and the binary part of a GLB.
+fn open(file: &[u8], packed: bool) -> Result<(Root, Extensions, Option<&[u8]>), ReadError> {
     let (json, binary) = if packed { chunks(file)? } else { (file, None) };
-    Ok((document(json)?, binary))
+    Ok((document(json)?, Extensions::of(json)?, binary))
 }
 
 /// Looks through a file.
-pub(super) fn check(file: &[u8], beside: Option<&[u8]>, packed: bool) -> Result<(), ReadError> {
-    let (root, binary) = open(file, packed)?;
-    let counted = each(&root, &Buffers::new(&root, binary, beside)?, |_, _, _, _| Ok(()))?;
-    if counted.triangles == 0 { Err(ReadError::bad("it has no triangles")) } else { Ok(()) }
+pub(super) fn check(file: &[u8], beside: Option<&[u8]>, packed: bool, uv_set: u32) -> Result<(), ReadError> {
+    let (root, extensions, binary) = open(file, packed)?;
+    let buffers = Buffers::new(&root, binary, beside)?;
+    let counted = each((&root, &extensions), &buffers, uv_set, |_, _, _, _| Ok(()))?;
+    if counted.triangles == 0 {
+        return Err(ReadError::bad("it has no triangles"));
+    }
+    counted.has_uvs(uv_set).map(drop)
 }
 
 /// Reads a file.
-pub(super) fn read(file: &[u8], beside: Option<&[u8]>, packed: bool, watch: &Watch<'_>) -> Result<Contents, ReadError> {
-    let (root, binary) = open(file, packed)?;
-    let buffers = Buffers::new(&root, binary, beside)?;
+pub(super) fn read(
+    file: &[u8],
+    beside: Option<&[u8]>,
+    packed: bool,
+    uv_set: u32,
+    watch: &Watch<'_>,
+) -> Result<Contents, ReadError> {
+    let (root, extensions, binary) = open(file, packed)?;
+    let (buffers, root_and) = (Buffers::new(&root, binary, beside)?, (&root, &extensions));
+    let mut textures = Textures::new(&extensions, uv_set);
+    if !textures.is_plain() {
+        each(root_and, &buffers, uv_set, |_, _, primitive, attributes| {
+            let material = primitive.material.map(|n| n.value());
+            let uvs =
+                attributes.uvs.iter().flat_map(|uvs| (0..attributes.positions.count).map(move |n| uvs.vector::<2>(n)));
+            watch.over(uvs).for_each(|uv| textures.look(material, Vec2::from_array(uv)));
+            Ok(())
+        })?;
+    }
+    let material = |n: usize| root.materials.get(n).and_then(|material| material.name.as_deref());
     let mut surface = Surface::default();
-    let mut known = HashMap::new();
-    let counted = each(&root, &buffers, |placed, primitive, attributes, _| {
-        let material = primitive.material.and_then(|n| root.materials.get(n.value())).and_then(|m| m.name.as_deref());
-        let names = [root.nodes[placed.node].name.as_deref(), root.meshes[placed.mesh].name.as_deref(), material];
-        let names: Vec<&str> = names.into_iter().flatten().filter(|name| !name.is_empty()).collect();
-        let name = if names.is_empty() { format!("mesh {}", placed.mesh) } else { names.join("/") };
-        let number = part(&mut surface.mesh.part_names, &mut known, &name)?;
-        add(&mut surface, placed, attributes, number, watch);
+    let mut names = Names::default();
+    let counted = each(root_and, &buffers, uv_set, |placed, instances, primitive, attributes| {
+        let n = primitive.material.map(|n| n.value());
+        let parts =
+            [root.nodes[placed.node].name.as_deref(), root.meshes[placed.mesh].name.as_deref(), n.and_then(material)];
+        let parts: Vec<&str> = parts.into_iter().flatten().filter(|name| !name.is_empty()).collect();
+        let name = if parts.is_empty() { format!("mesh {}", placed.mesh) } else { parts.join("/") };
+        let set = Set { part: names.part(&name)?, texture: textures.transform(n), of: attributes };
+        for instance in 0..instances.count {
+            set.add(&mut surface, placed.matrix * instances.matrix(instance), watch);
+        }
         Ok(())
     })?;
     let left = [
@@ -260,47 +319,61 @@ pub(super) fn read(file: &[u8], beside: Option<&[u8]>, packed: bool, watch: &Wat
         (!root.skins.is_empty(), "skins"),
         (root.meshes.iter().any(|mesh| mesh.primitives.iter().any(|p| p.targets.is_some())), "morph targets"),
     ];
-    let left_out = left.iter().filter(|(found, _)| *found).map(|(_, name)| (*name).to_owned()).collect();
-    Ok(Contents { mesh: surface.done(watch), metres: true, left_out })
+    let left_out = left.iter().filter(|(found, _)| *found).map(|(_, name)| (*name).to_owned());
+    let left_out = left_out.chain(extensions::left_out(&root)).collect();
+    let mut notes = textures.notes(|n| material(n).map_or_else(|| format!("material {n}"), str::to_owned));
+    notes.extend(counted.has_uvs(uv_set)?);
+    Ok(Contents { mesh: surface.done(names), metres: true, left_out, notes })
 }
 
-/// Adds a set of triangles where its node puts it.
-fn add(surface: &mut Surface, placed: &Placed, of: &Attributes<'_>, part: u16, watch: &Watch<'_>) {
-    let first = u32::try_from(surface.mesh.positions.len()).unwrap_or(u32::MAX);
-    let place =
-        |n: usize| placed.matrix.transform_point3(Vec3::from_array(of.positions.vector(n)).as_dvec3()).as_vec3();
-    surface.mesh.positions.extend(watch.over(0..of.positions.count).map(place));
-    let linear = DMat3::from_mat4(placed.matrix);
-    let mirrored = linear.determinant() < 0.0;
-    // Normals turn with the inverse transposed, whose length does not matter.
-    let cofactors = DMat3::from_cols(
-        linear.y_axis.cross(linear.z_axis),
-        linear.z_axis.cross(linear.x_axis),
-        linear.x_axis.cross(linear.y_axis),
-    ) * if mirrored { -1.0 } else { 1.0 };
-    let normal = |numbers: &Numbers<'_>, v: u32| {
-        (cofactors * Vec3::from_array(numbers.vector(v as usize)).as_dvec3()).normalize_or_zero().as_vec3()
-    };
-    let uv = |numbers: &Numbers<'_>, v: u32| Vec2::from_array(numbers.vector(v as usize));
-    let index = |n: usize| match &of.indices {
-        Some(indices) => indices.index(n).unwrap_or(0),
-        None => u32::try_from(n).unwrap_or(0),
-    };
-    let triangles = if of.mode == Mode::Triangles { of.corners / 3 } else { of.corners.saturating_sub(2) };
-    for n in watch.over(0..triangles) {
-        let mut corners = match of.mode {
-            Mode::TriangleStrip if n % 2 == 1 => [n + 1, n, n + 2],
-            Mode::TriangleStrip => [n, n + 1, n + 2],
-            Mode::TriangleFan => [0, n + 1, n + 2],
-            _ => [3 * n, 3 * n + 1, 3 * n + 2],
+/// A set of triangles.
+struct Set<'a> {
+    part: u16,
+    texture: Option<UvTransform>,
+    of: &'a Attributes<'a>,
+}
+
+impl Set<'_> {
+    /// Adds it where `matrix` puts it.
+    fn add(&self, surface: &mut Surface, matrix: DMat4, watch: &Watch<'_>) {
+        let of = self.of;
+        let first = u32::try_from(surface.mesh.positions.len()).unwrap_or(u32::MAX);
+        let place = |n: usize| matrix.transform_point3(Vec3::from_array(of.positions.vector(n)).as_dvec3()).as_vec3();
+        surface.mesh.positions.extend(watch.over(0..of.positions.count).map(place));
+        let linear = DMat3::from_mat4(matrix);
+        let mirrored = linear.determinant() < 0.0;
+        // Normals turn with the inverse transposed, whose length does not matter.
+        let cofactors = DMat3::from_cols(
+            linear.y_axis.cross(linear.z_axis),
+            linear.z_axis.cross(linear.x_axis),
+            linear.x_axis.cross(linear.y_axis),
+        ) * if mirrored { -1.0 } else { 1.0 };
+        let normal = |numbers: &Numbers<'_>, v: u32| {
+            (cofactors * Vec3::from_array(numbers.vector(v as usize)).as_dvec3()).normalize_or_zero().as_vec3()
+        };
+        let uv = |numbers: &Numbers<'_>, v: u32| {
+            let uv = Vec2::from_array(numbers.vector(v as usize));
+            self.texture.map_or(uv, |texture| texture.at(uv))
+        };
+        let index = |n: usize| match &of.indices {
+            Some(indices) => indices.index(n).unwrap_or(0),
+            None => u32::try_from(n).unwrap_or(0),
+        };
+        for n in watch.over(0..of.triangles()) {
+            let mut corners = match of.mode {
+                Mode::TriangleStrip if n % 2 == 1 => [n + 1, n, n + 2],
+                Mode::TriangleStrip => [n, n + 1, n + 2],
+                Mode::TriangleFan => [0, n + 1, n + 2],
+                _ => [3 * n, 3 * n + 1, 3 * n + 2],
+            }
+            .map(index);
+            if mirrored {
+                corners.swap(1, 2);
+            }
+            let uvs = of.uvs.as_ref().map(|numbers| corners.map(|v| uv(numbers, v)));
+            let normals = of.normals.as_ref().map(|numbers| corners.map(|v| normal(numbers, v))).unwrap_or_default();
+            let polygon = u32::try_from(surface.mesh.triangles.len()).unwrap_or(0);
+            surface.add(corners.map(|v| first + v), (self.part, polygon), uvs, normals);
         }
-        .map(index);
-        if mirrored {
-            corners.swap(1, 2);
-        }
-        let uvs = of.uvs.as_ref().map(|numbers| corners.map(|v| uv(numbers, v)));
-        let normals = of.normals.as_ref().map(|numbers| corners.map(|v| normal(numbers, v)));
-        let polygon = u32::try_from(surface.mesh.triangles.len()).unwrap_or(0);
-        surface.add(corners.map(|v| first + v), (part, polygon), uvs, normals);
     }
 }

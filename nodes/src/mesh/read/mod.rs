@@ -2,14 +2,17 @@
 //!
 //! Files are not trusted. Their size is looked at first, then what they say of themselves, then sizes of everything before it
 //! is allocated. Libraries that read them may panic; that makes the file a bad one. All that is used afterwards is checked.
+mod extensions;
 mod gltf;
 mod obj;
+mod obj_text;
 mod polygon;
 mod views;
 
 use glam::{DVec3, Vec2, Vec3};
 use shibo_engine::value::Mesh;
 use shibo_kernel::ground::stop::Watch;
+use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
 
@@ -19,8 +22,9 @@ const MOST_BYTES: u64 = 512 << 20;
 pub(super) const MOST_TRIANGLES: usize = 2_000_000;
 /// The most vertices and corners with attributes of their own.
 const MOST_VERTICES: usize = 3 * MOST_TRIANGLES;
-/// The most parts.
+/// The most parts, and the most bytes of their names.
 const MOST_PARTS: usize = 65_535;
+const MOST_NAMES: usize = 64 << 20;
 
 /// Why a file is no mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -37,6 +41,9 @@ pub(super) enum ReadError {
     /// Another file is needed.
     #[error("{0}")]
     NoBuffer(String),
+    /// It has no UVs of the set that is asked for.
+    #[error("{0}")]
+    NoUvs(String),
 }
 
 impl ReadError {
@@ -48,12 +55,14 @@ impl ReadError {
 /// What a file says, in its own unit and with its own axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Contents {
-    /// The surface.
+    /// The surface. A triangle without UVs has some that are not finite, a corner without a normal one that is 0.
     pub(super) mesh: Mesh,
     /// Whether its unit is metres, as that of glTF is; else nothing is known about it.
     pub(super) metres: bool,
     /// What was left out.
     pub(super) left_out: Vec<String>,
+    /// What else is worth knowing, in sentences.
+    pub(super) notes: Vec<String>,
 }
 
 /// The kinds of files.
@@ -64,16 +73,22 @@ enum Format {
     Glb,
 }
 
+/// The bytes of a text without its byte order mark.
+fn unmarked(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
+}
+
 fn format(bytes: &[u8]) -> Result<Format, ReadError> {
     if bytes.starts_with(b"glTF") {
         return Ok(Format::Glb);
     }
     let start = &bytes[..bytes.len().min(4096)];
+    // A mark, or a first letter in two bytes one of which is 0.
+    let wide = matches!(start, [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [0, 1..=0x7F, ..] | [1..=0x7F, 0, ..]);
     match start.iter().find(|b| !b.is_ascii_whitespace()) {
         Some(b'{') => Ok(Format::Gltf),
-        _ if start.contains(&0) || std::str::from_utf8(start).is_err_and(|e| e.error_len().is_some()) => {
-            Err(ReadError::bad("it is neither OBJ nor glTF (`.gltf` or `.glb`)"))
-        }
+        _ if wide => Err(ReadError::bad("it is text in UTF-16: save it as UTF-8")),
+        _ if start.contains(&0) => Err(ReadError::bad("it is neither OBJ nor glTF (`.gltf` or `.glb`)")),
         _ => Ok(Format::Obj),
     }
 }
@@ -104,20 +119,21 @@ fn bytes(path: &Path, watch: &Watch<'_>) -> Result<Vec<u8>, ReadError> {
     if bytes.len() as u64 > MOST_BYTES { Err(too_large()) } else { Ok(bytes) }
 }
 
-/// Reads a file; `buffer` is the one beside it that an unpacked glTF keeps its numbers in. Left by unwinding when `watch` says
-/// so.
-pub(super) fn read(path: &Path, buffer: Option<&Path>, watch: &Watch<'_>) -> Result<Contents, ReadError> {
+/// Reads a file with the UVs of the set `uv_set`; `buffer` is the one beside it that an unpacked glTF keeps its numbers in. Left
+/// by unwinding when `watch` says so.
+pub(super) fn read(path: &Path, buffer: Option<&Path>, uv_set: u32, watch: &Watch<'_>) -> Result<Contents, ReadError> {
     let file = bytes(path, watch)?;
     let other = buffer.map(|path| bytes(path, watch)).transpose()?;
-    of_bytes(&file, other.as_deref(), watch)
+    of_bytes(&file, other.as_deref(), uv_set, watch)
 }
 
 /// As [`read`], of bytes.
-fn of_bytes(file: &[u8], buffer: Option<&[u8]>, watch: &Watch<'_>) -> Result<Contents, ReadError> {
+fn of_bytes(file: &[u8], buffer: Option<&[u8]>, uv_set: u32, watch: &Watch<'_>) -> Result<Contents, ReadError> {
+    let file = unmarked(file);
     let contents = match format(file)? {
-        Format::Obj => obj::read(file, watch),
-        Format::Gltf => gltf::read(file, buffer, false, watch),
-        Format::Glb => gltf::read(file, buffer, true, watch),
+        Format::Obj => one_set(uv_set).and_then(|()| obj::read(file, watch)),
+        Format::Gltf => gltf::read(file, buffer, false, uv_set, watch),
+        Format::Glb => gltf::read(file, buffer, true, uv_set, watch),
     }?;
     if contents.mesh.triangles.is_empty() {
         return Err(ReadError::bad("it has no triangles"));
@@ -126,68 +142,72 @@ fn of_bytes(file: &[u8], buffer: Option<&[u8]>, watch: &Watch<'_>) -> Result<Con
 }
 
 /// Looks through a file without making a mesh of it.
-pub(super) fn check(path: &Path, buffer: Option<&Path>) -> Result<(), ReadError> {
+pub(super) fn check(path: &Path, buffer: Option<&Path>, uv_set: u32) -> Result<(), ReadError> {
     let watch = Watch::never();
     let file = bytes(path, &watch)?;
     let other = buffer.map(|path| bytes(path, &watch)).transpose()?;
-    match format(&file)? {
-        Format::Obj => obj::check(&file),
-        Format::Gltf => gltf::check(&file, other.as_deref(), false),
-        Format::Glb => gltf::check(&file, other.as_deref(), true),
+    let file = unmarked(&file);
+    match format(file)? {
+        Format::Obj => one_set(uv_set).and_then(|()| obj::check(file)),
+        Format::Gltf => gltf::check(file, other.as_deref(), false, uv_set),
+        Format::Glb => gltf::check(file, other.as_deref(), true, uv_set),
     }
 }
 
-/// The number of a part by its name, which is listed if it is new.
-fn part(
-    names: &mut Vec<String>,
-    known: &mut std::collections::HashMap<String, u16>,
-    name: &str,
-) -> Result<u16, ReadError> {
-    if let Some(number) = known.get(name) {
-        return Ok(*number);
+/// Refuses another set of UVs than the first: an OBJ has only that.
+fn one_set(uv_set: u32) -> Result<(), ReadError> {
+    match uv_set {
+        0 => Ok(()),
+        _ => Err(ReadError::NoUvs(format!("an OBJ has one set of UVs, number 0; set {uv_set} is asked for"))),
     }
-    let number = u16::try_from(names.len()).ok().filter(|_| names.len() < MOST_PARTS);
-    let number = number.ok_or_else(|| ReadError::TooLarge(format!("it has more than {MOST_PARTS} parts")))?;
-    names.push(name.into());
-    known.insert(name.into(), number);
-    Ok(number)
 }
 
-/// Corners of triangles as they are found in a file; what not all of them have is left out at the end.
+/// The names of the parts that are found.
+#[derive(Default)]
+struct Names {
+    list: Vec<String>,
+    numbers: HashMap<String, u16>,
+    bytes: usize,
+}
+
+impl Names {
+    /// The number of a part by its name, which is listed if it is new.
+    fn part(&mut self, name: &str) -> Result<u16, ReadError> {
+        if let Some(number) = self.numbers.get(name) {
+            return Ok(*number);
+        }
+        self.bytes += name.len();
+        let number = u16::try_from(self.list.len()).ok();
+        let number = number.filter(|_| self.list.len() < MOST_PARTS && self.bytes <= MOST_NAMES).ok_or_else(|| {
+            let message = format!("it has more than {MOST_PARTS} parts, or names of {} MiB", MOST_NAMES >> 20);
+            ReadError::TooLarge(message)
+        })?;
+        self.list.push(name.into());
+        self.numbers.insert(name.into(), number);
+        Ok(number)
+    }
+}
+
+/// Triangles as they are found in a file.
 #[derive(Default)]
 struct Surface {
     mesh: Mesh,
-    bare_uvs: bool,
-    bare_normals: bool,
 }
 
 impl Surface {
-    /// Adds a triangle.
-    fn add(
-        &mut self,
-        corners: [u32; 3],
-        (part, polygon): (u16, u32),
-        uvs: Option<[Vec2; 3]>,
-        normals: Option<[Vec3; 3]>,
-    ) {
+    /// Adds a triangle. A normal that is no direction counts as none.
+    fn add(&mut self, corners: [u32; 3], (part, polygon): (u16, u32), uvs: Option<[Vec2; 3]>, normals: [Vec3; 3]) {
         self.mesh.triangles.push(corners);
         self.mesh.parts.push(part);
         self.mesh.polygons.push(polygon);
-        self.bare_uvs |= uvs.is_none();
-        self.bare_normals |= normals.is_none();
-        self.mesh.uvs.push(uvs.unwrap_or_default());
-        self.mesh.normals.push(normals.unwrap_or_default());
+        let uvs = uvs.filter(|uvs| uvs.iter().all(|uv| uv.is_finite()));
+        self.mesh.uvs.push(uvs.unwrap_or([Vec2::NAN; 3]));
+        let unit = |n: Vec3| if n.is_finite() && n.length_squared() > 1e-12 { n.normalize() } else { Vec3::ZERO };
+        self.mesh.normals.push(normals.map(unit));
     }
 
-    fn done(mut self, watch: &Watch<'_>) -> Mesh {
-        let unit = |n: &Vec3| n.is_finite() && n.length_squared() > 1e-12;
-        if self.bare_uvs || watch.over(&self.mesh.uvs).flatten().any(|uv| !uv.is_finite()) {
-            self.mesh.uvs = Vec::new();
-        }
-        if self.bare_normals || !watch.over(&self.mesh.normals).flatten().all(unit) {
-            self.mesh.normals = Vec::new();
-        }
-        watch.over(&mut self.mesh.normals).flatten().for_each(|n| *n = n.normalize());
+    fn done(mut self, names: Names) -> Mesh {
+        self.mesh.part_names = names.list;
         // Polygons matter only where some have several triangles.
         if self.mesh.polygons.windows(2).all(|pair| pair[0] != pair[1]) {
             self.mesh.polygons = Vec::new();
@@ -203,3 +223,5 @@ fn wide(p: Vec3) -> DVec3 {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod usual_tests;

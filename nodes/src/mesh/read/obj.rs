@@ -1,22 +1,21 @@
-//! OBJ, read line by line; the first line that means nothing is named.
+//! OBJ, read statement by statement; the first line that means nothing is named.
 //!
 //! One pass checks and keeps what makes surfaces: positions, UVs, normals, faces, and the names of their objects and materials.
 //! Other files that are named are never opened. Colours and weights of vertices are left out.
+use super::obj_text::{Statements, fault, index, keyword, name, numbers, words};
 use super::polygon::{self, MOST_CORNERS};
-use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, ReadError, Surface, part, wide};
+use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, Names, ReadError, Surface, wide};
 use glam::{DVec3, Vec2, Vec3};
 use shibo_kernel::ground::stop::Watch;
-use std::collections::HashMap;
+use std::rc::Rc;
 
 /// The most changes of object, group or material.
 const MOST_GROUPS: usize = 100_000;
-/// The longest part of a line that is shown.
-const SHOWN: usize = 60;
 
 /// Faces that follow each other under the same names.
-struct Group<'a> {
-    name: &'a str,
-    material: Option<&'a str>,
+struct Group {
+    name: Rc<str>,
+    material: Option<Rc<str>>,
     /// How many faces come before it.
     first: usize,
 }
@@ -24,9 +23,9 @@ struct Group<'a> {
 /// The corners of a face: numbers of a position, a UV and a normal, counted from 1; 0 for none.
 type Corner = [u32; 3];
 
-/// What the lines of a file say.
+/// What the statements of a file say.
 #[derive(Default)]
-struct Lines<'a> {
+struct Lines {
     positions: Vec<Vec3>,
     uvs: Vec<Vec2>,
     normals: Vec<Vec3>,
@@ -34,69 +33,26 @@ struct Lines<'a> {
     /// How many corners each face has.
     faces: Vec<u16>,
     triangles: usize,
-    groups: Vec<Group<'a>>,
+    groups: Vec<Group>,
     changes: usize,
-    lines: bool,
-    /// Whether some corners have no UVs, and no normals.
-    without: [bool; 2],
+    /// Whether there are points and lines, and curved surfaces.
+    others: [bool; 2],
+    /// How many faces have fewer than three corners.
+    thin: usize,
     /// The largest numbers that faces refer to, and the lines where they do.
     most: [(i64, usize); 3],
 }
 
-/// The lines of a file without their ends.
-fn lines(file: &[u8]) -> impl Iterator<Item = &[u8]> {
-    file.split(|byte| *byte == b'\n').map(|line| line.strip_suffix(b"\r").unwrap_or(line))
-}
-
-/// The first word of a line.
-fn keyword(line: &[u8]) -> &[u8] {
-    let line = line.trim_ascii_start();
-    &line[..line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len())]
-}
-
-/// Why a line means nothing.
-fn fault(number: usize, line: &[u8], what: &str) -> ReadError {
-    let text = String::from_utf8_lossy(line.trim_ascii());
-    let more = if text.chars().count() > SHOWN { " …" } else { "" };
-    let shown: String = text.chars().take(SHOWN).collect();
-    ReadError::Bad(format!("line {number}: `{shown}{more}`: {what}"))
-}
-
-/// The numbers after the keyword, at most `N`, which must be finite; and how many there are.
-fn numbers<const N: usize>(text: &str) -> Option<([f32; N], usize)> {
-    let (mut found, mut count) = ([0.0; N], 0);
-    for word in text.split_ascii_whitespace().skip(1) {
-        *found.get_mut(count)? = word.parse().ok().filter(|number: &f32| number.is_finite())?;
-        count += 1;
-    }
-    Some((found, count))
-}
-
-/// A whole number in as many digits as indices need, which is not 0.
-fn index(word: &[u8]) -> Option<i64> {
-    let (back, digits) = match word {
-        [b'-', digits @ ..] => (true, digits),
-        [b'+', digits @ ..] => (false, digits),
-        digits => (false, digits),
-    };
-    let whole = !digits.is_empty() && digits.len() <= 18 && digits.iter().all(u8::is_ascii_digit);
-    let value = whole.then(|| digits.iter().fold(0_i64, |sum, digit| 10 * sum + i64::from(digit - b'0')))?;
-    (value != 0).then_some(if back { -value } else { value })
-}
-
-impl<'a> Lines<'a> {
-    fn of(file: &'a [u8], watch: &Watch<'_>) -> Result<Self, ReadError> {
-        let mut all = Self { groups: vec![Group { name: "", material: None, first: 0 }], ..Self::default() };
-        for (number, line) in watch.over((1..).zip(lines(file))) {
-            all.line(number, line)?;
+impl Lines {
+    fn of(file: &[u8], watch: &Watch<'_>) -> Result<Self, ReadError> {
+        let first = Group { name: "".into(), material: None, first: 0 };
+        let mut all = Self { groups: vec![first], ..Self::default() };
+        for statement in watch.over(Statements::new(file)) {
+            let (number, text) = statement?;
+            all.statement(number, &text)?;
         }
-        let counts = all.counts();
-        for ((most, line), (count, what)) in all.most.iter().zip(counts.iter().zip(["positions", "UVs", "normals"])) {
-            if *most > *count {
-                let text = lines(file).nth(line - 1).unwrap_or_default();
-                return Err(fault(*line, text, &format!("it refers to number {most} of {count} {what}")));
-            }
-        }
+        all.counted(file)?;
+        all.finite(file)?;
         Ok(all)
     }
 
@@ -105,35 +61,54 @@ impl<'a> Lines<'a> {
         [self.positions.len(), self.uvs.len(), self.normals.len()].map(|count| i64::try_from(count).unwrap_or(i64::MAX))
     }
 
-    fn line(&mut self, number: usize, line: &'a [u8]) -> Result<(), ReadError> {
-        let word = keyword(line);
-        if !matches!(word, b"v" | b"vt" | b"vn" | b"f" | b"l" | b"p" | b"o" | b"g" | b"usemtl") {
+    /// Refuses numbers that lead nowhere. A file without any UVs or normals may refer to some all the same, as many do.
+    fn counted(&self, file: &[u8]) -> Result<(), ReadError> {
+        let counts = self.counts();
+        for (k, what) in ["positions", "UVs", "normals"].into_iter().enumerate() {
+            let ((most, line), count) = (self.most[k], counts[k]);
+            if most > count && (k == 0 || count > 0) {
+                return Err(fault_at(file, line, &format!("it refers to number {most} of {count} {what}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses positions that are not finite, if a face has them.
+    fn finite(&self, file: &[u8]) -> Result<(), ReadError> {
+        if self.positions.iter().all(|p| p.is_finite()) {
             return Ok(());
         }
-        let text = std::str::from_utf8(line).map_err(|_| fault(number, line, "it is not UTF-8"))?;
-        match word {
+        let used = self.corners.iter().map(|corner| corner[0] as usize);
+        let bad = used.filter(|n| self.positions.get(n - 1).is_some_and(|p| !p.is_finite())).min();
+        let Some(bad) = bad else { return Ok(()) };
+        let vertex = Statements::new(file).flatten().filter(|(_, text)| keyword(text) == b"v").nth(bad - 1);
+        let (line, text) = vertex.unwrap_or_default();
+        Err(fault(line, &text, "a face has this vertex, so its numbers must be finite"))
+    }
+
+    fn statement(&mut self, line: usize, text: &[u8]) -> Result<(), ReadError> {
+        match keyword(text) {
             b"v" => {
                 // x, y, z, and a weight or a colour.
                 let found = numbers::<6>(text).filter(|(_, count)| matches!(count, 3 | 4 | 6));
-                let ([x, y, z, ..], _) =
-                    found.ok_or_else(|| fault(number, line, "it must be `v x y z` with finite numbers"))?;
+                let ([x, y, z, ..], _) = found.ok_or_else(|| fault(line, text, "it must be `v x y z` in numbers"))?;
                 self.positions.push(Vec3::new(x, y, z));
             }
             b"vt" => {
-                let found = numbers::<3>(text).filter(|(_, count)| *count >= 2);
-                let ([u, v, _], _) =
-                    found.ok_or_else(|| fault(number, line, "it must be `vt u v` with finite numbers"))?;
+                let found = numbers::<3>(text).filter(|(_, count)| *count >= 1);
+                let ([u, v, _], _) = found.ok_or_else(|| fault(line, text, "it must be `vt u v` in numbers"))?;
                 self.uvs.push(Vec2::new(u, 1.0 - v));
             }
             b"vn" => {
                 let found = numbers::<3>(text).filter(|(_, count)| *count == 3);
-                let (normal, _) =
-                    found.ok_or_else(|| fault(number, line, "it must be `vn x y z` with finite numbers"))?;
+                let (normal, _) = found.ok_or_else(|| fault(line, text, "it must be `vn x y z` in numbers"))?;
                 self.normals.push(Vec3::from_array(normal));
             }
-            b"f" => self.face(number, line, text)?,
-            b"l" | b"p" => self.lines = true,
-            _ => self.group(number, line, text.trim())?,
+            b"f" => self.face(line, text)?,
+            b"l" | b"p" => self.others[0] = true,
+            b"curv" | b"curv2" | b"surf" => self.others[1] = true,
+            word @ (b"o" | b"g" | b"usemtl") => self.group(line, text, word == b"usemtl")?,
+            _ => return Ok(()),
         }
         let vertices = self.positions.len().max(self.uvs.len()).max(self.normals.len());
         if self.triangles > MOST_TRIANGLES || vertices > MOST_VERTICES || self.changes > MOST_GROUPS {
@@ -145,76 +120,98 @@ impl<'a> Lines<'a> {
         Ok(())
     }
 
-    /// A change of object, of group or of material.
-    fn group(&mut self, number: usize, line: &[u8], text: &'a str) -> Result<(), ReadError> {
+    /// A change of material, or else of object or of group.
+    fn group(&mut self, line: usize, text: &[u8], of_material: bool) -> Result<(), ReadError> {
         self.changes += 1;
-        let (word, name) = text.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((text, ""));
-        let name = name.trim();
+        let new = name(text);
         let first = self.faces.len();
         let last = self.groups.last();
-        let (mut named, mut material) = last.map_or(("", None), |group| (group.name, group.material));
-        if word == "usemtl" {
-            if name.is_empty() {
-                return Err(fault(number, line, "it must name a material"));
+        let (mut name, mut material) =
+            last.map_or_else(|| ("".into(), None), |group| (group.name.clone(), group.material.clone()));
+        if of_material {
+            if new.is_empty() {
+                return Err(fault(line, text, "it must name a material"));
             }
-            if material == Some(name) {
+            if material.as_ref() == Some(&new) {
                 return Ok(());
             }
-            material = Some(name);
+            material = Some(new);
         } else {
-            named = name;
+            name = new;
         }
         // What has no faces is no group.
         if last.is_some_and(|group| group.first == first) {
             self.groups.pop();
         }
-        self.groups.push(Group { name: named, material, first });
+        self.groups.push(Group { name, material, first });
         Ok(())
     }
 
-    fn face(&mut self, number: usize, line: &[u8], text: &str) -> Result<(), ReadError> {
-        let counts = self.counts();
-        let mut corners = 0;
-        for word in text.split_ascii_whitespace().skip(1) {
-            corners += 1;
-            let mut parts = 0;
+    fn face(&mut self, line: usize, text: &[u8]) -> Result<(), ReadError> {
+        let (counts, begin) = (self.counts(), self.corners.len());
+        for word in words(text) {
             let mut corner = [0; 3];
-            for (k, part) in word.as_bytes().split(|byte| *byte == b'/').enumerate() {
-                parts += 1;
-                if part.is_empty() && k > 0 {
+            for (k, part) in word.split(|byte| *byte == b'/').enumerate() {
+                if part.is_empty() && matches!(k, 1 | 2) {
                     continue;
                 }
                 let Some(index) = index(part).filter(|_| k < 3) else {
-                    return Err(fault(
-                        number,
-                        line,
-                        "corners must be `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1",
-                    ));
+                    return Err(fault(line, text, "corners must be `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1"));
                 };
                 // Negative numbers count back.
-                let index = if index < 0 { counts[k] + 1 + index } else { index };
+                let back = index < 0;
+                let index = if back { counts[k] + 1 + index } else { index };
+                if index < 1 && k > 0 && counts[k] == 0 {
+                    self.most[k].1 = line;
+                    self.most[k].0 = self.most[k].0.max(1);
+                    continue;
+                }
                 if index < 1 {
-                    return Err(fault(number, line, "it counts back beyond the beginning"));
+                    return Err(fault(line, text, "it counts back beyond the beginning"));
                 }
                 // What is too large for any file is told at the end.
                 corner[k] = u32::try_from(index).unwrap_or(u32::MAX);
                 if index > self.most[k].0 {
-                    self.most[k] = (index, number);
+                    self.most[k] = (index, line);
                 }
             }
-            self.without = [self.without[0] | (corner[1] == 0), self.without[1] | (corner[2] == 0)];
-            if parts > 3 || corners > MOST_CORNERS {
-                return Err(fault(number, line, &format!("a face must have at most {MOST_CORNERS} corners")));
-            }
             self.corners.push(corner);
+            if self.corners.len() - begin > MOST_CORNERS {
+                return Err(fault(line, text, &format!("a face may have {MOST_CORNERS} corners at most")));
+            }
         }
+        let corners = self.corners.len() - begin;
         if corners < 3 {
-            return Err(fault(number, line, "a face needs at least 3 corners"));
+            self.corners.truncate(begin);
+            self.thin += 1;
+            return Ok(());
         }
         self.faces.push(u16::try_from(corners).unwrap_or(u16::MAX));
         self.triangles += corners - 2;
         Ok(())
     }
+
+    /// What is read, but not as the file says it.
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.thin > 0 {
+            notes.push(format!("{} faces have fewer than three corners and are left out", self.thin));
+        }
+        let counts = self.counts();
+        for (k, what) in [(1, "UVs"), (2, "normals")] {
+            if counts[k] == 0 && self.most[k].0 > 0 {
+                let line = self.most[k].1;
+                notes.push(format!("faces refer to {what}, as in line {line}, and there are none"));
+            }
+        }
+        notes
+    }
+}
+
+/// Why the statement that begins in a line means nothing.
+fn fault_at(file: &[u8], line: usize, what: &str) -> ReadError {
+    let statement = Statements::new(file).flatten().find(|(number, _)| *number == line);
+    fault(line, &statement.unwrap_or_default().1, what)
 }
 
 /// Looks through a file.
@@ -227,39 +224,40 @@ pub(super) fn check(file: &[u8]) -> Result<(), ReadError> {
 pub(super) fn read(file: &[u8], watch: &Watch<'_>) -> Result<Contents, ReadError> {
     let lines = Lines::of(file, watch)?;
     let mut surface = Surface::default();
-    let mut known = HashMap::new();
-    let mut faces = Faces { lines: &lines, local: vec![(0, 0); lines.positions.len()], from: 0, at: Vec::new() };
+    let mut names = Names::default();
+    let local = vec![(0, 0); lines.positions.len()];
+    let mut faces = Faces { lines: &lines, local, from: 0, at: Vec::new(), watch };
     for (n, group) in lines.groups.iter().enumerate() {
         let end = lines.groups.get(n + 1).map_or(lines.faces.len(), |next| next.first);
         if group.first == end {
             continue;
         }
-        let name = match (group.name, group.material) {
+        let name = match (&*group.name, &group.material) {
             ("", None) => "unnamed_object".to_owned(),
-            ("", Some(material)) => material.to_owned(),
+            ("", Some(material)) => material.to_string(),
             (name, Some(material)) => format!("{name}/{material}"),
             (name, None) => name.to_owned(),
         };
-        let number = part(&mut surface.mesh.part_names, &mut known, &name)?;
+        let number = names.part(&name)?;
         let group_number = u32::try_from(n + 1).unwrap_or(u32::MAX);
         let added =
             watch.over(group.first..end).try_for_each(|face| faces.add(&mut surface, face, (group_number, number)));
         added.ok_or_else(|| ReadError::bad("its numbers do not fit together"))?;
     }
-    surface.bare_uvs |= lines.without[0];
-    surface.bare_normals |= lines.without[1];
-    let left_out = if lines.lines { vec!["lines and points".to_owned()] } else { Vec::new() };
-    Ok(Contents { mesh: surface.done(watch), metres: false, left_out })
+    let others = ["lines and points", "curved surfaces"].into_iter().zip(lines.others);
+    let left_out = others.filter(|(_, found)| *found).map(|(name, _)| name.to_owned()).collect();
+    Ok(Contents { mesh: surface.done(names), metres: false, left_out, notes: lines.notes() })
 }
 
 /// Makes triangles of faces.
 struct Faces<'a> {
-    lines: &'a Lines<'a>,
+    lines: &'a Lines,
     /// For each position the last group that used it, and its number in the mesh: groups share no vertices yet.
     local: Vec<(u32, u32)>,
     /// The first corner of the next face.
     from: usize,
     at: Vec<DVec3>,
+    watch: &'a Watch<'a>,
 }
 
 impl Faces<'_> {
@@ -282,11 +280,13 @@ impl Faces<'_> {
         let number = |n: usize| self.local[corners[n][0] as usize - 1].1;
         let uv = |n: usize| lines.uvs.get((corners[n][1] as usize).wrapping_sub(1)).copied();
         let normal = |n: usize| lines.normals.get((corners[n][2] as usize).wrapping_sub(1)).copied();
+        // A face has UVs at all of its corners or at none.
+        let has_uvs = (0..corners.len()).all(|n| uv(n).is_some_and(Vec2::is_finite));
         let polygon = u32::try_from(face).ok()?;
-        polygon::triangles(&self.at, |[a, b, c]| {
-            let uvs = uv(a).zip(uv(b)).zip(uv(c)).map(|((a, b), c)| [a, b, c]);
-            let normals = normal(a).zip(normal(b)).zip(normal(c)).map(|((a, b), c)| [a, b, c]);
-            surface.add([a, b, c].map(number), (part, polygon), uvs, normals);
+        polygon::triangles(&self.at, self.watch, |corners| {
+            let uvs = has_uvs.then(|| corners.map(|n| uv(n).unwrap_or_default()));
+            let normals = corners.map(|n| normal(n).unwrap_or_default());
+            surface.add(corners.map(number), (part, polygon), uvs, normals);
         });
         Some(())
     }

@@ -4,12 +4,12 @@ use crate::mesh::LoadMesh;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-fn read_bytes(file: &[u8], buffer: Option<&[u8]>) -> Result<Contents, ReadError> {
-    of_bytes(file, buffer, &Watch::never())
+pub(super) fn read_bytes(file: &[u8], buffer: Option<&[u8]>) -> Result<Contents, ReadError> {
+    of_bytes(file, buffer, 0, &Watch::never())
 }
 
 /// A GLB of a document and a binary part.
-fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
+pub(super) fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let mut json = json.as_bytes().to_vec();
     json.resize(json.len().next_multiple_of(4), b' ');
     let mut binary = binary.to_vec();
@@ -27,7 +27,7 @@ fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
 }
 
 /// Four corners of a square, their UVs, and six indices of 16 bits.
-fn square() -> Vec<u8> {
+pub(super) fn square() -> Vec<u8> {
     let mut bytes = Vec::new();
     for p in [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [0.0, 2.0, 0.0]] {
         bytes.extend(p.iter().flat_map(|v| v.to_le_bytes()));
@@ -39,7 +39,7 @@ fn square() -> Vec<u8> {
     bytes
 }
 
-const SQUARE: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+pub(super) const SQUARE: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
  "nodes": [{"name": "left", "mesh": 0}, {"name": "right", "children": [2]}, {"mesh": 0, "scale": [-2, 1, 1], "translation": [5, 0, 0]}],
  "materials": [{"name": "oak"}],
  "meshes": [{"name": "sheet", "primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}],
@@ -49,7 +49,7 @@ const SQUARE: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"n
  "bufferViews": [{"buffer": 0, "byteLength": 80}, {"buffer": 0, "byteOffset": 80, "byteLength": 12}],
  "buffers": [{"byteLength": 92}]}"#;
 
-fn message(file: &[u8]) -> String {
+pub(super) fn message(file: &[u8]) -> String {
     read_bytes(file, None).unwrap_err().to_string()
 }
 
@@ -59,12 +59,13 @@ fn glb_is_read_with_its_nodes() {
     let mesh = &contents.mesh;
     assert!(contents.metres && contents.left_out.is_empty());
     assert_eq!(mesh.part_names, ["left/sheet/oak", "sheet/oak"]);
-    assert_eq!((mesh.triangles.len(), mesh.positions.len(), mesh.normals.len()), (4, 8, 0));
+    assert_eq!((mesh.triangles.len(), mesh.positions.len()), (4, 8));
+    assert!(mesh.normals.as_flattened().iter().all(|normal| *normal == Vec3::ZERO));
     // The second one is mirrored and moved, and faces the same way.
     assert_eq!(mesh.positions[5], Vec3::new(3.0, 0.0, 0.0));
     assert!((0..4).all(|n| mesh.cross(n).z > 0.0));
     assert_eq!(mesh.uvs[0], [[0.0, 1.0], [0.5, 1.0], [0.5, 0.0]].map(Vec2::from_array));
-    assert_eq!(gltf::check(&glb(SQUARE, &square()), None, true), Ok(()));
+    assert_eq!(gltf::check(&glb(SQUARE, &square()), None, true, 0), Ok(()));
 }
 
 #[test]
@@ -123,6 +124,10 @@ fn faults_of_documents_are_named() {
         ("\"scene\": 0", "\"scene\": 5", "there is no scene 5"),
         ("\"scene\": 0", "\"extensionsRequired\": [\"KHR_draco_mesh_compression\"]", "KHR_draco_mesh_compression"),
         ("\"asset\"", "\"assets\"", "no glTF"),
+        ("\"2.0\"", "\"9.0\"", "glTF of version 9.0"),
+        ("\"2.0\"", "\"1.0\"", "glTF of version 1.0"),
+        ("\"2.0\"", "\"two\"", "glTF of version two"),
+        ("\"2.0\"", "\"2.1\", \"minVersion\": \"2.1\"", "needs a reader of glTF 2.1"),
     ] {
         let json = SQUARE.replacen(from, to, 1);
         assert_ne!(json, SQUARE);
@@ -133,7 +138,7 @@ fn faults_of_documents_are_named() {
         }
         let found = message(&glb(&file, &numbers));
         assert!(found.contains(words), "{words}: {found}");
-        assert!(gltf::check(&glb(&file, &numbers), None, true).is_err());
+        assert!(gltf::check(&glb(&file, &numbers), None, true, 0).is_err());
     }
     let mut old = glb(SQUARE, &square());
     old[4] = 1;
@@ -167,9 +172,10 @@ fn obj_says_what_it_has() {
     assert_eq!(mesh.polygons, [0, 0, 1]);
     assert_eq!(mesh.uvs[0], [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(Vec2::from_array));
     assert_eq!(mesh.normals[0], [Vec3::Z; 3]);
-    // What not all corners have is left out.
+    // A face without them keeps the others as they are.
     let bare = read_bytes(text.replace("-4/1/1 -2/3/1 -1/4/1", "-4 -2 -1").as_bytes(), None).unwrap().mesh;
-    assert!(bare.normals.is_empty());
+    assert_eq!((&bare.uvs[..2], &bare.normals[..2]), (&mesh.uvs[..2], &mesh.normals[..2]));
+    assert!(bare.uvs[2][0].is_nan() && bare.normals[2] == [Vec3::ZERO; 3]);
 }
 
 /// Small files that stand for large things are refused before anything is made of them.
@@ -182,8 +188,11 @@ fn bombs_are_refused() {
         writeln!(groups, "o {n}").unwrap();
     }
     assert!(matches!(read_bytes((groups + "f 1 2 3\n").as_bytes(), None), Err(ReadError::TooLarge(_))));
-    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf".to_owned() + &" 1 2 3".repeat(1000);
-    assert!(message(corners.as_bytes()).contains("at most 1000 corners"));
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf".to_owned() + &" 1 2 3".repeat(22_000);
+    assert!(message(corners.as_bytes()).contains("65535 corners at most"));
+    let names = "v 0 0 0\nv 1 0 0\nv 0 1 0\no ".to_owned() + &"n".repeat(1 << 20);
+    let names = (0..80).fold(names, |text, n| text + &format!("\nusemtl {n}\nf 1 2 3"));
+    assert!(message(names.as_bytes()).contains("names of 64 MiB"));
     let objects = format!("{{\"asset\": {{\"version\": \"2.0\"}}, \"nodes\": [{}{{}}]}}", "{},".repeat(300_000));
     assert!(matches!(read_bytes(objects.as_bytes(), None), Err(ReadError::TooLarge(_))));
     // One set of numbers, shown by many nodes.

@@ -1,8 +1,10 @@
 //! The numbers of a glTF: accessors into views of buffers, each checked before it is read.
-use super::ReadError;
+use super::{MOST_VERTICES, ReadError};
 use gltf_json::Root;
+use gltf_json::accessor::sparse::Sparse;
 use gltf_json::accessor::{Accessor, ComponentType, Type};
 use gltf_json::validation::Checked;
+use std::borrow::Cow;
 
 /// The buffers of a document.
 pub(super) struct Buffers<'a> {
@@ -13,9 +15,9 @@ pub(super) struct Buffers<'a> {
     beside: Option<&'a [u8]>,
 }
 
-/// The numbers of an accessor, in a view.
+/// The numbers of an accessor, in a view or put together.
 pub(super) struct Numbers<'a> {
-    bytes: &'a [u8],
+    bytes: Cow<'a, [u8]>,
     stride: usize,
     component: ComponentType,
     normalized: bool,
@@ -110,42 +112,84 @@ impl<'a> Buffers<'a> {
         if *found != ty {
             return Err(bad(&format!("holds {found:?} and must hold {ty:?}")));
         }
-        if accessor.sparse.is_some() {
-            return Err(bad("is sparse, which is not read: export without shape keys"));
-        }
-        let (bytes, stride, size) =
-            self.view(accessor, ty.multiplicity() * component.0.size()).map_err(|what| bad(&what))?;
-        let count = accessor.count.0;
-        let end = count.checked_sub(1).and_then(|last| last.checked_mul(stride)).and_then(|at| at.checked_add(size));
-        if end.is_some_and(|end| end > bytes.len() as u64) || (count > 0 && end.is_none()) {
-            return Err(bad(&format!("has {count} elements, for which its view of {} bytes has no room", bytes.len())));
-        }
-        let fits = |n: u64| usize::try_from(n).map_err(|_| bad("is too large"));
-        let (stride, count) = (fits(stride)?, fits(count)?);
+        let size = ty.multiplicity() * component.0.size();
+        let (bytes, stride) = self.elements(accessor, size).map_err(|what| bad(&what))?;
+        let count = usize::try_from(accessor.count.0).map_err(|_| bad("is too large"))?;
         Ok(Numbers { bytes, stride, component: component.0, normalized: accessor.normalized, count })
     }
 
-    /// The bytes from an accessor's first one on, the way from one element to the next, and the size of one.
-    fn view(&self, accessor: &Accessor, size: usize) -> Result<(&[u8], u64, u64), String> {
-        let n = accessor.buffer_view.ok_or("has no view")?.value();
+    /// The bytes of an accessor with elements of that size, and the way from one element to the next.
+    fn elements(&self, accessor: &Accessor, size: usize) -> Result<(Cow<'_, [u8]>, usize), String> {
+        let (offset, count) = (accessor.byte_offset.map_or(0, |at| at.0), accessor.count.0);
+        let base = accessor.buffer_view.map(|view| self.view(view.value(), offset, size, count)).transpose()?;
+        match (&accessor.sparse, base) {
+            (None, None) => Err("has no view".to_owned()),
+            (None, Some((bytes, stride))) => Ok((Cow::Borrowed(bytes), stride)),
+            (Some(sparse), base) => Ok((Cow::Owned(self.patched(sparse, base, size, count)?), size)),
+        }
+    }
+
+    /// The elements of a sparse accessor: those of `base`, or zeros, but for some that have values of their own.
+    fn patched(
+        &self,
+        sparse: &Sparse,
+        base: Option<(&[u8], usize)>,
+        size: usize,
+        count: u64,
+    ) -> Result<Vec<u8>, String> {
+        let count = usize::try_from(count).ok().filter(|count| *count <= MOST_VERTICES);
+        let count = count.ok_or_else(|| format!("has more than {MOST_VERTICES} elements"))?;
+        let (Checked::Valid(kind), some) = (&sparse.indices.component_type, sparse.count.0) else {
+            return Err("has sparse indices of an unknown kind".to_owned());
+        };
+        let view = |view: usize, offset: u64, size: usize| self.view(view, offset, size, some);
+        let (indices, values) = (&sparse.indices, &sparse.values);
+        let (bytes, stride) = view(indices.buffer_view.value(), indices.byte_offset.0, kind.0.size())?;
+        let component = kind.0;
+        // As many as their view holds, so the number fits.
+        let some = usize::try_from(some).unwrap_or(0);
+        let indices = Numbers { bytes: Cow::Borrowed(bytes), stride, component, normalized: false, count: some };
+        let (values, stride) = view(values.buffer_view.value(), values.byte_offset.0, size)?;
+        let mut out = vec![0; count * size];
+        if let Some((bytes, stride)) = base {
+            let elements = out.chunks_exact_mut(size).enumerate();
+            elements.for_each(|(n, to)| to.copy_from_slice(&bytes[n * stride..][..size]));
+        }
+        for n in 0..some {
+            let index = indices.index(n).map_or(usize::MAX, |index| index as usize);
+            let to = out.chunks_exact_mut(size).nth(index);
+            let to = to.ok_or_else(|| format!("has the sparse index {index} of {count} elements"))?;
+            to.copy_from_slice(&values[n * stride..][..size]);
+        }
+        Ok(out)
+    }
+
+    /// The bytes of a view from an element on, and the way from one element to the next; it has room for `count` of that size.
+    fn view(&self, n: usize, offset: u64, size: usize, count: u64) -> Result<(&[u8], usize), String> {
         let all = self.root.buffer_views.len();
         let view = self.root.buffer_views.get(n).ok_or_else(|| format!("refers to view {n} of {all}"))?;
         let buffer =
             self.buffer(view.buffer.value()).ok_or_else(|| format!("refers to view {n}, which has no buffer"))?;
-        let offset = view.byte_offset.map_or(0, |at| at.0);
-        let end = offset.checked_add(view.byte_length.0);
+        let from = view.byte_offset.map_or(0, |at| at.0);
+        let end = from.checked_add(view.byte_length.0);
         let end = end
             .filter(|end| *end <= buffer.len() as u64)
             .ok_or_else(|| format!("refers to view {n}, which leaves its buffer"))?;
-        let start = offset.checked_add(accessor.byte_offset.map_or(0, |at| at.0)).filter(|start| *start <= end);
+        let start = from.checked_add(offset).filter(|start| *start <= end);
         let start = start.ok_or_else(|| format!("begins beyond view {n}"))?;
         let stride = view.byte_stride.map_or(size, |stride| stride.0);
         if stride < size {
             return Err(format!("has elements of {size} bytes every {stride} bytes"));
         }
         // Both lie within the buffer, which is in memory.
-        let range = usize::try_from(start).unwrap_or(0)..usize::try_from(end).unwrap_or(0);
-        Ok((&buffer[range], stride as u64, size as u64))
+        let bytes = &buffer[usize::try_from(start).unwrap_or(0)..usize::try_from(end).unwrap_or(0)];
+        let needs = |last: u64| last.checked_mul(stride as u64).and_then(|at| at.checked_add(size as u64));
+        match count.checked_sub(1).map(needs) {
+            Some(needs) if needs.is_none_or(|needs| needs > bytes.len() as u64) => {
+                Err(format!("has {count} elements, for which its view of {} bytes has no room", bytes.len()))
+            }
+            _ => Ok((bytes, stride)),
+        }
     }
 }
 

@@ -1,0 +1,132 @@
+//! Fields at points of the canvas.
+use super::{Failure, Session, located};
+use crate::diagnostics::Diagnostic;
+use crate::eval::{Caches, CancelToken, Event, MemoryCache, Observer, Run};
+use crate::graph::Graph;
+use crate::value::{Field, Grid, TILE, Tile, Window};
+use glam::{DVec2, UVec2};
+use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
+
+/// A value is taken exactly at a point if it follows from at most so many pixels along a side of each field that it reads.
+const NEAR: u64 = 32;
+/// So many points are computed by one run, and the bytes of its cache: the tiles of a point are of no use to other points.
+const AT_ONCE: usize = 256;
+const SCRATCH: u64 = 16 << 20;
+/// The farthest pixel, counted from the canvas' corner.
+const FARTHEST: f64 = 16_777_216.0;
+
+/// Tells each warning once.
+struct Once<'a> {
+    observer: &'a dyn Observer,
+    told: Mutex<Vec<Diagnostic>>,
+}
+
+impl Observer for Once<'_> {
+    fn event(&self, event: Event) {
+        if let Event::Warning(warning) = &event {
+            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+            if told.contains(warning) {
+                return;
+            }
+            told.push(warning.clone());
+        }
+        self.observer.event(event);
+    }
+}
+
+/// The one pixel at a place of a grid.
+const fn pixel(x: i32, y: i32) -> Window {
+    Window { x, y, width: 1, height: 1 }
+}
+
+/// The channels of the first pixel of a tile.
+fn channels(tile: &Tile) -> Vec<f32> {
+    (0..tile.channels()).map(|channel| tile.plane(channel)[0]).collect()
+}
+
+/// The pixel of a grid that holds a point, if that is not too far away.
+#[expect(clippy::cast_possible_truncation, reason = "compared with the farthest first")]
+fn holds(grid: &Grid, point: DVec2) -> Option<(i32, i32)> {
+    let at = ((point - grid.origin) / grid.step).floor();
+    (at.abs().max_element() <= FARTHEST).then_some((at.x as i32, at.y as i32))
+}
+
+impl Session {
+    /// The values of a field of `graph` at points in mm, one point after another, the channels of each side by side.
+    ///
+    /// A point is the centre of a pixel as large as those of the canvas. If the value follows from a whole picture, or from
+    /// many pixels of one, the pixel of the canvas that holds the point stands for it: so points share what is computed.
+    ///
+    /// # Errors
+    /// What went wrong, at its place; points very far from the canvas.
+    pub fn at_points(
+        &self,
+        graph: &Graph,
+        field: &Field,
+        points: &[DVec2],
+        cancel: &CancelToken,
+        observer: &dyn Observer,
+    ) -> Result<Vec<f32>, Failure> {
+        let grid = graph.canvas.grid(graph.canvas.resolution);
+        let Some(first) = points.first() else { return Ok(Vec::new()) };
+        self.run(graph, cancel, observer, |run| {
+            if run.is_near(field, &grid.centered_at(*first), NEAR) {
+                let once = Once { observer, told: Mutex::default() };
+                let some = |points: &[DVec2]| self.exactly(run, (graph, field, &grid), points, (cancel, &once));
+                let parts: Vec<Vec<f32>> = points.par_chunks(AT_ONCE).map(some).collect::<Result<_, _>>()?;
+                Ok(parts.concat())
+            } else {
+                in_picture(run, (graph, field, &grid), points)
+            }
+        })
+    }
+
+    /// The values where each point is the centre of a pixel.
+    fn exactly(
+        &self,
+        run: &Run<'_>,
+        (graph, field, grid): (&Graph, &Field, &Grid),
+        points: &[DVec2],
+        (cancel, observer): (&CancelToken, &dyn Observer),
+    ) -> Result<Vec<f32>, Failure> {
+        let caches = Caches::new(MemoryCache::new(SCRATCH), None);
+        let run = Run::new(graph, run.keys(), &caches, self.memory, cancel, observer);
+        let value = |point: &DVec2| {
+            let grid = grid.centered_at(*point);
+            run.prepare(field, &grid)?;
+            run.limit(&[field], &grid, Window::full(UVec2::ONE), Vec::new());
+            Ok(channels(&run.raster(field, &grid, Window::full(UVec2::ONE))?))
+        };
+        let values: Result<Vec<Vec<f32>>, _> = points.iter().map(value).collect();
+        values.map(|values| values.concat()).map_err(|stop| located(&run, graph, stop))
+    }
+}
+
+/// The values of the pixels that hold points, tile by tile.
+fn in_picture(
+    run: &Run<'_>,
+    (graph, field, grid): (&Graph, &Field, &Grid),
+    points: &[DVec2],
+) -> Result<Vec<f32>, Failure> {
+    let tile = TILE.cast_signed();
+    let place = |(n, point): (usize, &DVec2)| {
+        let (x, y) = holds(grid, *point).ok_or_else(|| {
+            Failure::Usage(format!("point {} at ({}, {}) mm lies too far from the canvas", n + 1, point.x, point.y))
+        })?;
+        Ok(((y.div_euclid(tile), x.div_euclid(tile)), (y, x), n))
+    };
+    let mut places = points.iter().enumerate().map(place).collect::<Result<Vec<_>, Failure>>()?;
+    places.sort_unstable();
+    run.prepare(field, grid).map_err(|stop| located(run, graph, stop))?;
+    let tiles: Vec<_> = places.chunk_by(|a, b| a.0 == b.0).collect();
+    let found = tiles.par_iter().map(|places| {
+        let value =
+            |(_, (y, x), n): &(_, (i32, i32), usize)| Ok((*n, channels(&run.raster(field, grid, pixel(*x, *y))?)));
+        places.iter().map(value).collect::<Result<Vec<_>, _>>()
+    });
+    let mut found: Vec<(usize, Vec<f32>)> =
+        found.collect::<Result<Vec<Vec<_>>, _>>().map_err(|stop| located(run, graph, stop))?.concat();
+    found.sort_unstable_by_key(|(n, _)| *n);
+    Ok(found.into_iter().flat_map(|(_, values)| values).collect())
+}

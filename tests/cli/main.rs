@@ -41,6 +41,7 @@ mod synthesis_given;
 mod synthesis_rows;
 mod synthesis_surface;
 mod tools;
+mod vector_pictures;
 mod wood;
 mod wood_given;
 mod wood_grain;

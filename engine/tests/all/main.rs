@@ -30,3 +30,4 @@ mod pictures;
 #[path = "../../../build/fingerprint.rs"]
 mod script;
 mod store;
+mod tiff_read;

@@ -32,6 +32,7 @@ pub(crate) fn written(format: Format, depth: Depth, channels: usize, compression
         compression,
         mips,
         chromaticities,
+        pixel_mm: None,
         metadata,
     };
     let plane: Vec<f32> = (0..PIXELS).map(|index| f32::from(index % 251) / 250.0).collect();

@@ -124,6 +124,9 @@ pub(crate) fn samples() -> Vec<Vec<u8>> {
         indexed_png(&[0, 1, 2, 1], (2, 2), 2, &[9; 9], Some(&[7, 8])),
         Jpeg::default().bytes(),
         Jpeg::progressive().bytes(),
+        include_bytes!("../../tiff/lzw_tiles.tif").to_vec(),
+        include_bytes!("../../tiff/jpeg_ycbcr.tif").to_vec(),
+        include_bytes!("../../tiff/jpeg_rgb_tiles.tif").to_vec(),
     ]
 }
 

@@ -150,7 +150,7 @@ impl Image {
 }
 
 impl Node for Image {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[
         Output::new("image", Type::Picture, "The picture, for ports of either kind."),
         Output::new("rgb", Type::Rgb, "Its colour, scene-linear; grey if it has one channel."),

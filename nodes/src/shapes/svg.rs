@@ -63,6 +63,7 @@ impl Default for Svg {
 }
 
 impl Node for Svg {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::Rgb, "The picture on `background`, scene-linear."),
         Output::new("alpha", Type::Gray, "How much of the place is drawn on, 0..1."),

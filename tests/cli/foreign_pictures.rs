@@ -1,4 +1,4 @@
-//! SVG files of drawing programs, and the sizes that pictures state, end to end.
+//! SVG and TIFF files of other programs, and the sizes that pictures state, end to end.
 use crate::support::{Desk, samples};
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -52,6 +52,33 @@ fn colors_that_cannot_be_known_are_told_with_their_place() {
     assert!(error["help"].as_str().unwrap().contains("write the colour itself"), "{error}");
     assert_eq!((error["line"].as_u64(), error["code"].as_str()), (Some(2), Some("bad-file")));
     desk.shibo("render a.ron").expect(1);
+}
+
+#[test]
+fn shows_the_picture_behind_a_thumbnail_upright() {
+    use tiff::encoder::{TiffEncoder, colortype::Gray8};
+    use tiff::tags::Tag;
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut bytes).unwrap();
+    for (size, values, (tag, value)) in
+        [((1, 1), &[9][..], (Tag::NewSubfileType, 1)), ((3, 2), &[10, 20, 30, 40, 50, 60][..], (Tag::Orientation, 6))]
+    {
+        let mut image = encoder.new_image::<Gray8>(size.0, size.1).unwrap();
+        image.encoder().write_tag(tag, u16::try_from(value).unwrap()).unwrap();
+        image.write_data(values).unwrap();
+    }
+    let desk = Desk::new();
+    desk.write("a.tif", bytes.into_inner());
+    desk.write(
+        "a.ron",
+        "(version: 1, canvas: (size_mm: (2, 3), resolution: 2, tile: None),\n nodes: { \"i\": Image(path: \"a.tif\", \
+         filter: Nearest) }, outputs: { \"o\": File(from: \"i.gray\", format: Png, depth: U8) })",
+    );
+    desk.shibo("check a.ron").expect(0);
+    desk.shibo("render a.ron --no-cache").expect(0);
+    let (width, pixels) = samples(&desk.path("out/o.png"));
+    let pixels: Vec<u16> = pixels.iter().map(|pixel| pixel[0] >> 8).collect();
+    assert_eq!((width, pixels), (2, vec![40, 10, 50, 20, 60, 30]));
 }
 
 #[test]

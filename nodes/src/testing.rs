@@ -26,6 +26,7 @@ pub(crate) fn write_tiff(path: &std::path::Path, width: u32, channels: &[&str], 
         compression: Compression::Fast,
         mips: Vec::new(),
         chromaticities: None,
+        pixel_mm: None,
         metadata: Vec::new(),
     };
     let mut writer = Writer::create(path, &spec).expect("a folder to write to");

@@ -308,6 +308,9 @@ fn picture_text(path: &Path, pictures: &dyn Pictures) -> Option<String> {
                 SampleKind::F16 => "16 bit float",
                 SampleKind::F32 => "32 bit float",
                 SampleKind::U32 => "32 bit",
+                SampleKind::I8 => "8 bit signed",
+                SampleKind::I16 => "16 bit signed",
+                SampleKind::I32 => "32 bit signed",
             };
             let (width, height, channels) = (header.width, header.height, header.channels);
             let plural = if channels == 1 { "" } else { "s" };

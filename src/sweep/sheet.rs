@@ -46,6 +46,7 @@ impl Sheet {
             compression: Compression::Fast,
             mips: Vec::new(),
             chromaticities: None,
+            pixel_mm: None,
             metadata: vec![("shibo:sheet".into(), key.into())],
         };
         let writer = Writer::create(path, &spec).map_err(failed)?;

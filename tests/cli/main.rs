@@ -13,6 +13,7 @@ mod dump;
 mod export;
 mod faults;
 mod fmt;
+mod foreign_pictures;
 mod gltf;
 mod hidden;
 mod hostile_meshes;

@@ -63,7 +63,7 @@ impl Map {
         if self.mips.is_empty() { self.planes() } else { self.mips.iter().map(|filter| filter.channels()).sum() }
     }
 
-    fn spec(&self, size: UVec2, (dither, compression): (bool, Compression)) -> PictureSpec {
+    fn spec(&self, (size, pixel_mm): (UVec2, [f32; 2]), (dither, compression): (bool, Compression)) -> PictureSpec {
         let (format, depth, transfer) = match self.samples {
             Samples::Color => (Format::Png, Depth::U8, Transfer::Srgb),
             Samples::Jpeg(quality) => (Format::Jpeg(quality), Depth::U8, Transfer::Srgb),
@@ -83,6 +83,7 @@ impl Map {
             compression,
             mips: self.mips.clone(),
             chromaticities: None,
+            pixel_mm: Some(pixel_mm),
             metadata: self.metadata.clone(),
         }
     }
@@ -251,11 +252,16 @@ pub struct BundleWriter {
 }
 
 impl BundleWriter {
-    /// Starts the pictures, of `size` pixels.
+    /// Starts the pictures, of so many pixels, each so many mm wide and high.
     ///
     /// # Errors
     /// When the folder cannot be written.
-    pub fn create(folder: &Path, bundle: Bundle, size: UVec2, how: (bool, Compression)) -> Result<Self, WriteError> {
+    pub fn create(
+        folder: &Path,
+        bundle: Bundle,
+        size: (UVec2, [f32; 2]),
+        how: (bool, Compression),
+    ) -> Result<Self, WriteError> {
         let start = |map: &Map| {
             let file = bundle.archive.as_ref().unwrap_or(&map.file);
             Writer::create(&folder.join(file), &map.spec(size, how))

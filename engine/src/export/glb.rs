@@ -24,7 +24,7 @@ pub struct GlbWriter {
 }
 
 impl GlbWriter {
-    /// Starts a file with textures of `size` pixels. `wraps` tells in which directions they repeat.
+    /// Starts a file with textures of so many pixels, each so many mm wide and high. `wraps` tells in which directions they repeat.
     ///
     /// # Errors
     /// When the folder cannot be written.
@@ -32,7 +32,7 @@ impl GlbWriter {
         path: &Path,
         name: &str,
         (exported, shape): (Exported, Shape),
-        size: UVec2,
+        (size, pixel_mm): (UVec2, [f32; 2]),
         wraps: [bool; 2],
         (dither, compression): (bool, Compression),
     ) -> Result<Self, WriteError> {
@@ -46,6 +46,7 @@ impl GlbWriter {
             compression,
             mips: Vec::new(),
             chromaticities: None,
+            pixel_mm: Some(pixel_mm),
             metadata: Vec::new(),
         };
         let writer = |texture: &Texture| match exported.file(texture) {

@@ -25,6 +25,7 @@ pub fn default_for(picture: &Picture) -> ColorSpace {
         SampleKind::U8 => ColorSpace::Srgb,
         SampleKind::F16 | SampleKind::F32 => ColorSpace::Linear,
         SampleKind::U16 | SampleKind::U32 => ColorSpace::Raw,
+        SampleKind::I8 | SampleKind::I16 | SampleKind::I32 => ColorSpace::Raw,
     }
 }
 

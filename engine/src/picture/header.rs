@@ -36,6 +36,10 @@ pub struct Header {
     pub names: Vec<String>,
     /// Whether the last of the channels is opacity.
     pub has_alpha: bool,
+    /// The ICC profile of the colours as the file holds it, unchecked.
+    pub icc: Option<Vec<u8>>,
+    /// True if the file declares that its colours are multiplied by opacity.
+    pub associated: bool,
 }
 
 /// Reads the header of a file. Limits are not applied, so that a caller can say what it found.

@@ -63,6 +63,12 @@ pub enum SampleKind {
     F32,
     /// 32-bit integers: from TIFF scaled to 0..1; from EXR, where they are numbers of objects, as they are.
     U32,
+    /// Signed 8-bit integers, 127 scaled to 1.
+    I8,
+    /// Signed 16-bit integers, 32767 scaled to 1.
+    I16,
+    /// Signed 32-bit integers, the greatest scaled to 1.
+    I32,
 }
 
 impl SampleKind {
@@ -70,10 +76,16 @@ impl SampleKind {
     #[must_use]
     pub fn bytes(self) -> usize {
         match self {
-            Self::U8 => 1,
-            Self::U16 | Self::F16 => 2,
-            Self::F32 | Self::U32 => 4,
+            Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 | Self::F16 => 2,
+            Self::F32 | Self::U32 | Self::I32 => 4,
         }
+    }
+
+    /// True for signed integers.
+    #[must_use]
+    pub fn is_signed(self) -> bool {
+        matches!(self, Self::I8 | Self::I16 | Self::I32)
     }
 
     /// Whether the samples are floats.

@@ -108,6 +108,8 @@ fn header_of(meta: &MetaData, selection: &Selection) -> Result<Header, ReadError
         kind: kind_of(meta, selection),
         names: all_names(meta),
         has_alpha: selection.has_alpha,
+        icc: None,
+        associated: false,
     })
 }
 

@@ -4,11 +4,11 @@ mod tables;
 
 use super::guard::guarded;
 use super::limits::{ReadError, ReadLimits};
-use super::raster::{from_image, header_of, limited, picture, samples};
+use super::raster::{from_image, header_of, limited, picture, samples, swaps_sides, upright};
 use super::{FileFormat, Header, Picture};
+use image::ImageDecoder;
 use image::codecs::jpeg::JpegDecoder;
 use image::metadata::Orientation;
-use image::{DynamicImage, GrayImage, ImageDecoder, RgbImage};
 use std::io::{BufRead, Cursor, Seek};
 
 /// A block of 64 pixels takes a bit at least, and of three subsampled planes two are a quarter of the size.
@@ -25,7 +25,35 @@ pub(super) fn check(bytes: &[u8], limits: &ReadLimits) -> Result<Header, ReadErr
 pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadError> {
     let (header, orientation) = checked(bytes, limits)?;
     let bytes = samples(|| JpegDecoder::new(Cursor::new(bytes)).map_err(from_image))?;
-    Ok(picture(&upright(bytes, &header, orientation)?, header))
+    let picture = picture(&bytes, header);
+    let (width, height) = (picture.width, picture.height);
+    let stored = if swaps_sides(orientation) { (height, width) } else { (width, height) };
+    Ok(Picture { planes: upright(picture.planes, stored, orientation)?, ..picture })
+}
+
+/// Checks a JPEG that is a part of a picture of another format: so wide, of so many rows at least, and of so many channels.
+pub(super) fn check_part(bytes: &[u8], frame: (u32, u32), channels: usize) -> Result<(), ReadError> {
+    markers::walk(bytes)?;
+    guarded(|| part(bytes, frame, channels).map(|_| ()))
+}
+
+/// The samples of a JPEG that [`check_part`] takes; there may be more rows.
+pub(super) fn read_part(bytes: &[u8], frame: (u32, u32), channels: usize) -> Result<Vec<u8>, ReadError> {
+    samples(|| part(bytes, frame, channels))
+}
+
+fn part(bytes: &[u8], (wide, rows): (u32, u32), channels: usize) -> Result<JpegDecoder<Cursor<&[u8]>>, ReadError> {
+    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(from_image)?;
+    let header = header_of(&decoder, FileFormat::Jpeg)?;
+    check_size(&header, bytes)?;
+    let Header { width, height, channels: found, .. } = header;
+    if width != wide || height < rows || usize::from(found) != channels {
+        let message = format!(
+            "a part of it has `{width}x{height}` pixels and {found} channels; it must have `{wide}x{rows}` and {channels}"
+        );
+        return Err(ReadError::corrupt(message));
+    }
+    Ok(decoder)
 }
 
 fn checked(bytes: &[u8], limits: &ReadLimits) -> Result<(Header, Orientation), ReadError> {
@@ -33,11 +61,17 @@ fn checked(bytes: &[u8], limits: &ReadLimits) -> Result<(Header, Orientation), R
     let (header, orientation) = guarded(|| look(Cursor::new(bytes)))?;
     // A progressive file is decoded through 16-bit coefficients.
     limits.check(limited(&header, 3))?;
+    check_size(&header, bytes)?;
+    Ok((header, orientation))
+}
+
+/// Compares the pixels of a header with those that the file can hold.
+fn check_size(header: &Header, bytes: &[u8]) -> Result<(), ReadError> {
     let pixels = u64::from(header.width) * u64::from(header.height);
     if pixels > (bytes.len() as u64).saturating_mul(PIXELS_PER_BYTE) {
         return Err(ReadError::implausible(bytes.len() as u64, header.width, header.height));
     }
-    Ok((header, orientation))
+    Ok(())
 }
 
 /// The header of the upright picture, and how the stored one becomes upright.
@@ -50,26 +84,4 @@ fn look<R: BufRead + Seek>(reader: R) -> Result<(Header, Orientation), ReadError
         true => (Header { width: height, height: width, ..header }, orientation),
         false => (header, orientation),
     })
-}
-
-fn swaps_sides(orientation: Orientation) -> bool {
-    use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
-    matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
-}
-
-/// Turns stored samples as the camera was held: EXIF tells which corner of the stored picture is the upper left one.
-fn upright(bytes: Vec<u8>, header: &Header, orientation: Orientation) -> Result<Vec<u8>, ReadError> {
-    if orientation == Orientation::NoTransforms {
-        return Ok(bytes);
-    }
-    let (width, height) =
-        if swaps_sides(orientation) { (header.height, header.width) } else { (header.width, header.height) };
-    let stored = match header.channels {
-        1 => GrayImage::from_raw(width, height, bytes).map(DynamicImage::ImageLuma8),
-        _ => RgbImage::from_raw(width, height, bytes).map(DynamicImage::ImageRgb8),
-    };
-    let mut picture =
-        stored.ok_or_else(|| ReadError::corrupt("it holds another number of samples than its header says"))?;
-    picture.apply_orientation(orientation);
-    Ok(picture.into_bytes())
 }

@@ -66,7 +66,8 @@ fn check_indices<R: BufRead + Seek>(reader: R, colors: usize) -> Result<(), Read
     let (width, bits, interlaced) = (info.width as usize, info.bit_depth as usize, info.interlaced);
     let mut y = 0;
     let mut check_row = |row: &[u8]| {
-        let found = (0..width).map(|x| (x, sample(row, x, bits))).find(|(_, index)| usize::from(*index) >= colors);
+        let found =
+            (0..width).map(|x| (x, packed_sample(row, x, bits))).find(|(_, index)| usize::from(*index) >= colors);
         if let Some((x, index)) = found {
             let message = format!(
                 "the pixel in column {x} of row {y} has colour {index} of the palette, which ends with colour {}",
@@ -91,7 +92,7 @@ fn check_indices<R: BufRead + Seek>(reader: R, colors: usize) -> Result<(), Read
 }
 
 /// A sample of 1, 2, 4 or 8 bits of a packed row; the first is in the highest bits.
-fn sample(row: &[u8], x: usize, bits: usize) -> u8 {
+pub(super) fn packed_sample(row: &[u8], x: usize, bits: usize) -> u8 {
     let at = x * bits;
     let shift = 8 - bits - at % 8;
     u8::try_from((u32::from(row[at / 8]) >> shift) & ((1 << bits) - 1)).unwrap_or(u8::MAX)

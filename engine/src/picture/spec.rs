@@ -197,6 +197,8 @@ pub struct PictureSpec {
     pub mips: Vec<MipFilter>,
     /// The primaries and the white that an EXR's header states: x and y of red, green, blue and white.
     pub chromaticities: Option<[f32; 8]>,
+    /// Width and height of a pixel in mm, where they are known: for the header of all formats.
+    pub pixel_mm: Option<[f32; 2]>,
     /// Pairs of a name and a text for the header. `Software` has a place of its own in every format.
     pub metadata: Vec<(String, String)>,
 }
@@ -248,6 +250,14 @@ impl PictureSpec {
             MipFilter::Mean | MipFilter::Normal => 0,
         });
         beyond.max().unwrap_or(0).max(self.channels.len())
+    }
+
+    /// Pixels across and down in so many mm, rounded, if they are known and are 1 to `most`.
+    pub(super) fn density(&self, mm: f32, most: u32) -> Option<[u32; 2]> {
+        let counts = self.pixel_mm?.map(|size| (mm / size).round());
+        let fits = |count: f32| count >= 1.0 && f64::from(count) <= f64::from(most);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "they fit, as was seen")]
+        counts.iter().all(|count| fits(*count)).then(|| counts.map(|count| count as u32))
     }
 
     fn check_names(&self) -> Result<(), WriteError> {

@@ -113,11 +113,23 @@ fn header(spec: &PictureSpec) -> Header {
         Compression::Fast => Method::ZIP16,
         Compression::Best => Method::PIZ,
     };
+    attributed(spec).with_encoding(method, BlockDescription::ScanLines, LineOrder::Increasing)
+}
+
+/// A header with all but how the samples are packed.
+fn attributed(spec: &PictureSpec) -> Header {
     let size = (spec.width as usize, spec.height as usize);
     let mut header = Header::new(Text::default(), size, channels(spec));
     header.own_attributes.layer_name = None;
     header.shared_attributes.chromaticities = spec.chromaticities.map(chromaticities);
-    header.with_encoding(method, BlockDescription::ScanLines, LineOrder::Increasing)
+    if let Some([x, y]) = spec.pixel_mm {
+        // Pixels in an inch, and how much wider than high one is.
+        header.own_attributes.horizontal_density = Some(25.4 / x);
+        if (x / y - 1.0).abs() > 1e-5 {
+            header.shared_attributes.pixel_aspect = (x / y).clamp(1e-5, 1e5);
+        }
+    }
+    header
 }
 
 fn header_bytes(header: &Header) -> exr::error::Result<Vec<u8>> {

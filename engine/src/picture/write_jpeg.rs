@@ -6,7 +6,7 @@
 use super::encode::{RowEncoder, Rows, Tally};
 use super::spec::PictureSpec;
 use image::ExtendedColorType;
-use image::codecs::jpeg::JpegEncoder;
+use image::codecs::jpeg::{JpegEncoder, PixelDensity, PixelDensityUnit};
 use rayon::prelude::*;
 use std::io::{self, Write};
 
@@ -21,6 +21,8 @@ pub(super) struct JpegSink<W> {
     height: u32,
     color: ExtendedColorType,
     quality: u8,
+    /// Pixels in an inch, across and down.
+    density: Option<(u16, u16)>,
     row_bytes: usize,
     /// Bytes of rows that do not make a band yet.
     pending: Vec<u8>,
@@ -33,7 +35,9 @@ impl<W: Write> JpegSink<W> {
         let color = if spec.channels.len() == 1 { ExtendedColorType::L8 } else { ExtendedColorType::Rgb8 };
         let row_bytes = spec.width as usize * spec.channels.len();
         let (width, height) = (spec.width, spec.height);
-        Self { output, width, height, color, quality, row_bytes, pending: Vec::new(), bands: 0 }
+        let count = |count: u32| u16::try_from(count).unwrap_or(u16::MAX);
+        let density = spec.density(25.4, u16::MAX.into()).map(|[x, y]| (count(x), count(y)));
+        Self { output, width, height, color, quality, density, row_bytes, pending: Vec::new(), bands: 0 }
     }
 
     /// Rows of blocks in a band: the format counts blocks between two markers with 16 bits.
@@ -64,7 +68,7 @@ impl<W: Write> JpegSink<W> {
     /// Encodes and writes the first bytes of `pending`.
     fn write_bands(&mut self, bytes: usize) -> io::Result<()> {
         let bands = self.pending[..bytes].par_chunks(self.rows_per_block() * self.row_bytes);
-        let (row_bytes, how) = (self.row_bytes, (self.width, self.color, self.quality));
+        let (row_bytes, how) = (self.row_bytes, (self.width, self.color, self.quality, self.density));
         let made: Vec<Vec<u8>> = bands.map(|band| encoded(band, row_bytes, how)).collect::<io::Result<_>>()?;
         self.pending.drain(..bytes);
         for band in made {
@@ -106,11 +110,14 @@ impl<W: Write> JpegSink<W> {
 fn encoded(
     band: &[u8],
     row_bytes: usize,
-    (width, color, quality): (u32, ExtendedColorType, u8),
+    (width, color, quality, density): (u32, ExtendedColorType, u8, Option<(u16, u16)>),
 ) -> io::Result<Vec<u8>> {
     let mut jpeg = Vec::with_capacity(band.len() / 4);
     let rows = u32::try_from(band.len() / row_bytes).map_err(io::Error::other)?;
     let mut encoder = JpegEncoder::new_with_quality(&mut jpeg, quality);
+    if let Some(density) = density {
+        encoder.set_pixel_density(PixelDensity { density, unit: PixelDensityUnit::Inches });
+    }
     encoder.encode(band, width, rows, color).map_err(io::Error::other)?;
     Ok(jpeg)
 }
@@ -160,6 +167,7 @@ mod tests {
             compression: Compression::Fast,
             mips: Vec::new(),
             chromaticities: None,
+            pixel_mm: None,
             metadata: Vec::new(),
         }
     }

@@ -2,7 +2,10 @@
 
 use super::encode::{RowEncoder, Rows, Tally};
 use super::spec::{Compression, Depth, PictureSpec, Transfer};
-use png::{BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, SrgbRenderingIntent, StreamWriter};
+use png::{
+    BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, PixelDimensions, SrgbRenderingIntent,
+    StreamWriter, Unit,
+};
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -63,6 +66,9 @@ impl<W: Write + 'static> PngSink<W> {
         }
         if spec.encoding.transfer == Transfer::Srgb {
             encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+        }
+        if let Some([xppu, yppu]) = spec.density(1000.0, i32::MAX.unsigned_abs()) {
+            encoder.set_pixel_dims(Some(PixelDimensions { xppu, yppu, unit: Unit::Meter }));
         }
         for (name, text) in &spec.metadata {
             let (name, text) = (keyword(name), text.replace('\0', " "));
@@ -156,6 +162,7 @@ mod tests {
             compression: Compression::Fast,
             mips: Vec::new(),
             chromaticities: None,
+            pixel_mm: None,
             metadata: Vec::new(),
         };
         let plane: Vec<f32> = (0..width * height)

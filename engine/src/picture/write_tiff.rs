@@ -159,7 +159,15 @@ fn directory(spec: &PictureSpec, big: bool, (width, height): (u32, u32), blocks:
         directory.longs(278, &[*rows]);
         directory.places(279, &lengths);
     }
+    let density = spec.pixel_mm.filter(|_| !reduced);
+    if let Some([x, y]) = density {
+        directory.ratio(282, ratio(10.0 / x));
+        directory.ratio(283, ratio(10.0 / y));
+    }
     directory.shorts(284, &[1]); // pixel after pixel
+    if density.is_some() {
+        directory.shorts(296, &[3]); // pixels in a centimetre
+    }
     if let Some(software) = told("Software") {
         directory.text(305, software);
     }
@@ -181,6 +189,19 @@ fn directory(spec: &PictureSpec, big: bool, (width, height): (u32, u32), blocks:
         }
     }
     directory
+}
+
+/// A number as the quotient of two whole numbers, as exact as an `f32` is.
+fn ratio(number: f32) -> [u32; 2] {
+    // More digits would be those of rounding to `f32`.
+    let most = 4e6;
+    let scale = [10_000_u32, 1000, 100, 10, 1].into_iter().find(|scale| number * *scale as f32 <= most).unwrap_or(1);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a conversion that stops at the ends")]
+    let [mut above, mut below] = [(number * scale as f32).round().max(1.0) as u32, scale];
+    while above.is_multiple_of(10) && below.is_multiple_of(10) {
+        (above, below) = (above / 10, below / 10);
+    }
+    [above, below]
 }
 
 fn compress(strip: &mut [u8], row_bytes: usize, spec: &PictureSpec, zlib: &Zlib) -> Vec<u8> {

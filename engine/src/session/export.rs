@@ -135,7 +135,7 @@ impl Render<'_, '_> {
         let window = self.planner.window;
         let folder = job.planned.path.parent().unwrap_or_else(|| std::path::Path::new(""));
         let how = (self.planner.request.dither, compression);
-        let size = UVec2::new(window.width, window.height);
+        let size = (UVec2::new(window.width, window.height), self.pixel_mm());
         let writer = BundleWriter::create(folder, bundle, size, how).map_err(|e| Failure::File(e.to_string()))?;
         Ok(Sink::Bundle(Box::new(writer)))
     }
@@ -147,7 +147,7 @@ impl Render<'_, '_> {
         let tile = self.planner.graph.canvas.tile;
         let tile = if planned.output.mesh.is_some_and(ExportMesh::is_atlas) { Tiling::NONE } else { tile };
         let (name, wraps) = (&planned.output.name, [tile.x, tile.y]);
-        let size = UVec2::new(window.width, window.height);
+        let size = (UVec2::new(window.width, window.height), self.pixel_mm());
         let how = (self.planner.request.dither, compression);
         let glb = GlbWriter::create(&planned.path, name, export.clone(), size, wraps, how)
             .map_err(|e: WriteError| Failure::File(e.to_string()))?;

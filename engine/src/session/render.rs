@@ -324,8 +324,15 @@ impl<'r> Render<'r, '_> {
             compression: self.compression(),
             mips: job.mips.clone(),
             chromaticities: storage::chromaticities(&planned.output.storage),
+            pixel_mm: Some(self.pixel_mm()),
             metadata: planned.metadata.clone(),
         }
+    }
+
+    /// Width and height of a pixel.
+    pub(super) fn pixel_mm(&self) -> [f32; 2] {
+        let canvas = &self.planner.graph.canvas;
+        (canvas.size_mm / canvas.resolution.as_dvec2()).as_vec2().to_array()
     }
 
     /// Writes segments as lines on a page of the canvas, or of the region that is asked for.

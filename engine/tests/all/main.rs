@@ -31,3 +31,4 @@ mod points;
 #[path = "../../../build/fingerprint.rs"]
 mod script;
 mod store;
+mod tiff_read;

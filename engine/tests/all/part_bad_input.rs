@@ -22,6 +22,7 @@ fn specs() -> Vec<PictureSpec> {
         compression: Compression::Fast,
         mips: Vec::new(),
         chromaticities: None,
+        pixel_mm: None,
         metadata: vec![("Software".into(), "test".into())],
     };
     vec![

@@ -326,7 +326,8 @@ fn strips_of_tiff_lie_within_it() {
     good(&with(&plain, 279, 1));
     refused_for(&with(&plain, 273, u32::try_from(plain.len()).unwrap() - 100), "it ends within the picture");
     refused_for(&with(&packed, 259, 34_926), "it is packed by the method");
-    refused_for(&with(&packed, 262, 3), "save it as grey or RGB");
+    refused_for(&with(&packed, 262, 5), "its colours are CMYK; save it as grey or RGB");
+    refused_for(&with(&packed, 262, 3), "its palette has 1 numbers of 16 bits");
 }
 
 /// Where the table of `count` blocks of an EXR file begins: its first entry leads behind it.

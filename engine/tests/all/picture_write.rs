@@ -21,6 +21,7 @@ fn spec(format: Format, depth: Depth, channels: usize) -> PictureSpec {
         compression: Compression::Fast,
         mips: Vec::new(),
         chromaticities: None,
+        pixel_mm: None,
         metadata: vec![("Software".into(), "Shibo test".into()), ("graph".into(), "Straße 7".into())],
     }
 }
@@ -343,4 +344,49 @@ fn tiles_have_all_their_levels() {
     assert!(said.contains("Exr") && said.contains("Tiff"), "{said}");
     let wrong = PictureSpec { mips: vec![MipFilter::Mean], ..spec(Format::Exr, Depth::F32, 3) };
     assert!(wrong.check().is_err());
+}
+
+/// A picture of so many mm a pixel, as a file.
+fn of_size(format: Format, pixel_mm: Option<[f32; 2]>) -> Vec<u8> {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a");
+    let depth = format.depths()[0];
+    let spec = PictureSpec { width: 8, height: 8, pixel_mm, ..spec(format, depth, 1) };
+    write(&path, &spec, &planes(&spec), 8).unwrap();
+    std::fs::read(&path).unwrap()
+}
+
+#[test]
+fn writes_the_size_of_pixels() {
+    use exr::meta::MetaData;
+    use std::io::Cursor;
+    use tiff::decoder::ifd::Value;
+    use tiff::tags::Tag;
+    // 10 pixels in a mm across, 4 down.
+    let size = Some([0.1, 0.25]);
+    let png = |size| {
+        let reader = png::Decoder::new(Cursor::new(of_size(Format::Png, size))).read_info().unwrap();
+        reader.info().pixel_dims.map(|dims| (dims.xppu, dims.yppu, dims.unit))
+    };
+    assert_eq!(png(size), Some((10_000, 4000, png::Unit::Meter)));
+    assert_eq!((png(None), png(Some([3000.0, 3000.0]))), (None, None));
+    let tags = |size| {
+        let mut decoder = tiff::decoder::Decoder::new(Cursor::new(of_size(Format::Tiff, size))).unwrap();
+        [Tag::XResolution, Tag::YResolution, Tag::ResolutionUnit].map(|tag| decoder.find_tag(tag).unwrap())
+    };
+    assert_eq!(tags(size), [Some(Value::Rational(100, 1)), Some(Value::Rational(40, 1)), Some(Value::Short(3))]);
+    assert_eq!(
+        tags(Some([0.3, 700.0]))[..2],
+        [Some(Value::Rational(333_333, 10_000)), Some(Value::Rational(143, 10_000))]
+    );
+    assert_eq!(tags(None), [None, None, None]);
+    let exr = |size| {
+        let meta = MetaData::read_from_buffered(Cursor::new(of_size(Format::Exr, size)), false).unwrap();
+        let header = &meta.headers[0];
+        (header.own_attributes.horizontal_density, header.shared_attributes.pixel_aspect)
+    };
+    assert_eq!((exr(size), exr(Some([0.1, 0.1])), exr(None)), ((Some(254.0), 0.4), (Some(254.0), 1.0), (None, 1.0)));
+    // The header of JFIF: unit, and pixels of that unit across and down.
+    let jpeg = |size| of_size(Format::Jpeg(90), size)[13..18].to_vec();
+    assert_eq!((jpeg(size), jpeg(None)), (vec![1, 0, 254, 0, 102], vec![0, 0, 1, 0, 1]));
 }

@@ -40,8 +40,10 @@ pub enum Wrap {
 /// A picture from a file, placed with its corner at the canvas' corner. It can be used as grey and as colour. Nodes that
 /// take either use a picture with one channel as grey, and any other as colour.
 ///
-/// `check` looks through the file to its end without decoding it. JPEGs of cameras stand upright: the orientation in their
-/// EXIF data is applied, and `crop` counts the upright pixels. Colours of print (CMYK) are refused: convert them to RGB.
+/// `check` looks through the file to its end without decoding it. Pictures of cameras stand upright: the orientation in a
+/// TIFF or in the EXIF data of a JPEG is applied, and `crop` counts the upright pixels. Of a TIFF with several pictures the
+/// first is read that is no smaller version of another one. Its signed integers become -1..1. Colours of print (CMYK) are
+/// refused: convert them to RGB.
 ///
 /// At the centre of one of its pixels the value is exactly that pixel, with every filter but `BSpline`.
 ///
@@ -148,7 +150,7 @@ impl Image {
 }
 
 impl Node for Image {
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     const OUTPUTS: &'static [Output] = &[
         Output::new("image", Type::Picture, "The picture, for ports of either kind."),
         Output::new("rgb", Type::Rgb, "Its colour, scene-linear; grey if it has one channel."),

@@ -27,8 +27,9 @@ pub enum Fit {
 
 /// A vector picture from an SVG file, drawn anew at every resolution: ornaments, logos, drawings.
 ///
-/// Shapes, strokes, gradients, clips and masks are drawn. Text, pictures, filters and patterns in the file are refused with their place in it, and
-/// nothing outside of the file is read. On a canvas that tiles, the picture repeats with it. With a black `background`, `color + ground·(1 - alpha)`
+/// Shapes, strokes, gradients, clips and masks are drawn. Text, pictures, filters, patterns and markers are refused with their place in the file if
+/// they would be drawn; unused and hidden ones do not matter. Colours have all forms of CSS 3; one that cannot be known, such as `var(--c)`, is
+/// refused and never black. Nothing outside of the file is read. On a canvas that tiles, the picture repeats with it. With a black `background`, `color + ground·(1 - alpha)`
 /// lays the picture on a ground without dark edges, as in the example.
 ///
 /// ```ron
@@ -41,7 +42,7 @@ pub enum Fit {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Svg {
-    /// The file, up to 16 MiB; relative to the graph file.
+    /// The file, SVG or SVGZ, up to 16 MiB also when unpacked; relative to the graph file.
     pub path: FilePath,
     /// The place that it fills; the whole canvas by default.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
@@ -62,6 +63,7 @@ impl Default for Svg {
 }
 
 impl Node for Svg {
+    const VERSION: u32 = 2;
     const OUTPUTS: &'static [Output] = &[
         Output::new("color", Type::Rgb, "The picture on `background`, scene-linear."),
         Output::new("alpha", Type::Gray, "How much of the place is drawn on, 0..1."),

@@ -1,127 +1,32 @@
 //! SVG files: read with limits, and drawn in blocks.
+mod check;
+mod drawn;
+mod encoding;
+mod paint;
+mod style;
+
+use check::{Check, MOST_ELEMENTS, too_deep};
+use drawn::Rewritten;
 use glam::{DVec2, Vec2};
 use resvg::tiny_skia::PathSegment;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{self, roxmltree, tiny_skia_path};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_kernel::path::pen::Pen;
-use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-/// The most bytes of a file.
+/// The most bytes of a file, packed and unpacked.
 const MOST_BYTES: u64 = 16 << 20;
-
-/// The most elements, each as often as it is used.
-const MOST_ELEMENTS: u64 = 200_000;
-
-/// The deepest nesting, through all that is used.
-const MOST_DEPTH: u32 = 48;
 
 /// The most straight pieces of outlines.
 const MOST_OUTLINES: usize = 1_000_000;
-
-/// Elements that are refused, and what to do instead.
-const REFUSED: &[(&str, &str)] = &[
-    ("image", "pictures come in through `Image`"),
-    ("text", "convert text to paths in the program that drew it, or use the node `Text`"),
-    ("filter", "use the nodes for filters, such as `Blur`"),
-    ("pattern", "draw it once, and repeat it with `TileSampler`"),
-    ("marker", "convert markers to paths in the program that drew them"),
-    ("foreignObject", "only shapes are drawn"),
-];
 
 /// A vector picture.
 pub(super) struct Vector {
     tree: usvg::Tree,
     /// Width and height in its own units.
     pub(super) size: DVec2,
-}
-
-/// What an element costs with all that it uses.
-#[derive(Clone, Copy)]
-enum Cost {
-    /// Being found out.
-    Open,
-    /// Depth and elements.
-    Known(u32, u64),
-}
-
-struct Check<'a, 'input> {
-    path: &'a Path,
-    document: &'a roxmltree::Document<'input>,
-    by_id: HashMap<&'a str, roxmltree::Node<'a, 'input>>,
-    costs: HashMap<roxmltree::NodeId, Cost>,
-}
-
-impl<'a, 'input> Check<'a, 'input> {
-    fn problem(&self, node: roxmltree::Node<'_, '_>, code: Code, message: &str) -> Problem {
-        let at = self.document.text_pos_at(node.range().start);
-        let message = format!("`{}`, line {}, column {}: {message}", self.path.display(), at.row, at.col);
-        Problem::new(code, message).at("path")
-    }
-
-    /// The elements that an element names, in links and in `url(#…)`.
-    fn used(&self, node: roxmltree::Node<'a, 'input>) -> Result<Vec<roxmltree::Node<'a, 'input>>, Problem> {
-        let mut used = Vec::new();
-        for attribute in node.attributes() {
-            let value = attribute.value();
-            if attribute.name() == "href" && node.tag_name().name() != "a" {
-                let Some(id) = value.trim().strip_prefix('#') else {
-                    let message = "it refers to another file; only what the file itself holds is drawn";
-                    return Err(self.problem(node, Code::BadFile, message));
-                };
-                used.extend(self.by_id.get(id));
-            }
-            for rest in value.split("url(").skip(1) {
-                let name = rest.split(')').next().unwrap_or("").trim().trim_matches(['"', '\'']);
-                used.extend(name.strip_prefix('#').and_then(|id| self.by_id.get(id.trim())));
-            }
-        }
-        Ok(used)
-    }
-
-    /// How deep an element nests, and how many elements are drawn for it.
-    fn cost(&mut self, node: roxmltree::Node<'a, 'input>, above: u32) -> Result<(u32, u64), Problem> {
-        match self.costs.get(&node.id()) {
-            Some(Cost::Known(depth, count)) => return Ok((*depth, *count)),
-            Some(Cost::Open) => return Err(self.problem(node, Code::BadFile, "it uses itself")),
-            None => {}
-        }
-        if above > MOST_DEPTH {
-            return Err(self.problem(node, Code::TooLarge, &format!("elements nest deeper than {MOST_DEPTH}")));
-        }
-        let name = node.tag_name().name();
-        if let Some((_, instead)) = REFUSED.iter().find(|(refused, _)| *refused == name) {
-            return Err(self.problem(node, Code::BadFile, &format!("`{name}` is not drawn")).help(*instead));
-        }
-        if name == "style"
-            && node
-                .descendants()
-                .any(|n| n.text().is_some_and(|text| text.contains("url(") || text.contains("@import")))
-        {
-            let help = "write it at the elements, as `fill=\"url(#…)\"`";
-            return Err(self
-                .problem(node, Code::BadFile, "a style sheet with `url(…)` or `@import` is not read")
-                .help(help));
-        }
-        self.costs.insert(node.id(), Cost::Open);
-        let (mut depth, mut count) = (0, 1u64);
-        let children = node.children().filter(roxmltree::Node::is_element);
-        for next in children.chain(self.used(node)?) {
-            let (d, c) = self.cost(next, above + 1)?;
-            (depth, count) = (depth.max(d), count.saturating_add(c));
-        }
-        if above + depth > MOST_DEPTH {
-            return Err(self.problem(node, Code::TooLarge, &format!("elements nest deeper than {MOST_DEPTH}")));
-        }
-        if count > MOST_ELEMENTS {
-            let message = format!("more than {MOST_ELEMENTS} elements would be drawn");
-            return Err(self.problem(node, Code::TooLarge, &message).help("draw it simpler"));
-        }
-        self.costs.insert(node.id(), Cost::Known(depth + 1, count));
-        Ok((depth + 1, count))
-    }
 }
 
 impl Vector {
@@ -137,10 +42,7 @@ impl Vector {
             ));
         }
         let bytes = std::fs::read(path).map_err(io)?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let at = error.utf8_error().valid_up_to();
-            bad(Code::BadFile, format!("byte {at} is no UTF-8 text; an SVG file is text"))
-        })?;
+        let text = encoding::text(bytes).map_err(|(code, why)| bad(code, why))?;
         Self::parse(path, &text)
     }
 
@@ -149,16 +51,13 @@ impl Vector {
         if let Some(problem) = too_deep(text) {
             return Err(bad(problem));
         }
-        let nodes_limit = u32::try_from(2 * MOST_ELEMENTS).unwrap_or(u32::MAX);
-        let options = roxmltree::ParsingOptions { allow_dtd: true, nodes_limit, ..Default::default() };
-        let document = roxmltree::Document::parse_with_options(text, options)
-            .map_err(|error| bad(format!("line {}, column {}: {error}", error.pos().row, error.pos().col)))?;
+        let document = tree_of(text).map_err(&bad)?;
         let root = document.root_element();
         if root.tag_name().name() != "svg" {
             return Err(bad(format!("this is no SVG file: its first element is `{}`", root.tag_name().name())));
         }
-        let by_id = document.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect();
-        Check { path, document: &document, by_id, costs: HashMap::new() }.cost(root, 0)?;
+        let text = rewrite(&document, &Check::run(path, &document)?);
+        let document = tree_of(&text).map_err(&bad)?;
         let nothing =
             usvg::ImageHrefResolver { resolve_data: Box::new(|_, _, _| None), resolve_string: Box::new(|_, _| None) };
         let options = usvg::Options { image_href_resolver: nothing, ..usvg::Options::default() };
@@ -229,31 +128,34 @@ fn trace(group: &usvg::Group, place: (DVec2, DVec2), pen: &mut Pen) -> bool {
     })
 }
 
-/// What is wrong with a text whose elements nest too deep, by its tags alone: parsers go down with every level.
-fn too_deep(text: &str) -> Option<String> {
-    let (mut depth, mut rest) = (0u32, text);
-    while let Some(at) = rest.find('<') {
-        rest = &rest[at..];
-        let end = |mark: &str| rest.find(mark).map_or(rest.len(), |at| at + mark.len());
-        let end = if rest.starts_with("<!--") {
-            end("-->")
-        } else if rest.starts_with("<![CDATA[") {
-            end("]]>")
-        } else {
-            end(">")
-        };
-        let tag = &rest[..end];
-        if tag.starts_with("</") {
-            depth = depth.saturating_sub(1);
-        } else if !tag.starts_with("<!") && !tag.starts_with("<?") && !tag.ends_with("/>") {
-            depth += 1;
-            if depth > MOST_DEPTH * 4 {
-                return Some(format!("elements nest deeper than {MOST_DEPTH}"));
+/// The elements of a text.
+fn tree_of(text: &str) -> Result<roxmltree::Document<'_>, String> {
+    let nodes_limit = u32::try_from(2 * MOST_ELEMENTS).unwrap_or(u32::MAX);
+    let options = roxmltree::ParsingOptions { allow_dtd: true, nodes_limit, ..Default::default() };
+    roxmltree::Document::parse_with_options(text, options)
+        .map_err(|error| format!("line {}, column {}: {error}", error.pos().row, error.pos().col))
+}
+
+/// The text of a document, with colours added to the styles of elements.
+fn rewrite(document: &roxmltree::Document<'_>, colors: &Rewritten) -> String {
+    let mut text = document.input_text().to_owned();
+    let mut places: Vec<(usize, String)> = Vec::new();
+    for (id, colors) in colors {
+        let Some(node) = document.get_node(roxmltree::NodeId::new(*id)) else { continue };
+        let style: String = colors.iter().map(|(name, color)| format!("{name}: {color} !important;")).collect();
+        let old = node.attributes().find(|attribute| attribute.name() == "style" && attribute.namespace().is_none());
+        places.push(match old {
+            Some(old) => (old.range_value().start, style),
+            None => {
+                let start = node.range().start;
+                let name = text[start..].find(|c: char| c.is_whitespace() || matches!(c, '>' | '/'));
+                (start + name.unwrap_or(0), format!(" style=\"{style}\""))
             }
-        }
-        rest = &rest[end..];
+        });
     }
-    None
+    places.sort_by_key(|(at, _)| std::cmp::Reverse(*at));
+    places.iter().for_each(|(at, style)| text.insert_str(*at, style));
+    text
 }
 
 #[cfg(test)]
@@ -302,6 +204,125 @@ mod tests {
     }
 
     #[test]
+    fn refuses_what_is_used_and_not_drawn() {
+        let rect = "<rect width='5' height='5'";
+        let defs = "<defs><filter id='f'><feFlood/></filter><pattern id='p' width='1' height='1'/><marker id='m'/>\
+                    <clipPath id='c'><text>a</text></clipPath><mask id='k'><image href='#f'/></mask></defs>";
+        for (drawn, name) in [
+            (format!("{rect} filter='url(#f)'/>"), "filter"),
+            (format!("{rect} style='filter: blur(2px)'/>"), "filter"),
+            (format!("<style>.a {{ filter: url(#f) }}</style>{rect} class='a'/>"), "filter"),
+            (format!("{rect} fill='url(#p) red'/>"), "pattern"),
+            (format!("<g stroke='url(#p)'>{rect}/></g>"), "pattern"),
+            ("<g style='marker: url(#m)'><path d='M0 0L5 5'/></g>".to_owned(), "marker"),
+            (format!("{rect} clip-path='url(#c)'/>"), "text"),
+            (format!("{rect} mask='url(#k)'/>"), "image"),
+            ("<defs><g id='g'><text>a</text></g></defs><use href='#g'/>".to_owned(), "text"),
+            ("<g visibility='hidden'><text visibility='visible'>a</text></g>".to_owned(), "text"),
+            ("<switch><g><text>a</text></g></switch>".to_owned(), "text"),
+        ] {
+            let said = refused(&format!("{defs}{drawn}"));
+            assert!(said.contains(&format!("`{name}` is not drawn")), "{drawn}: {said}");
+        }
+    }
+
+    /// The colour of the pixel in the middle of a square that is drawn.
+    #[track_caller]
+    fn color(inside: &str) -> [u8; 4] {
+        let vector = parse(inside).unwrap_or_else(|problem| panic!("{inside}: {}", problem.message));
+        let pixels = vector.draw((DVec2::splat(1.0), DVec2::ZERO), 16).unwrap();
+        pixels[4 * (16 * 2 + 2)..][..4].try_into().unwrap()
+    }
+
+    const RED: [u8; 4] = [255, 0, 0, 255];
+
+    #[test]
+    fn what_is_not_used_does_not_matter() {
+        let rect = "<rect width='5' height='5' fill='red'/>";
+        for beside in [
+            "<filter id='f'><feGaussianBlur stdDeviation='2'/></filter>",
+            "<defs><pattern id='p' width='10' height='10'/><marker id='m'/><g><text>a</text><image href='a.png'/></g></defs>",
+            "<text></text><text> <tspan/> </text><text><title>a</title></text>",
+            "<text display='none'>a</text><g style='display:none'><text>a</text><image href='a.png'/></g>",
+            "<text visibility='hidden'>a</text><image visibility='collapse' href='a.png'/>",
+            "<style>.a { display: none } .b { fill: url(#p) }</style><text class='a'>a</text><rect class='a b' filter='url(#f)'/>",
+            "<rect fill='var(--c)' display='none'/><rect stroke='var(--c)' visibility='hidden' width='3' height='3'/>",
+            "<x xmlns='https://example.com'><text>a</text></x>",
+            "<symbol id='s'><text>a</text></symbol><foreignObject/>",
+        ] {
+            assert_eq!(color(&format!("{beside}{rect}")), RED, "{beside}");
+        }
+        let chosen = format!(
+            "<foreignObject width='1' height='1'><p/></foreignObject><g requiredExtensions='x'><text>a</text></g>{rect}<text>b</text>"
+        );
+        assert_eq!(color(&format!("<switch>{chosen}</switch>")), RED);
+    }
+
+    #[test]
+    fn reads_colors_in_all_forms() {
+        let fill = |paint: &str| color(&format!("<g color='red'><rect width='5' height='5' fill='{paint}'/></g>"));
+        for paint in [
+            "Red",
+            "#F00",
+            "rgb(100% 0% 0%)",
+            "hsl(360deg, 100%, 50%)",
+            "currentColor",
+            "CURRENTCOLOR",
+            "rgba(255 0 0 / 100%)",
+            "var(--unset, RED)",
+            "url(#no) currentcolor",
+        ] {
+            assert_eq!(fill(paint), RED, "{paint}");
+        }
+        let own = color(
+            "<rect width='5' height='5' fill='blue' style='stroke: none; fill: var(--x, currentcolor); color: red'/>",
+        );
+        assert_eq!(own, RED, "a style that is written anew");
+        let sheet = "<style>.a > rect { fill: RGB(255 0 0 / 100%) }</style>";
+        assert_eq!(color(&format!("{sheet}<g class='a'><rect width='5' height='5'/></g>")), RED);
+        let stop = "<linearGradient id='g' color='red'><stop stop-color='CurrentColor'/></linearGradient>";
+        assert_eq!(color(&format!("{stop}<rect width='5' height='5' fill='url(#g)'/>")), RED);
+        assert_eq!(fill("none"), [0; 4]);
+    }
+
+    /// The names of CSS with their colours, as `svgtypes` has them and some that are easily missed.
+    #[test]
+    fn reads_names_of_colors_in_any_case() {
+        for (name, [r, g, b]) in [
+            ("AliceBlue", [240, 248, 255]),
+            ("DARKSLATEGREY", [47, 79, 79]),
+            ("darkslategray", [47, 79, 79]),
+            ("lightGoldenrodYellow", [250, 250, 210]),
+            ("rebeccapurple", [102, 51, 153]),
+            ("yellowgreen", [154, 205, 50]),
+        ] {
+            assert_eq!(color(&format!("<rect width='5' height='5' fill='{name}'/>")), [r, g, b, 255], "{name}");
+        }
+    }
+
+    #[test]
+    fn unknown_colors_are_told_and_never_black() {
+        let said = refused("<rect width='5' height='5'\n fill='var(--c)'/>");
+        assert_eq!(said, "`a.svg`, line 2, column 1: `fill` is `var(--c)`, which is no colour that is read");
+        for (drawn, found) in [
+            (
+                "<style>:root { --c: red } rect { fill: var(--c, blue) }</style><rect width='1' height='1'/>",
+                "`fill` is `var(--c, blue)`",
+            ),
+            ("<g stroke='reddish'><rect width='1' height='1'/></g>", "`stroke` is `reddish`"),
+            ("<g color='lab(1 1 1)'><path d='M0 0L1 1L2 0' fill='currentColor'/></g>", "`color` is `lab(1 1 1)`"),
+            (
+                "<linearGradient id='g'><stop stop-color='var(--c)'/></linearGradient><rect width='1' height='1' fill='url(#g)'/>",
+                "`stop-color` is `var(--c)`",
+            ),
+            ("<rect width='1' height='1' style='fill: currentcolor !important'/>", "`fill` is `currentcolor`"),
+        ] {
+            let said = refused(drawn);
+            assert!(said.contains(found), "{drawn}: {said}");
+        }
+    }
+
+    #[test]
     fn files_that_would_take_for_ever_are_refused() {
         assert!(refused("<g id='a'><use href='#b'/></g><g id='b'><use href='#a'/></g>").contains("uses itself"));
         let mut laughs = "<g id='a0'><rect width='1' height='1'/></g>".to_owned();
@@ -313,6 +334,8 @@ mod tests {
         assert!(refused(&format!("{}{}", "<g>".repeat(60), "</g>".repeat(60))).contains("nest deeper"));
         let mut chain = "<g id='a0'/>".to_owned();
         (1..100).for_each(|k| chain += &format!("<g id='a{k}'><use href='#a{}'/></g>", k - 1));
+        let sheet = "<style>.m { mask: url(#m) }</style><mask id='m'><g class='m'/></mask><g class='m'/>";
+        assert!(refused(sheet).contains("uses itself"), "{}", refused(sheet));
         assert!(refused(&chain).contains("nest deeper"), "{}", refused(&chain));
     }
 }

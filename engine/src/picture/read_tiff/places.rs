@@ -1,125 +1,144 @@
 //! Where a TIFF file keeps its samples, checked without unpacking any: every strip or tile lies within the file, is packed
-//! by a known method, and together they can hold the picture. The `tiff` crate accepts every file that passes.
-use super::super::SampleKind;
+//! by a known method, and together they can hold the picture.
 use super::super::limits::ReadError;
-use super::{Layout, from_tiff, unsupported};
+use super::directory::Tags;
+use super::layout::Layout;
+use super::{unpack, unsupported};
 use std::io::{Read, Seek};
-use tiff::ColorType;
-use tiff::decoder::Decoder;
-use tiff::tags::{CompressionMethod, PhotometricInterpretation, Predictor, Tag};
+use tiff::tags::{CompressionMethod, Tag};
 
 /// LZW, the densest of the methods, makes at most 4096 bytes of 12 bits.
 const BEST_RATIO: u64 = 4096;
 
+/// The places of all strips or tiles.
+pub(super) struct Places {
+    /// Width and height of a strip or tile in pixels; only a tile may reach beyond the picture.
+    pub(super) wide: u32,
+    pub(super) rows: u32,
+    /// Strips or tiles of a plane.
+    pub(super) across: usize,
+    pub(super) down: usize,
+    /// Bytes of a row of a strip or tile, unpacked.
+    pub(super) row_bytes: usize,
+    /// The height of the picture.
+    height: u32,
+    /// Place and length of each, plane after plane, by rows.
+    parts: Vec<(u64, u64)>,
+}
+
+impl Places {
+    /// Compares the places of the strips or tiles with a file of `length` bytes.
+    pub(super) fn read<R: Read + Seek>(tags: &mut Tags<R>, layout: &Layout, length: u64) -> Result<Self, ReadError> {
+        use CompressionMethod::{Deflate, LZW, ModernJPEG, None, OldDeflate, PackBits};
+        if !matches!(layout.method, None | LZW | Deflate | OldDeflate | PackBits | ModernJPEG) {
+            return Err(unsupported(format!("it is packed by the method {:?}", layout.method)));
+        }
+        let tiled = tags.has(Tag::TileOffsets);
+        let mut places = Self::sizes(tags, layout, tiled)?;
+        let (offsets, counts) =
+            if tiled { (Tag::TileOffsets, Tag::TileByteCounts) } else { (Tag::StripOffsets, Tag::StripByteCounts) };
+        let mut list = |tag| {
+            let values = tags.numbers::<u64>(tag)?;
+            values.ok_or_else(|| ReadError::corrupt("it does not say where its samples are"))
+        };
+        let (offsets, counts) = (list(offsets)?, list(counts)?);
+        if offsets.len() != counts.len() {
+            return Err(ReadError::corrupt("its strips have not as many places as lengths"));
+        }
+        let planes = if layout.planes_apart { usize::from(layout.stored) } else { 1 };
+        let needed = places.across * places.down * planes;
+        if offsets.len() < needed {
+            return Err(ReadError::corrupt(format!("it has {} strips or tiles; it needs {needed}", offsets.len())));
+        }
+        places.parts = offsets.into_iter().zip(counts).take(needed).collect();
+        places.check(layout, length, planes as u64)?;
+        if layout.method == ModernJPEG {
+            places.check_jpeg(tags, layout)?;
+        }
+        Ok(places)
+    }
+
+    /// The sizes alone.
+    fn sizes<R: Read + Seek>(tags: &mut Tags<R>, layout: &Layout, tiled: bool) -> Result<Self, ReadError> {
+        let Layout { width, height, .. } = *layout;
+        let (wide, rows) = if tiled {
+            (tags.required(Tag::TileWidth)?, tags.required(Tag::TileLength)?)
+        } else {
+            (width, tags.number(Tag::RowsPerStrip)?.unwrap_or(height).min(height))
+        };
+        if wide == 0 || rows == 0 {
+            return Err(ReadError::corrupt("its strips or tiles have no pixels"));
+        }
+        let row_bits = u64::from(wide) * layout.together() as u64 * u64::from(layout.bits);
+        let whole = |number: u64| usize::try_from(number).map_err(ReadError::corrupt);
+        Ok(Self {
+            wide,
+            rows,
+            across: whole(width.div_ceil(wide).into())?,
+            down: whole(height.div_ceil(rows).into())?,
+            row_bytes: whole(row_bits.div_ceil(8))?,
+            height,
+            parts: Vec::new(),
+        })
+    }
+
+    fn check(&mut self, layout: &Layout, length: u64, planes: u64) -> Result<(), ReadError> {
+        let (width, height) = (u64::from(layout.width), u64::from(layout.height));
+        let row_bits = width * layout.together() as u64 * u64::from(layout.bits);
+        let needed = row_bits.div_ceil(8).saturating_mul(height).saturating_mul(planes);
+        let most = most_of_a_part(needed);
+        let mut total = 0_u64;
+        for index in 0..self.parts.len() {
+            let unpacked = self.bytes(index) as u64;
+            let (offset, count) = &mut self.parts[index];
+            if layout.method == CompressionMethod::None {
+                // Plain samples are read whatever length is stated; the last tile may lack the rows below the picture.
+                *count = unpacked;
+            }
+            if *count == 0 {
+                return Err(ReadError::truncated(format!("part {index} of its samples is empty")));
+            }
+            if offset.saturating_add(*count) > length {
+                return Err(ReadError::truncated("it ends within the picture"));
+            }
+            if *count > most || unpacked > most {
+                return Err(ReadError::corrupt("a part of its samples is larger than the picture can be"));
+            }
+            total = total.saturating_add(*count);
+        }
+        if needed > total.saturating_mul(BEST_RATIO) {
+            return Err(ReadError::implausible(length, layout.width, layout.height));
+        }
+        Ok(())
+    }
+
+    /// Follows the markers of all JPEG strips or tiles.
+    fn check_jpeg<R: Read + Seek>(&self, tags: &mut Tags<R>, layout: &Layout) -> Result<(), ReadError> {
+        for (index, part) in self.parts.iter().enumerate() {
+            unpack::check_jpeg(&tags.part(*part)?, layout, self.frame(index))?;
+        }
+        Ok(())
+    }
+
+    /// Place and length of a strip or tile in the file.
+    pub(super) fn part(&self, index: usize) -> (u64, u64) {
+        self.parts[index]
+    }
+
+    /// Width of a strip or tile, and those of its rows that lie within the picture.
+    pub(super) fn frame(&self, index: usize) -> (u32, u32) {
+        let row = u32::try_from(index % (self.across * self.down) / self.across).unwrap_or(u32::MAX);
+        (self.wide, self.rows.min(self.height.saturating_sub(row.saturating_mul(self.rows))))
+    }
+
+    /// Bytes of these rows, unpacked.
+    pub(super) fn bytes(&self, index: usize) -> usize {
+        self.row_bytes.saturating_mul(self.frame(index).1 as usize)
+    }
+}
+
 /// The most bytes of a strip or tile of a picture of `needed` bytes. A tile may be larger than the picture, but not without
 /// end.
-pub(super) fn most_of_a_chunk(needed: usize) -> usize {
+fn most_of_a_part(needed: u64) -> u64 {
     needed.max(1 << 20).saturating_mul(2)
-}
-
-/// Compares the places of the strips or tiles with a file of `length` bytes.
-pub(super) fn check<R: Read + Seek>(
-    decoder: &mut Decoder<R>,
-    layout: &Layout,
-    length: u64,
-    needed: u64,
-) -> Result<(), ReadError> {
-    let method = CompressionMethod::from_u16_exhaustive(number(decoder, Tag::Compression)?.unwrap_or(1));
-    check_method(decoder, layout, method)?;
-    let tiled = decoder.find_tag(Tag::TileOffsets).map_err(from_tiff)?.is_some();
-    let (offsets, counts) =
-        if tiled { (Tag::TileOffsets, Tag::TileByteCounts) } else { (Tag::StripOffsets, Tag::StripByteCounts) };
-    let mut list = |tag| {
-        let values = decoder.find_tag_unsigned_vec::<u64>(tag).map_err(from_tiff)?;
-        values.ok_or_else(|| ReadError::corrupt("it does not say where its samples are"))
-    };
-    let (offsets, counts) = (list(offsets)?, list(counts)?);
-    if offsets.len() != counts.len() {
-        return Err(ReadError::corrupt("its strips have not as many places as lengths"));
-    }
-    let plain = match method {
-        CompressionMethod::None => Some(Plain::of(decoder, layout, tiled)?),
-        _ => None,
-    };
-    let most = usize::try_from(needed).map_or(u64::MAX, |needed| most_of_a_chunk(needed) as u64);
-    let mut total = 0_u64;
-    for (index, (offset, count)) in offsets.iter().zip(&counts).enumerate() {
-        let bytes = plain.as_ref().map_or(*count, |plain| plain.bytes(index as u64).max(*count));
-        if bytes == 0 {
-            return Err(ReadError::truncated(format!("part {index} of its samples is empty")));
-        }
-        if offset.saturating_add(bytes) > length {
-            return Err(ReadError::truncated("it ends within the picture"));
-        }
-        if *count > most {
-            return Err(ReadError::corrupt("a part of its samples is larger than the picture can be"));
-        }
-        total = total.saturating_add(bytes);
-    }
-    if needed > total.saturating_mul(BEST_RATIO) {
-        let (width, height) = (layout.header.width, layout.header.height);
-        return Err(ReadError::implausible(length, width, height));
-    }
-    Ok(())
-}
-
-fn number<R: Read + Seek>(decoder: &mut Decoder<R>, tag: Tag) -> Result<Option<u16>, ReadError> {
-    decoder.find_tag_unsigned::<u16>(tag).map_err(from_tiff)
-}
-
-/// Refuses what the decoder would refuse at the first strip.
-fn check_method<R: Read + Seek>(
-    decoder: &mut Decoder<R>,
-    layout: &Layout,
-    method: CompressionMethod,
-) -> Result<(), ReadError> {
-    use CompressionMethod::{Deflate, LZW, ModernJPEG, None, OldDeflate, PackBits};
-    if !matches!(method, None | LZW | Deflate | OldDeflate | PackBits | ModernJPEG) {
-        return Err(unsupported(format!("it is packed by the method {method:?}")));
-    }
-    let predictor = number(decoder, Tag::Predictor)?.and_then(Predictor::from_u16);
-    if predictor == Some(Predictor::FloatingPoint) && !layout.header.kind.is_float() {
-        return Err(unsupported("its whole numbers are packed as if they were floats".into()));
-    }
-    let white_is_zero = Some(PhotometricInterpretation::WhiteIsZero.to_u16());
-    let inverted = number(decoder, Tag::PhotometricInterpretation)? == white_is_zero;
-    let plain_gray = matches!(layout.color, ColorType::Gray(_)) && layout.header.kind != SampleKind::F16;
-    if inverted && !plain_gray {
-        return Err(unsupported("its channels are white where they are 0".into()));
-    }
-    Ok(())
-}
-
-/// Sizes of strips or tiles that are not compressed; the decoder goes by these, not by the stated lengths.
-struct Plain {
-    row_bytes: u64,
-    rows: u64,
-    height: u64,
-    across: u64,
-    /// Strips or tiles of a plane.
-    per_plane: u64,
-}
-
-impl Plain {
-    fn of<R: Read + Seek>(decoder: &mut Decoder<R>, layout: &Layout, tiled: bool) -> Result<Self, ReadError> {
-        let (width, height) = (u64::from(layout.header.width), u64::from(layout.header.height));
-        let mut tag = |tag| decoder.find_tag_unsigned::<u32>(tag).map_err(from_tiff).map(|found| found.map(u64::from));
-        let samples = tag(Tag::SamplesPerPixel)?.unwrap_or(1);
-        let (wide, rows) = if tiled {
-            (tag(Tag::TileWidth)?.unwrap_or(width), tag(Tag::TileLength)?.unwrap_or(height))
-        } else {
-            (width, tag(Tag::RowsPerStrip)?.unwrap_or(height))
-        };
-        let (wide, rows) = (wide.max(1), rows.max(1));
-        let stored = if layout.planes_apart { 1 } else { samples };
-        let row_bytes = wide.saturating_mul(stored).saturating_mul(layout.header.kind.bytes() as u64);
-        let across = width.div_ceil(wide);
-        Ok(Self { row_bytes, rows, height, across, per_plane: across * height.div_ceil(rows) })
-    }
-
-    /// Bytes that are read of a strip or tile: rows below the picture are not.
-    fn bytes(&self, index: u64) -> u64 {
-        let row = index % self.per_plane / self.across;
-        self.rows.min(self.height.saturating_sub(row * self.rows)).saturating_mul(self.row_bytes)
-    }
 }

@@ -5,12 +5,11 @@ use super::super::encode::{Rows, Tally, halves, range_of};
 use super::super::levels::{Level, Levels, SIDE};
 use super::super::lossless::Zlib;
 use super::super::spec::{Depth, PictureSpec};
-use super::{attributes, channels, chromaticities, dense, header_bytes, shrunk};
+use super::{attributed, attributes, dense, header_bytes, shrunk};
 use exr::compression::Compression as Method;
 use exr::math::{RoundingMode, Vec2};
 use exr::meta::BlockDescription;
-use exr::meta::attribute::{LevelMode, LineOrder, Text, TileDescription};
-use exr::meta::header::Header;
+use exr::meta::attribute::{LevelMode, LineOrder, TileDescription};
 use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -35,17 +34,14 @@ pub(in crate::picture) struct TiledSink<W> {
 
 impl<W: Write + Seek> TiledSink<W> {
     pub(in crate::picture) fn new(mut output: W, spec: &PictureSpec) -> io::Result<Self> {
-        let size = (spec.width as usize, spec.height as usize);
-        let mut header = Header::new(Text::default(), size, channels(spec));
-        header.own_attributes.layer_name = None;
-        header.shared_attributes.chromaticities = spec.chromaticities.map(chromaticities);
         let side = SIDE as usize;
         let tiles = TileDescription {
             tile_size: Vec2(side, side),
             level_mode: LevelMode::MipMap,
             rounding_mode: RoundingMode::Down,
         };
-        let header = header.with_encoding(Method::ZIP16, BlockDescription::Tiles(tiles), LineOrder::Unspecified);
+        let header =
+            attributed(spec).with_encoding(Method::ZIP16, BlockDescription::Tiles(tiles), LineOrder::Unspecified);
         let mut start = header_bytes(&header).map_err(io::Error::other)?;
         attributes(&mut start, &spec.metadata)?;
         let table = start.len() as u64;

@@ -18,6 +18,7 @@ struct Entry {
 const ASCII: u16 = 2;
 const SHORT: u16 = 3;
 const LONG: u16 = 4;
+const RATIONAL: u16 = 5;
 const LONG8: u16 = 16;
 
 impl Directory {
@@ -31,6 +32,11 @@ impl Directory {
 
     pub(super) fn longs(&mut self, tag: u16, values: &[u32]) {
         self.add(tag, LONG, values.len(), values.iter().flat_map(|value| value.to_le_bytes()).collect());
+    }
+
+    /// A number as the quotient of two.
+    pub(super) fn ratio(&mut self, tag: u16, [above, below]: [u32; 2]) {
+        self.add(tag, RATIONAL, 1, [above.to_le_bytes(), below.to_le_bytes()].concat());
     }
 
     /// Places in the file, and lengths.

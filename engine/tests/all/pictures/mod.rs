@@ -32,6 +32,7 @@ pub(crate) fn written(format: Format, depth: Depth, channels: usize, compression
         compression,
         mips,
         chromaticities,
+        pixel_mm: None,
         metadata,
     };
     let plane: Vec<f32> = (0..PIXELS).map(|index| f32::from(index % 251) / 250.0).collect();
@@ -123,6 +124,9 @@ pub(crate) fn samples() -> Vec<Vec<u8>> {
         indexed_png(&[0, 1, 2, 1], (2, 2), 2, &[9; 9], Some(&[7, 8])),
         Jpeg::default().bytes(),
         Jpeg::progressive().bytes(),
+        include_bytes!("../../tiff/lzw_tiles.tif").to_vec(),
+        include_bytes!("../../tiff/jpeg_ycbcr.tif").to_vec(),
+        include_bytes!("../../tiff/jpeg_rgb_tiles.tif").to_vec(),
     ]
 }
 

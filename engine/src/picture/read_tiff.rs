@@ -4,7 +4,7 @@ mod places;
 use super::guard::guarded;
 use super::limits::{Claim, ReadError, ReadLimits};
 use super::read::planar;
-use super::{FileFormat, Header, Picture, SampleKind, default_names};
+use super::{FileFormat, Header, Picture, SampleKind, Told, default_names};
 use half::f16;
 use std::io::{Cursor, Read, Seek};
 use tiff::decoder::{Decoder, DecodingResult, Limits};
@@ -102,7 +102,10 @@ fn layout<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Layout, ReadError>
     let planar = decoder.find_tag_unsigned::<u16>(Tag::PlanarConfiguration).map_err(from_tiff)?;
     let names = default_names(channels);
     let has_alpha = matches!(channels, 2 | 4);
-    let header = Header { format: FileFormat::Tiff, width, height, channels, kind, names, has_alpha };
+    let icc = decoder.find_tag(Tag::IccProfile).ok().flatten().and_then(|tag| tag.into_u8_vec().ok());
+    let (associated, told) = (false, Told::default());
+    let format = FileFormat::Tiff;
+    let header = Header { format, width, height, channels, kind, names, has_alpha, icc, associated, told };
     Ok(Layout { header, color, planes_apart: planar == Some(2) && channels > 1 })
 }
 

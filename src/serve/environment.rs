@@ -7,7 +7,7 @@ use axum::body::{Bytes, to_bytes};
 use axum::extract::{Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use shibo_engine::picture::{ReadLimits, read_bytes};
+use shibo_engine::picture::{Conversion, ReadLimits, header_bytes, read_bytes};
 use std::sync::Mutex;
 use tokio::sync::Semaphore;
 
@@ -56,7 +56,9 @@ fn light(file: &[u8]) -> Result<Bytes, String> {
     if !file.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         return Err("it is no OpenEXR file".to_owned());
     }
-    let picture = read_bytes(file, &LIMITS).map_err(|error| error.to_string())?;
+    let header = header_bytes(file).map_err(|error| error.to_string())?;
+    let mut picture = read_bytes(file, &LIMITS).map_err(|error| error.to_string())?;
+    Conversion::of_file(&header).0.apply(&mut picture);
     Ok(Sky::of(&picture)?.bytes().into())
 }
 

@@ -28,6 +28,7 @@ mod nodes;
 mod obj;
 mod once;
 mod parts;
+mod picture_colors;
 mod picture_files;
 #[path = "../../engine/tests/all/pictures/mod.rs"]
 mod pictures;

@@ -41,6 +41,16 @@ impl KeyedFile {
         Ok(Self { field, path: path.to_owned(), hash, seen })
     }
 
+    /// The parameter that names it.
+    pub(super) fn field(&self) -> &'static str {
+        self.field
+    }
+
+    /// Where it is.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The hash of its content.
     pub(super) fn hash(&self) -> &[u8; 32] {
         &self.hash

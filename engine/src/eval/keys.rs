@@ -3,10 +3,12 @@ use super::files::KeyedFile;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::graph::{Graph, GraphNode, Input};
 use crate::node::Fact;
+use crate::picture::udim_file;
 use crate::value::{Canvas, Key};
 use petgraph::graph::NodeIndex;
 use petgraph::visit::Topo;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 /// Names the way in which keys are derived, after the version that began with it. It is not the version of the program: the
@@ -57,7 +59,12 @@ impl Keys {
             parts.push(port.as_bytes());
             parts.push(key.as_bytes());
         }
-        parts.extend(files.iter().map(|file| file.hash().as_slice()));
+        // In a set of files it matters which of its tiles each one is.
+        let tiles: Vec<Option<[u8; 4]>> = files.iter().map(|file| tile(node, file)).collect();
+        for (file, tile) in files.iter().zip(&tiles) {
+            parts.push(file.hash());
+            parts.extend(tile.as_ref().map(<[u8; 4]>::as_slice));
+        }
         let key = Key::of(DOMAIN, &parts);
         let output = |name: &str| Key::of("output", &[key.as_bytes(), name.as_bytes()]);
         let mut outputs: Vec<Key> = node.node.outputs().iter().map(|o| output(o.name)).collect();
@@ -114,6 +121,12 @@ fn facts(canvas: &Canvas, wanted: &[Fact]) -> Vec<u8> {
         }
     }
     bytes
+}
+
+/// The number of the UDIM tile that a file is of.
+fn tile(node: &GraphNode, file: &KeyedFile) -> Option<[u8; 4]> {
+    let (_, set) = node.node.files().into_iter().find(|(field, _)| *field == file.field())?;
+    Some(udim_file(Path::new(&set.0), file.path())?.number.to_le_bytes())
 }
 
 fn keyed_files(node: &GraphNode) -> Result<Vec<KeyedFile>, Vec<Diagnostic>> {

@@ -8,6 +8,7 @@ use super::structs::has_ports;
 use super::subst::{formula, substitute};
 use crate::diagnostics::{Code, Diagnostic, Problem, suggest};
 use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, ParamType, Role};
+use crate::picture::{is_udim, udim_files};
 use crate::syntax::{TokenKind as Kind, is_infinity, number};
 use std::path::PathBuf;
 
@@ -199,19 +200,44 @@ impl Unit<'_> {
                     continue;
                 }
             };
-            if let Err(fault) = check_file(&path) {
-                found.push(place.error(fault.code, fault.message));
-                readable = false;
+            match paths_of(path, built.takes_udim()) {
+                Ok(paths) => {
+                    let faults = paths.iter().filter_map(|path| check_file(path).err());
+                    let faults: Vec<_> = faults.map(|fault| place.error(fault.code, fault.message)).collect();
+                    readable &= faults.is_empty();
+                    found.extend(faults);
+                    files.extend(paths.into_iter().map(|path| (field, path)));
+                }
+                Err(message) => {
+                    let help = "`<UDIM>` stands for the numbers of tiles, from 1001 on, in the names of files that lie side by side";
+                    found.push(place.error(Code::FileNotFound, message).help(help));
+                    readable = false;
+                }
             }
-            files.push((field, path));
         }
         if readable && !files.is_empty() {
-            found.extend(self.file_checks.of(&node.kind_name, built, &files).iter().map(locate));
+            let checked = self.file_checks.of(&node.kind_name, built, &files).iter();
+            found.extend(checked.map(|problem| match problem.code {
+                Code::Advice => locate(problem).as_warning(),
+                _ => locate(problem),
+            }));
         }
         self.looked_at.extend(files.iter().map(|(_, path)| path.clone()));
         self.flats[flat].files = files;
         self.flats[flat].good &= found.iter().all(|diagnostic| diagnostic.warning);
         found.into_iter().for_each(|diagnostic| self.report.push(diagnostic));
+    }
+}
+
+/// The file at a path, or those of all UDIM tiles.
+fn paths_of(path: PathBuf, takes_udim: bool) -> Result<Vec<PathBuf>, String> {
+    if !takes_udim || !is_udim(&path) {
+        return Ok(vec![path]);
+    }
+    let files = udim_files(&path).unwrap_or_default();
+    match files.is_empty() {
+        true => Err(format!("there is no file of a tile for `{}`", path.display())),
+        false => Ok(files.into_iter().map(|file| file.path).collect()),
     }
 }
 

@@ -72,6 +72,9 @@ pub trait DynNode: Send + Sync {
     fn type_of_output(&self, inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>>;
     /// See [`Node::unit`].
     fn unit(&self, output: &Output) -> Option<&'static str>;
+    /// See [`Node::takes_udim`].
+    fn takes_udim(&self) -> bool;
+
     /// See [`Node::check_files`].
     fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem>;
     /// See [`Node::channels`].
@@ -147,6 +150,10 @@ impl<T: Node> DynNode for T {
 
     fn unit(&self, output: &Output) -> Option<&'static str> {
         Node::unit(self, output)
+    }
+
+    fn takes_udim(&self) -> bool {
+        Node::takes_udim(self)
     }
 
     fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {

@@ -111,6 +111,11 @@ impl Context<'_> {
         self.evaluator.cuts().map_or_else(|| solid.cut(cut), |cuts| cuts.cut(solid, cut))
     }
 
+    /// The paths of all files that the parameter `field` names; several only for `<UDIM>`.
+    pub fn files(&self, field: &str) -> Vec<&Path> {
+        self.files.iter().filter(|(name, _)| *name == field).map(|(_, path)| path.as_path()).collect()
+    }
+
     /// The path of the file that the parameter `field` names.
     pub fn file(&self, field: &str) -> Option<&Path> {
         self.files.iter().find(|(name, _)| *name == field).map(|(_, path)| path.as_path())

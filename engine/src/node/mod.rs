@@ -206,8 +206,13 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         output.unit
     }
 
+    /// Whether `<UDIM>` in a path stands for the numbers of tiles, so that a parameter may name several files.
+    fn takes_udim(&self) -> bool {
+        false
+    }
+
     /// Checks the files themselves, as far as that is possible without making anything: headers, sizes, completeness. All
-    /// of them exist; each comes with the parameter that names it.
+    /// of them exist; each comes with the parameter that names it. Advice is reported as warnings.
     fn check_files(&self, _files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
         Vec::new()
     }

@@ -1,34 +1,5 @@
 //! Colour spaces: the sRGB transfer curve in both directions, exact where 8-bit codes are concerned.
 
-use super::{Picture, SampleKind};
-use rayon::prelude::*;
-
-/// What the samples of a picture mean.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ColorSpace {
-    /// Colour, encoded by the sRGB curve.
-    Srgb,
-    /// Colour, proportional to light.
-    Linear,
-    /// Colour of ACEScg: AP1 primaries, proportional to light.
-    AcesCg,
-    /// Data, not colour: heights, masks, normals.
-    Raw,
-}
-
-/// The colour space a picture most likely has: sRGB for 8-bit colour, raw for 16 bit and for one channel, linear for
-/// float colour.
-#[must_use]
-pub fn default_for(picture: &Picture) -> ColorSpace {
-    match picture.source {
-        _ if picture.data_channels() < 3 => ColorSpace::Raw,
-        SampleKind::U8 => ColorSpace::Srgb,
-        SampleKind::F16 | SampleKind::F32 => ColorSpace::Linear,
-        SampleKind::U16 | SampleKind::U32 => ColorSpace::Raw,
-        SampleKind::I8 | SampleKind::I16 | SampleKind::I32 => ColorSpace::Raw,
-    }
-}
-
 /// From linear Rec.709 to ACEScg (AP1), adapted from D65 to the white of ACES by Bradford's method (S-2014-004).
 pub const REC709_TO_AP1: [[f32; 3]; 3] = [
     [0.613_097_4, 0.339_523_15, 0.047_379_45],
@@ -37,57 +8,11 @@ pub const REC709_TO_AP1: [[f32; 3]; 3] = [
 ];
 
 /// The way back.
-const AP1_TO_REC709: [[f32; 3]; 3] = [
+pub(super) const AP1_TO_REC709: [[f32; 3]; 3] = [
     [1.705_051, -0.621_792_1, -0.083_258_87],
     [-0.130_256_42, 1.140_804_7, -0.010_548_32],
     [-0.024_003_36, -0.128_968_98, 1.152_972_3],
 ];
-
-fn from_ap1(picture: &mut Picture) {
-    let pixels = picture.pixels();
-    if picture.data_channels() < 3 {
-        return;
-    }
-    let (red, rest) = picture.planes.split_at_mut(pixels);
-    let (green, blue) = rest.split_at_mut(pixels);
-    for ((r, g), b) in red.iter_mut().zip(green).zip(blue) {
-        let color = [*r, *g, *b];
-        [*r, *g, *b] = AP1_TO_REC709.map(|row| row[0] * color[0] + row[1] * color[1] + row[2] * color[2]);
-    }
-}
-
-/// Converts the samples to linear Rec.709 in place. Linear and raw pictures are left alone; opacity always is.
-pub fn to_linear(picture: &mut Picture, space: ColorSpace) {
-    if space == ColorSpace::AcesCg {
-        return from_ap1(picture);
-    }
-    if space != ColorSpace::Srgb {
-        return;
-    }
-    let samples = picture.pixels() * usize::from(picture.data_channels());
-    let (planes, source) = (&mut picture.planes[..samples], picture.source);
-    match source {
-        SampleKind::U8 => by_table(planes, 255),
-        SampleKind::U16 => by_table(planes, 65535),
-        _ => planes.par_iter_mut().for_each(|sample| *sample = linear_sample(*sample)),
-    }
-}
-
-/// Integer pictures have few distinct values: one table look-up a sample instead of a power.
-fn by_table(samples: &mut [f32], max: u16) {
-    let table: Vec<f32> = (0..=max).map(|code| linear_sample(f32::from(code) / f32::from(max))).collect();
-    samples.par_chunks_mut(1 << 16).for_each(|chunk| {
-        for sample in chunk {
-            *sample = table[(code_of(*sample, max) as usize).min(table.len() - 1)];
-        }
-    });
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "samples of integer pictures lie in 0..1; the cast saturates")]
-#[expect(clippy::cast_sign_loss, reason = "the cast saturates at 0")]
-fn code_of(sample: f32, max: u16) -> u32 {
-    (sample * f32::from(max) + 0.5) as u32
-}
 
 /// The linear value of an sRGB-encoded sample of a picture file (IEC 61966-2-1), computed in double precision. Values below
 /// 0 are mirrored, values above 1 continue the curve.
@@ -100,7 +25,8 @@ pub fn linear_sample(encoded: f32) -> f32 {
     decode(f64::from(encoded.abs())).copysign(f64::from(encoded)) as f32
 }
 
-fn decode(encoded: f64) -> f64 {
+/// The light of an encoded value that is not negative.
+pub(super) fn decode(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
@@ -271,25 +197,6 @@ mod tests {
             let linear = linear_sample(f32::from(code) / 65535.0);
             assert_eq!((encoder.encode(linear) * 65535.0).round(), f32::from(code));
         }
-    }
-
-    #[test]
-    fn integer_pictures_are_converted_by_table() {
-        let samples: Vec<f32> = (0..=255_u8).map(|code| f32::from(code) / 255.0).collect();
-        let mut picture = Picture {
-            width: 64,
-            height: 1,
-            channels: 4,
-            planes: samples.clone(),
-            source: SampleKind::U8,
-            names: crate::picture::default_names(4),
-            has_alpha: true,
-        };
-        assert_eq!(default_for(&picture), ColorSpace::Srgb);
-        to_linear(&mut picture, ColorSpace::Srgb);
-        let expected: Vec<f32> = samples[..192].iter().map(|sample| linear_sample(*sample)).collect();
-        assert_eq!(picture.planes[..192], expected);
-        assert_eq!(picture.planes[192..], samples[192..], "opacity is not colour");
     }
 
     #[test]

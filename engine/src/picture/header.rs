@@ -20,7 +20,7 @@ pub enum FileFormat {
 }
 
 /// What the header of a picture says.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Header {
     /// The format, by content.
     pub format: FileFormat,
@@ -36,10 +36,29 @@ pub struct Header {
     pub names: Vec<String>,
     /// Whether the last of the channels is opacity.
     pub has_alpha: bool,
-    /// The ICC profile of the colours as the file holds it, unchecked.
+    /// The ICC profile, as it is stored.
     pub icc: Option<Vec<u8>>,
-    /// True if the file declares that its colours are multiplied by opacity.
+    /// Whether the file declares that its colours are multiplied by its opacity.
     pub associated: bool,
+    /// What else it says of its colours and channels.
+    pub told: Told,
+}
+
+/// What a header says of colours and channels in other ways than by an ICC profile.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Told {
+    /// Numbers of primaries, curve, matrix and range (ITU-T H.273): the chunk `cICP` of PNG.
+    pub cicp: Option<[u8; 4]>,
+    /// Why the ICC profile in it cannot be taken out, as `is …`.
+    pub broken_profile: Option<String>,
+    /// Whether it is marked as sRGB.
+    pub srgb: bool,
+    /// The power that encodes light, times 100,000: the chunk `gAMA` of PNG.
+    pub gamma: Option<u32>,
+    /// The chromaticities of its colours: x and y of red, green, blue and white.
+    pub chromaticities: Option<[f32; 8]>,
+    /// What was assumed because the names or the place of its channels do not tell it.
+    pub assumed: Option<String>,
 }
 
 /// Reads the header of a file. Limits are not applied, so that a caller can say what it found.

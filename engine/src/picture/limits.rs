@@ -151,7 +151,8 @@ impl ReadError {
     }
 
     /// A file of `bytes` bytes is too short for its pixels.
-    pub(super) fn implausible(bytes: u64, width: u32, height: u32) -> Self {
+    pub(super) fn implausible(bytes: u64, width: impl Into<u64>, height: impl Into<u64>) -> Self {
+        let (width, height) = (width.into(), height.into());
         Self::Corrupt(format!("{bytes} bytes cannot hold the `{width}x{height}` pixels of its header"))
     }
 

@@ -11,19 +11,23 @@
 //! any number of threads and any height of the bands.
 //!
 //! Samples are planar `f32` on both sides: integers scaled to 0..1, floats as they are stored. Colour spaces are converted
-//! by the caller's choice ([`to_linear`]), never by reading.
+//! by the caller ([`Conversion`]), never by reading; the header says what the file tells of its own.
 
 mod atomic;
 mod color;
+mod conversion;
+mod curve;
 mod encode;
 mod foreign;
 mod guard;
 mod header;
+mod icc;
 mod levels;
 mod limits;
 mod lossless;
 mod mips;
 mod part;
+mod primaries;
 mod raster;
 mod read;
 mod read_exr;
@@ -31,6 +35,8 @@ mod read_jpeg;
 mod read_png;
 mod read_tiff;
 mod spec;
+mod turn;
+mod udim;
 mod write;
 mod write_exr;
 mod write_jpeg;
@@ -39,14 +45,16 @@ mod write_svg;
 mod write_tiff;
 
 pub use atomic::{AtomicFile, remove_stale_temporaries};
-pub use color::{ColorSpace, REC709_TO_AP1, SrgbEncoder, default_for, linear_sample, to_linear};
+pub use color::{REC709_TO_AP1, SrgbEncoder, linear_sample};
+pub use conversion::{ColorSpace, Conversion, divide_by_alpha};
 pub use guard::caught;
-pub use header::{FileFormat, Header, check, check_bytes, header, header_bytes, header_layer, text};
+pub use header::{FileFormat, Header, Told, check, check_bytes, header, header_bytes, header_layer, text};
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use mips::MipFilter;
 pub use part::{JoinError, Joined, JoinedFile, PartHeader, PartOf, PartPicture, PartWriter, is_whole, join};
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};
+pub use udim::{UdimFile, is_udim, udim_file, udim_files};
 pub use write::{Writer, Written};
 pub use write_svg::{Drawing, svg};
 

@@ -1,10 +1,9 @@
-//! Parts that decoders share: headers, samples and errors of those of the `image` crate, and how pictures are turned.
+//! Parts that decoders share: headers, samples and errors of those of the `image` crate.
 use super::guard::guarded;
 use super::limits::{Claim, ReadError};
 use super::read::planar;
-use super::{FileFormat, Header, Picture, SampleKind, default_names};
-use image::metadata::Orientation;
-use image::{ColorType, ImageBuffer, ImageDecoder, ImageError, Luma, imageops};
+use super::{FileFormat, Header, Picture, SampleKind, Told, default_names};
+use image::{ColorType, ImageDecoder, ImageError};
 
 pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Result<Header, ReadError> {
     let (width, height) = decoder.dimensions();
@@ -23,8 +22,8 @@ pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Resu
         }
     };
     let has_alpha = channels % 2 == 0;
-    let names = default_names(channels);
-    Ok(Header { format, width, height, channels, kind, names, has_alpha, icc: None, associated: false })
+    let (names, told) = (default_names(channels), Told::default());
+    Ok(Header { format, width, height, channels, kind, names, has_alpha, icc: None, associated: false, told })
 }
 
 /// The memory that decoding takes, with `sample_bytes` for each sample while it is decoded.
@@ -56,40 +55,6 @@ pub(super) fn picture(bytes: &[u8], header: Header) -> Picture {
         planar(pairs, channel_count, |sample| f32::from(u16::from_ne_bytes(sample)) / 65535.0)
     };
     Picture { width, height, channels, planes, source: kind, names, has_alpha }
-}
-
-/// True if the upright picture is as wide as the stored one is high.
-pub(super) fn swaps_sides(orientation: Orientation) -> bool {
-    use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
-    matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
-}
-
-/// Turns planes of so many pixels as the camera was held: EXIF and TIFF tell which corner of the stored picture is the upper
-/// left one.
-pub(super) fn upright(
-    mut planes: Vec<f32>,
-    (width, height): (u32, u32),
-    orientation: Orientation,
-) -> Result<Vec<f32>, ReadError> {
-    let pixels = (width as usize * height as usize).max(1);
-    for plane in planes.chunks_mut(pixels) {
-        let stored = ImageBuffer::<Luma<f32>, &[f32]>::from_raw(width, height, plane);
-        let stored =
-            stored.ok_or_else(|| ReadError::corrupt("it holds another number of samples than its header says"))?;
-        let mut turned = match orientation {
-            Orientation::NoTransforms => break,
-            Orientation::Rotate90 | Orientation::Rotate90FlipH => imageops::rotate90(&stored),
-            Orientation::Rotate180 => imageops::rotate180(&stored),
-            Orientation::Rotate270 | Orientation::Rotate270FlipH => imageops::rotate270(&stored),
-            Orientation::FlipHorizontal => imageops::flip_horizontal(&stored),
-            Orientation::FlipVertical => imageops::flip_vertical(&stored),
-        };
-        if matches!(orientation, Orientation::Rotate90FlipH | Orientation::Rotate270FlipH) {
-            imageops::flip_horizontal_in_place(&mut turned);
-        }
-        plane.copy_from_slice(&turned);
-    }
-    Ok(planes)
 }
 
 pub(super) fn from_image(error: ImageError) -> ReadError {

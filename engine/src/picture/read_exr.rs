@@ -2,22 +2,22 @@
 
 use super::guard::guarded;
 use super::limits::{Claim, DEFLATE_RATIO, ReadError, ReadLimits};
-use super::{FileFormat, Header, Picture, SampleKind};
-use exr::block::UncompressedBlock;
+use super::{FileFormat, Header, Picture, SampleKind, Told};
 use exr::compression::Compression;
 use exr::io::{PeekRead, Tracking};
 use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, SampleType};
 use exr::meta::header::Header as Layer;
 use exr::meta::{BlockDescription, MetaData, Requirements, magic_number};
-use half::f16;
 use rayon::prelude::*;
 use std::cell::Cell;
 use std::io::{self, Cursor, Read, Seek};
 
 mod blocks;
+mod frame;
 mod select;
 use blocks::Block;
+use frame::{Frame, Target};
 use select::{Selection, all_names, select};
 
 /// Blocks that are decompressed at once, in bytes; one at least.
@@ -58,7 +58,7 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits, wanted: Option<&str>) -> R
     let (meta, selection, blocks) = open(&mut Cursor::new(bytes), bytes.len() as u64, limits, wanted)?;
     let Header { width, height, channels, kind, has_alpha, .. } = header_of(&meta, &selection)?;
     let layer = &meta.headers[selection.layer];
-    let mut target = Target::new(width, height, layer, &selection);
+    let mut target = Target::new(Frame::of(layer)?, layer, &selection);
     let batch = (BATCH_BYTES / block_bytes(layer).max(1)).clamp(1, 4096);
     for blocks in blocks.chunks(batch) {
         let unpack = |block: &Block| guarded(|| block.decompress(bytes, &meta, selection.layer));
@@ -81,13 +81,17 @@ fn open<R: Read + Seek>(
     let (meta, tables) = guarded(|| read_meta(&mut *reader))?;
     let selection = select(&meta, wanted)?;
     let layer = &meta.headers[selection.layer];
-    let (width, height) = size_of(layer)?;
-    let (wide, high) = (u64::from(width), u64::from(height));
-    let channels = u64::from(selection.count());
-    limits.check(Claim { width: wide, height: high, channels, sample_bytes: 0 })?;
+    let frame = Frame::of(layer)?;
+    let Vec2(stored_width, stored_height) = layer.layer_size;
+    // What is stored may be larger than what is shown, and the other way round.
+    for (width, height) in
+        [(u64::from(frame.width), u64::from(frame.height)), (stored_width as u64, stored_height as u64)]
+    {
+        limits.check(Claim { width, height, channels: u64::from(selection.count()), sample_bytes: 0 })?;
+    }
     if block_bytes(layer) as u64 > limits.max_bytes_decoded {
         let (bytes, limit) = (block_bytes(layer) as u64, limits.max_bytes_decoded);
-        return Err(ReadError::TooLarge { width: wide, height: high, bytes, limit });
+        return Err(ReadError::TooLarge { width: stored_width as u64, height: stored_height as u64, bytes, limit });
     }
     if matches!(layer.compression, Compression::HTJ2K32 | Compression::HTJ2K256) {
         return Err(unsupported(&layer.compression.to_string()));
@@ -99,17 +103,26 @@ fn open<R: Read + Seek>(
 }
 
 fn header_of(meta: &MetaData, selection: &Selection) -> Result<Header, ReadError> {
-    let (width, height) = size_of(&meta.headers[selection.layer])?;
+    let layer = &meta.headers[selection.layer];
+    let frame = Frame::of(layer)?;
+    let stated = layer.shared_attributes.chromaticities.filter(|_| selection.is_color);
+    let chromaticities = stated.map(|stated| {
+        let [red, green, blue, white] = [stated.red, stated.green, stated.blue, stated.white];
+        [red.0, red.1, green.0, green.1, blue.0, blue.1, white.0, white.1]
+    });
+    let empty = || "its data window lies outside of its display window, so the picture is empty".to_owned();
+    let assumed = if frame.is_empty(layer) { Some(empty()) } else { selection.assumed.clone() };
     Ok(Header {
         format: FileFormat::Exr,
-        width,
-        height,
+        width: frame.width,
+        height: frame.height,
         channels: selection.count(),
         kind: kind_of(meta, selection),
         names: all_names(meta),
         has_alpha: selection.has_alpha,
         icc: None,
-        associated: false,
+        associated: selection.has_alpha,
+        told: Told { chromaticities, assumed, ..Told::default() },
     })
 }
 
@@ -155,11 +168,6 @@ fn read_headers<R: Read>(reader: R) -> Result<(MetaData, usize), ReadError> {
     Ok((MetaData { requirements, headers }, reader.byte_position()))
 }
 
-fn size_of(layer: &Layer) -> Result<(u32, u32), ReadError> {
-    let side = |pixels: usize| u32::try_from(pixels).map_err(ReadError::corrupt);
-    Ok((side(layer.layer_size.width())?, side(layer.layer_size.height())?))
-}
-
 fn kind_of(meta: &MetaData, selection: &Selection) -> SampleKind {
     let channels = &meta.headers[selection.layer].channels.list;
     let kinds = selection.channels.iter().map(|index| match channels[*index].sample_type {
@@ -198,63 +206,9 @@ fn check_plausible(layer: &Layer, blocks: &[Block], length: u64) -> Result<(), R
         _ => DEFLATE_RATIO,
     };
     if raw > stored.saturating_mul(ratio) {
-        let (width, height) = size_of(layer)?;
-        return Err(ReadError::implausible(length, width, height));
+        return Err(ReadError::implausible(length, width as u64, height as u64));
     }
     Ok(())
-}
-
-/// The picture that blocks are put into.
-struct Target {
-    width: usize,
-    pixels: usize,
-    /// Per stored channel: its type, and the plane it goes to.
-    channels: Vec<(SampleType, Option<usize>)>,
-    planes: Vec<f32>,
-}
-
-impl Target {
-    fn new(width: u32, height: u32, layer: &Layer, selection: &Selection) -> Self {
-        let (width, height) = (width as usize, height as usize);
-        let kinds = layer.channels.list.iter().enumerate().map(|(index, channel)| {
-            (channel.sample_type, selection.channels.iter().position(|chosen| *chosen == index))
-        });
-        Self {
-            width,
-            pixels: width * height,
-            channels: kinds.collect(),
-            planes: vec![0.0; width * height * selection.channels.len()],
-        }
-    }
-
-    fn put(&mut self, block: &UncompressedBlock) -> Result<(), ReadError> {
-        let (Vec2(left, top), Vec2(width, height)) = (block.index.pixel_position, block.index.pixel_size);
-        let mut data = block.data.as_slice();
-        for y in top..top + height {
-            for (kind, plane) in &self.channels {
-                let (line, rest) = data
-                    .split_at_checked(width * kind.bytes_per_sample())
-                    .ok_or_else(|| ReadError::damaged("a block is too short"))?;
-                data = rest;
-                if let Some(plane) = plane {
-                    let start = plane * self.pixels + y * self.width + left;
-                    convert(*kind, line, &mut self.planes[start..start + width]);
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-fn convert(kind: SampleType, line: &[u8], out: &mut [f32]) {
-    let halves = line.as_chunks::<2>().0;
-    let words = line.as_chunks::<4>().0;
-    match kind {
-        SampleType::F16 => out.iter_mut().zip(halves).for_each(|(out, half)| *out = f16::from_ne_bytes(*half).to_f32()),
-        SampleType::F32 => out.iter_mut().zip(words).for_each(|(out, word)| *out = f32::from_ne_bytes(*word)),
-        #[expect(clippy::cast_precision_loss, reason = "numbers of objects beyond 2^24 cannot be told apart as floats")]
-        SampleType::U32 => out.iter_mut().zip(words).for_each(|(out, word)| *out = u32::from_ne_bytes(*word) as f32),
-    }
 }
 
 fn unsupported(what: &str) -> ReadError {

@@ -1,10 +1,12 @@
 //! JPEG, decoded by the `image` crate, with the checks it leaves to its callers.
 mod markers;
+mod profile;
 mod tables;
 
 use super::guard::guarded;
 use super::limits::{ReadError, ReadLimits};
-use super::raster::{from_image, header_of, limited, picture, samples, swaps_sides, upright};
+use super::raster::{from_image, header_of, limited, picture, samples};
+use super::turn::{upright, upright_header};
 use super::{FileFormat, Header, Picture};
 use image::ImageDecoder;
 use image::codecs::jpeg::JpegDecoder;
@@ -14,8 +16,10 @@ use std::io::{BufRead, Cursor, Seek};
 /// A block of 64 pixels takes a bit at least, and of three subsampled planes two are a quarter of the size.
 const PIXELS_PER_BYTE: u64 = 8 * 64 * 2;
 
-pub(super) fn header<R: BufRead + Seek>(reader: R) -> Result<Header, ReadError> {
-    guarded(|| look(reader)).map(|(header, _)| header)
+pub(super) fn header<R: BufRead + Seek>(mut reader: R) -> Result<Header, ReadError> {
+    let mut bytes = Vec::new();
+    reader.read_to_end(&mut bytes).map_err(ReadError::Io)?;
+    guarded(|| look(&bytes)).map(|(header, _)| header)
 }
 
 pub(super) fn check(bytes: &[u8], limits: &ReadLimits) -> Result<Header, ReadError> {
@@ -25,10 +29,7 @@ pub(super) fn check(bytes: &[u8], limits: &ReadLimits) -> Result<Header, ReadErr
 pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadError> {
     let (header, orientation) = checked(bytes, limits)?;
     let bytes = samples(|| JpegDecoder::new(Cursor::new(bytes)).map_err(from_image))?;
-    let picture = picture(&bytes, header);
-    let (width, height) = (picture.width, picture.height);
-    let stored = if swaps_sides(orientation) { (height, width) } else { (width, height) };
-    Ok(Picture { planes: upright(picture.planes, stored, orientation)?, ..picture })
+    upright(picture(&bytes, header), orientation)
 }
 
 /// Checks a JPEG that is a part of a picture of another format: so wide, of so many rows at least, and of so many channels.
@@ -58,7 +59,7 @@ fn part(bytes: &[u8], (wide, rows): (u32, u32), channels: usize) -> Result<JpegD
 
 fn checked(bytes: &[u8], limits: &ReadLimits) -> Result<(Header, Orientation), ReadError> {
     markers::walk(bytes)?;
-    let (header, orientation) = guarded(|| look(Cursor::new(bytes)))?;
+    let (header, orientation) = guarded(|| look(bytes))?;
     // A progressive file is decoded through 16-bit coefficients.
     limits.check(limited(&header, 3))?;
     check_size(&header, bytes)?;
@@ -75,13 +76,13 @@ fn check_size(header: &Header, bytes: &[u8]) -> Result<(), ReadError> {
 }
 
 /// The header of the upright picture, and how the stored one becomes upright.
-fn look<R: BufRead + Seek>(reader: R) -> Result<(Header, Orientation), ReadError> {
-    let mut decoder = JpegDecoder::new(reader).map_err(from_image)?;
-    let header = header_of(&decoder, FileFormat::Jpeg)?;
+fn look(bytes: &[u8]) -> Result<(Header, Orientation), ReadError> {
+    let mut decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(from_image)?;
+    let mut header = header_of(&decoder, FileFormat::Jpeg)?;
     let orientation = decoder.orientation().map_err(from_image)?;
-    let (width, height) = (header.width, header.height);
-    Ok(match swaps_sides(orientation) {
-        true => (Header { width: height, height: width, ..header }, orientation),
-        false => (header, orientation),
-    })
+    match profile::find(bytes) {
+        Ok(profile) => header.icc = profile,
+        Err(why) => header.told.broken_profile = Some(why),
+    }
+    Ok((upright_header(header, orientation), orientation))
 }

@@ -1,32 +1,53 @@
 //! PNG, decoded by the `image` crate, with the checks it leaves to its callers.
 mod chunks;
+mod tags;
 
 use super::guard::guarded;
 use super::limits::{DEFLATE_RATIO, ReadError, ReadLimits};
 use super::raster::{from_image, header_of, limited, picture, samples};
+use super::turn::{upright, upright_header};
 use super::{FileFormat, Header, Picture};
 use chunks::Chunks;
 use image::codecs::png::PngDecoder;
+use image::metadata::Orientation;
 use image::{ImageDecoder, Limits};
-use std::io::{BufRead, Cursor, Seek};
+use std::io::{BufRead, Cursor, Seek, SeekFrom};
 
-pub(super) fn header<R: BufRead + Seek>(reader: R) -> Result<Header, ReadError> {
-    guarded(|| header_of(&decoder(reader)?, FileFormat::Png))
+pub(super) fn header<R: BufRead + Seek>(mut reader: R) -> Result<Header, ReadError> {
+    let header = guarded(|| header_of(&decoder(&mut reader)?, FileFormat::Png))?;
+    let length = reader.seek(SeekFrom::End(0)).map_err(ReadError::Io)?;
+    Ok(told(header, &mut reader, length).0)
 }
 
 pub(super) fn check<R: BufRead + Seek>(reader: &mut R, length: u64, limits: &ReadLimits) -> Result<Header, ReadError> {
+    checked(reader, length, limits).map(|(header, _)| header)
+}
+
+pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadError> {
+    let (header, orientation) = checked(&mut Cursor::new(bytes), bytes.len() as u64, limits)?;
+    let bytes = samples(|| decoder(Cursor::new(bytes)))?;
+    upright(picture(&bytes, header), orientation)
+}
+
+fn checked<R: BufRead + Seek>(
+    reader: &mut R,
+    length: u64,
+    limits: &ReadLimits,
+) -> Result<(Header, Orientation), ReadError> {
     let chunks = chunks::walk(reader, length)?;
     let header = look(reader, &chunks, length, limits)?;
     if let Some(colors) = chunks.short_palette {
         reader.rewind().map_err(ReadError::Io)?;
-        guarded(|| check_indices(reader, colors))?;
+        guarded(|| check_indices(&mut *reader, colors))?;
     }
-    Ok(header)
+    Ok(told(header, reader, length))
 }
 
-pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadError> {
-    let header = check(&mut Cursor::new(bytes), bytes.len() as u64, limits)?;
-    Ok(picture(&samples(|| decoder(Cursor::new(bytes)))?, header))
+/// The header of the upright picture with what its chunks say of colours, and how the stored one becomes upright.
+fn told<R: BufRead + Seek>(header: Header, reader: &mut R, length: u64) -> (Header, Orientation) {
+    let tags = tags::find(reader, length);
+    let header = Header { icc: tags.icc, told: tags.told, ..header };
+    (upright_header(header, tags.orientation), tags.orientation)
 }
 
 fn decoder<R: BufRead + Seek>(reader: R) -> Result<PngDecoder<R>, ReadError> {

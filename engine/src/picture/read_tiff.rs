@@ -8,7 +8,7 @@ mod unpack;
 
 use super::guard::guarded;
 use super::limits::{Claim, ReadError, ReadLimits};
-use super::raster::upright;
+use super::turn::upright;
 use super::{Header, Picture};
 use directory::Tags;
 use layout::Layout;
@@ -27,9 +27,8 @@ pub(super) fn check<R: Read + Seek>(reader: R, length: u64, limits: &ReadLimits)
 pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadError> {
     let (layout, places) = open(Cursor::new(bytes), bytes.len() as u64, limits)?;
     let planes = samples::planes(bytes, &layout, &places)?;
-    let planes = upright(planes, (layout.width, layout.height), layout.orientation)?;
     let Header { width, height, channels, kind, names, has_alpha, .. } = layout.header;
-    Ok(Picture { width, height, channels, planes, source: kind, names, has_alpha })
+    upright(Picture { width, height, channels, planes, source: kind, names, has_alpha }, layout.orientation)
 }
 
 /// The header and the places of the samples of a file of `length` bytes, both checked.

@@ -141,7 +141,8 @@ fn exr_bytes(layers: Vec<Layer<AnyChannels<FlatSamples>>>) -> Vec<u8> {
     if layers.len() == 1 {
         Image::from_layer(layers.into_iter().next().unwrap()).write().to_buffered(&mut bytes).unwrap();
     } else {
-        let attributes = exr::prelude::ImageAttributes::with_size((5, 3));
+        let bounds = exr::prelude::IntegerBounds::new((-7, 5), (5, 3));
+        let attributes = exr::prelude::ImageAttributes::new(bounds);
         let layers: SmallVec<[_; 2]> = layers.into_iter().collect();
         Image::empty(attributes).with_layers(layers).write().to_buffered(&mut bytes).unwrap();
     }

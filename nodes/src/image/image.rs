@@ -4,6 +4,7 @@
 //! more than one of the picture, area averages are shown, so small pictures do not alias. Cost: decoding once, then
 //! O(pixels).
 use super::pixels::{Crop, Pick, Pixels, Placement, Source};
+use super::sheet::{Reading, Sheet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -40,10 +41,25 @@ pub enum Wrap {
 /// A picture from a file, placed with its corner at the canvas' corner. It can be used as grey and as colour. Nodes that
 /// take either use a picture with one channel as grey, and any other as colour.
 ///
-/// `check` looks through the file to its end without decoding it. Pictures of cameras stand upright: the orientation in a
-/// TIFF or in the EXIF data of a JPEG is applied, and `crop` counts the upright pixels. Of a TIFF with several pictures the
-/// first is read that is no smaller version of another one. Its signed integers become -1..1. Colours of print (CMYK) are
-/// refused: convert them to RGB.
+/// `check` looks through the file to its end without decoding it. Pictures stand upright: the orientation in a TIFF or in the
+/// EXIF data of a JPEG or PNG is applied, and `crop` counts the upright pixels. Of a TIFF with several pictures, `Image` reads the
+/// first one that is not marked as a smaller version of another. Its signed integers become -1..1. Colours of print (CMYK)
+/// are refused: convert them to RGB.
+///
+/// **Colours.** Colours become scene-linear Rec. 709. Without `color_space` the file decides. Of PNG the chunk `cICP` counts first,
+/// then an ICC profile, `sRGB`, then `gAMA` and `cHRM`; of JPEG and TIFF an ICC profile counts, and of OpenEXR `chromaticities`.
+/// Profiles of a matrix and curves are used. For others, and damaged ones, a warning says what is assumed. In PQ and HLG, the
+/// white of paper (203 cd/m²) becomes 1. A file that says nothing is taken as sRGB if it has three or four channels of 8 or
+/// 16 bits, and as linear Rec. 709 if these are floats. One channel is data and stays as it is, unless it has a grey profile.
+/// So normals in integers need `color_space: Raw`.
+///
+/// **OpenEXR.** Channels are found by their names, whatever their case: `R`, `G`, `B` or `red`, `green`, `blue`, then `X`, `Y`, `Z`, pairs
+/// of these or `U`, `V`, then `Y`. If names do not tell an order, a warning says which channels are taken. The picture is the display window; where
+/// the file has no data, it is 0.
+///
+/// **UDIM.** `path: "skin.<UDIM>.png"` takes the files of all tiles as one picture. Tile 1001 is at its lower left, the columns go to
+/// the right and the rows upwards, up to the last tile for which there is a file. The files must have the same size and channels. A tile
+/// without a file is 0, and a warning says so.
 ///
 /// At the centre of one of its pixels the value is exactly that pixel, with every filter but `BSpline`.
 ///
@@ -56,7 +72,7 @@ pub enum Wrap {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Image {
-    /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file.
+    /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file. `<UDIM>` in its name stands for the numbers of tiles.
     pub path: FilePath,
     /// Which layer or channel of an OpenEXR file: `normal` of `normal.X` and its like, or `height`. By default its colours,
     /// or what comes closest. Files of other formats have channels `R`, `G`, `B`, `A`, or `Y`.
@@ -70,9 +86,16 @@ pub struct Image {
     /// How large the picture, or its part, is on the canvas; the whole canvas by default.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size_mm: Option<Xy>,
-    /// What its numbers mean. By default sRGB for 8-bit colour, raw for 16 bits and for one channel, linear for float
-    /// colour.
+    /// What its numbers mean. By default what the file says; else sRGB for colour of 8 and 16 bits, linear for float colour, and
+    /// raw for one channel.
     pub color_space: Option<ColorSpace>,
+    /// Whether its colours are multiplied by its opacity (associated alpha, premultiplied), which is then undone. By default what the
+    /// file says: those of OpenEXR are, those of TIFF where it is declared, others are not. Write `false` for data that are packed into
+    /// four channels of an OpenEXR file.
+    pub premultiplied: Option<bool>,
+    /// The value that replaces samples of floats that are NaN or infinite. By default 0, with a warning that tells the first of them.
+    #[schemars(range(min = -1e9, max = 1e9))]
+    pub not_finite: Option<f64>,
     /// How values between pixel centres are made.
     pub filter: Filter,
     /// What lies outside the picture.
@@ -88,6 +111,8 @@ impl Default for Image {
             position: Xy::new(0.0, 0.0),
             size_mm: None,
             color_space: None,
+            premultiplied: None,
+            not_finite: None,
             filter: Filter::default(),
             wrap: Wrap::default(),
         }
@@ -111,8 +136,16 @@ fn is_gray(header: &picture::Header) -> bool {
 }
 
 impl Image {
-    fn header(&self, path: &Path) -> Result<picture::Header, picture::FileError> {
-        self.layer.as_deref().map_or_else(|| picture::header(path), |layer| picture::header_layer(path, layer))
+    /// How the files are read: their colours, opacity and samples that are no numbers.
+    fn reading(&self) -> Reading {
+        let space = self.color_space.map(|space| match space {
+            ColorSpace::Srgb => picture::ColorSpace::Srgb,
+            ColorSpace::Linear => picture::ColorSpace::Linear,
+            ColorSpace::AcesCg => picture::ColorSpace::AcesCg,
+            ColorSpace::Raw => picture::ColorSpace::Raw,
+        });
+        let (layer, premultiplied, not_finite) = (self.layer.clone(), self.premultiplied, self.not_finite);
+        Reading { layer, space, premultiplied, not_finite }
     }
 
     fn placement(&self, canvas: glam::DVec2, pixels: [u32; 2]) -> Placement {
@@ -154,10 +187,10 @@ impl Node for Image {
     const OUTPUTS: &'static [Output] = &[
         Output::new("image", Type::Picture, "The picture, for ports of either kind."),
         Output::new("rgb", Type::Rgb, "Its colour, scene-linear; grey if it has one channel."),
-        Output::new("gray", Type::Gray, "Its only channel, or its luminance."),
+        Output::new("gray", Type::Gray, "Its luminance; its first channel if it has one or two."),
         Output::new("red", Type::Gray, "Its first channel."),
         Output::new("green", Type::Gray, "Its second channel; the first if there is none."),
-        Output::new("blue", Type::Gray, "Its third channel; the first if there is none."),
+        Output::new("blue", Type::Gray, "Its third channel; 0 if it has two, and the first if it has one."),
         Output::new("alpha", Type::Gray, "Its opacity; 1 if it has none."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size];
@@ -171,30 +204,41 @@ impl Node for Image {
     }
 
     fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool {
-        files.iter().any(|(_, path)| self.header(path).is_ok_and(|header| is_gray(&header)))
+        let header = files.first().and_then(|(_, path)| self.reading().header(path).ok());
+        header.is_some_and(|header| is_gray(&header))
     }
 
-    /// What the files themselves say, without decoding: their formats, that they are whole, and that the part lies within.
+    fn takes_udim(&self) -> bool {
+        true
+    }
+
+    /// What the files themselves say, without decoding: their formats, that they are whole and alike, and that the part lies
+    /// within. What is assumed of them is advice.
     fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
         // What decoding may take in memory depends on the run.
         let limits = ReadLimits { max_bytes_decoded: u64::MAX, ..ReadLimits::default() };
-        let check = |path: &Path| {
-            let header = picture::check(path, self.layer.as_deref(), &limits).map_err(|error| problem(&error))?;
-            self.part(header.width, header.height)
-        };
-        files.iter().filter_map(|(_, path)| check(path).err()).collect()
+        let paths: Vec<&Path> = files.iter().map(|(_, path)| path.as_path()).collect();
+        let check = |path: &&Path| picture::check(path, self.layer.as_deref(), &limits).err();
+        let broken: Vec<Problem> = paths.iter().filter_map(check).map(|error| problem(&error)).collect();
+        if !broken.is_empty() || paths.is_empty() {
+            return broken;
+        }
+        let reading = self.reading();
+        let checked = Sheet::of(Path::new(&self.path.0), &paths, &reading).and_then(|sheet| {
+            let header = sheet.header()?;
+            self.part(header.width, header.height)?;
+            Ok(sheet.assumed(&reading))
+        });
+        checked.unwrap_or_else(|problem| vec![problem])
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let missing = || Problem::new(Code::MissingInput, "`path` is not given; it must name a picture");
-        let path = cx.file("path").ok_or_else(missing)?;
-        let (layer, header) = (self.layer.as_deref(), self.header(path).map_err(|error| problem(&error))?);
-        let space = self.color_space.map(|space| match space {
-            ColorSpace::Srgb => picture::ColorSpace::Srgb,
-            ColorSpace::Linear => picture::ColorSpace::Linear,
-            ColorSpace::AcesCg => picture::ColorSpace::AcesCg,
-            ColorSpace::Raw => picture::ColorSpace::Raw,
-        });
+        let paths = cx.files("path");
+        let path = *paths.first().ok_or_else(missing)?;
+        let reading = self.reading();
+        let sheet = Sheet::of(Path::new(&self.path.0), &paths, &reading)?;
+        let header = sheet.header()?;
         let crop = self.part(header.width, header.height)?;
         let placement = self.placement(cx.size_mm(), [crop.width, crop.height]);
         let resolution = glam::UVec2::new(crop.width, crop.height);
@@ -203,7 +247,7 @@ impl Node for Image {
         let native =
             Grid { origin: placement.position, step: placement.pitch, period: fits.then_some(resolution), shown: None };
         let tiling = self.repeats(cx.size_mm());
-        let pixels = Arc::new(Pixels::new((path, layer), space, (&header, crop), cx.evaluator.memory())?);
+        let pixels = Arc::new(Pixels::new(path, (sheet, reading), (&header, crop), cx.evaluator.memory())?);
         let field = |ty: Type, pick: Pick| {
             Field::new(ty, tiling, Source { pixels: pixels.clone(), placement, pick })
                 .with_native(native)
@@ -228,7 +272,7 @@ mod tests {
     use crate::testing::{Plain, PlainPictures, canvas, check_field, crop, raster, write_tiff};
     use shibo_engine::node::{Call, DynNode};
     use shibo_engine::value::Canvas;
-    use shibo_engine::value::Window;
+    use shibo_engine::value::{Given, Tile, Window};
 
     /// A picture of 16 × 8 pixels of noise with `channels` channels.
     fn file(folder: &Path, name: &str, channels: usize, wrong: Option<f32>) -> (PathBuf, Vec<f32>) {
@@ -355,11 +399,15 @@ mod tests {
         assert_eq!((missing.code, missing.field.as_deref()), (Code::FileNotFound, Some("path")));
         let (path, _) = file(folder.path(), "nan.tif", 3, Some(f32::NAN));
         let rgb = output(&outputs(&Image::default(), &path).unwrap(), "rgb");
-        let prepared = rgb.source().prepare(&native().grid(native().resolution), &PlainPictures(Vec::new()));
-        let Err(Stop::Failed(problem)) = prepared else { panic!("no error") };
-        assert_eq!(problem.code, Code::BadFile);
-        let place = "1 samples are not finite; all must be. The first is `NaN` in channel `G` at pixel (1, 1)";
-        assert!(problem.message.contains(place), "{}", problem.message);
+        let grid = native().grid(native().resolution);
+        assert!(rgb.source().prepare(&grid, &PlainPictures(Vec::new())).is_ok());
+        let told = std::cell::RefCell::new(Vec::new());
+        let warn = |problem: Problem| told.borrow_mut().push(problem.message);
+        let mut tile = Tile::new(grid, Window { x: 0, y: 0, width: 16, height: 8 }, 3);
+        rgb.source().fill(&Given::new(&[], None, &|| false).warning(&warn), &mut tile).unwrap();
+        let place = "1 of 384 samples are NaN or infinite; 0 is used instead. The first is `NaN` in channel `G` at pixel (1, 1)";
+        assert!(told.borrow()[0].contains(place), "{told:?}");
+        assert_eq!(tile.plane(1)[17], 0.0);
         let (path, _) = file(folder.path(), "a.tif", 3, None);
         let Err(Stop::Failed(problem)) = outputs(&Image { layer: Some("height".into()), ..Image::default() }, &path)
         else {

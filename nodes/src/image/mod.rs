@@ -2,6 +2,7 @@
 #[expect(clippy::module_inception, reason = "a file is named after its node")]
 mod image;
 mod pixels;
+mod sheet;
 
 pub use image::{ColorSpace, Image, Wrap};
 

@@ -1,14 +1,14 @@
 //! The pixels of a picture file, decoded when the first of them is needed, and the fields that show them.
-use super::image::problem;
+use super::sheet::{Reading, Sheet};
 use glam::DVec2;
 use rayon::prelude::*;
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::picture::{ColorSpace, Header, Picture, ReadLimits, default_for, read, read_layer, to_linear};
+use shibo_engine::picture::{Header, ReadLimits};
 use shibo_engine::value::{FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Window};
 use shibo_kernel::filter::placed::{self, Place};
 use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::ground::tile;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 /// A part of a picture in pixels, known to lie within it.
@@ -29,11 +29,10 @@ impl Crop {
     }
 }
 
-/// A picture file.
+/// A picture that is in one or several files.
 pub(super) struct Pixels {
-    path: PathBuf,
-    layer: Option<String>,
-    space: Option<ColorSpace>,
+    sheet: Sheet,
+    reading: Reading,
     limits: ReadLimits,
     crop: Crop,
     /// Bytes of the decoded channels and their smaller versions, and of the file's samples while they are decoded.
@@ -47,13 +46,15 @@ struct Decoded {
     channels: Vec<Pyramid>,
     /// How many of them are colour or data.
     data: usize,
+    /// What the user should know about them.
+    warning: Option<Problem>,
 }
 
 impl Pixels {
     /// Decodes nothing yet; refuses files that would not fit into `memory` bytes.
     pub(super) fn new(
-        (path, layer): (&Path, Option<&str>),
-        space: Option<ColorSpace>,
+        path: &Path,
+        (sheet, reading): (Sheet, Reading),
         (header, crop): (&Header, Crop),
         memory: u64,
     ) -> Result<Self, Problem> {
@@ -72,8 +73,7 @@ impl Pixels {
             return Err(Problem::new(Code::TooLarge, message).at("path").help("scale it down, or raise --memory"));
         }
         let limits = ReadLimits { max_bytes_decoded: memory, ..ReadLimits::default() };
-        let layer = layer.map(str::to_owned);
-        Ok(Self { path: path.to_owned(), layer, space, limits, crop, bytes, decoding, decoded: OnceLock::new() })
+        Ok(Self { sheet, reading, limits, crop, bytes, decoding, decoded: OnceLock::new() })
     }
 
     /// The pixels. Decoded outside of the lock: decoding waits for other threads, and one of them may come here.
@@ -89,14 +89,7 @@ impl Pixels {
     }
 
     fn decode(&self) -> Result<Decoded, Problem> {
-        let picture = match &self.layer {
-            Some(layer) => read_layer(&self.path, layer, &self.limits),
-            None => read(&self.path, &self.limits),
-        };
-        let mut picture = picture.map_err(|error| problem(&error))?;
-        self.refuse_non_finite(&picture)?;
-        let space = self.space.unwrap_or_else(|| default_for(&picture));
-        to_linear(&mut picture, space);
+        let (picture, warning) = self.sheet.read(&self.reading, &self.limits)?;
         let (width, height) = (picture.width as usize, picture.height as usize);
         let (w, h) = (self.crop.width as usize, self.crop.height as usize);
         let planes: Vec<Vec<f32>> =
@@ -104,32 +97,18 @@ impl Pixels {
         let data = usize::from(picture.data_channels());
         drop(picture);
         let channels = planes.into_par_iter().map(|plane| Pyramid::new(plane, w, h, [Outside::Clamp; 2])).collect();
-        Ok(Decoded { channels, data })
-    }
-
-    fn refuse_non_finite(&self, picture: &Picture) -> Result<(), Problem> {
-        let Some(first) = picture.first_non_finite() else { return Ok(()) };
-        let channel = picture.names.get(usize::from(first.channel)).map_or("?", String::as_str);
-        let message = format!(
-            "`{}`: {} samples are not finite; all must be. The first is `{}` in channel `{channel}` at pixel ({}, {})",
-            self.path.display(),
-            picture.count_non_finite(),
-            first.value,
-            first.x,
-            first.y
-        );
-        Err(Problem::new(Code::BadFile, message).at("path").help("replace NaN and infinities before saving"))
+        Ok(Decoded { channels, data, warning })
     }
 }
 
 /// Which channels a field shows.
 #[derive(Clone, Copy)]
 pub(super) enum Pick {
-    /// Three of them; the first one three times if there are fewer.
+    /// Three of them; the first one three times if there is no other.
     Color,
     /// The only one, or the luminance.
     Gray,
-    /// The channel of that number; the first if there is none.
+    /// The channel of that number; the first if there is no other.
     Channel(usize),
     /// Opacity.
     Alpha,
@@ -161,16 +140,22 @@ impl FieldSource for Source {
         Vec::new()
     }
 
-    fn fill(&self, _given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let pixels = self.pixels.get()?;
+        pixels.warning.iter().for_each(|warning| given.warn(warning.clone()));
         let Placement { position, pitch, filter, outside } = self.placement;
         let (origin, step) = ((out.grid.origin - position) / pitch, out.grid.step / pitch);
         let place = Place { window: out.window, origin: origin.to_array(), step: step.to_array(), filter, outside };
+        // The third of two channels is 0.
+        let is_missing = |k: usize| k == 2 && pixels.data == 2;
         let channel = |k: usize| &pixels.channels[if k < pixels.data { k } else { 0 }];
         match self.pick {
             Pick::Color => {
                 for (k, plane) in tile::planes3(out).into_iter().enumerate() {
-                    placed::fill(channel(k), &place, plane);
+                    match is_missing(k) {
+                        true => plane.fill(0.0),
+                        false => placed::fill(channel(k), &place, plane),
+                    }
                 }
             }
             Pick::Gray if pixels.data < 3 => placed::fill(channel(0), &place, out.plane_mut(0)),
@@ -181,6 +166,7 @@ impl FieldSource for Source {
                     out.data_mut().iter_mut().zip(&plane).for_each(|(out, v)| *out += weight * v);
                 }
             }
+            Pick::Channel(k) if is_missing(k) => out.plane_mut(0).fill(0.0),
             Pick::Channel(k) => placed::fill(channel(k), &place, out.plane_mut(0)),
             Pick::Alpha => placed::fill(&pixels.channels[pixels.channels.len() - 1], &place, out.plane_mut(0)),
         }

@@ -6,7 +6,7 @@ use crate::serve::{Scene, Sight, Store};
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
-use shibo_engine::picture::{ReadLimits, read};
+use shibo_engine::picture::{Conversion, ReadLimits, header, read};
 use shibo_engine::session::{Session, Settings};
 use shibo_engine::value::linear_to_srgb;
 use std::path::{Path, PathBuf};
@@ -160,7 +160,9 @@ fn target(graph: &Graph, node: &str) -> Option<String> {
 /// A small form of a picture file.
 fn file(path: &Path) -> Option<Made> {
     let limits = ReadLimits { max_pixels: PIXELS, ..ReadLimits::default() };
-    let picture = read(path, &limits).ok()?;
+    let conversion = Conversion::of_file(&header(path).ok()?).0;
+    let mut picture = read(path, &limits).ok()?;
+    conversion.apply(&mut picture);
     let longest = picture.width.max(picture.height);
     let step = longest.div_ceil(SIDE).max(1);
     let size = UVec2::new(picture.width.div_ceil(step), picture.height.div_ceil(step));
@@ -172,7 +174,8 @@ fn file(path: &Path) -> Option<Made> {
             let at = ((y * step) * picture.width + x * step) as usize;
             for channel in 0..channels {
                 let value = picture.planes[channel * picture.pixels() + at];
-                let shown = if picture.source.is_float() { linear_to_srgb(value.max(0.0)) } else { value };
+                let is_light = channels == 3 || picture.source.is_float();
+                let shown = if is_light { linear_to_srgb(value.max(0.0)) } else { value };
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a byte")]
                 pixels.push((shown.clamp(0.0, 1.0) * 255.0).round() as u8);
             }

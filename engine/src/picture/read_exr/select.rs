@@ -15,6 +15,10 @@ pub(super) struct Selection {
     pub(super) names: Vec<String>,
     /// Whether the last is opacity.
     pub(super) has_alpha: bool,
+    /// Whether they are red, green and blue.
+    pub(super) is_color: bool,
+    /// What was assumed about them, if their names do not tell their order.
+    pub(super) assumed: Option<String>,
 }
 
 impl Selection {
@@ -23,8 +27,39 @@ impl Selection {
     }
 }
 
+/// Names of a channel: the usual one, and others for it in lower case. Capital letters matter only where a file has both.
+struct Known {
+    usual: &'static str,
+    others: &'static [&'static str],
+}
+
+const R: Known = Known { usual: "R", others: &["r", "red"] };
+const G: Known = Known { usual: "G", others: &["g", "green"] };
+const B: Known = Known { usual: "B", others: &["b", "blue"] };
+const A: Known = Known { usual: "A", others: &["a", "alpha"] };
+const X: Known = Known { usual: "X", others: &["x"] };
+const Y: Known = Known { usual: "Y", others: &["y"] };
+const Z: Known = Known { usual: "Z", others: &["z"] };
+const U: Known = Known { usual: "U", others: &["u"] };
+const V: Known = Known { usual: "V", others: &["v"] };
+
+/// Channels that belong together, in their order.
+struct Group {
+    members: &'static [Known],
+    /// Whether opacity belongs to them.
+    takes_alpha: bool,
+}
+
 /// What makes a good picture, best first.
-const GROUPS: [&[&str]; 3] = [&["R", "G", "B"], &["X", "Y", "Z"], &["Y"]];
+const GROUPS: [Group; 7] = [
+    Group { members: &[R, G, B], takes_alpha: true },
+    Group { members: &[X, Y, Z], takes_alpha: false },
+    Group { members: &[R, G], takes_alpha: true },
+    Group { members: &[X, Y], takes_alpha: false },
+    Group { members: &[U, V], takes_alpha: false },
+    Group { members: &[Y], takes_alpha: true },
+    Group { members: &[R], takes_alpha: true },
+];
 
 /// Full names of all channels, layer by layer.
 pub(super) fn all_names(meta: &MetaData) -> Vec<String> {
@@ -65,7 +100,8 @@ fn split(name: &str) -> (&str, &str) {
 fn channel(meta: &MetaData, layer: usize, wanted: &str) -> Option<Selection> {
     let names = names(meta, layer);
     let index = names.iter().position(|name| name == wanted)?;
-    Some(Selection { layer, channels: vec![index], names: vec![wanted.to_owned()], has_alpha: false })
+    let (channels, names) = (vec![index], vec![wanted.to_owned()]);
+    Some(Selection { layer, channels, names, has_alpha: false, is_color: false, assumed: None })
 }
 
 /// The best group of channels that share a prefix: the given one or, in the order of the file, any.
@@ -76,21 +112,30 @@ fn group(meta: &MetaData, layer: usize, prefix: Option<&str>) -> Option<Selectio
         None => names.iter().map(|name| split(name).0).collect(),
     };
     prefixes.dedup();
-    let find = |prefix: &str, suffix: &str| names.iter().position(|name| split(name) == (prefix, suffix));
-    for members in GROUPS {
+    for Group { members, takes_alpha } in GROUPS {
         for prefix in &prefixes {
-            let found: Option<Vec<usize>> = members.iter().map(|suffix| find(prefix, suffix)).collect();
+            let found: Option<Vec<usize>> = members.iter().map(|member| find(&names, prefix, member)).collect();
             let Some(mut channels) = found else { continue };
-            let alpha = if members[0] == "X" { None } else { find(prefix, "A") };
+            let alpha = takes_alpha.then(|| find(&names, prefix, &A)).flatten();
+            let is_color = members.len() == 3 && takes_alpha;
             channels.extend(alpha);
             let names = channels.iter().map(|index| names[*index].clone()).collect();
-            return Some(Selection { layer, channels, names, has_alpha: alpha.is_some() });
+            return Some(Selection { layer, channels, names, has_alpha: alpha.is_some(), is_color, assumed: None });
         }
     }
     // A layer that was asked for by name is given whatever its channels are called.
     let prefix = prefix.filter(|prefix| !prefix.is_empty())?;
     let members = (0..names.len()).filter(|index| split(&names[*index]).0 == prefix);
     first_of(layer, &names, members.collect())
+}
+
+/// The channel of a prefix that has one of the known names; the usual one, if there are several.
+fn find(names: &[String], prefix: &str, known: &Known) -> Option<usize> {
+    let own = |index: &usize| split(&names[*index]).0 == prefix;
+    let suffix = |index: &usize| split(&names[*index]).1;
+    let all = || (0..names.len()).filter(own);
+    let other = |index: &usize| known.others.iter().any(|other| other.eq_ignore_ascii_case(suffix(index)));
+    all().find(|index| suffix(index) == known.usual).or_else(|| all().find(other))
 }
 
 fn first_channels(meta: &MetaData, layer: usize) -> Option<Selection> {
@@ -100,6 +145,9 @@ fn first_channels(meta: &MetaData, layer: usize) -> Option<Selection> {
 
 fn first_of(layer: usize, names: &[String], mut channels: Vec<usize>) -> Option<Selection> {
     channels.truncate(4);
-    let chosen = channels.iter().map(|index| names[*index].clone()).collect();
-    (!channels.is_empty()).then_some(Selection { layer, channels, names: chosen, has_alpha: false })
+    let chosen: Vec<String> = channels.iter().map(|index| names[*index].clone()).collect();
+    let assumed = (channels.len() > 1)
+        .then(|| format!("the names of its channels do not tell their order; they are taken as {}", list(&chosen)));
+    let selection = Selection { layer, channels, names: chosen, has_alpha: false, is_color: false, assumed };
+    (!selection.channels.is_empty()).then_some(selection)
 }

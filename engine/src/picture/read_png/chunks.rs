@@ -3,6 +3,8 @@ use super::super::limits::ReadError;
 use std::io::{BufRead, Seek, SeekFrom};
 
 const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
+/// Where the first chunk begins.
+pub(super) const FIRST: u64 = 8;
 /// The most bytes of a chunk.
 const MOST: u32 = (1 << 31) - 1;
 /// Length, name and checksum of a chunk.
@@ -20,13 +22,18 @@ pub(super) struct Chunks {
 }
 
 /// A chunk: where its content lies, and how long it is.
-struct Chunk {
-    name: [u8; 4],
-    start: u64,
-    length: u32,
+pub(super) struct Chunk {
+    pub(super) name: [u8; 4],
+    pub(super) start: u64,
+    pub(super) length: u32,
 }
 
 impl Chunk {
+    /// Where the next one begins.
+    pub(super) fn end(&self) -> u64 {
+        self.start + u64::from(self.length) + 4
+    }
+
     fn shown(&self) -> String {
         String::from_utf8_lossy(&self.name).into_owned()
     }
@@ -46,17 +53,18 @@ pub(super) fn walk<R: BufRead + Seek>(reader: &mut R, length: u64) -> Result<Chu
         return Err(ReadError::corrupt(message));
     }
     let mut state = State::default();
-    let mut at = 8;
+    let mut at = FIRST;
     loop {
         let chunk = next(reader, at, length)?;
         if !state.take(&chunk, reader)? {
             return state.finish();
         }
-        at = chunk.start + u64::from(chunk.length) + 4;
+        at = chunk.end();
     }
 }
 
-fn next<R: BufRead + Seek>(reader: &mut R, at: u64, length: u64) -> Result<Chunk, ReadError> {
+/// The chunk at a place; the reader stands at its content then.
+pub(super) fn next<R: BufRead + Seek>(reader: &mut R, at: u64, length: u64) -> Result<Chunk, ReadError> {
     if at + FRAME > length {
         return Err(ReadError::truncated("its last chunk, `IEND`, is missing"));
     }
@@ -67,7 +75,7 @@ fn next<R: BufRead + Seek>(reader: &mut R, at: u64, length: u64) -> Result<Chunk
     if !name.iter().all(u8::is_ascii_alphabetic) || chunk.length > MOST {
         return Err(ReadError::corrupt(format!("there is no chunk at byte {at}, where one must begin")));
     }
-    if chunk.start + u64::from(chunk.length) + 4 > length {
+    if chunk.end() > length {
         return Err(ReadError::truncated(format!("it ends within the chunk `{}`", chunk.shown())));
     }
     Ok(chunk)

@@ -1,7 +1,7 @@
 //! The tags of a TIFF file that describe its samples.
 use super::super::limits::ReadError;
-use super::super::raster::swaps_sides;
-use super::super::{FileFormat, Header, SampleKind, default_names};
+use super::super::turn::upright_header;
+use super::super::{FileFormat, Header, SampleKind, Told, default_names};
 use super::directory::Tags;
 use super::unsupported;
 use image::metadata::Orientation;
@@ -81,20 +81,20 @@ impl Layout {
         }
         let orientation: Option<u8> = tags.number(Tag::Orientation)?;
         let orientation = orientation.and_then(Orientation::from_exif).unwrap_or(Orientation::NoTransforms);
-        let (across, down) = if swaps_sides(orientation) { (height, width) } else { (width, height) };
-        let header = Header {
+        let stored_header = Header {
             format: FileFormat::Tiff,
-            width: across,
-            height: down,
+            width,
+            height,
             channels,
             kind,
             names: default_names(channels),
             has_alpha,
             icc: tags.bytes(Tag::IccProfile, MOST_PROFILE)?,
             associated: has_alpha && extra.first() == Some(&ASSOCIATED),
+            told: Told::default(),
         };
         Ok(Self {
-            header,
+            header: upright_header(stored_header, orientation),
             width,
             height,
             orientation,

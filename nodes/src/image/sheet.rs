@@ -1,0 +1,187 @@
+//! The files of a picture: one, or one for each UDIM tile, which lie side by side as a sheet. How they are read.
+use super::image::problem;
+use rayon::prelude::*;
+use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::picture::{
+    self, ColorSpace, Conversion, FileError, Header, Picture, ReadLimits, divide_by_alpha, udim_file,
+};
+use std::path::{Path, PathBuf};
+
+/// How the samples of a file become values; nothing stands for what the file says.
+#[derive(Clone)]
+pub(super) struct Reading {
+    pub(super) layer: Option<String>,
+    pub(super) space: Option<ColorSpace>,
+    pub(super) premultiplied: Option<bool>,
+    /// What replaces NaN and infinities; without it 0, with a warning.
+    pub(super) not_finite: Option<f64>,
+}
+
+/// A file of a sheet.
+struct Part {
+    path: PathBuf,
+    header: Header,
+    /// Column and row among the tiles; rows go upwards.
+    place: [u32; 2],
+}
+
+/// Files side by side, all alike; most often a single one.
+pub(super) struct Sheet {
+    parts: Vec<Part>,
+    /// Columns and rows of tiles.
+    tiles: [u32; 2],
+}
+
+impl Reading {
+    /// The header of a file.
+    pub(super) fn header(&self, path: &Path) -> Result<Header, FileError> {
+        self.layer.as_deref().map_or_else(|| picture::header(path), |layer| picture::header_layer(path, layer))
+    }
+
+    fn conversion(&self, header: &Header) -> (Conversion, Vec<String>) {
+        self.space.map_or_else(|| Conversion::of_file(header), |space| (space.into(), Vec::new()))
+    }
+
+    /// What is assumed of a file that does not tell, or tells something that is not used.
+    pub(super) fn assumed(&self, path: &Path, header: &Header) -> Vec<Problem> {
+        let advice = |what: &String, help: &str| {
+            Problem::new(Code::Advice, format!("`{}`: {what}", path.display())).at("path").help(help)
+        };
+        let channels = "look at the picture; `layer` takes one channel or layer by its name";
+        let named = header.told.assumed.iter().map(|assumed| advice(assumed, channels));
+        let colors = "set `color_space`, or convert the file to sRGB";
+        named.chain(self.conversion(header).1.iter().map(|unused| advice(unused, colors))).collect()
+    }
+
+    /// The picture in linear Rec. 709, and what the user should know about it.
+    fn read(&self, part: &Part, limits: &ReadLimits) -> Result<(Picture, Option<Problem>), Problem> {
+        let Part { path, header, .. } = part;
+        let picture = match &self.layer {
+            Some(layer) => picture::read_layer(path, layer, limits),
+            None => picture::read(path, limits),
+        };
+        let mut picture = picture.map_err(|error| problem(&error))?;
+        if (picture.width, picture.height, picture.channels) != (header.width, header.height, header.channels) {
+            let message = format!("`{}` was changed after the run had begun", path.display());
+            return Err(Problem::new(Code::BadFile, message).at("path").help("run it again"));
+        }
+        let warning = self.replace_non_finite(path, &mut picture);
+        if self.premultiplied.unwrap_or(header.associated) {
+            divide_by_alpha(&mut picture);
+        }
+        self.conversion(header).0.apply(&mut picture);
+        Ok((picture, warning))
+    }
+
+    /// Replaces NaN and infinities. Gives a warning unless the user says by which value.
+    fn replace_non_finite(&self, path: &Path, picture: &mut Picture) -> Option<Problem> {
+        let first = picture.first_non_finite()?;
+        let (count, all) = (picture.count_non_finite(), picture.planes.len());
+        #[expect(clippy::cast_possible_truncation, reason = "rounding to the precision of a sample is meant")]
+        let value = self.not_finite.unwrap_or(0.0) as f32;
+        picture.planes.par_iter_mut().filter(|sample| !sample.is_finite()).for_each(|sample| *sample = value);
+        if self.not_finite.is_some() {
+            return None;
+        }
+        let channel = picture.names.get(usize::from(first.channel)).map_or("?", String::as_str);
+        let message = format!(
+            "`{}`: {count} of {all} samples are NaN or infinite; 0 is used instead. The first is `{}` in channel `{channel}` at \
+             pixel ({}, {})",
+            path.display(),
+            first.value,
+            first.x,
+            first.y
+        );
+        let help = "mend the file, or say by `not_finite` what replaces them";
+        Some(Problem::new(Code::Advice, message).at("path").help(help))
+    }
+}
+
+impl Sheet {
+    /// The files that the path `named` of a graph file means; reads their headers.
+    pub(super) fn of(named: &Path, files: &[&Path], reading: &Reading) -> Result<Self, Problem> {
+        let mut parts: Vec<Part> = Vec::with_capacity(files.len());
+        for path in files {
+            let header = reading.header(path).map_err(|error| problem(&error))?;
+            let place = udim_file(named, path).map_or([0, 0], |file| file.place());
+            let part = Part { path: (*path).to_owned(), header, place };
+            if let Some(first) = parts.first().filter(|first| looks(&first.header) != looks(&part.header)) {
+                return Err(unlike(first, &part));
+            }
+            parts.push(part);
+        }
+        let tiles = [0, 1].map(|axis| parts.iter().map(|part| part.place[axis] + 1).max().unwrap_or(1));
+        Ok(Self { parts, tiles })
+    }
+
+    /// The header of the whole picture.
+    pub(super) fn header(&self) -> Result<Header, Problem> {
+        let header = self.parts[0].header.clone();
+        let [across, up] = self.tiles;
+        match (header.width.checked_mul(across), header.height.checked_mul(up)) {
+            (Some(width), Some(height)) => Ok(Header { width, height, ..header }),
+            _ => Err(Problem::new(Code::TooLarge, "the pictures of all tiles together are too large").at("path")),
+        }
+    }
+
+    /// What is assumed of the files, and which tiles have none.
+    pub(super) fn assumed(&self, reading: &Reading) -> Vec<Problem> {
+        let mut found: Vec<Problem> =
+            self.parts.iter().flat_map(|part| reading.assumed(&part.path, &part.header)).collect();
+        let number = |[column, row]: [u32; 2]| format!("`{}`", 1001 + column + 10 * row);
+        let all = (0..self.tiles[1]).flat_map(|row| (0..self.tiles[0]).map(move |column| [column, row]));
+        let is_missing = |place: &[u32; 2]| self.parts.iter().all(|part| part.place != *place);
+        let missing: Vec<String> = all.filter(is_missing).map(number).collect();
+        if !missing.is_empty() {
+            let existing: Vec<String> = self.parts.iter().map(|part| number(part.place)).collect();
+            let (missing, existing) = (missing.join(", "), existing.join(", "));
+            let message =
+                format!("there is no file for {missing}, where the picture is 0; there are files for {existing}");
+            found.push(
+                Problem::new(Code::Advice, message).at("path").help("add the files, if something shows these tiles"),
+            );
+        }
+        found
+    }
+
+    /// The whole picture in linear Rec. 709, and what the user should know about it.
+    pub(super) fn read(&self, reading: &Reading, limits: &ReadLimits) -> Result<(Picture, Option<Problem>), Problem> {
+        let (mut picture, mut warning) = reading.read(&self.parts[0], limits)?;
+        if self.tiles == [1, 1] {
+            return Ok((picture, warning));
+        }
+        let Header { width, height, .. } = self.header()?;
+        let pixels = width as usize * height as usize;
+        let mut planes = vec![0.0; pixels * usize::from(picture.channels)];
+        for (index, part) in self.parts.iter().enumerate() {
+            if index > 0 {
+                let (next, found) = reading.read(part, limits)?;
+                (picture, warning) = (next, warning.or(found));
+            }
+            let (wide, high) = (picture.width as usize, picture.height as usize);
+            let (left, top) = (part.place[0] as usize * wide, (self.tiles[1] - 1 - part.place[1]) as usize * high);
+            let stored = picture.planes.chunks_exact(wide * high);
+            for (whole, plane) in planes.chunks_exact_mut(pixels).zip(stored) {
+                let rows = whole.chunks_exact_mut(width as usize).skip(top);
+                rows.zip(plane.chunks_exact(wide)).for_each(|(row, line)| row[left..left + wide].copy_from_slice(line));
+            }
+        }
+        Ok((Picture { width, height, planes, ..picture }, warning))
+    }
+}
+
+/// What must be the same of all files of a set.
+fn looks(header: &Header) -> (u32, u32, u8, bool) {
+    (header.width, header.height, header.channels, header.has_alpha)
+}
+
+fn unlike(first: &Part, other: &Part) -> Problem {
+    let shown = |part: &Part| {
+        let (width, height, channels, _) = looks(&part.header);
+        format!("`{}` has {channels} channels of `{width}x{height}` pixels", part.path.display())
+    };
+    let message = format!("the tiles of a set must be alike; {}, {}", shown(first), shown(other));
+    Problem::new(Code::BadFile, message)
+        .at("path")
+        .help("give all of them the size and the channels of the largest one")
+}

@@ -9,7 +9,7 @@ use axum::response::{IntoResponse, Response};
 use half::f16;
 use serde::Deserialize;
 use shibo_engine::picture::SrgbEncoder;
-use shibo_engine::value::{Tile, Type, Window};
+use shibo_engine::value::{Channel, Tile, Type, Window};
 
 /// The longest side of a texture.
 const LONGEST: u32 = 2048;
@@ -27,7 +27,8 @@ pub(super) struct Texture {
 }
 
 /// A field by rows from the top. The header `x-map` says `WIDTH HEIGHT FORM`: `rgba8` for colours (sRGB-encoded) and
-/// normals, `r16f` for everything that has one channel. Exact numbers have the form `f32x1` to `f32x4`, by rows and not by planes,
+/// normals, `r16f` for everything that has one channel. For light, which may be brighter than white, a number follows by which the
+/// colours are to be multiplied. Exact numbers have the form `f32x1` to `f32x4`, by rows and not by planes,
 /// and the header ends in the unit of the values if they have one.
 pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, QueryRejection>) -> Result<Response, No> {
     let Query(Texture { g, t, s, exact }) = query?;
@@ -38,7 +39,7 @@ pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, Qu
         .look(&scene, move |look, _, scene| {
             let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
-            Ok(Some(if exact { numbers(manner, &tile) } else { samples(field.ty(), &tile) }))
+            Ok(Some(if exact { numbers(manner, &tile) } else { samples(field.ty(), target.channel, &tile) }))
         })
         .await?;
     let (form, bytes) = samples.ok_or(No::Nothing)?;
@@ -61,11 +62,13 @@ fn numbers(manner: Manner, tile: &Tile) -> (String, Vec<u8>) {
 }
 
 /// The samples of a tile in the form of a texture.
-pub(super) fn samples(ty: Type, tile: &Tile) -> (String, Vec<u8>) {
+pub(super) fn samples(ty: Type, channel: Option<Channel>, tile: &Tile) -> (String, Vec<u8>) {
     if tile.channels() == 1 {
         let bytes = tile.plane(0).iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect();
         return ("r16f".to_owned(), bytes);
     }
+    let glow = channel == Some(Channel::Emission);
+    let scale = tile.data().iter().filter(|v| glow && v.is_finite()).fold(1.0_f32, |most, v| most.max(*v));
     let srgb = (ty == Type::Rgb).then(SrgbEncoder::new);
     let code = |v: f32| match &srgb {
         Some(srgb) => srgb.code(v),
@@ -74,14 +77,36 @@ pub(super) fn samples(ty: Type, tile: &Tile) -> (String, Vec<u8>) {
     let mut bytes = vec![255; tile.window.len() * 4];
     for c in 0..tile.channels().min(3) {
         for (pixel, v) in bytes.chunks_exact_mut(4).zip(tile.plane(c)) {
-            pixel[c] = code(*v);
+            pixel[c] = code(*v / scale);
         }
     }
-    ("rgba8".to_owned(), bytes)
+    (if glow { format!("rgba8 {scale}") } else { "rgba8".to_owned() }, bytes)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
 #[expect(clippy::cast_sign_loss, reason = "the cast saturates")]
 fn byte(v: f32) -> u8 {
     (v * 255.0 + 0.5) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec2, UVec2};
+    use shibo_engine::value::Grid;
+
+    #[test]
+    fn light_brighter_than_white_is_kept() {
+        let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None };
+        let mut tile = Tile::new(grid, Window::full(UVec2::new(2, 1)), 3);
+        tile.data_mut().copy_from_slice(&[4.0, 0.0, 2.0, 0.0, f32::INFINITY, 1.0]);
+        let (form, bytes) = samples(Type::Rgb, Some(Channel::Emission), &tile);
+        assert_eq!(form, "rgba8 4");
+        // A quarter and a half in sRGB; infinities are as bright as can be.
+        assert_eq!(bytes, [255, 188, 255, 255, 0, 0, 137, 255]);
+        let (form, bytes) = samples(Type::Rgb, Some(Channel::BaseColor), &tile);
+        assert_eq!((form.as_str(), &bytes[..3]), ("rgba8", &[255, 255, 255][..]));
+        let dark = Tile::new(grid, Window::full(UVec2::new(1, 1)), 3);
+        assert_eq!(samples(Type::Rgb, Some(Channel::Emission), &dark).0, "rgba8 1");
+    }
 }

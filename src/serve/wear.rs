@@ -206,7 +206,7 @@ fn worn(look: &Look<'_>, scene: &Scene, target: &Target, shape: Shape, side: u32
             // Fibres stand upright, where angles jump from -90 to 90, and the page takes means of neighbours: here they jump at 0.
             tile.data_mut().iter_mut().for_each(|angle| *angle = angle.rem_euclid(180.0));
         }
-        let (form, bytes) = samples(field.ty(), &tile);
+        let (form, bytes) = samples(field.ty(), target.channel, &tile);
         Ok(Some((size, form, bytes)))
     };
     // Boards beside each other are a pattern of the canvas, which no shape has.

@@ -120,11 +120,12 @@ fn each_program_gets_its_own_normals_and_packing() {
     let mask = pixel(&picture(&desk, "out/unity_MaskMap.png"), x, 15);
     let want = [metal, ao, 1.0, 1.0 - rough];
     assert!(mask.iter().zip(want).all(|(a, b)| (a - b).abs() < 0.005), "{mask:?} {want:?}");
-    // What Godot reads as roughness of the coat is green, and the strength of anisotropy is opacity.
+    // Godot reads the roughness of the coat from green, and the strength of anisotropy from opacity. Brush lines run nearly along x,
+    // so highlights are long upwards.
     let coat = pixel(&picture(&desk, "out/godot_clearcoat.png"), x, 15);
     let flow = pixel(&picture(&desk, "out/godot_flow.png"), x, 15);
     assert!((coat[0] - 0.25).abs() < 0.01 && coat[1] < 0.1 && coat[3] > 0.99, "{coat:?}");
-    assert!(flow[0] > 0.99 && (flow[1] - 0.48).abs() < 0.02 && (flow[3] - 0.5).abs() < 0.01, "{flow:?}");
+    assert!((flow[0] - 0.52).abs() < 0.02 && flow[1] > 0.99 && (flow[3] - 0.5).abs() < 0.01, "{flow:?}");
     let names = files(&desk, "out");
     for file in ["unreal_unreal.py", "blender_blender.py", "arnold_specular_roughness.exr", "renderman_bumpNormal.exr"]
     {

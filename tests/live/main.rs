@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod axe;
 mod cancel;
+mod channels;
 #[path = "../fuzz/damage.rs"]
 mod damage;
 mod editor;

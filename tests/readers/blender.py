@@ -84,15 +84,22 @@ def by_hand(flip=False, by=1.0):
         if os.path.exists(f"{stem}_{channel}.png"):
             links.new(image(channel, "Non-Color"), surface.inputs[socket])
     if os.path.exists(f"{stem}_anisotropy_angle.exr"):
-        # Degrees clockwise become turns the other way round.
+        # Degrees clockwise along fibres become turns the other way round across them.
         node, turn = nodes.new("ShaderNodeTexImage"), nodes.new("ShaderNodeMath")
+        across = nodes.new("ShaderNodeMath")
         node.image = bpy.data.images.load(f"{stem}_anisotropy_angle.exr")
         node.image.colorspace_settings.name = "Non-Color"
         links.new(placed.outputs["Vector"], node.inputs["Vector"])
         turn.operation = "DIVIDE"
         turn.inputs[1].default_value = -360
         links.new(node.outputs["Color"], turn.inputs[0])
-        links.new(turn.outputs["Value"], surface.inputs["Anisotropic Rotation"])
+        across.operation = "ADD"
+        across.inputs[1].default_value = 0.25
+        links.new(turn.outputs["Value"], across.inputs[0])
+        links.new(across.outputs["Value"], surface.inputs["Anisotropic Rotation"])
+        tangent = nodes.new("ShaderNodeTangent")
+        tangent.direction_type = "UV_MAP"
+        links.new(tangent.outputs["Tangent"], surface.inputs["Tangent"])
     for channel, socket in (("normal", "Normal"), ("coat_normal", "Coat Normal")):
         if not os.path.exists(f"{stem}_{channel}.png"):
             continue

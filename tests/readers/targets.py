@@ -16,6 +16,7 @@ UNREAL = {
     "Coat Weight": ("ClearCoat.png", "Red", None),
     "Coat Roughness": ("ClearCoatRoughness.png", "Red", None),
     "Anisotropic": ("Anisotropy.png", "Red", None),
+    "Tangent": ("Tangent.png", None, "down"),
     "Displacement": ("Height.exr", "Red", None),
 }
 UNITY = {
@@ -25,6 +26,7 @@ UNITY = {
     "Normal": ("NormalMap.png", None, "up"),
     "Coat Weight": ("CoatMask.png", "Red", None),
     "Anisotropic": ("AnisotropyMap.png", "Red", None),
+    "Tangent": ("TangentMap.png", None, "up"),
     "Displacement": ("HeightMap.exr", "Red", None),
 }
 GODOT = {
@@ -35,6 +37,7 @@ GODOT = {
     "Coat Weight": ("clearcoat.png", "Red", None),
     "Coat Roughness": ("clearcoat.png", "Green", None),
     "Anisotropic": ("flow.png", "Alpha", None),
+    "Tangent": ("flow.png", None, "up"),
     "Displacement": ("height.exr", "Red", None),
 }
 ARNOLD = {
@@ -129,7 +132,8 @@ class Builder:
             relief.inputs["Midlevel"].default_value, relief.inputs["Scale"].default_value = 0.0, 0.001
             self.links.new(value, relief.inputs["Height"])
             self.links.new(relief.outputs["Displacement"], self.output.inputs["Displacement"])
-        elif socket in ("Normal", "Coat Normal"):
+        elif socket in ("Normal", "Coat Normal", "Tangent"):
+            # Tangents are stored as normals are; Cycles takes away what leaves the surface.
             normal = self.nodes.new("ShaderNodeNormalMap")
             self.links.new(value, normal.inputs["Color"])
             self.links.new(normal.outputs["Normal"], self.surface.inputs[socket])

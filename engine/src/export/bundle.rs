@@ -1,6 +1,7 @@
 //! Several files that belong together: the pictures of a material, and documents that name them.
 use super::archive::archive;
 use super::colors::Colors;
+use super::set;
 use crate::picture::{
     AtomicFile, Compression, Depth, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer, Written,
     texture_attributes,
@@ -182,12 +183,14 @@ impl<'a> Maps<'a> {
         }
     }
 
-    /// A channel by itself, if the material has it: its number, or a picture under its name, made once.
+    /// A channel by itself, if the material has it: its number, or a picture under its name, made once. An anisotropy always has an
+    /// angle: programs have another one where none is stated.
     pub(super) fn channel(&mut self, channel: Channel) -> Option<Source> {
         if let Some((_, source)) = self.known.iter().find(|(known, _)| *known == channel) {
             return Some(source.clone());
         }
-        let field = self.material.get(channel)?.clone();
+        let implied = channel == Channel::AnisotropyAngle && self.has(Channel::Anisotropy);
+        let field = self.material.get(channel).cloned().or_else(|| implied.then(|| channel.default_field()))?;
         self.used.push(channel);
         let source = match field.as_constant() {
             Some(values) => Source::Value(values.iter().map(|value| f64::from(*value)).collect()),
@@ -278,31 +281,29 @@ impl BundleWriter {
         write_rows(self.bundle.maps.iter().map(Map::planes).zip(&mut self.writers), planes, rows)
     }
 
-    /// Completes all files and gives them their names, the documents last.
+    /// Completes all files and gives them their names, the documents last; see [`set::commit`].
     ///
     /// # Errors
     /// When rows are missing or the system refuses; as long as not all are complete, what had their names is unchanged.
     pub fn finish(self) -> Result<Vec<Written>, WriteError> {
         let Self { folder, bundle, writers } = self;
         let done = writers.into_iter().map(Writer::finish_unnamed).collect::<Result<Vec<_>, _>>()?;
-        let (mut files, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
+        let (mut pictures, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
         if let Some(name) = &bundle.archive {
             let path = folder.join(name);
             let names = bundle.maps.iter().map(|map| map.file.as_str());
             let pictures =
-                names.zip(&mut files).zip(&written).map(|((name, file), written)| (name, file, written.bytes));
+                names.zip(&mut pictures).zip(&written).map(|((name, file), written)| (name, file, written.bytes));
             archive(&path, &bundle.documents, pictures.collect()).map_err(|error| WriteError::at(&path, error))?;
             return Ok(written);
         }
-        for (name, text) in &bundle.documents {
+        let document = |(name, text): &(String, String)| {
             let path = folder.join(name);
             let made = AtomicFile::create(&path).and_then(|mut file| file.write_all(text.as_bytes()).map(|()| file));
-            files.push(made.map_err(|error| WriteError::at(&path, error))?);
-        }
-        for file in files {
-            let path = file.target().to_owned();
-            file.commit().map_err(|error| WriteError::at(&path, error))?;
-        }
+            made.map_err(|error| WriteError::at(&path, error))
+        };
+        let documents = bundle.documents.iter().map(document).collect::<Result<Vec<_>, _>>()?;
+        set::commit(pictures, documents)?;
         Ok(written)
     }
 }

@@ -4,6 +4,7 @@
 //! copied into it, or get their names: the memory that is needed does not grow with them.
 use super::bundle::write_rows;
 use super::gltf::{Exported, Texture};
+use super::set;
 use super::shape::Shape;
 use crate::picture::{AtomicFile, Compression, Encoding, PictureSpec, WriteError, Writer, Written};
 use glam::{UVec2, Vec3};
@@ -76,11 +77,13 @@ impl GlbWriter {
         let (mut pictures, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
         let sizes: Vec<u64> = written.iter().map(|written| written.bytes).collect();
         let document = Document { name: &name, exported: &exported, shape: &shape, wraps };
-        let result = match exported.apart {
-            Some(_) => document.write_apart(&path, pictures),
-            None => document.write(&path, &mut pictures, &sizes),
-        };
-        result.map_err(|error| WriteError::at(&path, error))?;
+        let failed = |error| WriteError::at(&path, error);
+        if exported.apart.is_some() {
+            let [binary, text] = document.apart(&path).map_err(failed)?;
+            set::commit(pictures.into_iter().chain([binary]).collect(), vec![text])?;
+        } else {
+            document.write(&path, &mut pictures, &sizes).map_err(failed)?;
+        }
         Ok(written)
     }
 }
@@ -154,8 +157,8 @@ impl Document<'_> {
         file.commit()
     }
 
-    /// Writes the document and the mesh, and gives all files their names.
-    fn write_apart(&self, path: &Path, pictures: Vec<AtomicFile>) -> io::Result<()> {
+    /// The files of the mesh and of the document, complete but for their names.
+    fn apart(&self, path: &Path) -> io::Result<[AtomicFile; 2]> {
         let mesh = self.mesh();
         let mut views = Vec::new();
         let mut binary = AtomicFile::create(path.with_extension("bin"))?;
@@ -172,7 +175,7 @@ impl Document<'_> {
         drop(out);
         let mut text = AtomicFile::create(path)?;
         text.write_all(format!("{:#}\n", self.json(&views, end)).as_bytes())?;
-        pictures.into_iter().chain([binary, text]).try_for_each(AtomicFile::commit)
+        Ok([binary, text])
     }
 
     /// The bytes of positions, normals, tangents, coordinates, and then of the indices of each part.

@@ -3,8 +3,9 @@
 //! Roughness and metallic lie in one texture with the occlusion, as the format wants it. A channel that is the same
 //! everywhere becomes a factor. Extensions are named only where the material has their channels.
 use super::colors::Colors;
+use super::directions::{elongated, vectors};
 use crate::picture::{Depth, Format, Transfer};
-use crate::value::{Channel, Field, Halo, Material, Tile, Type};
+use crate::value::{Channel, Field, Material, Type};
 use serde_json::{Map, Value as Json, json};
 
 /// What a texture is for.
@@ -159,7 +160,7 @@ impl Exported {
             add(Role::Sheen, vec![sheen.clone(), sheen.clone(), sheen], Depth::U8, Transfer::Srgb);
         }
         if self.varies(&[Channel::Anisotropy, Channel::AnisotropyAngle]) {
-            let fields = vec![direction(&of(Channel::Anisotropy), &of(Channel::AnisotropyAngle))];
+            let fields = vec![vectors(&of(Channel::AnisotropyAngle), &of(Channel::Anisotropy))];
             add(Role::Anisotropy, fields, Depth::U8, Transfer::Raw);
         }
         if self.varies(&[Channel::Specular]) {
@@ -265,8 +266,7 @@ impl Exported {
             extensions.insert("KHR_materials_sheen".into(), sheen);
         }
         if self.has(Channel::Anisotropy) {
-            // Angles turn the other way there: y is up.
-            let angle = -self.factor(Channel::AnisotropyAngle)[0].to_radians();
+            let angle = elongated(self.factor(Channel::AnisotropyAngle)[0]).to_radians();
             let anisotropy = match texture(Role::Anisotropy) {
                 Some(texture) => json!({ "anisotropyStrength": 1.0, "anisotropyTexture": texture }),
                 None => json!({ "anisotropyStrength": unit(Channel::Anisotropy), "anisotropyRotation": angle }),
@@ -285,18 +285,4 @@ impl Exported {
         }
         extensions
     }
-}
-
-/// The direction of anisotropy as the format stores it: ½ + ½ of its cosine and sine, y up, and the strength.
-pub(super) fn direction(strength: &Field, angle: &Field) -> Field {
-    let inputs = [strength.clone(), angle.clone()];
-    Field::map(Type::Rgb, inputs, Halo::NONE, |out: &mut Tile, [strength, angle]: [&Tile; 2]| {
-        for (i, (strength, angle)) in strength.plane(0).iter().zip(angle.plane(0)).enumerate() {
-            let (sin, cos) = libm::sincosf(angle.to_radians());
-            for (plane, value) in out.planes_mut().into_iter().zip([0.5 + 0.5 * cos, 0.5 - 0.5 * sin, *strength]) {
-                plane[i] = value;
-            }
-        }
-        Ok(())
-    })
 }

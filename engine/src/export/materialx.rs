@@ -1,6 +1,7 @@
 //! Materials as MaterialX 1.39 documents.
 use super::bundle::{Bundle, Maps, Place};
-use super::network::{Given, Input, Network, Shading, identifier, network};
+use super::names::identifier;
+use super::network::{Given, Input, Network, Shading, network};
 use crate::value::Material;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};

@@ -3,12 +3,15 @@
 mod archive;
 mod bundle;
 mod colors;
+mod directions;
 mod glb;
 mod gltf;
 mod materialx;
+mod names;
 mod network;
 mod obj;
 mod preset;
+mod set;
 mod shape;
 mod solids;
 mod usd;

@@ -3,6 +3,7 @@
 //! A canvas that tiles is read by `tiledimage` with sizes in metres; any other by `image`, its coordinates scaled so that 0..1
 //! is one metre. The canvas' top left lies at that of the coordinates, whose v is up there.
 use super::bundle::{Maps, Place, Source};
+use super::directions::clockwise;
 use crate::value::Channel;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -153,21 +154,25 @@ impl Builder<'_, '_> {
         Some((name, "vector3", Given::Node(made)))
     }
 
-    /// The angle in the direction in which angles grow where v is up, times a factor.
-    fn angle(&mut self, factor: f64) -> Option<Given> {
+    /// The angle by which the tangent is turned so that it points where highlights are long: in degrees, or in turns.
+    fn angle(&mut self, in_turns: bool) -> Option<Given> {
+        let unit = if in_turns { 1.0 / 360.0 } else { 1.0 };
         Some(match self.maps.channel(Channel::AnisotropyAngle)? {
-            Source::Value(values) => Given::Value(numbers(&[-values[0] * factor])),
+            Source::Value(values) => Given::Value(number(clockwise(values[0]) * unit)),
             Source::File(file) => {
                 let image = self.image("anisotropy_angle", "float", &file);
-                let inputs =
-                    vec![("in1", "float", Given::Node(image)), ("in2", "float", Given::Value(number(-factor)))];
-                Given::Node(self.add("turn", "multiply", "float", inputs))
+                let mut turn = |name: &str, category, from, by: f64| {
+                    let by = Given::Value(number(by));
+                    self.add(name, category, "float", vec![("in1", "float", Given::Node(from)), ("in2", "float", by)])
+                };
+                let clockwise = turn("turn", "add", image, clockwise(0.0));
+                Given::Node(if in_turns { turn("turns", "multiply", clockwise, unit) } else { clockwise })
             }
         })
     }
 
     fn tangent(&mut self) -> Option<Input> {
-        let angle = self.angle(1.0)?;
+        let angle = self.angle(false)?;
         let space = || vec![("space", "string", Given::Value("world".into()))];
         let tangent = self.add("tangent_world", "tangent", "vector3", space());
         let axis = self.add("normal_world", "normal", "vector3", space());
@@ -220,19 +225,10 @@ impl Builder<'_, '_> {
                 }
                 _ => {}
             }
-            if let Some(angle) = self.angle(1.0 / 360.0) {
+            if let Some(angle) = self.angle(true) {
                 inputs.push(("specular_rotation", "float", angle));
             }
         }
         inputs
     }
-}
-
-/// A name that MaterialX and USD accept.
-pub(super) fn identifier(name: &str) -> String {
-    let mut out: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    if !out.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
-        out.insert(0, '_');
-    }
-    out
 }

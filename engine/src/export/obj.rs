@@ -4,6 +4,8 @@
 //! are in common use for physically based materials (`Pr`, `Pm`, `Pc`, `norm` and so on) beside those of the format.
 use super::bundle::{Bundle, Maps, Place, Source};
 use super::colors::Colors;
+use super::directions::turns;
+use super::names::{unique, word};
 use super::network;
 use super::shape::Shape;
 use crate::value::{Channel, Material};
@@ -12,7 +14,7 @@ use std::collections::HashMap;
 use std::fmt::Write;
 
 /// What the library says of a channel: the word for a number, how many numbers it takes, and the word for a picture.
-const WORDS: [(Channel, &str, usize, &str); 13] = [
+const WORDS: [(Channel, &str, usize, &str); 14] = [
     (Channel::BaseColor, "Kd", 3, "map_Kd"),
     (Channel::Ao, "Ka", 3, "map_Ka"),
     (Channel::Emission, "Ke", 3, "map_Ke"),
@@ -24,6 +26,7 @@ const WORDS: [(Channel, &str, usize, &str); 13] = [
     (Channel::Coat, "Pc", 1, "map_Pc"),
     (Channel::CoatRoughness, "Pcr", 1, "map_Pcr"),
     (Channel::Anisotropy, "aniso", 1, "map_aniso"),
+    (Channel::AnisotropyAngle, "anisor", 1, ""),
     (Channel::Normal, "", 3, "norm"),
     (Channel::Height, "", 1, "disp"),
 ];
@@ -51,21 +54,15 @@ pub fn obj(material: &Material, shape: &Shape, place: &Place, colors: Colors) ->
                 let _ = writeln!(library, "{picture} {ends}{file}");
             }
             Some(Source::Value(values)) if !number.is_empty() => {
+                let said = |value: &f64| if channel == Channel::AnisotropyAngle { turns(*value) } else { *value };
                 let values = values.iter().cycle().take(count);
-                let numbers: Vec<String> = values.map(|value| network::number(*value)).collect();
+                let numbers: Vec<String> = values.map(|value| network::number(said(value))).collect();
                 let _ = writeln!(library, "{number} {}", numbers.join(" "));
             }
             _ => {}
         }
     }
     maps.bundle(vec![(format!("{stem}.mtl"), library), (format!("{stem}.obj"), mesh(shape, stem))])
-}
-
-/// A name as one word of a line.
-fn word(name: &str) -> String {
-    let safe = |c: char| if c.is_whitespace() || c.is_control() || c == '#' { '_' } else { c };
-    let word: String = name.chars().map(safe).collect();
-    if word.is_empty() { "mesh".to_owned() } else { word }
 }
 
 /// The lines of the mesh.
@@ -84,8 +81,10 @@ fn mesh(shape: &Shape, stem: &str) -> String {
     for [x, y, z] in normals {
         let _ = writeln!(text, "vn {x} {y} {z}");
     }
-    for part in &shape.parts {
-        let _ = writeln!(text, "o {}\nusemtl {}", word(&part.name), word(stem));
+    // Readers make one thing of parts of the same name.
+    let names = unique(shape.parts.iter().map(|part| word(&part.name)), &[]);
+    for (part, name) in shape.parts.iter().zip(names) {
+        let _ = writeln!(text, "o {name}\nusemtl {}", word(stem));
         for triangle in part.indices.chunks_exact(3) {
             text.push('f');
             for vertex in triangle.iter().map(|n| *n as usize) {

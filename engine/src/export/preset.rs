@@ -1,6 +1,7 @@
 //! Materials as the pictures that a program expects, with a script that sets them up where the program runs one.
 use super::bundle::{Bundle, Map, Maps, Place, Samples, Source, samples};
-use super::gltf::direction;
+use super::directions::vectors;
+use super::names::quoted;
 use super::network::number;
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
 use schemars::JsonSchema;
@@ -91,13 +92,25 @@ fn unreal(maps: &mut Maps<'_>) {
         (Channel::Sheen, "Fuzz"),
     ];
     named(maps, &rest);
+    if maps.has(Channel::Anisotropy) {
+        let tangent = y_down(&tangent(maps));
+        maps.add("Tangent", vec![tangent], Samples::Fine);
+    }
+}
+
+/// The direction in which highlights are long as a map of tangents: ½ + ½t, y up.
+fn tangent(maps: &mut Maps<'_>) -> Field {
+    vectors(&maps.field(Channel::AnisotropyAngle), &gray(0.5))
+}
+
+/// The colour, with opacity if the material has it.
+fn color(maps: &mut Maps<'_>) -> Vec<Field> {
+    let opacity = maps.has(Channel::Opacity).then(|| maps.field(Channel::Opacity));
+    [maps.field(Channel::BaseColor)].into_iter().chain(opacity).collect()
 }
 
 fn unity(maps: &mut Maps<'_>) {
-    let mut base = vec![maps.field(Channel::BaseColor)];
-    if maps.has(Channel::Opacity) {
-        base.push(maps.field(Channel::Opacity));
-    }
+    let base = color(maps);
     maps.add("BaseMap", base, Samples::Color);
     let [metallic, ao] = [Channel::Metallic, Channel::Ao].map(|channel| maps.field(channel));
     let smooth = mapped(&maps.field(Channel::Roughness), |_, v| 1.0 - v);
@@ -111,12 +124,15 @@ fn unity(maps: &mut Maps<'_>) {
         (Channel::Subsurface, "SubsurfaceMaskMap"),
     ];
     named(maps, &rest);
+    if maps.has(Channel::Anisotropy) {
+        let tangent = tangent(maps);
+        maps.add("TangentMap", vec![tangent], Samples::Fine);
+    }
 }
 
 type Names = [(Channel, &'static str)];
 
 const GODOT: &Names = &[
-    (Channel::BaseColor, "albedo"),
     (Channel::Roughness, "roughness"),
     (Channel::Metallic, "metallic"),
     (Channel::Normal, "normal"),
@@ -126,9 +142,13 @@ const GODOT: &Names = &[
     (Channel::Subsurface, "subsurface"),
 ];
 
-/// As the shaders of `BaseMaterial3D` read them: weight and roughness of the coat in one picture, and a flow map of the
-/// direction of anisotropy in red and green with its strength as opacity.
+/// As the shaders of `BaseMaterial3D` read them: opacity beside the colour, weight and roughness of the coat in one picture, and a
+/// flow map of the direction in which highlights are long in red and green, with the strength of anisotropy as opacity.
 fn godot(maps: &mut Maps<'_>) {
+    if maps.has(Channel::BaseColor) || maps.has(Channel::Opacity) {
+        let color = color(maps);
+        maps.add("albedo", color, Samples::Color);
+    }
     named(maps, GODOT);
     if maps.has(Channel::Coat) {
         let coat = [Channel::Coat, Channel::CoatRoughness].map(|channel| maps.field(channel));
@@ -136,7 +156,7 @@ fn godot(maps: &mut Maps<'_>) {
     }
     if maps.has(Channel::Anisotropy) {
         let [strength, angle] = [Channel::Anisotropy, Channel::AnisotropyAngle].map(|channel| maps.field(channel));
-        maps.add("flow", vec![direction(&strength, &angle), strength], Samples::Data);
+        maps.add("flow", vec![vectors(&angle, &strength), strength], Samples::Data);
     }
 }
 
@@ -207,14 +227,14 @@ fn import(maps: &[Map]) -> String {
                 Samples::Data => "mask",
                 Samples::Half | Samples::Float => "float",
             };
-            format!("    ({:?}, {kind:?}),", map.file)
+            format!("    ({}, {kind:?}),", quoted(&map.file))
         })
         .collect();
     UNREAL.replace("@MAPS@", &list.join("\n"))
 }
 
 const UNREAL: &str = r#"# Imports the pictures beside this script: File > Execute Python Script in the Unreal editor.
-# The normal map has y down; ORM holds occlusion, roughness and metallic; heights are in mm.
+# Normals and tangents have y down; ORM holds occlusion, roughness and metallic; heights are in mm.
 import os
 import unreal
 
@@ -270,7 +290,7 @@ fn blender(maps: &mut Maps<'_>, place: &Place) -> String {
     let (mut files, mut values) = (Vec::new(), Vec::new());
     for (channel, socket) in sockets {
         match maps.channel(channel) {
-            Some(Source::File(file)) => files.push(format!("    {socket:?}: {file:?},")),
+            Some(Source::File(file)) => files.push(format!("    {socket:?}: {},", quoted(&file))),
             Some(Source::Value(list)) => {
                 let list: Vec<String> = list.iter().map(|v| number(*v)).collect();
                 values.push(format!("    {socket:?}: ({},),", list.join(", ")));
@@ -329,7 +349,7 @@ def build(name="@NAME@", folder=FOLDER):
         if socket == "Displacement" or socket == "AO":
             continue
         if socket == "Anisotropic Rotation":
-            value = ((-value[0] / 360.0) % 1.0,)
+            value = (((90.0 - value[0]) / 360.0) % 1.0,)
         if socket in COLORS:
             value = tuple(value) + (1.0,)
             surface.inputs[socket].default_value = value
@@ -339,6 +359,11 @@ def build(name="@NAME@", folder=FOLDER):
             surface.inputs[socket].default_value = value[0]
     if "Emission Color" in MAPS or "Emission Color" in NUMBERS:
         surface.inputs["Emission Strength"].default_value = 1.0
+    if "Anisotropic Rotation" in MAPS or "Anisotropic Rotation" in NUMBERS:
+        # Without it directions turn about the object's axis and not with the UV map.
+        tangent = nodes.new("ShaderNodeTangent")
+        tangent.direction_type = "UV_MAP"
+        links.new(tangent.outputs["Tangent"], surface.inputs["Tangent"])
     for socket in MAPS:
         if socket == "Displacement":
             # Heights are in mm.
@@ -352,10 +377,11 @@ def build(name="@NAME@", folder=FOLDER):
             links.new(picture(socket), normal.inputs["Color"])
             links.new(normal.outputs["Normal"], surface.inputs[socket])
         elif socket == "Anisotropic Rotation":
-            # Degrees become turns, the other way round: v is up here.
+            # Degrees along brush lines become turns across them, the other way round: v is up here.
             turn = nodes.new("ShaderNodeMath")
-            turn.operation = "MULTIPLY"
+            turn.operation = "MULTIPLY_ADD"
             turn.inputs[1].default_value = -1.0 / 360.0
+            turn.inputs[2].default_value = 90.0 / 360.0
             links.new(picture(socket), turn.inputs[0])
             links.new(turn.outputs["Value"], surface.inputs[socket])
         elif socket != "AO":

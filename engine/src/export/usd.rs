@@ -3,7 +3,8 @@
 //! One unit is a metre, y is up. Texture coordinates have v up, as everywhere in USD.
 use super::bundle::{Bundle, Maps, Place, Source};
 use super::colors::Colors;
-use super::network::{Given, Input, Network, Shading, identifier, network, number};
+use super::names::{identifier, unique};
+use super::network::{Given, Input, Network, Shading, network, number};
 use super::shape::Shape;
 use crate::value::{Channel, Material};
 use std::fmt::Write;
@@ -94,13 +95,18 @@ impl Text {
     }
 
     fn mesh(&mut self, shape: &Shape, name: &str) {
-        for part in &shape.parts {
+        // The scope of the materials lies beside the meshes.
+        let names = unique(shape.parts.iter().map(|part| identifier(&part.name)), &["Materials"]);
+        for (part, prim) in shape.parts.iter().zip(names) {
             // Vertices of other parts are left out.
             let mut numbers: Vec<u32> = part.indices.clone();
             numbers.sort_unstable();
             numbers.dedup();
             let vertices = || numbers.iter().map(|n| *n as usize);
-            self.line(&format!("def Mesh \"{}\" (", identifier(&part.name)));
+            self.line(&format!("def Mesh \"{prim}\" ("));
+            if prim != part.name {
+                self.line(&format!("    displayName = {}", text(&part.name)));
+            }
             self.line("    prepend apiSchemas = [\"MaterialBindingAPI\"]");
             self.line(")");
             self.open();
@@ -242,6 +248,12 @@ impl Text {
             }
         }
     }
+}
+
+/// A text between marks.
+fn text(text: &str) -> String {
+    let safe: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    format!("\"{}\"", safe.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 fn value(values: &[f64]) -> String {

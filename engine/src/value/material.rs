@@ -54,7 +54,7 @@ channels! {
     Coat "coat" Gray [0.0],
     /// Anisotropy, 0..1; 0 in a material without one.
     Anisotropy "anisotropy" Gray [0.0],
-    /// Angle of the anisotropy in degrees; 0 in a material without one.
+    /// Direction of brush lines or fibres in degrees, from +x towards +y on the canvas; highlights are wide across it. 0 in a material without one.
     AnisotropyAngle "anisotropy_angle" Gray [0.0],
     /// Roughness of the clear coat, 0..1; 0 in a material without one.
     CoatRoughness "coat_roughness" Gray [0.0],

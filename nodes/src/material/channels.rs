@@ -30,7 +30,8 @@ macro_rules! with_channels {
             coat: Gray = Coat,
             /// Anisotropy, 0..1.
             anisotropy: Gray = Anisotropy,
-            /// Angle of the anisotropy in degrees, from +x towards +y.
+            /// Direction of brush lines or fibres in degrees, from +x towards +y on the canvas, where y points down: 0 is along x, 90 along y.
+            /// Highlights are narrow along it and wide across it. A whole half turn changes nothing. Exports convert it for each program.
             anisotropy_angle: Gray = AnisotropyAngle,
             /// Roughness of the clear coat, 0..1.
             coat_roughness: Gray = CoatRoughness,

@@ -6,7 +6,7 @@ import { complain } from './errors.js';
 import { Exporter } from './export.js';
 import { legend, probe, probeMesh, status, tiling } from './facts.js';
 import { inspect } from './inspector.js';
-import { CHANNELS, Lit } from './lit.js';
+import { Lit } from './lit.js';
 import { Looks } from './looks.js';
 import { Measure } from './measure.js';
 import { ask, bitmap, exact, jump, latest, news, send } from './net.js';
@@ -14,6 +14,7 @@ import { Graph } from './nodes.js';
 import { Parameters } from './params.js';
 import { Picture } from './picture.js';
 import { Sheet } from './sheet.js';
+import { CHANNELS } from './textures.js';
 import { Wire } from './wire.js';
 
 const root = document.documentElement;

@@ -3,7 +3,7 @@ import { rays } from './camera.js';
 import { LIGHT, linked } from './shaders.js';
 
 // The unit of its texture, behind those of the material.
-const UNIT = 11;
+const UNIT = 8;
 
 // What the bytes hold: the coefficients of the light, where the sun stands and its colour, and a texture of all levels.
 export function panorama(gl, bytes) {

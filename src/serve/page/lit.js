@@ -8,11 +8,8 @@ import { FRAGMENT, VERTEX, isSoftware, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
 import { Ground, Staging } from './staging.js';
 import { Strokes } from './strokes.js';
-import { texture } from './textures.js';
+import { SLOTS, bind, texture } from './textures.js';
 
-export const CHANNELS = ['base_color', 'roughness', 'metallic', 'normal', 'height', 'ao', 'anisotropy', 'anisotropy_angle', 'sheen', 'coat', 'opacity'];
-const UNIFORM = (channel) => `u${channel.replace(/(^|_)([a-z])/g, (_, __, c) => c.toUpperCase())}`;
-const HEIGHT = CHANNELS.indexOf('height');
 const SLIDERS = [
   ['repeat', 'Repeats', 1, 8, 1, 1], ['relief', 'Relief', 0, 4, 0.05, 1], ['exposure', 'Exposure', -2, 2, 0.05, 0, 'EV'],
   ['light', 'Light round', -180, 180, 1, 0, '°'], ['lightHeight', 'Light height', 3, 88, 1, 37, '°'], ['lightSize', 'Light size', 0.2, 4, 0.1, 1], ['roughness', 'Roughness', 0.05, 1, 0.01, 0.5], ['metallic', 'Metal', 0, 1, 0.01, 0],
@@ -75,7 +72,6 @@ export class Lit {
       const { name } = gl.getActiveUniform(this.program, i);
       this.uniforms[name] = gl.getUniformLocation(this.program, name);
     }
-    CHANNELS.forEach((channel, i) => gl.uniform1i(this.uniforms[UNIFORM(channel)], i));
     gl.enable(gl.DEPTH_TEST);
     gl.uniform1f(this.uniforms.uFine, this.spare ? 0.4 : 1);
     this.setShape(this.shape);
@@ -271,18 +267,22 @@ export class Lit {
   async fetch({ scene, maps, size }) {
     const old = this.now?.maps ?? {};
     const made = {};
-    await Promise.all(Object.entries(maps).map(async ([channel, map]) => {
-      if (!CHANNELS.includes(channel)) return;
-      const same = old[channel]?.t === map.t && old[channel]?.id === map.id && old[channel]?.size >= size;
-      if (same) { made[channel] = old[channel]; return; }
-      const found = await worn(scene, map, size);
-      if (found) made[channel] = { ...map, size, ...texture(this, found, channel) };
-      else if (old[channel]?.t === map.t) made[channel] = old[channel];
+    await Promise.all(Object.entries(SLOTS).map(async ([slot, all]) => {
+      const channels = all.filter((channel) => maps[channel]);
+      if (!channels.length) return;
+      const [id, of] = ['id', 't'].map((what) => channels.map((channel) => `${channel} ${maps[channel][what]} ${maps[channel].solid}`).join());
+      const before = old[slot];
+      if (before?.id === id && before.size >= size) { made[slot] = before; return; }
+      const samples = await Promise.all(channels.map((channel) => worn(scene, maps[channel], size)));
+      const found = Object.fromEntries(channels.map((channel, i) => [channel, samples[i]]).filter(([, one]) => one));
+      if (Object.keys(found).length) made[slot] = { id, of, size, ...texture(this, slot, found) };
+      else if (before?.of === of) made[slot] = before;
     }));
     const kept = new Set([...Object.values(made), ...Object.values(this.pinned?.maps ?? {})]);
     for (const map of Object.values(old)) if (!kept.has(map)) this.gl?.deleteTexture(map.texture);
     this.now = { maps: made, mm: scene.canvas.size_mm };
-    for (const name of ['roughness', 'metallic', 'anisotropy', 'coat']) this.sliders[name].row.hidden = !!made[name];
+    const shown = new Set(Object.values(made).flatMap((map) => map.channels));
+    for (const name of ['roughness', 'metallic', 'anisotropy', 'coat']) this.sliders[name].row.hidden = shown.has(name);
     this.canvas.dataset.generation = scene.generation;
     this.canvas.dataset.size = size;
     this.draw();
@@ -390,17 +390,12 @@ export class Lit {
     const { span, solid, perMm = solid ? 2 / Math.max(...mm) : undefined } = this.shapes[this.shape];
     // A mesh wears its textures once, and so does what is cut out of a solid.
     const repeat = perMm ? 1 : values.repeat;
-    let bits = 0;
-    CHANNELS.forEach((channel, i) => {
-      gl.activeTexture(gl.TEXTURE0 + i);
-      gl.bindTexture(gl.TEXTURE_2D, maps[channel]?.texture ?? null);
-      if (maps[channel]) bits |= 1 << i;
-    });
-    const heights = maps.height?.range ?? [0, 0];
+    const heights = maps.uHeight?.range ?? [0, 0];
     const eye = this.eye();
     const view = camera(eye, canvas.width / canvas.height);
-    const moved = this.relief === 'displacement' && (bits & (1 << HEIGHT)) !== 0;
+    const moved = this.relief === 'displacement' && !!maps.uHeight;
     gl.useProgram(this.program);
+    bind(gl, (name) => u[name], maps);
     gl.uniformMatrix4fv(u.uView, false, view);
     gl.uniform3fv(u.uEye, eye);
     illuminate(gl, (name) => u[name], this.lighting);
@@ -412,7 +407,6 @@ export class Lit {
     gl.uniform1f(u.uRelief, values.relief);
     gl.uniform1i(u.uParallax, this.relief === 'parallax' ? 1 : 0);
     gl.uniform1f(u.uWorldPerMm, perMm ?? 0);
-    gl.uniform1i(u.uMaps, bits);
     gl.uniform4f(u.uConstants, values.roughness, values.metallic, values.anisotropy, values.coat);
     const { array, count } = this.mesh();
     gl.bindVertexArray(array);

@@ -15,8 +15,8 @@ export async function bitmap(path, args) {
 export async function samples(args, path = 'map') {
   const response = await fetch(query(path, args));
   if (response.status !== 200) return null;
-  const [width, height, form] = response.headers.get('x-map').split(' ');
-  return { width: +width, height: +height, form, data: await response.arrayBuffer() };
+  const [width, height, form, scale = 1] = response.headers.get('x-map').split(' ');
+  return { width: +width, height: +height, form, scale: +scale, data: await response.arrayBuffer() };
 }
 
 // The texture of a channel: as on the canvas, or on a shape that is cut out of a solid.

@@ -1,4 +1,4 @@
-// The lit view: GGX with anisotropy and a coat, under a studio of soft boxes that is evaluated as if it were prefiltered.
+// The lit view: GGX with anisotropy, a coat, light that is scattered below the surface, under a studio of soft boxes that is evaluated as if it were prefiltered.
 
 // A program of two shaders; what is wrong with them is thrown.
 export function linked(gl, vertex, fragment) {
@@ -140,8 +140,10 @@ in vec3 vNormal;
 in vec3 vTangent;
 in vec2 vUv;
 uniform vec3 uEye;
-uniform sampler2D uBaseColor, uRoughness, uMetallic, uNormal, uHeight, uAo, uAnisotropy, uAnisotropyAngle, uSheen, uCoat, uOpacity;
-uniform int uMaps;          // which of them there are, a bit each
+// Four channels of one number lie in each of the last three: see textures.js.
+uniform sampler2D uBaseColor, uNormal, uHeight, uEmission, uCoatNormal, uSurface, uGloss, uInner;
+uniform int uMaps;          // which channels there are, a bit each
+uniform float uGlow;        // by what the colours of the emission are multiplied
 uniform vec4 uConstants;    // roughness, metal, anisotropy, coat where there is no map
 uniform vec2 uHeights;
 uniform float uUvPerMm;     // of the canvas' width
@@ -218,6 +220,15 @@ vec2 split_sum(float roughness, float nov) {
   return vec2(-1.04, 1.04) * a + r.zw;
 }
 
+// A normal of the texture, made as steep as the relief is.
+vec3 leaning(vec3 n) { return normalize(vec3(n.xy * uRelief, max(n.z, 0.02))); }
+
+// How rough a surface is whose normals are too fine to be seen.
+float widened(float roughness, vec3 n) {
+  vec3 nx = dFdx(n), ny = dFdy(n);
+  return clamp(sqrt(roughness * roughness + min(0.35 * (dot(nx, nx) + dot(ny, ny)), 0.2)), 0.045, 1.0);
+}
+
 void main() {
   vec3 N = normalize(vNormal);
   vec3 T = normalize(vTangent - N * dot(N, vTangent));
@@ -244,13 +255,20 @@ void main() {
   }
 
   vec3 base = has(0) ? textureGrad(uBaseColor, uv, dx, dy).rgb : vec3(0.5);
-  float roughness = has(1) ? textureGrad(uRoughness, uv, dx, dy).r : uConstants.x;
-  float metal = has(2) ? textureGrad(uMetallic, uv, dx, dy).r : uConstants.y;
-  float ao = has(5) ? textureGrad(uAo, uv, dx, dy).r : 1.0;
-  float anisotropy = has(6) ? textureGrad(uAnisotropy, uv, dx, dy).r : uConstants.z;
-  float angle = has(7) ? radians(textureGrad(uAnisotropyAngle, uv, dx, dy).r) : 0.0;
-  float sheen = has(8) ? textureGrad(uSheen, uv, dx, dy).r : 0.0;
-  float coat = has(9) ? textureGrad(uCoat, uv, dx, dy).r : uConstants.w;
+  vec4 surface = textureGrad(uSurface, uv, dx, dy), gloss = textureGrad(uGloss, uv, dx, dy), inner = textureGrad(uInner, uv, dx, dy);
+  float roughness = has(1) ? surface.x : uConstants.x;
+  float metal = has(2) ? surface.y : uConstants.y;
+  float ao = has(5) ? surface.z : 1.0;
+  float opacity = has(10) ? surface.w : 1.0;
+  float anisotropy = has(6) ? clamp(gloss.x, 0.0, 1.0) : uConstants.z;
+  float angle = has(7) ? radians(gloss.y) : 0.0;
+  float sheen = has(8) ? gloss.z : 0.0;
+  float coat = has(9) ? gloss.w : uConstants.w;
+  float coat_roughness = has(11) ? inner.x : 0.0;
+  float ior = has(14) ? max(inner.y, 1.0) : 1.5;
+  float specular = has(15) ? inner.z : 1.0;
+  float scatter = has(16) ? clamp(inner.w, 0.0, 1.0) : 0.0;
+  vec3 emission = has(13) ? textureGrad(uEmission, uv, dx, dy).rgb * uGlow : vec3(0.0);
 
   vec3 n = vec3(0.0, 0.0, 1.0);
   if (has(3)) {
@@ -261,54 +279,63 @@ void main() {
     float y = height(uv + vec2(0.0, texel.y)) - height(uv - vec2(0.0, texel.y));
     n = vec3(vec2(-x, y) / (2.0 * texel) * per_mm, 1.0);
   }
-  n = normalize(vec3(n.xy * uRelief, max(n.z, 0.02)));
   vec3 geometric = N;
-  N = normalize(T * n.x - D * n.y + N * n.z);
-  // What is too fine to be seen is roughness.
-  vec3 nx = dFdx(N), ny = dFdy(N);
-  float variance = min(0.35 * (dot(nx, nx) + dot(ny, ny)), 0.2);
-  roughness = clamp(sqrt(roughness * roughness + variance), 0.045, 1.0);
+  mat3 lying = mat3(T, -D, N);
+  N = normalize(lying * leaning(n));
+  roughness = widened(roughness, N);
 
   float nov = max(abs(dot(N, V)), 1e-3);
-  vec3 f0 = mix(vec3(0.04), base, metal);
+  float mirror = (ior - 1.0) / (ior + 1.0);
+  vec3 f0 = mix(vec3(mirror * mirror * specular), base, metal);
+  float f90 = mix(specular, 1.0, metal);
   vec3 diffuse = base * (1.0 - metal);
 
-  // Anisotropy: the lobe is longer along t.
+  // Along brush lines, t, the lobe is narrow, and across them wide: as in pictures of Relief.
   vec3 t = normalize(cos(angle) * (T - N * dot(N, T)) + sin(angle) * (D - N * dot(N, D)));
   vec3 b = cross(N, t);
   float a = roughness * roughness;
-  float at = max(a * (1.0 + anisotropy), 1e-3), ab = max(a * (1.0 - 0.9 * anisotropy), 1e-3);
-  vec3 bent = normalize(mix(N, cross(cross(t, V), t), 0.7 * abs(anisotropy) * clamp(5.0 * roughness, 0.0, 1.0)));
+  float aspect = sqrt(1.0 - 0.9 * anisotropy);
+  float at = max(a * aspect, 1e-3), ab = min(a / aspect, 1.0);
+  vec3 bent = normalize(mix(N, cross(cross(t, V), t), 0.7 * anisotropy * clamp(5.0 * roughness, 0.0, 1.0)));
 
   // The studio.
   vec3 R = reflect(-V, bent);
   vec2 ss = split_sum(roughness, nov);
-  vec3 energy = f0 * ss.x + ss.y;
+  vec3 energy = f0 * ss.x + f90 * ss.y;
   float occluded = clamp(pow(nov + ao, exp2(-16.0 * roughness - 1.0)) - 1.0 + ao, 0.0, 1.0);
   float horizon = clamp(1.0 + 1.1 * dot(R, geometric), 0.0, 1.0);
-  vec3 color = ambient(N) * diffuse * ao * (1.0 - luma(energy));
+  // Light that is scattered below the surface comes out beside where it went in: relief and shadows are softer.
+  vec3 soft = normalize(mix(N, geometric, 0.6 * scatter));
+  vec3 color = ambient(soft) * diffuse * ao * (1.0 - luma(energy));
   color += studio(R, roughness) * energy * occluded * horizon * horizon * mix(1.0, lit, 0.5);
 
   // The key light.
-  float nol = dot(N, L);
-  if (nol > 0.0 && dot(geometric, L) > 0.0) {
-    vec3 H = normalize(V + L);
-    float loh = max(dot(L, H), 0.0);
+  float nol = dot(N, L), side = dot(geometric, L);
+  vec3 H = normalize(V + L);
+  vec3 f = f0 + (f90 - f0) * pow(1.0 - max(dot(L, H), 0.0), 5.0);
+  vec3 key = 2.2 * key_color() * mix(1.0, ao, 0.4);
+  if (side > 0.0 || scatter > 0.0) {
+    // It wraps round to where the light does not reach.
+    float wrap = 0.5 * scatter;
+    float round_it = max(dot(soft, L) + wrap, 0.0) / ((1.0 + wrap) * (1.0 + wrap));
+    color += key * round_it * mix(lit, 1.0, 0.5 * scatter) * diffuse / PI * (1.0 - f);
+  }
+  if (nol > 0.0 && side > 0.0) {
     // A large light has a wide highlight.
     float wide = 0.02 * (uKey.w - 1.0);
     float d = d_ggx(max(at + wide, 2e-3), max(ab + wide, 2e-3), dot(t, H), dot(b, H), max(dot(N, H), 0.0));
     float v = v_ggx(at, ab, dot(t, V), dot(b, V), nov, dot(t, L), dot(b, L), nol);
-    vec3 f = f0 + (1.0 - f0) * pow(1.0 - loh, 5.0);
-    vec3 key = 2.2 * key_color() * nol * lit * mix(1.0, ao, 0.4);
-    color += key * (diffuse / PI * (1.0 - f) + min(d * v * f, vec3(16.0)));
+    color += key * nol * lit * min(d * v * f, vec3(16.0));
   }
-  color += sheen * mix(vec3(1.0), base, 0.5) * pow(1.0 - nov, 4.0) * ambient(N) * ao;
+  color += sheen * mix(vec3(1.0), base, 0.5) * pow(1.0 - nov, 4.0) * ambient(N) * ao + emission;
+  // A coat lies level over the relief unless it has a normal of its own.
+  vec3 C = has(12) ? normalize(lying * leaning(textureGrad(uCoatNormal, uv, dx, dy).rgb * 2.0 - 1.0)) : geometric;
+  coat_roughness = widened(coat_roughness, C);
   if (coat > 0.0) {
-    float g = max(dot(geometric, V), 1e-3);
-    float f = coat * (0.04 + 0.96 * pow(1.0 - g, 5.0));
-    color = color * (1.0 - f) + f * studio(reflect(-V, geometric), 0.12);
+    float g = max(dot(C, V), 1e-3);
+    float through = coat * (0.04 + 0.96 * pow(1.0 - g, 5.0));
+    color = color * (1.0 - through) + through * studio(reflect(-V, C), coat_roughness);
   }
-  float opacity = has(10) ? textureGrad(uOpacity, uv, dx, dy).r : 1.0;
   if (opacity < 0.5) discard;
   oColor = vec4(developed(color), 1.0);
 }`;

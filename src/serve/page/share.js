@@ -1,11 +1,11 @@
 // What is lit as one HTML file, which opens without Shibo.
 import { worn } from './net.js';
-import { CHANNELS } from './lit.js';
+import { CHANNELS } from './textures.js';
 
-const MODULES = ['camera.js', 'shaders.js', 'environment.js', 'shapes.js', 'viewer.js'];
+const MODULES = ['camera.js', 'shaders.js', 'textures.js', 'environment.js', 'shapes.js', 'viewer.js'];
 
 // A texture as a picture in the text: colours as they are, single channels with sixteen bits in two.
-async function picture({ width, height, form, data }) {
+async function picture({ width, height, form, data, scale }) {
   const canvas = new OffscreenCanvas(width, height);
   const c = canvas.getContext('2d');
   const out = c.createImageData(width, height);
@@ -25,7 +25,7 @@ async function picture({ width, height, form, data }) {
   c.putImageData(out, 0, 0);
   const blob = await canvas.convertToBlob({ type: 'image/png' });
   const image = await new Promise((done) => { const reader = new FileReader(); reader.onload = () => done(reader.result); reader.readAsDataURL(blob); });
-  return range ? { image, range } : { image };
+  return range ? { image, range } : { image, scale };
 }
 
 const halves = (list) => Float32Array.from(list, (h) => {
@@ -67,7 +67,7 @@ export async function html(lit, title) {
   }
   const back = backdrop(lit.staging.backdrop);
   const shared = {
-    channels: CHANNELS, maps: found, mm: scene.canvas.size_mm, shape: lit.shape, mesh: await mesh(lit), relief: lit.relief, values: lit.values,
+    maps: found, mm: scene.canvas.size_mm, shape: lit.shape, mesh: await mesh(lit), relief: lit.relief, values: lit.values,
     turn: lit.turn, tilt: lit.tilt, distance: lit.distance, scene: lit.staging.scene, back,
     behind: lit.staging.showsEnvironment, own: lit.staging.isOwn ? await packed(lit.own.bytes) : null,
   };

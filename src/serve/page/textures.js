@@ -1,27 +1,69 @@
 // Textures of the lit view.
 
-// A texture of the samples of a channel, and the least and the greatest of them.
-export function texture({ gl, mipHalf, sharp }, { width, height, form, data }, channel) {
-  const texture = gl.createTexture();
-  gl.bindTexture(gl.TEXTURE_2D, texture);
-  let range = [0, 0];
-  let mips = true;
-  if (form === 'r16f') {
-    const halves = new Uint16Array(data);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 2);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, width, height, 0, gl.RED, gl.HALF_FLOAT, halves);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    range = extent(halves);
-    mips = !!mipHalf;
-  } else {
-    const inner = channel === 'base_color' ? gl.SRGB8_ALPHA8 : gl.RGBA8;
+// The channels that are shown, in the order in which they are offered. The number of each is its bit in `uMaps`.
+export const CHANNELS = [
+  'base_color', 'roughness', 'metallic', 'normal', 'height', 'ao', 'anisotropy', 'anisotropy_angle', 'sheen', 'coat', 'opacity',
+  'coat_roughness', 'coat_normal', 'emission', 'ior', 'specular', 'subsurface',
+];
+
+// The textures by the name of their uniform, in the order of their units, and their channels. Channels of one number lie four in
+// one: a shader has no more than sixteen units everywhere.
+export const SLOTS = {
+  uBaseColor: ['base_color'], uNormal: ['normal'], uHeight: ['height'], uEmission: ['emission'], uCoatNormal: ['coat_normal'],
+  uSurface: ['roughness', 'metallic', 'ao', 'opacity'], uGloss: ['anisotropy', 'anisotropy_angle', 'sheen', 'coat'],
+  uInner: ['coat_roughness', 'ior', 'specular', 'subsurface'],
+};
+
+// A texture of the channels of a slot: `found` has their samples by name. Besides: which channels these are, by what the colours
+// are to be multiplied, and of a height the least and the greatest value.
+export function texture({ gl, mipHalf, sharp }, slot, found) {
+  const made = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, made);
+  const channels = SLOTS[slot].filter((channel) => found[channel]);
+  const { width, height, form, data, scale = 1 } = found[channels[0]];
+  const colors = form === 'rgba8';
+  if (colors) {
+    const inner = slot === 'uBaseColor' || slot === 'uEmission' ? gl.SRGB8_ALPHA8 : gl.RGBA8;
     gl.texImage2D(gl.TEXTURE_2D, 0, inner, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(data));
+  } else {
+    const [lanes, numbers] = together(SLOTS[slot].map((channel) => found[channel]));
+    const [inner, outer] = { 1: [gl.R16F, gl.RED], 2: [gl.RG16F, gl.RG], 4: [gl.RGBA16F, gl.RGBA] }[lanes];
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 2);
+    gl.texImage2D(gl.TEXTURE_2D, 0, inner, width, height, 0, outer, form === 'r16f' ? gl.HALF_FLOAT : gl.FLOAT, numbers);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
   }
+  const mips = colors || !!mipHalf;
   if (mips) gl.generateMipmap(gl.TEXTURE_2D);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, mips ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
-  if (sharp && channel !== 'height') gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
-  return { texture, range };
+  if (sharp && slot !== 'uHeight') gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
+  const range = slot === 'uHeight' && form === 'r16f' ? extent(new Uint16Array(data)) : [0, 0];
+  return { texture: made, channels, scale, range };
+}
+
+// The samples of up to four channels, pixel by pixel, and how many numbers a pixel has. Those of one channel stay as they are.
+function together(list) {
+  const planes = list.map((one) => one && new (one.form === 'r16f' ? Uint16Array : Float32Array)(one.data));
+  const count = planes.findLastIndex(Boolean) + 1;
+  if (count === 1) return [1, planes[0]];
+  const lanes = count === 2 ? 2 : 4;
+  const first = planes.find(Boolean);
+  const out = new first.constructor(lanes * first.length);
+  planes.forEach((plane, lane) => plane?.forEach((value, i) => { out[lanes * i + lane] = value; }));
+  return [lanes, out];
+}
+
+// Gives the textures of a material to the program; `at` finds its uniforms.
+export function bind(gl, at, maps) {
+  let bits = 0;
+  Object.keys(SLOTS).forEach((slot, unit) => {
+    gl.uniform1i(at(slot), unit);
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, maps[slot]?.texture ?? null);
+    for (const channel of maps[slot]?.channels ?? []) bits |= 1 << CHANNELS.indexOf(channel);
+  });
+  gl.uniform1i(at('uMaps'), bits);
+  gl.uniform1f(at('uGlow'), maps.uEmission?.scale ?? 1);
 }
 
 // The least and the greatest of numbers in half precision.

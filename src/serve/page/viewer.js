@@ -3,6 +3,7 @@ import { camera } from './camera.js';
 import { Behind, illuminate, panorama } from './environment.js';
 import { FRAGMENT, VERTEX, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
+import { SLOTS, bind, texture } from './textures.js';
 
 // Milliseconds that a picture may take while something moves, and when all is still.
 const [MOVING, RESTING] = [40, 700];
@@ -16,6 +17,21 @@ async function carried({ data, index, perMm, span }) {
   return { make: () => made, perMm, span };
 }
 
+// The samples of a picture that came along.
+async function decoded({ image: src, range, scale }) {
+  const image = Object.assign(new Image(), { src });
+  await image.decode();
+  const { width, height } = image;
+  const sheet = new OffscreenCanvas(width, height).getContext('2d');
+  sheet.drawImage(image, 0, 0);
+  const { data } = sheet.getImageData(0, 0, width, height);
+  if (!range) return { width, height, form: 'rgba8', scale, data: data.buffer };
+  // Sixteen bits in two channels.
+  const [lo, hi] = range;
+  const values = Float32Array.from({ length: width * height }, (_, k) => lo + ((hi - lo) * (data[4 * k] * 256 + data[4 * k + 1])) / 65535);
+  return { width, height, form: 'r32f', data: values.buffer };
+}
+
 // `shared` is what share.js has put together.
 export async function view(canvas, shared) {
   const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
@@ -26,32 +42,9 @@ export async function view(canvas, shared) {
   gl.enable(gl.DEPTH_TEST);
   const places = {};
   const at = (name) => (places[name] ??= gl.getUniformLocation(program, name));
-  let bits = 0;
-  for (const [i, channel] of shared.channels.entries()) {
-    gl.uniform1i(at(`u${channel.replace(/(^|_)([a-z])/g, (_, __, c) => c.toUpperCase())}`), i);
-    const map = shared.maps[channel];
-    gl.activeTexture(gl.TEXTURE0 + i);
-    if (!map) continue;
-    bits |= 1 << i;
-    const image = new Image();
-    image.src = map.image;
-    await image.decode();
-    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
-    if (map.range) {
-      // Sixteen bits in two channels of a picture.
-      const sheet = new OffscreenCanvas(image.width, image.height).getContext('2d');
-      sheet.drawImage(image, 0, 0);
-      const { data } = sheet.getImageData(0, 0, image.width, image.height);
-      const [lo, hi] = map.range;
-      const values = Float32Array.from({ length: data.length / 4 }, (_, k) => lo + ((hi - lo) * (data[4 * k] * 256 + data[4 * k + 1])) / 65535);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, image.width, image.height, 0, gl.RED, gl.FLOAT, values);
-    } else {
-      gl.texImage2D(gl.TEXTURE_2D, 0, channel === 'base_color' ? gl.SRGB8_ALPHA8 : gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
-    }
-    const mips = !map.range || half;
-    if (mips) gl.generateMipmap(gl.TEXTURE_2D);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, mips ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
-  }
+  const found = Object.fromEntries(await Promise.all(Object.entries(shared.maps).map(async ([channel, map]) => [channel, await decoded(map)])));
+  const slots = Object.keys(SLOTS).filter((slot) => SLOTS[slot].some((channel) => found[channel]));
+  const maps = Object.fromEntries(slots.map((slot) => [slot, texture({ gl, mipHalf: half }, slot, found)]));
   const shape = shared.mesh ? await carried(shared.mesh) : SHAPES[shared.shape];
   const own = shared.own ? panorama(gl, await bytes(shared.own)) : null;
   const behind = new Behind();
@@ -104,7 +97,7 @@ export async function view(canvas, shared) {
     gl.uniform1i(at('uParallax'), shared.relief === 'parallax' ? 1 : 0);
     gl.uniform1f(at('uFine'), 0.7);
     gl.uniform1f(at('uWorldPerMm'), perMm ?? 0);
-    gl.uniform1i(at('uMaps'), bits);
+    bind(gl, at, maps);
     gl.uniform4f(at('uConstants'), v.roughness, v.metallic, v.anisotropy, v.coat);
     gl.drawElements(gl.TRIANGLES, index.length, gl.UNSIGNED_INT, 0);
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));

@@ -1,0 +1,86 @@
+//! Files that name others never name those of another run, even if the command is killed while they get their names.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use crate::support::Desk;
+use std::collections::BTreeMap;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+/// A material with many pictures, all of which differ with the seed.
+const GRAPH: &str = r##"(
+  canvas: (size_mm: 8, resolution: 64, tile: Both, seed: SEED),
+  nodes: {
+    "n": Perlin(size: 2), "normal": HeightToNormal(input: "n"),
+    "color": GradientMap(input: "n", stops: [(0, "#402010"), (1, "#c0a080")]),
+    "m": Material(base_color: "color", roughness: "n", metallic: "n", normal: "normal", height: "n", ao: "n", sheen: "n", coat: "n",
+                  coat_roughness: "n", coat_normal: "normal", emission: "color", specular: "n", anisotropy: "n", anisotropy_angle: "n"),
+  },
+  outputs: { "m": "m" },
+)"##;
+
+/// Targets with a document that names pictures, the ends of the documents, the first of which names the others.
+const TARGETS: [(&str, &[&str]); 5] = [
+    ("gltf-files", &["m.gltf"]),
+    ("obj", &["m.obj", "m.mtl"]),
+    ("materialx", &["m.mtlx"]),
+    ("usd", &["m.usda"]),
+    ("blender", &["m_blender.py"]),
+];
+
+type Set = BTreeMap<String, Vec<u8>>;
+
+fn set(folder: &Path) -> Set {
+    let files = folder.read_dir().unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let files = files.filter(|name| !name.starts_with('.')).collect::<Vec<_>>();
+    files.into_iter().filter_map(|name| Some((name.clone(), std::fs::read(folder.join(&name)).ok()?))).collect()
+}
+
+/// What tells one file of a name from the next one.
+fn identities(folder: &Path, names: &Set) -> Vec<Option<u64>> {
+    names.keys().map(|name| folder.join(name).metadata().ok().map(|data| data.ino())).collect()
+}
+
+/// A killed command leaves the set of one run, or no document.
+#[test]
+fn killed_exports_leave_no_mixed_set() {
+    for (target, documents) in TARGETS {
+        let desk = Desk::new();
+        let render = |seed: u32, out: &str| {
+            desk.write("a.ron", GRAPH.replace("SEED", &seed.to_string()));
+            desk.command(["render", "a.ron", "--as", target, "--no-cache", "-q", "-o", out])
+        };
+        assert!(render(1, "one").status().unwrap().success());
+        assert!(render(2, "two").status().unwrap().success());
+        let runs = [set(&desk.path("one")), set(&desk.path("two"))];
+        let differ = runs[0].keys().filter(|name| runs[1].get(*name) != Some(&runs[0][*name])).count();
+        assert!(differ > 5 && runs.iter().all(|run| documents.iter().all(|name| run.contains_key(*name))), "{target}");
+        let out = desk.path("out");
+        for moment in 0..6_u64 {
+            assert!(render(1, "out").status().unwrap().success());
+            let before = identities(&out, &runs[0]);
+            let mut child = render(2, "out").stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+            // As soon as the first file is another one, or a little later.
+            let start = Instant::now();
+            while identities(&out, &runs[0]) == before && child.try_wait().unwrap().is_none() {
+                assert!(start.elapsed() < Duration::from_secs(60), "{target}: nothing is written");
+            }
+            std::thread::sleep(Duration::from_micros(40 * moment));
+            let _ = child.kill();
+            child.wait().unwrap();
+            let now = set(&out);
+            let Some(run) = runs.iter().position(|run| now.get(documents[0]) == Some(&run[documents[0]])) else {
+                assert!(!now.contains_key(documents[0]), "{target}: a document of neither run");
+                continue;
+            };
+            for name in runs[run].keys() {
+                assert!(
+                    now.get(name) == Some(&runs[run][name]),
+                    "{target}: {name} is not of run {run}, the document is"
+                );
+            }
+        }
+    }
+}

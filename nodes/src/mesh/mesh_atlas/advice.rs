@@ -28,7 +28,9 @@ pub(super) fn atlas(error: &AtlasError) -> Problem {
     let code = if matches!(error, AtlasError::Charts(_)) { Code::TooLarge } else { Code::BadValue };
     let help = match error {
         AtlasError::Missing | AtlasError::Flat => "take `charts: New`",
-        AtlasError::Outside { .. } => "these are UVs of textures that repeat; take `charts: Repack`",
+        AtlasError::Outside { .. } => {
+            "these are UVs of textures that repeat; `charts: Repack` lays the charts out anew, so pictures painted for these UVs no longer fit"
+        }
         AtlasError::Charts(_) => "take `charts: New`, or split the mesh by `part` of `LoadMesh`",
     };
     Problem::new(code, format!("the mesh: {error}")).at("charts").help(help)

@@ -21,6 +21,7 @@ mod interrupt;
 mod job;
 mod leather;
 mod meshes;
+mod messages;
 mod mips;
 mod nodes;
 mod obj;

@@ -1,6 +1,7 @@
 //! `shibo cache`: the results kept on disk.
 use crate::open;
 use crate::quit::Quit;
+use crate::report;
 use crate::shared::{self, Address};
 use crate::terminal::Terminal;
 use clap::{Args, Subcommand};
@@ -50,8 +51,8 @@ pub(crate) fn run(args: &CacheArgs, terminal: &Terminal) -> Result<(), Quit> {
         Action::Clear => {
             let usage = if dir.is_dir() { open_cache(&dir)?.clear() } else { DiskUse::default() };
             terminal.say(&format!(
-                "removed {} entries, {} MiB, from {}",
-                usage.entries,
+                "removed {}, {} MiB, from {}",
+                report::count(usage.entries, "entry"),
                 usage.bytes >> 20,
                 dir.display()
             ));
@@ -71,7 +72,8 @@ fn shared(url: &str, action: &Action, terminal: &Terminal) -> Result<(), Quit> {
     let verify = matches!(action, Action::Verify);
     if matches!(action, Action::Clear) {
         let (count, bytes) = entries.clear().map_err(failed)?;
-        terminal.say(&format!("removed {count} entries, {} MiB, from {address}", bytes >> 20));
+        let entries = report::count(count, "entry");
+        terminal.say(&format!("removed {entries}, {} MiB, from {address}", bytes >> 20));
         return Ok(());
     }
     let mut visit = |name: &str, size: u64, content: &[u8]| {
@@ -88,7 +90,8 @@ fn shared(url: &str, action: &Action, terminal: &Terminal) -> Result<(), Quit> {
         return Ok(());
     }
     let what = "damaged, or were written with another key; renders ignore them";
-    Err(Quit::failed(format!("{foreign} of {count} entries are {what}")))
+    let are = if foreign == 1 { "is" } else { "are" };
+    Err(Quit::failed(format!("{foreign} of {} {are} {what}", report::count(count, "entry"))))
 }
 
 fn open_cache(dir: &std::path::Path) -> Result<DiskCache, Quit> {

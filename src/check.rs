@@ -1,5 +1,6 @@
 //! `shibo check`: all errors of graph files.
 use crate::args::{EngineArgs, ValueArgs, resolution};
+use crate::ide::{Cx, Section, Workspace, diagnose};
 use crate::interrupt;
 use crate::library;
 use crate::open;
@@ -9,12 +10,14 @@ use crate::report;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use serde_json::{Value as Json, json};
-use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
+use shibo_engine::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span, to_json};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::graph::Graph;
+use shibo_engine::registry::Registry;
 use shibo_engine::session::Failure;
 use shibo_engine::value::Resolution;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -70,7 +73,7 @@ pub(crate) fn run(args: &CheckArgs, terminal: &Terminal) -> Result<(), Quit> {
         FormatArg::Human => {
             found.iter().for_each(|f| report::show(terminal, &f.diagnostics, &f.sources));
             if errors > 0 {
-                terminal.say(&report::count(errors));
+                terminal.say(&report::count(errors as u64, "error"));
             }
         }
     }
@@ -78,16 +81,34 @@ pub(crate) fn run(args: &CheckArgs, terminal: &Terminal) -> Result<(), Quit> {
 }
 
 fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Quit> {
-    let loaded = open::load(path, &library::registry(), &args.values, args.resolution);
+    let registry = Arc::new(library::registry());
+    let loaded = open::load(path, &registry, &args.values, args.resolution);
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
         diagnostics.extend(graph.advice());
+        diagnostics.extend(unused(&loaded.sources, registry));
         diagnostics.extend(graph.too_large(u64::from(args.engine.memory) << 20));
         if args.verify {
             diagnostics.extend(verify(graph, args, terminal)?);
         }
     }
     Ok(Found { diagnostics, sources: loaded.sources })
+}
+
+/// Nodes of the graph file that no output needs, as editors show them.
+fn unused(sources: &SourceMap, registry: Arc<Registry>) -> Vec<Diagnostic> {
+    let Some(source) = sources.sources().first() else { return Vec::new() };
+    let mut workspace = Workspace::new(registry, Vec::new());
+    let file = workspace.open(&source.path, source.text.clone());
+    let entries = file.entries(Section::Nodes);
+    let warning = |index: usize| {
+        let key = entries[index].key.as_ref()?;
+        let span = Span { file: FileId(0), start: key.range.start, end: key.range.end };
+        let message = format!("no output needs `{}`", key.name);
+        let help = format!("leave it out, or call it `_{}` if it shall stay", key.name);
+        Some(Diagnostic::new(Code::Advice, span, message).help(help).as_warning())
+    };
+    diagnose::unused(Cx { world: &workspace, file: &file }).into_iter().filter_map(warning).collect()
 }
 
 /// Nodes that give another result the second time. Only this starts threads and opens caches.

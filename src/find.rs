@@ -3,6 +3,7 @@ use crate::quit::Quit;
 use petgraph::graph::NodeIndex;
 use shibo_engine::diagnostics::suggest;
 use shibo_engine::graph::Graph;
+use shibo_engine::node::Output;
 
 /// The output that is meant. Names of sub-graphs are followed by a slash or a dot; after a dot, an output of the sub-graph
 /// comes before a node of the same name.
@@ -29,7 +30,7 @@ pub(crate) fn output(graph: &Graph, name: &str) -> Result<(NodeIndex, usize), Qu
     let Some(index) = node(graph, owner) else { return Err(unknown(graph, name)) };
     let node = &graph.nodes[index];
     let outputs = node.node.outputs();
-    let found = outputs.iter().position(|output| output.name == last);
+    let found = Output::position(outputs, last);
     found.map(|output| (index, output)).ok_or_else(|| {
         let names: Vec<&str> = outputs.iter().map(|output| output.name).collect();
         let (name, kind) = (&node.name, &node.kind);
@@ -40,8 +41,7 @@ pub(crate) fn output(graph: &Graph, name: &str) -> Result<(NodeIndex, usize), Qu
 /// A node without a name of its own, which is called after its place, `node.port`, and maybe one of its outputs. An output of
 /// that name comes first.
 fn inline(graph: &Graph, name: &str) -> Option<(NodeIndex, usize)> {
-    let output =
-        |owner: NodeIndex, last: &str| graph.nodes[owner].node.outputs().iter().position(|output| output.name == last);
+    let output = |owner: NodeIndex, last: &str| Output::position(graph.nodes[owner].node.outputs(), last);
     let (owner, last) = name.rsplit_once('.')?;
     match (node(graph, owner).and_then(|owner| Some((owner, output(owner, last)?))), node(graph, name)) {
         (None, Some(index)) => Some((index, 0)),

@@ -91,7 +91,8 @@ fn text(from: &str) -> Result<String, Quit> {
     let graphs = library::graphs();
     let Some(graph) = graphs.iter().find(|graph| graph.name == from) else {
         let names: Vec<&str> = TEMPLATES.iter().map(|t| t.name).chain(graphs.iter().map(|graph| graph.name)).collect();
-        return Err(Quit::Usage(format!("there is no template `{from}`; {}", suggest(from, "template", &names))));
+        let help = suggest(from, "template", &names);
+        return Err(Quit::Usage(format!("there is no template `{from}`; {help}; `shibo new --list` shows all")));
     };
     if graph.text.contains("\"pictures/") {
         let help = format!("import it: `imports: {{ \"{from}\": \"shibo:{from}\" }}`");

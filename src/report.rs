@@ -33,9 +33,13 @@ pub(crate) fn show(terminal: &Terminal, diagnostics: &[Diagnostic], sources: &So
     terminal.show(&text);
 }
 
-/// How many of them are errors, in words.
-pub(crate) fn count(errors: usize) -> String {
-    if errors == 1 { "1 error".to_owned() } else { format!("{errors} errors") }
+/// So many of something, in words: `1 file`, `2 files`, `2 entries`.
+pub(crate) fn count(number: u64, noun: &str) -> String {
+    match noun.strip_suffix('y') {
+        _ if number == 1 => format!("1 {noun}"),
+        Some(stem) => format!("{number} {stem}ies"),
+        None => format!("{number} {noun}s"),
+    }
 }
 
 fn write(text: &mut Text, diagnostic: &Diagnostic, texts: &mut Texts<'_>, width: usize, picture: bool) {

@@ -2,6 +2,19 @@
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::CanvasFacts;
 
+/// The rounding that computed numbers and bounds may have, as a share of the bound.
+const ROUNDING: f64 = 1e-9;
+
+/// True if a number is more than a bound; either may be computed.
+pub(crate) fn exceeds(value: f64, most: f64) -> bool {
+    value > most * (1.0 + ROUNDING)
+}
+
+/// A computed number as messages tell it: with six digits.
+pub(crate) fn told(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
 /// Refuses a length that is more than half of the canvas' longer side: on a canvas that tiles, the same place would be
 /// read twice.
 pub(crate) fn at_most_half(name: &'static str, mm: f64, canvas: &CanvasFacts) -> Vec<Problem> {
@@ -11,4 +24,17 @@ pub(crate) fn at_most_half(name: &'static str, mm: f64, canvas: &CanvasFacts) ->
     }
     let message = format!("{name} is `{mm}` mm; it must be at most half the canvas' longer side, {most} mm");
     vec![Problem::new(Code::OutOfRange, message).at(name)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn computed_numbers_are_told_as_people_write_them() {
+        assert_eq!(told(1.5 * 0.7), 1.05);
+        assert_eq!(told(-1.0 / 3.0).to_string(), "-0.333333");
+        assert_eq!((told(0.0), told(123_456_789.0)), (0.0, 123_457_000.0));
+        assert!(!exceeds(1.05 / 0.7, 1.5) && exceeds(1.5001, 1.5));
+    }
 }

@@ -9,6 +9,7 @@ use crate::library;
 use crate::open;
 use crate::quit::Quit;
 use crate::terminal::Terminal;
+use crate::write;
 use clap::{Args, ValueEnum};
 use shibo_engine::graph::{Graph, Input};
 use shibo_engine::value::Type;
@@ -16,8 +17,8 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
-  shibo graph calf.ron --format svg > calf.svg             sub-graphs as boxes
-  shibo graph calf.ron --format svg --unfold > calf.svg    with the nodes inside of them
+  shibo graph calf.ron --format svg -o calf.svg             sub-graphs as boxes
+  shibo graph calf.ron --format svg -o calf.svg --unfold    with the nodes inside of them
   shibo graph calf.ron --format dot | dot -Tpdf -o calf.pdf";
 
 /// Draw a graph.
@@ -29,6 +30,9 @@ pub(crate) struct GraphArgs {
     /// What to draw it in.
     #[arg(long)]
     format: FormatArg,
+    /// The file to write; stdout if not given.
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
     /// Draw the nodes of sub-graphs, too, instead of a box for each.
     #[arg(long)]
     unfold: bool,
@@ -48,10 +52,14 @@ pub(crate) fn run(args: &GraphArgs, terminal: &Terminal) -> Result<(), Quit> {
     let registry = library::registry();
     let graph = open::graph(open::load(&args.graph, &registry, &args.values, None), terminal)?;
     let drawing = if args.unfold { Drawing::of(&graph) } else { fold::folded(&graph, Drawing::of(&graph)) };
-    terminal.data(&match args.format {
+    let text = match args.format {
         FormatArg::Dot => dot::dot(&drawing),
         FormatArg::Svg => svg::svg(&drawing),
-    })
+    };
+    let Some(out) = &args.out else { return terminal.data(&text) };
+    write::whole(out, text.as_bytes()).map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", out.display())))?;
+    terminal.say(&format!("wrote {}", out.display()));
+    Ok(())
 }
 
 /// A box: a node, or an output of the graph.

@@ -91,7 +91,7 @@ fn hint(range: Range<usize>, code: &str, message: String) -> Finding {
     }
 }
 
-/// The entries of `nodes` that no output needs; none where there are no outputs.
+/// The entries of `nodes` that no output needs; none where there are no outputs. Those whose name begins with `_` are meant to stay.
 pub(crate) fn unused(cx: Cx<'_>) -> Vec<usize> {
     let entries = cx.file.entries(Section::Nodes);
     if cx.file.entries(Section::Outputs).is_empty() {
@@ -117,7 +117,8 @@ pub(crate) fn unused(cx: Cx<'_>) -> Vec<usize> {
             queue.extend(reads.get(&node).into_iter().flatten());
         }
     }
-    (0..entries.len()).filter(|index| !needed.contains(index) && entries[*index].key.is_some()).collect()
+    let is_told = |item: &Item| item.key.as_ref().is_some_and(|key| !key.name.starts_with('_'));
+    (0..entries.len()).filter(|index| !needed.contains(index) && is_told(&entries[*index])).collect()
 }
 
 struct Deprecated<'a> {

@@ -180,7 +180,7 @@ fn in_text(
 /// The value of an expression with its unit.
 fn result(cx: Cx<'_>, expect: Expect<'_>, text: &str) -> String {
     let unit = match expect {
-        Expect::Value(_, param) => param.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}")),
+        Expect::Value(_, param) => param.bounds.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}")),
         _ => String::new(),
     };
     evaluate::value(cx, text).map_or(String::new(), |v| format!("\n\n`{text}` is **{}{unit}**", evaluate::spell(&v)))
@@ -223,7 +223,7 @@ pub(crate) fn node_text(cx: Cx<'_>, name: &str, port: Option<&str>, pictures: &d
     let kind = cx.file.head(item).unwrap_or("?");
     let ports = types.ports(name);
     let mut text = String::new();
-    let shown = port.map_or_else(|| ports.first(), |port| ports.iter().find(|p| p.name == port));
+    let shown = port.map_or_else(|| ports.first(), |port| ports.iter().find(|p| p.is_called(port)));
     let ty = shown.and_then(|p| p.ty).map_or("?", Accepts::name);
     let dot = port.map_or(String::new(), |port| format!(".{port}"));
     let _ = writeln!(text, "**{name}{dot}**: `{ty}`, by `{kind}`");

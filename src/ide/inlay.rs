@@ -119,7 +119,7 @@ fn unit(cx: Cx<'_>, expect: Expect<'_>) -> Option<String> {
         file.text_of(value, "unit").map(str::to_owned)
     };
     match expect {
-        Expect::Value(_, param) => param.unit.clone(),
+        Expect::Value(_, param) => param.bounds.unit.clone(),
         Expect::Canvas(Some("size_mm")) | Expect::Layout(Some("offset" | "size_mm")) => Some("mm".to_owned()),
         Expect::Layout(Some("angle")) => Some("°".to_owned()),
         Expect::Preset(name) => declared(cx.file, name),

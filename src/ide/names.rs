@@ -118,6 +118,10 @@ impl<'a> Visit<'a> for Names<'a> {
             _ if says.starts_with("$$") || says.starts_with("==") => {}
             _ if says.starts_with(['$', '=']) => self.params(literal),
             _ if expect.reference(self.cx).is_some() => self.reference(literal),
+            // A value that is given to a graph that cannot be read may be a node.
+            Expect::With(import, Some(_)) if self.cx.imported(import).is_none() && self.is_node(says) => {
+                self.reference(literal);
+            }
             // Below a kind that is misspelt, what has the name of a node is most likely one.
             Expect::Any if self.is_node(says) => self.reference(literal),
             _ => {}

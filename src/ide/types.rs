@@ -22,6 +22,15 @@ pub(crate) struct Port {
     pub(crate) doc: String,
     /// The unit of its values.
     pub(crate) unit: Option<&'static str>,
+    /// The name that it had before.
+    former: Option<&'static str>,
+}
+
+impl Port {
+    /// True if it has a name, or had it before.
+    pub(crate) fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.former == Some(name)
+    }
 }
 
 /// The types of a file. What was found is remembered.
@@ -45,7 +54,7 @@ impl<'a> Types<'a> {
         };
         let ports = self.ports(name);
         match port {
-            Some(port) => ports.iter().find(|p| p.name == port)?.ty,
+            Some(port) => ports.iter().find(|p| p.is_called(port))?.ty,
             None => ports.first()?.ty,
         }
     }
@@ -71,7 +80,13 @@ impl<'a> Types<'a> {
         if let Some(item) = self.cx.file.entry(Section::Inputs, name) {
             let ty = self.cx.file.head(item).and_then(Accepts::from_name);
             let doc = item.value.as_ref().and_then(|value| self.cx.file.text_of(value, "doc"));
-            return Some(vec![Port { name: String::new(), ty, doc: doc.unwrap_or_default().to_owned(), unit: None }]);
+            return Some(vec![Port {
+                name: String::new(),
+                ty,
+                doc: doc.unwrap_or_default().to_owned(),
+                unit: None,
+                former: None,
+            }]);
         }
         let value = self.cx.file.entry(Section::Nodes, name)?.value.as_ref()?;
         self.of_node(value)
@@ -91,6 +106,7 @@ impl<'a> Types<'a> {
             ty: ty(o.ty),
             doc: o.doc.to_owned(),
             unit: o.unit,
+            former: o.former,
         };
         Some(info.outputs.iter().map(port).collect())
     }
@@ -103,7 +119,7 @@ impl<'a> Types<'a> {
             let value = item.value.as_ref()?;
             let from = value.text().or_else(|| file.text_of(value, "from")).or_else(|| file.text_of(value, "material"));
             let ty = from.and_then(|from| inner.of(from));
-            Some(Port { name: item.name()?.to_owned(), ty, doc: String::new(), unit: None })
+            Some(Port { name: item.name()?.to_owned(), ty, doc: String::new(), unit: None, former: None })
         });
         outputs.collect()
     }

@@ -123,8 +123,8 @@ pub(crate) fn run(args: &JobArgs, terminal: &Terminal) -> Result<(), Quit> {
             executable(&script)?;
         }
     }
-    let what = if job.sweep.is_empty() { "parts" } else { "variants" };
-    terminal.say(&format!("wrote {}, a job of {tasks} {what}", args.out.display()));
+    let what = if job.sweep.is_empty() { "part" } else { "variant" };
+    terminal.say(&format!("wrote {}, a job of {}", args.out.display(), report::count(u64::from(tasks), what)));
     Ok(())
 }
 

@@ -1,5 +1,11 @@
 //! The manual of composition: `Use` and `Each` are no nodes, so what they take is written here.
 
+/// The heading of these words in lists.
+pub(super) const FAMILY: &str = "Composition";
+
+/// The summary below that heading.
+pub(super) const ABOUT: &str = "Graphs within graphs.";
+
 /// The words, with their manuals as the doc comments of nodes.
 pub(super) const KINDS: [(&str, &str); 2] = [("Use", USE), ("Each", EACH)];
 
@@ -31,7 +37,7 @@ What can be given:
 
 On a canvas that tiles, an instance that is turned by 90° or made smaller by a whole number still tiles; others are warned of. On one that does not tile, a sub-graph that is turned is made on a canvas two, four or eight times as large, so that corners are not empty.
 
-A sub-graph says what it takes in `inputs`: `"height": Gray(default: 0.5)`, `"ground": Material()`. A default is a literal or one of the graph's own nodes. A material without a default must be given; rendered alone, the graph uses the defaults of channels that are missing.
+A sub-graph says what it takes in `inputs`: `"height": Gray(default: 0.5)`, `"ground": Material()`, also of the types `Rgb`, `Normal`, `Vec2`, `Jacobian`, `Ids`, `Solid`, `SolidColor`, `SolidVector` and all others. What others may change is in `params`: `Number`, `Integer`, `Bool`, `Color`, `Text`, `Path` and `Choice`. A default is a literal or one of the graph's own nodes. A material without a default must be given; rendered alone, the graph uses the defaults of channels that are missing.
 
 Nodes inside of an instance are `wood/year` for `dump` and `render --node`; an output of it is `wood.material`.
 

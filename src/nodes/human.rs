@@ -1,4 +1,5 @@
 //! The manual for people.
+use super::composition;
 use super::doc::{Block, blocks, summary};
 use super::search::Found;
 use super::spelling;
@@ -18,8 +19,17 @@ pub(super) fn families(page: &mut Text, registry: &Registry, width: usize) {
         }
         page.end();
     }
-    page.push("`shibo nodes KIND` shows the manual of one, `shibo nodes Use` how graphs are put into others,").end();
-    page.push("`shibo nodes WORDS` what fits some words, also those of other programs.").end();
+    page.styled(Style::Bold, composition::FAMILY).end();
+    paragraph(page, composition::ABOUT, "  ", width);
+    for (kind, doc) in composition::KINDS {
+        row(page, kind, &summary(doc), widest, width);
+    }
+    page.end();
+    page.push(
+        "`shibo nodes KIND` shows the manual of one, `shibo nodes WORDS` what fits some words, also those of other",
+    )
+    .end();
+    page.push("programs.").end();
 }
 
 /// A kind and what it does.

@@ -1,6 +1,6 @@
 //! The manual for programs.
 use serde_json::{Value as Json, json};
-use shibo_engine::node::{FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo, Role};
+use shibo_engine::node::{Bounds, FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo, Role};
 
 /// The kinds as JSON.
 pub(super) fn nodes<'a>(kinds: impl IntoIterator<Item = &'a KindInfo>) -> Json {
@@ -25,12 +25,18 @@ fn port(field: &FieldInfo, port: &PortInfo) -> Json {
         "required": port.required,
         "list": port.list,
         "default": port.default,
+        "range": range(&port.bounds),
+        "unit": port.bounds.unit,
         "doc": field.doc,
     })
 }
 
+/// The smallest and the largest number, if there is one.
+fn range(bounds: &Bounds) -> Option<Json> {
+    (bounds.min.is_some() || bounds.max.is_some()).then(|| json!([bounds.min, bounds.max]))
+}
+
 fn param(field: &FieldInfo, param: &ParamInfo) -> Json {
-    let range = (param.min.is_some() || param.max.is_some()).then(|| json!([param.min, param.max]));
     let names: Vec<_> = param.choices.iter().map(ToString::to_string).collect();
     let docs: Vec<_> = param.choices.iter().map(|choice| &choice.doc).collect();
     json!({
@@ -39,10 +45,10 @@ fn param(field: &FieldInfo, param: &ParamInfo) -> Json {
         "default": param.default,
         "written": param.written,
         "required": param.required,
-        "range": range,
-        "above_min": param.above_min,
+        "range": range(&param.bounds),
+        "above_min": param.bounds.above_min,
         "infinite": param.infinite,
-        "unit": param.unit,
+        "unit": param.bounds.unit,
         "choices": names,
         "choice_docs": docs,
         "ports": param.fields.iter().filter_map(inner_port).collect::<Vec<_>>(),
@@ -60,7 +66,13 @@ fn inner_port(field: &FieldInfo) -> Option<Json> {
 }
 
 fn output(output: &Output) -> Json {
-    json!({ "name": output.name, "type": output_type(output), "unit": output.unit, "doc": output.doc })
+    json!({
+        "name": output.name,
+        "former": output.former,
+        "type": output_type(output),
+        "unit": output.unit,
+        "doc": output.doc,
+    })
 }
 
 /// The type of an output; one that follows its inputs may be any of the field types that go into them.

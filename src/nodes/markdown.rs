@@ -1,4 +1,5 @@
 //! The reference page, `docs/nodes.md`.
+use super::composition::{self, FAMILY as COMPOSITION};
 use super::spelling;
 use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo, Role};
 use shibo_engine::registry::Registry;
@@ -36,6 +37,13 @@ pub(super) fn reference(registry: &Registry) -> String {
             let _ = write!(body, "\n{}", node(info));
         });
     }
+    let _ = write!(contents, "- [{COMPOSITION}](#{}): ", anchors.of(COMPOSITION));
+    let links = composition::KINDS.map(|(kind, _)| format!("[{kind}](#{})", anchors.of(kind)));
+    let _ = writeln!(contents, "{}", links.join(", "));
+    let _ = writeln!(body, "\n## {COMPOSITION}\n\n{}", composition::ABOUT);
+    composition::KINDS.iter().for_each(|(kind, doc)| {
+        let _ = write!(body, "\n### {kind}\n\n{}\n", doc.trim());
+    });
     let _ = write!(page, "\n{contents}{body}");
     page
 }

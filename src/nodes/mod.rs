@@ -101,7 +101,7 @@ fn composed(kind: &str, doc: &str, format: FormatArg, terminal: &Terminal) -> Re
         FormatArg::Markdown => terminal.data(&format!("### {kind}\n\n{doc}\n")),
         FormatArg::Human => {
             let mut page = terminal.page();
-            human::text(&mut page, kind, "Composition", doc, terminal.width());
+            human::text(&mut page, kind, composition::FAMILY, doc, terminal.width());
             terminal.print(&page)
         }
     }

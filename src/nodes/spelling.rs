@@ -1,5 +1,5 @@
 //! Types, ranges and defaults in words.
-use shibo_engine::node::{Output, OutputType, ParamInfo, PortInfo, spell_number};
+use shibo_engine::node::{Bounds, Output, OutputType, ParamInfo, PortInfo, spell_number};
 
 /// What a parameter is when it is left out, in words.
 pub(crate) fn default(param: &ParamInfo) -> String {
@@ -20,26 +20,31 @@ pub(crate) fn output(output: &Output, name: impl Fn(&str) -> String) -> String {
 
 /// What numbers a parameter may have, in words; empty if any.
 pub(crate) fn range(param: &ParamInfo) -> String {
-    let unit = param.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
-    let infinite = if param.infinite { ", or inf" } else { "" };
-    match (param.min, param.max) {
-        (Some(min), Some(max)) if param.above_min => {
+    bounds(&param.bounds, if param.infinite { ", or inf" } else { "" })
+}
+
+fn bounds(bounds: &Bounds, infinite: &str) -> String {
+    let unit = bounds.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
+    match (bounds.min, bounds.max) {
+        (Some(min), Some(max)) if bounds.above_min => {
             format!("more than {} to {}{unit}{infinite}", spell_number(min), spell_number(max))
         }
         (Some(min), Some(max)) => format!("{} to {}{unit}{infinite}", spell_number(min), spell_number(max)),
-        (Some(min), None) if param.above_min => format!("more than {}{unit}{infinite}", spell_number(min)),
+        (Some(min), None) if bounds.above_min => format!("more than {}{unit}{infinite}", spell_number(min)),
         (Some(min), None) => format!("at least {}{unit}{infinite}", spell_number(min)),
         (None, Some(max)) => format!("at most {}{unit}{infinite}", spell_number(max)),
-        (None, None) => param.unit.clone().unwrap_or_default(),
+        (None, None) => bounds.unit.clone().unwrap_or_default(),
     }
 }
 
 /// What goes into a port, in words.
 pub(crate) fn port(port: &PortInfo) -> String {
     let ty = if port.list { format!("[{}…]", port.ty) } else { port.ty.to_string() };
+    let range = Some(bounds(&port.bounds, "")).filter(|range| !range.is_empty());
+    let range = range.map_or(String::new(), |range| format!(", {range}"));
     match (port.required, port.default) {
-        (_, Some(default)) => format!("{ty}, default {}", spell_number(default)),
-        (true, None) => format!("{ty}, required"),
-        (false, None) => format!("{ty}, optional"),
+        (_, Some(default)) => format!("{ty}, default {}{range}", spell_number(default)),
+        (true, None) => format!("{ty}, required{range}"),
+        (false, None) => format!("{ty}, optional{range}"),
     }
 }

@@ -52,7 +52,7 @@ pub(crate) fn run(args: &PackArgs, terminal: &Terminal) -> Result<(), Quit> {
     let files = read(&paths)?;
     let archive = zip::zip(&files).map_err(|zip::TooLarge| Quit::failed("the files are larger than 4 GiB together"))?;
     write(&out, &archive).map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", out.display())))?;
-    terminal.say(&format!("wrote {}, {} files", out.display(), files.len()));
+    terminal.say(&format!("wrote {}, {}", out.display(), report::count(files.len() as u64, "file")));
     Ok(())
 }
 

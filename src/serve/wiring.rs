@@ -31,10 +31,14 @@ pub(super) fn constants(scene: &Scene, node: &GraphNode, registry: &Registry) ->
         let text = whole.get(span.start..span.end)?;
         let found = info.and_then(|info| info.fields.iter().find(|field| field.name == *name))?;
         let mut about = json!({ "name": name, "text": text, "doc": found.doc });
-        if let Role::Param(ParamInfo { min, max, unit, choices, ty, .. }) = &found.role {
-            about["min"] = json!(min);
-            about["max"] = json!(max);
-            about["unit"] = json!(unit);
+        let bounds = match &found.role {
+            Role::Param(param) => &param.bounds,
+            Role::Port(port) => &port.bounds,
+        };
+        about["min"] = json!(bounds.min);
+        about["max"] = json!(bounds.max);
+        about["unit"] = json!(bounds.unit);
+        if let Role::Param(ParamInfo { choices, ty, .. }) = &found.role {
             about["whole"] = (*ty == ParamType::Integer).into();
             about["choices"] =
                 choices.iter().filter(|choice| !choice.has_arguments).map(|choice| choice.name.as_str()).collect();

@@ -77,7 +77,8 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<(), Quit> {
     let count = axis::count(axes).map_err(Quit::Usage)?;
     let wanted = match args.variants {
         Some(Variants { last, .. }) if last > count => {
-            return Err(Quit::Usage(format!("the sweep has {count} variants, so there is no number {last}")));
+            let count = report::count(count as u64, "variant");
+            return Err(Quit::Usage(format!("the sweep has {count}, so there is no number {last}")));
         }
         Some(Variants { first, last }) => first - 1..last,
         None => 0..count,
@@ -175,7 +176,8 @@ impl Sweep<'_> {
         table.finish()?;
         if !args.progress.quiet {
             let list = table.path().display();
-            self.terminal.say(&format!("{made} variants rendered, {known} were there already; {list} lists them"));
+            let (made, were) = (report::count(made as u64, "variant"), if known == 1 { "was" } else { "were" });
+            self.terminal.say(&format!("{made} rendered, {known} {were} there already; {list} lists them"));
         }
         args.sheet.as_ref().map_or(Ok(()), |path| self.sheet(path, &Key::of("sheet", &[&keys]).to_string()))
     }
@@ -183,8 +185,8 @@ impl Sweep<'_> {
     fn say(&self, values: &[(&str, &str)], files: usize, (number, made): (usize, usize), took: Duration) {
         if !self.args.progress.quiet {
             let left = took.as_secs_f64() / made as f64 * (self.wanted.end - number) as f64;
-            let (count, label) = (self.count, label(values));
-            self.terminal.say(&format!("{number}/{count} {label}: wrote {files} files; about {} left", time(left)));
+            let (count, label, files) = (self.count, label(values), report::count(files as u64, "file"));
+            self.terminal.say(&format!("{number}/{count} {label}: wrote {files}; about {} left", time(left)));
         }
     }
 

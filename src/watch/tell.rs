@@ -64,8 +64,8 @@ impl Teller<'_> {
         };
         let sharp =
             if all > first + Duration::from_millis(1) { format!(", sharp in {}", time(all)) } else { String::new() };
-        let ran = ran.len();
-        self.terminal.say(&format!("{cause}: {ran} of {nodes} nodes ran{names}; shown in {}{sharp}", time(first)));
+        let (ran, nodes) = (ran.len(), report::count(nodes as u64, "node"));
+        self.terminal.say(&format!("{cause}: {ran} of {nodes} ran{names}; shown in {}{sharp}", time(first)));
     }
 }
 

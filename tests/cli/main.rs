@@ -26,6 +26,7 @@ mod job;
 mod leather;
 mod meshes;
 mod meshes_of_others;
+mod messages;
 mod mips;
 mod nodes;
 mod obj;

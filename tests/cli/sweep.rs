@@ -41,7 +41,7 @@ fn all_combinations_are_rendered_and_listed() {
     // What is gone comes back, and nothing else.
     std::fs::remove_file(desk.path("out/seed-3_size-2_preset-large_mask.png")).unwrap();
     let ran = desk.shibo(line).expect(0);
-    assert!(ran.stderr.contains("1 variants rendered, 5 were there already"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("1 variant rendered, 5 were there already"), "{}", ran.stderr);
     assert_eq!(desk.names("out").len(), before.len());
 }
 

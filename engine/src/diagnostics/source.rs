@@ -78,6 +78,9 @@ fn begin(bytes: &[u8]) -> usize {
     bytes.iter().filter(|&&byte| byte & 0xC0 != 0x80).count()
 }
 
+/// The length of a byte order mark.
+const MARK: usize = '\u{FEFF}'.len_utf8();
+
 /// A place as people count: lines and columns from 1, columns in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Position {
@@ -142,6 +145,8 @@ impl SourceMap {
         // The first line begins at 0, so there always is one at or before the offset.
         let line = source.lines.partition_point(|&start| start <= offset);
         let start = source.lines.get(line.saturating_sub(1)).copied().unwrap_or(0);
+        // Editors do not count the byte order mark.
+        let start = if start == 0 && source.text.starts_with('\u{FEFF}') { offset.min(MARK) } else { start };
         Position { line, column: source.characters(offset) - source.characters(start) + 1 }
     }
 }
@@ -158,6 +163,9 @@ mod tests {
         assert_eq!(map.position(file, "シボ: 1,\n".len()), Position { line: 2, column: 1 });
         assert_eq!(map.position(file, 999), Position { line: 2, column: 2 });
         assert_eq!(map.position(file, 1), Position { line: 1, column: 1 });
+        let file = map.add("mark.ron", "\u{FEFF}ab\nc");
+        let at = [0, 3, 4, 6].map(|offset| map.position(file, offset));
+        assert_eq!(at.map(|at| (at.line, at.column)), [(1, 1), (1, 1), (1, 2), (2, 1)]);
     }
 
     #[test]

@@ -67,7 +67,7 @@ impl Keys {
         }
         let key = Key::of(DOMAIN, &parts);
         let output = |name: &str| Key::of("output", &[key.as_bytes(), name.as_bytes()]);
-        let mut outputs: Vec<Key> = node.node.outputs().iter().map(|o| output(o.name)).collect();
+        let mut outputs: Vec<Key> = node.node.outputs().iter().map(|o| output(o.former.unwrap_or(o.name))).collect();
         if let (Some(slot), Some(main)) = (no_op_slot(graph, node), outputs.first_mut()) {
             *main = inputs[slot];
         }

@@ -9,7 +9,7 @@ use super::reach::Reach;
 use super::stats::{Ledger, Work};
 use super::{CancelToken, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, Store, keys};
 use crate::diagnostics::{Code, Diagnostic, Problem};
-use crate::graph::{Graph, GraphNode, Input};
+use crate::graph::{Graph, GraphNode, GraphOutput, Input};
 use crate::node::{Call, Outputs};
 use crate::value::{Blocks, Cuts, Field, Grid, Key, Material, PictureFields, Piece, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
@@ -291,7 +291,12 @@ impl<'g> Run<'g> {
 
     /// What was done for each node, in the order of the graph.
     pub fn stats(&self) -> Vec<NodeStats> {
-        let needed = self.graph.needed();
+        self.stats_for(&self.graph.outputs)
+    }
+
+    /// The same when only these outputs of the graph are asked for.
+    pub fn stats_for<'o>(&self, outputs: impl IntoIterator<Item = &'o GraphOutput>) -> Vec<NodeStats> {
+        let needed = self.graph.needed_by(outputs);
         self.graph.nodes.node_indices().map(|index| self.node_stats(index, needed[index.index()])).collect()
     }
 

@@ -1,19 +1,18 @@
 //! The parameters of a node: their values in force, and whether each is allowed.
+use super::explain::explain;
 use super::files::check_file;
 use super::imports;
 use super::part::{Part, Shape};
-use super::read::{lower_first, not_finite, offset, shorten};
+use super::read::{not_finite, shorten};
 use super::scope::{Unit, check_note};
 use super::structs::has_ports;
 use super::subst::{formula, substitute};
-use crate::diagnostics::{Code, Diagnostic, Problem, suggest};
-use crate::node::{Arg, BuildError, DynNode, KindInfo, ParamInfo, ParamType, Role};
+use crate::diagnostics::{Code, Diagnostic, Problem};
+use crate::node::{Arg, Bounds, DynNode, KindInfo, ParamInfo, ParamType, Role};
 use crate::picture::{is_udim, udim_files};
-use crate::syntax::{TokenKind as Kind, is_infinity, number};
+use crate::syntax::{TokenKind as Kind, is_infinity, number, suffix};
+use std::borrow::Cow;
 use std::path::PathBuf;
-
-/// Numbers of this size and more are whole, and too large for a count however they are written.
-const WHOLE: f64 = 1.84e19;
 
 impl Unit<'_> {
     /// Reads the fields of a node: its wires, and its parameters with those of the graph put in.
@@ -81,7 +80,7 @@ impl Unit<'_> {
             if !value.is_finite() && !allowed {
                 self.report.push_value(&word, not_finite(&word, name));
                 good = false;
-            } else if let Some(error) = out_of_range(name, info, &word, value) {
+            } else if let Some(error) = out_of_range(name, &info.bounds, &word, value) {
                 self.report.push_value(&word, error);
                 good = false;
             }
@@ -117,7 +116,8 @@ impl Unit<'_> {
         let mut errors = Vec::new();
         let built = loop {
             let mut args = slot_args.clone();
-            args.extend(params.iter().map(|(name, part, _)| (name.as_str(), Arg::Ron(part.str()))));
+            let texts: Vec<_> = params.iter().map(|(_, part, _)| untyped(part)).collect();
+            args.extend(params.iter().zip(&texts).map(|((name, ..), text)| (name.as_str(), Arg::Ron(text))));
             match self.registry.build(&info.kind, &args) {
                 Some(Ok(built)) => break Some(built),
                 Some(Err(error)) => {
@@ -241,6 +241,19 @@ fn paths_of(path: PathBuf, takes_udim: bool) -> Result<Vec<PathBuf>, String> {
     }
 }
 
+/// The text of a parameter without the types behind its numbers, `3f32`: the field knows its type. Everything keeps its place.
+fn untyped(part: &Part) -> Cow<'_, str> {
+    let mut text = Cow::Borrowed(part.str());
+    for (kind, word) in part.words() {
+        let Some(suffix) = (kind == Kind::Number).then(|| suffix(word.str())).flatten() else { continue };
+        let start = part.offset(&word.tokens()[0]);
+        let types = start + suffix..start + word.str().len();
+        let blanks = " ".repeat(types.len());
+        text.to_mut().replace_range(types, &blanks);
+    }
+    text
+}
+
 /// A problem at `place`, or within the text that stands there.
 pub(super) fn at(place: &Part, problem: &Problem) -> Diagnostic {
     let mut diagnostic = place.error(problem.code, problem.message.clone());
@@ -263,141 +276,10 @@ impl Unit<'_> {
     }
 }
 
-fn out_of_range(name: &str, info: &ParamInfo, word: &Part, value: f64) -> Option<Diagnostic> {
-    let below = info.min.is_some_and(|min| value < min || (info.above_min && value <= min));
-    let above = info.max.is_some_and(|max| value > max);
-    if !below && !above {
+fn out_of_range(name: &str, bounds: &Bounds, word: &Part, value: f64) -> Option<Diagnostic> {
+    if bounds.admit(value) {
         return None;
     }
-    let unit = info.unit.as_ref().filter(|unit| !unit.is_empty()).map(|unit| format!(" {unit}")).unwrap_or_default();
-    let bounds = match (info.min, info.max) {
-        (Some(min), None) if info.above_min => format!("greater than {min}"),
-        (Some(min), Some(max)) if info.above_min => format!("greater than {min} and at most {max}"),
-        (Some(min), Some(max)) => format!("between {min} and {max}"),
-        (Some(min), None) => format!("at least {min}"),
-        (None, max) => format!("at most {}", max.unwrap_or(f64::INFINITY)),
-    };
-    let message = format!("{name} is `{}`; it must be {bounds}{unit}", shorten(word.str()));
+    let message = format!("{name} is `{}`; it must be {bounds}", shorten(word.str()));
     Some(word.error(Code::OutOfRange, message))
-}
-
-/// What `serde` and `ron` say of a parameter, as an error at its place.
-fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildError) -> Diagnostic {
-    let Some(ron) = &error.ron else { return part.error(Code::TypeMismatch, format!("{name}: {}", error.message)) };
-    let param = info.params().find(|(field, _)| field.name == name).map(|(_, param)| param);
-    let at = offset(part.str(), ron.span.end);
-    let word_before = |accept: &dyn Fn(&Part) -> bool| {
-        let before = part.words().filter(|(_, word)| part.offset(&word.tokens()[0]) <= at);
-        before.map(|(_, word)| word).filter(|word| accept(word)).last()
-    };
-    let single = part.tokens().len() == 1;
-    match &ron.code {
-        ron::Error::NoSuchEnumVariant { expected, found, .. } => {
-            let place = word_before(&|word| word.str() == found).unwrap_or_else(|| part.clone());
-            let message = format!("{name} has no choice `{}`", shorten(found));
-            place.error(Code::UnknownVariant, message).help(suggest(found, "choice", expected))
-        }
-        ron::Error::NoSuchStructField { expected, found, .. } => {
-            let place = word_before(&|word| word.str() == found).unwrap_or_else(|| part.clone());
-            let message = format!("{name} has no field `{}`", shorten(found));
-            place.error(Code::UnknownField, message).help(suggest(found, "field", expected))
-        }
-        ron::Error::DuplicateStructField { field, .. } => {
-            let place = word_before(&|word| word.str() == *field).unwrap_or_else(|| part.clone());
-            place.error(Code::DuplicateKey, format!("field `{field}` is given twice"))
-        }
-        ron::Error::IntegerOutOfBounds => {
-            let place = word_before(&|word| matches!(word.shape(), Shape::Number(_))).unwrap_or_else(|| part.clone());
-            let message = format!("{name} is `{}`; that number is out of range", shorten(place.str()));
-            place.error(Code::OutOfRange, message)
-        }
-        _ => {
-            let place = if single { part.clone() } else { element(part, at) };
-            // The schema of a choice does not tell the types of its arguments.
-            let inside = place.tokens().len() < part.tokens().len();
-            let param = param.filter(|param| !inside || param.choices.is_empty());
-            wrong_type(name, param, &place, &error.message)
-        }
-    }
-}
-
-/// The element of a list or tuple that byte `at` lies in; the whole value if there is none.
-fn element(part: &Part, at: usize) -> Part {
-    let items = match part.shape() {
-        Shape::List(items) | Shape::Tuple(items) => items,
-        Shape::Named(entries) => entries.into_iter().map(|entry| entry.value).collect(),
-        Shape::Call => part.head().and_then(|(_, body)| body).into_iter().collect(),
-        _ => return part.clone(),
-    };
-    let holds = |item: &Part| {
-        let start = item.tokens().first().map_or(0, |first| part.offset(first));
-        start <= at && at <= start + item.str().len()
-    };
-    match items.iter().find(|item| holds(item)) {
-        Some(item) if item.tokens().len() > 1 => element(item, at - part.offset(&item.tokens()[0])),
-        Some(item) => item.clone(),
-        None => part.clone(),
-    }
-}
-
-fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -> Diagnostic {
-    let shape = place.shape();
-    if let Some(param) = param.filter(|param| !param.choices.is_empty()) {
-        // Where choices have arguments, serde does not always report an unknown word as unknown.
-        if let Some((head, _)) = place.head() {
-            let names: Vec<_> = param.choices.iter().map(|choice| choice.name.as_str()).collect();
-            if !names.contains(&head.str()) {
-                let message = format!("{name} has no choice `{}`", shorten(head.str()));
-                return head.error(Code::UnknownVariant, message).help(suggest(head.str(), "choice", &names));
-            }
-        }
-        let list = param.choices.iter().map(|choice| format!("`{choice}`")).collect::<Vec<_>>().join(", ");
-        let message = format!("{name} must be a choice; found {} `{}`", shape.describe(), shorten(place.str()));
-        let meant = match &shape {
-            Shape::Text(text) if param.choices.iter().any(|choice| choice.name == *text) => {
-                format!("write `{text}` without quotes; ")
-            }
-            _ => String::new(),
-        };
-        return place.error(Code::TypeMismatch, message).help(format!("{meant}choices: {list}"));
-    }
-    let ty = param.map_or(ParamType::Value, |param| param.ty);
-    let wanted = match (ty, &shape) {
-        (ParamType::List, Shape::List(_)) => "a list of another kind of values",
-        _ => ty.expected(),
-    };
-    if let (Shape::Number(value), ParamType::Integer | ParamType::Number) = (&shape, ty)
-        && (place.is_given() || value.abs() >= WHOLE)
-    {
-        let what = if value.abs() >= WHOLE {
-            "that number is out of range".to_owned()
-        } else {
-            format!("it must be {wanted}")
-        };
-        return place.error(Code::OutOfRange, format!("{name} is `{}`; {what}", shorten(place.str())));
-    }
-    let message = format!("{name} must be {wanted}; found {} `{}`", shape.describe(), shorten(place.str()));
-    let error = place.error(Code::TypeMismatch, message);
-    if let (Shape::Text(text), false) = (&shape, matches!(ty, ParamType::Text | ParamType::Path | ParamType::Formula))
-        && let Some(number) = leading_number(text)
-    {
-        return error.help(format!("write `{number}`, without quotes and unit"));
-    }
-    // The message of the parser helps only where a value has parts.
-    match ty {
-        ParamType::Number
-        | ParamType::Integer
-        | ParamType::Bool
-        | ParamType::Text
-        | ParamType::Path
-        | ParamType::Formula => error,
-        _ => error.help(lower_first(said)),
-    }
-}
-
-/// The number at the beginning of `76mm`.
-fn leading_number(text: &str) -> Option<&str> {
-    let text = text.trim();
-    let end = text.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+'))).unwrap_or(text.len());
-    text[..end].parse::<f64>().ok().map(|_| &text[..end])
 }

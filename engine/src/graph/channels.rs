@@ -42,7 +42,7 @@ impl Unit<'_> {
     fn channels_at(&self, slot: &Slot) -> Option<ChannelSet> {
         match slot.target {
             Target::Out { flat, .. } => self.flats[flat].channels,
-            Target::Constant(_) | Target::Broken => None,
+            Target::Constant(..) | Target::Broken => None,
         }
     }
 

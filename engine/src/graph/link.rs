@@ -262,18 +262,21 @@ impl Unit<'_> {
     fn check_types(&mut self) {
         for flat in 0..self.flats.len() {
             let scope = self.flats[flat].scope;
-            let check = |slot| self.check_type(scope, slot).or_else(|| self.check_movable(&slot.part, &slot.target));
+            let kind = self.flats[flat].info.map(|info| info.kind.as_str());
+            let check =
+                |slot| self.check_type(scope, slot, kind).or_else(|| self.check_movable(&slot.part, &slot.target));
             let errors: Vec<_> = self.flats[flat].slots.iter().filter_map(check).collect();
             if !errors.is_empty() {
                 self.enter(self.flats[flat].scope);
                 self.flats[flat].good = false;
                 errors.into_iter().for_each(|error| self.report.push(error));
             }
+            self.check_bounds(flat);
         }
         let checks = std::mem::take(&mut self.checks);
         for (scope, slot) in &checks {
             self.enter(*scope);
-            let error = self.check_type(*scope, slot).or_else(|| self.check_movable(&slot.part, &slot.target));
+            let error = self.check_type(*scope, slot, None).or_else(|| self.check_movable(&slot.part, &slot.target));
             if let Some(error) = error {
                 self.report.push(error);
             }
@@ -344,7 +347,7 @@ fn graph_node(flat: Flat<'_>, canvas: Canvas) -> Option<GraphNode> {
     for slot in flat.slots {
         inputs.push(match slot.target {
             Target::Out { flat, output } => Input::Wire { node: NodeIndex::new(flat), output },
-            Target::Constant(field) => Input::Constant(field),
+            Target::Constant(field, _) => Input::Constant(field),
             Target::Broken => return None,
         });
         slots.push(match slot.port {

@@ -36,9 +36,14 @@ pub struct Graph {
 impl Graph {
     /// For each node whether an output depends on it: on its values, or on the mesh that it makes.
     pub fn needed(&self) -> Vec<bool> {
+        self.needed_by(&self.outputs)
+    }
+
+    /// The same of some outputs.
+    pub fn needed_by<'o>(&self, outputs: impl IntoIterator<Item = &'o GraphOutput>) -> Vec<bool> {
         let mut needed = vec![false; self.nodes.node_count()];
         let mut waiting: Vec<NodeIndex> = Vec::new();
-        for output in &self.outputs {
+        for output in outputs {
             waiting.push(output.node);
             if let Some(ExportMesh::Atlas { node, .. }) = output.mesh {
                 waiting.push(node);

@@ -18,6 +18,7 @@ mod defaults;
 mod distances;
 mod document;
 mod each;
+mod explain;
 mod exports;
 mod files;
 mod imports;

@@ -1,6 +1,7 @@
 //! The parameters of a graph: how they are declared, and which values they may have.
 use super::part::{Entry, Part, Shape};
 use super::read::{self, mismatch, not_finite, shorten};
+use super::remedy::color_meant;
 use super::report::Report;
 use super::subst::ron_string;
 use crate::diagnostics::{Code, Span};
@@ -250,7 +251,15 @@ impl ParamDecl {
                 value.meaning = Some(Meaning::Choice(word.clone(), self.options.clone()));
             }
             _ => {
-                report.push(mismatch(part, &format!("parameter `{}`", self.name), self.ty.expected()));
+                let error = mismatch(part, &format!("parameter `{}`", self.name), self.ty.expected());
+                let meant = match (self.ty, &shape) {
+                    (ParamType::Color, Shape::Text(text)) => color_meant(text),
+                    _ => None,
+                };
+                report.push(match meant {
+                    Some(color) => error.help(format!("write `\"{color}\"`")),
+                    None => error,
+                });
                 return None;
             }
         }

@@ -111,6 +111,8 @@ pub(super) enum Shape {
     Word(String),
     /// A word with brackets.
     Call,
+    /// A text with a `b` before it.
+    Bytes,
     /// What could not be read, or is missing. That was reported.
     Broken,
     /// Anything else.
@@ -131,6 +133,7 @@ impl Shape {
             Self::Word(word) if word == "true" || word == "false" => "true or false",
             Self::Word(_) => "a word",
             Self::Call => "a word with brackets",
+            Self::Bytes => "bytes",
             Self::Broken => "something that cannot be read",
             Self::Other => "something else",
         }
@@ -138,7 +141,11 @@ impl Shape {
 }
 
 impl Part {
-    fn of(src: &Arc<Src>, node: Node<'_>) -> Self {
+    /// The part of a node; `Some(value)` is the value.
+    fn of(src: &Arc<Src>, mut node: Node<'_>) -> Self {
+        while let Some(inner) = in_some(node) {
+            node = inner;
+        }
         let tokens = node.token_range();
         Self { src: src.clone(), lo: tokens.start, hi: tokens.end, node: Some(node.index()) }
     }
@@ -262,6 +269,7 @@ impl Part {
         let [token] = self.tokens() else { return Shape::Other };
         let word = self.str();
         match token.kind() {
+            Kind::Str if ["b\"", "br\"", "br#"].iter().any(|begin| word.starts_with(begin)) => Shape::Bytes,
             Kind::Str => syntax::decode(word).map_or(Shape::Other, Shape::Text),
             Kind::Number => syntax::number(word).map_or(Shape::Other, Shape::Number),
             Kind::Ident => Shape::Word(word.to_owned()),
@@ -283,10 +291,19 @@ impl Part {
             let (key, value) = (Self::of(&self.src, entry.key()?), Self::of(&self.src, entry.value()?));
             let name = match key.shape() {
                 Shape::Text(name) => name,
+                Shape::Bytes => syntax::decode(key.str().trim_start_matches('b')).unwrap_or_default(),
                 _ => key.str().trim_start_matches("r#").to_owned(),
             };
             Some(Entry { name, key, value })
         };
         node.entries().filter_map(entry).collect()
     }
+}
+
+/// The value in a `Some( )`.
+fn in_some(node: Node<'_>) -> Option<Node<'_>> {
+    let body = node.body().filter(|_| node.kind() == NodeKind::Call && node.name() == Some("Some"))?;
+    let mut values = body.children();
+    let value = values.next().filter(|value| value.kind() != NodeKind::Entry && !body.is_broken())?;
+    values.next().is_none().then_some(value)
 }

@@ -1,10 +1,11 @@
 //! What is written at a port: a reference or a literal, and what a reference means.
 use super::part::{Part, Shape};
 use super::read::{self, shorten};
+use super::remedy::color_meant;
 use super::scope::{Bound, Entity, Port, Slot, Target, Unit};
 use super::subst::substitute;
-use crate::diagnostics::{Code, Diagnostic};
-use crate::node::{PortInfo, parse_color};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::node::{Output, PortInfo, parse_color};
 use crate::value::{Accepts, Field, Type};
 use std::collections::BTreeSet;
 
@@ -20,9 +21,10 @@ pub(super) enum Literal {
 pub(super) fn literal(part: &Part, accepts: Accepts, port: &Port, is_text: bool) -> Result<Literal, Box<Diagnostic>> {
     let wrong = |found: &str| {
         let message = format!("{port} takes {accepts}; found {found} `{}`", shorten(part.str()));
-        Box::new(part.error(Code::TypeMismatch, message).help(how_to_write(accepts)))
+        let help = read::without_b(part).unwrap_or_else(|| how_to_write(accepts).to_owned());
+        Box::new(part.error(Code::TypeMismatch, message).help(help))
     };
-    let colour = matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField);
+    let colour = takes_colors(accepts);
     let values = match part.shape() {
         Shape::Text(_) if is_text => return Err(wrong("a parameter that is a text")),
         Shape::Text(text) if text.starts_with('#') => match parse_color(&text) {
@@ -66,6 +68,11 @@ pub(super) fn literal(part: &Part, accepts: Accepts, port: &Port, is_text: bool)
 )]
 fn narrow(value: f64) -> f32 {
     value as f32
+}
+
+/// True if a colour may be written in place of a wire.
+fn takes_colors(accepts: Accepts) -> bool {
+    matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField)
 }
 
 fn how_to_write(accepts: Accepts) -> &'static str {
@@ -121,9 +128,12 @@ impl Unit<'_> {
             let found = match entity {
                 None => Err(self.unknown_node(*scope, part, node)),
                 Some(Entity::Broken) => return Target::Broken,
-                Some(Entity::Node(flat)) => {
-                    self.output_of(flat, part, node, port).map(|output| Next::Found(Target::Out { flat, output }))
-                }
+                Some(Entity::Node(flat)) => self.output_of(flat, part, node, port).map(|output| {
+                    let renamed =
+                        port.filter(|_| first).and_then(|port| self.renamed(flat, output, part, (node, port)));
+                    renamed.into_iter().for_each(|warning| self.report.push(warning));
+                    Next::Found(Target::Out { flat, output })
+                }),
                 Some(Entity::Use(child)) => match self.output_of_use(child, part, node, port) {
                     Ok(Next::Go((inner, from, name))) => Ok(match self.laid_out(child, port, &from) {
                         Some(flat) => Next::Found(Target::Out { flat, output: 0 }),
@@ -171,10 +181,19 @@ impl Unit<'_> {
     fn output_of(&self, flat: usize, part: &Part, node: &str, port: Option<&str>) -> Result<usize, Box<Diagnostic>> {
         let outputs = self.flats[flat].info.map_or(&[][..], |info| info.outputs);
         let Some(port) = port else { return Ok(0) };
-        outputs.iter().position(|output| output.name == port).ok_or_else(|| {
+        Output::position(outputs, port).ok_or_else(|| {
             let names = outputs.iter().map(|output| output.name);
             self.unknown_port(part, node, port, names)
         })
+    }
+
+    /// The warning that a reference uses a name which an output had before.
+    fn renamed(&self, flat: usize, output: usize, part: &Part, (node, port): (&str, &str)) -> Option<Diagnostic> {
+        let info = self.flats[flat].info?;
+        let now = info.outputs.get(output).map(|output| output.name).filter(|now| *now != port)?;
+        let message = format!("the output `{port}` of `{}` is called `{now}` now", info.kind);
+        let written = format!("write `\"{node}.{now}\"`");
+        Some(part.error(Code::Advice, message).help(written).as_warning())
     }
 
     fn output_of_use(
@@ -226,7 +245,7 @@ impl Unit<'_> {
             return Ok(Next::Found(known.clone()));
         }
         Ok(match &self.scopes[scope].inputs[index] {
-            Bound::Constant(field) => Next::Found(Target::Constant(field.clone())),
+            Bound::Constant(field, part) => Next::Found(Target::Constant(field.clone(), part.clone())),
             Bound::Pass(flat) => Next::Found(Target::Out { flat: *flat, output: 0 }),
             Bound::Wire { scope, part, name } => Next::Go((*scope, part.clone(), name.clone())),
             Bound::Broken => Next::Found(Target::Broken),
@@ -270,7 +289,13 @@ impl Unit<'_> {
             let part = value.part;
             let slot = |target, declared| slot(&part, target, declared);
             match literal(&part, port.ty, &takes, value.is_text) {
-                Ok(Literal::Constant(field)) => slots.push(slot(Target::Constant(field), None)),
+                Ok(Literal::Constant(field)) => slots.push(slot(Target::Constant(field, part.clone()), None)),
+                Ok(Literal::Reference(reference)) if self.is_color_name(scope, &reference, port.ty) => {
+                    let message = format!("there is no node `{}`, and colours have no names", shorten(&reference));
+                    let help = color_meant(&reference).map(|meant| format!("write `\"{meant}\"`"));
+                    self.report.push(part.error(Code::UnknownNode, message).help(help.unwrap_or_default()));
+                    good = false;
+                }
                 Ok(Literal::Reference(reference)) => {
                     let meaning = self.resolve(scope, &part, &reference);
                     slots.push(slot(meaning.target, meaning.declared));
@@ -284,17 +309,28 @@ impl Unit<'_> {
         good.then_some(slots)
     }
 
+    /// True if a text means a colour, where colours are taken and no node has that name or a similar one.
+    fn is_color_name(&self, scope: usize, text: &str, accepts: Accepts) -> bool {
+        let names = &self.scopes[scope].names;
+        takes_colors(accepts)
+            && !names.contains_key(text)
+            && color_meant(text).is_some()
+            && self.report.may_compare(names.len())
+            && did_you_mean(text, names.keys().map(String::as_str)).is_none()
+    }
+
     /// The type of what goes into a slot; `None` if it is unknown because of an error.
     pub(super) fn type_of(&self, target: &Target) -> Option<Type> {
         match target {
-            Target::Constant(field) => Some(field.ty()),
+            Target::Constant(field, _) => Some(field.ty()),
             Target::Out { flat, output } => self.flats[*flat].outputs.get(*output).copied().flatten(),
             Target::Broken => None,
         }
     }
 
     /// Reports a wire, written in `scope`, that does not fit its port.
-    pub(super) fn check_type(&self, scope: usize, slot: &Slot) -> Option<Diagnostic> {
+    /// `kind` is the kind of the node that has it, if that is a node's.
+    pub(super) fn check_type(&self, scope: usize, slot: &Slot, kind: Option<&str>) -> Option<Diagnostic> {
         let ty = slot.declared.or_else(|| self.type_of(&slot.target).map(Accepts::One))?;
         if matches!(slot.target, Target::Broken) || ty.fits(slot.wants) {
             return None;
@@ -302,10 +338,44 @@ impl Unit<'_> {
         let written = shorten(slot.part.str());
         let message = format!("{} takes {}; {written} is {ty}", slot.port, slot.wants);
         let error = slot.part.error(Code::TypeMismatch, message);
-        Some(match self.remedy(scope, slot, ty) {
+        Some(match self.remedy(scope, slot, ty, kind) {
             Some(help) => error.help(help),
             None => error,
         })
+    }
+}
+
+impl Unit<'_> {
+    /// Reports numbers in place of wires that their ports do not allow. Numbers that come through inputs of the graph count, too.
+    pub(super) fn check_bounds(&mut self, flat: usize) {
+        let node = &self.flats[flat];
+        let Some(info) = node.info else { return };
+        let wrong = |slot: &Slot| {
+            let (Port::Node(name), Target::Constant(field, part)) = (&slot.port, &slot.target) else { return None };
+            let bounds = &info.port(name)?.bounds;
+            let values = field.as_constant()?;
+            let (index, value) = values.iter().enumerate().find(|(_, value)| !bounds.admit(f64::from(**value)))?;
+            let place = match part.shape() {
+                Shape::Tuple(items) => items.get(index).cloned(),
+                _ => None,
+            };
+            let place = place.unwrap_or_else(|| part.clone());
+            let written = match place.shape() {
+                Shape::Number(_) => shorten(place.str()),
+                _ => value.to_string(),
+            };
+            let name = name.rsplit('.').next().unwrap_or(name);
+            let error = place.error(Code::OutOfRange, format!("{name} is `{written}`; it must be {bounds}"));
+            let here = slot.part.span();
+            Some(if part.span() == here { (place, error) } else { (place, error.related(here, "it is taken here")) })
+        };
+        let errors: Vec<_> = node.slots.iter().filter_map(wrong).collect();
+        if errors.is_empty() {
+            return;
+        }
+        self.enter(self.flats[flat].scope);
+        self.flats[flat].good = false;
+        errors.into_iter().for_each(|(place, error)| self.report.push_value(&place, error));
     }
 }
 

@@ -8,12 +8,22 @@ use crate::syntax::is_name;
 pub(super) fn mismatch(part: &Part, what: &str, wanted: &str) -> Diagnostic {
     let found = part.shape();
     let message = match found {
-        Shape::Text(_) | Shape::Number(_) | Shape::Word(_) => {
+        Shape::Text(_) | Shape::Number(_) | Shape::Word(_) | Shape::Bytes => {
             format!("{what} must be {wanted}; found {} `{}`", found.describe(), shorten(part.str()))
         }
         _ => format!("{what} must be {wanted}; found {}", found.describe()),
     };
-    part.error(Code::TypeMismatch, message)
+    let error = part.error(Code::TypeMismatch, message);
+    match without_b(part) {
+        Some(help) => error.help(help),
+        None => error,
+    }
+}
+
+/// The help for bytes where a text is wanted.
+pub(super) fn without_b(part: &Part) -> Option<String> {
+    let text = part.str().strip_prefix('b').filter(|_| matches!(part.shape(), Shape::Bytes))?;
+    Some(format!("write `{}`, without the `b`", shorten(text)))
 }
 
 /// A text that fits into a line of a message.
@@ -60,7 +70,7 @@ pub(super) fn map(part: &Part, what: &str, report: &mut Report) -> Vec<Entry> {
         Shape::Map(entries) => {
             for entry in entries.iter().filter(|entry| !matches!(entry.key.shape(), Shape::Text(_))) {
                 let message = format!("names in `{what}` are texts; found `{}`", shorten(entry.key.str()));
-                let help = format!("write `\"{}\"`", shorten(entry.key.str()));
+                let help = without_b(&entry.key).unwrap_or_else(|| format!("write `\"{}\"`", shorten(entry.key.str())));
                 report.push(entry.key.error(Code::TypeMismatch, message).help(help));
             }
             entries
@@ -145,8 +155,11 @@ pub(super) fn not_finite(part: &Part, what: &str) -> Diagnostic {
 pub(super) fn check_name(key: &Part, name: &str, what: &str, report: &mut Report) -> bool {
     let good = is_name(name);
     if !good {
-        let message = format!("`{}` cannot be the name of {what}", shorten(name));
-        let help = "a name is letters, digits and `_`, and does not begin with a digit";
+        let odd = name.chars().find(|c| !c.is_ascii());
+        let why = odd.map_or(String::new(), |c| format!(": names have no `{c}`"));
+        let message = format!("`{}` cannot be the name of {what}{why}", shorten(name));
+        let help = "a name is letters from a to z and A to Z, digits and `_`, and does not begin with a digit; \
+                    other letters may stand in texts for people: `doc`, `note` and comments";
         report.push(key.error(Code::BadName, message).help(help));
     }
     good

@@ -3,7 +3,7 @@ use super::imports;
 use super::part::Shape;
 use super::read::shorten;
 use super::scope::{Entity, Slot, Target, Unit};
-use crate::node::OutputType;
+use crate::node::{OutputType, parse_color};
 use crate::registry::Registry;
 use crate::value::{Accepts, Type};
 
@@ -73,12 +73,17 @@ pub(super) fn import_first(registry: &Registry, written: &str, taken: &[&str]) -
 }
 
 impl Unit<'_> {
-    /// For a wire, written in `scope`, that does not fit: another output of what it comes from that would, a kind that
-    /// converts what is given to what is wanted, or the kinds that make what is wanted.
-    pub(super) fn remedy(&self, scope: usize, slot: &Slot, ty: Accepts) -> Option<String> {
-        let other = if slot.declared.is_none() { self.other_output(scope, slot) } else { None };
-        let luminance = || self.luminance(slot, ty);
-        other.or_else(luminance).or_else(|| self.converters(slot, ty)).or_else(|| self.makers(slot.wants))
+    /// The help for a wire, written in `scope`, that does not fit a port of a node of this kind. In this order: another output of
+    /// its node; a kind that does the same with this type; a formula or a kind that converts it; the kinds that make the wanted type.
+    pub(super) fn remedy(&self, scope: usize, slot: &Slot, ty: Accepts, kind: Option<&str>) -> Option<String> {
+        if let Some(help) = if slot.declared.is_none() { self.other_output(scope, slot) } else { None } {
+            return Some(help);
+        }
+        let same = kind.and_then(|kind| self.same_for(kind, ty));
+        match (same, self.luminance(slot, ty).or_else(|| self.converters(slot, ty))) {
+            (Some(same), Some(help)) => Some(format!("{same}; {help}")),
+            (same, help) => same.or(help).or_else(|| self.makers(slot.wants)),
+        }
     }
 
     /// How to make a number of a colour: as it is made of a picture, by its luminance.
@@ -88,6 +93,23 @@ impl Unit<'_> {
             Shape::Text(_) => format!("{} here", write_luminance(&shorten(slot.part.str()))),
             _ => write_luminance("…"),
         })
+    }
+
+    /// The kind that does the same with values of this type: `BlendMaterials` for a material that is given to `Blend`.
+    fn same_for(&self, kind: &str, ty: Accepts) -> Option<String> {
+        let (own, wanted) = (words(kind), ty.only().map(Accepts::One)?);
+        let does = |other: &&str| {
+            let Some(info) = self.registry.info(other) else { return false };
+            let named = *other != kind && own.iter().all(|word| words(other).contains(word));
+            named
+                && info
+                    .outputs
+                    .iter()
+                    .any(|output| matches!(output.ty, OutputType::Fixed(made) if Accepts::One(made) == wanted))
+                && info.ports().any(|(_, port)| port.ty == wanted)
+        };
+        let other = self.registry.kinds().find(does)?;
+        Some(format!("`{other}` does that with {ty}"))
     }
 
     fn other_output(&self, scope: usize, slot: &Slot) -> Option<String> {
@@ -136,7 +158,9 @@ impl Unit<'_> {
             let info = self.registry.info(kind)?;
             let mut required = info.ports().filter(|(_, port)| port.required);
             let (field, port) = required.next()?;
-            let fits = self.makes(kind, slot.wants) && ty.fits(port.ty) && required.next().is_none();
+            let made = info.outputs.first().map(|output| output.ty);
+            let makes = matches!(made, Some(OutputType::Fixed(made)) if Accepts::One(made).fits(slot.wants));
+            let fits = makes && ty.fits(port.ty) && required.next().is_none();
             fits.then(|| field.name.clone())
         };
         let kinds: Vec<_> =
@@ -162,6 +186,47 @@ impl Unit<'_> {
     }
 }
 
+/// The colours that have names here, for those who write such names.
+const COLORS: [(&str, &str); 20] = [
+    ("black", "#000000"),
+    ("silver", "#c0c0c0"),
+    ("gray", "#808080"),
+    ("grey", "#808080"),
+    ("white", "#ffffff"),
+    ("maroon", "#800000"),
+    ("red", "#ff0000"),
+    ("purple", "#800080"),
+    ("magenta", "#ff00ff"),
+    ("green", "#008000"),
+    ("lime", "#00ff00"),
+    ("olive", "#808000"),
+    ("yellow", "#ffff00"),
+    ("navy", "#000080"),
+    ("blue", "#0000ff"),
+    ("teal", "#008080"),
+    ("cyan", "#00ffff"),
+    ("orange", "#ffa500"),
+    ("brown", "#a52a2a"),
+    ("pink", "#ffc0cb"),
+];
+
+/// The colour that is meant by a text which is none: a name, or digits without `#`.
+pub(super) fn color_meant(text: &str) -> Option<String> {
+    let lower = text.trim().to_ascii_lowercase();
+    if let Some((_, code)) = COLORS.iter().find(|(name, _)| *name == lower) {
+        return Some((*code).to_owned());
+    }
+    let prefix = lower.strip_prefix("0x").or_else(|| lower.strip_prefix('#'));
+    // A word without digits, such as `facade`, is a name.
+    if prefix.is_none() && !lower.contains(|c: char| c.is_ascii_digit()) {
+        return None;
+    }
+    let code = format!("#{}", prefix.unwrap_or(&lower));
+    // Of eight digits the last two are opacity.
+    let code = if code.len() == 9 && code.is_ascii() { code[..7].to_owned() } else { code };
+    (code != text && parse_color(&code).is_some()).then_some(code)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,6 +236,17 @@ mod tests {
         let doc = "A node.\n\nElsewhere: Substance Designer *Tile Sampler*, Blender *Mix*.\n\nMore *words*.";
         assert_eq!(names_elsewhere(doc).collect::<Vec<_>>(), ["Tile Sampler", "Mix"]);
         assert_eq!(names_elsewhere("A *node*.").count(), 0);
+    }
+
+    #[test]
+    fn colours_are_meant_by_names_and_digits() {
+        let meant = |text: &str| color_meant(text);
+        assert_eq!(meant("Red").as_deref(), Some("#ff0000"));
+        assert_eq!(meant("0xff8000").as_deref(), Some("#ff8000"));
+        assert_eq!(meant("#FF8000CC").as_deref(), Some("#ff8000"));
+        assert_eq!(meant("a1c").as_deref(), Some("#a1c"));
+        assert!(["rad", "facade", "0xff80", "#abc", "height", "é12345é"].into_iter().all(|text| meant(text).is_none()));
+        assert!(COLORS.iter().all(|(_, code)| parse_color(code).is_some()));
     }
 
     #[test]

@@ -42,8 +42,8 @@ pub(super) enum Entity {
 /// What an input of a graph stands for.
 #[derive(Clone)]
 pub(super) enum Bound {
-    /// A literal.
-    Constant(Field),
+    /// A literal, and where it is written.
+    Constant(Field, Part),
     /// A reference to be understood in `scope`.
     Wire { scope: usize, part: Part, name: String },
     /// The node that converts what is given to the type of the input.
@@ -74,8 +74,8 @@ pub(super) struct Scope {
 pub(super) enum Target {
     /// An output of a node.
     Out { flat: usize, output: usize },
-    /// A literal.
-    Constant(Field),
+    /// A literal, and where it is written.
+    Constant(Field, Part),
     /// Something in error.
     Broken,
 }
@@ -261,7 +261,7 @@ impl<'a> Unit<'a> {
         };
         let port = Port::Input(input.name.clone());
         Some(match ports::literal(&value.part, ty, &port, value.is_text) {
-            Ok(Literal::Constant(field)) => Bound::Constant(field),
+            Ok(Literal::Constant(field)) => Bound::Constant(field, value.part),
             Ok(Literal::Reference(name)) => {
                 self.checks.push((scope, Slot::unresolved(port, ty, value.part.clone())));
                 Bound::Wire { scope, part: value.part, name }

@@ -2,7 +2,8 @@
 //!
 //! What is connected to such a port is a slot of the node like any other, of the port `layers.2.mask`; the struct is told the
 //! number of the slot.
-use super::part::{Part, Shape};
+use super::part::{Entry, Part, Shape};
+use super::read::shorten;
 use super::scope::Unit;
 use super::subst::{Substituted, substitute, substitute_with};
 use crate::diagnostics::Code;
@@ -25,6 +26,7 @@ impl Unit<'_> {
         let (mut replaced, mut good) = (Vec::new(), true);
         for (index, item) in (1..).zip(&items) {
             let Shape::Named(entries) = item.shape() else { continue };
+            good &= self.know_fields(flat, name, param, &entries);
             for field in &param.fields {
                 let Role::Port(port) = &field.role else { continue };
                 let Some(entry) = entries.iter().find(|entry| entry.name == field.name) else {
@@ -45,6 +47,18 @@ impl Unit<'_> {
         }
         let value = substitute_with(value, &self.scopes[scope].params, self.report, &replaced);
         value.filter(|_| good)
+    }
+
+    /// Reports the fields of a struct that do not exist; true if there are none.
+    fn know_fields(&mut self, flat: usize, name: &str, param: &ParamInfo, entries: &[Entry]) -> bool {
+        let names = || param.fields.iter().map(|field| field.name.as_str());
+        let unknown: Vec<_> = entries.iter().filter(|entry| !names().any(|name| name == entry.name)).collect();
+        for entry in &unknown {
+            let kind = &self.flats[flat].kind_name;
+            let message = format!("the `{name}` of `{kind}` have no field `{}`", shorten(&entry.name));
+            self.report.unknown(entry.key.error(Code::UnknownField, message), &entry.name, "field", names());
+        }
+        unknown.is_empty()
     }
 
     fn missing_in(&mut self, flat: usize, name: &str, field: &str, port: &PortInfo, item: &Part) -> bool {

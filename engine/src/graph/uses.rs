@@ -129,7 +129,7 @@ impl Unit<'_> {
                 return Bound::Broken;
             };
             match ports::literal(&value.part, ty, &port, value.is_text) {
-                Ok(Literal::Constant(field)) => return Bound::Constant(field),
+                Ok(Literal::Constant(field)) => return Bound::Constant(field, value.part),
                 Ok(Literal::Reference(name)) => (value.part, name),
                 Err(error) => {
                     self.report.push(*error);

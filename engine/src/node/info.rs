@@ -1,6 +1,6 @@
 //! What is known about a kind of nodes, read from the schema of its struct.
 use super::spelling::{Form, forms, spell};
-use super::{Node, Output, ParamType};
+use super::{Node, Output, ParamType, Written};
 use crate::value::Accepts;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value as Json};
@@ -52,6 +52,55 @@ pub struct PortInfo {
     pub list: bool,
     /// Its value when nothing is connected, if it has one.
     pub default: Option<f64>,
+    /// The numbers that may be written in place of a wire.
+    pub bounds: Bounds,
+}
+
+/// The numbers that may be written for a field.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bounds {
+    /// The smallest number allowed.
+    pub min: Option<f64>,
+    /// The largest number allowed.
+    pub max: Option<f64>,
+    /// Whether `min` itself is not allowed.
+    pub above_min: bool,
+    /// The unit, for people.
+    pub unit: Option<String>,
+}
+
+impl Bounds {
+    /// Those that a schema states; what the outer one leaves open may stand in the inner one.
+    fn of(outer: &Map<String, Json>, inner: &Map<String, Json>) -> Self {
+        let number = |key: &str| outer.get(key).or_else(|| inner.get(key)).and_then(Json::as_f64);
+        let above = number("exclusiveMinimum");
+        Self {
+            min: above.or_else(|| number("minimum")),
+            max: number("maximum"),
+            above_min: above.is_some(),
+            unit: outer.get("unit").and_then(Json::as_str).map(str::to_owned),
+        }
+    }
+
+    /// True if a number is allowed.
+    pub fn admit(&self, value: f64) -> bool {
+        let below = self.min.is_some_and(|min| value < min || (self.above_min && value <= min));
+        !below && self.max.is_none_or(|max| value <= max)
+    }
+}
+
+impl fmt::Display for Bounds {
+    /// The requirement for a number, as messages say it: `between 0 and 1 mm`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.min, self.max) {
+            (Some(min), None) if self.above_min => write!(f, "greater than {min}")?,
+            (Some(min), Some(max)) if self.above_min => write!(f, "greater than {min} and at most {max}")?,
+            (Some(min), Some(max)) => write!(f, "between {min} and {max}")?,
+            (Some(min), None) => write!(f, "at least {min}")?,
+            (None, max) => write!(f, "at most {}", max.unwrap_or(f64::INFINITY))?,
+        }
+        self.unit.as_ref().filter(|unit| !unit.is_empty()).map_or(Ok(()), |unit| write!(f, " {unit}"))
+    }
 }
 
 /// A parameter.
@@ -65,20 +114,16 @@ pub struct ParamInfo {
     pub written: String,
     /// Whether it must be given, since a node cannot work with its default.
     pub required: bool,
-    /// The smallest number allowed.
-    pub min: Option<f64>,
-    /// The largest number allowed.
-    pub max: Option<f64>,
-    /// Whether `min` itself is not allowed.
-    pub above_min: bool,
+    /// The numbers allowed.
+    pub bounds: Bounds,
     /// Whether `inf` is allowed.
     pub infinite: bool,
-    /// The unit, for people.
-    pub unit: Option<String>,
     /// The words to choose from, if it is a choice.
     pub choices: Vec<Choice>,
     /// For a list of structs: the fields of each struct.
     pub fields: Vec<FieldInfo>,
+    /// Its form, part by part.
+    pub form: Written,
 }
 
 /// One of the words that a parameter may be.
@@ -118,6 +163,20 @@ impl KindInfo {
     /// The port or parameter of that name.
     pub fn field(&self, name: &str) -> Option<&FieldInfo> {
         self.fields.iter().find(|f| f.name == name)
+    }
+
+    /// The port that a slot of that name belongs to. Slots of ports in a list of structs are called `layers.2.mask`.
+    pub fn port(&self, slot: &str) -> Option<&PortInfo> {
+        let (first, last) = (slot.split('.').next()?, slot.rsplit('.').next()?);
+        match &self.field(first)?.role {
+            Role::Port(port) => Some(port),
+            Role::Param(param) => {
+                param.fields.iter().find(|field| field.name == last).and_then(|field| match &field.role {
+                    Role::Port(port) => Some(port),
+                    Role::Param(_) => None,
+                })
+            }
+        }
     }
 
     /// The ports.
@@ -164,14 +223,15 @@ fn field(name: &str, schema: &Json) -> FieldInfo {
 
 fn port(object: &Map<String, Json>) -> Option<PortInfo> {
     let of = |object: &Map<String, Json>| Accepts::from_name(object.get("port")?.as_str()?);
-    let default = object.get("default").and_then(Json::as_f64);
+    let (default, bounds) = (object.get("default").and_then(Json::as_f64), Bounds::of(object, object));
     if let Some(ty) = of(object) {
         let optional = object.get("type").is_some_and(Json::is_array);
-        return Some(PortInfo { ty, required: default.is_none() && !optional, list: false, default });
+        let required = default.is_none() && !optional;
+        return Some(PortInfo { ty, required, list: false, default, bounds });
     }
     if let Some(ty) = object.get("items").and_then(Json::as_object).and_then(of) {
         let optional = object.get("optional").and_then(Json::as_bool).unwrap_or(false);
-        return Some(PortInfo { ty, required: !optional, list: true, default: None });
+        return Some(PortInfo { ty, required: !optional, list: true, default: None, bounds });
     }
     None
 }
@@ -179,8 +239,6 @@ fn port(object: &Map<String, Json>) -> Option<PortInfo> {
 fn param(object: &Map<String, Json>) -> ParamInfo {
     let forms = forms(object);
     let inner = forms.first().map_or(object, |form| form.schema);
-    let number = |key: &str| object.get(key).or_else(|| inner.get(key)).and_then(Json::as_f64);
-    let above = number("exclusiveMinimum");
     let choices = choices(&forms);
     let ty = if choices.is_empty() { ParamType::of(inner) } else { ParamType::Choice };
     let default = object.get("default").unwrap_or(&Json::Null);
@@ -191,13 +249,11 @@ fn param(object: &Map<String, Json>) -> ParamInfo {
         required: ty == ParamType::Path && !default.is_null(),
         written,
         ty,
-        min: above.or_else(|| number("minimum")),
-        max: number("maximum"),
-        above_min: above.is_some(),
+        bounds: Bounds::of(object, inner),
         infinite: object.get("infinite").and_then(Json::as_bool).unwrap_or(false),
-        unit: object.get("unit").and_then(Json::as_str).map(str::to_owned),
         choices,
         fields: inner.get("items").and_then(Json::as_object).map_or_else(Vec::new, fields),
+        form: Written::of(&Json::Object(object.clone())),
     }
 }
 

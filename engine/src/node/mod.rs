@@ -30,7 +30,7 @@
 //!
 //! Everything about a node follows from that one declaration: parsing, type check, range check, cache key, manual.
 //! Attributes that the engine reads from the schema of a parameter: `range(min, max)` or, for parameters that are not
-//! plain numbers, `extend("minimum" = …, "maximum" = …)`; `extend("exclusiveMinimum" = …)`; `extend("unit" = "mm")`;
+//! plain numbers, `extend("minimum" = …, "maximum" = …)`, also of ports, where it bounds the numbers that are written in place of a wire; `extend("exclusiveMinimum" = …)`; `extend("unit" = "mm")`;
 //! `extend("infinite" = true)` where `inf` is allowed. Fields of structs in a list may be ports. A list of ports may be empty with `extend("optional" = true)`.
 mod build;
 mod channels;
@@ -41,13 +41,14 @@ mod param_type;
 mod params;
 mod port;
 mod spelling;
+mod written;
 
 pub use build::{Arg, BuildError, Built, DynNode, build};
 pub(crate) use build::{Functions, ron_options};
 pub use channels::{MaterialInputs, Taken};
 pub use context::{Call, Context, Outputs};
 pub use facts::CanvasFacts;
-pub use info::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
+pub use info::{Bounds, Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use param_type::ParamType;
 pub use params::{Color, FilePath, Formula, Linear, Range, Xy, parse_color};
 pub use port::{
@@ -55,6 +56,7 @@ pub use port::{
     Rgb, SolidColor, SolidNumber, SolidVector, Vec2Field,
 };
 pub use spelling::spell_number;
+pub use written::Written;
 
 use crate::diagnostics::Problem;
 use crate::value::{ChannelSet, Stop, Tiling, Type};
@@ -112,6 +114,8 @@ pub struct Output {
     pub ty: OutputType,
     /// The unit of its values.
     pub unit: Option<&'static str>,
+    /// The name that it had before. Graphs may still use it, with a warning, and its results keep their keys.
+    pub former: Option<&'static str>,
     /// What it is, one line.
     pub doc: &'static str,
 }
@@ -119,28 +123,40 @@ pub struct Output {
 impl Output {
     /// An output of a fixed type.
     pub const fn new(name: &'static str, ty: Type, doc: &'static str) -> Self {
-        Self { name, ty: OutputType::Fixed(ty), unit: None, doc }
+        Self { name, ty: OutputType::Fixed(ty), unit: None, former: None, doc }
     }
 
     /// An output whose type follows those of the ports named.
     pub const fn like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
-        Self { name, ty: OutputType::Like(ports), unit: None, doc }
+        Self { name, ty: OutputType::Like(ports), unit: None, former: None, doc }
     }
 
     /// An output whose type the node tells.
     pub const fn told(name: &'static str, doc: &'static str) -> Self {
-        Self { name, ty: OutputType::Told, unit: None, doc }
+        Self { name, ty: OutputType::Told, unit: None, former: None, doc }
     }
 
     /// An output that is a solid of the type of those at the ports named.
     pub const fn solid_like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
-        Self { name, ty: OutputType::SolidLike(ports), unit: None, doc }
+        Self { name, ty: OutputType::SolidLike(ports), unit: None, former: None, doc }
     }
 
     /// The same with a unit.
     #[must_use]
     pub const fn in_unit(self, unit: &'static str) -> Self {
         Self { unit: Some(unit), ..self }
+    }
+
+    /// The same, which was called `former` before.
+    #[must_use]
+    pub const fn formerly(self, former: &'static str) -> Self {
+        Self { former: Some(former), ..self }
+    }
+
+    /// The number of the output among these that has a name, or had it before.
+    pub fn position(outputs: &[Self], name: &str) -> Option<usize> {
+        let now = outputs.iter().position(|output| output.name == name);
+        now.or_else(|| outputs.iter().position(|output| output.former == Some(name)))
     }
 }
 

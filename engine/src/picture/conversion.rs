@@ -53,7 +53,8 @@ impl Conversion {
         let channels = header.channels - u8::from(header.has_alpha);
         let integers = matches!(header.kind, SampleKind::U8 | SampleKind::U16);
         let usual = Self::from(if channels >= 3 && integers { ColorSpace::Srgb } else { ColorSpace::Raw });
-        if channels == 2 || header.kind == SampleKind::U32 {
+        let floats = matches!(header.kind, SampleKind::F16 | SampleKind::F32);
+        if channels == 2 || !(integers || floats) {
             return (usual, Vec::new());
         }
         let mut unused = Vec::new();

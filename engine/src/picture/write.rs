@@ -33,9 +33,11 @@ impl Written {
     #[must_use]
     pub fn loss(&self, path: &Path, (low, high): (f64, f64)) -> Option<String> {
         let (Self { clipped, range: (least, greatest), .. }, path) = (self, path.display());
-        let message = format!(
-            "{clipped} samples of `{path}` lie outside {low}..{high} and were clipped; its values are {least}..{greatest}"
-        );
+        let what = match clipped {
+            1 => format!("1 sample of `{path}` lies outside {low}..{high} and was clipped"),
+            _ => format!("{clipped} samples of `{path}` lie outside {low}..{high} and were clipped"),
+        };
+        let message = format!("{what}; its values are {least}..{greatest}");
         (*clipped > 0).then_some(message)
     }
 }

@@ -1,5 +1,6 @@
 //! The engine as a program uses it: load a graph, render it, look into it. All state lives in a [`Session`].
 mod bands;
+mod clipped;
 mod export;
 mod files;
 mod look;

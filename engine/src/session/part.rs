@@ -93,7 +93,11 @@ impl Session {
             let file = request.dir.join(part.file_name(stem));
             let mut header = render.header(part, stem, &pictures);
             if is_whole(&file, &header) {
-                return Ok(PartReport { file, known: true, nodes: run.stats() });
+                return Ok(PartReport {
+                    file,
+                    known: true,
+                    nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)),
+                });
             }
             let beside = Beside::new(graph, part, (dir, stem), self.registry.code(), run)?;
             let render = Render { neighbors: beside.neighbors(), ..render };
@@ -103,7 +107,7 @@ impl Session {
             }
             render.write_part(&file, &header, &jobs)?;
             beside.done();
-            Ok(PartReport { file, known: false, nodes: run.stats() })
+            Ok(PartReport { file, known: false, nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)) })
         })
     }
 
@@ -129,7 +133,7 @@ impl Session {
             for (_, field) in jobs.iter().flat_map(|job| &job.fields) {
                 run.prepare(field, &grid).map_err(|stop| located(run, graph, stop))?;
             }
-            Ok(Prepared { stored: run.stored(), nodes: run.stats() })
+            Ok(Prepared { stored: run.stored(), nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)) })
         })
     }
 }

@@ -90,7 +90,7 @@ impl Session {
             let planned: Vec<PathBuf> = pictures.iter().map(|p| p.path.clone()).collect();
             let jobs = render.jobs(pictures)?;
             render.write(&jobs)?;
-            Ok(Report { files: files(&planned, &jobs), nodes: run.stats() })
+            Ok(Report { files: files(&planned, &jobs), nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)) })
         })
     }
 }
@@ -357,10 +357,7 @@ impl<'r> Render<'r, '_> {
 
     fn warn_clipped(&self, job: &Job<'_>, written: &Written) {
         let Some(message) = written.loss(&job.planned.path, job.planned.range) else { return };
-        let help = match job.files {
-            Some(_) => "these textures hold 0 to 1: limit the channels, with `Remap(…, clamp: true)` say",
-            None => "state the values with `File(from: …, range: (lowest, highest))`, or render to EXR",
-        };
+        let help = self.help_for_clipped(job);
         let warning = Diagnostic::new(Code::OutOfRange, job.planned.output.span, message).help(help);
         self.observer.event(Event::Warning(warning.as_warning()));
     }

@@ -77,6 +77,19 @@ pub fn number(word: &str) -> Option<f64> {
     plain[..end].parse::<f64>().ok().map(|value| sign * value)
 }
 
+/// Where the type of a number begins that is written behind it, as in `3u8` and `2.5f32`.
+pub(crate) fn suffix(word: &str) -> Option<usize> {
+    let unsigned = word.trim_start_matches(['+', '-']);
+    let begin = word.len() - unsigned.len();
+    let at = match unsigned.as_bytes() {
+        [b'0', b'x' | b'b' | b'o', ..] => unsigned.find(['i', 'u']),
+        [b'0'..=b'9' | b'.', ..] => unsigned.find(['i', 'u', 'f']),
+        _ if number_word(unsigned).is_some() => Some(3),
+        _ => None,
+    };
+    at.map(|at| begin + at).filter(|&at| at < word.len())
+}
+
 /// The value of a number that is written as a word, without its sign.
 fn number_word(word: &str) -> Option<f64> {
     match word {
@@ -135,6 +148,16 @@ mod tests {
         assert!(["inf", "-inf", "+inff32"].into_iter().all(is_infinity));
         assert!(!["1e400", "NaN", "--inf", "infinity"].into_iter().any(is_infinity));
         assert_eq!(number("x"), None);
+    }
+
+    #[test]
+    fn types_behind_numbers_are_found() {
+        let cut = |word: &str| suffix(word).map(|at| (&word[..at]).to_owned());
+        assert_eq!(cut("3f32").as_deref(), Some("3"));
+        assert_eq!(cut("-2.5f64").as_deref(), Some("-2.5"));
+        assert_eq!(cut("0x1Fu8").as_deref(), Some("0x1F"));
+        assert_eq!(cut("inff32").as_deref(), Some("inf"));
+        assert!(["3", "-1.5e3", "0xff", "inf", "b'x'"].into_iter().all(|word| suffix(word).is_none()));
     }
 
     #[test]

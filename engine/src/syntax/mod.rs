@@ -69,6 +69,7 @@ mod tree;
 pub use fault::SyntaxError;
 pub use format::{format, format_range};
 pub use lex::{Token, TokenKind};
+pub(crate) use literal::suffix;
 pub use literal::{decode, is_infinity, is_name, number};
 pub use tree::{Node, NodeKind, Piece, PieceKind, Tree};
 

@@ -7,7 +7,7 @@ use crate::diagnostics::Code;
 use serde::de::IgnoredAny;
 use std::cell::OnceCell;
 
-/// What some editors put before a text in UTF-8.
+/// The mark that some editors put before a text in UTF-8. It is no part of the text.
 pub(super) const MARK: char = '\u{FEFF}';
 
 /// What a tree is made of.
@@ -22,11 +22,7 @@ pub(super) struct Parsed {
 pub(super) fn parse(text: &str, nesting: usize) -> Parsed {
     let mut lexed = if short(text.len()) < NONE { lex(text) } else { Lexed::default() };
     let pairs = Pairs::of(text, &lexed.tokens);
-    let mut faults = std::mem::take(&mut lexed.faults);
-    if text.starts_with(MARK) {
-        let fault = SyntaxError::new(0..MARK.len_utf8(), "the file begins with a byte order mark");
-        faults.push(fault.help("save it as UTF-8 without BOM"));
-    }
+    let faults = std::mem::take(&mut lexed.faults);
     let tokens = &lexed.tokens;
     let nodes = Vec::with_capacity(tokens.len());
     let mut parser = Parser {
@@ -105,6 +101,12 @@ impl<'a> Parser<'a> {
     /// Whether brackets may be nested deeper here.
     pub(super) fn may_nest(&self) -> bool {
         self.depth < self.nesting
+    }
+
+    /// True if a token begins where the one before it ends.
+    pub(super) fn touches(&self, token: usize) -> bool {
+        token < self.tokens.len()
+            && token.checked_sub(1).is_some_and(|before| self.tokens[before].end() == self.tokens[token].start())
     }
 
     /// Whether two tokens follow in this order.
@@ -217,7 +219,7 @@ impl<'a> Parser<'a> {
             Some(TokenKind::Char) => self.leaf(NodeKind::Char, 1),
             Some(TokenKind::Open) => self.block(limit),
             Some(TokenKind::Other) => {
-                self.fault_here("this character cannot stand here", "texts stand in double quotes, `\"text\"`");
+                self.fault_here("this character cannot stand here", help_for(self.word(self.at)));
                 self.leaf(NodeKind::Missing, 0);
             }
             _ => {
@@ -235,6 +237,12 @@ impl<'a> Parser<'a> {
             self.at += 1;
             self.block(limit);
             self.close(call);
+        } else if !closed && next.is_some_and(|next| matches!(self.word(next), "{" | "[") && self.touches(next)) {
+            let call = self.open(NodeKind::Call);
+            self.at += 1;
+            self.fault_here("expected `(`", "fields stand in round brackets: write `Kind(field: value)`");
+            self.block_as(NodeKind::Parens, limit);
+            self.close(call);
         } else if !closed && next.is_some_and(|next| self.lacks_opening(next, limit)) {
             let call = self.open(NodeKind::Call);
             self.at += 1;
@@ -251,9 +259,7 @@ impl<'a> Parser<'a> {
     }
 
     fn number_or_range(&mut self, limit: usize) {
-        let follows = |token: usize| {
-            token < limit && token.checked_sub(1).is_some_and(|t| self.tokens[t].end() == self.tokens[token].start())
-        };
+        let follows = |token: usize| token < limit && self.touches(token);
         let number = usize::from(self.kind() == Some(TokenKind::Number));
         let dots = self.at + number;
         if number == 1 && !(self.kind_of(dots) == Some(TokenKind::Dots) && follows(dots)) {
@@ -269,17 +275,24 @@ impl<'a> Parser<'a> {
 
     /// A bracket with what is in it. Without a partner it ends before `limit` at the latest.
     fn block(&mut self, limit: usize) {
+        self.block_as(
+            match self.word(self.at) {
+                "(" => NodeKind::Parens,
+                "[" => NodeKind::List,
+                _ => NodeKind::Map,
+            },
+            limit,
+        );
+    }
+
+    /// The same, read as one of that kind.
+    fn block_as(&mut self, kind: NodeKind, limit: usize) {
         let opening = self.at;
         let partner = self.pairs.partner(opening);
         if !self.may_nest() {
             self.too_deep(partner.map_or(limit, |partner| partner + 1));
             return;
         }
-        let kind = match self.word(opening) {
-            "(" => NodeKind::Parens,
-            "[" => NodeKind::List,
-            _ => NodeKind::Map,
-        };
         let node = self.open(kind);
         self.at += 1;
         self.depth += 1;
@@ -327,5 +340,16 @@ impl<'a> Parser<'a> {
         let node = self.open(NodeKind::Error);
         self.at = end;
         self.close(node);
+    }
+}
+
+/// The help for a character where a value belongs.
+fn help_for(character: &str) -> &'static str {
+    match character {
+        "+" | "-" => "a sign belongs to a number: write `-1`, or calculate in a text, `\"= -$name\"`",
+        "$" => "parameters stand in double quotes, `\"$name\"`",
+        "=" => "a calculation stands in double quotes, `\"= 2 * $name\"`",
+        "#" => "colours stand in double quotes, `\"#rrggbb\"`",
+        _ => "texts stand in double quotes, `\"text\"`",
     }
 }

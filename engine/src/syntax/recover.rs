@@ -10,6 +10,9 @@ const WIDE: usize = 1000;
 /// The longest list of which the opening bracket may be missing, in tokens.
 const LONGEST_LIST: usize = 100;
 
+/// The help for an `=` in the place of a colon.
+const EQUALS: &str = "write `name: value`, with a colon";
+
 impl Parser<'_> {
     /// Everything in a bracket that ends before the token `end`; one without a partner may end sooner.
     pub(super) fn items(&mut self, block: Block, end: usize) {
@@ -42,6 +45,7 @@ impl Parser<'_> {
         match (kind(0), kind(1)) {
             (Some(Ident | Str), Some(Colon)) | (Some(Colon), _) => true,
             (Some(Ident), Some(Number | Str | Ident)) => self.is_name(self.at) && !self.starts_line(self.at + 1),
+            (Some(Ident), Some(TokenKind::Other)) => self.equals(self.at + 1) > 0,
             (Some(Ident), Some(Comma)) => kind(2) == Some(Ident) && kind(3) == Some(Colon),
             (Some(Ident), Some(Open)) => self.pairs.partner(self.at + 1).is_some_and(|close| {
                 close + 3 < end && self.kind_of(close + 1) == Some(Comma) && self.are(close + 2, Ident, Colon)
@@ -171,6 +175,15 @@ impl Parser<'_> {
         }
     }
 
+    /// The number of tokens of an `=`, or `=>`, that stands where a colon belongs; 0 if there is none.
+    fn equals(&self, token: usize) -> usize {
+        match self.word(token) {
+            "=" if self.word(token + 1) == ">" && self.touches(token + 1) => 2,
+            "=" => 1,
+            _ => 0,
+        }
+    }
+
     /// An entry of a map.
     fn entry(&mut self, block: Block, end: usize) {
         let entry = self.open(NodeKind::Entry);
@@ -182,6 +195,10 @@ impl Parser<'_> {
             if matches!(key, Some(Colon | TokenKind::Other)) {
                 self.nodes[entry].kind = NodeKind::Error;
             }
+        } else if self.at < end && self.equals(self.at) > 0 {
+            self.fault_here("expected colon", EQUALS);
+            self.at += self.equals(self.at);
+            self.entry_value(block, end);
         } else if self.at < end && self.starts_value(self.at) && !self.starts_line(self.at) {
             self.fault_here("expected colon", "write `\"name\": value`");
             self.entry_value(block, end);
@@ -205,6 +222,13 @@ impl Parser<'_> {
         let same_line = !self.starts_line(self.at + 1);
         match (self.kind(), next) {
             (Some(Ident), Some(Colon)) => self.named_value(block, end, 2),
+            (Some(Ident), Some(TokenKind::Other)) if self.equals(self.at + 1) > 0 => {
+                let equals = self.equals(self.at + 1);
+                self.at += 1;
+                self.fault_here("expected colon", EQUALS);
+                self.at -= 1;
+                self.named_value(block, end, 1 + equals);
+            }
             (Some(Ident), Some(Number | Str | Open)) if same_line => {
                 self.at += 1;
                 self.fault_here("expected colon", "write `name: value`");
@@ -388,11 +412,18 @@ impl Parser<'_> {
 
     /// A mistake at the next token, which cannot follow what is before it.
     fn fault_after(&mut self) {
-        let after_number = self.at.checked_sub(1).is_some_and(|before| {
-            self.kind_of(before) == Some(Number) && self.tokens[before].end() == self.tokens[self.at].start()
-        });
+        let after_number = self.at.checked_sub(1).is_some_and(|before| self.kind_of(before) == Some(Number))
+            && !self.starts_line(self.at);
         let help = match self.kind() {
-            Some(Ident) if after_number => "write numbers without a unit",
+            Some(Ident) if after_number => "write numbers without a unit: lengths are in mm, angles in degrees",
+            Some(TokenKind::Other)
+                if after_number && matches!(self.word(self.at), "°" | "%" | "\u{b5}" | "\u{3bc}") =>
+            {
+                "write numbers without a unit: lengths are in mm, angles in degrees, shares from 0 to 1"
+            }
+            Some(TokenKind::Other) if after_number && matches!(self.word(self.at), "*" | "/" | "^") => {
+                "a calculation stands in double quotes, `\"= 2 * 3\"`"
+            }
             _ if self.word(self.at) == "." => "write the names of nodes in quotes, `\"node.port\"`",
             _ => "separate values with `,`",
         };

@@ -227,14 +227,12 @@ fn files_that_are_none_are_refused() {
         (d.code, at.line, at.column)
     };
     std::fs::write(path("empty"), "").unwrap();
-    std::fs::write(path("bom"), "\u{FEFF}(nodes: {})").unwrap();
     std::fs::write(path("binary"), b"(\nab\xff").unwrap();
     std::fs::write(path("deep"), "[".repeat(200)).unwrap();
     std::fs::write(path("huge"), vec![b' '; (8 << 20) + 1]).unwrap();
     assert_eq!(code("nowhere"), (Code::FileNotFound, 1, 1));
     assert_eq!(code(""), (Code::BadFile, 1, 1));
     assert_eq!(code("empty"), (Code::Syntax, 1, 1));
-    assert_eq!(code("bom"), (Code::Syntax, 1, 1));
     assert_eq!(code("binary"), (Code::BadFile, 2, 3));
     assert_eq!(code("deep").0, Code::TooLarge);
     assert_eq!(code("huge"), (Code::TooLarge, 1, 1));

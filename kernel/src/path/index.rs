@@ -42,6 +42,11 @@ impl Index {
         Self { bins, order, home, period }
     }
 
+    /// From one copy to the next; 0 in the directions in which there is one only.
+    pub(super) fn period(&self) -> DVec2 {
+        self.period
+    }
+
     /// The copies of boxes that may touch the rectangle from `low` to `high`, by number and then by place.
     pub(super) fn near(&self, low: DVec2, high: DVec2) -> Vec<Near> {
         let margin = DVec2::splat(1e-5) * (1.0 + low.abs().max(high.abs()));

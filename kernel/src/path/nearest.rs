@@ -11,6 +11,10 @@ use shibo_engine::value::{Path, Polyline, Window};
 /// Pixels of a block's side.
 const BLOCK: usize = 16;
 
+/// Curves are looked for within so many mm at most; where the canvas repeats, within so many of it.
+const FARTHEST: f64 = 1e9;
+const MOST_CANVASES: f64 = 8.0;
+
 /// The cosine of the largest turn at a joint of two pieces that still stands for a smooth curve: 12°.
 const SMOOTH: f64 = 0.978;
 
@@ -137,6 +141,23 @@ impl Nearest {
     pub fn at(&self, p: DVec2, reach: f64) -> Option<Beside> {
         let near = self.index.near(p - reach, p + reach);
         self.beside(&near, p).filter(|beside| beside.distance <= reach)
+    }
+
+    /// So many mm that a curve is within them of every pixel of a window; 0 if there is no curve, or none within many canvases
+    /// where these repeat.
+    pub fn farthest(&self, frame: &Frame) -> f64 {
+        let [low, high] = corners(frame);
+        let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+        let period = self.index.period().max_element();
+        let most = if period > 0.0 { MOST_CANVASES * period + 2.0 * radius } else { FARTHEST };
+        let mut reach = 2.0 * radius + 1.0;
+        while !self.pieces.is_empty() && reach < 2.0 * most {
+            if let Some(beside) = self.at(middle, reach) {
+                return beside.distance + radius;
+            }
+            reach *= 2.0;
+        }
+        0.0
     }
 
     /// The first of the nearest.
@@ -276,6 +297,21 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn every_pixel_has_a_curve_within_the_farthest_distance() {
+        let corner: &[(f64, f64)] = &[(90.0, 80.0), (95.0, 80.0), (95.0, 84.0)];
+        for (tiling, window) in [(Tiling::NONE, Window::of(-40, 9, 50, 30)), (Tiling::BOTH, Window::of(3, 4, 1, 1))] {
+            let nearest = Nearest::new(&path(&[(corner, false)], tiling));
+            let frame = Frame::new(window, [0.31, 0.29]);
+            let reach = nearest.farthest(&frame);
+            let mut count = 0;
+            nearest
+                .fill(&|| false, &frame, reach * (1.0 + 1e-9), &mut |_, beside| count += usize::from(beside.is_some()));
+            assert_eq!(count, window.len(), "{reach}");
+        }
+        assert_eq!(Nearest::new(&path(&[], Tiling::BOTH)).farthest(&Frame::new(Window::of(0, 0, 9, 9), [1.0; 2])), 0.0);
     }
 
     #[test]

@@ -32,8 +32,10 @@ pub struct Blend {
     /// The layer above, b.
     pub top: In<AnyField>,
     /// Where the top layer shows, 0..1; what lies outside counts as 0 or 1. Everywhere if not given.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// How much of the top layer shows, 0..1; multiplied with the mask.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub opacity: In<Gray>,
     /// What becomes of the two where the top layer shows.
     pub mode: BlendMode,

@@ -33,6 +33,7 @@ pub struct HeightBlend {
     /// The height above, mm.
     pub top: In<Gray>,
     /// Where the top shows, 0..1: at ½ where it is higher, with 1 everywhere.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: In<Gray>,
     /// How soft the border is, as a difference of height; 0 is a hard edge.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]

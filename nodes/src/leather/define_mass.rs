@@ -56,6 +56,7 @@ pub struct DefineMass {
     /// The springs.
     pub springs: In<SpringNet>,
     /// What the masses depend on, 0..1. Without it all are alike, as where the field is 0.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub field: Option<In<Gray>>,
     /// Mass where the field is 0 and where it is 1. One number: the same everywhere.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]

@@ -36,6 +36,7 @@ pub struct DefineSprings {
     /// The points and links.
     pub lattice: In<Lattice>,
     /// What the springs depend on, 0..1. Without it all are alike, as where the field is 0.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub field: Option<In<Gray>>,
     /// Stiffness where the field is 0 and where it is 1. One number: the same everywhere.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]

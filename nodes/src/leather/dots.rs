@@ -53,6 +53,7 @@ pub struct Dots {
     /// The points.
     pub points: In<Points>,
     /// Where this is below ½ there are no dots; from there to 1 they go from faint to full.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// Smallest and largest diameter, by chance.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]

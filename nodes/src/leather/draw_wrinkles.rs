@@ -45,8 +45,10 @@ pub struct DrawWrinkles {
     /// The segments.
     pub segments: In<Segments>,
     /// What `vary_by: Field` reads, 0..1.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub vary_field: Option<In<Gray>>,
     /// Factor on the depth, 0..1, which can differ from place to place.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub depth_field: Option<In<Gray>>,
     /// Factor on the depth where `depth_field` is 0.
     #[schemars(range(min = 0, max = 1))]

@@ -1,6 +1,7 @@
 //! From the inputs of [`super::SimulateSprings`] to the arguments of the kernel, and from the result to its outputs.
 use super::define_mass::mass_at;
 use super::strain::{Strain, What};
+use crate::bounds::told;
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, Outputs};
@@ -82,7 +83,10 @@ impl Contacts {
         if pairs > most || (periodic && reach >= 0.5 * size.min_element()) {
             let message =
                 format!("body is `{}` mm: about {pairs:.0} bodies would touch; at most {most:.0} are allowed", body);
-            let help = format!("points are about {} mm apart; bodies must be smaller than that", points.pitch);
+            let help = format!(
+                "points are about {} mm apart; bodies must be smaller than that",
+                told(f64::from(points.pitch))
+            );
             return Err(Problem::new(Code::TooLarge, message).at("body").help(help).into());
         }
         let until = || cx.check().is_err();

@@ -29,10 +29,12 @@ use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_unti
 pub struct PoissonPoints {
     /// Where it is darker, points are closer: 1 gives the pitch, 0 a pitch `spread` times smaller. Read at four samples per
     /// pitch.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub density: Option<In<Gray>>,
     /// Where points are wider apart, instead of `angle`: degrees from +x towards +y, or vectors. Read at four samples per pitch.
     pub direction: Option<In<Direction>>,
     /// How much of `aspect` counts, 0..1: where it is 0, points are as far apart in all directions. Read likewise.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub stretch: Option<In<Gray>>,
     /// Mean distance of neighbours. No two are nearer than 0.8 of it.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]

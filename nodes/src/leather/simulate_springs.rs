@@ -71,6 +71,7 @@ pub struct SimulateSprings {
     pub springs: In<SpringNet>,
     /// How strong springs are, 0..1: the limit of a spring is the first number of `break_force` where this is 0 and the
     /// second where it is 1. Without it chance decides.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub break_field: Option<In<Gray>>,
     /// Which places of `break_field` belong to a link.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]

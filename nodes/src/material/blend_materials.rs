@@ -45,8 +45,10 @@ pub struct BlendMaterials {
     pub top: In<Material>,
     /// Where the layer above shows, 0..1; what lies outside counts as 0 or 1. If not given: everywhere, or, by height,
     /// wherever it is the higher.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// How much of the layer above shows, 0..1.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub opacity: In<Gray>,
     /// What decides which layer shows.
     pub by: BlendBy,

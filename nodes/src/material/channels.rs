@@ -11,39 +11,54 @@ macro_rules! with_channels {
         $crate::material::channels::with_channels! {
             @table [$(#[$meta])*] $name [$($(#[$own_meta])* $own: $own_type,)*]
             /// Diffuse or metal colour, scene-linear.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             base_color: Rgb = BaseColor,
             /// Roughness, 0 (mirror) to 1.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             roughness: Gray = Roughness,
             /// 0 for dielectrics, 1 for metals.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             metallic: Gray = Metallic,
             /// Tangent-space normal.
             normal: NormalField = Normal,
             /// Height in mm.
+            #[schemars(extend("unit" = "mm"))]
             height: Gray = Height,
             /// Ambient occlusion: 1 is open, 0 is shut.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             ao: Gray = Ao,
             /// Opacity, 0..1.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             opacity: Gray = Opacity,
             /// Sheen, 0..1.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             sheen: Gray = Sheen,
             /// Clear coat, 0..1.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             coat: Gray = Coat,
             /// Anisotropy, 0..1.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             anisotropy: Gray = Anisotropy,
             /// Direction of brush lines or fibres in degrees, from +x towards +y on the canvas, where y points down: 0 is along x, 90 along y.
             /// Highlights are narrow along it and wide across it. A whole half turn changes nothing. Exports convert it for each program.
+            #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
             anisotropy_angle: Gray = AnisotropyAngle,
             /// Roughness of the clear coat, 0..1.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             coat_roughness: Gray = CoatRoughness,
             /// Normal of the clear coat; if it is left out, a coat lies level.
             coat_normal: NormalField = CoatNormal,
             /// Light that the surface gives off, scene-linear.
+            #[schemars(extend("minimum" = 0.0))]
             emission: Rgb = Emission,
             /// Index of refraction.
+            #[schemars(extend("minimum" = 1.0, "maximum" = 5.0))]
             ior: Gray = Ior,
             /// Strength of the reflections of a dielectric, 0..1.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             specular: Gray = Specular,
             /// How much light is scattered below the surface, 0..1.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             subsurface: Gray = Subsurface,
         }
     };

@@ -37,8 +37,10 @@ pub struct Dirt {
     /// The height in whose grooves it gathers, in mm, instead of the material's.
     pub height: Option<In<Gray>>,
     /// Where dirt may lie at all, 0..1.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// What makes it patchy, 0..1: bright places get dirty first.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub noise: Option<In<Gray>>,
     /// How large the surroundings are: the standard deviation of a Gaussian. At most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]

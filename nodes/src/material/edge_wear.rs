@@ -37,8 +37,10 @@ pub struct EdgeWear {
     /// The height whose edges are worn, in mm, instead of the material's.
     pub height: Option<In<Gray>>,
     /// Where it may be worn at all, 0..1.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// What breaks up the border, 0..1: bright places are worn first.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub noise: Option<In<Gray>>,
     /// How large the surroundings are: the standard deviation of a Gaussian. At most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]

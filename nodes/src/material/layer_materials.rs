@@ -47,8 +47,10 @@ pub struct Layer {
     /// The material.
     pub material: In<Material>,
     /// Where it shows, 0..1. If not given: everywhere, or, by height, wherever it is the higher.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// How much of it shows, 0..1.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub opacity: In<Gray>,
     /// What decides whether it shows.
     pub by: BlendBy,

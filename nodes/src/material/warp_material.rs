@@ -31,8 +31,10 @@ pub struct WarpMaterial {
     /// Displacements in mm, instead of `x` and `y`; longer ones than `amount` are shortened to it.
     pub by: Option<In<Vec2Field>>,
     /// Displacement to the right: 0 is `-amount`, ½ is none, 1 is `amount`.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub x: Option<In<Gray>>,
     /// Displacement down, in the same way.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub y: Option<In<Gray>>,
     /// Largest displacement, in x and in y; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]

@@ -206,7 +206,7 @@ impl MeshAtlas {
                 name(pair[0]),
                 name(pair[1])
             );
-            let help = "take `charts: Repack`, or `New`, unless both may look alike";
+            let help = "if both may look alike, leave it; else take `charts: Repack` or `New`, which lay the charts out anew, so that pictures painted for these UVs no longer fit";
             if self.overlap == Overlap::Refuse {
                 return Err(Problem::new(Code::BadValue, message).at("overlap").help(help).into());
             }
@@ -214,7 +214,7 @@ impl MeshAtlas {
         } else if found.close {
             let side = self.page.min(LOOK);
             let message = format!("charts come closer to each other than two texels at {side}²: colours may bleed");
-            let help = "render larger pictures, or take `charts: Repack`";
+            let help = "render larger pictures; or take `charts: Repack`, which lays the charts out anew, so that pictures painted for these UVs no longer fit";
             cx.evaluator.warn(Problem::new(Code::Advice, message).at("charts").help(help));
         }
         if let Some(problem) = advice::scale(atlas) {

@@ -30,6 +30,7 @@ pub struct MeshPoints {
     /// The atlas of the mesh, on which `density` lies.
     pub atlas: In<Atlas>,
     /// How dense points are, 0..1: at 1 they are a pitch apart, at ¼ two pitches, at most four; at 0 there are none.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub density: Option<In<Gray>>,
     /// The mean distance of neighbours.
     #[schemars(range(min = 0.01, max = 1e5), extend("unit" = "mm"))]

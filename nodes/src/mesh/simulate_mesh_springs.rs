@@ -56,6 +56,7 @@ pub struct SimulateMeshSprings {
     /// The atlas of their mesh.
     pub atlas: In<Atlas>,
     /// What the springs depend on, 0..1, on the atlas. Without it all are alike, as where the field is 0.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub field: Option<In<Gray>>,
     /// Where this field of the atlas is above ½, points stay.
     pub held: Option<In<Gray>>,

@@ -27,7 +27,8 @@ const MOST_CANVASES: f64 = 64.0;
 ///
 /// Give one of `points`, `d`, `outline` and `segments`. On a canvas that tiles, a path repeats with it, and one that
 /// ends whole canvases away from its beginning goes round the canvas without an end. Fields reach so far as `reach`
-/// says; beyond it, `along` and `ids` are 0, `across` and `distance` are `reach`, and `tangent` is `(0, 0)`.
+/// says; beyond it, `along` and `ids` are 0, `distance` is `reach`, `across` is `reach` or `-reach`, by the side on which
+/// the nearest curve has the place, and `tangent` is `(0, 0)`.
 ///
 /// ```ron
 /// "curve": Path(points: [(0, 20), (10, 14), (20, 20), (30, 26), (40, 20)], smooth: true, reach: 9),
@@ -173,7 +174,7 @@ impl Node for Path {
         Output::new(
             "across",
             Type::Gray,
-            "Distance to the side: above 0 on the right as one goes along it, below 0 on the left.",
+            "Distance to the side, at most `reach`: above 0 on the right as one goes along it, below 0 on the left.",
         )
         .in_unit("mm"),
         Output::new("distance", Type::Gray, "Distance from the path, at most `reach`.").in_unit("mm"),
@@ -181,6 +182,8 @@ impl Node for Path {
         Output::new("ids", Type::Ids, "The number of the nearest curve, from 1; 0 beyond `reach`."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+    // 2: the side is known beyond `reach`, too.
+    const VERSION: u32 = 2;
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let given = self.given();
@@ -247,11 +250,31 @@ impl Node for Path {
         let plane = |ty: Type, number: usize| plane(&beside, ty, number);
         Ok(Outputs::one(path)
             .with("along", plane(Type::Gray, 0))
-            .with("across", plane(Type::Gray, 1))
+            .with("across", across(&beside, nearest.clone(), reach))
             .with("distance", plane(Type::Gray, 2))
             .with("tangent", tangent)
             .with("ids", plane(Type::Ids, 3)))
     }
+}
+
+/// The distances to the side: those of the field of four within `reach`, and beyond it `reach` with the sign of the side.
+fn across(all: &Field, nearest: Arc<Nearest>, reach: f64) -> Field {
+    Field::map(Type::Gray, [all.clone()], Halo::NONE, move |out, [all]| {
+        let ids = all.plane(3);
+        if ids.contains(&0.0) {
+            let frame = tile::frame(out);
+            let farthest = nearest.farthest(&frame) * (1.0 + 1e-9);
+            let sides = out.plane_mut(0);
+            nearest.fill(&|| false, &frame, farthest, &mut |k, beside| {
+                let side = beside.map_or(1.0, |beside| beside.across);
+                sides[k] = narrow(reach.copysign(side));
+            });
+        }
+        for ((out, across), id) in out.plane_mut(0).iter_mut().zip(all.plane(1)).zip(ids) {
+            *out = if *id == 0.0 { *out } else { *across };
+        }
+        Ok(())
+    })
 }
 
 /// One plane of a field of four as a field of its own.
@@ -267,7 +290,7 @@ mod tests {
     use super::*;
     use crate::conform::{field, part};
     use crate::testing::{OnCanvas as _, canvas, check_field, outputs, port};
-    use shibo_engine::value::Value;
+    use shibo_engine::value::{Canvas, Value};
 
     const FIELDS: [&str; 5] = ["along", "across", "distance", "tangent", "ids"];
 
@@ -309,6 +332,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn sides_are_known_beyond_the_reach() {
+        let node = Path { reach: 3.0, ..line(&[(-40.0, 10.0), (72.0, 10.0)]) };
+        let canvas = Canvas { tile: Tiling::NONE, ..canvas() };
+        let outputs = outputs(&node, &[], &canvas).unwrap();
+        let Some(Value::Field(across)) = outputs.take("across", false) else { panic!("no field") };
+        let tile = part(across, &canvas, 0, 0, 64, 64);
+        // Pixels of ½ mm: the first row lies 9¾ mm to the left, the last one 21¾ mm to the right.
+        assert!(tile.row(0, 0).iter().all(|across| *across == -3.0), "{:?}", tile.row(0, 0));
+        assert!(tile.row(0, 63).iter().all(|across| *across == 3.0), "{:?}", tile.row(0, 63));
+        assert_eq!((tile.row(0, 18)[20], tile.row(0, 22)[20]), (-0.75, 1.25));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! [`kernel::thread`](shibo_kernel::path::thread) for how they are drawn. A tile costs the pixels of the stitches near
 //! it.
 use super::path::plane;
+use crate::bounds::{exceeds, told};
 use crate::degrees::sin_cos;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,9 @@ use shibo_kernel::ground::tile;
 use shibo_kernel::path::seam::{self, Seam};
 use shibo_kernel::path::thread::{Bit, Drawn, MOST_STRANDS, Thread};
 use std::sync::Arc;
+
+/// The longest stitch, as a share of the pitch.
+const LONGEST: f64 = 1.5;
 
 /// The most stitches of a node.
 const MOST_STITCHES: f64 = 1e6;
@@ -44,9 +48,9 @@ pub struct Stitch {
     /// From one stitch to the next; 25.4 divided by the stitches per inch.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: f64,
-    /// How much of a stitch is seen; by default nearly the whole pitch, as in a saddle stitch, where two stitches share
-    /// a hole.
-    #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    /// The part of a stitch that is seen, at most one and a half of the pitch; by default nearly the whole pitch, as in a saddle
+    /// stitch, where two stitches share a hole.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub length: Option<f64>,
     /// The angle of stitches to the path, from +x towards +y as the path goes along +x.
     #[schemars(range(min = -90, max = 90), extend("unit" = "°"))]
@@ -96,7 +100,7 @@ impl Default for Stitch {
 }
 
 impl Stitch {
-    /// How long a stitch is, as a share of the pitch.
+    /// How long a stitch is, as a share of the pitch; at most [`LONGEST`].
     fn share(&self) -> f64 {
         self.length.map_or_else(|| ((self.pitch - 0.3 * self.width) / self.pitch).max(0.5), |l| l / self.pitch)
     }
@@ -136,8 +140,8 @@ impl Node for Stitch {
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let mut problems = Vec::new();
-        if self.share() > 1.5 {
-            let (length, most) = (self.share() * self.pitch, 1.5 * self.pitch);
+        if exceeds(self.share(), LONGEST) {
+            let (length, most) = (told(self.share() * self.pitch), told(LONGEST * self.pitch));
             let message = format!("length is `{length}` mm; it must be at most {most} mm, one and a half of the pitch");
             problems.push(Problem::new(Code::OutOfRange, message).at("length"));
         }
@@ -255,6 +259,12 @@ mod tests {
         let refused = |node: Stitch| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         assert_eq!(refused(node()), None);
         assert_eq!(refused(Stitch { length: Some(6.1), ..node() }).as_deref(), Some("length"));
+        let long = |length: f64| Stitch { length: Some(length), pitch: 0.7, ..node() }.check_on(&canvas());
+        assert_eq!(long(1.05), [], "one and a half of the pitch, but for rounding");
+        assert_eq!(
+            long(1.06)[0].message,
+            "length is `1.06` mm; it must be at most 1.05 mm, one and a half of the pitch"
+        );
         assert_eq!(refused(Stitch { width: 33.0, ..node() }).as_deref(), Some("width"));
         assert!(outputs(&Stitch { pitch: 1e-5, ..node() }, &[line()], &canvas()).is_err());
     }

@@ -40,6 +40,7 @@ pub struct Streamlines {
     /// The direction of lines, in degrees from +x towards +y, or as vectors.
     pub direction: In<Direction>,
     /// Where lines may go: where it is ½ or more. Everywhere, if not given.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// The distance of lines.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]

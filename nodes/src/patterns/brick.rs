@@ -2,6 +2,7 @@
 //!
 //! See [`kernel::layout`](shibo_kernel::pattern::layout). Each output is computed separately. Cost: O(pixels).
 use super::{fitted, pieces};
+use crate::bounds::{exceeds, told};
 use crate::degrees::sin_cos;
 use glam::DVec2;
 use schemars::JsonSchema;
@@ -14,7 +15,7 @@ use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
 
 /// Bricks, tiles, boards: pieces with gaps and bevels between them, in seven layouts.
 ///
-/// Pieces partition the plane: in a gap, `ids`, `local` and `angle` are those of the nearest piece, and `mask` tells the gap.
+/// Pieces partition the plane: in a gap, `ids`, `local` and `angle` are those of the nearest piece, and `gap` is 1.
 /// `local.x` runs along the long side and is never mirrored. On a canvas that tiles, pieces become as large as the nearest
 /// pattern that fits, gaps stay as they are, and a warning tells by how much.
 ///
@@ -121,8 +122,9 @@ impl Node for Brick {
         if self.layout == Layout::Versailles && room <= 0.0 {
             let message = format!("gap is `{}` mm; it must be less than the width, {} mm", self.gap, size.y);
             refuse("gap", message, "the smallest pieces are half as wide as the largest, less half a gap");
-        } else if self.radius > room {
-            let message = format!("radius is `{}` mm; corners of these pieces have room for {room} mm", self.radius);
+        } else if exceeds(self.radius, room) {
+            let (radius, room) = (self.radius, told(room));
+            let message = format!("radius is `{radius}` mm; corners of these pieces have room for {room} mm");
             refuse("radius", message, "that is half the width of the smallest piece");
         }
         if !problems.is_empty() {

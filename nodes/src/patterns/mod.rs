@@ -17,7 +17,7 @@ use shibo_engine::registry::{Family, Kind};
 pub fn family() -> Family {
     Family {
         name: "Patterns",
-        doc: "Pieces that repeat with the canvas. Each has a height, a mask of the gaps, and for every piece its number (`ids`), \
+        doc: "Pieces that repeat with the canvas. Each has a height, a mask of its gaps or bands, and for every piece its number (`ids`), \
               the place within it in mm (`local`) and the angle of its long side.",
         kinds: vec![Kind::of::<Brick>(), Kind::of::<Hex>(), Kind::of::<Weave>(), Kind::of::<Truchet>()],
     }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub(super) const OUTPUTS: &[Output] = &[
     Output::new("height", Type::Gray, "0 on the pieces, `depth` lower in the gaps.").in_unit("mm"),
     Output::new("bevel", Type::Gray, "The same from 0 in the gaps to 1 on the pieces."),
-    Output::new("mask", Type::Gray, "1 in the gaps, 0 on the pieces."),
+    Output::new("gap", Type::Gray, "1 in the gaps, 0 on the pieces.").formerly("mask"),
     Output::new("ids", Type::Ids, "The number of the piece, from 1; in a gap that of the nearest piece."),
     Output::new("local", Type::Vec2, "The place within the piece from its middle: along its long side and across it.")
         .in_unit("mm"),
@@ -28,7 +28,7 @@ pub(super) fn outputs(grid: Grid, finish: Finish, depth: f64, tiling: Tiling) ->
     let local = places(&grid, tiling, finish::local);
     Outputs::one(plane(Type::Gray, Plane::Height(narrow(depth))))
         .with("bevel", plane(Type::Gray, Plane::Bevel))
-        .with("mask", plane(Type::Gray, Plane::Gap))
+        .with("gap", plane(Type::Gray, Plane::Gap))
         .with("ids", plane(Type::Ids, Plane::Ids))
         .with("local", local)
         .with("angle", plane(Type::Gray, Plane::Angle))
@@ -62,4 +62,21 @@ pub(super) fn places<P: Send + Sync + 'static>(
         }
         Ok(())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::patterns::{Brick, Hex, Truchet, Weave};
+    use shibo_engine::node::Node;
+
+    #[test]
+    fn gaps_are_found_by_their_former_name() {
+        for outputs in [Brick::OUTPUTS, Hex::OUTPUTS, Weave::OUTPUTS] {
+            let gap = Output::position(outputs, "gap");
+            assert!(gap.is_some() && Output::position(outputs, "mask") == gap);
+        }
+        let band = Output::position(Truchet::OUTPUTS, "mask").unwrap();
+        assert_eq!((Truchet::OUTPUTS[band].name, Output::position(Truchet::OUTPUTS, "gap")), ("mask", None));
+    }
 }

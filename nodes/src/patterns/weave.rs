@@ -99,7 +99,7 @@ impl Node for Weave {
             "Height over the middle of the cloth; holes are as deep as the lowest thread.",
         )
         .in_unit("mm"),
-        Output::new("mask", Type::Gray, "1 in the holes between threads."),
+        Output::new("gap", Type::Gray, "1 in the holes between threads, 0 on them.").formerly("mask"),
         Output::new("warp", Type::Gray, "1 where a warp thread lies on top, 0 where a weft thread does."),
         Output::new("ids", Type::Ids, "The number of the float, from 1; in a hole that of the nearest thread."),
         Output::new("local", Type::Vec2, "The place within the float from its middle: along the thread and across it.")
@@ -158,7 +158,7 @@ impl Node for Weave {
             |ty: Type, plane: Plane| drawn(&woven, ty, tiling, move |woven, frame, out| woven.fill(plane, frame, out));
         let local = places(&woven, tiling, Woven::local);
         Ok(Outputs::one(plane(Type::Gray, Plane::Height))
-            .with("mask", plane(Type::Gray, Plane::Gap))
+            .with("gap", plane(Type::Gray, Plane::Gap))
             .with("warp", plane(Type::Gray, Plane::Warp))
             .with("ids", plane(Type::Ids, Plane::Ids))
             .with("local", local)

@@ -20,7 +20,7 @@ use shibo_kernel::region::pieces::runs;
 /// "floor": Brick(layout: BasketWeave, size: (9.8, 4.8), gap: 0.2),
 /// "tone": RegionRandom(ids: "floor.ids", range: (0.4, 1)),
 /// "wood": GradientMap(input: "tone", stops: [(0.4, "#4a2f1c"), (1, "#b98a58")]),
-/// "example": Blend(base: "wood", top: "#14100c", mask: "floor.mask"),
+/// "example": Blend(base: "wood", top: "#14100c", mask: "floor.gap"),
 /// ```
 ///
 /// Elsewhere: Substance Designer *Flood Fill to Random Grayscale*, *Flood Fill to Random Color*; Material Maker *Fill

@@ -28,6 +28,7 @@ pub struct Fibers {
     /// The direction that fibres follow: degrees from +x towards +y, or vectors.
     pub direction: Option<In<Direction>>,
     /// The share of fibres that are drawn, 0..1, by where their middles lie.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// How many there are in a square centimetre, before the mask.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "1/cm²"))]

@@ -64,6 +64,7 @@ varied! {
         /// Where stamps go.
         points: In<Points> = In::default(),
         /// How opaque the stamp is, 0..1, over the same canvas; the opacity of the material without it, else a full rectangle.
+        #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
         shape: Option<In<Gray>> = None,
         [steering]
         [sizes]

@@ -24,6 +24,7 @@ use shibo_kernel::scatter::strand::Ends;
 #[serde(default, deny_unknown_fields)]
 pub struct Scratches {
     /// The share of scratches that are drawn, 0..1, by where their middles lie.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// The direction that scratches follow: degrees from +x towards +y, or vectors; `angle` is added.
     pub direction: Option<In<Direction>>,

@@ -33,6 +33,7 @@ varied! {
         /// Where stamps go.
         points: In<Points> = In::default(),
         /// How opaque the stamp is, 0..1, over the same canvas; a full rectangle without it.
+        #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
         shape: Option<In<Gray>> = None,
         /// How high the stamp is, for `ByHeight`; the input itself without it.
         height: Option<In<Gray>> = None,

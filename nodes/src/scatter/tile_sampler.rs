@@ -6,6 +6,7 @@
 use super::plan::{Order, PLACE, Plan};
 use super::sown::{self, Ground, Sown};
 use super::varied::varied;
+use crate::bounds::{exceeds, told};
 use glam::DVec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, Xy};
@@ -34,6 +35,7 @@ varied! {
         /// What is stamped; the whole canvas becomes a stamp.
         input: In<AnyField> = In::default(),
         /// How opaque the stamp is, 0..1, over the same canvas; a full rectangle without it.
+        #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
         shape: Option<In<Gray>> = None,
         /// How high the stamp is, for `ByHeight`; the input itself without it.
         height: Option<In<Gray>> = None,
@@ -156,9 +158,10 @@ impl Node for TileSampler {
 /// Refuses stamps that are larger than four canvases: so often they overlap themselves.
 pub(super) fn too_large(size: DVec2, scale: Range, canvas: &CanvasFacts) -> Vec<Problem> {
     let (largest, most) = (size.max_element() * scale.hi, 4.0 * canvas.size_mm().max_element());
-    if largest <= most {
+    if !exceeds(largest, most) {
         return Vec::new();
     }
+    let (largest, most) = (told(largest), told(most));
     let message = format!("size makes stamps of up to {largest} mm; they must be at most {most} mm");
     vec![Problem::new(Code::OutOfRange, message).at("size").help("that is four times the canvas")]
 }

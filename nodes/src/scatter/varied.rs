@@ -23,8 +23,10 @@ macro_rules! varied {
         pub struct $name {
             $($(#[$m1])* pub $f1: $t1,)*
             /// The share of stamps that are drawn, 0..1, at their places.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             pub density: Option<In<Gray>>,
             /// Factor on the size of stamps, 0..1, at their places.
+            #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             pub scale_by: Option<In<Gray>>,
             /// Where the stamps' own x points: degrees from +x towards +y, or vectors; `turn` is added.
             pub direction: Option<In<Direction>>,

@@ -28,6 +28,7 @@ pub struct DirectionalWarp {
     /// What to push.
     pub input: In<AnyField>,
     /// How far: 0 stays, 1 moves by `amount`, −1 by as much the other way. What lies beyond counts as these.
+    #[schemars(extend("minimum" = -1.0, "maximum" = 1.0))]
     pub by: In<Gray>,
     /// The direction in which features move, in degrees, from +x towards +y: a number or a field; or vectors.
     pub angle: In<Direction>,

@@ -2,6 +2,7 @@
 //!
 //! Places are found by displacements and read by Catmull-Rom, as those of [`Warp`](crate::space::Warp): a tile reads
 //! what it shows. Cost: O(pixels).
+use crate::bounds::{exceeds, told};
 use crate::warped::Warped;
 use glam::DVec2;
 use schemars::JsonSchema;
@@ -92,9 +93,10 @@ impl Node for Polar {
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let (radius, least) = (self.radius(canvas.size_mm()), 1e-3 * canvas.size_mm().max_element());
-        if radius >= least {
+        if !exceeds(least, radius) {
             return Vec::new();
         }
+        let (radius, least) = (told(radius), told(least));
         let message = format!("radius is `{radius}` mm; it must be at least a thousandth of the canvas, {least} mm");
         vec![Problem::new(Code::OutOfRange, message).at("radius")]
     }

@@ -45,10 +45,13 @@ pub struct Relief {
     /// Height in mm. Without it that of the material; without both the surface is flat.
     pub height: Option<In<Gray>>,
     /// Base colour. Without it that of the material; without both `color`.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub base_color: Option<In<Rgb>>,
     /// Roughness, 0..1. Without it that of the material; without both 0.45.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub roughness: Option<In<Gray>>,
     /// Ambient occlusion, 1 is open. Without it that of the material; without both 1.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub ao: Option<In<Gray>>,
     /// A normal that is shown in place of that of the height, such as one with the tilt of fibres.
     pub normal: Option<In<NormalField>>,

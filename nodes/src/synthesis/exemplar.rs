@@ -77,6 +77,7 @@ pub struct Exemplar {
     #[schemars(range(min = 0, max = 1e3))]
     pub feature_weight: f64,
     /// Numbers that steer the look, 0..1: where `guide` of `Synthesize` has a value, places with that value are shown.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub guide: Option<In<Gray>>,
     /// What may be shown: nothing where it is below 0.5. The opacity of a picture is a good mask.
     pub mask: Option<In<Gray>>,

@@ -23,8 +23,10 @@ pub struct JacobianFromWarp {
     /// Displacements in mm; instead of `x` and `y`.
     pub by: Option<In<Vec2Field>>,
     /// Displacement along x: 0 is -amount, 1 is +amount.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub x: In<Gray>,
     /// Displacement along y: 0 is -amount, 1 is +amount.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub y: In<Gray>,
     /// What 0 and 1 of `x` and `y` stand for.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]

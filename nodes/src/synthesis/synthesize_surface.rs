@@ -71,11 +71,13 @@ pub struct SynthesizeSurface {
     /// How many times larger features are.
     pub scale: Option<In<Gray>>,
     /// Which guide values of the exemplar are wanted where, 0..1; needs an exemplar with a guide.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub guide: Option<In<Gray>>,
     /// Coordinates that are given. They stay where `fixed_mask` is at least 0.5, and everything else is made to fit
     /// them.
     pub fixed: Option<In<CoordMap>>,
     /// Where the coordinates of `fixed` stay; everywhere by default.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub fixed_mask: Option<In<Gray>>,
     /// Coordinates to start from instead of random ones.
     pub start: Option<In<CoordMap>>,

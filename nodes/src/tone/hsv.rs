@@ -26,6 +26,7 @@ pub struct Hsv {
     /// The colours.
     pub input: In<Rgb>,
     /// By how many degrees the hue turns: red, yellow, green, cyan, blue, magenta are 60° apart.
+    #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     pub hue: In<Gray>,
     /// Factor on the saturation: 0 is grey, 1 changes nothing. Saturation ends at its largest.
     pub saturation: In<Gray>,

@@ -48,7 +48,7 @@ pub enum Sawing {
 /// "floor": Brick(layout: Herringbone, size: (19.8, 3.8), gap: 0.2),
 /// "boards": CutPlane(solid: "wood", preset: FlatSawn, distance: 30, local: "floor.local", ids: "floor.ids",
 ///   angle: "floor.angle", spread: (20, 20, 1500), turn: (30, 2), flip: true),
-/// "example": Blend(base: "boards", top: "#1c120b", mask: "floor.mask"),
+/// "example": Blend(base: "boards", top: "#1c120b", mask: "floor.gap"),
 /// ```
 ///
 /// Elsewhere: Houdini *Attribute from Map* on fractured pieces; Blender *Mapping* by a random number of each island.

@@ -42,7 +42,8 @@ fn meant(cx: Cx<'_>, finding: &Finding) -> Option<Edit> {
 fn instead(cx: Cx<'_>, finding: &Finding) -> Option<Edit> {
     let help = finding.help.as_deref()?.strip_prefix("write `\"")?;
     let right = &help[..help.find("\"`")?];
-    let whole = matches!(finding.code.as_str(), "type-mismatch" | "file-not-found" | "bad-value");
+    let whole =
+        matches!(finding.code.as_str(), "type-mismatch" | "file-not-found" | "bad-value" | "advice" | "unknown-node");
     let written = cx.file.at(&finding.range);
     let small = !written.is_empty() && !written.contains(['(', '{', '[', '\n']) && !right.contains('…');
     (whole && small).then(|| Edit { range: finding.range.clone(), text: format!("\"{right}\"") })

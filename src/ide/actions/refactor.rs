@@ -15,8 +15,8 @@ use std::path::{Component, Path, PathBuf};
 pub(super) fn name_literal(cx: Cx<'_>, at: usize) -> Option<Action> {
     let Spot::Value(expect, value) = trail(cx, at).spot else { return None };
     let (field, unit, integer) = match expect {
-        Expect::Value(field, param) => (field, param.unit.clone(), param.ty == ParamType::Integer),
-        Expect::Port(field, ..) => (field, None, false),
+        Expect::Value(field, param) => (field, param.bounds.unit.clone(), param.ty == ParamType::Integer),
+        Expect::Port(field, port, _) => (field, port.bounds.unit.clone(), false),
         _ => return None,
     };
     let written = cx.file.at(&value.range);

@@ -1,5 +1,8 @@
 //! Outlines, folds, selections, hints: what is where.
-use super::super::{Cx, File, Workspace, complete, diagnose, inlay, lens, navigate, signature, structure, tokens};
+use super::super::{
+    Cx, File, Section, Workspace, World, complete, diagnose, inlay, lens, navigate, signature, structure, tokens,
+};
+use super::{graphs, shipped};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Node, Output, Outputs};
@@ -101,6 +104,27 @@ impl Node for Old {
     fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
         Ok(Outputs::one(Field::constant(Type::Gray, &[0.0])))
     }
+}
+
+#[test]
+fn shipped_graphs_need_all_their_nodes() {
+    let workspace = shipped();
+    for graph in crate::library::graphs() {
+        let file = workspace.file(&graphs().join(graph.path)).unwrap();
+        let unused = diagnose::unused(Cx { world: &workspace, file: &file });
+        let names: Vec<_> = unused.iter().map(|index| file.entries(Section::Nodes)[*index].name()).collect();
+        assert!(names.is_empty(), "{}: {names:?}", graph.path);
+    }
+}
+
+#[test]
+fn names_that_begin_with_an_underscore_may_be_unused() {
+    let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
+    let text = "(imports: { \"g\": \"nowhere.ron\" }, nodes: { \"a\": Perlin(), \"_b\": Perlin(), \"c\": Perlin(), \
+                \"u\": Use(graph: \"g\", with: { \"x\": \"c\" }) }, outputs: { \"o\": \"u\" })";
+    let file = workspace.open(Path::new("/nowhere/a.ron"), text);
+    let unused = diagnose::unused(Cx { world: &workspace, file: &file });
+    assert_eq!(unused, [0], "what is given to a graph that cannot be read counts as needed");
 }
 
 #[test]

@@ -200,11 +200,11 @@ pub(crate) fn bytes(session: &Session, graph: &Graph, side: u32) -> Result<Vec<u
 /// RON for a value of a parameter other than its default.
 pub(crate) fn another(param: &ParamInfo) -> Option<String> {
     let number = |default: f64| {
-        let (min, max) = (param.min.unwrap_or(-1e6), param.max.unwrap_or(1e6));
+        let (min, max) = (param.bounds.min.unwrap_or(-1e6), param.bounds.max.unwrap_or(1e6));
         let up = default * 1.25 + 0.1;
         if up <= max { up } else { 0.5 * (default + min) }
     };
-    let whole = |default: f64| if default < param.max.unwrap_or(1e6) { default + 1.0 } else { default - 1.0 };
+    let whole = |default: f64| if default < param.bounds.max.unwrap_or(1e6) { default + 1.0 } else { default - 1.0 };
     let default = param.default.as_f64();
     let list = |i: usize| param.default.get(i).and_then(serde_json::Value::as_f64);
     match param.ty {

@@ -94,6 +94,8 @@ pub(crate) struct Bands {
     pub(crate) k: f64,
     /// A list.
     pub(crate) points: Vec<(f64, f64)>,
+    /// A list of numbers and colours.
+    pub(crate) stops: Vec<(f64, Color)>,
     /// A list of structs.
     pub(crate) branches: Vec<Branch>,
     /// A seed.
@@ -117,6 +119,7 @@ impl Default for Bands {
             on: false,
             k: 2.0,
             points: Vec::new(),
+            stops: Vec::new(),
             branches: Vec::new(),
             seed: 0,
             limit: None,
@@ -125,8 +128,10 @@ impl Default for Bands {
 }
 
 impl Node for Bands {
-    const OUTPUTS: &'static [Output] =
-        &[Output::new("value", Type::Gray, "Bands."), Output::new("color", Type::Rgb, "Coloured bands.")];
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("value", Type::Gray, "Bands."),
+        Output::new("color", Type::Rgb, "Coloured bands.").formerly("hue"),
+    ];
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         count();
@@ -184,6 +189,7 @@ pub(crate) struct Mix {
     /// Other.
     pub(crate) b: In<AnyField>,
     /// How much.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub(crate) amount: In<Gray>,
 }
 
@@ -322,8 +328,10 @@ impl Node for Seamless {
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Surface {
     /// Colour.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub(crate) base_color: Option<In<Rgb>>,
     /// Roughness.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub(crate) roughness: Option<In<Gray>>,
     /// Height.
     pub(crate) height: Option<In<Gray>>,
@@ -364,6 +372,7 @@ pub(crate) struct Layer {
     /// Where.
     pub(crate) mask: Option<In<Gray>>,
     /// How much.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub(crate) opacity: In<Gray>,
     /// How often.
     pub(crate) count: u32,

@@ -29,7 +29,7 @@ pub(super) fn atlas(error: &AtlasError) -> Problem {
     let help = match error {
         AtlasError::Missing | AtlasError::Flat => "take `charts: New`",
         AtlasError::Outside { .. } => {
-            "these are UVs of textures that repeat, or of charts that cross the border of a UDIM tile; take `charts: Repack`"
+            "these are UVs of textures that repeat, or of charts that cross the border of a UDIM tile; `charts: Repack` lays the charts out anew, so pictures painted for these UVs no longer fit"
         }
         AtlasError::Charts(_) => "take `charts: New`, or split the mesh by `part` of `LoadMesh`",
     };

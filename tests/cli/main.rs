@@ -16,6 +16,7 @@ mod fmt;
 mod gltf;
 mod hidden;
 mod hostile_meshes;
+mod imports;
 mod incremental;
 mod interrupt;
 mod job;
@@ -25,6 +26,7 @@ mod mips;
 mod nodes;
 mod obj;
 mod once;
+mod own_files;
 mod parts;
 mod picture_files;
 #[path = "../../engine/tests/all/pictures/mod.rs"]

@@ -13,6 +13,8 @@ mod neovim;
 mod noise;
 mod own;
 mod page;
+mod protocol;
+mod races;
 mod repairs;
 mod saves;
 mod server;

@@ -1,6 +1,6 @@
 //! The engine as seen by code that computes whole pictures. The time that its inputs take is measured apart.
 use super::Event;
-use super::run::Run;
+use super::run::{Run, node_code};
 use crate::diagnostics::{Code, Problem};
 use crate::graph::GraphNode;
 use crate::node::{Call, Outputs};
@@ -88,7 +88,7 @@ impl Run<'_> {
     pub fn apply(&self, node: &GraphNode, inputs: &[Value], key: Key) -> Result<Outputs, Stop> {
         let evaluator = NodeEvaluator { run: self, node, key, alone: false, nested: AtomicU64::new(0) };
         let (canvas, files) = (&node.canvas, &node.files);
-        node.node.evaluate(&Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator })
+        node_code(|| node.node.evaluate(&Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator }))
     }
 }
 

@@ -18,7 +18,7 @@ pub(crate) struct Session {
 impl Session {
     #[new]
     #[pyo3(signature = (library, *, threads=0, memory=1536, cache_dir=None, cache_size=4096, usual_cache=false, import_path=Vec::new()))]
-    #[expect(clippy::too_many_arguments, reason = "they are named in Python")]
+    #[allow(clippy::too_many_arguments, reason = "they are named in Python")]
     fn new(
         py: Python<'_>,
         library: PathBuf,

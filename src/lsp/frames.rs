@@ -130,9 +130,9 @@ impl<R: Read> Frames<R> {
 fn length(head: &[u8]) -> Result<usize, String> {
     let head = String::from_utf8_lossy(head);
     let lines = head.lines().filter_map(|line| line.split_once(':'));
-    let told =
+    let mut told =
         lines.filter(|(name, _)| name.trim().eq_ignore_ascii_case("content-length")).map(|(_, value)| value.trim());
-    let told = told.last().ok_or("a message has no `Content-Length`")?;
+    let told = told.next_back().ok_or("a message has no `Content-Length`")?;
     let length = told.parse::<u128>().map_err(|_| "a message's `Content-Length` is no number".to_owned())?;
     let most = usize::try_from(length).ok().filter(|length| *length <= MOST);
     most.ok_or_else(|| format!("a message of {length} bytes is announced; {MOST} are the most"))

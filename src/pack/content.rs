@@ -5,7 +5,6 @@ use shibo_engine::graph::Graph;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// The begin of paths of graphs that come with the program.
@@ -97,7 +96,7 @@ impl Content {
             let edits = self.edits(path, &name, &folder, &content);
             rewritten.extend(edits.values().map(|word| (name.clone(), word.clone())));
             for ((start, end), word) in edits.into_iter().rev() {
-                content.splice(Range { start, end }, word.into_bytes());
+                drop(content.splice(start..end, word.into_bytes()));
             }
             files.push((name, content));
         }

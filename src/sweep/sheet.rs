@@ -37,7 +37,8 @@ impl Layout {
         if let [rows, columns] = axes
             && columns.values.len() <= MOST_COLUMNS
         {
-            let all = |axis: &Axis| axis.values.iter().map(|value| label(&[(&axis.name, value)])).collect();
+            let all =
+                |axis: &Axis| axis.values.iter().map(|value| label(&[(axis.name.as_str(), value.as_str())])).collect();
             return Self::Matrix { rows: all(rows), columns: all(columns) };
         }
         let longest = (0..count).map(|number| label(&variant(axes, number)).chars().count()).max().unwrap_or(1);

@@ -116,7 +116,8 @@ fn clearing_a_shared_folder_follows_no_links_and_removes_only_entries() {
     let shared = desk.path("share/shibo-cache-1");
     fs::write(shared.join("objects/notes"), "mine").unwrap();
     repository(&desk, "elsewhere");
-    std::os::unix::fs::symlink(desk.path("elsewhere/objects/ab"), shared.join("objects/ab")).unwrap();
+    let free = (0..256).map(|n| shared.join(format!("objects/{n:02x}"))).find(|path| !path.exists()).unwrap();
+    std::os::unix::fs::symlink(desk.path("elsewhere/objects/ab"), free).unwrap();
     let before = all(&desk.path("elsewhere"));
     let cleared = desk.run(["cache", "clear", "--shared-cache", &url]).expect(0);
     assert!(!cleared.stderr.contains("removed 0 entries"), "{}", cleared.stderr);

@@ -22,6 +22,9 @@ pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// Look for imports of graphs in this folder too, after that of the graph; may be repeated. $SHIBO_IMPORT_PATH names more.
+    #[arg(long, value_name = "DIR", global = true)]
+    pub(crate) import_path: Vec<PathBuf>,
 }
 
 /// What can be done.

@@ -2,6 +2,7 @@
 use sha2::{Digest, Sha256};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 fn variable(name: &str) -> Option<OsString> {
     std::env::var_os(name).filter(|value| !value.is_empty())
@@ -32,6 +33,21 @@ pub(crate) fn page_note(graph: &Path) -> PathBuf {
         .map(|byte| format!("{byte:02x}"))
         .collect();
     editor_dir().join(format!("page-{hash}.json"))
+}
+
+/// The folders that were given, once the command line is read.
+static IMPORTS: OnceLock<Vec<PathBuf>> = OnceLock::new();
+
+/// Takes the folders of the command line in which imports are looked for, besides that of the graph.
+pub(crate) fn set_import_paths(given: Vec<PathBuf>) {
+    let named = variable("SHIBO_IMPORT_PATH").unwrap_or_default();
+    let named = std::env::split_paths(&named).filter(|folder| !folder.as_os_str().is_empty()).collect();
+    let _ = IMPORTS.set([given, named].concat());
+}
+
+/// Further folders in which imports are looked for: those of the command line, then those of the environment.
+pub(crate) fn import_paths() -> &'static [PathBuf] {
+    IMPORTS.get().map_or(&[], Vec::as_slice)
 }
 
 /// The address of the cache that machines share, if there is one.

@@ -2,7 +2,7 @@
 use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
-use crate::write;
+use crate::write::{self, Refused};
 use clap::Args;
 use shibo_engine::diagnostics::SourceMap;
 use shibo_engine::graph::Limits;
@@ -52,9 +52,7 @@ pub(crate) fn run(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {
             Ok(text) if text.before == text.after => {}
             Ok(_) if args.check => listed += &format!("{}\n", path.display()),
             Ok(text) => {
-                write::replace(&path, &text.after)
-                    .map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", path.display())))?;
-                terminal.say(&format!("laid out {}", path.display()));
+                good &= written(&path, &text, terminal);
             }
             // The others are laid out nevertheless.
             Err(quit) => {
@@ -65,6 +63,21 @@ pub(crate) fn run(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {
     }
     terminal.data(&listed)?;
     if good && listed.is_empty() { Ok(()) } else { Err(Quit::Shown) }
+}
+
+/// Writes the layout of a file, unless another program saved it at the same time. Returns true if it was written.
+fn written(path: &Path, text: &Text, terminal: &Terminal) -> bool {
+    let name = path.display();
+    let message = match write::change(path, &text.before, &text.after) {
+        Ok(()) => {
+            terminal.say(&format!("laid out {name}"));
+            return true;
+        }
+        Err(Refused::Changed) => format!("`{name}` was saved meanwhile, and left alone; lay it out again"),
+        Err(Refused::Failed(error)) => format!("cannot write `{name}`: {error}"),
+    };
+    terminal.error(&message);
+    false
 }
 
 fn stdin(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {

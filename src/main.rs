@@ -51,6 +51,7 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return terminal.usage(&error),
     };
+    environment::set_import_paths(cli.import_path);
     match run(cli.command, &terminal, start) {
         Ok(()) => ExitCode::SUCCESS,
         Err(quit) => quit.code(&terminal),

@@ -21,6 +21,7 @@ pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolut
         resolution,
         // Without a known working folder, relative paths stay relative, which means the same.
         working_dir: std::env::current_dir().unwrap_or_default(),
+        import_paths: environment::import_paths().to_vec(),
         ..LoadOptions::default()
     };
     graph::load(path, registry, &options)
@@ -77,11 +78,16 @@ pub(crate) fn closed(shared: Option<Shared>, terminal: &Terminal) {
 
 /// The folder for results: the one given, or the user's.
 pub(crate) fn cache_dir(given: Option<&Path>, terminal: &Terminal) -> Option<PathBuf> {
-    let dir = given.map(Path::to_path_buf).or_else(environment::cache_dir);
+    let dir = given.map(Path::to_path_buf).or_else(usual_cache_dir);
     if dir.is_none() {
         terminal.warning("there is no home folder to keep results in; say `--cache-dir DIR` to keep them elsewhere");
     }
     dir
+}
+
+/// The folder for results where none is named; one that an earlier version made is marked.
+pub(crate) fn usual_cache_dir() -> Option<PathBuf> {
+    environment::cache_dir().inspect(|dir| DiskCache::adopt(dir))
 }
 
 /// Says why there is no result.

@@ -9,7 +9,7 @@ use crate::report;
 use crate::terminal::Terminal;
 use clap::Args;
 use shibo_engine::eval::{CancelToken, DiskCache, NodeState, Seal};
-use shibo_engine::picture::{self, JoinError};
+use shibo_engine::picture::{self, JoinError, JoinedPart};
 use shibo_engine::session::{Prepared, RenderRequest};
 use shibo_engine::value::{Key, Resolution};
 use std::path::{Path, PathBuf};
@@ -124,7 +124,7 @@ pub(crate) fn join(args: &JoinArgs, terminal: &Terminal) -> Result<(), Quit> {
         refused(error, terminal)
     })?;
     if args.remove {
-        remove(&args.parts, joined.parts.iter().chain(&joined.left));
+        remove(&args.parts, &joined.parts);
     }
     for file in &joined.files {
         if !args.progress.quiet {
@@ -138,24 +138,16 @@ pub(crate) fn join(args: &JoinArgs, terminal: &Terminal) -> Result<(), Quit> {
 
 /// Removes the parts that were joined, then the results that a job keeps beside them, then the folder if nothing else is in
 /// it. What cannot be removed stays: the pictures are there.
-fn remove<'p>(dir: &Path, parts: impl Iterator<Item = &'p PathBuf>) {
-    parts.for_each(|part| drop(std::fs::remove_file(part)));
+fn remove(dir: &Path, parts: &[JoinedPart]) {
+    parts.iter().for_each(JoinedPart::remove);
     let cache = dir.join("cache");
-    if cache.is_dir()
+    if !cache.is_symlink()
+        && DiskCache::is_cache(&cache)
         && let Ok(disk) = DiskCache::open(&cache, u64::MAX, Seal::new(Key::of("no build", &[])))
     {
-        disk.clear();
-        empty(&cache, 3);
+        disk.remove_all();
     }
-    empty(dir, 0);
-}
-
-/// Removes a folder with those folders in it that are empty too.
-fn empty(dir: &Path, depth: u32) {
-    if let (Ok(entries), true) = (dir.read_dir(), depth > 0) {
-        let inner = entries.flatten().filter(|entry| entry.file_type().is_ok_and(|ty| ty.is_dir()));
-        inner.for_each(|entry| empty(&entry.path(), depth - 1));
-    }
+    // Only if it is empty.
     let _ = std::fs::remove_dir(dir);
 }
 

@@ -1,23 +1,278 @@
-//! Writing files: all of it or nothing.
+//! Writing files: whole or not at all, and never over a text that another program saved at the same time.
 use shibo_engine::picture::AtomicFile;
-use std::fs;
-use std::io::{self, Write};
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, Write};
 use std::path::Path;
+use std::time::{Duration, Instant};
 
-/// Writes a file, and the folders that it lies in if need be: all of it, or what was there before stays.
+/// For so long another program may hold a lock on the file.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// A program that opened the file before the exchange has this time to write into it.
+const LINGER: Duration = Duration::from_millis(10);
+/// So often another program may save while a file is put back.
+const TURNS: usize = 100;
+
+/// Writes a whole file. After a failure the old content is there.
 pub(crate) fn whole(path: &Path, content: &[u8]) -> io::Result<()> {
-    path.parent().map_or(Ok(()), fs::create_dir_all)?;
     let mut file = AtomicFile::create(path)?;
     file.write_all(content)?;
     file.commit()
 }
 
-/// Replaces the content of a file, or of what a link to a file leads to. It keeps its permissions.
-pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
+/// The same, and makes the folders that it lies in if need be.
+pub(crate) fn whole_with_folders(path: &Path, content: &[u8]) -> io::Result<()> {
+    path.parent().map_or(Ok(()), fs::create_dir_all)?;
+    whole(path, content)
+}
+
+/// Why a file was not changed.
+#[derive(Debug)]
+pub(crate) enum Refused {
+    /// The file has another content than the change is based on: another program has saved it.
+    Changed,
+    /// The system refuses.
+    Failed(io::Error),
+}
+
+impl From<io::Error> for Refused {
+    fn from(error: io::Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// Changes the content of a file of the user, or of what a link to a file leads to, from `before` to `after`. It keeps its
+/// permissions. If it has another content by now, that stays.
+///
+/// Where the system can, the two files change places in one step, and the old file is compared afterwards. A text that another program
+/// saves at any moment is either taken out and put back, or comes later and stays.
+pub(crate) fn change(path: &Path, before: &str, after: &str) -> Result<(), Refused> {
+    changed(path, (before.as_bytes(), after.as_bytes()), AtomicFile::exchange, &mut |_| {})
+}
+
+/// Between which steps of a change another program may save.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Moment {
+    /// After the comparison, before the exchange.
+    Compared,
+    /// After the exchange.
+    Exchanged,
+    /// Before the other content is put back.
+    Returning,
+}
+
+/// Swaps a temporary file and its target.
+type Exchange = fn(&mut AtomicFile) -> io::Result<()>;
+
+fn changed(
+    path: &Path,
+    (before, after): (&[u8], &[u8]),
+    exchange: Exchange,
+    meanwhile: &mut dyn FnMut(Moment),
+) -> Result<(), Refused> {
     let path = path.canonicalize()?;
-    let permissions = fs::metadata(&path)?.permissions();
-    let mut file = AtomicFile::create(&path)?;
-    file.write_all(text.as_bytes())?;
-    file.set_permissions(permissions)?;
-    file.commit()
+    let mut old = File::open(&path)?;
+    let permissions = old.metadata()?.permissions();
+    let mut new = AtomicFile::create(&path)?;
+    new.write_all(after)?;
+    new.set_permissions(permissions)?;
+    let _lock = lock(&old)?;
+    if fs::read(&path)? != before {
+        return Err(Refused::Changed);
+    }
+    meanwhile(Moment::Compared);
+    if exchange(&mut new).is_err() {
+        // A file system that cannot swap: there is a moment between the comparison and the renaming.
+        return if fs::read(&path)? == before { Ok(new.commit()?) } else { Err(Refused::Changed) };
+    }
+    meanwhile(Moment::Exchanged);
+    let taken = fs::read(new.temporary())?;
+    if taken != before {
+        put_back(&mut new, (&path, after), taken, exchange, meanwhile)?;
+        return Err(Refused::Changed);
+    }
+    // A program that opened the old file earlier writes into it, whatever its name is now.
+    std::thread::sleep(LINGER);
+    let mut late = Vec::new();
+    old.rewind().and_then(|()| old.read_to_end(&mut late))?;
+    if late != before {
+        put_back(&mut new, (&path, after), late, exchange, meanwhile)?;
+        return Err(Refused::Changed);
+    }
+    Ok(())
+}
+
+/// Swaps back what another program saved, `theirs`. A text that it saves at the same time is newer, and is put back in its turn.
+fn put_back(
+    file: &mut AtomicFile,
+    (path, ours): (&Path, &[u8]),
+    theirs: Vec<u8>,
+    exchange: Exchange,
+    meanwhile: &mut dyn FnMut(Moment),
+) -> io::Result<()> {
+    let (mut here, mut away) = (ours.to_vec(), theirs);
+    for _ in 0..TURNS {
+        meanwhile(Moment::Returning);
+        exchange(file)?;
+        let taken = fs::read(file.temporary())?;
+        if taken == here {
+            return Ok(());
+        }
+        // A still newer content is there; the one that was just put back is older.
+        (here, away) = (away, taken);
+    }
+    // Nobody saves so often. The newest content is written over the older one.
+    whole(path, &away)
+}
+
+/// A lock on a file, which other runs of this program wait for; `None` where the system has none.
+fn lock(file: &File) -> io::Result<Option<File>> {
+    if !cfg!(unix) {
+        // There, a lock would keep this program from reading, too.
+        return Ok(None);
+    }
+    let Ok(file) = file.try_clone() else { return Ok(None) };
+    let end = Instant::now() + PATIENCE;
+    loop {
+        match file.try_lock() {
+            Ok(()) => return Ok(Some(file)),
+            Err(fs::TryLockError::WouldBlock) if Instant::now() < end => std::thread::sleep(Duration::from_millis(5)),
+            Err(fs::TryLockError::WouldBlock) => {
+                return Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program has locked it"));
+            }
+            // A file system without locks.
+            Err(fs::TryLockError::Error(_)) => return Ok(None),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    /// A system that cannot swap.
+    fn unable(_: &mut AtomicFile) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    fn file(content: &str) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.ron");
+        fs::write(&path, content).unwrap();
+        (folder, path)
+    }
+
+    /// The content of the file after a change from `before` to `after` during which `saves` happen; and true if it was made.
+    fn during(exchange: Exchange, saves: &mut dyn FnMut(Moment, &Path)) -> (String, bool) {
+        let (folder, path) = file("before");
+        let made = changed(&path, (b"before", b"after"), exchange, &mut |moment| saves(moment, &path));
+        assert!(matches!(made, Ok(()) | Err(Refused::Changed)), "{made:?}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
+        (fs::read_to_string(&path).unwrap(), made.is_ok())
+    }
+
+    /// As editors save: over the file, or beside it and then under its name.
+    const WAYS: [fn(&Path, &str); 2] = [
+        |path, text| fs::write(path, text).unwrap(),
+        |path, text| {
+            fs::write(path.with_extension("new"), text).unwrap();
+            fs::rename(path.with_extension("new"), path).unwrap();
+        },
+    ];
+
+    #[test]
+    fn changes_what_nobody_else_saves() {
+        for exchange in [AtomicFile::exchange as Exchange, unable] {
+            assert_eq!(during(exchange, &mut |_, _| {}), ("after".to_owned(), true));
+        }
+        let (_folder, path) = file("other");
+        assert!(matches!(change(&path, "before", "after"), Err(Refused::Changed)));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "other");
+        assert!(matches!(change(&path.with_extension("none"), "", "after"), Err(Refused::Failed(_))));
+    }
+
+    #[test]
+    fn keeps_a_save_between_check_and_exchange() {
+        for save in WAYS {
+            for exchange in [AtomicFile::exchange as Exchange, unable] {
+                let saved = during(exchange, &mut |moment, path| {
+                    if moment == Moment::Compared {
+                        save(path, "editor");
+                    }
+                });
+                assert_eq!(saved, ("editor".to_owned(), false));
+            }
+        }
+    }
+
+    #[test]
+    #[cfg(any(target_os = "linux", target_vendor = "apple"))]
+    fn keeps_the_newest_of_several_saves() {
+        for save in WAYS {
+            let mut number = 0;
+            let saved = during(AtomicFile::exchange, &mut |moment, path| {
+                if moment == Moment::Compared || (moment == Moment::Returning && number < 5) {
+                    number += 1;
+                    save(path, &format!("editor {number}"));
+                }
+            });
+            assert_eq!(saved, ("editor 5".to_owned(), false));
+        }
+    }
+
+    #[test]
+    #[cfg(any(target_os = "linux", target_vendor = "apple"))]
+    fn keeps_a_save_into_the_file_that_was_open_before() {
+        let (_folder, path) = file("before");
+        // An editor has opened the file, and writes when it has another name.
+        let mut open = Some(fs::OpenOptions::new().write(true).open(&path).unwrap());
+        let made = changed(&path, (b"before", b"after"), AtomicFile::exchange, &mut |moment| {
+            if moment == Moment::Exchanged {
+                open.take().unwrap().write_all(b"editor").unwrap();
+            }
+        });
+        assert!(matches!(made, Err(Refused::Changed)), "{made:?}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "editor");
+    }
+
+    #[test]
+    #[cfg(any(target_os = "linux", target_vendor = "apple"))]
+    fn a_save_after_the_exchange_stays() {
+        for save in WAYS {
+            let saved = during(AtomicFile::exchange, &mut |moment, path| {
+                if moment == Moment::Exchanged {
+                    save(path, "editor");
+                }
+            });
+            assert_eq!(saved, ("editor".to_owned(), true));
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn waits_for_a_lock_and_then_gives_up() {
+        let (_folder, path) = file("before");
+        let other = File::open(&path).unwrap();
+        other.lock().unwrap();
+        let refused = change(&path, "before", "after");
+        assert!(matches!(refused, Err(Refused::Failed(error)) if error.kind() == io::ErrorKind::ResourceBusy));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "before");
+        drop(other);
+        change(&path, "before", "after").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "after");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn keeps_permissions_and_follows_links_to_the_file() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let (folder, path) = file("before");
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+        let link = folder.path().join("link.ron");
+        symlink(&path, &link).unwrap();
+        change(&link, "before", "after").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "after");
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+    }
 }

@@ -1,8 +1,10 @@
 //! The graphs that come with Shibo, and the kinds of nodes: what graph files may refer to by name. Programs that load graphs
 //! begin with [`registry`].
 use sha2::{Digest, Sha256};
+use shibo_engine::picture::AtomicFile;
 use shibo_engine::registry::{Library, Registry};
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -100,14 +102,14 @@ fn unpack(folder: &Path, path: &str, bytes: &[u8]) -> Result<PathBuf, String> {
     if fs::read(&file).is_ok_and(|found| found == bytes) {
         return Ok(file);
     }
-    // Another process may do the same at the same time.
-    let part = folder.join(format!(".{hash}-{name}.{}", std::process::id()));
-    let written =
-        fs::create_dir_all(folder).and_then(|()| fs::write(&part, bytes)).and_then(|()| fs::rename(&part, &file));
-    written.map_err(|error| {
-        let _ = fs::remove_file(&part);
-        format!("cannot write `{}`, which the library needs: {error}", file.display())
-    })?;
+    // Another process, also of another machine, may do the same at the same time.
+    let write = || {
+        fs::create_dir_all(folder)?;
+        let mut part = AtomicFile::create(&file)?;
+        part.write_all(bytes)?;
+        part.commit()
+    };
+    write().map_err(|error| format!("cannot write `{}`, which the library needs: {error}", file.display()))?;
     Ok(file)
 }
 

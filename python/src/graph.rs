@@ -18,6 +18,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[pyclass(frozen, module = "shibo")]
 pub(crate) struct Graph {
     session: Arc<Engine>,
+    import_paths: Vec<PathBuf>,
     path: PathBuf,
     state: Mutex<State>,
 }
@@ -42,6 +43,7 @@ impl Graph {
             set: state.set.clone(),
             resolution,
             working_dir: std::env::current_dir().unwrap_or_default(),
+            import_paths: self.import_paths.clone(),
             ..LoadOptions::default()
         };
         let loaded = py.detach(|| self.session.load(&self.path, &options));
@@ -93,7 +95,8 @@ impl Graph {
         values: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
         let state = State { preset, set: given(values)?, loaded: None };
-        let graph = Self { session: session.get().inner.clone(), path, state: Mutex::default() };
+        let Session { inner, import_paths } = session.get();
+        let graph = Self { session: inner.clone(), import_paths: import_paths.clone(), path, state: Mutex::default() };
         graph.change(py, state)?;
         Ok(graph)
     }

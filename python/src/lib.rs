@@ -35,6 +35,7 @@ fn graphs() -> Vec<&'static str> {
 fn check(path: PathBuf, session: &Bound<'_, session::Session>) -> Vec<diagnostics::Diagnostic> {
     let options = shibo_engine::graph::LoadOptions {
         working_dir: std::env::current_dir().unwrap_or_default(),
+        import_paths: session.get().import_paths.clone(),
         ..shibo_engine::graph::LoadOptions::default()
     };
     let loaded = session.get().inner.load(&path, &options);

@@ -155,6 +155,22 @@ def test_errors_carry_diagnostics(file, session, tmp_path):
         graph.render("lumps")
 
 
+def test_imports_are_looked_for_in_named_folders(tmp_path, monkeypatch):
+    monkeypatch.delenv("SHIBO_IMPORT_PATH", raising=False)
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "part.ron").write_text(GRAPH)
+    text = '(imports: { "p": "part" }, nodes: { "u": Use(graph: "p") }, outputs: { "o": "u.lumps" })'
+    (tmp_path / "main.ron").write_text(text)
+    main = tmp_path / "main.ron"
+    alone = shibo.Session(cache=False)
+    assert [found.code for found in shibo.check(main, session=alone)] == ["file-not-found"]
+    named = shibo.Session(cache=False, import_path=[tmp_path / "lib"])
+    assert shibo.check(main, session=named) == []
+    assert shibo.load(main, session=named).outputs == ["o"]
+    monkeypatch.setenv("SHIBO_IMPORT_PATH", os.pathsep.join(["nowhere", str(tmp_path / "lib")]))
+    assert shibo.load(main, session=shibo.Session(cache=False)).outputs == ["o"]
+
+
 def test_an_edit_counts(file, session):
     graph = shibo.load(file, session=session)
     before = graph.render("lumps")

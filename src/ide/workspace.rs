@@ -2,6 +2,7 @@
 use super::file::File;
 use super::habits::Habits;
 use super::world::World;
+use crate::environment;
 use shibo_engine::graph::import_path;
 use shibo_engine::registry::Registry;
 use std::collections::{BTreeMap, HashMap};
@@ -183,7 +184,8 @@ impl World for Workspace {
             return known.clone();
         }
         let open = |path: &Path| self.open.contains_key(&identity(path));
-        let found = import_path(from, name, self.registry.library(), &open).map(|path| identity(&path));
+        let found = import_path(from, name, (self.registry.library(), environment::import_paths()), &open)
+            .map(|path| identity(&path));
         self.known().imports.insert(key, found.clone());
         found
     }

@@ -179,7 +179,8 @@ fn common(args: &JobArgs) -> Vec<String> {
 }
 
 fn put(path: &Path, content: &[u8]) -> Result<(), Quit> {
-    write::whole(path, content).map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", path.display())))
+    write::whole_with_folders(path, content)
+        .map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", path.display())))
 }
 
 #[cfg(unix)]

@@ -14,7 +14,8 @@ const CHUNKS: u32 = 100;
 pub(super) fn template(job: &Job) -> String {
     let mut page = String::new();
     let memory = u64::from(job.memory) * 5 / 4 + 512;
-    let name = quoted(&job.name);
+    let (job, texts) = plain(job);
+    let (job, name) = (&job, quoted(&job.name));
     let _ = write!(
         page,
         "specificationVersion: jobtemplate-2023-09
@@ -37,7 +38,7 @@ parameterDefinitions:
     type: STRING
     default: shibo
     description: The program.
-steps:
+{texts}steps:
 ",
         graph = quoted(&job.graph),
     );
@@ -74,6 +75,40 @@ steps:
     let join = ["join", PARTS, "-o", "{{Param.OutDir}}", "--remove", "--memory", &memory].map(str::to_owned);
     page.push_str(&step("join", Some("render"), "", &needs, &[&join[..], &told].concat()));
     page
+}
+
+/// The same job in which no word holds what a scheduler would replace, and the definitions of the parameters that stand for such words:
+/// their values are taken as they are. There is no other way to write two braces in a template.
+fn plain(job: &Job) -> (Job, String) {
+    let mut texts = String::new();
+    let mut count = 0;
+    let mut word = |word: &String| {
+        if !["{{", "}}"].iter().any(|braces| word.contains(braces)) {
+            return word.clone();
+        }
+        count += 1;
+        let text = quoted(word);
+        let _ = write!(
+            texts,
+            "  - name: Text{count}
+    type: STRING
+    default: {text}
+    description: A word with braces, which stands as it is.
+"
+        );
+        format!("{{{{Param.Text{count}}}}}")
+    };
+    let plain = Job {
+        name: word(&job.name),
+        graph: job.graph.clone(),
+        tasks: job.tasks,
+        sweep: job.sweep.iter().map(&mut word).collect(),
+        memory: job.memory,
+        threads: job.threads,
+        common: job.common.iter().map(&mut word).collect(),
+        rendering: job.rendering.iter().map(&mut word).collect(),
+    };
+    (plain, texts)
 }
 
 /// The steps of a sweep: chunks of variants, and the list of all of them.

@@ -1,6 +1,7 @@
 //! Diagnostics: a thread that checks the newest texts and tells the editor, so that nothing waits for it.
 use super::text::{Encoding, Lines};
 use super::uris;
+use crate::environment;
 use crate::ide::diagnose::{Finding, Severity, by_file, hints};
 use crate::ide::{Cx, File, Workspace, World, identity};
 use lsp_server::{Message, Notification};
@@ -13,6 +14,7 @@ use shibo_engine::graph::{Limits, LoadOptions, Loaded, load_text};
 use shibo_engine::registry::Registry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -92,19 +94,24 @@ impl Checker {
             let wait = if due.is_empty() { LOOK.saturating_sub(looked.elapsed()) } else { Duration::ZERO };
             match jobs.recv_timeout(wait) {
                 Ok(job) => {
-                    self.take(job, &mut due);
+                    self.safely(|checker| checker.take(job, &mut due));
                     continue;
                 }
                 Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {}
             }
             if let Some(path) = due.pop_first() {
-                self.check(&path);
+                self.safely(|checker| checker.check(&path));
             } else if looked.elapsed() >= LOOK {
-                due = self.changed_on_disk();
+                self.safely(|checker| due = checker.changed_on_disk());
                 looked = Instant::now();
             }
         }
+    }
+
+    /// Does a step. A defect in it, which the editor finds in the log, leaves the next text to be checked.
+    fn safely(&mut self, step: impl FnOnce(&mut Self)) {
+        let _ = catch_unwind(AssertUnwindSafe(|| step(self)));
     }
 
     fn take(&mut self, job: Job, due: &mut BTreeSet<PathBuf>) {
@@ -186,6 +193,7 @@ impl Checker {
             set: Vec::new(),
             resolution: None,
             working_dir: std::env::current_dir().unwrap_or_default(),
+            import_paths: environment::import_paths().to_vec(),
             limits: Limits::default(),
             overlay: self.workspace.texts(),
         }

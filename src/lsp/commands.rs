@@ -9,6 +9,7 @@ use lsp_server::ErrorCode;
 use lsp_types::{ExecuteCommandParams, MessageType, Position, Range, ShowDocumentParams, ShowMessageParams, Uri};
 use serde_json::{Value as Json, json};
 use std::collections::HashSet;
+use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -16,6 +17,10 @@ use std::str::FromStr;
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::{Duration, Instant};
+
+/// For so long a page may take to end.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// What threads report.
 pub(super) enum Jump {
@@ -55,7 +60,13 @@ impl Pages {
 
     /// Ends the pages that were started here.
     pub(super) fn stop(&self) {
-        for mut child in std::mem::take(&mut self.lock().children) {
+        let mut children = std::mem::take(&mut self.lock().children);
+        children.iter_mut().for_each(|child| drop(child.stdin.take()));
+        let end = Instant::now() + PATIENCE;
+        for mut child in children {
+            while matches!(child.try_wait(), Ok(None)) && Instant::now() < end {
+                thread::sleep(Duration::from_millis(5));
+            }
             let _ = child.kill();
             let _ = child.wait();
         }
@@ -91,11 +102,13 @@ impl Pages {
     /// Watches a graph.
     fn start(&self, path: &Path) -> Option<String> {
         let mut command = Command::new(std::env::current_exe().ok()?);
-        command.arg("watch").arg(path).args(["--no-open", "--log", "json"]);
+        command.arg("watch").arg(path).args(["--no-open", "--log", "json", "--while-stdin"]);
         if let Some(dir) = &self.cache_dir {
             command.arg("--cache-dir").arg(dir);
         }
-        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().ok()?;
+        command.args(import_paths());
+        // The pipe to its stdin is closed with this process, however that ends, and then the child ends too.
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().ok()?;
         let mut lines = BufReader::new(child.stdout.take()?).lines();
         let heard = lines.by_ref().map_while(Result::ok).find_map(|line| {
             let event: Json = serde_json::from_str(&line).ok()?;
@@ -137,7 +150,7 @@ impl Pages {
             if let Some(dir) = &self.cache_dir {
                 command.arg("--cache-dir").arg(dir);
             }
-            command.stdin(Stdio::null()).output()
+            command.args(import_paths()).stdin(Stdio::null()).output()
         });
         match made {
             Ok(made) if made.status.success() => {
@@ -150,6 +163,11 @@ impl Pages {
             Err(error) => self.say(MessageType::ERROR, format!("`{output}` could not be rendered: {error}")),
         }
     }
+}
+
+/// The arguments that tell a child the folders of imports.
+fn import_paths() -> impl Iterator<Item = OsString> {
+    environment::import_paths().iter().flat_map(|folder| ["--import-path".into(), folder.clone().into_os_string()])
 }
 
 impl Server {

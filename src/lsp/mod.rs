@@ -5,6 +5,7 @@ mod answers;
 mod checker;
 mod commands;
 mod convert;
+mod frames;
 mod http;
 mod pictures;
 mod server;
@@ -69,7 +70,7 @@ impl Client {
 /// Runs the command.
 pub(crate) fn run(args: &LspArgs) -> Result<(), Quit> {
     let _ = args.stdio;
-    let (connection, threads) = Connection::stdio();
+    let (connection, threads) = frames::stdio();
     let good = serve(connection, args.cache_dir.clone()).map_err(|error| Quit::failed(error.to_string()))?;
     threads.join().map_err(|error| Quit::failed(error.to_string()))?;
     if good { Ok(()) } else { Err(Quit::Shown) }

@@ -7,11 +7,14 @@ use super::server::PictureForm;
 use crate::environment;
 use crate::ide::hover::{Evaluated, Pictures};
 use crate::ide::{Workspace, World};
+use crate::open;
+use crate::write;
 use draw::Studio;
 use sha2::{Digest, Sha256};
 use shibo_engine::eval::CancelToken;
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -83,7 +86,7 @@ impl Painter {
     /// A painter that has made nothing yet.
     pub(super) fn new(cache_dir: Option<PathBuf>, form: PictureForm) -> Self {
         let shared = Shared { form, ..Shared::default() };
-        let cache_dir = cache_dir.or_else(environment::cache_dir);
+        let cache_dir = cache_dir.or_else(open::usual_cache_dir);
         Self { shared: Arc::new(Mutex::new(shared)), cache_dir, wishes: OnceLock::new() }
     }
 
@@ -145,7 +148,8 @@ fn work(shared: &Mutex<Shared>, cache_dir: Option<PathBuf>, wishes: &Receiver<Wi
         }
         let cancel = CancelToken::default();
         lock(shared).current = Some(cancel.clone());
-        let made = studio.make(&wish, &cancel);
+        // A defect leaves this wish without a picture; the editor finds it in the log.
+        let made = catch_unwind(AssertUnwindSafe(|| studio.make(&wish, &cancel))).unwrap_or_default();
         let cancelled = cancel.is_cancelled() && made.is_none();
         let mut now = lock(shared);
         now.current = None;
@@ -177,7 +181,7 @@ fn address(png: &[u8], form: PictureForm) -> Option<String> {
             let hash: String = Sha256::digest(png).iter().take(10).map(|byte| format!("{byte:02x}")).collect();
             let path = folder.join(format!("{hash}.png"));
             if !path.exists() {
-                fs::create_dir_all(&folder).and_then(|()| fs::write(&path, png)).ok()?;
+                write::whole_with_folders(&path, png).ok()?;
             }
             super::uris::uri(&path).map(|uri| uri.as_str().to_owned())
         }

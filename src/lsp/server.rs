@@ -142,13 +142,18 @@ impl Server {
             match event {
                 Event::Message(Message::Request(request)) => self.request(request),
                 Event::Message(Message::Notification(note)) if note.method == "exit" => return self.stopping,
-                Event::Message(Message::Notification(note)) => self.notification(note),
+                Event::Message(Message::Notification(note)) => self.safely(|server| server.notification(note)),
                 Event::Message(Message::Response(_)) => {}
-                Event::Jump(jump) => self.jump(&jump),
+                Event::Jump(jump) => self.safely(|server| server.jump(&jump)),
                 Event::Gone => return self.stopping,
             }
         }
         self.stopping
+    }
+
+    /// Does something that has no answer. A defect in it, which the editor finds in the log, takes nothing else with it.
+    fn safely(&mut self, work: impl FnOnce(&mut Self)) {
+        let _ = catch_unwind(AssertUnwindSafe(|| work(self)));
     }
 
     /// Sends a request of its own, whose answer does not matter.

@@ -28,7 +28,7 @@ outputs: { "material": "set_in.material" },
 
 What can be given:
 
-- graph: a name from `imports`. There, `"shibo:walnut"` is a graph that comes with the program (`shibo new --list`); other paths are relative to the file, `.ron` may be left out, and `shibo.toml` beside the graph names more folders: `[imports]`, `paths = ["…"]`.
+- graph: a name from `imports`. There, `"shibo:walnut"` is a graph that comes with the program (`shibo new --list`); other paths are relative to the file, `.ron` may be left out, and `--import-path`, `$SHIBO_IMPORT_PATH` or a `shibo.toml` beside the graph or above it name more folders: `[imports]`, `paths = ["…"]`.
 - with: values for parameters and inputs of the sub-graph, `{ "name": value }`. An input takes a node, or a literal if it is a field.
 - preset: a preset of the sub-graph, or several, `"a+b"`. `with` comes before the preset, and `--set USE.PARAM=VALUE` before `with`.
 - seed: another number gives another instance: every random node in it changes. Instances without a seed are equal.

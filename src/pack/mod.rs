@@ -1,4 +1,6 @@
 //! `shibo pack`: a graph and all that it reads in one file.
+mod content;
+
 use crate::args::ValueArgs;
 use crate::environment;
 use crate::library;
@@ -6,12 +8,12 @@ use crate::open;
 use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
+use crate::write;
 use crate::zip;
 use clap::Args;
-use shibo_engine::diagnostics::{Code, Diagnostic, Origin};
+use content::Content;
+use shibo_engine::diagnostics::{Code, Diagnostic};
 use shibo_engine::graph::Graph;
-use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 const EXAMPLES: &str = "\
@@ -37,21 +39,25 @@ pub(crate) struct PackArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &PackArgs, terminal: &Terminal) -> Result<(), Quit> {
-    let mut paths = BTreeSet::new();
+    let mut content = Content::default();
     let graph = load(&args.graph, ValueArgs::default(), terminal)?;
-    collect(&graph, &mut paths, terminal)?;
+    collect(&graph, &mut content, terminal)?;
     for preset in &graph.presets {
         let values = ValueArgs { set: Vec::new(), preset: Some(preset.clone()) };
-        collect(&load(&args.graph, values, terminal)?, &mut paths, terminal)?;
+        collect(&load(&args.graph, values, terminal)?, &mut content, terminal)?;
     }
     if args.list {
-        let folder = common_folder(&paths);
-        return terminal.data(&paths.iter().map(|path| name(path, &folder) + "\n").collect::<String>());
+        return terminal.data(&content.names().iter().map(|name| format!("{name}\n")).collect::<String>());
     }
     let out = args.out.clone().unwrap_or_else(|| args.graph.with_extension("zip"));
-    let files = read(&paths)?;
+    if content.holds(&out) {
+        let message =
+            format!("`{}` is one of the files that are packed; name another archive with --out", out.display());
+        return Err(Quit::Usage(message));
+    }
+    let files = read(&content, terminal)?;
     let archive = zip::zip(&files).map_err(|zip::TooLarge| Quit::failed("the files are larger than 4 GiB together"))?;
-    write(&out, &archive).map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", out.display())))?;
+    write::whole(&out, &archive).map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", out.display())))?;
     terminal.say(&format!("wrote {}, {}", out.display(), report::count(files.len() as u64, "file")));
     Ok(())
 }
@@ -62,29 +68,21 @@ pub(crate) fn gather(path: &Path, values: &ValueArgs, terminal: &Terminal) -> Re
         let message = "a graph that comes with the program has no file";
         return Err(Quit::Usage(format!("{message}; copy it first with `shibo new NAME --from GRAPH`")));
     }
-    let mut paths = BTreeSet::new();
-    collect(&load(path, values.clone(), terminal)?, &mut paths, terminal)?;
-    let main = name(&plain(path), &common_folder(&paths));
-    Ok((read(&paths)?, main))
+    let mut content = Content::default();
+    collect(&load(path, values.clone(), terminal)?, &mut content, terminal)?;
+    let main = content.name(&plain(path));
+    Ok((read(&content, terminal)?, main))
 }
 
 /// Names and contents.
 type Files = Vec<(String, Vec<u8>)>;
 
-fn read(paths: &BTreeSet<PathBuf>) -> Result<Files, Quit> {
-    let folder = common_folder(paths);
-    let mut files = Vec::new();
-    for path in paths {
-        let content = fs::read(path).map_err(|e| Quit::failed(format!("cannot read `{}`: {e}", path.display())))?;
-        files.push((name(path, &folder), content));
+fn read(content: &Content, terminal: &Terminal) -> Result<Files, Quit> {
+    let (files, rewritten) = content.read().map_err(|error| Quit::failed(error.to_string()))?;
+    for (name, word) in rewritten {
+        terminal.say(&format!("in the package, `{name}` imports {word}"));
     }
     Ok(files)
-}
-
-/// The name of a file in a folder, with slashes.
-fn name(path: &Path, folder: &Path) -> String {
-    let inside = path.strip_prefix(folder).unwrap_or(path);
-    inside.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
 fn load(path: &Path, values: ValueArgs, terminal: &Terminal) -> Result<Graph, Quit> {
@@ -92,26 +90,29 @@ fn load(path: &Path, values: ValueArgs, terminal: &Terminal) -> Result<Graph, Qu
 }
 
 /// Adds all files of a graph but those that come with the program.
-fn collect(graph: &Graph, paths: &mut BTreeSet<PathBuf>, terminal: &Terminal) -> Result<(), Quit> {
-    let texts = graph.sources.sources().iter().filter(|source| source.origin == Origin::File);
-    paths.extend(texts.map(|source| &source.path).filter(|path| !path.starts_with("shibo:")).map(|path| plain(path)));
+fn collect(graph: &Graph, content: &mut Content, terminal: &Terminal) -> Result<(), Quit> {
+    content.add(graph);
     let unpacked = environment::library_dir();
-    let mut absolute = Vec::new();
+    let (mut errors, mut relative) = (Vec::new(), Vec::new());
     for node in graph.nodes.node_weights() {
         for (field, path) in node.files.iter().filter(|(_, path)| !path.starts_with(&unpacked)) {
-            let written = node.node.files().into_iter().find(|(name, _)| name == field);
-            if written.is_some_and(|(_, written)| Path::new(&written.0).is_absolute()) {
-                let message = format!("`{}` is an absolute path, which would lead nowhere elsewhere", path.display());
-                let error = Diagnostic::new(Code::BadFile, node.field_span(Some(field)), message);
-                absolute.push(error.help("write it relative to the graph file"));
+            let written = node.node.files().into_iter().find(|(name, _)| name == field).map(|(_, written)| &written.0);
+            let span = node.field_span(Some(field));
+            if let Some(written) = written.filter(|written| Path::new(written).is_absolute()) {
+                let message = format!("`{written}` is an absolute path, which would lead nowhere elsewhere");
+                let error = Diagnostic::new(Code::BadFile, span, message);
+                errors.push(error.help("write it relative to the graph file"));
+            } else {
+                relative.extend(written.map(|written| (span, written)));
             }
-            paths.insert(plain(path));
+            content.add_file(path);
         }
     }
-    if absolute.is_empty() {
+    errors.extend(relative.into_iter().filter_map(|(span, written)| content.climbs(graph, span, written)));
+    if errors.is_empty() {
         return Ok(());
     }
-    report::show(terminal, &absolute, &graph.sources);
+    report::show(terminal, &errors, &graph.sources);
     Err(Quit::Shown)
 }
 
@@ -127,24 +128,4 @@ fn plain(path: &Path) -> PathBuf {
         }
     }
     plain
-}
-
-/// The innermost folder that holds all of these files.
-fn common_folder(paths: &BTreeSet<PathBuf>) -> PathBuf {
-    let mut folders = paths.iter().filter_map(|path| path.parent());
-    let mut common = folders.next().unwrap_or(Path::new("")).to_owned();
-    for folder in folders {
-        while !folder.starts_with(&common) && common.pop() {}
-    }
-    common
-}
-
-/// Writes a file as a whole or not at all.
-fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut part = path.as_os_str().to_owned();
-    part.push(format!(".{}.part", std::process::id()));
-    let part = PathBuf::from(part);
-    fs::write(&part, bytes).and_then(|()| fs::rename(&part, path)).inspect_err(|_| {
-        let _ = fs::remove_file(&part);
-    })
 }

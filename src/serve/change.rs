@@ -1,13 +1,13 @@
 //! Changes of the graph file that a page asks for: each is based on a content, and refused if the file has another one by now.
 //! Comments, line endings and everything else that is not meant stays as it is.
-use super::handlers::{App, No};
+use super::handlers::{App, No, aside};
 use super::scene::{Scene, lock};
 use super::stage::{Stage, Values};
 use super::texts::sha256;
 use crate::ide::actions::{add_preset, alike, apply, assign, promote};
 use crate::ide::rename::Edit;
 use crate::ide::{Cx, Workspace};
-use crate::write;
+use crate::write::{self, Refused};
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::response::Json;
@@ -48,8 +48,7 @@ enum Change {
 pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<Data>, No> {
     let Wish { base, change, then } = serde_json::from_slice(&body).map_err(|error| No::Bad(error.to_string()))?;
     let stage = app.stage.clone();
-    let written = tokio::task::spawn_blocking(move || written(&stage, &base, &change)).await;
-    let sha = written.map_err(|_| No::Failed("it could not be written".to_owned()))??;
+    let sha = aside(move || written(&stage, &base, &change)).await??;
     if let Some(values) = then {
         app.wish(values);
     }
@@ -64,7 +63,7 @@ fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, No> {
     let bytes = fs::read(&stage.path).map_err(|error| No::Failed(format!("cannot read `{name}`: {error}")))?;
     let before = String::from_utf8(bytes).map_err(|_| No::Conflict(format!("`{name}` is not UTF-8 text")))?;
     if sha256(&before) != base {
-        return Err(No::Conflict(format!("`{name}` has changed meanwhile; nothing was written")));
+        return Err(changed(stage));
     }
     stage.texts.keep(base, &before);
     let after = match change {
@@ -80,9 +79,20 @@ fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, No> {
     if after != before {
         stage.texts.keep(&sha, &after);
         *lock(&stage.own) = Some(sha.clone());
-        write::replace(&stage.path, &after).map_err(|error| No::Failed(format!("cannot write `{name}`: {error}")))?;
+        if let Err(refused) = write::change(&stage.path, &before, &after) {
+            *lock(&stage.own) = None;
+            return Err(match refused {
+                Refused::Changed => changed(stage),
+                Refused::Failed(error) => No::Failed(format!("cannot write `{name}`: {error}")),
+            });
+        }
     }
     Ok(sha)
+}
+
+/// Somebody else has saved the file.
+fn changed(stage: &Stage) -> No {
+    No::Conflict(format!("`{}` has changed meanwhile; nothing was written", stage.path.display()))
 }
 
 /// The text with a change in it.

@@ -1,5 +1,5 @@
 //! Answers about one target: its picture, a tile of it, its value at a place, its data.
-use super::handlers::{AboutQuery, App, No, Of, png};
+use super::handlers::{AboutQuery, App, No, Of, aside, png};
 use super::levels;
 use super::object;
 use super::paint::Painter;
@@ -178,8 +178,8 @@ pub(super) struct Level {
 pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Result<Response, No> {
     let Query(Level { g, u }) = query?;
     let scene = app.scene(g)?;
-    let drawn = tokio::task::spawn_blocking(move || levels::level(&scene.graph, &u)).await;
-    drawn.map_err(|_| No::Unknown)?.map(|drawn| Json(drawn).into_response()).ok_or(No::Nothing)
+    let drawn = aside(move || levels::level(&scene.graph, &u)).await?;
+    drawn.map(|drawn| Json(drawn).into_response()).ok_or(No::Nothing)
 }
 
 /// What was done for each node.

@@ -13,7 +13,7 @@ use serde::Deserialize;
 use serde_json::{Value as Data, json};
 use shibo_engine::eval::{CancelToken, Event, Observer};
 use shibo_engine::graph::{self, Graph, LoadOptions};
-use shibo_engine::picture::Format;
+use shibo_engine::picture::{Format, contained};
 use shibo_engine::session::{Failure, RenderRequest};
 use shibo_engine::value::Resolution;
 use std::collections::BTreeMap;
@@ -106,17 +106,22 @@ pub(super) async fn export(State(app): State<App>, body: Bytes) -> Result<Json<D
     let values = stage.values();
     let text = stage.texts.get(&scene.sha256).ok_or(No::Nothing)?;
     let (id, cancel) = stage.exports.begin().ok_or(No::Busy)?;
-    tokio::task::spawn_blocking(move || {
-        let result = load(&stage, &text, &wish, values).and_then(|graph| render(&stage, graph, &wish, id, &cancel));
-        let news = match &result {
-            Ok((name, bytes)) => json!({ "id": id, "state": "done", "name": name, "bytes": bytes.len() }),
-            Err(Failure::Cancelled) => json!({ "id": id, "state": "cancelled" }),
-            Err(failure) => json!({ "id": id, "state": "failed", "message": failure.to_string() }),
-        };
-        stage.exports.end(id, result.ok());
-        stage.tell("export", &news);
-    });
+    tokio::task::spawn_blocking(move || work(&stage, (&text, values), &wish, (id, &cancel)));
     Ok(Json(json!({ "id": id })))
+}
+
+/// Makes an export, and tells the pages how it ended.
+fn work(stage: &Stage, (text, values): (&Arc<str>, Values), wish: &Wish, (id, cancel): (u64, &CancelToken)) {
+    let made = || load(stage, text, wish, values).and_then(|graph| render(stage, graph, wish, id, cancel));
+    // A defect is told like any other failure, and frees the place.
+    let result = contained(made).unwrap_or_else(|said| Err(Failure::File(format!("there is a defect: {said}"))));
+    let news = match &result {
+        Ok((name, bytes)) => json!({ "id": id, "state": "done", "name": name, "bytes": bytes.len() }),
+        Err(Failure::Cancelled) => json!({ "id": id, "state": "cancelled" }),
+        Err(failure) => json!({ "id": id, "state": "failed", "message": failure.to_string() }),
+    };
+    stage.exports.end(id, result.ok());
+    stage.tell("export", &news);
 }
 
 /// Stops an export.
@@ -183,5 +188,33 @@ fn render(
             let archive = zip::zip(&files).map_err(|_| Failure::File("the files are larger than 4 GiB".to_owned()))?;
             Ok((format!("{stem}.zip"), archive.into()))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::serve::defective;
+
+    /// Exports a graph: what the pages are told.
+    fn exported(stage: &Stage, bad: bool) -> Data {
+        let mut news = stage.listen();
+        let (id, cancel) = stage.exports.begin().expect("a place is free");
+        let wish = Wish { g: 0, target: None, gltf: false, resolution: None, format: None };
+        work(stage, (&defective::text(bad).into(), Values::default()), &wish, (id, &cancel));
+        let told = std::iter::from_fn(|| news.try_recv().ok()).filter(|(kind, _)| *kind == "export");
+        let told: Vec<Data> = told.map(|(_, what)| serde_json::from_str(&what).unwrap()).collect();
+        told.into_iter().find(|news| news["state"] != "running").expect("the end is told")
+    }
+
+    #[test]
+    fn exports_that_panic_free_their_place() {
+        let stage = defective::stage();
+        for _ in 0..=AT_ONCE {
+            let news = exported(&stage, true);
+            assert_eq!(news["state"], "failed", "{news}");
+            assert!(news["message"].as_str().unwrap().contains("the test panics"), "{news}");
+        }
+        assert_eq!(exported(&stage, false)["state"], "done");
     }
 }

@@ -15,6 +15,7 @@ use axum::routing::{get, post};
 use futures_util::stream;
 use serde::Deserialize;
 use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::picture::contained;
 use shibo_engine::session::{Failure, Look};
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -206,14 +207,21 @@ impl App {
         let view = View::new(scene);
         let place = self.queue().await?;
         let (stage, token) = (self.stage.clone(), view.token());
-        let task = tokio::task::spawn_blocking(move || {
+        let result = aside(move || {
             let _place = place;
             work(&stage, &token)
         });
-        let result = task.await.map_err(|_| No::Failed("it could not be made".to_owned()))?;
+        let result = result.await?;
         drop(view);
         Ok(result?)
     }
+}
+
+/// Lets `work` run on a thread of its own. A defect in it is answered, and takes nothing else with it.
+pub(super) async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, No> {
+    let failed = |said: &str| No::Failed(format!("it could not be made: {said}"));
+    let done = tokio::task::spawn_blocking(move || contained(work)).await;
+    done.map_err(|_| failed("the server ends"))?.map_err(|said| failed(&format!("there is a defect: {said}")))
 }
 
 async fn file(Path((_, name)): Path<(String, String)>) -> Result<Response, No> {

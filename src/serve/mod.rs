@@ -8,6 +8,8 @@ mod change;
 mod coarse;
 mod connections;
 mod data;
+#[cfg(test)]
+pub(crate) mod defective;
 mod editor;
 mod environment;
 mod export;

@@ -49,6 +49,7 @@ impl Values {
             preset: self.preset,
             set: self.set,
             working_dir: std::env::current_dir().unwrap_or_default(),
+            import_paths: crate::environment::import_paths().to_vec(),
             ..LoadOptions::default()
         }
     }
@@ -190,6 +191,12 @@ impl Stage {
         present.errors.clone_from(&errors);
         drop(present);
         self.tell("errors", &json!({ "errors": errors }));
+    }
+
+    /// The current errors.
+    #[cfg(test)]
+    pub(crate) fn errors(&self) -> Vec<Json> {
+        lock(&self.present).errors.clone()
     }
 
     /// Advice that came up while the scene was evaluated.

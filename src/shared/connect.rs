@@ -1,4 +1,5 @@
 //! From an address to a client. Credentials are those of each store's usual environment.
+use super::bounded::Bounded;
 use super::url::{Address, Kind};
 use crate::quit::Quit;
 use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
@@ -36,21 +37,24 @@ fn built(address: &Address) -> object_store::Result<Arc<dyn ObjectStore>> {
     Ok(match address.kind {
         Kind::S3 => {
             let builder = AmazonS3Builder::from_env().with_bucket_name(host).with_retry(never_again());
+            let builder = builder.with_http_connector(Bounded);
             Arc::new(builder.with_config(AmazonS3ConfigKey::Client(connect), "1 second").build()?)
         }
         Kind::Google => {
             let builder = GoogleCloudStorageBuilder::from_env().with_bucket_name(host).with_retry(never_again());
+            let builder = builder.with_http_connector(Bounded);
             Arc::new(builder.with_config(GoogleConfigKey::Client(connect), "1 second").build()?)
         }
         Kind::Azure => {
             let builder = MicrosoftAzureBuilder::from_env().with_container_name(host).with_retry(never_again());
+            let builder = builder.with_http_connector(Bounded);
             Arc::new(builder.with_config(AzureConfigKey::Client(connect), "1 second").build()?)
         }
         Kind::Http => {
             let plain = address.server().starts_with("http:");
             let options = ClientOptions::new().with_allow_http(plain).with_connect_timeout(Duration::from_secs(1));
             let builder = HttpBuilder::new().with_url(address.server()).with_retry(never_again());
-            Arc::new(builder.with_client_options(options).build()?)
+            Arc::new(builder.with_http_connector(Bounded).with_client_options(options).build()?)
         }
         Kind::Folder => {
             let folder = PathBuf::from(format!("/{}", address.path));

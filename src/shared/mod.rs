@@ -1,5 +1,7 @@
 //! `--shared-cache`: results that several machines share, in an object store or in a folder.
 #[cfg(feature = "shared-cache")]
+mod bounded;
+#[cfg(feature = "shared-cache")]
 mod connect;
 #[cfg(feature = "shared-cache")]
 mod remote;

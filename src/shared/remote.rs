@@ -2,11 +2,13 @@
 use super::Entries;
 use super::url::{Address, Kind};
 use crate::quit::Quit;
-use futures_util::StreamExt;
+use axum::body::Bytes;
+use futures_util::{Stream, StreamExt};
 use object_store::path::Path;
 use object_store::{Error, ObjectStore, ObjectStoreExt, PutPayload};
 use shibo_engine::eval::{Remote, Shelf, Trouble};
 use std::future::Future;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::runtime::Runtime;
@@ -20,6 +22,8 @@ const PATIENCE: Duration = Duration::from_secs(30);
 pub(super) struct Objects {
     store: Arc<dyn ObjectStore>,
     prefix: Path,
+    /// Where the store is, if that is a folder.
+    folder: Option<PathBuf>,
     /// Taken when it is dropped: a call that hangs must not hold up the end of the command.
     runtime: Option<Runtime>,
 }
@@ -31,7 +35,8 @@ impl Objects {
         // A folder is the root of its store already.
         let path = if address.kind == Kind::Folder { "" } else { &address.path };
         let prefix = path.split('/').filter(|part| !part.is_empty()).chain([FOLDER]).collect();
-        Ok(Self { store, prefix, runtime: Some(runtime) })
+        let folder = (address.kind == Kind::Folder).then(|| PathBuf::from(format!("/{}", address.path)));
+        Ok(Self { store, prefix, folder, runtime: Some(runtime) })
     }
 
     fn within<T>(&self, time: Duration, work: impl Future<Output = object_store::Result<T>>) -> Result<T, Trouble> {
@@ -47,7 +52,18 @@ impl Objects {
         name.split('/').fold(self.prefix.clone(), |path, part| path.join(part))
     }
 
-    /// The names and sizes of all entries.
+    /// Returns true if no folder or file on the path of an entry is a link, which would lead to files of the user.
+    fn is_inside(&self, location: &Path) -> bool {
+        let mut at = self.folder.clone();
+        location.parts().all(|part| {
+            at.as_mut().is_none_or(|at| {
+                at.push(part.as_ref());
+                !at.is_symlink()
+            })
+        })
+    }
+
+    /// The names and sizes of all entries. Files with other names are not listed.
     fn list(&self) -> Result<Vec<(String, u64)>, Trouble> {
         let mut found = Vec::new();
         for shelf in Shelf::ALL {
@@ -56,6 +72,7 @@ impl Objects {
             while let Some(entry) = self.within(PATIENCE, async { stream.next().await.transpose() })? {
                 let inside = entry.location.prefix_match(&self.prefix);
                 let name = inside.map(|parts| parts.map(|part| part.as_ref().to_owned()).collect::<Vec<_>>().join("/"));
+                let name = name.filter(|name| Shelf::is_entry(name) && self.is_inside(&entry.location));
                 found.extend(name.map(|name| (name, entry.size)));
             }
         }
@@ -76,13 +93,16 @@ impl Remote for Objects {
         let path = self.path(name);
         let found = self.within(within, async {
             match self.store.get(&path).await {
-                Ok(found) if found.meta.size > most => Ok(None),
-                Ok(found) => found.bytes().await.map(Some),
+                Ok(found) if found.meta.size > most => Ok(Some(Err(Trouble::Wrong))),
+                Ok(found) => {
+                    let size = found.meta.size;
+                    Ok(Some(collected(found.into_stream(), size).await?))
+                }
                 Err(Error::NotFound { .. }) => Ok(None),
                 Err(error) => Err(error),
             }
         });
-        found.map(|bytes| bytes.map(|bytes| bytes.to_vec()))
+        found.and_then(Option::transpose)
     }
 
     fn put(&self, name: &str, bytes: Vec<u8>, within: Duration) -> Result<(), Trouble> {
@@ -113,6 +133,22 @@ impl Entries for Objects {
         }
         Ok((count, bytes))
     }
+}
+
+/// The bytes of a stream that says that it has so many: no more are read, whatever follows.
+async fn collected<E>(
+    mut stream: impl Stream<Item = Result<Bytes, E>> + Unpin,
+    size: u64,
+) -> Result<Result<Vec<u8>, Trouble>, E> {
+    let mut bytes = Vec::new();
+    while let Some(part) = stream.next().await {
+        let part = part?;
+        if (bytes.len() + part.len()) as u64 > size {
+            return Ok(Err(Trouble::Wrong));
+        }
+        bytes.extend_from_slice(&part);
+    }
+    Ok(Ok(bytes))
 }
 
 /// What an error means. Its text is not shown, since it could quote what is secret.

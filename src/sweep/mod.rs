@@ -16,7 +16,7 @@ use crate::quit::Quit;
 use crate::render::{RenderArgs, request_of, show_nodes};
 use crate::report;
 use crate::terminal::Terminal;
-use sheet::Sheet;
+use sheet::{Layout, Sheet};
 use shibo_engine::diagnostics::Diagnostic;
 use shibo_engine::eval::{CancelToken, Event, Observer, Silent};
 use shibo_engine::graph::Graph;
@@ -179,7 +179,7 @@ impl Sweep<'_> {
             let (made, were) = (report::count(made as u64, "variant"), if known == 1 { "was" } else { "were" });
             self.terminal.say(&format!("{made} rendered, {known} {were} there already; {list} lists them"));
         }
-        args.sheet.as_ref().map_or(Ok(()), |path| self.sheet(path, &Key::of("sheet", &[&keys]).to_string()))
+        args.sheet.as_ref().map_or(Ok(()), |path| self.sheet(path, &Key::of("sheet 2", &[&keys]).to_string()))
     }
 
     fn say(&self, values: &[(&str, &str)], files: usize, (number, made): (usize, usize), took: Duration) {
@@ -221,14 +221,15 @@ impl Sweep<'_> {
         if sheet::is_there(&path, key) {
             return Ok(());
         }
-        let label_of = |number| label(&axis::variant(&self.args.sweep, number));
-        let longest = (0..self.count).map(|number| label_of(number).chars().count()).max().unwrap_or(1);
-        let mut sheet = Sheet::create(&path, self.count, longest, key)?;
+        let layout = Layout::of(&self.args.sweep, self.count, label);
+        let matrix = matches!(layout, Layout::Matrix { .. });
+        let mut sheet = Sheet::create(&path, layout, key)?;
         for number in 0..self.count {
             let values = axis::variant(&self.args.sweep, number);
             let graph = graph(self.args, &values, self.session.registry(), self.terminal)?;
             let tile = self.small(&graph).map_err(|failure| self.failed(failure, &graph))?;
-            sheet.add(tile, label_of(number))?;
+            // In a matrix, the labels of its row and column tell its values.
+            sheet.add(tile, if matrix { String::new() } else { label(&values) })?;
         }
         sheet.finish()?;
         if !self.args.progress.quiet {

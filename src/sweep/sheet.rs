@@ -1,5 +1,7 @@
-//! A contact sheet: a small picture of every variant, and below each what it is. Written a row of pictures at a time, so that
-//! a sheet of any length needs little memory.
+//! A contact sheet: a small picture of every variant with its values below. One of two names is a matrix: a row for each value
+//! of the first, a column for each value of the second, with the values beside and above them. Written a row of pictures at a time, so
+//! that a sheet of any length needs little memory.
+use super::axis::{Axis, variant};
 use super::font;
 use crate::quit::Quit;
 use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, Writer};
@@ -13,32 +15,95 @@ pub(crate) const SIDE: u32 = 128;
 const GAP: u32 = 8;
 /// The most pictures side by side.
 const MOST: usize = 64;
+/// The same in a matrix.
+const MOST_COLUMNS: usize = 400;
 /// The most lines of a label.
 const LINES: usize = 4;
 /// The grey of the paper and of the letters, linear.
 const PAPER: f32 = 0.03;
 const INK: f32 = 0.6;
 
+/// The arrangement of a sheet.
+pub(crate) enum Layout {
+    /// Pictures with labels of at most so many letters.
+    List { count: usize, longest: usize },
+    /// Rows and columns with labels.
+    Matrix { rows: Vec<String>, columns: Vec<String> },
+}
+
+impl Layout {
+    /// The arrangement for the variants of a sweep; `label` makes the text for values.
+    pub(crate) fn of(axes: &[Axis], count: usize, label: impl Fn(&[(&str, &str)]) -> String) -> Self {
+        if let [rows, columns] = axes
+            && columns.values.len() <= MOST_COLUMNS
+        {
+            let all =
+                |axis: &Axis| axis.values.iter().map(|value| label(&[(axis.name.as_str(), value.as_str())])).collect();
+            return Self::Matrix { rows: all(rows), columns: all(columns) };
+        }
+        let longest = (0..count).map(|number| label(&variant(axes, number)).chars().count()).max().unwrap_or(1);
+        Self::List { count, longest }
+    }
+
+    fn count(&self) -> usize {
+        match self {
+            Self::List { count, .. } => *count,
+            Self::Matrix { rows, columns } => rows.len() * columns.len(),
+        }
+    }
+
+    /// The pictures side by side.
+    fn across(&self) -> usize {
+        match self {
+            Self::List { count, .. } => (1..MOST).find(|n| n * n >= *count).unwrap_or(MOST),
+            Self::Matrix { columns, .. } => columns.len(),
+        }
+    }
+
+    /// The lines of labels below pictures, and above all of them.
+    fn lines(&self) -> (u32, u32) {
+        let lines = |longest: usize| u32::try_from(longest.div_ceil(letters()).clamp(1, LINES)).unwrap_or(1);
+        match self {
+            Self::List { longest, .. } => (lines(*longest), 0),
+            Self::Matrix { columns, .. } => (0, lines(longest_of(columns))),
+        }
+    }
+
+    /// The pixels left of the pictures.
+    fn left(&self) -> u32 {
+        match self {
+            Self::List { .. } => GAP,
+            Self::Matrix { rows, .. } => {
+                let letters = u32::try_from(longest_of(rows).min(letters())).unwrap_or(0);
+                GAP + letters * u32::try_from(font::WIDTH).unwrap_or(0) + GAP
+            }
+        }
+    }
+}
+
+fn longest_of(labels: &[String]) -> usize {
+    labels.iter().map(|label| label.chars().count()).max().unwrap_or(1)
+}
+
 /// A sheet under construction.
 pub(crate) struct Sheet {
     writer: Writer,
-    across: usize,
-    count: usize,
-    lines: u32,
+    layout: Layout,
+    width: usize,
     row: Vec<(Option<Tile>, String)>,
     done: usize,
 }
 
 impl Sheet {
-    /// Starts a sheet of `count` pictures whose labels have at most `longest` letters; `key` names all that is on it.
-    pub(crate) fn create(path: &Path, count: usize, longest: usize, key: &str) -> Result<Self, Quit> {
-        let across = (1..MOST).find(|n| n * n >= count).unwrap_or(MOST);
-        let lines = u32::try_from(longest.div_ceil(letters()).clamp(1, LINES)).unwrap_or(1);
-        let rows = u32::try_from(count.div_ceil(across)).unwrap_or(u32::MAX);
-        let columns = u32::try_from(across).unwrap_or(1);
+    /// Starts a sheet; `key` names all that is on it.
+    pub(crate) fn create(path: &Path, layout: Layout, key: &str) -> Result<Self, Quit> {
+        let across = layout.across();
+        let (below, above) = layout.lines();
+        let rows = u32::try_from(layout.count().div_ceil(across)).unwrap_or(u32::MAX);
+        let width = layout.left() + u32::try_from(across).unwrap_or(1) * (SIDE + GAP);
         let spec = PictureSpec {
-            width: columns * (SIDE + GAP) + GAP,
-            height: rows * height(lines) + GAP,
+            width,
+            height: head(above) + rows * height(below) + GAP,
             channels: ["R", "G", "B"].map(str::to_owned).to_vec(),
             format: Format::Png,
             depth: Depth::U8,
@@ -50,39 +115,66 @@ impl Sheet {
             metadata: vec![("shibo:sheet".into(), key.into())],
         };
         let writer = Writer::create(path, &spec).map_err(failed)?;
-        Ok(Self { writer, across, count, lines, row: Vec::new(), done: 0 })
+        let mut sheet = Self { writer, layout, width: width as usize, row: Vec::new(), done: 0 };
+        sheet.write_head(above)?;
+        Ok(sheet)
     }
 
     /// Adds the next picture, of three channels, and its label.
     pub(crate) fn add(&mut self, tile: Option<Tile>, label: String) -> Result<(), Quit> {
         self.row.push((tile, label));
         self.done += 1;
-        if self.row.len() == self.across || self.done == self.count { self.write_row() } else { Ok(()) }
+        if self.row.len() == self.layout.across() || self.done == self.layout.count() {
+            self.write_row()
+        } else {
+            Ok(())
+        }
+    }
+
+    /// The left edge of a picture.
+    fn x(&self, column: usize) -> usize {
+        self.layout.left() as usize + column * (SIDE + GAP) as usize
+    }
+
+    /// Writes the labels of columns.
+    fn write_head(&mut self, lines: u32) -> Result<(), Quit> {
+        let Layout::Matrix { columns, .. } = &self.layout else { return Ok(()) };
+        let mut band = Band::new(self.width, head(lines));
+        for (column, label) in columns.iter().enumerate() {
+            band.label(label, self.x(column), GAP as usize, lines);
+        }
+        self.write(&band)
     }
 
     fn write_row(&mut self) -> Result<(), Quit> {
-        let (width, high) = (self.across * (SIDE + GAP) as usize + GAP as usize, height(self.lines) as usize);
-        let mut band = Band { width, planes: vec![vec![PAPER; width * high]; 3] };
-        for (i, (tile, label)) in self.row.drain(..).enumerate() {
-            let left = GAP as usize + i * (SIDE + GAP) as usize;
-            if let Some(tile) = tile {
-                band.picture(&tile, left, GAP as usize);
-            }
-            let top = (GAP + SIDE) as usize + 3;
-            let word: Vec<char> = label.chars().collect();
-            for (line, part) in word.chunks(letters()).take(self.lines as usize).enumerate() {
-                band.text(part, left, top + line * font::HEIGHT);
-            }
+        let (below, _) = self.layout.lines();
+        let mut band = Band::new(self.width, height(below));
+        let (row, left) = (std::mem::take(&mut self.row), GAP as usize);
+        if let Layout::Matrix { rows, columns } = &self.layout
+            && let Some(label) = rows.get((self.done - 1) / columns.len())
+        {
+            let lines = label.chars().count().div_ceil(letters()).clamp(1, LINES);
+            let middle = (GAP + SIDE / 2) as usize - lines * font::HEIGHT / 2;
+            band.label(label, left, middle, u32::try_from(lines).unwrap_or(1));
         }
+        for (column, (tile, label)) in row.into_iter().enumerate() {
+            if let Some(tile) = tile {
+                band.picture(&tile, self.x(column), GAP as usize);
+            }
+            band.label(&label, self.x(column), (GAP + SIDE) as usize + 3, below);
+        }
+        self.write(&band)
+    }
+
+    fn write(&mut self, band: &Band) -> Result<(), Quit> {
         let planes: Vec<&[f32]> = band.planes.iter().map(Vec::as_slice).collect();
-        self.writer.write_rows(&planes, height(self.lines)).map_err(failed)
+        let rows = u32::try_from(planes[0].len() / band.width).unwrap_or(0);
+        self.writer.write_rows(&planes, rows).map_err(failed)
     }
 
     /// Completes the sheet.
     pub(crate) fn finish(mut self) -> Result<(), Quit> {
-        let width = self.across * (SIDE + GAP) as usize + GAP as usize;
-        let rest = vec![PAPER; width * GAP as usize];
-        self.writer.write_rows(&[&rest, &rest, &rest], GAP).map_err(failed)?;
+        self.write(&Band::new(self.width, GAP))?;
         self.writer.finish().map(drop).map_err(failed)
     }
 }
@@ -114,6 +206,11 @@ fn height(lines: u32) -> u32 {
     GAP + SIDE + 4 + lines * u32::try_from(font::HEIGHT).unwrap_or(0)
 }
 
+/// The rows that the labels of columns take.
+fn head(lines: u32) -> u32 {
+    if lines == 0 { 0 } else { GAP + lines * u32::try_from(font::HEIGHT).unwrap_or(0) }
+}
+
 /// Rows of a sheet.
 struct Band {
     width: usize,
@@ -121,6 +218,19 @@ struct Band {
 }
 
 impl Band {
+    /// Empty rows.
+    fn new(width: usize, rows: u32) -> Self {
+        Self { width, planes: vec![vec![PAPER; width * rows as usize]; 3] }
+    }
+
+    /// A label in so many lines.
+    fn label(&mut self, label: &str, left: usize, top: usize, lines: u32) {
+        let word: Vec<char> = label.chars().collect();
+        for (line, part) in word.chunks(letters()).take(lines as usize).enumerate() {
+            self.text(part, left, top + line * font::HEIGHT);
+        }
+    }
+
     fn picture(&mut self, tile: &Tile, left: usize, top: usize) {
         for (channel, plane) in self.planes.iter_mut().enumerate() {
             for row in 0..tile.height().min(SIDE as usize) {
@@ -153,12 +263,33 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         for (count, size) in [(1, [144_u32, 157]), (5, [416, 306]), (5000, [8712, 11_779])] {
             let path = dir.path().join("sheet.png");
-            let mut sheet = Sheet::create(&path, count, 10, "the key").unwrap();
+            let mut sheet = Sheet::create(&path, Layout::List { count, longest: 10 }, "the key").unwrap();
             (0..count).for_each(|i| sheet.add(None, format!("seed={i}")).unwrap());
             sheet.finish().unwrap();
             let bytes = std::fs::read(&path).unwrap();
             assert_eq!(bytes[16..24], *size.map(u32::to_be_bytes).as_flattened(), "{count}");
             assert!(is_there(&path, "the key") && !is_there(&path, "another key"));
         }
+    }
+
+    #[test]
+    fn two_names_make_a_matrix() {
+        let axes = |text: &[&str]| text.iter().map(|text| super::super::axis(text).unwrap()).collect::<Vec<_>>();
+        let label =
+            |values: &[(&str, &str)]| values.iter().map(|(n, v)| format!("{n}={v}")).collect::<Vec<_>>().join(" ");
+        let two = axes(&["a=1..2", "b=x,y,z"]);
+        let Layout::Matrix { rows, columns } = Layout::of(&two, 6, label) else { panic!("a list") };
+        assert_eq!((rows.join(" "), columns.join(" ")), ("a=1 a=2".into(), "b=x b=y b=z".into()));
+        for others in [&["a=1..6"][..], &["a=1", "b=1", "c=1"], &["a=1", "b=1..500"]] {
+            assert!(matches!(Layout::of(&axes(others), 6, label), Layout::List { .. }), "{others:?}");
+        }
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("sheet.png");
+        let mut sheet = Sheet::create(&path, Layout::of(&two, 6, label), "key").unwrap();
+        (0..6).for_each(|_| sheet.add(None, String::new()).unwrap());
+        sheet.finish().unwrap();
+        // Three columns beside labels of three letters, two rows below one line of labels.
+        let size = [8 + 3 * 6 + 8 + 3 * 136, 17 + 2 * 140 + 8_u32];
+        assert_eq!(std::fs::read(&path).unwrap()[16..24], *size.map(u32::to_be_bytes).as_flattened());
     }
 }

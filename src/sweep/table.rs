@@ -32,6 +32,8 @@ impl Table {
             Some(Variants { first, last }) => (dir.join(format!("sweep.{first}-{last}.csv")), Vec::new()),
             None => (whole.clone(), tables(dir)),
         };
+        // Other tables belong to other sweeps, or to the user.
+        let parts: Vec<PathBuf> = parts.into_iter().filter(|path| is_of(path, &head)).collect();
         let others = parts.iter().chain((path != whole).then_some(&whole));
         let others: Vec<_> = others.flat_map(|path| read(path, &head).0).collect();
         let (rows, clean) = read(&path, &head);
@@ -98,7 +100,7 @@ impl Table {
     }
 
     fn replace(&self, text: &[u8]) -> Result<(), Quit> {
-        write::whole(&self.path, text).map_err(|e| failed(&self.path, &e))
+        write::whole_with_folders(&self.path, text).map_err(|e| failed(&self.path, &e))
     }
 }
 
@@ -113,6 +115,12 @@ fn tables(dir: &Path) -> Vec<PathBuf> {
         dir.read_dir().into_iter().flatten().flatten().map(|entry| entry.path()).filter(is_table).collect();
     found.sort();
     found
+}
+
+/// Returns true if a file is a table with this head.
+fn is_of(path: &Path, head: &[String]) -> bool {
+    let file = std::fs::symlink_metadata(path).is_ok_and(|meta| meta.is_file());
+    file && std::fs::read(path).is_ok_and(|text| text.starts_with(&lines(&[head.to_vec()])))
 }
 
 /// The rows of a table with this head, and whether there is nothing but whole ones in it.
@@ -175,7 +183,7 @@ mod tests {
         all.finish().unwrap();
         let mut names: Vec<String> = dir.path().read_dir().unwrap().map(|e| name(&e.unwrap().path())).collect();
         names.sort();
-        assert_eq!(names, ["5.png", "6.png", "7.png", "sweep.csv", "sweep.mine.csv"]);
+        assert_eq!(names, ["5.png", "6.png", "7.png", "sweep.4-9.csv", "sweep.csv", "sweep.mine.csv"]);
         assert!(Table::open(dir.path(), &["seed"], Some(Variants { first: 1, last: 2 })).has(&file("6.png"), "k"));
     }
 

@@ -42,6 +42,9 @@ pub(crate) struct WatchArgs {
     /// What shows a line in your editor when a node is clicked: `code -g {file}:{line}:{column}`.
     #[arg(long, value_name = "COMMAND")]
     editor: Option<String>,
+    /// End when stdin does, as for programs that start this one and may be killed.
+    #[arg(long, hide = true)]
+    while_stdin: bool,
     /// Print what happens on stdout, for programs.
     #[arg(long, value_name = "FORMAT")]
     log: Option<LogArg>,
@@ -76,6 +79,13 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
         let sender = sender.clone();
         move || drop(sender.send(Signal::Stop))
     });
+    if args.while_stdin {
+        let sender = sender.clone();
+        std::thread::spawn(move || {
+            let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
+            let _ = sender.send(Signal::Stop);
+        });
+    }
     teller.listening(&server.url);
     if !args.no_open {
         serve::open_browser(&server.url);

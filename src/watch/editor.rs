@@ -69,13 +69,15 @@ impl Note {
 /// Removes notes that processes left behind which were killed.
 fn tidy(folder: &Path) {
     let old = |path: &Path| {
-        let modified = fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
+        let file = fs::symlink_metadata(path).ok().filter(fs::Metadata::is_file);
+        let modified = file.and_then(|metadata| metadata.modified().ok());
         let age = modified.and_then(|time| time.elapsed().ok());
         age.is_some_and(|age| age > OLD)
     };
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        let note = name.to_str().is_some_and(|name| name.starts_with("page-") && name.ends_with(".json"));
+        let hash = name.to_str().and_then(|name| name.strip_prefix("page-")?.strip_suffix(".json"));
+        let note = hash.is_some_and(|hash| hash.len() == 20 && hash.bytes().all(|byte| byte.is_ascii_hexdigit()));
         if note && old(&entry.path()) {
             let _ = fs::remove_file(entry.path());
         }

@@ -2,9 +2,10 @@
 use super::tell::Teller;
 use crate::report;
 use crate::serve::{COARSE, Scene, Shown, Sight, Stage, Target, WHOLE};
-use shibo_engine::diagnostics::Diagnostic;
+use shibo_engine::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use shibo_engine::eval::{CancelToken, Event, NodeState, NodeStats, Observer};
 use shibo_engine::graph::Graph;
+use shibo_engine::picture::contained;
 use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Channel, Type, Value};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -92,7 +93,14 @@ pub(super) fn evaluate(desk: &Desk, stage: &Arc<Stage>, teller: &Teller<'_>) {
     let mut trimmed = Instant::now();
     while let Some((job, cancel)) = desk.take() {
         stage.set_busy(true);
-        Evaluation { stage, teller, since: job.since, first: Mutex::default() }.run(job, &cancel);
+        let of = Of::new(&job);
+        let evaluation = Evaluation { stage, teller, since: job.since, first: Mutex::default() };
+        if let Err(said) = contained(|| evaluation.run(job, &of, &cancel)) {
+            // A defect takes only this graph with it.
+            let error =
+                Diagnostic::new(Code::BadValue, of.span, format!("this cannot be shown, because of a defect: {said}"));
+            evaluation.failed(Failure::Errors(vec![error.help("please report it with the graph")]), &of);
+        }
         stage.set_busy(false);
         if trimmed.elapsed() > TRIM {
             trimmed = Instant::now();
@@ -100,6 +108,22 @@ pub(super) fn evaluate(desk: &Desk, stage: &Arc<Stage>, teller: &Teller<'_>) {
             // A large folder takes long, and nothing has to wait for this.
             std::thread::spawn(move || stage.session.trim());
         }
+    }
+}
+
+/// The graph that a report is about.
+struct Of {
+    generation: u64,
+    sha256: String,
+    span: Span,
+    sources: SourceMap,
+}
+
+impl Of {
+    fn new(job: &Job) -> Self {
+        let Job { generation, sha256, graph, .. } = job;
+        let (sha256, sources) = (sha256.clone(), graph.sources.clone());
+        Self { generation: *generation, sha256, span: graph.canvas_span, sources }
     }
 }
 
@@ -130,10 +154,10 @@ impl Observer for Watching<'_> {
 }
 
 impl Evaluation<'_> {
-    fn run(&self, job: Job, cancel: &CancelToken) {
+    fn run(&self, job: Job, of: &Of, cancel: &CancelToken) {
         let keys = match self.stage.session.keys(&job.graph) {
             Ok(keys) => keys,
-            Err(failure) => return self.failed(failure, &job.graph, job.generation, &job.sha256),
+            Err(failure) => return self.failed(failure, of),
         };
         let scene = Arc::new(Scene::new(job.generation, job.sha256, job.graph, keys));
         let observer = Watching { stage: self.stage, warnings: Mutex::default() };
@@ -144,7 +168,7 @@ impl Evaluation<'_> {
         let warnings = observer.warnings.into_inner().unwrap_or_else(PoisonError::into_inner);
         match result {
             Ok(stats) => self.finished(&scene, stats, &warnings, &job.cause),
-            Err(failure) => self.failed(failure, &scene.graph, scene.generation, &scene.sha256),
+            Err(failure) => self.failed(failure, of),
         }
     }
 
@@ -247,15 +271,54 @@ impl Evaluation<'_> {
         self.stage.done(scene, stats, first.as_secs_f64() * 1000.0, all.as_secs_f64() * 1000.0);
     }
 
-    fn failed(&self, failure: Failure, graph: &Graph, generation: u64, sha256: &str) {
+    fn failed(&self, failure: Failure, of: &Of) {
         let errors = match failure {
             Failure::Cancelled => return,
             Failure::Errors(errors) => errors,
             Failure::File(message) | Failure::Usage(message) => {
-                vec![Diagnostic::new(shibo_engine::diagnostics::Code::BadFile, graph.canvas_span, message)]
+                vec![Diagnostic::new(Code::BadFile, of.span, message)]
             }
         };
-        self.stage.fail(generation, &errors, &graph.sources);
-        self.teller.errors(Some(sha256), &errors, &graph.sources);
+        self.stage.fail(of.generation, &errors, &of.sources);
+        self.teller.errors(Some(&of.sha256), &errors, &of.sources);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::serve::defective;
+    use crate::terminal::Terminal;
+
+    fn job(generation: u64, bad: bool) -> Job {
+        let (graph, sha256) = (defective::graph(bad), format!("{generation}"));
+        Job { generation, sha256, graph, cause: "saved".into(), since: Instant::now() }
+    }
+
+    /// Waits until something holds; whether it does.
+    fn soon(holds: impl Fn() -> bool) -> bool {
+        let end = Instant::now() + Duration::from_secs(30);
+        while !holds() && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        holds()
+    }
+
+    #[test]
+    fn a_save_after_a_panic_is_shown() {
+        let (stage, desk, terminal) = (defective::stage(), Desk::default(), Terminal::new());
+        let teller = Teller { terminal: &terminal, log: false };
+        let (told, shown) = std::thread::scope(|scope| {
+            scope.spawn(|| evaluate(&desk, &stage, &teller));
+            desk.put(job(1, true), &stage);
+            let told = soon(|| !stage.errors().is_empty()).then(|| stage.errors());
+            desk.put(job(2, false), &stage);
+            let shown = soon(|| stage.scene().is_some_and(|scene| scene.generation == 2) && stage.errors().is_empty());
+            desk.close();
+            (told, shown)
+        });
+        let told = told.expect("the panic is told");
+        assert!(told.len() == 1 && told[0].to_string().contains("the test panics"), "{told:?}");
+        assert!(shown, "the next save is shown");
     }
 }

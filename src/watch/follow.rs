@@ -10,6 +10,7 @@ use crate::report;
 use crate::serve::{Stage, Values};
 use crate::terminal::Terminal;
 use shibo_engine::graph::{Graph, Loaded};
+use shibo_engine::picture::contained;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
@@ -89,7 +90,7 @@ impl<'a> Watch<'a> {
     pub(super) fn run(&mut self, signals: &Receiver<Signal>) {
         self.stage.set_values(&self.values);
         let name = self.path.display().to_string();
-        self.load(&name, true);
+        self.safely(|watch| watch.load(&name, true));
         let mut looked = Instant::now();
         while !self.stopped {
             let idle = looked + if self.folders.is_some() { IDLE } else { POLL };
@@ -97,19 +98,26 @@ impl<'a> Watch<'a> {
             let due = dues.into_iter().flatten().min().unwrap_or(idle);
             match signals.recv_timeout(due.saturating_duration_since(Instant::now())) {
                 Ok(Signal::Touched { closed }) => self.settle.touch(Instant::now(), closed),
-                Ok(Signal::Values(values)) => self.set(values, signals),
+                Ok(Signal::Values(values)) => self.safely(|watch| watch.set(values, signals)),
                 Ok(Signal::Stop) | Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {}
             }
             let now = Instant::now();
             if self.settle.due().is_some_and(|due| due <= now) || idle <= now {
                 let closed = self.settle.clear();
-                self.look(closed);
+                self.safely(|watch| watch.look(closed));
                 looked = Instant::now();
             }
             if self.held.as_ref().is_some_and(|held| held.due <= now) {
-                self.tell_held();
+                self.safely(Self::tell_held);
             }
+        }
+    }
+
+    /// Does a step. A defect in it is told, and the next save is read nevertheless.
+    fn safely(&mut self, step: impl FnOnce(&mut Self)) {
+        if let Err(said) = contained(|| step(self)) {
+            self.teller.terminal.error(&format!("this save is not shown, because of a defect: {said}"));
         }
     }
 
@@ -211,13 +219,19 @@ impl<'a> Watch<'a> {
     /// Watches the folders that matter now.
     fn follow(&mut self) {
         if let Some(folders) = &mut self.folders
-            && let Err(error) = folders.keep(self.files.paths())
+            && let Err(error) = folders.keep(self.files.paths().filter(|path| !is_far(path, self.path)))
             && matches!(error.kind, notify::ErrorKind::MaxFilesWatch)
         {
             self.teller.terminal.warning("the system has no watches left; the files are looked at regularly instead");
             self.folders = None;
         }
     }
+}
+
+/// Returns true for a missing `shibo.toml` in a folder above the graph. Such a folder is not watched, since many other files may change
+/// in it; the files are compared at regular times anyway.
+fn is_far(path: &Path, graph: &Path) -> bool {
+    path.ends_with("shibo.toml") && path.parent() != graph.parent() && !path.exists()
 }
 
 /// Hints from the system, if it gives any.

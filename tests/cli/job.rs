@@ -138,3 +138,49 @@ fn a_sweep_is_spread_over_machines() {
     let refused = desk.run(["job", graph, "-o", "y", "--set", "r=2", "--sweep", "r=1..4"]).expect(2);
     assert!(refused.stderr.contains("both set and swept"), "{}", refused.stderr);
 }
+
+/// The value of a field of a template of the form that this program writes, at some depth, all of them in order.
+fn values<'t>(template: &'t str, field: &str) -> Vec<&'t str> {
+    template.lines().filter_map(|line| line.trim().strip_prefix(field)).collect()
+}
+
+#[test]
+fn braces_reach_the_commands_as_they_are() {
+    let desk = desk();
+    let graph = "(version: 1, canvas: (size_mm: 40, resolution: 500), params: { \"t\": Text(default: \"a\") },
+                  nodes: { \"b\": Perlin(size: 5) }, outputs: { \"b\": \"b\" })";
+    desk.write("{{Param.Shibo}}.ron", graph);
+    let set = "t={{Param.Graph}} }} {";
+    for sweep in [&["--parts", "2"][..], &["--sweep", "seed=1..3"]] {
+        let args = [&["job", "{{Param.Shibo}}.ron", "-o", "x.job", "--set", set], sweep].concat();
+        desk.run(args).expect(0);
+        let template = String::from_utf8(desk.read("x.job/template.yaml")).unwrap();
+        // The scheduler replaces what stands in the name and in the arguments, and only knows these words.
+        let known = [
+            "Param.Graph",
+            "Param.OutDir",
+            "Param.Shibo",
+            "Param.Text1",
+            "Param.Text2",
+            "Task.Param.Part",
+            "Task.Param.Variant",
+        ];
+        let replaced = values(&template, "- \"")
+            .into_iter()
+            .chain(values(&template, "name: "))
+            .chain(values(&template, "command: "));
+        for word in replaced {
+            let mut rest = word;
+            while let Some((_, after)) = rest.split_once("{{") {
+                let (name, more) = after.split_once("}}").unwrap_or_else(|| panic!("{word}"));
+                assert!(known.contains(&name), "{word}");
+                rest = more;
+            }
+            assert!(!rest.contains("}}"), "{word}");
+        }
+        assert_eq!(values(&template, "name: ")[0], "\"{{Param.Text1}}\"");
+        let texts: Vec<_> = values(&template, "default: ").into_iter().filter(|text| text.contains("Param")).collect();
+        assert_eq!(texts, ["\"graph/{{Param.Shibo}}.ron\"", "\"{{Param.Shibo}}\"", "\"t={{Param.Graph}} }} {\""]);
+        assert!(!values(&template, "- \"").iter().any(|word| word.starts_with("t=")), "{template}");
+    }
+}

@@ -342,11 +342,14 @@ fn parts_that_are_removed_take_what_they_left_along() {
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     [1, 2, 3, 4].into_iter().for_each(|n| drop(desk.shibo(&format!("render a.ron --part {n}/4 -o parts")).expect(0)));
     // As parts leave it that end at the same moment.
+    let left = [&0x5348_4942_4f48_0001_u64.to_ne_bytes()[..], &[0; 24]].concat();
     for name in [".a.1-and-2-of-4.halos", ".a.b.1-and-2-of-4.halos", "a.halos"] {
-        desk.write(&format!("parts/{name}"), "");
+        desk.write(&format!("parts/{name}"), &left);
     }
+    // A file that only has such a name is the user's.
+    desk.write("parts/.a.2-and-3-of-4.halos", "mine");
     desk.shibo("join parts -o joined --remove").expect(0);
-    assert_eq!(desk.names("parts"), [".a.b.1-and-2-of-4.halos", "a.halos"]);
+    assert_eq!(desk.names("parts"), [".a.2-and-3-of-4.halos", ".a.b.1-and-2-of-4.halos", "a.halos"]);
 }
 
 #[test]

@@ -23,6 +23,13 @@ fn desk() -> Desk {
 
 /// Renders as a machine with a cache folder of its own.
 fn render(desk: &Desk, machine: &str, url: &str, key: Option<&str>) -> Ran {
+    let ran = finish(rendering(desk, machine, url, key)).expect(0);
+    assert!(!ran.stdout.contains(SECRET) && !ran.stderr.contains(SECRET));
+    ran
+}
+
+/// The command that does so.
+fn rendering(desk: &Desk, machine: &str, url: &str, key: Option<&str>) -> std::process::Command {
     let args = ["render", "a.ron", "-o", machine, "--cache-dir", &format!("cache-{machine}"), "--shared-cache", url];
     let mut command = desk.command(args.into_iter().chain(["--stats", "json"]));
     command.env("AWS_ACCESS_KEY_ID", "key").env("AWS_SECRET_ACCESS_KEY", SECRET).env("AWS_REGION", "us-east-1");
@@ -43,9 +50,7 @@ fn render(desk: &Desk, machine: &str, url: &str, key: Option<&str>) -> Ran {
         }
         command = again;
     }
-    let ran = finish(command).expect(0);
-    assert!(!ran.stdout.contains(SECRET) && !ran.stderr.contains(SECRET));
-    ran
+    command
 }
 
 /// What became of the node whose result is costly.
@@ -145,6 +150,10 @@ enum How {
     Deny,
     NoBucket,
     HangUp,
+    /// More than was announced, without end.
+    Endless,
+    /// A reason for a failure, without end.
+    EndlessReason,
 }
 
 /// A server that speaks as much S3 as the cache needs.
@@ -201,6 +210,17 @@ fn answer(mut stream: &TcpStream, how: &Mutex<How>, held: &Mutex<HashMap<String,
         How::NoBucket => return send(stream, "404 Not Found", b"<Error><Code>NoSuchBucket</Code></Error>"),
         How::Stall => std::thread::sleep(Duration::from_secs(30)),
         How::HangUp => return None,
+        How::Endless | How::EndlessReason => {
+            let status = if how == How::Endless { "200 OK" } else { "500 Internal Server Error" };
+            let head = format!(
+                "HTTP/1.1 {status}\r\ncontent-length: 100\r\ntransfer-encoding: chunked\r\n\
+                 last-modified: Wed, 01 Jan 2025 00:00:00 GMT\r\netag: \"x\"\r\n\r\n"
+            );
+            stream.write_all(head.as_bytes()).ok()?;
+            let chunk = [&b"100000\r\n"[..], &vec![7; 1 << 20], b"\r\n"].concat();
+            while stream.write_all(&chunk).is_ok() {}
+            return None;
+        }
         How::Deny if method == "PUT" => {
             return send(stream, "403 Forbidden", b"<Error><Code>AccessDenied</Code></Error>");
         }
@@ -276,6 +296,37 @@ fn a_server_may_fail_in_every_way() {
     let denied = render(&desk, "denied", &server.url(), None);
     assert_eq!((state(&denied).as_str(), warnings(&denied)), ("computed", 1), "{}", denied.stderr);
     assert!(denied.stderr.contains("does not allow it"), "{}", denied.stderr);
+}
+
+/// The most memory that a process had, in MiB.
+#[cfg(target_os = "linux")]
+fn peak(mut command: std::process::Command) -> u64 {
+    let mut child = command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
+    let mut most = 0;
+    while child.try_wait().unwrap().is_none() {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kilobytes = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+        most = most.max(kilobytes.unwrap_or(0) >> 10);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    most
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn answers_without_end_take_no_memory() {
+    let desk = desk();
+    desk.shibo("render a.ron -o right --no-cache").expect(0);
+    let usual = peak(desk.command(["render", "a.ron", "-o", "usual", "--no-cache"]));
+    for how in [How::Endless, How::EndlessReason] {
+        let server = Server::start();
+        *server.how.lock().unwrap() = how;
+        let machine = format!("{how:?}");
+        let most = peak(rendering(&desk, &machine, &server.url(), None));
+        assert!(most < usual + 96, "{how:?}: {most} MiB, without a shared cache {usual} MiB");
+        same(&desk, "right", &machine);
+    }
 }
 
 #[test]

@@ -46,6 +46,36 @@ fn all_combinations_are_rendered_and_listed() {
 }
 
 #[test]
+fn a_sheet_of_two_names_is_a_matrix() {
+    let desk = Desk::new();
+    desk.write(
+        "a.ron",
+        "(version: 1, canvas: (size_mm: 8, resolution: 8), params: { \"r\": Number(default: 0), \"g\": Number(default: 0) },
+          nodes: { \"c\": PackChannels(r: \"$r\", g: \"$g\", b: 0) }, outputs: { \"c\": \"c\" })",
+    );
+    desk.shibo("render a.ron --sweep r=0..1/2 --sweep g=0..1/3 --sheet sheet.png").expect(0);
+    let (width, pixels) = samples(&desk.path("out/sheet.png"));
+    // A row for each value of the first name, a column for each of the second.
+    let left = 8 + 3 * 6 + 8;
+    assert_eq!((width, pixels.len() / width), (left + 3 * 136, 17 + 2 * 140 + 8));
+    let colour = |row: usize, column: usize| {
+        let [r, g, b, _] = pixels[(17 + row * 140 + 8 + 64) * width + left + column * 136 + 64];
+        [r, g, b].map(|sample| sample >> 8)
+    };
+    assert_eq!(
+        [colour(0, 0), colour(0, 2), colour(1, 0), colour(1, 2)],
+        [[0; 3], [0, 255, 0], [255, 0, 0], [255, 255, 0]]
+    );
+    assert_eq!(colour(0, 1)[1], 188, "half the light");
+    // The labels: above the columns, and left of the rows.
+    let lit = |x: std::ops::Range<usize>, y: std::ops::Range<usize>| {
+        y.flat_map(|y| x.clone().map(move |x| y * width + x)).filter(|at| pixels[*at][0] > 40_000).count()
+    };
+    assert!((0..3).all(|column| lit(left + column * 136..left + column * 136 + 40, 0..17) > 10));
+    assert!((0..2).all(|row| lit(0..left, 17 + row * 140..17 + (row + 1) * 140) > 10));
+}
+
+#[test]
 fn what_variants_share_is_computed_once() {
     let desk = Desk::new();
     // Only the colours differ.

@@ -155,6 +155,74 @@ fn a_graph_is_packed_with_what_it_reads() {
     assert!(!desk.path("abs.zip").exists());
 }
 
+#[test]
+fn imports_that_lead_out_of_the_package_are_written_anew() {
+    let desk = desk();
+    std::fs::create_dir_all(desk.path("work/deep")).unwrap();
+    std::fs::create_dir_all(desk.path("named")).unwrap();
+    desk.write("named/other.ron", PART);
+    let whole = desk.path("lib/part.ron").to_string_lossy().into_owned();
+    // As many steps upwards as lead to the root from anywhere, and down again.
+    let climbing = format!("{}{whole}", "../".repeat(60));
+    desk.write(
+        "work/deep/g.ron",
+        format!(
+            "(version: 1, // keep `{whole}`\n imports: {{ \"a\": {whole:?}, \"b\": {climbing:?}, \"c\": \"../../lib/part\", \"d\": \"other\" }},
+              nodes: {{ \"a\": Use(graph: \"a\"), \"b\": Use(graph: \"b\"), \"c\": Use(graph: \"c\"), \"d\": Use(graph: \"d\") }},
+              outputs: {{ \"a\": \"a\", \"b\": \"b\", \"c\": \"c\", \"d\": \"d\" }})"
+        ),
+    );
+    let named = desk.path("named");
+    let ran = desk
+        .run([
+            std::ffi::OsStr::new("pack"),
+            "work/deep/g.ron".as_ref(),
+            "-o".as_ref(),
+            "x.zip".as_ref(),
+            "--import-path".as_ref(),
+            named.as_ref(),
+        ])
+        .expect(0);
+    assert_eq!(ran.stderr.matches("in the package").count(), 3, "{}", ran.stderr);
+    let there = Desk::new();
+    unpack(&desk.read("x.zip"), &there);
+    let text = String::from_utf8(there.read("work/deep/g.ron")).unwrap();
+    assert!(text.contains("\"a\": \"../../lib/part.ron\", \"b\": \"../../lib/part.ron\", \"c\": \"../../lib/part\", \"d\": \"../../named/other.ron\""), "{text}");
+    assert!(text.contains(&format!("// keep `{whole}`")), "{text}");
+    // The files beside are gone, so only those of the package are found.
+    std::fs::remove_dir_all(desk.path("lib")).unwrap();
+    there.shibo("check work/deep/g.ron").expect(0);
+    // The same for a job.
+    std::fs::create_dir_all(desk.path("lib")).unwrap();
+    desk.write("lib/part.ron", PART);
+    desk.run([
+        std::ffi::OsStr::new("job"),
+        "work/deep/g.ron".as_ref(),
+        "-o".as_ref(),
+        "x.job".as_ref(),
+        "--import-path".as_ref(),
+        named.as_ref(),
+    ])
+    .expect(0);
+    assert!(
+        !String::from_utf8(desk.read("x.job/graph/work/deep/g.ron"))
+            .unwrap()
+            .replace("// keep `", "")
+            .contains(&format!("\"{whole}"))
+    );
+    // A picture that climbs is refused, and no graph is written over.
+    std::fs::copy("library/examples/ramp.png", desk.path("lib/ramp.png")).unwrap();
+    let picture = format!("{}{}", "../".repeat(60), desk.path("lib/ramp.png").display());
+    desk.write(
+        "climb.ron",
+        format!("(version: 1, nodes: {{ \"i\": Image(path: {picture:?}) }}, outputs: {{ \"i\": \"i\" }})"),
+    );
+    let ran = desk.shibo("pack climb.ron").expect(1);
+    assert!(ran.stderr.contains("climbs out") && !desk.path("climb.zip").exists(), "{}", ran.stderr);
+    let ran = desk.shibo("pack main.ron -o lib/part.ron").expect(2);
+    assert!(ran.stderr.contains("one of the files") && desk.read("lib/part.ron") == PART.as_bytes(), "{}", ran.stderr);
+}
+
 /// Writes the stored entries of an archive into a folder.
 fn unpack(archive: &[u8], desk: &Desk) {
     let mut rest = archive;

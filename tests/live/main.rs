@@ -14,6 +14,8 @@ mod neovim;
 mod noise;
 mod own;
 mod page;
+mod protocol;
+mod races;
 mod repairs;
 mod saves;
 mod server;

@@ -3,6 +3,9 @@
 //! An entry is a file `DIR/SHELF/xx/NAME`: its content, then its [`Seal`]. Entries are written under a temporary name and
 //! renamed; one that does not match its seal is removed and made again. When the cache outgrows its bound, the entries not
 //! used for longest go first.
+//!
+//! The folder has a marker, without which it is no cache and nothing in it is touched.
+mod folder;
 mod size;
 
 pub use size::DiskUse;
@@ -11,6 +14,7 @@ use super::entry::{Digest, Digester};
 use super::{Seal, Shelf, Store};
 use crate::picture::AtomicFile;
 use crate::value::Key;
+use folder::State;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -43,18 +47,34 @@ impl DiskCache {
     /// the build of `seal`, and counts and removes those of all builds.
     ///
     /// # Errors
-    /// A folder that cannot be made or written.
+    /// A folder that cannot be made or written, or that holds something and is not marked as a cache.
     pub fn open(dir: impl Into<PathBuf>, bound: u64, seal: Seal) -> Result<Self, CacheError> {
         let dir = dir.into();
-        let probe = || {
-            fs::create_dir_all(&dir)?;
-            // Making a file is the only reliable answer to whether one can.
-            AtomicFile::create(dir.join("probe")).map(drop)
-        };
-        match probe() {
+        match made(&dir) {
             Ok(()) => Ok(Self { dir, bound, seal, written: AtomicU64::new(0), failures: AtomicU64::new(0) }),
             Err(source) => Err(CacheError { dir: dir.display().to_string(), source }),
         }
+    }
+
+    /// Marks the folder `dir`, which an earlier version made without a marker, as a cache; only if it holds nothing but entries. Meant for
+    /// the usual place of caches.
+    pub fn adopt(dir: &Path) {
+        if matches!(folder::state(dir), Ok(State::Foreign)) && folder::holds_only_entries(dir) {
+            // Without the marker the cache is not used.
+            let _ = folder::mark(dir);
+        }
+    }
+
+    /// Returns true if the folder `dir` is a cache.
+    pub fn is_cache(dir: &Path) -> bool {
+        folder::is_marked(dir)
+    }
+
+    /// Removes everything that a cache holds, and its folder if nothing else is in it.
+    pub fn remove_all(self) {
+        self.clear();
+        folder::remove_empty(&self.dir);
+        folder::unmark(&self.dir);
     }
 
     /// How many entries could not be written.
@@ -71,7 +91,10 @@ impl DiskCache {
     /// An entry that looks whole: the file at its content, the content's length, and the seal. One that does not is removed.
     fn look(&self, path: &Path) -> Option<(File, u64, [u8; Seal::BYTES])> {
         // Opening something that is not a file could block forever.
-        let length = fs::metadata(path).ok().filter(fs::Metadata::is_file)?.len();
+        let length = fs::symlink_metadata(path).ok().filter(fs::Metadata::is_file)?.len();
+        if !folder::is_inside(&self.dir, path) {
+            return None;
+        }
         let look = || -> io::Result<Option<_>> {
             let Some(content) = length.checked_sub(Seal::BYTES as u64) else { return Ok(None) };
             let mut file = File::open(path)?;
@@ -90,13 +113,18 @@ impl DiskCache {
 
     fn create(&self, shelf: Shelf, key: Key) -> io::Result<AtomicFile> {
         let path = self.path(shelf, key);
-        AtomicFile::create(&path).or_else(|error| {
-            let Some(folder) = path.parent().filter(|_| error.kind() == io::ErrorKind::NotFound) else {
-                return Err(error);
-            };
-            fs::create_dir_all(folder)?;
-            AtomicFile::create(&path)
-        })
+        let parent = path.parent().unwrap_or(&self.dir);
+        if !parent.exists() {
+            // Somebody may have removed the whole cache.
+            if !self.dir.exists() {
+                made(&self.dir)?;
+            }
+            fs::create_dir_all(parent)?;
+        }
+        if !folder::is_inside(&self.dir, &path) {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "a folder of the cache is a link"));
+        }
+        AtomicFile::create(&path)
     }
 
     /// Seals and names an entry whose content is written.
@@ -152,7 +180,10 @@ impl Store for DiskCache {
     }
 
     fn remove(&self, shelf: Shelf, key: Key) {
-        let _ = fs::remove_file(self.path(shelf, key));
+        let path = self.path(shelf, key);
+        if folder::is_inside(&self.dir, &path) {
+            let _ = fs::remove_file(path);
+        }
     }
 
     fn get_file(&self, key: Key, to: &Path) -> io::Result<bool> {
@@ -194,6 +225,20 @@ impl Store for DiskCache {
     }
 }
 
+/// Makes the folder of a cache, if it is not there.
+fn made(dir: &Path) -> io::Result<()> {
+    fs::create_dir_all(dir)?;
+    match folder::state(dir)? {
+        // Making a file is the only reliable answer to whether one can.
+        State::Marked => AtomicFile::create(dir.join("probe")).map(drop),
+        State::Empty => folder::mark(dir),
+        State::Foreign => {
+            let message = "it holds files and is not marked as a cache of shibo; name a new folder, or an empty one";
+            Err(io::Error::new(io::ErrorKind::AlreadyExists, message))
+        }
+    }
+}
+
 /// Marks an entry as just used.
 fn touch(file: &File) {
     let _ = file.set_modified(SystemTime::now());
@@ -231,160 +276,4 @@ fn copy(from: &mut File, to: &mut impl Write, limit: u64) -> Result<Digest, Faul
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const NO_TIME: Duration = Duration::ZERO;
-
-    fn key(word: &str) -> Key {
-        Key::of("test", &[word.as_bytes()])
-    }
-
-    pub(super) fn open(dir: &Path, bound: u64) -> DiskCache {
-        DiskCache::open(dir, bound, Seal::new(key("build"))).unwrap()
-    }
-
-    pub(super) fn put(cache: &DiskCache, shelf: Shelf, word: &str, content: &[u8]) {
-        cache.put(shelf, key(word), content, NO_TIME, &|| false);
-    }
-
-    #[test]
-    fn gives_back_what_was_put() {
-        let dir = tempfile::tempdir().unwrap();
-        let cache = open(dir.path(), 1 << 20);
-        put(&cache, Shelf::Objects, "a", b"content");
-        assert_eq!(cache.get(Shelf::Objects, key("a")).unwrap(), b"content");
-        assert_eq!(cache.get(Shelf::Objects, key("b")), None);
-        assert_eq!(cache.get(Shelf::Tiles, key("a")), None);
-        cache.remove(Shelf::Objects, key("a"));
-        assert_eq!(cache.get(Shelf::Objects, key("a")), None);
-        put(&cache, Shelf::Tiles, "a", b"");
-        assert_eq!(cache.get(Shelf::Tiles, key("a")).unwrap(), b"");
-        assert_eq!(cache.clear().entries, 1);
-        assert_eq!(cache.usage().entries, 0);
-    }
-
-    #[test]
-    fn damaged_entries_are_removed_not_served() {
-        let dir = tempfile::tempdir().unwrap();
-        let cache = open(dir.path(), 1 << 20);
-        let path = cache.path(Shelf::Objects, key("a"));
-        put(&cache, Shelf::Objects, "a", b"content");
-        let good = fs::read(&path).unwrap();
-        let damaged = (0..good.len()).map(|at| {
-            let mut bytes = good.clone();
-            bytes[at] ^= 1;
-            bytes
-        });
-        let cut = (0..good.len()).map(|at| good[..at].to_vec());
-        let longer = [[&good[..], b"x"].concat(), [b"x", &good[..]].concat(), [&good[..], &good[..]].concat()];
-        for bytes in damaged.chain(cut).chain(longer) {
-            fs::write(&path, &bytes).unwrap();
-            assert_eq!(cache.get(Shelf::Objects, key("a")), None, "{bytes:?}");
-            assert!(!path.exists());
-        }
-        fs::write(&path, &good).unwrap();
-        assert_eq!(cache.get(Shelf::Objects, key("a")).unwrap(), b"content");
-    }
-
-    #[test]
-    fn an_entry_is_believed_in_its_own_place_only() {
-        let dir = tempfile::tempdir().unwrap();
-        let cache = open(dir.path(), 1 << 20);
-        let other = DiskCache::open(dir.path(), 1 << 20, Seal::new(key("another build"))).unwrap();
-        put(&cache, Shelf::Tiles, "a", b"content");
-        let good = cache.path(Shelf::Tiles, key("a"));
-        assert_eq!(other.get(Shelf::Tiles, key("a")), None);
-        assert!(good.exists(), "another build's entries are left alone");
-        let places = [
-            (&cache, Shelf::Tiles, key("b")),
-            (&cache, Shelf::Objects, key("a")),
-            (&cache, Shelf::Files, key("a")),
-            (&cache, Shelf::Channels, key("a")),
-            (&other, Shelf::Tiles, key("a")),
-        ];
-        for (cache, shelf, key) in places {
-            let path = cache.path(shelf, key);
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::copy(&good, &path).unwrap();
-            let to = dir.path().join("to");
-            let found =
-                if shelf == Shelf::Files { cache.get_file(key, &to).unwrap() } else { cache.get(shelf, key).is_some() };
-            assert!(!found && !path.exists() && !to.exists(), "{shelf:?}");
-        }
-        assert_eq!(cache.get(Shelf::Tiles, key("a")).unwrap(), b"content");
-    }
-
-    #[test]
-    fn files_are_copied_whole_or_not_at_all() {
-        let dir = tempfile::tempdir().unwrap();
-        let cache = open(&dir.path().join("cache"), 1 << 20);
-        let (from, to) = (dir.path().join("from"), dir.path().join("to"));
-        fs::write(&from, vec![7; 300_000]).unwrap();
-        cache.put_file(key("f"), &from, NO_TIME);
-        assert!(cache.get_file(key("f"), &to).unwrap());
-        assert_eq!(fs::read(&to).unwrap(), vec![7; 300_000]);
-        let path = cache.path(Shelf::Files, key("f"));
-        let mut bytes = fs::read(&path).unwrap();
-        bytes[1000] = 8;
-        fs::write(&path, bytes).unwrap();
-        fs::write(&to, b"old").unwrap();
-        assert!(!cache.get_file(key("f"), &to).unwrap());
-        assert_eq!(fs::read(&to).unwrap(), b"old");
-        // A file that cannot be read is not kept, one that cannot be written is told.
-        cache.put_file(key("g"), &dir.path().join("none"), NO_TIME);
-        assert!(!cache.get_file(key("g"), &to).unwrap());
-        cache.put_file(key("f"), &from, NO_TIME);
-        assert!(cache.get_file(key("f"), &dir.path().join("none/to")).is_err());
-    }
-
-    #[test]
-    fn what_is_stopped_is_not_kept() {
-        let dir = tempfile::tempdir().unwrap();
-        let cache = open(dir.path(), 1 << 30);
-        let content: Vec<u8> = (0..3 * PART + 5).map(|i| u8::try_from(i % 251).unwrap()).collect();
-        let asked = std::cell::Cell::new(0);
-        cache.put(Shelf::Objects, key("a"), &content, NO_TIME, &|| {
-            asked.set(asked.get() + 1);
-            asked.get() > 2
-        });
-        assert_eq!((asked.get(), cache.get(Shelf::Objects, key("a")), cache.failures()), (3, None, 0));
-        assert_eq!(cache.usage().entries, 0);
-        put(&cache, Shelf::Objects, "a", &content);
-        assert_eq!(cache.get(Shelf::Objects, key("a")).unwrap(), content);
-    }
-
-    #[test]
-    #[cfg(target_os = "linux")]
-    fn what_is_no_entry_is_in_nobodys_way() {
-        let dir = tempfile::tempdir().unwrap();
-        let cache = open(dir.path(), 1 << 20);
-        let path = cache.path(Shelf::Objects, key("a"));
-        // A folder in an entry's place: nothing can be kept there, and nothing fails.
-        fs::create_dir_all(&path).unwrap();
-        put(&cache, Shelf::Objects, "a", b"content");
-        assert_eq!((cache.get(Shelf::Objects, key("a")), cache.failures()), (None, 1));
-        fs::remove_dir(&path).unwrap();
-        // A pipe, which nobody ever writes to.
-        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
-        assert_eq!(cache.get(Shelf::Objects, key("a")), None);
-        fs::remove_file(&path).unwrap();
-        // A file that is longer than any memory, with a seal that confirms it.
-        put(&cache, Shelf::Objects, "a", b"content");
-        let seal = fs::read(&path).unwrap().split_off(7);
-        let length = 1_u64 << 43;
-        let file = File::create(&path).unwrap();
-        file.set_len(length).unwrap();
-        let mut file = fs::OpenOptions::new().append(true).open(&path).unwrap();
-        file.write_all(&[&seal[..8], &length.to_ne_bytes(), &seal[16..]].concat()).unwrap();
-        assert_eq!(cache.get(Shelf::Objects, key("a")), None);
-        assert!(!path.exists());
-        // What a process left that was killed goes at the next tidying, and what a live one is writing stays.
-        let folder = path.parent().unwrap();
-        fs::write(folder.join(".x.4294967295.0.tmp"), "").unwrap();
-        fs::write(folder.join(".x.1.0.tmp"), "").unwrap();
-        put(&cache, Shelf::Objects, "b", b"content");
-        cache.tidy();
-        assert!(folder.join(".x.1.0.tmp").exists() && !folder.join(".x.4294967295.0.tmp").exists());
-    }
-}
+mod tests;

@@ -38,11 +38,27 @@ impl Shelf {
         }
     }
 
+    /// The letters of the folder of an entry, and of its own name in that.
+    pub(super) const LETTERS: [usize; 2] = [2, 30];
+
+    /// Returns true if `SHELF/xx/NAME` is the place of an entry. Nothing else is removed from a store.
+    pub fn is_entry(place: &str) -> bool {
+        let mut parts = place.split('/');
+        let shelf = parts.next().is_some_and(|name| Self::ALL.iter().any(|shelf| shelf.name() == name));
+        let named = Self::LETTERS.into_iter().all(|letters| parts.next().is_some_and(|part| is_hex(part, letters)));
+        shelf && named && parts.next().is_none()
+    }
+
     /// Whether its entries go to other machines. Tiles are many and small: asking for each would take longer
     /// than computing most of them.
     pub(super) const fn travels(self) -> bool {
         !matches!(self, Self::Tiles)
     }
+}
+
+/// Returns true if a text is this many hexadecimal digits, as names of entries are.
+pub(super) fn is_hex(text: &str, letters: usize) -> bool {
+    text.len() == letters && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
 }
 
 /// What the entries of one build have in common: names that no other build uses, and tags that no other build accepts.

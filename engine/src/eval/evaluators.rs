@@ -1,7 +1,7 @@
 //! The engine as seen by code that computes whole pictures. The time that its inputs take is measured apart.
 use super::Event;
 use super::meter::Working;
-use super::run::Run;
+use super::run::{Run, node_code};
 use crate::diagnostics::{Code, Problem};
 use crate::graph::GraphNode;
 use crate::node::{Call, Outputs};
@@ -60,7 +60,7 @@ impl Run<'_> {
         let working = self.meter.begin();
         let evaluator = NodeEvaluator { run: self, node, key, working: &working };
         let (canvas, files) = (&node.canvas, &node.files);
-        node.node.evaluate(&Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator })
+        node_code(|| node.node.evaluate(&Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator }))
     }
 }
 

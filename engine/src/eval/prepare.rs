@@ -68,8 +68,9 @@ impl Run<'_> {
                 }
             } else if !self.is_prepared(&field, &grid) && begun.insert(at(&field, &grid)) {
                 open.push((field.clone(), grid, true));
-                let whole = field.source().whole(&grid);
-                open.extend(reads(&field, &grid).chain(whole).map(|read| (read.field.clone(), read.grid, false)));
+                let all = || reads(&field, &grid).chain(field.source().whole(&grid));
+                let read = || Ok(all().map(|read| (read.field.clone(), read.grid, false)).collect::<Vec<_>>());
+                open.extend(self.of_owner(field.owner().or(field.key()), read)?);
             }
         }
         Ok(())
@@ -116,11 +117,7 @@ impl Run<'_> {
         let working = self.meter.begin();
         let pictures = Whole { run: self, reads: field.source().whole(grid), working: &working };
         let owner = field.owner().or(field.key());
-        let result = field.source().prepare(grid, &pictures).inspect_err(|stop| {
-            if let (Stop::Failed(problem), Some(owner)) = (stop, owner) {
-                self.failed(owner, problem);
-            }
-        })?;
+        let result = self.of_owner(owner, || field.source().prepare(grid, &pictures))?;
         if let (Some(owner), true) = (owner, result.is_some()) {
             self.ledger.add(owner, Work { time: working.time(), computed: 1, ..Work::default() });
         }

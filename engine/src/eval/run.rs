@@ -11,6 +11,7 @@ use super::{CancelToken, Event, Keys, MemoryCache, NodeState, NodeStats, Observe
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::graph::{Graph, GraphNode, GraphOutput, Input};
 use crate::node::{Call, Outputs};
+use crate::picture::contained;
 use crate::value::{Blocks, Cuts, Field, Grid, Key, Material, PictureFields, Piece, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
@@ -145,8 +146,8 @@ impl<'g> Run<'g> {
         let outputs = match handed_on {
             Some(_) if node.outputs.len() == 1 => Outputs::default(),
             _ => match &files {
-                Some(files) => files.evaluate(|| node.node.evaluate(&call))?,
-                None => node.node.evaluate(&call)?,
+                Some(files) => files.evaluate(|| node_code(|| node.node.evaluate(&call)))?,
+                None => node_code(|| node.node.evaluate(&call))?,
             },
         };
         let time = working.time();
@@ -233,6 +234,15 @@ impl<'g> Run<'g> {
         lock(&self.failures).push((owner, problem.clone()));
     }
 
+    /// Runs code of a field. A failure is noted for the result `owner`.
+    pub(super) fn of_owner<T>(&self, owner: Option<Key>, code: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
+        node_code(code).inspect_err(|stop| {
+            if let (Stop::Failed(problem), Some(owner)) = (stop, owner) {
+                self.failed(owner, problem);
+            }
+        })
+    }
+
     /// Reports a warning about the values of a result, once.
     pub(super) fn warned(&self, owner: Key, problem: Problem) {
         if !lock(&self.warned).insert(owner) {
@@ -317,6 +327,17 @@ impl<'g> Run<'g> {
         let (name, kind, pixels) = (node.name.clone(), node.kind.clone(), work.pixels);
         NodeStats { name, kind, state, seconds: work.time.as_secs_f64(), tiles, pixels }
     }
+}
+
+/// Runs code of a node. A panic is a defect of it, which is told at the node, and takes nothing else with it.
+pub(super) fn node_code<T>(code: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
+    contained(code).unwrap_or_else(|said| Err(defect(&said).into()))
+}
+
+/// The problem that reports a panic.
+pub(crate) fn defect(said: &str) -> Problem {
+    let problem = Problem::new(Code::BadValue, format!("this cannot be computed, because of a defect: {said}"));
+    problem.help("please report it with the graph; other values may avoid it")
 }
 
 /// Whether a value is data, computed when its node is evaluated.

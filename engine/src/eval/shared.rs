@@ -27,6 +27,8 @@ const MOST_LOST: Duration = Duration::from_millis(2500);
 const COSTLY: Duration = Duration::from_millis(200);
 /// Larger results are not shared.
 const LARGEST: u64 = 256 << 20;
+/// The most bytes of any answer of a remote.
+pub const LARGEST_ANSWER: u64 = LARGEST + entry::MORE;
 /// The most bytes that wait to be written.
 const WAITING: u64 = 512 << 20;
 
@@ -160,7 +162,7 @@ impl Store for SharedStore {
             return None;
         }
         let (name, start) = (self.name(shelf, key), Instant::now());
-        let found = self.shared.remote.get(&name, LARGEST + entry::MORE, PATIENCE);
+        let found = self.shared.remote.get(&name, LARGEST_ANSWER, PATIENCE);
         let opened = match found {
             Ok(Some(bytes)) => entry::open(&self.seal, (shelf, key), &name, bytes).map(Some).ok_or(Trouble::Wrong),
             Ok(None) => Ok(None),

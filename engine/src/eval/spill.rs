@@ -11,7 +11,7 @@
 //! as missing, and names are made from the keys of fields, so another graph's are not found.
 use super::memory::TileKey;
 use super::run::lock;
-use crate::picture::AtomicFile;
+use crate::picture::{AtomicFile, SPILL_END, SPILL_MAGIC as MAGIC};
 use crate::value::{Key, Tile};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -19,12 +19,10 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
-/// Changes when the form of the file does, and tells byte orders apart.
-const MAGIC: u64 = 0x5348_4942_4f48_0001;
 /// The bytes of what the list says of a part of a tile: two keys and two numbers.
 const ITEM: usize = 48;
 /// The bytes of the end.
-const END: usize = 32;
+const END: usize = SPILL_END;
 
 /// Parts of tiles in a file.
 pub struct Spill {

@@ -207,7 +207,7 @@ impl Run<'_> {
         counts: bool,
     ) -> Result<Frame<'f, 's>, Stop> {
         self.cancel.check()?;
-        let wanted = read.field.source().inputs(&read.grid, read.window);
+        let wanted = self.of_owner(Some(owner), || Ok(read.field.source().inputs(&read.grid, read.window)))?;
         let tiles = Vec::with_capacity(wanted.len());
         let (narrowed, pieces) = (false, None);
         Ok(Frame::Fill(Box::new(Fill { read, owner, keep, counts, wanted, tiles, narrowed, pieces })))
@@ -264,11 +264,7 @@ impl<'f> Fill<'f, '_> {
             None => {
                 let start = ThreadTime::now();
                 let mut tile = field.blank(grid, window);
-                self.with_given(run, |given| field.source().fill(given, &mut tile)).inspect_err(|stop| {
-                    if let Stop::Failed(problem) = stop {
-                        run.failed(self.owner, problem);
-                    }
-                })?;
+                run.of_owner(Some(self.owner), || self.with_given(run, |given| field.source().fill(given, &mut tile)))?;
                 own = start.elapsed();
                 run.meter.tile(own);
                 pixels = window.len() as u64;
@@ -304,9 +300,10 @@ impl<'f> Fill<'f, '_> {
         let Read { field, grid, window } = self.read;
         if self.tiles.len() == self.wanted.len() && !self.narrowed {
             self.narrowed = true;
-            let later = field.source().later(&grid, window);
+            let later = run.of_owner(Some(self.owner), || Ok(field.source().later(&grid, window)))?;
             if !later.is_empty() {
-                let narrow = self.with_given(run, |given| field.source().narrow(given, &grid, window));
+                let narrow = || Ok(self.with_given(run, |given| field.source().narrow(given, &grid, window)));
+                let narrow = run.of_owner(Some(self.owner), narrow)?;
                 let within =
                     later.len() == narrow.len() && later.iter().zip(&narrow).all(|(l, n)| l.window.contains(n));
                 if !within {

@@ -76,7 +76,7 @@ impl<'a> Files<'a> {
             limits: &options.limits,
             library,
             overlay: options.overlay.iter().map(|(path, text)| (identity(path), text.clone())).collect(),
-            paths: Vec::new(),
+            paths: options.import_paths.clone(),
             sources: SourceMap::default(),
             report: Report::default(),
             docs: Vec::new(),
@@ -107,7 +107,7 @@ impl<'a> Files<'a> {
         self.by_path.insert(identity.clone(), None);
         // The graph itself is the first of the texts.
         let file = self.sources.add(path, text.clone());
-        self.paths = imports::search_paths(path, &mut self.looked_at, &mut self.sources, &mut self.report);
+        self.paths.extend(imports::search_paths(path, &mut self.looked_at, &mut self.sources, &mut self.report));
         let doc = self.read_document(path, (file, text.into()), 0);
         self.by_path.insert(identity, Some(doc));
         Some(doc)

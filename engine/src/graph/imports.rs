@@ -1,5 +1,5 @@
-//! Which file an import means: one beside the graph, one in a folder of `shibo.toml`, or a graph that the program brings
-//! along.
+//! Finds the files of imports: beside the graph, in a folder that the caller or `shibo.toml` names, or among the graphs that the program
+//! brings along.
 use super::files::{Fault, read_text};
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic, SourceMap, Span};
@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 
 /// What begins the path of a graph of the library.
 pub(super) const LIBRARY: &str = "shibo:";
-/// The file beside a graph that says where else imports are looked for.
+/// The file in the folder of a graph, or in the nearest one above it, that says where else imports are looked for.
 const SETTINGS: &str = "shibo.toml";
 /// The largest such file in bytes.
 const MOST: u64 = 1 << 20;
@@ -83,18 +83,20 @@ pub(super) fn find(
 }
 
 /// The path of the graph that the import `name` means in the graph file `from`, which is the one that is rendered; that of a graph of
-/// the library begins with `shibo:`. `None` if there is no such file; those that are `open` in an editor need not be saved.
+/// the library begins with `shibo:`. `further` are folders to look in besides those of `shibo.toml`. `None` if there is no such file;
+/// those that are `open` in an editor need not be saved.
 pub fn import_path(
     from: &Path,
     name: &str,
-    library: Option<&dyn Library>,
+    (library, further): (Option<&dyn Library>, &[PathBuf]),
     open: &dyn Fn(&Path) -> bool,
 ) -> Option<PathBuf> {
     if let Some(name) = name.strip_prefix(LIBRARY) {
         return in_library(name, library);
     }
     let folder = from.parent().unwrap_or(Path::new(""));
-    let paths = search_paths(from, &mut Vec::new(), &mut SourceMap::default(), &mut Report::default());
+    let settings = search_paths(from, &mut Vec::new(), &mut SourceMap::default(), &mut Report::default());
+    let paths = [further, &settings].concat();
     let found = find(name, folder, (&paths, open), library).path;
     let exists = match within(&found) {
         Some(inside) => library.is_some_and(|library| library.text(&inside).is_some()),
@@ -111,13 +113,29 @@ pub(super) fn help(name: &str, searched: &[PathBuf], library: Option<&dyn Librar
     }
     let folders: Vec<_> = searched.iter().map(|path| format!("`{}`", path.display())).collect();
     match &folders[..] {
-        [] => format!("paths are relative to this file; more folders can be named in `{SETTINGS}` beside the graph"),
-        folders => format!("paths are relative to this file, and to {} from `{SETTINGS}`", folders.join(", ")),
+        [] => format!(
+            "paths are relative to this file; more folders can be named with `--import-path`, or in `{SETTINGS}` beside the graph or above it"
+        ),
+        folders => format!("paths are relative to this file, and to {}", folders.join(", ")),
     }
 }
 
-/// The folders that `shibo.toml` beside a graph names for imports: `[imports]`, `paths = ["…"]`. Paths in it are relative
-/// to it.
+/// Where the settings of a graph in `folder` may be: there, and in the folders above it, the nearest first.
+fn places(folder: &Path) -> Vec<PathBuf> {
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let mut whole = PathBuf::new();
+    for part in std::path::absolute(here).unwrap_or_default().components() {
+        match part {
+            Component::ParentDir => drop(whole.pop()),
+            part => whole.push(part),
+        }
+    }
+    let above = whole.ancestors().skip(1).map(Path::to_path_buf);
+    std::iter::once(folder.to_path_buf()).chain(above).map(|folder| folder.join(SETTINGS)).collect()
+}
+
+/// The folders that the nearest `shibo.toml` names for imports: `[imports]`, `paths = ["…"]`. It is looked for in the folder of the
+/// graph and then upwards. Paths in it are relative to it.
 pub(super) fn search_paths(
     graph: &Path,
     looked_at: &mut Vec<PathBuf>,
@@ -128,11 +146,13 @@ pub(super) fn search_paths(
     if within(graph).is_some() {
         return Vec::new();
     }
-    let path = folder.join(SETTINGS);
-    looked_at.push(path.clone());
-    if !path.exists() {
-        return Vec::new();
-    }
+    let exists = |path: &PathBuf| {
+        // One that is nearer could be made.
+        looked_at.push(path.clone());
+        path.exists()
+    };
+    let Some(path) = places(folder).into_iter().find(exists) else { return Vec::new() };
+    let folder = path.parent().unwrap_or(folder).to_path_buf();
     let text = match read_text(&path, MOST) {
         Ok(text) => text,
         Err(Fault { code, message, .. }) => {

@@ -31,6 +31,8 @@ pub struct Graph {
     pub warnings: Vec<Diagnostic>,
     /// Where `canvas` is written, for problems of the picture's size.
     pub canvas_span: Span,
+    /// The imports of all graph files: the place in the text, and the file that is meant.
+    pub imports: Vec<(Span, PathBuf)>,
 }
 
 impl Graph {

@@ -13,6 +13,7 @@ use super::scope::{Unit, presets};
 use super::subst::{is_driven, ron_string};
 use super::{Graph, GraphParam, LoadOptions, Loaded};
 use crate::diagnostics::{Code, Diagnostic, FileId, Origin, SourceMap, Span};
+use crate::picture::contained;
 use crate::registry::Registry;
 use crate::syntax::Tree;
 use crate::value::{Canvas, Resolution};
@@ -34,7 +35,19 @@ pub fn load_text(path: &Path, text: &str, registry: &Registry, options: &LoadOpt
     run(path, Some(text.to_owned()), registry, options)
 }
 
+/// Loads a graph. A panic is a defect, which is told at the file like an error of it.
 fn run(path: &Path, text: Option<String>, registry: &Registry, options: &LoadOptions) -> Loaded {
+    contained(|| whole(path, text.clone(), registry, options)).unwrap_or_else(|said| {
+        let mut sources = SourceMap::default();
+        let file = sources.add(path, text.unwrap_or_default());
+        let message = format!("this graph cannot be read, because of a defect: {said}");
+        let error = Diagnostic::new(Code::BadValue, Span { file, start: 0, end: 0 }, message);
+        let diagnostics = vec![error.help("please report it with the graph")];
+        Loaded { graph: None, diagnostics, sources, files: vec![path.to_owned()] }
+    })
+}
+
+fn whole(path: &Path, text: Option<String>, registry: &Registry, options: &LoadOptions) -> Loaded {
     let mut files = Files::new(options, registry.library());
     let graph = files.read_main(path, text).and_then(|main| link(main, &mut files, registry, options));
     let errors = files.report.errors();
@@ -99,7 +112,18 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         presets: doc.document.presets.iter().map(|(entry, _)| entry.name.clone()).collect(),
         warnings: Vec::new(),
         canvas_span: doc.document.canvas.as_ref().map_or(start, Part::span),
+        imports: imports(&files.docs),
     })
+}
+
+/// Where imports are written, and the files that they mean.
+fn imports(docs: &[Doc]) -> Vec<(Span, PathBuf)> {
+    let of = |doc: &Doc| {
+        let meant = doc.imports.iter().map(|import| docs.get((*import)?).map(|other| other.path.clone()));
+        let pairs = doc.document.imports.iter().zip(meant.collect::<Vec<_>>());
+        pairs.filter_map(|(entry, path)| Some((entry.value.span(), path?))).collect::<Vec<_>>()
+    };
+    docs.iter().flat_map(of).collect()
 }
 
 /// The canvas, with another seed if one is given, and then the parameters that come from it.
@@ -353,6 +377,7 @@ impl Default for LoadOptions {
             set: Vec::new(),
             resolution: None,
             working_dir: PathBuf::new(),
+            import_paths: Vec::new(),
             limits: super::Limits::default(),
             overlay: BTreeMap::new(),
         }

@@ -67,6 +67,8 @@ pub struct LoadOptions {
     pub resolution: Option<Resolution>,
     /// What paths in [`set`](Self::set) are relative to.
     pub working_dir: PathBuf,
+    /// Further folders in which imports are looked for: after that of the graph, before those of `shibo.toml`.
+    pub import_paths: Vec<PathBuf>,
     /// How large a graph may be.
     pub limits: Limits,
     /// Texts that count instead of the contents of files, such as those that an editor has not saved. The files need not

@@ -6,6 +6,7 @@ use super::read::shorten;
 use super::scope::{Target, Unit};
 use crate::diagnostics::{Code, Span};
 use crate::graph::GraphOutput;
+use crate::picture::is_output_letter;
 use crate::value::Type;
 use petgraph::graph::NodeIndex;
 use std::collections::BTreeMap;
@@ -72,12 +73,11 @@ impl Unit<'_> {
     }
 
     fn check_name(&mut self, decl: &OutputDecl) -> bool {
-        let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
         let why = if decl.name.is_empty() {
             "it is empty"
         } else if decl.name.len() > MAX_NAME {
             "it is longer than 100 bytes"
-        } else if !decl.name.chars().all(allowed) {
+        } else if !decl.name.chars().all(is_output_letter) {
             "an output's name is letters, digits, `_`, `-` and `.`"
         } else if decl.name.starts_with('.') {
             "a file whose name begins with a dot is hidden"

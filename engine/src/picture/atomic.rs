@@ -1,12 +1,18 @@
 //! Files that appear under their name only when they are complete.
 //!
-//! What is written goes to `.NAME.PID.COUNTER.tmp` beside the target; [`AtomicFile::commit`] renames it. Whoever opens the
-//! target sees the old content or the new one, and a program that dies leaves the old one. A file that is dropped without
+//! A file is written beside its target, under a hidden name that tells who writes it; [`AtomicFile::commit`] renames it. Whoever opens
+//! the target sees the old content or the new one, and a program that dies leaves the old one. A file that is dropped without
 //! commit is removed; what a killed process leaves behind is removed by [`remove_stale_temporaries`].
+mod owner;
 
+use owner::Owner;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A temporary file that was written to since then may still be wanted.
+const STALE: Duration = Duration::from_secs(24 * 3600);
 
 /// A file under construction.
 ///
@@ -32,18 +38,13 @@ impl AtomicFile {
         {
             return Err(io::Error::new(io::ErrorKind::AlreadyExists, "the name is taken by something that is no file"));
         }
-        let name = target
-            .file_name()
-            .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?
-            .to_os_string();
+        let name =
+            target.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
         for counter in 0_u32.. {
-            let mut hidden = std::ffi::OsString::from(".");
-            hidden.push(&name);
-            hidden.push(format!(".{}.{counter}.tmp", std::process::id()));
-            let temporary = target.with_file_name(hidden);
+            let temporary = target.with_file_name(Owner::this().name(&name.to_string_lossy(), counter));
             match OpenOptions::new().write(true).read(true).create_new(true).open(&temporary) {
                 Ok(file) => return Ok(Self { file: Some(file), temporary, target }),
-                // Another thread writes the same target, or an earlier process of this id died: take the next number.
+                // Another thread writes the same target: take the next number.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }
@@ -55,6 +56,12 @@ impl AtomicFile {
     #[must_use]
     pub fn target(&self) -> &Path {
         &self.target
+    }
+
+    /// The path that the file has until it is complete.
+    #[must_use]
+    pub fn temporary(&self) -> &Path {
+        &self.temporary
     }
 
     /// Gives the file these permissions.
@@ -74,6 +81,16 @@ impl AtomicFile {
         std::fs::rename(&self.temporary, &self.target)?;
         self.file = None;
         Ok(())
+    }
+
+    /// Swaps the two files in one step. The temporary file then has the old content of the target, which can be read and swapped
+    /// back. It is removed when this is dropped.
+    ///
+    /// # Errors
+    /// When the system or the file system cannot swap, or the target is gone; then both are as they were.
+    pub fn exchange(&mut self) -> io::Result<()> {
+        self.file().flush()?;
+        exchange(&self.temporary, &self.target)
     }
 
     fn file(&mut self) -> &mut File {
@@ -112,37 +129,40 @@ impl Drop for AtomicFile {
     }
 }
 
-/// Removes the temporary files that processes which no longer run have left in a folder; returns how many.
-///
-/// Works where `/proc` lists the processes (Linux); elsewhere nothing is removed, since the owner may be alive. A folder
-/// that several machines write at once must not be cleaned while they do: their processes are not listed here.
+#[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+fn exchange(one: &Path, other: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
+fn exchange(_one: &Path, _other: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+/// Removes abandoned temporary files from a folder; returns their number. A file is abandoned if nothing was written to it for 24
+/// hours and its process does not run on this machine. Links are left alone.
 ///
 /// # Errors
 /// When the folder cannot be read. A file that cannot be removed is left and not counted.
 pub fn remove_stale_temporaries(folder: &Path) -> io::Result<usize> {
-    let processes = Path::new("/proc");
-    if !processes.join("self").exists() {
-        return Ok(0);
-    }
     let mut removed = 0;
     for entry in folder.read_dir()? {
         let entry = entry?;
-        let name = entry.file_name();
-        let Some(process) = name.to_str().and_then(owner) else { continue };
-        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
-        if is_file && !processes.join(process.to_string()).exists() && std::fs::remove_file(entry.path()).is_ok() {
+        let Some(owner) = entry.file_name().to_str().and_then(Owner::of) else { continue };
+        // The data of the entry itself, not of the target of a link.
+        let file = entry.metadata().ok().filter(std::fs::Metadata::is_file);
+        let age = file.and_then(|file| file.modified().ok()?.elapsed().ok());
+        if age.is_some_and(|age| age > STALE) && !owner.may_run() && std::fs::remove_file(entry.path()).is_ok() {
             removed += 1;
         }
     }
     Ok(removed)
 }
 
-/// The process id in a temporary file's name.
-fn owner(name: &str) -> Option<u32> {
-    let (rest, counter) = name.strip_prefix('.')?.strip_suffix(".tmp")?.rsplit_once('.')?;
-    let (target, process) = rest.rsplit_once('.')?;
-    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    (!target.is_empty() && digits(counter) && digits(process)).then(|| process.parse().ok())?
+/// Returns true if a file of this name is a temporary file of this program.
+pub(crate) fn is_temporary(name: &str) -> bool {
+    Owner::of(name).is_some()
 }
 
 #[cfg(test)]
@@ -175,8 +195,9 @@ mod tests {
         let mut first = AtomicFile::create(folder.path().join("a.png")).unwrap();
         let second = AtomicFile::create(folder.path().join("a.png")).unwrap();
         first.write_all(b"half").unwrap();
-        let process = std::process::id();
-        assert_eq!(names(folder.path()), [format!(".a.png.{process}.0.tmp"), format!(".a.png.{process}.1.tmp")]);
+        let own = |counter| Owner::this().name("a.png", counter);
+        assert_eq!(names(folder.path()), [own(0), own(1)]);
+        assert!(is_temporary(&own(0)) && !is_temporary("a.png"));
         drop((first, second));
         assert!(names(folder.path()).is_empty());
     }
@@ -193,22 +214,38 @@ mod tests {
     }
 
     #[test]
-    fn owners_are_read_from_names() {
-        assert_eq!(owner(".a.b.png.123.0.tmp"), Some(123));
-        for name in [".a.png.x.0.tmp", "a.png.1.0.tmp", ".1.0.tmp", ".a.png.1..tmp", ".a.png.1.0.tmp~", ".a.+1.0.tmp"] {
-            assert_eq!(owner(name), None, "{name}");
-        }
-    }
-
-    #[test]
     #[cfg(target_os = "linux")]
-    fn removes_what_the_dead_left() {
+    fn removes_old_files_of_others_and_of_the_dead() {
         let folder = tempfile::tempdir().unwrap();
+        let this = Owner::this().name("a.png", 0);
+        let (start, end) = this.split_once("shibo-").unwrap();
+        let parts: Vec<&str> = end.split('-').collect();
+        let of = |host: &str, boot: &str, process: &str, start_time: &str, counter: u32| {
+            format!("{start}shibo-{host}-{boot}-{process}-{start_time}-{counter}.tmp")
+        };
+        let [host, boot, process, time] = [parts[0], parts[1], parts[2], parts[3]];
         // Process ids are far below this number.
-        for name in [".a.png.4294967295.0.tmp", ".a.png.1.0.tmp", "b.png", ".x.tmp"] {
-            std::fs::write(folder.path().join(name), "").unwrap();
-        }
-        assert_eq!(remove_stale_temporaries(folder.path()).unwrap(), 1);
-        assert_eq!(names(folder.path()), [".a.png.1.0.tmp", ".x.tmp", "b.png"]);
+        let dead = of(host, boot, "4294967295", "1", 1);
+        let reused = of(host, boot, "1", "0", 2);
+        let elsewhere = of("0badcafe", boot, process, time, 3);
+        let before = of(host, "0badcafe", process, time, 4);
+        let live = of(host, boot, process, time, 5);
+        let all = [&dead, &reused, &elsewhere, &before, &live, "b.png", ".x.tmp", ".a.png.4294967295.0.tmp"];
+        let make = |hours: u64| {
+            for name in all {
+                let file = File::create(folder.path().join(name)).unwrap();
+                file.set_modified(std::time::SystemTime::now() - Duration::from_secs(hours * 3600)).unwrap();
+            }
+        };
+        make(23);
+        assert_eq!(remove_stale_temporaries(folder.path()).unwrap(), 0, "all of them are young");
+        make(25);
+        // A link of that name leads to a file of the user.
+        let link = of(host, boot, "4294967295", "1", 6);
+        std::os::unix::fs::symlink(folder.path().join("b.png"), folder.path().join(&link)).unwrap();
+        assert_eq!(remove_stale_temporaries(folder.path()).unwrap(), 4);
+        let mut left = vec![live, link, "b.png".into(), ".x.tmp".into(), ".a.png.4294967295.0.tmp".into()];
+        left.sort();
+        assert_eq!(names(folder.path()), left);
     }
 }

@@ -1,8 +1,10 @@
-//! Calls of decoders that may panic.
+//! Calls of decoders and of nodes that may panic.
 use super::limits::ReadError;
+use std::any::Any;
 use std::cell::Cell;
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Once;
+use std::sync::{Mutex, Once, PoisonError};
 
 thread_local! {
     /// How many guarded calls this thread is in.
@@ -25,8 +27,13 @@ impl Drop for Inside {
     }
 }
 
-/// Puts a panic hook before the one of the program, once: it drops the messages of threads that are in a guarded call and
-/// hands on all others.
+/// Messages of the last contained panics, and their places in the source: a caught panic does not know its place.
+static PLACES: Mutex<VecDeque<(String, String)>> = Mutex::new(VecDeque::new());
+/// So many are kept.
+const KEPT: usize = 64;
+
+/// Puts a panic hook before the one of the program, once: it notes the messages of threads that are in a guarded call instead of
+/// printing them, and hands on all others.
 fn install_hook() {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -34,10 +41,42 @@ fn install_hook() {
         std::panic::set_hook(Box::new(move |panic| {
             // A thread that ends has no counter any more, and is in no call.
             if DEPTH.try_with(Cell::get).unwrap_or(0) == 0 {
-                others(panic);
+                return others(panic);
             }
+            let place = panic.location().map_or(String::new(), |place| format!("{}:{}", place.file(), place.line()));
+            let mut places = PLACES.lock().unwrap_or_else(PoisonError::into_inner);
+            places.truncate(KEPT - 1);
+            places.push_front((text(panic.payload()), place));
         }));
     });
+}
+
+/// The message of a panic.
+fn text(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied().or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    text.unwrap_or("it gave no reason").to_owned()
+}
+
+/// Runs code that may have a defect. A panic is not printed: its message, with the place in the source, is the error, and the process
+/// goes on. Data that the call changes must be valid at any time, or not be used again.
+///
+/// # Errors
+/// The message of a panic, on one line.
+pub fn contained<T>(call: impl FnOnce() -> T) -> Result<T, String> {
+    install_hook();
+    let _inside = Inside::enter();
+    catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
+        let text = text(&*payload);
+        let places = PLACES.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = places.iter().find(|(said, _)| *said == text).map(|(_, place)| format!(" ({place})"));
+        format!("{}{}", text.replace('\n', " "), place.unwrap_or_default())
+    })
+}
+
+/// Marks a thread of a pool whose panics are contained by the thread that waits for it: none is printed.
+pub(crate) fn contain_thread() {
+    install_hook();
+    DEPTH.with(|depth| depth.set(depth.get() + 1));
 }
 
 /// Runs code of a library that may panic on data that it was not made for. A panic gives `None`: the process continues, and
@@ -46,9 +85,7 @@ fn install_hook() {
 /// `call` must not wait for other threads. A thread that waits in a pool takes up other work meanwhile, and a panic of
 /// that work would be silent too.
 pub fn caught<T>(call: impl FnOnce() -> T) -> Option<T> {
-    install_hook();
-    let _inside = Inside::enter();
-    catch_unwind(AssertUnwindSafe(call)).ok()
+    contained(call).ok()
 }
 
 /// Runs a decoder. None is known to panic on files that pass the checks before. If one does, the file is taken to be
@@ -93,6 +130,18 @@ mod tests {
         assert!(outer.is_err());
         rayon::scope(|scope| (0..8).for_each(|_| scope.spawn(|_| assert!(quiet("quiet pooled").is_err()))));
         assert!(catch_unwind(|| panic!("loud at the end")).is_err());
+    }
+
+    #[test]
+    fn contained_panics_tell_what_and_where() {
+        assert_eq!(contained(|| 7), Ok(7));
+        let said = contained(|| panic!("one\ntwo {}", 3)).unwrap_err();
+        assert!(said.starts_with("one two 3 (") && said.contains("guard.rs:"), "{said}");
+        // Also those of other threads, whose panics arrive here.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).start_handler(|_| contain_thread()).build().unwrap();
+        let said = contained(|| pool.install(|| rayon::join(|| panic!("in a pool"), || ()))).unwrap_err();
+        assert!(said.starts_with("in a pool (") && said.contains("guard.rs:"), "{said}");
+        assert_eq!(contained(|| std::panic::panic_any(7)).unwrap_err().split(" (").next(), Some("it gave no reason"));
     }
 
     #[test]

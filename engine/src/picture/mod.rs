@@ -44,14 +44,20 @@ mod write_png;
 mod write_svg;
 mod write_tiff;
 
+pub(crate) use atomic::is_temporary;
 pub use atomic::{AtomicFile, remove_stale_temporaries};
 pub use color::{REC709_TO_AP1, SrgbEncoder, linear_sample};
 pub use conversion::{ColorSpace, Conversion, divide_by_alpha};
-pub use guard::caught;
+pub(crate) use guard::contain_thread;
+pub use guard::{caught, contained};
 pub use header::{FileFormat, Header, Told, check, check_bytes, header, header_bytes, header_layer, text};
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use mips::MipFilter;
-pub use part::{JoinError, Joined, JoinedFile, PartHeader, PartOf, PartPicture, PartWriter, is_whole, join};
+pub use part::{
+    JoinError, Joined, JoinedFile, JoinedPart, PartHeader, PartOf, PartPicture, PartWriter, is_output_letter, is_whole,
+    join,
+};
+pub(crate) use part::{SPILL_END, SPILL_MAGIC};
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};
 pub use udim::{UdimFile, is_udim, udim_file, udim_files};

@@ -12,10 +12,12 @@
 //!
 //! A file that was cut has no end, and one that was altered another hash. Numbers are little-endian.
 mod join;
+mod names;
 mod read;
 mod write;
 
-pub use join::{JoinError, Joined, JoinedFile, join};
+pub use join::{JoinError, Joined, JoinedFile, JoinedPart, join};
+pub use names::is_output_letter;
 pub use read::is_whole;
 pub use write::PartWriter;
 
@@ -78,6 +80,11 @@ impl PartOf {
         middle.is_some_and(|middle| middle.contains("-and-") && !middle.contains('.'))
     }
 }
+
+/// The distance of [`SPILL_MAGIC`] from the end of files that parts leave for each other.
+pub(crate) const SPILL_END: usize = 32;
+/// Tells such files; changes when their form does, and tells byte orders apart.
+pub(crate) const SPILL_MAGIC: u64 = 0x5348_4942_4f48_0001;
 
 /// How the names of files begin and end that parts leave for each other.
 const SPILL: [&str; 2] = [".", "halos"];

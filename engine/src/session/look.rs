@@ -34,7 +34,7 @@ impl Session {
         observer: &dyn Observer,
         work: impl FnOnce(&Look<'_>) -> Result<T, Failure> + Send,
     ) -> Result<T, Failure> {
-        self.pool.install(|| {
+        self.pooled(graph, || {
             let run = Run::new(graph, keys, &self.caches, self.memory, cancel, observer);
             work(&Look { run: &run, graph })
         })

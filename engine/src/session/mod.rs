@@ -18,9 +18,10 @@ pub use render::{RenderRequest, Report};
 
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::eval::{
-    CacheError, Caches, CancelToken, DiskCache, Keys, MemoryCache, NodeStats, Observer, Run, Seal, Store,
+    CacheError, Caches, CancelToken, DiskCache, Keys, MemoryCache, NodeStats, Observer, Run, Seal, Store, defect,
 };
 use crate::graph::{self, Graph, LoadOptions, Loaded};
+use crate::picture::{contain_thread, contained};
 use crate::registry::Registry;
 use crate::value::{Field, Grid, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
@@ -132,6 +133,7 @@ impl Session {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|i| format!("shibo-{i}"))
+            .start_handler(|_| contain_thread())
             .build()
             .map_err(|source| SessionError::Threads { threads, source })?;
         let caches = Caches::new(MemoryCache::new(settings.memory), store);
@@ -177,7 +179,7 @@ impl Session {
         observer: &dyn Observer,
         work: impl FnOnce(&Run<'_>) -> Result<T, Failure> + Send,
     ) -> Result<T, Failure> {
-        self.pool.install(|| {
+        self.pooled(graph, || {
             let keys = Keys::of(graph)?;
             let run = Run::new(graph, &keys, &self.caches, self.memory, cancel, observer);
             let result = work(&run);
@@ -185,6 +187,13 @@ impl Session {
             self.trim();
             result
         })
+    }
+
+    /// Runs `work` on the session's threads. A panic is told of `graph`: the code of nodes tells its own at the node, so this is one of
+    /// the engine.
+    fn pooled<T: Send>(&self, graph: &Graph, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
+        let told = |said: String| Failure::Errors(vec![Diagnostic::from_problem(defect(&said), graph.canvas_span)]);
+        contained(|| self.pool.install(work)).unwrap_or_else(|said| Err(told(said)))
     }
 
     /// The value of an output of a node; a field is not evaluated yet.

@@ -6,14 +6,10 @@ use super::render::{Job, Render};
 use super::{Failure, RenderRequest, Session, located};
 use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, Run, Spill, Stored};
 use crate::graph::Graph;
-use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_whole};
+use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_whole, remove_stale_temporaries};
 use crate::value::{Key, TILE, Window};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
-
-/// Nobody is at work on a file that was not written to for so long.
-const ABANDONED: Duration = Duration::from_secs(3600);
 
 /// What rendering a part did.
 #[derive(Clone, Debug)]
@@ -73,7 +69,7 @@ impl Session {
         let dir = if request.dir.as_os_str().is_empty() { Path::new(".") } else { &request.dir };
         std::fs::create_dir_all(dir)
             .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
-        remove_abandoned(dir, stem, part);
+        let _ = remove_stale_temporaries(dir);
         self.run(graph, cancel, observer, |run| {
             let window = Window::full(graph.canvas.resolution);
             let planner = Planner { graph, keys: run.keys(), request, window };
@@ -135,22 +131,6 @@ impl Session {
             }
             Ok(Prepared { stored: run.stored(), nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)) })
         })
-    }
-}
-
-/// Removes what attempts at the same part have left that were killed. Other machines may be at work in the folder, so only
-/// what was not written to for an hour is abandoned.
-fn remove_abandoned(dir: &Path, stem: &str, part: PartOf) {
-    let spills = beside(part).map(|other| part.spill_name(other.number, stem));
-    let begins: Vec<String> = spills.chain([part.file_name(stem)]).map(|name| format!(".{name}.")).collect();
-    for entry in dir.read_dir().into_iter().flatten().flatten() {
-        let file = entry.file_name();
-        let begins = |file: &str| begins.iter().any(|begin| file.starts_with(begin));
-        let own = file.to_str().is_some_and(|file| begins(file) && file.ends_with(".tmp"));
-        let age = || entry.metadata().ok()?.modified().ok()?.elapsed().ok();
-        if own && age().is_some_and(|age| age > ABANDONED) {
-            let _ = std::fs::remove_file(entry.path());
-        }
     }
 }
 

@@ -24,7 +24,7 @@ impl Session {
         observer: &dyn Observer,
     ) -> Result<Vec<Diagnostic>, Failure> {
         let cold = Caches::new(MemoryCache::new(self.memory), None);
-        self.pool.install(|| {
+        self.pooled(graph, || {
             let keys = Keys::of(graph)?;
             let warm = Run::new(graph, &keys, &self.caches, self.memory, cancel, observer);
             let cold = Run::new(graph, &keys, &cold, self.memory, cancel, observer);

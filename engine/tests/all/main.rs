@@ -20,6 +20,7 @@ mod graph_limits;
 mod graph_load;
 mod graph_nodes;
 mod graph_syntax;
+mod panics;
 mod part_bad_input;
 mod parts;
 mod picture_check;

@@ -53,6 +53,11 @@ fn columns(plane: &[f32], [x, width]: [u32; 2]) -> Vec<f32> {
 
 /// Parts that are written in blocks of columns, from top to bottom.
 fn parts_of(dir: &Path, blocks: &[[u32; 2]]) {
+    parts_named(dir, blocks, names());
+}
+
+/// The same, of pictures with these names.
+fn parts_named(dir: &Path, blocks: &[[u32; 2]], names: [&str; 3]) {
     for (number, rows) in [(1, [0, 256]), (2, [256, 44])] {
         let part = PartOf { number, count: 2 };
         let picture =
@@ -66,7 +71,7 @@ fn parts_of(dir: &Path, blocks: &[[u32; 2]]) {
             size: SIZE,
             part,
             rows,
-            pictures: names().into_iter().zip(specs()).map(picture).collect(),
+            pictures: names.into_iter().zip(specs()).map(picture).collect(),
         };
         let mut writer = PartWriter::create(&dir.join(part.file_name("g")), &header).unwrap();
         for (number, spec) in specs().iter().enumerate() {
@@ -117,6 +122,78 @@ fn blocks_that_do_not_fit_together_are_no_part() {
     let more = std::panic::catch_unwind(|| parts_of(dir.path(), &[[0, 40], [0, 1]]));
     assert!(more.is_err());
     assert_eq!(dir.path().read_dir().unwrap().count(), 0);
+}
+
+#[test]
+fn names_that_no_output_has_are_refused() {
+    let long = format!("{}.png", "x".repeat(252));
+    let bad = [
+        ".bashrc",
+        ".a.png",
+        "x.sh",
+        "usercustomize.py",
+        "a",
+        "png",
+        ".png",
+        "",
+        "a.exr",
+        "a.svg",
+        "a.PNG",
+        "../a.png",
+        "/a.png",
+        "b/a.png",
+        "b\\a.png",
+        "a b.png",
+        "a\nb.png",
+        "\u{1b}[2Ja.png",
+        "ä.png",
+        "a:b.png",
+        "B.exr",
+        "a.png\0",
+        &long,
+    ];
+    for name in bad {
+        let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+        parts_named(dir.path(), &[[0, SIZE[0]]], [name, "b.exr", "c.tiff"]);
+        let Err(JoinError::Parts(said)) = joined(dir.path(), out.path()) else { panic!("{name:?} is written") };
+        assert!(said.iter().all(|line| line.contains("names ") && !line.contains(char::is_control)), "{said:?}");
+        assert_eq!(out.path().read_dir().unwrap().count(), 0, "{name:?}");
+    }
+    for name in ["a.png", "A-b_c.d.png", "-.png"] {
+        let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+        parts_named(dir.path(), &[[0, SIZE[0]]], [name, "b.exr", "c.tiff"]);
+        assert_eq!(joined(dir.path(), out.path()).unwrap(), whole(out.path()), "{name:?}");
+    }
+}
+
+#[test]
+fn a_file_without_rows_is_a_drawing() {
+    let part = PartOf { number: 1, count: 1 };
+    for (file, content, good) in [
+        ("a.svg", &b"<?xml version=\"1.0\"?><svg/>"[..], true),
+        ("a.svg", b"\x89PNG\r\n\x1a\n", false),
+        ("a.svg", b"", false),
+        ("a.png", b"<?xml version=\"1.0\"?><svg/>", false),
+        ("a.html", b"<?xml version=\"1.0\"?><svg/>", false),
+    ] {
+        let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+        let header = PartHeader {
+            version: "1".into(),
+            build: "b".into(),
+            graph: "g".into(),
+            parameters: String::new(),
+            seed: 1,
+            size: SIZE,
+            part,
+            rows: [0, SIZE[1]],
+            pictures: vec![PartPicture { file: file.into(), key: "k".into(), spec: None }],
+        };
+        let mut writer = PartWriter::create(&dir.path().join(part.file_name("g")), &header).unwrap();
+        writer.put(0, content).unwrap();
+        writer.finish().unwrap();
+        assert_eq!(joined(dir.path(), out.path()).is_ok(), good, "{file} {content:?}");
+        assert_eq!(out.path().read_dir().unwrap().count(), usize::from(good), "{file} {content:?}");
+    }
 }
 
 /// The files of a single run.

@@ -45,7 +45,8 @@ class Session:
     """Threads and caches, shared by the graphs that are loaded with it.
 
     `threads` compute, 0 is one per core; `memory` and `cache_size` are MiB. Results are kept in `cache_dir`, by default
-    the folder of the command, unless `cache` is false."""
+    the folder of the command, unless `cache` is false. Imports of graphs are also looked for in the folders `import_path`, and
+    in those of the environment variable SHIBO_IMPORT_PATH."""
 
     def __init__(
         self,
@@ -55,10 +56,13 @@ class Session:
         cache: bool = True,
         cache_dir: Optional[Path] = None,
         cache_size: int = 4096,
+        import_path: Sequence[Path] = (),
     ) -> None:
         home = _cache_home()
-        if cache and cache_dir is None and home is not None:
+        usual = cache and cache_dir is None and home is not None
+        if usual:
             cache_dir = home / "shibo"
+        named = [folder for folder in os.environ.get("SHIBO_IMPORT_PATH", "").split(os.pathsep) if folder]
         library = (home or pathlib.Path(tempfile.gettempdir())) / "shibo-library"
         self._native = _shibo.Session(
             library,
@@ -66,6 +70,8 @@ class Session:
             memory=memory,
             cache_dir=cache_dir if cache else None,
             cache_size=cache_size,
+            usual_cache=usual,
+            import_path=[*import_path, *named],
         )
 
     @property

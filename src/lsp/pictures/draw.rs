@@ -1,6 +1,7 @@
 //! How the pictures are made.
 use super::sketch::{self, SIDE};
 use super::{Made, Subject, Wish};
+use crate::environment;
 use crate::library;
 use crate::serve::{Scene, Sight, Store};
 use glam::UVec2;
@@ -133,6 +134,7 @@ fn load(session: &Session, path: &Path, text: &str, wish: &Wish) -> Option<Graph
         set: Vec::new(),
         resolution: None,
         working_dir: PathBuf::new(),
+        import_paths: environment::import_paths().to_vec(),
         limits: Limits::default(),
         overlay: wish.open.clone(),
     };

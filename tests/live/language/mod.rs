@@ -84,6 +84,13 @@ impl Client {
         stdin.flush().unwrap();
     }
 
+    /// Sends bytes as they are.
+    pub(crate) fn raw(&mut self, bytes: &[u8]) {
+        let stdin = self.stdin.as_mut().unwrap();
+        stdin.write_all(bytes).unwrap();
+        stdin.flush().unwrap();
+    }
+
     /// Sends a notification.
     pub(crate) fn tell(&mut self, method: &str, params: &Json) {
         self.write(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));

@@ -1,14 +1,15 @@
 //! Joins parts into pictures, a few rows at a time.
 use super::read::{PartFile, Unusable};
-use super::{CHUNK, Chunk, EXTENSION, PartHeader, PartOf};
+use super::{CHUNK, Chunk, EXTENSION, PartHeader, PartOf, SPILL_END, SPILL_MAGIC, names};
 use crate::picture::spec::{Format, WriteError};
 use crate::picture::{AtomicFile, PictureSpec, Writer, Written};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Write as _;
+use std::io::{Read, Seek, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::SystemTime;
 
 /// What joining one picture needs besides its rows: twice a band before and after compression.
 const PICTURE: u64 = 6 * CHUNK as u64;
@@ -20,10 +21,31 @@ const TOLD: usize = 1000;
 pub struct Joined {
     /// In the order of the graph's outputs.
     pub files: Vec<JoinedFile>,
-    /// The files of the parts.
-    pub parts: Vec<PathBuf>,
-    /// What parts that were made at the same time have left for each other in vain.
-    pub left: Vec<PathBuf>,
+    /// The files of the parts, and files that parts made at the same time have left for each other.
+    pub parts: Vec<JoinedPart>,
+}
+
+/// A file that is not needed any more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JoinedPart {
+    path: PathBuf,
+    /// When it was written, and its length.
+    state: Option<(SystemTime, u64)>,
+}
+
+impl JoinedPart {
+    /// Removes the file, unless it is another one by now. A failure is ignored.
+    pub fn remove(&self) {
+        if self.state.is_some() && state(&self.path) == self.state {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// When a file was written, and its length; nothing of a link or a folder.
+fn state(path: &Path) -> Option<(SystemTime, u64)> {
+    let file = std::fs::symlink_metadata(path).ok().filter(std::fs::Metadata::is_file)?;
+    Some((file.modified().ok()?, file.len()))
 }
 
 /// A file that was joined.
@@ -91,14 +113,28 @@ pub fn join(
         file.commit().map_err(|error| WriteError::at(&path, error))?;
         files.push(JoinedFile { path, written, range });
     }
-    let left = left(from, &header.graph);
-    Ok(Joined { files, parts: parts.iter().map(|part| part.path.clone()).collect(), left })
+    let joined = parts.iter().map(|part| JoinedPart { path: part.path.clone(), state: part.state });
+    Ok(Joined { files, parts: joined.chain(left(from, &header.graph)).collect() })
 }
 
-fn left(from: &Path, stem: &str) -> Vec<PathBuf> {
+/// The files that parts have left for each other: by their names, and by how they end.
+fn left(from: &Path, stem: &str) -> Vec<JoinedPart> {
     let own = |name: &std::ffi::OsStr| name.to_str().is_some_and(|name| PartOf::is_spill_name(name, stem));
     let entries = from.read_dir().into_iter().flatten().flatten();
-    entries.filter(|entry| own(&entry.file_name())).map(|entry| entry.path()).collect()
+    let paths = entries.filter(|entry| own(&entry.file_name())).map(|entry| entry.path());
+    let found = paths.map(|path| JoinedPart { state: state(&path), path });
+    found.filter(|left| left.state.is_some() && is_spill(&left.path)).collect()
+}
+
+/// Returns true if a file ends like those that parts leave for each other.
+fn is_spill(path: &Path) -> bool {
+    let end = || -> std::io::Result<u64> {
+        let (mut file, mut word) = (File::open(path)?, [0; 8]);
+        file.seek(SeekFrom::End(-(SPILL_END as i64)))?;
+        file.read_exact(&mut word)?;
+        Ok(u64::from_ne_bytes(word))
+    };
+    end().is_ok_and(|word| word == SPILL_MAGIC)
 }
 
 /// A file that has no name yet.
@@ -137,9 +173,15 @@ impl All<'_> {
             Some(spec) => self.rows(&path, spec, number),
             None => {
                 let mut file = AtomicFile::create(&path).map_err(|error| WriteError::at(&path, error))?;
+                let mut begun = None;
                 self.chunks(number, None, |_, bytes| {
+                    begun.get_or_insert_with(|| names::is_drawing(bytes));
                     file.write_all(bytes).map_err(|error| WriteError::at(&path, error))
                 })?;
+                if begun != Some(true) {
+                    let reason = format!("names a file {:?}, whose content is something else", picture.file);
+                    return Err(self.parts.first().map_or(Fault::Cancelled, |part| bad(part, &reason)));
+                }
                 Ok(Made { file, written: None, range: (0.0, 1.0) })
             }
         }

@@ -1,9 +1,10 @@
 //! Reads a part. Nothing in it is believed that its hashes do not confirm.
 use super::write::block_of;
-use super::{CHUNK, Chunk, Index, MAGIC, MOST, PartHeader, hash};
+use super::{CHUNK, Chunk, Index, MAGIC, MOST, PartHeader, hash, names};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// The bytes of what follows the index.
 const END: u64 = 8 + 8 + 32;
@@ -13,6 +14,8 @@ pub(super) struct PartFile {
     pub(super) path: PathBuf,
     pub(super) header: PartHeader,
     pub(super) index: Index,
+    /// When the file was written, and its length.
+    pub(super) state: Option<(SystemTime, u64)>,
 }
 
 /// Why a file is no part, as the end of a sentence; and its header, if at least that could be read.
@@ -29,12 +32,13 @@ impl PartFile {
             return Err(Unusable { reason: "is no file".into(), header: None });
         }
         let mut file = File::open(path).map_err(|e| failed(&e))?;
-        let length = file.metadata().map_err(|e| failed(&e))?.len();
+        let metadata = file.metadata().map_err(|e| failed(&e))?;
+        let (length, state) = (metadata.len(), metadata.modified().ok().map(|time| (time, metadata.len())));
         let (json, start) = read_header(&mut file, length).map_err(|reason| Unusable { reason, header: None })?;
         let header: PartHeader = serde_json::from_slice(&json)
             .map_err(|_| Unusable { reason: "is damaged: its header cannot be read".into(), header: None })?;
         match read_index(&mut file, (start, length), &json, &header) {
-            Ok(index) => Ok(Self { path: path.to_path_buf(), header, index }),
+            Ok(index) => Ok(Self { path: path.to_path_buf(), header, index, state }),
             Err(reason) => Err(Unusable { reason, header: Some(Box::new(header)) }),
         }
     }
@@ -109,7 +113,10 @@ fn read_index(file: &mut File, (start, length): (u64, u64), json: &[u8], header:
     let mut index: Index = serde_json::from_slice(&bytes).map_err(|_| damaged())?;
     // Blocks lie in the file as they were computed. What has no rows stays in its order.
     index.chunks.sort_by_key(|chunk| (chunk.picture, chunk.row, chunk.x));
-    if fits(header, &index, (start, at)) { Ok(index) } else { Err(damaged()) }
+    if !fits(header, &index, (start, at)) {
+        return Err(damaged());
+    }
+    names::check(header).map(|()| index)
 }
 
 /// The chunks of a picture in an index that is in order.
@@ -160,16 +167,10 @@ fn fits(header: &PartHeader, index: &Index, (start, end): (u64, u64)) -> bool {
     let complete = header.pictures.iter().enumerate().all(|(number, picture)| {
         picture.spec.as_ref().is_none_or(|spec| covers(chunks_of(index, number), spec.width, header.rows))
     });
-    let mut names: Vec<&str> = header.pictures.iter().map(|picture| picture.file.as_str()).collect();
-    names.sort_unstable();
-    // A name must not lead out of the folder.
-    let plain =
-        |name: &str| Path::new(name).file_name().is_some_and(|file| file == name) && !name.contains(['/', '\\']);
-    let named = names.iter().all(|name| plain(name)) && names.windows(2).all(|pair| pair[0] != pair[1]);
     let sized = header
         .pictures
         .iter()
         .flat_map(|p| &p.spec)
         .all(|spec| [spec.width, spec.height] == header.size && spec.mips.is_empty() && spec.check().is_ok());
-    shape && placed && complete && named && sized
+    shape && placed && complete && sized
 }

@@ -1,0 +1,56 @@
+//! For tests: a node whose code panics, and a stage for graphs with it.
+use super::stage::Stage;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_engine::graph::{Graph, LoadOptions, load_text};
+use shibo_engine::node::{Context, Node, Output, Outputs};
+use shibo_engine::registry::{Family, Kind, Registry};
+use shibo_engine::session::{Session, Settings};
+use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A grey picture, or none because of a defect.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+struct Panics {
+    bad: bool,
+}
+
+impl Node for Panics {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "Grey.")];
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let bad = self.bad;
+        Ok(Outputs::one(Field::generate(Type::Gray, Tiling::NONE, move |out: &mut Tile, _| {
+            assert!(!bad, "the test panics");
+            out.data_mut().fill(0.5);
+            Ok(())
+        })))
+    }
+}
+
+/// Its kind alone.
+pub(crate) fn registry() -> Registry {
+    Registry::new([Family { name: "Test", doc: "For tests.", kinds: vec![Kind::of::<Panics>()] }])
+}
+
+/// A graph with the node.
+pub(crate) fn text(bad: bool) -> String {
+    format!(
+        "(canvas: (size_mm: 8, resolution: 8), nodes: {{ \"it\": Panics(bad: {bad}) }}, outputs: {{ \"out\": \"it\" }})"
+    )
+}
+
+/// The same, loaded.
+pub(crate) fn graph(bad: bool) -> Graph {
+    let loaded = load_text(Path::new("a.ron"), &text(bad), &registry(), &LoadOptions::default());
+    loaded.graph.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics))
+}
+
+/// A stage for such graphs.
+pub(crate) fn stage() -> Arc<Stage> {
+    let settings = Settings { threads: 2, memory: 64 << 20, ..Settings::default() };
+    let session = Session::new(registry(), &settings).unwrap();
+    Arc::new(Stage::new(session, "a.ron".into()))
+}

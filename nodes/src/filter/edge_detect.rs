@@ -130,7 +130,7 @@ mod tests {
                 let [edges, angle] = both(&node, step(degrees)).map(|field| raster(&field, &canvas()));
                 let most = (20..44).flat_map(|y| edges.row(0, y)[20..44].to_vec()).fold(0.0, f32::max);
                 // Pixels of half a mm make a narrow line wider, and as much fainter.
-                let faint = if radius > 0.0 { radius / radius.hypot(0.5 * PIXELS) } else { 1.0 };
+                let faint = if radius > 0.0 { radius / (radius * radius + 0.25 * PIXELS * PIXELS).sqrt() } else { 1.0 };
                 let share = f64::from(most) / (2.0 * faint);
                 assert!((0.8..1.2).contains(&share), "{degrees} {radius}: {most}");
                 let off = f64::from(angle.row(0, 32)[32]) - degrees;

@@ -98,7 +98,7 @@ impl Node for EdgeDetect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
+    use crate::testing::{canvas, check_field, lumps, outputs, port, raster, unlike_average};
     use shibo_engine::value::{Tiling, Value};
 
     /// A step of 2 across a line through the middle, in a direction.
@@ -139,6 +139,15 @@ mod tests {
                 assert!(off.abs() < 5.0 || (radius == 0.0 && degrees % 90.0 != 0.0), "{degrees} {radius}: {off}");
             }
         }
+    }
+
+    #[test]
+    fn a_small_picture_is_the_average_of_a_large_one() {
+        // The radius is less than a pixel of half a mm.
+        let node = EdgeDetect { input: port(0), radius: 0.4, ..EdgeDetect::default() };
+        let [edges, _] = both(&node, lumps());
+        let unlike = unlike_average(&edges);
+        assert!(unlike < 0.2, "{unlike}");
     }
 
     #[test]

@@ -49,7 +49,7 @@ impl Default for RaisedEdge {
     }
 }
 
-/// How far beyond the foot of the bead distances are measured, as a share of its width.
+/// Distances are measured this far beyond the foot of the bead, as a share of its width.
 const BEYOND: f64 = 0.25;
 
 impl RaisedEdge {

@@ -161,6 +161,22 @@ pub(crate) fn raster(field: &Field, canvas: &Canvas) -> Tile {
     fill(field, &canvas.grid(canvas.resolution), Window::full(canvas.resolution)).unwrap()
 }
 
+/// By how much the first channel of a field on [`canvas`] differs from the average of the same at twice the resolution: the
+/// root of the mean square of the difference, divided by the deviation of the average from its mean.
+pub(crate) fn unlike_average(field: &Field) -> f64 {
+    let small = raster(field, &canvas());
+    let large = raster(field, &Canvas { resolution: glam::UVec2::splat(128), ..canvas() });
+    let average = |p: usize| {
+        let four = [[0, 0], [1, 0], [0, 1], [1, 1]];
+        four.map(|[dx, dy]| f64::from(large.row(0, 2 * (p / 64) + dy)[2 * (p % 64) + dx])).iter().sum::<f64>() / 4.0
+    };
+    let wanted: Vec<f64> = (0..64 * 64).map(average).collect();
+    let mean = wanted.iter().sum::<f64>() / wanted.len() as f64;
+    let off: f64 = small.plane(0).iter().zip(&wanted).map(|(a, b)| (f64::from(*a) - b).powi(2)).sum();
+    let spread: f64 = wanted.iter().map(|v| (v - mean).powi(2)).sum();
+    (off / spread).sqrt()
+}
+
 /// A window of a field on a canvas' grid.
 pub(crate) fn crop(field: &Field, canvas: &Canvas, window: Window) -> Tile {
     fill(field, &canvas.grid(canvas.resolution), window).unwrap()

@@ -46,6 +46,7 @@ mod structure;
 mod support;
 mod sweep;
 mod synthesis;
+mod synthesis_axes;
 mod synthesis_given;
 mod synthesis_rows;
 mod synthesis_surface;

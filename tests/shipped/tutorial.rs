@@ -69,7 +69,7 @@ const MISTAKES: [(&str, &str, &str); 27] = [
     (r#"top: "leather""#, r#"top: "calf.lit""#, "`calf.material` is Material"),
     (r#"top: "leather""#, r#"top: "lether""#, "did you mean `leather`?"),
     (r#"top: "leather", "#, "", "write `top: \"node\"`"),
-    (r#"mask: "panel""#, r#"mask: "calf.lit""#, r#"`Expression(a: "calf.lit", formula: "0.2126 * a.r +"#),
+    (r#"mask: "panel""#, r#"mask: "calf.lit""#, r#"`Expression(a: "calf.lit""#),
     ("form: Box", "form: \"Box\"", "write `Box` without quotes"),
     ("form: Box", "form: Square", "choices: `Circle`"),
     ("size: 76", "size: \"76mm\"", "write `76`, without quotes and unit"),

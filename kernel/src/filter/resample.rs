@@ -102,7 +102,7 @@ fn read(source: &View<'_>, window: Window, places: &Places, out: &mut [f32]) {
     }
 }
 
-/// Brings large values into the range of the 16 pixels from `base` on; what is not a number stays so.
+/// Brings large values into the range of the 16 pixels from `base` on. NaN stays NaN.
 #[cold]
 #[inline(never)]
 fn limit(data: &[f32], stride: usize, base: &[u32; BLOCK], out: &mut [f32]) {
@@ -181,7 +181,7 @@ mod tests {
             resample(&[View::new(&padded, window)], rect, &mut [&mut picture], place);
         }
         assert!(picture.iter().all(|v| v.is_finite()));
-        // What is no number to begin with stays so.
+        // NaN stays NaN.
         let broken = vec![f32::NAN; 22 * 22];
         resample(&[View::new(&broken, window)], rect, &mut [&mut picture], place);
         assert!(picture.iter().all(|v| v.is_nan()));

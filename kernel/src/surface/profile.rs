@@ -40,7 +40,7 @@ pub fn apply(profile: Profile, distance: &[f32], [a, b]: [f32; 2], height: f32, 
     );
 }
 
-/// How many places across a pixel are averaged.
+/// The number of places across a pixel that are averaged.
 const PLACES: usize = 8;
 
 /// The height of a ridge, averaged over a pixel of `width`: out is the mean of height · profile(1 − |a·d + b|) for d within

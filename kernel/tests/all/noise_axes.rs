@@ -46,8 +46,8 @@ impl Picture {
     }
 }
 
-/// The energy of a picture in waves across columns, or rows, that are constant along them, divided by that of waves that
-/// change along them two to four times over the canvas.
+/// The energy of a picture in waves across columns, or rows, that are constant along them. It is divided by the energy of
+/// waves with two to four periods along them.
 fn axis_energy(picture: &Picture, rows: bool) -> f64 {
     let energy = |along: usize| -> f64 {
         // Each column multiplied by a wave of so many periods, then its waves across.
@@ -74,8 +74,8 @@ fn axis_energy(picture: &Picture, rows: bool) -> f64 {
     energy(0) / ((2..5).map(energy).sum::<f64>() / 3.0)
 }
 
-/// How much the means of the second difference of columns, or rows, vary with the place in a cell, its half and its quarter,
-/// divided by how much they vary with the place in lengths that have nothing to do with cells.
+/// The spread of the mean second difference of columns, or rows, over the place in a cell, its half and its quarter. It is
+/// divided by the spread over the place in lengths that have nothing to do with cells.
 fn spread(picture: &Picture, rows: bool) -> f64 {
     let second = |x: usize, y: usize| {
         let v = |dx: usize| picture.at(x + SIDE - 1 + dx, y, rows);

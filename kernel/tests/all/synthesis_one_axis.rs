@@ -36,7 +36,7 @@ fn grown(
     run(&analysed, output, how, &Plain { jacobian, ..Plain::default() }).expect("nothing stops it").coords
 }
 
-/// The mean step of what is shown from one column to the next, or from one row to the next: where sides meet, and inside.
+/// The mean step of the shown values from one column to the next, or one row: where sides meet, and inside.
 fn steps(exemplar: &Texels<f32>, coords: &[Position], [w, h]: [usize; 2], rows: bool) -> (f64, f64) {
     let shown = |x: usize, y: usize| {
         let at = coords[y % h * w + x % w];

@@ -98,7 +98,7 @@ impl Node for EdgeDetect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
+    use crate::testing::{canvas, check_field, lumps, outputs, port, raster, unlike_average};
     use shibo_engine::value::{Tiling, Value};
 
     /// A step of 2 across a line through the middle, in a direction.
@@ -130,7 +130,7 @@ mod tests {
                 let [edges, angle] = both(&node, step(degrees)).map(|field| raster(&field, &canvas()));
                 let most = (20..44).flat_map(|y| edges.row(0, y)[20..44].to_vec()).fold(0.0, f32::max);
                 // Pixels of half a mm make a narrow line wider, and as much fainter.
-                let faint = if radius > 0.0 { radius / radius.hypot(0.5 * PIXELS) } else { 1.0 };
+                let faint = if radius > 0.0 { radius / (radius * radius + 0.25 * PIXELS * PIXELS).sqrt() } else { 1.0 };
                 let share = f64::from(most) / (2.0 * faint);
                 assert!((0.8..1.2).contains(&share), "{degrees} {radius}: {most}");
                 let off = f64::from(angle.row(0, 32)[32]) - degrees;
@@ -139,6 +139,15 @@ mod tests {
                 assert!(off.abs() < 5.0 || (radius == 0.0 && degrees % 90.0 != 0.0), "{degrees} {radius}: {off}");
             }
         }
+    }
+
+    #[test]
+    fn a_small_picture_is_the_average_of_a_large_one() {
+        // The radius is less than a pixel of half a mm.
+        let node = EdgeDetect { input: port(0), radius: 0.4, ..EdgeDetect::default() };
+        let [edges, _] = both(&node, lumps());
+        let unlike = unlike_average(&edges);
+        assert!(unlike < 0.2, "{unlike}");
     }
 
     #[test]

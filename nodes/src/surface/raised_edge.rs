@@ -49,7 +49,7 @@ impl Default for RaisedEdge {
     }
 }
 
-/// How far beyond the foot of the bead distances are measured, as a share of its width.
+/// Distances are measured this far beyond the foot of the bead, as a share of its width.
 const BEYOND: f64 = 0.25;
 
 impl RaisedEdge {
@@ -91,7 +91,7 @@ impl Node for RaisedEdge {
 mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
-    use crate::testing::{canvas, check_field, field, lumps, port, render};
+    use crate::testing::{canvas, check_field, field, lumps, port, render, unlike_average};
     use shibo_engine::value::Tiling;
 
     #[test]
@@ -113,6 +113,16 @@ mod tests {
                 let want = (0..100).map(|k| (16.0 - part(k) * part(k)).max(0.0).sqrt()).sum::<f32>() / 100.0;
                 assert!((v - want).abs() < 0.03, "{offset} {off}: {v} {want}");
             }
+        }
+    }
+
+    #[test]
+    fn a_small_picture_is_the_average_of_a_large_one() {
+        // Three pixels wide.
+        for profile in [Profile::Round, Profile::Linear, Profile::Smooth, Profile::Cove] {
+            let node = RaisedEdge { mask: port(0), width: 1.5, profile, ..RaisedEdge::default() };
+            let unlike = unlike_average(&field(&node, &[lumps().into()]));
+            assert!(unlike < 0.2, "{profile:?}: {unlike}");
         }
     }
 

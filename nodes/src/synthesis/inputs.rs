@@ -77,7 +77,8 @@ impl FieldInputs<'_> {
         Ok(tile.plane(0).to_vec())
     }
 
-    /// What a map shows at the centres of a region's pixels. Beyond sides that do not join, the pixel at the border goes on.
+    /// The coordinates of a map at the centres of a region's pixels. Beyond sides that do not join, the pixel at the border
+    /// goes on.
     fn seen(&self, map: &CoordMap, region: &Region) -> Vec<Position> {
         let (w, h) = (region.plane.w, region.plane.h);
         let spacing = f64::from(map.spacing);

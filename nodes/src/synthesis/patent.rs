@@ -26,7 +26,7 @@ pub(super) fn wide(texels: &Texels<f32>) -> Texels<f64> {
     Texels::new(texels.plane, texels.channels, texels.data.iter().map(|v| f64::from(*v)).collect())
 }
 
-/// What a first coordinate is, `k` finest pixels on, of an exemplar of `n`: 0 as in the source where a Jacobian `bends`.
+/// A first coordinate, `k` finest pixels on, of an exemplar of `n`: 0 as in the source where a Jacobian `bends`.
 /// Elsewhere zeros would repeat what the first spacing covers instead of the exemplar; they are the same if both are the same
 /// power of two.
 fn begun(bends: bool, k: usize, n: usize) -> f64 {

@@ -35,7 +35,7 @@ const WITHIN: u32 = 3;
 const LEAST_PART: f64 = 64.0;
 
 /// At most so many halvings are skipped: places within a pixel are exact up to there.
-const MOST_SKIPPED: f64 = 16.0;
+const MOST_SKIPPED: f64 = 20.0;
 
 fn keyed(field: Field, key: Option<Key>) -> Field {
     match key {

@@ -22,7 +22,7 @@ fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The area of a mesh, and what is told about it.
+/// The area of a mesh, and the warnings about it.
 fn area(desk: &Desk, file: &str) -> (f64, String) {
     desk.write("g.ron", graph(file, "", ""));
     desk.shibo("check g.ron").expect(0);
@@ -99,7 +99,8 @@ fn gltf(desk: &Desk, changes: &[(&str, &str)]) {
 #[test]
 fn shows_all_instances_of_a_gltf() {
     let desk = Desk::new();
-    let instances = "{\"mesh\": 0, \"extensions\": {\"EXT_mesh_gpu_instancing\": {\"attributes\": {\"TRANSLATION\": 3}}}}";
+    let instances =
+        "{\"mesh\": 0, \"extensions\": {\"EXT_mesh_gpu_instancing\": {\"attributes\": {\"TRANSLATION\": 3}}}}";
     gltf(&desk, &[("{\"mesh\": 0}", instances)]);
     desk.write("g.ron", graph("a.gltf", ", buffer: \"a.bin\"", ", charts: New"));
     let mesh = desk.shibo("dump g.ron m --no-cache").expect(0).json();
@@ -115,7 +116,11 @@ fn refuses_versions_and_extensions_by_name() {
     for (from, to, told) in [
         ("\"2.0\"", "\"9.0\"", "it is glTF of version 9.0"),
         ("\"2.0\"", "\"2.0\", \"minVersion\": \"2.7\"", "it needs a reader of glTF 2.7"),
-        ("\"scene\": 0", "\"scene\": 0, \"extensionsRequired\": [\"KHR_draco_mesh_compression\"]", "`KHR_draco_mesh_compression`"),
+        (
+            "\"scene\": 0",
+            "\"scene\": 0, \"extensionsRequired\": [\"KHR_draco_mesh_compression\"]",
+            "`KHR_draco_mesh_compression`",
+        ),
     ] {
         gltf(&desk, &[(from, to)]);
         let said = words(&desk.shibo("check g.ron").expect(1).stderr);
@@ -156,11 +161,12 @@ fn tiles(numbers: &[u32]) -> String {
     text
 }
 
-/// Which tile each of four by four pixels shows, row by row from the top; 0 for none.
+/// The numbers of the tiles in a picture of four by four pixels, row by row from the top; 0 for none.
 fn shown(desk: &Desk, atlas: &str) -> (Vec<u32>, String) {
     desk.write("g.ron", graph("a.obj", "", atlas).replace("resolution: 8", "resolution: 4"));
     let ran = desk.shibo("dump g.ron where --no-cache").expect(0);
-    let values = ran.json()["values"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap().round() as u32).collect::<Vec<_>>();
+    let values =
+        ran.json()["values"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap().round() as u32).collect::<Vec<_>>();
     (values.chunks(3).map(|place| place[2]).collect(), words(&ran.stderr))
 }
 
@@ -182,7 +188,10 @@ fn lays_udim_tiles_beside_each_other() {
     desk.write("a.obj", tiles(&[1002]));
     let (one, told) = shown(&desk, "");
     assert_eq!(one[2..4], [1002, 1002]);
-    assert!(told.contains("the canvas holds 2 × 1 UDIM tiles (the mesh uses 1002)") && told.contains("udim: Tile(1002)"), "{told}");
+    assert!(
+        told.contains("the canvas holds 2 × 1 UDIM tiles (the mesh uses 1002)") && told.contains("udim: Tile(1002)"),
+        "{told}"
+    );
 }
 
 #[test]
@@ -201,7 +210,11 @@ fn refuses_tiles_that_charts_cross_or_that_are_not_there() {
     let floor = "v 0 0 0\nv 10 0 0\nv 20 0 0\nv 0 10 0\nv 10 10 0\nv 20 10 0\nvt 0 0\nvt 1 0\nvt 2 0\nvt 0 1\nvt 1 1\nvt 2 1\n\
                  f 1/1 2/2 5/5 4/4\nf 2/2 3/3 6/6 5/5\n";
     refused(floor, "", "cross the border of a UDIM tile");
-    refused(&tiles(&[1001, 1011]), ", udim: Tile(1005)", "no triangle lies in these UDIM tiles; the mesh uses 1001, 1011");
+    refused(
+        &tiles(&[1001, 1011]),
+        ", udim: Tile(1005)",
+        "no triangle lies in these UDIM tiles; the mesh uses 1001, 1011",
+    );
     refused(&tiles(&[1001]), ", udim: Tile(999)", "UDIM tiles are numbered from 1001 to 2000");
     refused(&tiles(&[1001]), ", udim: Tiles(0, 1)", "1 to 10 across and 1 to 100 up");
 }

@@ -240,14 +240,13 @@ impl Run<'_> {
         *self.reach.write().unwrap_or_else(PoisonError::into_inner) = Some(reach);
     }
 
-    /// Whether a pixel of `field` follows from no whole picture, and from at most `most` pixels along a side of each field that it
-    /// reads.
+    /// True if a pixel of `field` follows from no whole picture, and from at most `most` pixels along a side of each field below it.
     pub fn is_near(&self, field: &Field, grid: &Grid, most: u64) -> bool {
         let fields = Fields { order: readers_first(&[field], grid), pictures: &[field], grid };
         let areas = fields.areas(Window { x: 0, y: 0, width: 1, height: 1 }, |_, _, area| area.windows());
         fields.order.iter().all(|(field, grid)| {
             let is_small = |area: &Area| area.size().0.max(area.size().1) <= most;
-            // Fields without a key have no area; what they read has.
+            // Fields without a key have no area; their inputs have.
             let near = place(field, grid).is_none_or(|place| areas.get(&place).is_some_and(is_small));
             near && field.source().whole(grid).is_empty()
         })

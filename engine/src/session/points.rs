@@ -55,11 +55,11 @@ fn holds(grid: &Grid, point: DVec2) -> Option<(i32, i32)> {
 impl Session {
     /// The values of a field of `graph` at points in mm, one point after another, the channels of each side by side.
     ///
-    /// A point is the centre of a pixel as large as those of the canvas. If the value follows from a whole picture, or from
-    /// many pixels of one, the pixel of the canvas that holds the point stands for it: so points share what is computed.
+    /// A point is the centre of a pixel as large as those of the canvas. Where values follow from whole pictures, or from
+    /// many pixels of one, the pixel of the canvas around the point stands for it. Points then share tiles.
     ///
     /// # Errors
-    /// What went wrong, at its place; points very far from the canvas.
+    /// Errors of the graph, at their places; points very far from the canvas.
     pub fn at_points(
         &self,
         graph: &Graph,

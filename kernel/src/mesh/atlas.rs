@@ -121,7 +121,7 @@ fn finite(axes: [Vec3; 2]) -> bool {
     axes.iter().all(|axis| axis.is_finite())
 }
 
-/// Whether all UVs lie in the unit square.
+/// True if all UVs lie in the unit square.
 pub fn fits(uvs: &[[Vec2; 3]]) -> bool {
     let inside = |uv: &Vec2| uv.cmpge(Vec2::splat(-SLACK)).all() && uv.cmple(Vec2::splat(1.0 + SLACK)).all();
     uvs.iter().flatten().all(inside)

@@ -8,7 +8,7 @@ use crate::ground::stop::Watch;
 use glam::{DVec2, UVec2, Vec2};
 use shibo_engine::value::Mesh;
 
-/// How many tiles there are across, and up.
+/// The number of tiles across, and up.
 pub const MOST: UVec2 = UVec2::new(10, 100);
 /// The number of the first tile.
 pub const FIRST: u32 = 1001;
@@ -29,7 +29,7 @@ pub const fn number(tile: UVec2) -> u32 {
 pub struct Tiles {
     /// The column and row of the lower left one.
     pub first: UVec2,
-    /// How many there are across, and up.
+    /// The number of tiles across, and up.
     pub count: UVec2,
 }
 
@@ -41,7 +41,7 @@ impl Tiles {
         (DVec2::new(p.x - first.x, p.y + first.y + count.y - 1.0) / count).as_vec2()
     }
 
-    /// Whether a tile is one of them.
+    /// True if a tile is one of them.
     pub fn has(&self, tile: UVec2) -> bool {
         tile.cmpge(self.first).all() && tile.cmplt(self.first + self.count).all()
     }

@@ -1,11 +1,11 @@
-//! Faces of a file that lack what others have: UVs, normals.
+//! Faces without UVs or normals in a file where others have some.
 use glam::Vec3;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::Mesh;
 use shibo_kernel::ground::stop::Watch;
 use shibo_kernel::mesh::topology;
 
-/// How many of the file's faces some triangles belong to, and how many there are.
+/// Counts the file's faces that have such a triangle, and all of its faces.
 fn faces(mesh: &Mesh, of: impl Fn(usize) -> bool) -> [usize; 2] {
     let polygon = |n: usize| mesh.polygons.get(n).map_or(n, |polygon| *polygon as usize);
     let count = |of: &dyn Fn(usize) -> bool| {

@@ -138,7 +138,7 @@ fn advice_is_given() {
     assert!(of("cube.obj", &LoadMesh { unit: LengthUnit::M, ..node }).contains("largest side"));
 }
 
-/// What some faces lack takes nothing from the others, and is told.
+/// A face without UVs or normals takes none from the others, and is told.
 #[test]
 fn faces_without_uvs_or_normals_keep_those_of_others() {
     let text = "v 0 0 0\nv 90 0 0\nv 90 90 0\nv 0 90 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 1 0 0\n\

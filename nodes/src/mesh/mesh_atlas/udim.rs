@@ -32,7 +32,7 @@ fn named(tiles: &BTreeSet<u32>) -> String {
 }
 
 impl Udim {
-    /// What is wrong with it before a mesh is known.
+    /// The fault of numbers that no tile has.
     pub(super) fn fault(self) -> Option<Problem> {
         let last = number(MOST - 1);
         let message = match self {
@@ -47,7 +47,7 @@ impl Udim {
         Some(Problem::new(Code::BadValue, message).at("udim"))
     }
 
-    /// The UVs of a mesh on the canvas, and what is worth knowing about them. `aspect` is the width of the canvas by its height.
+    /// The UVs of a mesh on the canvas, and advice about them. `aspect` is the width of the canvas by its height.
     pub(super) fn laid(
         self,
         mesh: &Mesh,

@@ -1,4 +1,4 @@
-//! What extensions of glTF say about the shape of meshes: instances of a mesh, and where textures lie on it.
+//! Extensions of glTF that matter for the shape of meshes: instances of a mesh, and the places of textures on it.
 //!
 //! `gltf-json` passes over extensions, so the document is read once more, for these alone.
 use super::gltf::transform;
@@ -9,7 +9,7 @@ use gltf_json::Root;
 use gltf_json::accessor::Type;
 use serde::Deserialize;
 
-/// Extensions that say nothing about the shape of meshes, and those that are read.
+/// Extensions that are read, or have nothing to do with the shape of meshes.
 const KNOWN: [&str; 10] = [
     "KHR_materials_",
     "KHR_texture_",
@@ -191,7 +191,7 @@ pub(super) struct Instances<'a> {
     translation: Option<Numbers<'a>>,
     rotation: Option<Numbers<'a>>,
     scale: Option<Numbers<'a>>,
-    /// How many there are.
+    /// Their number.
     pub(super) count: usize,
 }
 
@@ -214,7 +214,7 @@ impl Extensions {
         serde_json::from_slice(json).map_err(|error| ReadError::Bad(format!("its extensions cannot be read: {error}")))
     }
 
-    /// How often and where a node shows its mesh.
+    /// The places at which a node shows its mesh.
     pub(super) fn instances<'a>(&self, buffers: &'a Buffers<'_>, node: usize) -> Result<Instances<'a>, ReadError> {
         let extensions = self.nodes.get(node).and_then(|node| node.extensions.as_ref());
         let Some(Instancing { attributes }) = extensions.and_then(|of| of.instances.as_ref()) else {
@@ -246,13 +246,13 @@ pub(super) struct Textures {
 
 struct Texture {
     transform: UvTransform,
-    /// Whether other textures of the material lie otherwise.
+    /// True if other textures of the material lie otherwise.
     differ: bool,
-    /// Whether all UVs lie in the unit square, as they are and as they are transformed.
+    /// True if all UVs lie in the unit square: as they are, and as they are transformed.
     inside: [bool; 2],
 }
 
-/// How far a UV may lie outside of the unit square and still count as inside.
+/// UVs count as inside if they lie no farther outside of the unit square.
 const SLACK: f32 = 1e-4;
 
 impl Textures {
@@ -266,7 +266,7 @@ impl Textures {
         Self { of: extensions.materials.iter().map(of).collect() }
     }
 
-    /// Whether no texture lies otherwise than its UVs say.
+    /// True if no texture lies otherwise than its UVs say.
     pub(super) fn is_plain(&self) -> bool {
         self.of.iter().all(|texture| texture.transform == UvTransform::default())
     }
@@ -288,7 +288,7 @@ impl Textures {
         (texture.transform != UvTransform::default() && texture.inside != [true, false]).then_some(texture.transform)
     }
 
-    /// What is worth knowing of them; `name` tells that of a material.
+    /// Notes about them; `name` tells that of a material.
     pub(super) fn notes(&self, name: impl Fn(usize) -> String) -> Vec<String> {
         let (mut repeat, mut differ) = (Vec::new(), Vec::new());
         for (n, texture) in self.of.iter().enumerate() {

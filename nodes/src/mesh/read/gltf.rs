@@ -323,7 +323,9 @@ pub(super) fn read(
     let left_out = left_out.chain(extensions::left_out(&root)).collect();
     let mut notes = textures.notes(|n| material(n).map_or_else(|| format!("material {n}"), str::to_owned));
     notes.extend(counted.has_uvs(uv_set)?);
-    Ok(Contents { mesh: surface.done(names), metres: true, left_out, notes })
+    let (mesh, note) = surface.done(names);
+    notes.extend(note);
+    Ok(Contents { mesh, metres: true, left_out, notes })
 }
 
 /// A set of triangles.

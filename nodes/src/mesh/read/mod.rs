@@ -61,7 +61,7 @@ pub(super) struct Contents {
     pub(super) metres: bool,
     /// What was left out.
     pub(super) left_out: Vec<String>,
-    /// What else is worth knowing, in sentences.
+    /// Other notes, in sentences.
     pub(super) notes: Vec<String>,
 }
 
@@ -192,6 +192,8 @@ impl Names {
 #[derive(Default)]
 struct Surface {
     mesh: Mesh,
+    /// The number of triangles with UVs that are not finite.
+    broken: usize,
 }
 
 impl Surface {
@@ -200,19 +202,22 @@ impl Surface {
         self.mesh.triangles.push(corners);
         self.mesh.parts.push(part);
         self.mesh.polygons.push(polygon);
-        let uvs = uvs.filter(|uvs| uvs.iter().all(|uv| uv.is_finite()));
-        self.mesh.uvs.push(uvs.unwrap_or([Vec2::NAN; 3]));
+        let finite = uvs.filter(|uvs| uvs.iter().all(|uv| uv.is_finite()));
+        self.broken += usize::from(uvs.is_some() && finite.is_none());
+        self.mesh.uvs.push(finite.unwrap_or([Vec2::NAN; 3]));
         let unit = |n: Vec3| if n.is_finite() && n.length_squared() > 1e-12 { n.normalize() } else { Vec3::ZERO };
         self.mesh.normals.push(normals.map(unit));
     }
 
-    fn done(mut self, names: Names) -> Mesh {
+    /// The mesh, and a note about it.
+    fn done(mut self, names: Names) -> (Mesh, Option<String>) {
         self.mesh.part_names = names.list;
         // Polygons matter only where some have several triangles.
         if self.mesh.polygons.windows(2).all(|pair| pair[0] != pair[1]) {
             self.mesh.polygons = Vec::new();
         }
-        self.mesh
+        let note = format!("{} triangles have UVs that are not finite, which are left out", self.broken);
+        (self.mesh, (self.broken > 0).then_some(note))
     }
 }
 

@@ -23,7 +23,7 @@ struct Group {
 /// The corners of a face: numbers of a position, a UV and a normal, counted from 1; 0 for none.
 type Corner = [u32; 3];
 
-/// What the statements of a file say.
+/// The content of a file.
 #[derive(Default)]
 struct Lines {
     positions: Vec<Vec3>,
@@ -35,9 +35,9 @@ struct Lines {
     triangles: usize,
     groups: Vec<Group>,
     changes: usize,
-    /// Whether there are points and lines, and curved surfaces.
+    /// True if there are points and lines; and if there are curved surfaces.
     others: [bool; 2],
-    /// How many faces have fewer than three corners.
+    /// The number of faces with fewer than three corners.
     thin: usize,
     /// The largest numbers that faces refer to, and the lines where they do.
     most: [(i64, usize); 3],
@@ -191,7 +191,7 @@ impl Lines {
         Ok(())
     }
 
-    /// What is read, but not as the file says it.
+    /// Notes about lines that are not taken as they stand.
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.thin > 0 {
@@ -246,7 +246,9 @@ pub(super) fn read(file: &[u8], watch: &Watch<'_>) -> Result<Contents, ReadError
     }
     let others = ["lines and points", "curved surfaces"].into_iter().zip(lines.others);
     let left_out = others.filter(|(_, found)| *found).map(|(name, _)| name.to_owned()).collect();
-    Ok(Contents { mesh: surface.done(names), metres: false, left_out, notes: lines.notes() })
+    let (mesh, note) = surface.done(names);
+    let notes = lines.notes().into_iter().chain(note).collect();
+    Ok(Contents { mesh, metres: false, left_out, notes })
 }
 
 /// Makes triangles of faces.
@@ -281,7 +283,7 @@ impl Faces<'_> {
         let uv = |n: usize| lines.uvs.get((corners[n][1] as usize).wrapping_sub(1)).copied();
         let normal = |n: usize| lines.normals.get((corners[n][2] as usize).wrapping_sub(1)).copied();
         // A face has UVs at all of its corners or at none.
-        let has_uvs = (0..corners.len()).all(|n| uv(n).is_some_and(Vec2::is_finite));
+        let has_uvs = (0..corners.len()).all(|n| uv(n).is_some());
         let polygon = u32::try_from(face).ok()?;
         polygon::triangles(&self.at, self.watch, |corners| {
             let uvs = has_uvs.then(|| corners.map(|n| uv(n).unwrap_or_default()));

@@ -4,11 +4,14 @@
 //! Ears are cut off; a grid finds the corners near an ear, so a round polygon takes O(n) and others rarely much more.
 use glam::{DVec2, DVec3};
 use shibo_kernel::ground::stop::Watch;
+use std::cell::Cell;
 
 /// Polygons with more corners are not cut.
 pub(super) const MOST_CORNERS: usize = u16::MAX as usize;
 /// So often a polygon that crosses itself may need a doubtful cut before all further ones may be doubtful.
 const DOUBTS: usize = 64;
+/// For each corner of a polygon so many others are looked at, on average; what is left of it then is cut anyhow.
+const LOOKS: usize = 5000;
 
 /// The normal of a polygon that need not be flat, by Newell; of any length.
 fn newell(corners: &[DVec3]) -> DVec3 {
@@ -76,7 +79,9 @@ fn ears(at: &[DVec2], watch: &Watch<'_>, mut add: impl FnMut([usize; 3])) {
         let [a, b, c] = ring.around(corner);
         if !ring.fits([a, b, c], rule) {
             (corner, tried) = (c, tried + 1);
-            if tried == left {
+            if ring.looks.get() > LOOKS * at.len() {
+                rule = Rule::Any;
+            } else if tried == left {
                 (rule, tried) = (rule.next(), 0);
             }
             continue;
@@ -85,7 +90,7 @@ fn ears(at: &[DVec2], watch: &Watch<'_>, mut add: impl FnMut([usize; 3])) {
         ring.cut(b);
         (corner, left, tried) = (ring.next[c] as usize, left - 1, 0);
         doubts += usize::from(rule != Rule::Ear);
-        if doubts < DOUBTS {
+        if doubts < DOUBTS && rule != Rule::Any {
             rule = Rule::Ear;
         }
     }
@@ -108,6 +113,8 @@ struct Ring<'a> {
     low: DVec2,
     /// Cells for a unit of length.
     scale: DVec2,
+    /// The number of corners looked at so far.
+    looks: Cell<usize>,
 }
 
 impl<'a> Ring<'a> {
@@ -126,6 +133,7 @@ impl<'a> Ring<'a> {
             side,
             low,
             scale,
+            looks: Cell::new(0),
         };
         for (n, p) in (0..count).zip(at) {
             let [x, y] = ring.cell(*p);
@@ -158,7 +166,7 @@ impl<'a> Ring<'a> {
         cells.flat_map(move |cell| &self.cells[cell]).map(|n| *n as usize)
     }
 
-    /// Whether the middle one of three corners may be cut off.
+    /// True if the middle one of three corners may be cut off.
     fn fits(&self, corners: [usize; 3], rule: Rule) -> bool {
         let [a, b, c] = corners.map(|n| self.at[n]);
         let turn = (b - a).perp_dot(c - b);
@@ -169,6 +177,7 @@ impl<'a> Ring<'a> {
             Rule::Ear | Rule::Loose => {}
         }
         !self.near([a, b, c]).any(|n| {
+            self.looks.set(self.looks.get() + 1);
             let p = self.at[n];
             let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (to - from).perp_dot(p - from));
             if rule == Rule::Loose {

@@ -86,6 +86,7 @@ fn obj_keeps_all_that_its_faces_have() {
     // A face without UVs, or with a bad one, takes none from the others.
     let (sum, found) = area(sheet("vt nan 0\nf 1/1 2/2 3/3\nf 1 3 4\nf 1/1 2/5 3/3\n").as_bytes());
     assert_eq!((sum, with_uvs(&found)), (150.0, 1));
+    assert_eq!(found.notes, ["1 triangles have UVs that are not finite, which are left out"]);
     assert_eq!(found.mesh.uvs[0], [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(Vec2::from_array));
     // One number is a place along a line.
     let (_, found) = area(sheet(FACE).replace("vt 1 1", "vt 1").as_bytes());

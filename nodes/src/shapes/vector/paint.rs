@@ -17,7 +17,7 @@ pub(super) fn known<'a>(text: &'a str, is_set: &dyn Fn(&str) -> bool) -> Option<
     let rest = rest.trim();
     let plain = match rest.to_ascii_lowercase().as_str() {
         "currentcolor" => "currentColor".to_owned(),
-        // The one name that CSS 4 has beyond those of CSS 3.
+        // CSS 4 has this name, CSS 3 has not.
         "rebeccapurple" => "#663399".to_owned(),
         other => with_plain_alpha(other),
     };

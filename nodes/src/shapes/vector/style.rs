@@ -80,7 +80,7 @@ impl<'a> Styles<'a> {
         Self { sheet, known: HashMap::new() }
     }
 
-    /// How many rules there are.
+    /// The number of rules.
     pub(super) fn rules(&self) -> usize {
         self.sheet.rules.len()
     }

@@ -2,9 +2,10 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::pictures::{chunks_of, exif, png_of};
 use crate::support::Desk;
+use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Chromaticities, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer,
-    LayerAttributes, SmallVec, Vec2, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
+    SmallVec, Vec2, WritableImage,
 };
 use shibo_engine::picture::{Picture, SrgbEncoder, read};
 use std::io::Cursor;

@@ -222,7 +222,7 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         output.unit
     }
 
-    /// Whether `<UDIM>` in a path stands for the numbers of tiles, so that a parameter may name several files.
+    /// True where `<UDIM>` in a path stands for the numbers of tiles, so that a parameter may name several files.
     fn takes_udim(&self) -> bool {
         false
     }

@@ -1,5 +1,5 @@
-//! From the samples of a file to the working space, linear Rec. 709: by what the user says, else by what the file says, else by
-//! what such files usually are.
+//! From the samples of a file to the working space, linear Rec. 709. The user's choice counts first, then the file's own words, then
+//! the usual meaning of such files.
 use super::color::AP1_TO_REC709;
 use super::curve::Curve;
 use super::primaries::{Matrix, from_chromaticities};
@@ -19,12 +19,12 @@ pub enum ColorSpace {
     Raw,
 }
 
-/// What makes linear Rec. 709 of the samples of a picture.
+/// The way from the samples of a picture to linear Rec. 709.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conversion {
     /// For red, green and blue; the first one for grey.
     pub(super) curves: [Curve; 3],
-    /// What comes after the curves.
+    /// It follows the curves.
     pub(super) matrix: Matrix,
 }
 
@@ -43,7 +43,8 @@ impl Conversion {
         Self { curves: [curve.clone(), curve.clone(), curve], matrix }
     }
 
-    /// What a file says of its own samples, and each thing that it says and that is not used, with what is assumed instead.
+    /// The conversion that a file states for its own samples. Each statement that is not used is given too, with the assumption that
+    /// replaces it.
     ///
     /// Of several the first one counts: `cICP`, an ICC profile, `sRGB`, then gamma and chromaticities. Where a file says nothing,
     /// colours in integers of 8 and 16 bits are sRGB, floats are linear, and everything else is data. One channel is colour
@@ -166,7 +167,7 @@ fn mix(planes: &mut [f32], matrix: &[[f32; 3]; 3]) {
     });
 }
 
-/// What a file may say of its samples: nothing, something, or something that is not used, with the reason.
+/// A statement of a file about its samples: none, a usable one, or the reason why it is not used.
 type Saying = Option<Result<Conversion, String>>;
 
 fn cicp(header: &Header, channels: u8) -> Saying {

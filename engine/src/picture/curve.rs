@@ -27,7 +27,7 @@ pub(super) enum Curve {
 }
 
 impl Curve {
-    /// The light of a sample; what is below 0 is mirrored.
+    /// The light of a sample; negative samples are mirrored.
     pub(super) fn at(&self, sample: f64) -> f64 {
         if sample < 0.0 { -self.of(-sample) } else { self.of(sample) }
     }
@@ -70,7 +70,7 @@ impl Curve {
             .unwrap_or(self)
     }
 
-    /// Whether it can be a curve of a picture: it rises, and to about 1.
+    /// True for the curves of pictures: they rise, and to about 1.
     pub(super) fn is_sane(&self) -> bool {
         let values: Vec<f64> = (0..=64_u8).map(|k| self.at(f64::from(k) / 64.0)).collect();
         values.iter().all(|value| (-0.5..=2.0).contains(value)) && values[64] - values[0] > 0.1

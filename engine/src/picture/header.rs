@@ -38,26 +38,26 @@ pub struct Header {
     pub has_alpha: bool,
     /// The ICC profile, as it is stored.
     pub icc: Option<Vec<u8>>,
-    /// Whether the file declares that its colours are multiplied by its opacity.
+    /// True if the file declares that its colours are multiplied by its opacity.
     pub associated: bool,
-    /// What else it says of its colours and channels.
+    /// Its other statements about colours and channels.
     pub told: Told,
 }
 
-/// What a header says of colours and channels in other ways than by an ICC profile.
+/// Statements of a header about colours and channels, without the ICC profile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Told {
     /// Numbers of primaries, curve, matrix and range (ITU-T H.273): the chunk `cICP` of PNG.
     pub cicp: Option<[u8; 4]>,
     /// Why the ICC profile in it cannot be taken out, as `is …`.
     pub broken_profile: Option<String>,
-    /// Whether it is marked as sRGB.
+    /// True if it is marked as sRGB.
     pub srgb: bool,
     /// The power that encodes light, times 100,000: the chunk `gAMA` of PNG.
     pub gamma: Option<u32>,
     /// The chromaticities of its colours: x and y of red, green, blue and white.
     pub chromaticities: Option<[f32; 8]>,
-    /// What was assumed because the names or the place of its channels do not tell it.
+    /// The assumption that was made because the names or the place of its channels do not tell enough.
     pub assumed: Option<String>,
 }
 

@@ -12,7 +12,7 @@ pub(super) const MOST_BYTES: usize = 4 << 20;
 /// The most entries of a profile: usual ones have about 20, and each may be as long as the file.
 const MOST_TAGS: u32 = 100;
 
-/// What makes linear Rec. 709 of samples with a profile, for a picture with one channel or with three.
+/// The way to linear Rec. 709 by a profile, for a picture with one channel or with three.
 ///
 /// # Errors
 /// Why the profile is not used, as `is …`.

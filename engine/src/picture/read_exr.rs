@@ -83,7 +83,7 @@ fn open<R: Read + Seek>(
     let layer = &meta.headers[selection.layer];
     let frame = Frame::of(layer)?;
     let Vec2(stored_width, stored_height) = layer.layer_size;
-    // What is stored may be larger than what is shown, and the other way round.
+    // The data window may be larger than the display window, and the other way round.
     for (width, height) in
         [(u64::from(frame.width), u64::from(frame.height)), (stored_width as u64, stored_height as u64)]
     {

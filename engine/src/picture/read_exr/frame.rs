@@ -31,7 +31,7 @@ impl Frame {
         })
     }
 
-    /// Whether none of a part's data lies in the picture.
+    /// True if none of a part's data lies in the picture.
     pub(super) fn is_empty(&self, layer: &Layer) -> bool {
         let Vec2(width, height) = layer.layer_size;
         shown(self.left, width, self.width as usize).is_empty()

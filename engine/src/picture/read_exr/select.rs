@@ -51,14 +51,13 @@ struct Group {
 }
 
 /// What makes a good picture, best first.
-const GROUPS: [Group; 7] = [
+const GROUPS: [Group; 6] = [
     Group { members: &[R, G, B], takes_alpha: true },
     Group { members: &[X, Y, Z], takes_alpha: false },
     Group { members: &[R, G], takes_alpha: true },
     Group { members: &[X, Y], takes_alpha: false },
     Group { members: &[U, V], takes_alpha: false },
     Group { members: &[Y], takes_alpha: true },
-    Group { members: &[R], takes_alpha: true },
 ];
 
 /// Full names of all channels, layer by layer.

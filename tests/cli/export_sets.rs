@@ -50,7 +50,9 @@ fn killed_exports_leave_no_mixed_set() {
         let desk = Desk::new();
         let render = |seed: u32, out: &str| {
             desk.write("a.ron", GRAPH.replace("SEED", &seed.to_string()));
-            desk.command(["render", "a.ron", "--as", target, "--no-cache", "-q", "-o", out])
+            let mut command = desk.command(["render", "a.ron", "--as", target, "--no-cache", "-q", "-o", out]);
+            command.stdout(Stdio::null()).stderr(Stdio::null());
+            command
         };
         assert!(render(1, "one").status().unwrap().success());
         assert!(render(2, "two").status().unwrap().success());
@@ -61,7 +63,7 @@ fn killed_exports_leave_no_mixed_set() {
         for moment in 0..6_u64 {
             assert!(render(1, "out").status().unwrap().success());
             let before = identities(&out, &runs[0]);
-            let mut child = render(2, "out").stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+            let mut child = render(2, "out").spawn().unwrap();
             // As soon as the first file is another one, or a little later.
             let start = Instant::now();
             while identities(&out, &runs[0]) == before && child.try_wait().unwrap().is_none() {

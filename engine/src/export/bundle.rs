@@ -281,7 +281,7 @@ impl BundleWriter {
         write_rows(self.bundle.maps.iter().map(Map::planes).zip(&mut self.writers), planes, rows)
     }
 
-    /// Completes all files and gives them their names, the documents last; see [`set::commit`].
+    /// Completes all files and gives them their names. The documents of the last run are taken away first, and the new ones come last.
     ///
     /// # Errors
     /// When rows are missing or the system refuses; as long as not all are complete, what had their names is unchanged.

@@ -1,4 +1,5 @@
 //! What patterns say when they do not fit.
+use crate::bounds::told;
 use glam::DVec2;
 use shibo_engine::diagnostics::{Code, Problem};
 
@@ -23,7 +24,8 @@ pub(super) fn advice(
     if !resized && off.abs() < 0.05 {
         return Vec::new();
     }
-    let mut message = format!("pieces are {:.4} × {:.4} mm instead of {} × {} mm", laid.x, laid.y, wanted.x, wanted.y);
+    let (x, y) = (told(wanted.x), told(wanted.y));
+    let mut message = format!("pieces are {:.4} × {:.4} mm instead of {x} × {y} mm", laid.x, laid.y);
     if off.abs() >= 0.05 {
         message += &format!(", and turned by {:.2}° instead of {angle}°", angle + off);
     }

@@ -174,7 +174,9 @@ fn laying_out_a_file_loses_no_save() {
         let now = fs::read_to_string(&path).unwrap();
         assert!(now.contains(&format!("{})", round + 2)), "round {round}: {} {}", ran.stderr, &now[..200]);
         refused += u32::from(ran.stderr.contains("saved meanwhile"));
-        assert_eq!(ran.code == Some(1), ran.stderr.contains("saved meanwhile"), "{}", ran.stderr);
+        // A file that is emptied before it is written is read as it is at that moment.
+        let told = ran.stderr.contains("saved meanwhile") || ran.stderr.contains("error[syntax]");
+        assert_eq!(ran.code == Some(1), told, "{}", ran.stderr);
     }
     assert_eq!(desk.names("."), ["a.ron"], "{refused} were refused");
 }

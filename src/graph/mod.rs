@@ -57,7 +57,8 @@ pub(crate) fn run(args: &GraphArgs, terminal: &Terminal) -> Result<(), Quit> {
         FormatArg::Svg => svg::svg(&drawing),
     };
     let Some(out) = &args.out else { return terminal.data(&text) };
-    write::whole_with_folders(out, text.as_bytes()).map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", out.display())))?;
+    write::whole_with_folders(out, text.as_bytes())
+        .map_err(|e| Quit::failed(format!("cannot write `{}`: {e}", out.display())))?;
     terminal.say(&format!("wrote {}", out.display()));
     Ok(())
 }

@@ -71,7 +71,7 @@ fn shows_the_picture_behind_a_thumbnail_upright() {
     desk.write("a.tif", bytes.into_inner());
     desk.write(
         "a.ron",
-        "(version: 1, canvas: (size_mm: (2, 3), resolution: 2, tile: None),\n nodes: { \"i\": Image(path: \"a.tif\", \
+        "(version: 1, canvas: (size_mm: (2, 3), resolution: (2, 3), tile: None),\n nodes: { \"i\": Image(path: \"a.tif\", \
          filter: Nearest) }, outputs: { \"o\": File(from: \"i.gray\", format: Png, depth: U8) })",
     );
     desk.shibo("check a.ron").expect(0);

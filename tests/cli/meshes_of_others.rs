@@ -204,8 +204,8 @@ fn refuses_tiles_that_charts_cross_or_that_are_not_there() {
         assert!(said.contains(told) && said.contains("g.ron:4:"), "{told}: {said}");
     };
     let repeats = sheet(FACE).replace("vt 1", "vt 2");
-    refused(&repeats, "", "take `charts: Repack`");
-    refused(&sheet(FACE).replace("vt 1", "vt -1"), "", "take `charts: Repack`");
+    refused(&repeats, "", "`charts: Repack` lays the charts out anew");
+    refused(&sheet(FACE).replace("vt 1", "vt -1"), "", "`charts: Repack` lays the charts out anew");
     // Two faces of one chart that meet at the border of two tiles.
     let floor = "v 0 0 0\nv 10 0 0\nv 20 0 0\nv 0 10 0\nv 10 10 0\nv 20 10 0\nvt 0 0\nvt 1 0\nvt 2 0\nvt 0 1\nvt 1 1\nvt 2 1\n\
                  f 1/1 2/2 5/5 4/4\nf 2/2 3/3 6/6 5/5\n";

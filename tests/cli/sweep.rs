@@ -117,8 +117,8 @@ fn a_killed_run_goes_on() {
     let kept = before.intersection(&after).filter(|(name, _)| listed.contains(name)).count();
     // Of one variant perhaps only one of two rows was written.
     assert!(kept + 1 >= listed.len() && listed.len() >= 9, "{kept} of {}", listed.len());
-    // Nothing half written is left.
-    assert!(after.iter().all(|(name, _)| !name.starts_with('.')), "{after:?}");
+    // The second run leaves nothing half written. Temporary files of the first one stay for a day.
+    assert!(after.difference(&before).all(|(name, _)| !name.starts_with('.')), "{after:?}");
     desk.shibo("render a.ron --set seed=40 -o one --no-cache").expect(0);
     assert!(desk.read("out/seed-40_bumps.png") == desk.read("one/bumps.png"));
 }

@@ -45,9 +45,13 @@ fn read(read: &Read<'_>) -> Result<Tile, Stop> {
         return fill(field, &grid, window);
     }
     let mut out = Tile::new(grid, window, field.channels());
+    let mut made = std::collections::BTreeMap::new();
     for (x, y) in blocks.iter() {
-        let wanted = Window { x: window.x - x.shift, y: window.y - y.shift, ..window };
-        out.copy_from(&fill(field, &grid, Piece::window(x, y).intersection(&wanted))?, x.shift, y.shift);
+        let at = (x.index, y.index);
+        if !made.contains_key(&at) {
+            made.insert(at, fill(field, &grid, Piece::window(x, y))?);
+        }
+        out.copy_from(&made[&at], x.shift, y.shift);
     }
     Ok(out)
 }

@@ -138,14 +138,14 @@ enum Extent {
 ///
 /// A read that reaches a little into a block makes it be computed whole, and each level of a pyramid reaches a little further
 /// than the one before. So blocks are small beside their distance from the edge: were they half as large as that, the
-/// reach of a pyramid would double with each of its levels.
-fn beyond(away: i32) -> (i32, i32, i32) {
-    const FIRST: i32 = 16;
+/// reach of a pyramid would double with each of its levels. Beside a picture of less than 16 pixels they begin as small as that.
+fn beyond(away: i32, picture: i32) -> (i32, i32, i32) {
+    let first = 1 << picture.clamp(1, 16).ilog2();
     let tile = TILE.cast_signed();
     // The next larger blocks begin at twice this distance, the ones after those at four times it, and so on.
-    let near = 4 * FIRST;
-    let larger = (away / near).max(1).ilog2().min((tile / FIRST).ilog2());
-    let (size, begin) = (FIRST << larger, if away < near { 0 } else { near << larger });
+    let near = 4 * first;
+    let larger = (away / near).max(1).ilog2().min((tile / first).ilog2());
+    let (size, begin) = (first << larger, if away < near { 0 } else { near << larger });
     let before = if away < near { 0 } else { 4 + 4 * larger.cast_signed() };
     let number = (away - begin) / size;
     (before + number, begin + number * size, begin + (number + 1) * size)
@@ -159,12 +159,12 @@ fn pieces(from: i32, to: i32, extent: Extent) -> Vec<Piece> {
     while at < to {
         let wrapped = if let Extent::Repeats(size) = extent { at.rem_euclid(size) } else { at };
         let (index, start, end) = match extent {
-            Extent::Ends(_) if at < 0 => {
-                let (number, near, far) = beyond(-1 - at);
+            Extent::Ends(size) if at < 0 => {
+                let (number, near, far) = beyond(-1 - at, size);
                 (-1 - number, -far, -near)
             }
             Extent::Ends(size) if at >= size => {
-                let (number, near, far) = beyond(at - size);
+                let (number, near, far) = beyond(at - size, size);
                 ((size - 1).div_euclid(tile) + 1 + number, size + near, size + far)
             }
             _ => {
@@ -218,19 +218,22 @@ mod tests {
         let list = pieces(-1, 513, Extent::Ends(512));
         let parts: Vec<_> = list.iter().map(|p| (p.index, p.start, p.length)).collect();
         assert_eq!(parts, [(-1, -16, 16), (0, 0, 256), (1, 256, 256), (2, 512, 16)]);
-        let lengths: Vec<_> = pieces(0, 600, Extent::Ends(1)).iter().map(|p| p.length).collect();
+        let lengths: Vec<_> = pieces(0, 615, Extent::Ends(16)).iter().map(|p| p.length).collect();
         let beyond = [[16; 8].as_slice(), &[32; 4], &[64; 4], &[128]].concat();
-        assert_eq!(lengths, [&[1], &*beyond].concat());
+        assert_eq!(lengths, [&[16], &*beyond].concat());
+        let tiny: Vec<_> = pieces(-2, 3, Extent::Ends(1)).iter().map(|p| p.length).collect();
+        assert_eq!(tiny, [1; 5]);
         // Nine numbers in a row, the last ones whole tiles.
-        let far: Vec<_> = pieces(900, 1900, Extent::Ends(1)).iter().map(|p| (p.index, p.length)).collect();
+        let far: Vec<_> = pieces(915, 1915, Extent::Ends(16)).iter().map(|p| (p.index, p.length)).collect();
         assert_eq!(far, [(20, 128), (21, 256), (22, 256), (23, 256), (24, 256)].map(|(n, l)| (n, l)));
     }
 
     #[test]
     fn the_reach_of_a_pyramid_hardly_grows_with_its_levels() {
         // Each level reads twice as many pixels of the finer one, and one more.
-        let reach =
-            |wanted: i32| pieces(0, wanted, Extent::Ends(0)).last().map_or(0, |p| p.start + p.length.cast_signed());
+        let reach = |wanted: i32| {
+            pieces(16, 16 + wanted, Extent::Ends(16)).last().map_or(0, |p| p.start + p.length.cast_signed() - 16)
+        };
         let read = (0..4).fold(24, |reached, _| reach(2 * reached + 1));
         // 399 pixels are needed. Blocks as large as their distance from the edge would make it 4096.
         assert!((399..1000).contains(&read), "{read}");

@@ -6,6 +6,8 @@ use shibo_engine::value::{
     Canvas, Evaluator, Field, Given, Grid, Mesh, Pictures, Piece, Read, Stop, Tile, Tiling, Value, Window,
 };
 use shibo_kernel::ground::math::{cos, sin};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 /// The canvas of unit tests: 32 × 32 mm, 64 × 64 pixels, tiling in both directions.
@@ -45,13 +47,13 @@ fn read(read: &Read<'_>) -> Result<Tile, Stop> {
         return fill(field, &grid, window);
     }
     let mut out = Tile::new(grid, window, field.channels());
-    let mut made = std::collections::BTreeMap::new();
+    let mut made = BTreeMap::new();
     for (x, y) in blocks.iter() {
-        let at = (x.index, y.index);
-        if !made.contains_key(&at) {
-            made.insert(at, fill(field, &grid, Piece::window(x, y))?);
-        }
-        out.copy_from(&made[&at], x.shift, y.shift);
+        let block = match made.entry((x.index, y.index)) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => entry.insert(fill(field, &grid, Piece::window(x, y))?),
+        };
+        out.copy_from(block, x.shift, y.shift);
     }
     Ok(out)
 }

@@ -1,5 +1,5 @@
 //! The files of a package: their names in it, and imports that are rewritten for it.
-use super::plain;
+use super::{Files, plain};
 use shibo_engine::diagnostics::{Code, Diagnostic, Origin, Span};
 use shibo_engine::graph::Graph;
 use std::collections::{BTreeMap, BTreeSet};
@@ -84,9 +84,9 @@ impl Content {
         )
     }
 
-    /// Names and contents; and the imports that are rewritten, since they would not find their files in the package: the text and the new
-    /// word of each.
-    pub(super) fn read(&self) -> io::Result<(Vec<(String, Vec<u8>)>, Vec<(String, String)>)> {
+    /// The files, and the imports that are rewritten because they would not find their files in the package: the text and the
+    /// new word of each.
+    pub(super) fn read(&self) -> io::Result<(Files, Vec<(String, String)>)> {
         let folder = self.folder();
         let (mut files, mut rewritten) = (Vec::new(), Vec::new());
         for path in self.paths.iter().filter(|path| path.starts_with(&folder)) {

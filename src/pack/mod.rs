@@ -75,7 +75,7 @@ pub(crate) fn gather(path: &Path, values: &ValueArgs, terminal: &Terminal) -> Re
 }
 
 /// Names and contents.
-type Files = Vec<(String, Vec<u8>)>;
+pub(super) type Files = Vec<(String, Vec<u8>)>;
 
 fn read(content: &Content, terminal: &Terminal) -> Result<Files, Quit> {
     let (files, rewritten) = content.read().map_err(|error| Quit::failed(error.to_string()))?;

@@ -165,8 +165,9 @@ fn tiles(numbers: &[u32]) -> String {
 fn shown(desk: &Desk, atlas: &str) -> (Vec<u32>, String) {
     desk.write("g.ron", graph("a.obj", "", atlas).replace("resolution: 8", "resolution: 4"));
     let ran = desk.shibo("dump g.ron where --no-cache").expect(0);
-    let values =
-        ran.json()["values"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap().round() as u32).collect::<Vec<_>>();
+    #[expect(clippy::cast_possible_truncation, reason = "numbers of tiles")]
+    let tile = |value: &serde_json::Value| value.as_f64().unwrap().round() as u32;
+    let values = ran.json()["values"].as_array().unwrap().iter().map(tile).collect::<Vec<_>>();
     (values.chunks(3).map(|place| place[2]).collect(), words(&ran.stderr))
 }
 

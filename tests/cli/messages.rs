@@ -29,12 +29,11 @@ fn told(nodes: &str) -> Vec<(u64, String, String, String)> {
 #[track_caller]
 fn tells(nodes: &str, expected: &[(u64, &str, &str, &str)]) {
     let found = told(nodes);
-    let same = |(found, expected): (&(u64, String, String, String), &(u64, &str, &str, &str))| {
-        (found.0, found.1.as_str()) == (expected.0, expected.1)
-            && found.2.contains(expected.2)
-            && found.3.contains(expected.3)
-    };
-    assert!(found.len() == expected.len() && found.iter().zip(expected).all(same), "{nodes}: {found:#?}");
+    assert_eq!(found.len(), expected.len(), "{nodes}: {found:#?}");
+    for ((column, code, message, help), expected) in found.iter().zip(expected) {
+        assert_eq!((*column, code.as_str()), (expected.0, expected.1), "{nodes}: {found:#?}");
+        assert!(message.contains(expected.2) && help.contains(expected.3), "{nodes}: {found:#?}");
+    }
 }
 
 #[test]

@@ -186,7 +186,7 @@ fn converts_by_chunks_of_png() {
     let color = [200, 100, 50];
     let of = |chunks: &[(&[u8; 4], Vec<u8>)]| codes(pixel(&png(color, chunks), [4, 4], "").0);
     let gamma = (b"gAMA", 100_000_u32.to_be_bytes().to_vec());
-    assert_eq!(of(&[gamma.clone()]), [229, 168, 122]);
+    assert_eq!(of(std::slice::from_ref(&gamma)), [229, 168, 122]);
     assert_eq!(of(&[(b"gAMA", 45_455_u32.to_be_bytes().to_vec())]), color);
     assert_eq!(of(&[gamma.clone(), (b"sRGB", vec![0])]), color);
     assert_eq!(of(&[gamma, (b"cICP", vec![12, 13, 0, 1])]), [215, 93, 31]);
@@ -226,6 +226,7 @@ fn turns_png_upright() {
         desk.write("picture.png", turned);
         let size = if orientation > 4 { [2, 3] } else { [3, 2] };
         let (picture, _) = shown(&desk, size, r#"path: "picture.png", color_space: Raw"#);
+        #[expect(clippy::cast_possible_truncation, reason = "0 to 25")]
         let found: Vec<u8> = picture.plane(0).iter().map(|value| (value * 25.5).round() as u8).collect();
         assert_eq!(found, seen, "orientation {orientation}");
     }
@@ -245,8 +246,8 @@ fn shows_the_display_window() {
         desk.write("picture.exr", bytes);
         let (picture, said) = shown(&desk, [width as u32, height as u32], r#"path: "picture.exr""#);
         let alpha = read(&desk.path("out/alpha.exr"), &Default::default()).unwrap();
-        for (k, (value, alpha)) in picture.plane(0).iter().zip(&alpha.planes).enumerate() {
-            let (x, y) = (k as i32 % width - left, k as i32 / width - top);
+        for ((value, alpha), k) in picture.plane(0).iter().zip(&alpha.planes).zip(0_i32..) {
+            let (x, y) = (k % width - left, k / width - top);
             let inside = (0..4).contains(&x) && (0..2).contains(&y);
             let expected = if inside { (1 + x + 4 * y) as f32 } else { 0.0 };
             assert_eq!((*value, *alpha), (expected, f32::from(u8::from(inside))), "{left}, {top}: pixel {k}");

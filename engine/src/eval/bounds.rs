@@ -84,7 +84,8 @@ impl Run<'_> {
         if lock(&self.bounded).get(&place).is_some_and(|(_, before)| before.contains(&window)) {
             return Ok(());
         }
-        self.add_up(field, grid, window).map_err(|(owner, problem)| {
+        self.add_up(field, grid, window).map_err(|refused| {
+            let (owner, problem) = *refused;
             if let Some(owner) = owner {
                 self.failed(owner, &problem);
             }
@@ -94,7 +95,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn add_up(&self, field: &Field, grid: &Grid, window: Window) -> Result<(), (Option<Key>, Problem)> {
+    fn add_up(&self, field: &Field, grid: &Grid, window: Window) -> Result<(), Box<(Option<Key>, Problem)>> {
         let most = (TIMES * window.len() as u64).max(ALWAYS);
         let mut wanted: HashMap<At, Wanted> = HashMap::new();
         wanted.insert(at(field, grid), Wanted { windows: vec![window], owner: None });
@@ -113,7 +114,7 @@ impl Run<'_> {
                         continue;
                     }
                     if part.len() as u64 > most {
-                        return Err((owner, too_far(reader, window, part)));
+                        return Err(Box::new((owner, too_far(reader, window, part))));
                     }
                     let blocks = read.field.domain().blocks(&read.grid, part);
                     let place = at(read.field, &read.grid);
@@ -122,7 +123,7 @@ impl Run<'_> {
                     if known.windows.len() > MANY {
                         known.windows.clear();
                     } else if known.pixels() > most {
-                        return Err((owner, too_far(reader, window, part)));
+                        return Err(Box::new((owner, too_far(reader, window, part))));
                     }
                 }
             }

@@ -176,7 +176,7 @@ mod tests {
             (Shelf::Objects, of(Shelf::Objects)),
             (
                 Shelf::Tiles,
-                of(Shelf::Tiles).join(&cache.path(Shelf::Tiles, key("a")).parent().unwrap().file_name().unwrap()),
+                of(Shelf::Tiles).join(cache.path(Shelf::Tiles, key("a")).parent().unwrap().file_name().unwrap()),
             ),
         ] {
             let elsewhere = dir.path().join(shelf.name());

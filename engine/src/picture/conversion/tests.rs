@@ -68,8 +68,9 @@ fn converts_by_profiles_of_a_matrix_and_curves() {
 fn has_the_bits_of_srgb_for_an_srgb_profile() {
     let curve = |curve: &mut Option<ToneReprCurve>| {
         // As in the profiles of many programs: a table instead of the curve.
-        let values = (0..1024_u16).map(|k| linear_sample(f32::from(k) / 1023.0) * 65535.0);
-        *curve = Some(ToneReprCurve::Lut(values.map(|value| value.round() as u16).collect()));
+        #[expect(clippy::cast_possible_truncation, reason = "codes of 16 bits")]
+        let code = |k: u16| (linear_sample(f32::from(k) / 1023.0) * 65535.0).round() as u16;
+        *curve = Some(ToneReprCurve::Lut((0..1024).map(code).collect()));
     };
     let mut profile = ColorProfile::new_srgb();
     assert_eq!(Conversion::of_file(&with_profile(3, &profile)).0, ColorSpace::Srgb.into());

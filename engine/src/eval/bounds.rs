@@ -20,7 +20,7 @@ const BYTES: u64 = 1 << 28;
 /// Of a field that is read in more windows nothing is said.
 const MANY: usize = 64;
 
-/// What is wanted of a field on a grid.
+/// The windows of a field on a grid that its readers want.
 struct Wanted {
     /// Windows that do not overlap much; none if there are too many to be looked at.
     windows: Vec<Window>,
@@ -45,7 +45,7 @@ impl Wanted {
     }
 }
 
-/// The error for a field that reads too far: `read` is what it wants for `window` of its own.
+/// The error for a field that reads too far: It wants `read` for `window` of its own.
 fn too_far(field: &Field, window: Window, read: Window) -> Problem {
     let message = format!(
         "{} × {} pixels of an input are needed for {} × {} pixels of the result",

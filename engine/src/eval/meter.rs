@@ -31,7 +31,7 @@ struct State {
 #[derive(Default)]
 struct Share {
     time: Duration,
-    /// How many fields are read for it.
+    /// The number of fields that are read for it.
     reads: u32,
 }
 
@@ -138,7 +138,7 @@ mod tests {
         state.share(5 * SECOND, 3 * SECOND);
         state.share(9 * SECOND, 3 * SECOND);
         assert_eq!(state.running[&0].time, (4 + 4 - 2) * SECOND);
-        // Time that is spent while nothing runs belongs to nobody.
+        // Time that is spent while nothing runs is not counted.
         state.running.clear();
         state.share(20 * SECOND, 3 * SECOND);
         state.running.insert(1, Share::default());

@@ -11,7 +11,7 @@ use crate::value::{Canvas, Tiling, Type};
 use glam::DVec2;
 use std::sync::Arc;
 
-/// How many canvases wide the graph of an instance is made at most, so that it fills a canvas that does not tile.
+/// The graph of an instance is made at most so many canvases wide, to fill a canvas that does not tile.
 const MOST_CANVASES: f64 = 8.0;
 /// Between which sizes an instance may be scaled, as in the kind that moves fields.
 const SCALES: (f64, f64) = (1e-3, 1e3);

@@ -63,7 +63,7 @@ pub struct Bounds {
     pub min: Option<f64>,
     /// The largest number allowed.
     pub max: Option<f64>,
-    /// Whether `min` itself is not allowed.
+    /// True if `min` itself is not allowed.
     pub above_min: bool,
     /// The unit, for people.
     pub unit: Option<String>,

@@ -1,8 +1,8 @@
 //! Files that appear under their name only when they are complete.
 //!
-//! A file is written beside its target, under a hidden name that tells who writes it; [`AtomicFile::commit`] renames it. Whoever opens
-//! the target sees the old content or the new one, and a program that dies leaves the old one. A file that is dropped without
-//! commit is removed; what a killed process leaves behind is removed by [`remove_stale_temporaries`].
+//! A file is written beside its target, under a hidden name that tells who writes it; [`AtomicFile::commit`] renames it. A
+//! program that opens the target sees the old content or the new one. A program that dies leaves the old one. A file that is
+//! dropped without commit is removed; [`remove_stale_temporaries`] removes the files that killed processes leave behind.
 mod owner;
 
 use owner::Owner;

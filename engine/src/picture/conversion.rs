@@ -6,7 +6,7 @@ use super::primaries::{Matrix, from_chromaticities};
 use super::{Header, Picture, SampleKind, icc};
 use rayon::prelude::*;
 
-/// What the samples of a picture mean.
+/// The meaning of the samples of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColorSpace {
     /// Colour, encoded by the sRGB curve.

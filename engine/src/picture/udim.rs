@@ -29,7 +29,7 @@ fn parts(path: &Path) -> Option<(&str, &str)> {
     path.file_name()?.to_str()?.split_once(MARK)
 }
 
-/// Whether a path names a set.
+/// True if a path names a set.
 #[must_use]
 pub fn is_udim(path: &Path) -> bool {
     parts(path).is_some()

@@ -427,7 +427,7 @@ fn refuses_what_is_not_read_by_name() {
     refused(&file(&[six().with(259, &[50000])], false), "it is packed by the method");
     refused(&file(&[six().with(258, &[64]).with(339, &[3])], false), "its samples are IEEEFP of 64 bits");
     let ancient = Directory { parts: vec![vec![0, 1, 0, 0]], ..six().with(259, &[5]) };
-    refused(&file(&[ancient], false), "LZW of before 1992");
+    refused(&file(&[ancient], false), "in use before 1992");
     let cut = Directory { parts: vec![vec![0x80, 0x00]], ..six().with(259, &[5]) };
     assert!(matches!(refused(&file(&[cut], false), "it ends within the picture"), ReadError::Damaged(_)));
     let huge = Directory { tiled: true, ..six() }.with(322, &[65520]).with(323, &[65520]);

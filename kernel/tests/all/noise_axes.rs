@@ -123,7 +123,8 @@ fn shows_no_lines_along_x_and_y() {
         for fractal in [FractalKind::Billow, FractalKind::Ridged] {
             for frame in [(1.0, 0.0), (1.0, 0.4)] {
                 let [energy, spread] = measured(basis, fractal, frame);
-                if energy > 2.0 || spread > 1.5 {
+                // Grids along x and y have 4 to 120 times the energy of the waves beside.
+                if energy > 2.5 || spread > 1.5 {
                     bad.push(format!("{basis:?} {fractal:?} {frame:?}: {energy:.2} {spread:.2}"));
                 }
             }

@@ -89,7 +89,7 @@ pub struct Image {
     /// What its numbers mean. By default what the file says; else sRGB for colour of 8 and 16 bits, linear for float colour, and
     /// raw for one channel.
     pub color_space: Option<ColorSpace>,
-    /// Whether its colours are multiplied by its opacity (associated alpha, premultiplied), which is then undone. By default what the
+    /// True if its colours are multiplied by its opacity (associated alpha, premultiplied): they are divided by it. By default what the
     /// file says: those of OpenEXR are, those of TIFF where it is declared, others are not. Write `false` for data that are packed into
     /// four channels of an OpenEXR file.
     pub premultiplied: Option<bool>,
@@ -212,7 +212,7 @@ impl Node for Image {
         true
     }
 
-    /// What the files themselves say, without decoding: their formats, that they are whole and alike, and that the part lies
+    /// Checks the files without decoding: their formats, that they are whole and alike, and that the part lies
     /// within. What is assumed of them is advice.
     fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
         // What decoding may take in memory depends on the run.

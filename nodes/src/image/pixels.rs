@@ -46,7 +46,7 @@ struct Decoded {
     channels: Vec<Pyramid>,
     /// How many of them are colour or data.
     data: usize,
-    /// What the user should know about them.
+    /// Warnings about them.
     warning: Option<Problem>,
 }
 

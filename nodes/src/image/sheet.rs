@@ -124,7 +124,7 @@ impl Sheet {
         }
     }
 
-    /// What is assumed of the files, and which tiles have none.
+    /// The assumptions about the files, and the tiles without one.
     pub(super) fn assumed(&self, reading: &Reading) -> Vec<Problem> {
         let mut found: Vec<Problem> =
             self.parts.iter().flat_map(|part| reading.assumed(&part.path, &part.header)).collect();
@@ -170,7 +170,7 @@ impl Sheet {
     }
 }
 
-/// What must be the same of all files of a set.
+/// The properties that all files of a set share.
 fn looks(header: &Header) -> (u32, u32, u8, bool) {
     (header.width, header.height, header.channels, header.has_alpha)
 }

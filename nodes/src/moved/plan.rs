@@ -13,13 +13,13 @@ pub(super) struct Plan {
     pub(super) grid: Grid,
     start: DVec2,
     pub(super) map: DMat2,
-    /// Whether pixels are mapped to whole pixels: then they are copied.
+    /// True if pixels are mapped to whole pixels: then they are copied.
     pub(super) whole: bool,
     /// The pixels after which the input repeats.
     repeats: [Option<u32>; 2],
 }
 
-/// Whether pixels lead to whole pixels, as with moves and with rotations by multiples of 90°.
+/// True if pixels lead to whole pixels, as with moves and with rotations by multiples of 90°.
 fn is_whole(map: DMat2) -> bool {
     map.abs_diff_eq(rounded(map), 1e-6)
 }
@@ -123,7 +123,7 @@ impl Plan {
         ([read.x as i32, read.y as i32], at - pixel)
     }
 
-    /// Whether the pixels of a window are those that are read, in the same order.
+    /// True if the pixels that are read for a window are those of the window, in the same order.
     pub(super) fn copies(&self, window: Window) -> bool {
         self.whole && self.map == DMat2::IDENTITY && self.wraps(window) == [false; 2]
     }
@@ -169,7 +169,7 @@ impl Plan {
     }
 }
 
-/// How many pixels of that size make the canvas, if a whole number does.
+/// The number of pixels of that size that make the canvas, if it is whole.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the pixels of a picture")]
 fn period(step: DVec2, size: DVec2) -> Option<UVec2> {
     let (pixels, most) = (size / step, f64::from(Canvas::MAX_RESOLUTION));

@@ -1,4 +1,4 @@
-//! Tests of fields that are laid out anew.
+//! Tests of moved fields.
 use crate::image::{Image, Wrap};
 use crate::space::Transform;
 use crate::testing::{Plain, canvas, check_field, field, port, raster, write_tiff};

@@ -15,9 +15,9 @@ pub(super) struct Selection {
     pub(super) names: Vec<String>,
     /// Whether the last is opacity.
     pub(super) has_alpha: bool,
-    /// Whether they are red, green and blue.
+    /// True if they are red, green and blue.
     pub(super) is_color: bool,
-    /// What was assumed about them, if their names do not tell their order.
+    /// The order that was assumed, if their names do not tell it.
     pub(super) assumed: Option<String>,
 }
 
@@ -46,7 +46,7 @@ const V: Known = Known { usual: "V", others: &["v"] };
 /// Channels that belong together, in their order.
 struct Group {
     members: &'static [Known],
-    /// Whether opacity belongs to them.
+    /// True if opacity belongs to them.
     takes_alpha: bool,
 }
 

@@ -76,7 +76,7 @@ fn array<const N: usize>(reader: &mut impl Read) -> Option<[u8; N]> {
 fn profile(content: &mut impl Read) -> Result<Vec<u8>, String> {
     let damaged = |_| "is damaged".to_owned();
     let mut packed = Vec::new();
-    // What is compressed to more is larger than what is read.
+    // A profile that is larger when unpacked is not read.
     let most = icc::MOST_BYTES as u64 + 1;
     content.take(most).read_to_end(&mut packed).map_err(damaged)?;
     let name = packed.iter().take(80).position(|byte| *byte == 0);

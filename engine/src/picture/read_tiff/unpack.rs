@@ -49,7 +49,7 @@ fn lzw(packed: &[u8], size: usize) -> Result<Vec<u8>, ReadError> {
     if let [0, second, ..] = packed
         && second & 1 == 1
     {
-        return Err(super::unsupported("it is packed by the LZW of before 1992".into()));
+        return Err(ReadError::damaged("its LZW codes are of the kind in use before 1992"));
     }
     let mut bytes = vec![0; size];
     let mut decoder = Decoder::with_tiff_size_switch(BitOrder::Msb, 8);

@@ -47,7 +47,8 @@ impl GlbWriter {
             compression,
             mips: Vec::new(),
             chromaticities: None,
-            pixel_mm: Some(pixel_mm),
+            // glTF takes square pixels alone.
+            pixel_mm: Some(pixel_mm).filter(|[x, y]| x == y),
             metadata: Vec::new(),
         };
         let writer = |texture: &Texture| match exported.file(texture) {

@@ -260,7 +260,9 @@ fn whatever_lies_in_the_folder_the_files_are_the_same() {
     let outcome = runner.run(&few, |all| {
         let dir = tempfile::tempdir().unwrap();
         copy_all(shop.cache.path(), dir.path());
-        let paths = entries(dir.path());
+        // A folder whose marker is damaged is no cache any more: nothing is kept there.
+        let mut paths = entries(dir.path());
+        paths.retain(|path| !path.ends_with("CACHEDIR.TAG"));
         all.iter().for_each(|damage| apply(damage, &paths, &foreign));
         prop_assert!(render(&in_folder(dir.path(), registry())).0 == shop.files);
         // Once more: what was made again is there now, but where a folder is in the way.

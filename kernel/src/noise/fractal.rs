@@ -7,7 +7,7 @@
 //!
 //! Where octaves are folded, by `Billow` and `Ridged`, each has a fold at every corner of its cells: grids that lie in the
 //! same directions would add up to visible lines. So each of these octaves has a grid that is turned by another angle
-//! ([`NoiseSpec::turn`]), within the frame of `angle` and `aspect`, and rounded to the canvas like any other.
+//! (`NoiseSpec::turn`), within the frame of `angle` and `aspect`, and rounded to the canvas like any other.
 //!
 //! Values are 0..1 with mean ½ and a standard deviation of 0.155 for every number of octaves (the rare values beyond
 //! 3.2 deviations are cut off), so a height is `depth · noise` whatever the octaves. An octave whose cells are smaller

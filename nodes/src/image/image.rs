@@ -213,7 +213,7 @@ impl Node for Image {
     }
 
     /// Checks the files without decoding: their formats, that they are whole and alike, and that the part lies
-    /// within. What is assumed of them is advice.
+    /// within. Assumptions are advice.
     fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
         // What decoding may take in memory depends on the run.
         let limits = ReadLimits { max_bytes_decoded: u64::MAX, ..ReadLimits::default() };

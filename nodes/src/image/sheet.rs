@@ -13,7 +13,7 @@ pub(super) struct Reading {
     pub(super) layer: Option<String>,
     pub(super) space: Option<ColorSpace>,
     pub(super) premultiplied: Option<bool>,
-    /// What replaces NaN and infinities; without it 0, with a warning.
+    /// The number that replaces NaN and infinities; without it 0, with a warning.
     pub(super) not_finite: Option<f64>,
 }
 
@@ -42,7 +42,7 @@ impl Reading {
         self.space.map_or_else(|| Conversion::of_file(header), |space| (space.into(), Vec::new()))
     }
 
-    /// What is assumed of a file that does not tell, or tells something that is not used.
+    /// The assumptions about a file that does not state its colours, or states them in a way that is not used.
     pub(super) fn assumed(&self, path: &Path, header: &Header) -> Vec<Problem> {
         let advice = |what: &String, help: &str| {
             Problem::new(Code::Advice, format!("`{}`: {what}", path.display())).at("path").help(help)

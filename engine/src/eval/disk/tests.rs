@@ -132,7 +132,7 @@ fn what_is_no_entry_is_in_nobodys_way() {
     put(&cache, Shelf::Objects, "a", b"content");
     assert_eq!((cache.get(Shelf::Objects, key("a")), cache.failures()), (None, 1));
     fs::remove_dir(&path).unwrap();
-    // A pipe, which nobody ever writes to.
+    // A pipe without a writer.
     assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
     assert_eq!(cache.get(Shelf::Objects, key("a")), None);
     fs::remove_file(&path).unwrap();

@@ -39,7 +39,7 @@ impl Frame {
     }
 }
 
-/// Which of `length` pixels that begin at `start` lie in the `whole` pixels of the picture.
+/// The pixels of the picture (`whole` pixels wide) among the `length` pixels from `start` on.
 fn shown(start: i64, length: usize, whole: usize) -> Range<usize> {
     let clamp = |at: i64| usize::try_from(at.max(0)).unwrap_or(usize::MAX).min(length);
     let whole = i64::try_from(whole).unwrap_or(i64::MAX);

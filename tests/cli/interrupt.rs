@@ -28,7 +28,7 @@ fn interrupted(desk: &Desk, line: &str, after: Duration) -> (Ran, Duration) {
 fn clean(desk: &Desk, folder: &str) {
     if desk.path(folder).exists() {
         let names = desk.names(folder);
-        let left = |name: &String| name.ends_with(".halos") || !name.starts_with('.');
+        let left = |name: &String| name.ends_with(".overlap") || !name.starts_with('.');
         assert!(names.iter().all(|name| left(name) && !name.ends_with(".tmp")), "{names:?}");
     }
 }

@@ -89,7 +89,7 @@ fn joining_removes_only_what_was_joined() {
     // Another program's cache, a file that has the name of one that parts leave, and an empty folder.
     repository(&desk, "parts/cache");
     fs::create_dir_all(desk.path("parts/cache/empty")).unwrap();
-    desk.write("parts/.a.1-and-2-of-2.halos", "of the user, and longer than what stands at the end of such a file");
+    desk.write("parts/.a.1-of-2.overlap", "of the user, and longer than what stands at the end of such a file");
     desk.write("parts/notes", "mine");
     let mine: Vec<_> =
         all(&desk.path("parts")).into_iter().filter(|(path, _)| !path.to_string_lossy().ends_with(".part")).collect();

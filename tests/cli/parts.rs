@@ -303,7 +303,7 @@ fn parts_compute_no_pixel_twice() {
 }
 
 #[test]
-fn parts_made_at_once_or_from_damaged_halos_are_the_same() {
+fn parts_made_at_once_or_from_damaged_overlaps_are_the_same() {
     let desk = Desk::new();
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     desk.shibo("render a.ron -o whole --no-cache").expect(0);
@@ -318,20 +318,18 @@ fn parts_made_at_once_or_from_damaged_halos_are_the_same() {
     same(&desk, "whole", "joined");
     // Whatever stands in the folder, no pixel is another.
     part(1, "damaged").expect(0);
-    let files: Vec<String> = desk.names("damaged").into_iter().filter(|name| name.ends_with(".halos")).collect();
-    let files: Vec<String> = files.into_iter().map(|name| format!("damaged/{name}")).collect();
-    assert!(!files.is_empty(), "a part leaves something for the next");
-    for (i, file) in files.iter().enumerate() {
-        let mut bytes = desk.read(file);
+    for (n, next) in [(1, 3), (3, 2), (2, 4)] {
+        let file = format!("damaged/.a.{n}-of-4.overlap");
+        let mut bytes = desk.read(&file);
         let middle = bytes.len() / 2;
-        match i % 3 {
-            0 => bytes[middle] ^= 1,
-            1 => bytes.truncate(middle),
-            _ => bytes = desk.read(&files[(i + 1) % files.len()]),
+        match n {
+            1 => bytes[middle] ^= 1,
+            2 => bytes.truncate(middle),
+            _ => bytes = desk.read("damaged/.a.1-of-4.overlap"),
         }
-        std::fs::write(desk.path(file), bytes).unwrap();
+        std::fs::write(desk.path(&file), bytes).unwrap();
+        part(next, "damaged").expect(0);
     }
-    [3, 2, 4].into_iter().for_each(|n| drop(part(n, "damaged").expect(0)));
     desk.shibo("join damaged -o mended").expect(0);
     same(&desk, "whole", "mended");
 }
@@ -342,14 +340,13 @@ fn parts_that_are_removed_take_what_they_left_along() {
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     [1, 2, 3, 4].into_iter().for_each(|n| drop(desk.shibo(&format!("render a.ron --part {n}/4 -o parts")).expect(0)));
     // As parts leave it that end at the same moment.
-    let left = [&0x5348_4942_4f48_0001_u64.to_ne_bytes()[..], &[0; 24]].concat();
-    for name in [".a.1-and-2-of-4.halos", ".a.b.1-and-2-of-4.halos", "a.halos"] {
-        desk.write(&format!("parts/{name}"), &left);
+    for name in [".a.1-of-4.overlap", ".a.b.1-of-4.overlap", "a.overlap"] {
+        desk.write(&format!("parts/{name}"), "ShiboO2\n");
     }
     // A file that only has such a name is the user's.
-    desk.write("parts/.a.2-and-3-of-4.halos", "mine");
+    desk.write("parts/.a.2-of-4.overlap", "mine");
     desk.shibo("join parts -o joined --remove").expect(0);
-    assert_eq!(desk.names("parts"), [".a.2-and-3-of-4.halos", ".a.b.1-and-2-of-4.halos", "a.halos"]);
+    assert_eq!(desk.names("parts"), [".a.2-of-4.overlap", ".a.b.1-of-4.overlap", "a.overlap"]);
 }
 
 #[test]

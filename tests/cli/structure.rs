@@ -225,21 +225,62 @@ fn rooms_of_the_kernel_use_only_rooms_before_them() {
     }
 }
 
-#[test]
-fn files_of_a_room_have_no_circles() {
-    let kernel = root("kernel/src");
-    for room in fs::read_dir(&kernel).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()) {
-        let name = room.file_name().unwrap().to_str().unwrap();
-        let mut uses = BTreeMap::new();
-        for file in sources(&room).iter().filter(|p| !p.ends_with("mod.rs") && !p.ends_with("list_tests.rs")) {
-            let (code, own) = (code(file), module(&room, file));
-            let mut used = words_after(&code, &format!("crate::{name}::"));
-            used.extend(words_after(&code, "super::"));
-            let used: BTreeSet<String> = used.into_iter().filter(|used| *used != own).collect();
-            uses.insert(own, used);
+/// Folders in which circles are left. A folder goes from the list when it has none; none is added.
+const CIRCLES: [&str; 14] = [
+    "engine/src/graph",
+    "engine/src/picture",
+    "engine/src/picture/read_tiff",
+    "engine/src/syntax",
+    "engine/src/value",
+    "nodes/src/image",
+    "nodes/src/leather",
+    "nodes/src/mesh/read",
+    "nodes/src/shapes/vector",
+    "nodes/src/synthesis",
+    "src/ide",
+    "src/lsp",
+    "src/serve",
+    "src/watch",
+];
+
+/// The modules of a folder, and which others of them the files of each use. What a module is told by others or declares for all, `mod.rs`,
+/// is none.
+fn uses_in(dir: &Path, source: &Path) -> BTreeMap<String, BTreeSet<String>> {
+    let inside = dir.strip_prefix(source).unwrap().iter().map(|name| name.to_str().unwrap());
+    let here: String = ["crate"].into_iter().chain(inside).flat_map(|name| [name, "::"]).collect();
+    let mut uses: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for file in sources(dir) {
+        let name = file.file_name().unwrap().to_str().unwrap();
+        let declares = file.parent() == Some(dir) && ["mod.rs", "lib.rs", "main.rs"].contains(&name);
+        if declares || name.ends_with("tests.rs") {
+            continue;
         }
-        assert_eq!(circle(&uses), None, "in {}", room.display());
+        // The folder as this file names it.
+        let below = file.strip_prefix(dir).unwrap().iter().count() - usize::from(name == "mod.rs");
+        let (code, own) = (code(&file), module(dir, &file));
+        let used = [words_after(&code, &"super::".repeat(below)), words_after(&code, &here)].concat();
+        uses.entry(own.clone()).or_default().extend(used.into_iter().filter(|used| *used != own));
     }
+    uses
+}
+
+#[test]
+fn files_of_a_folder_have_no_circles() {
+    let mut left = Vec::new();
+    for source in ["src", "engine/src", "kernel/src", "library/src", "nodes/src", "python/src"] {
+        let files = sources(&root(source));
+        let folders: BTreeSet<&Path> = files.iter().filter_map(|file| file.parent()).collect();
+        for folder in folders.into_iter().filter(|folder| *folder != root(source)) {
+            let name = folder.strip_prefix(root("")).unwrap().to_str().unwrap().to_owned();
+            let found = circle(&uses_in(folder, &root(source)));
+            if CIRCLES.contains(&name.as_str()) {
+                left.extend(found.map(|_| name));
+            } else {
+                assert_eq!(found, None, "in {name}");
+            }
+        }
+    }
+    assert_eq!(left.iter().collect::<BTreeSet<_>>(), CIRCLES.map(str::to_owned).iter().collect());
 }
 
 #[test]

@@ -4,9 +4,9 @@
 //! canvas, a path round a point that is far away. Then the field that reads so far is told, and nothing is begun. Windows
 //! that depend on values are not known before these are there. They are made in parts if they are large (`tiles`), and count
 //! here as if nothing were displaced.
-use super::passing::readers_first;
-use super::prepare::{At, at};
-use super::run::{Run, lock};
+use super::demand::{At, Fields, at};
+use super::lock;
+use super::run::Run;
 use crate::diagnostics::{Code, Problem};
 use crate::value::{Blocks, Field, Grid, Key, Piece, Read, Stop, Window};
 use std::collections::HashMap;
@@ -99,7 +99,7 @@ impl Run<'_> {
         let most = (TIMES * window.len() as u64).max(ALWAYS);
         let mut wanted: HashMap<At, Wanted> = HashMap::new();
         wanted.insert(at(field, grid), Wanted { windows: vec![window], owner: None });
-        for (reader, grid) in readers_first(&[field], grid) {
+        for (reader, grid) in Fields::new(&[field], grid).order {
             let Some(Wanted { windows, owner }) = wanted.remove(&at(reader, &grid)) else { continue };
             let owner = reader.owner().or(reader.key()).or(owner);
             for window in windows.into_iter().filter(|_| reader.as_constant().is_none()) {

@@ -46,7 +46,17 @@ impl Evaluator for NodeEvaluator<'_, '_> {
     }
 }
 
-impl Run<'_> {
+impl<'g> Run<'g> {
+    /// The engine as `node` sees it, whose first output has this key.
+    pub(super) const fn evaluator<'r>(
+        &'r self,
+        node: &'r GraphNode,
+        key: Key,
+        working: &'r Working<'r>,
+    ) -> NodeEvaluator<'r, 'g> {
+        NodeEvaluator { run: self, node, key, working }
+    }
+
     /// Whether the work was cancelled.
     pub fn is_over(&self) -> bool {
         self.cancel.is_cancelled()
@@ -58,7 +68,7 @@ impl Run<'_> {
     /// As the node says.
     pub fn apply(&self, node: &GraphNode, inputs: &[Value], key: Key) -> Result<Outputs, Stop> {
         let working = self.meter.begin();
-        let evaluator = NodeEvaluator { run: self, node, key, working: &working };
+        let evaluator = self.evaluator(node, key, &working);
         let (canvas, files) = (&node.canvas, &node.files);
         node_code(|| node.node.evaluate(&Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator }))
     }

@@ -4,8 +4,7 @@
 //! files later: when it is evaluated, or when the first tile of one of its fields is filled. If a file changes in between,
 //! the result does not belong to the key. So the files are compared with their hashes once more after they were read; a
 //! result of changed files is refused with an error and never kept.
-use super::Signature;
-use super::run::lock;
+use super::{Signature, lock};
 use crate::diagnostics::{Code, Problem};
 use crate::value::{
     Cost, Field, FieldSource, Given, Grid, Material, PictureFields, Pictures, Read, Stop, Tile, Value, Window,

@@ -18,7 +18,7 @@
 //!
 //! Objects are few and small, and often cost seconds: one is kept when it took longer than to write it, and at least
 //! [`OBJECT`]. Encoded pictures are kept always: with them a second run computes nothing.
-use super::prepare::{At, at, reads};
+use super::demand::{At, at, reads};
 use crate::value::{Field, Grid, TILE, Window};
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -1,6 +1,7 @@
 //! Puts results into the store and takes them out. The [`Keeper`](super::keep::Keeper) decides which are worth keeping.
-use super::run::{Run, lock};
-use super::{Shelf, TileKey, codec, keep};
+use super::run::Run;
+use super::stats::Stored;
+use super::{Shelf, TileKey, codec, keep, lock};
 use crate::value::{Field, Grid, Key, Tile, Type, Value, Window};
 use cpu_time::ThreadTime;
 use glam::{DVec2, UVec2};
@@ -8,17 +9,6 @@ use std::time::Duration;
 
 /// What was prepared of whole pictures is not kept if it takes more than this part of a store.
 const WHOLE: u64 = 4;
-
-/// Something that was put into the store.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Stored {
-    /// The node, and which of its outputs, that it is of.
-    pub node: String,
-    /// Its size.
-    pub bytes: u64,
-    /// The time that it took.
-    pub seconds: f64,
-}
 
 /// A tile with its place: the grid, the window and the number of channels, then the values.
 fn bytes_of(tile: &Tile) -> Vec<u8> {
@@ -122,17 +112,9 @@ impl Run<'_> {
     }
 
     /// A tile from the store. One of a wrong size is removed.
-    pub(super) fn stored_tile(&self, at: &TileKey, field: &Field, grid: &Grid, window: Window) -> Option<Tile> {
+    pub(super) fn stored_tile(&self, at: &TileKey, field: &Field, grid: &Grid) -> Option<Tile> {
         let store = self.caches.store.as_ref().filter(|store| keep::fits(field, grid, store.room()))?;
-        let bytes = store.get(Shelf::Tiles, at.name())?;
-        let mut tile = Tile::unset(*grid, window, field.channels());
-        let data = bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut());
-        if bytes.len() != data.len() {
-            store.remove(Shelf::Tiles, at.name());
-            return None;
-        }
-        data.copy_from_slice(&bytes);
-        Some(tile)
+        at.load(&**store, grid, field.channels())
     }
 
     /// Puts a new tile into the store, if it is worth that.

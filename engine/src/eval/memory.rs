@@ -1,5 +1,6 @@
 //! The cache in memory: tiles and objects by key, bounded in bytes.
-use crate::value::{GridId, Handle, Key, TILE, Tile, Value};
+use super::{Shelf, Store};
+use crate::value::{Grid, GridId, Handle, Key, TILE, Tile, Value, Window};
 use quick_cache::Weighter;
 use quick_cache::sync::{Cache, DefaultLifecycle, PlaceholderGuard};
 use quick_cache::{DefaultHashBuilder, OptionsBuilder};
@@ -17,18 +18,32 @@ pub struct TileKey {
     pub field: Key,
     /// The grid.
     pub grid: GridId,
-    /// The place in the grid, in tiles; [`TileKey::WHOLE`] for what a field prepared of the whole picture.
-    pub at: (i32, i32),
+    /// The pixels: a whole tile, or a part of one; [`TileKey::PREPARED`] for what a field prepared of the whole picture.
+    pub window: Window,
 }
 
 impl TileKey {
-    /// In place of a tile's place: what a field prepared of the whole picture.
-    pub const WHOLE: (i32, i32) = (i32::MIN, i32::MIN);
+    /// In place of pixels: what a field prepared of the whole picture.
+    pub const PREPARED: Window = Window { x: 0, y: 0, width: 0, height: 0 };
 
     /// As a key.
     pub(super) fn name(&self) -> Key {
-        let (x, y) = (self.at.0.to_le_bytes(), self.at.1.to_le_bytes());
-        Key::of("tile", &[self.field.as_bytes(), &self.grid.bytes(), &x, &y])
+        let Window { x, y, width, height } = self.window;
+        let window = [x.to_le_bytes(), y.to_le_bytes(), width.to_le_bytes(), height.to_le_bytes()];
+        Key::of("tile", &[self.field.as_bytes(), &self.grid.bytes(), window.as_flattened()])
+    }
+
+    /// The tile from a store. One of a wrong size is removed.
+    pub(super) fn load(&self, store: &dyn Store, grid: &Grid, channels: usize) -> Option<Tile> {
+        let bytes = store.get(Shelf::Tiles, self.name())?;
+        let mut tile = Tile::unset(*grid, self.window, channels);
+        let data = bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut());
+        if bytes.len() != data.len() {
+            store.remove(Shelf::Tiles, self.name());
+            return None;
+        }
+        data.copy_from_slice(&bytes);
+        Some(tile)
     }
 }
 

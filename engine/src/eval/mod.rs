@@ -3,49 +3,56 @@
 //! [`Keys`] names the result of every node without computing it. A [`Run`] makes the values that are wanted: objects
 //! first, in parallel where they are independent, then tiles of fields, in parallel, each on one thread. What has its
 //! key in the [`MemoryCache`] or in the [`Store`], a [`DiskCache`] for now, is not computed.
-mod area;
 mod bounds;
 mod cancel;
 mod codec;
+mod demand;
 mod disk;
 mod entry;
 mod evaluators;
 mod files;
-mod halos;
-mod handover;
 mod keep;
 mod kept;
 mod keys;
+mod known;
+mod limit;
 mod memory;
 mod meter;
-mod passing;
+mod order;
+mod overlap;
 mod prepare;
-mod reach;
+mod recompute;
+mod region;
 mod run;
 mod schedule;
 mod shared;
 mod signature;
-mod spill;
 mod stats;
 mod store;
 mod tiles;
 
 pub use cancel::CancelToken;
 pub use codec::{decode, encode};
+pub use demand::{Demand, Fields};
 pub use disk::{CacheError, DiskCache, DiskUse};
 pub use entry::{Digest, Digester, Seal, Shelf};
-pub use halos::Neighbor;
-pub use kept::Stored;
 pub use keys::Keys;
+pub use limit::Neighbor;
 pub use memory::{MemoryCache, TileKey};
-pub use passing::Passing;
+pub use order::{FEW, Order, Pass};
+pub use overlap::OverlapStore;
 pub(crate) use run::defect;
 pub use run::{Caches, Run};
 pub use shared::{Checked, LARGEST_ANSWER, PATIENCE, Remote, SharedStore, Trouble};
 pub use signature::Signature;
-pub use spill::Spill;
-pub use stats::{NodeState, NodeStats};
+pub use stats::{NodeState, NodeStats, Stored};
 pub use store::{Layers, MemoryStore, Store};
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// What an observer is told while a graph is evaluated.
 #[derive(Clone, Debug)]

@@ -1,13 +1,12 @@
 //! One evaluation of a graph.
-use super::evaluators::NodeEvaluator;
+use super::demand::At;
 use super::files::NodeFiles;
 use super::keep::Keeper;
-use super::kept::Stored;
+use super::known::Known;
+use super::limit::Limit;
 use super::meter::Meter;
-use super::prepare::{At, Known};
-use super::reach::Reach;
-use super::stats::{Ledger, Work};
-use super::{CancelToken, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, Store, keys};
+use super::stats::{Ledger, Stored, Work};
+use super::{CancelToken, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, Store, keys, lock};
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::graph::{Graph, GraphNode, GraphOutput, Input};
 use crate::node::{Call, Outputs};
@@ -16,7 +15,7 @@ use crate::value::{Blocks, Cuts, Field, Grid, Key, Material, PictureFields, Piec
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::Duration;
 
 /// Where results are kept between runs.
@@ -45,10 +44,10 @@ pub struct Run<'g> {
     pub(super) observer: &'g dyn Observer,
     pub(super) memory: u64,
     pub(super) values: Mutex<HashMap<Key, Value>>,
-    pub(super) known: RwLock<Known>,
+    pub(super) known: Known,
     pub(super) cuts: Cuts,
-    /// What is read, if only a part of a picture is computed.
-    pub(super) reach: RwLock<Option<Reach>>,
+    /// The pixels that are computed, if only a part of a picture is.
+    pub(super) limit: RwLock<Option<Arc<Limit>>>,
     /// The CPU time of the nodes that run.
     pub(super) meter: Meter,
     /// The windows of pictures whose needs were added up; the fields are kept alive with them, so that their identities stay
@@ -59,10 +58,6 @@ pub struct Run<'g> {
     pub(super) stored: Mutex<Vec<(Key, Stored)>>,
     /// The results whose tiles have given a warning.
     warned: Mutex<BTreeSet<Key>>,
-}
-
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl<'g> Run<'g> {
@@ -84,9 +79,9 @@ impl<'g> Run<'g> {
             observer,
             memory,
             values: Mutex::default(),
-            known: RwLock::default(),
+            known: Known::default(),
             cuts: Cuts::default(),
-            reach: RwLock::default(),
+            limit: RwLock::default(),
             meter: Meter::default(),
             bounded: Mutex::default(),
             failures: Mutex::default(),
@@ -98,6 +93,11 @@ impl<'g> Run<'g> {
     /// The keys of the graph's results.
     pub fn keys(&self) -> &'g Keys {
         self.keys
+    }
+
+    /// What bounds the pixels that are computed, if only a part of a picture is.
+    pub(super) fn limit(&self) -> Option<Arc<Limit>> {
+        self.limit.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Takes the value of an output from the caches; whether it is there.
@@ -137,7 +137,7 @@ impl<'g> Run<'g> {
         let node = &self.graph.nodes[index];
         let inputs: Vec<Value> = node.inputs.iter().map(|input| self.input(input)).collect();
         let working = self.meter.begin();
-        let evaluator = NodeEvaluator { run: self, node, key: self.keys.output(index, 0), working: &working };
+        let evaluator = self.evaluator(node, self.keys.output(index, 0), &working);
         let call =
             Call { kind: &node.kind, canvas: &node.canvas, inputs: &inputs, files: &node.files, evaluator: &evaluator };
         let handed_on = keys::no_op_slot(self.graph, node).and_then(|slot| inputs.get(slot)?.convert(node.outputs[0]));

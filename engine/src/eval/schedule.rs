@@ -3,7 +3,8 @@
 //! A node is put on the list when the last of the nodes that it reads is done, so a long node holds back only what needs
 //! it. There is no recursion over the graph.
 use super::keys::no_op_slot;
-use super::run::{Run, lock};
+use super::lock;
+use super::run::Run;
 use crate::diagnostics::Diagnostic;
 use crate::graph::Input;
 use crate::value::{Stop, Value};

@@ -38,6 +38,17 @@ pub struct NodeStats {
     pub pixels: u64,
 }
 
+/// Something that was put into the store.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stored {
+    /// The node, and which of its outputs, that it is of.
+    pub node: String,
+    /// Its size.
+    pub bytes: u64,
+    /// The time that it took.
+    pub seconds: f64,
+}
+
 /// What was done under one key.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Work {

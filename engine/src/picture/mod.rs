@@ -57,7 +57,7 @@ pub use part::{
     JoinError, Joined, JoinedFile, JoinedPart, PartHeader, PartOf, PartPicture, PartWriter, is_output_letter, is_whole,
     join,
 };
-pub(crate) use part::{SPILL_END, SPILL_MAGIC};
+pub(crate) use part::{OVERLAP_MAGIC, is_overlap};
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};
 pub use udim::{UdimFile, is_udim, udim_file, udim_files};

@@ -16,6 +16,7 @@ mod names;
 mod read;
 mod write;
 
+pub(crate) use join::is_overlap;
 pub use join::{JoinError, Joined, JoinedFile, JoinedPart, join};
 pub use names::is_output_letter;
 pub use read::is_whole;
@@ -65,29 +66,26 @@ impl PartOf {
         format!("{stem}.{:0digits$}-of-{}.{EXTENSION}", self.number, self.count)
     }
 
-    /// The name of the file that this part and the one with another number leave for each other.
-    pub(crate) fn spill_name(self, other: u32, stem: &str) -> String {
-        let (first, last) = (self.number.min(other), self.number.max(other));
-        let [begin, end] = SPILL;
-        format!("{begin}{stem}.{first}-and-{last}-of-{}.{end}", self.count)
+    /// The name of the file that this part leaves for those beside it.
+    pub(crate) fn overlap_name(self, stem: &str) -> String {
+        let [begin, end] = OVERLAP;
+        format!("{begin}{stem}.{}-of-{}.{end}", self.number, self.count)
     }
 
-    /// Whether a file of this name was left by parts of a graph for each other.
-    pub(crate) fn is_spill_name(name: &str, stem: &str) -> bool {
-        let [begin, end] = SPILL;
+    /// Whether a file of this name was left by a part of a graph for those beside it.
+    pub(crate) fn is_overlap_name(name: &str, stem: &str) -> bool {
+        let [begin, end] = OVERLAP;
         let rest = name.strip_prefix(begin).and_then(|name| name.strip_prefix(stem)?.strip_prefix('.'));
         let middle = rest.and_then(|rest| rest.strip_suffix(end)?.strip_suffix('.'));
-        middle.is_some_and(|middle| middle.contains("-and-") && !middle.contains('.'))
+        middle.is_some_and(|middle| middle.contains("-of-") && !middle.contains('.'))
     }
 }
 
-/// The distance of [`SPILL_MAGIC`] from the end of files that parts leave for each other.
-pub(crate) const SPILL_END: usize = 32;
-/// Tells such files; changes when their form does, and tells byte orders apart.
-pub(crate) const SPILL_MAGIC: u64 = 0x5348_4942_4f48_0001;
+/// How files begin that parts leave for each other; changes when their form does.
+pub(crate) const OVERLAP_MAGIC: [u8; 8] = *b"ShiboO2\n";
 
 /// How the names of files begin and end that parts leave for each other.
-const SPILL: [&str; 2] = [".", "halos"];
+const OVERLAP: [&str; 2] = [".", "overlap"];
 
 /// What a part is of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

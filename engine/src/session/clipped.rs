@@ -1,6 +1,7 @@
 //! Advice about values that a picture could not hold.
+use super::job::Job;
 use super::plan::Part;
-use super::render::{Job, Render};
+use super::render::Render;
 use crate::value::Channel;
 
 /// The advice where any values may be meant.

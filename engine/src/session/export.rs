@@ -1,62 +1,19 @@
 //! Exported files: which textures they consist of, and what their rows are written to.
 use super::Failure;
-use super::part::PartSink;
+use super::job::{Files, Job};
 use super::plan::{Part, Planned};
-use super::render::{Job, Render, job};
+use super::render::Render;
+use super::sink::Sink;
+use super::storage::job;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
 use crate::export::{
     Bundle, BundleWriter, Exported, GlbWriter, Place, Shape, SimpleShape, materialx, obj, pack, preset, usd,
 };
 use crate::graph::{Export, ExportMesh, GraphOutput};
-use crate::picture::{Compression, WriteError, Writer, Written};
+use crate::picture::{Compression, WriteError};
 use crate::value::{Atlas, Carried, Channel, Field, Material, Tiling, Value};
 use glam::UVec2;
-use std::path::PathBuf;
-
-/// What the rows of a job are written to.
-pub(super) enum Sink {
-    Picture(Box<Writer>),
-    Glb(Box<GlbWriter>),
-    Bundle(Box<BundleWriter>),
-    Part(PartSink),
-}
-
-/// What a job makes besides a picture of its fields.
-pub(super) enum Files {
-    /// A glTF file: the material and the mesh.
-    Glb(Box<(Exported, Shape)>),
-    /// Several files.
-    Bundle(Bundle),
-}
-
-impl Sink {
-    pub(super) fn write_rows(&mut self, planes: &[&[f32]], rows: u32) -> Result<(), Failure> {
-        let done = match self {
-            Self::Picture(writer) => writer.write_rows(planes, rows),
-            Self::Glb(writer) => writer.write_rows(planes, rows),
-            Self::Bundle(writer) => writer.write_rows(planes, rows),
-            Self::Part(writer) => writer.write_rows(planes, rows),
-        };
-        done.map_err(|error| Failure::File(error.to_string()))
-    }
-
-    /// What it is if it is of a part.
-    pub(super) fn part(&self) -> Option<&PartSink> {
-        if let Self::Part(part) = self { Some(part) } else { None }
-    }
-
-    /// What became of the pictures, once the file has its name.
-    pub(super) fn finish(self) -> Result<Vec<Written>, Failure> {
-        let done = match self {
-            Self::Picture(writer) => writer.finish().map(|written| vec![written]),
-            Self::Glb(writer) => writer.finish(),
-            Self::Bundle(writer) => writer.finish(),
-            Self::Part(_) => Ok(Vec::new()),
-        };
-        done.map_err(|error| Failure::File(error.to_string()))
-    }
-}
 
 impl Render<'_, '_> {
     /// What must be computed for a planned file.
@@ -165,19 +122,4 @@ fn bundled(planned: Planned<'_>, bundle: Bundle) -> Job<'_> {
 /// A job whose fields are the textures of files.
 fn textures(planned: Planned<'_>, fields: Vec<(String, Field)>, files: Option<Files>) -> Job<'_> {
     Job { planned, fields, lines: None, beyond: 0, mips: Vec::new(), files }
-}
-
-/// The files that jobs and copies from the cache make, in the order in which they were planned.
-pub(super) fn files(planned: &[PathBuf], jobs: &[Job<'_>]) -> Vec<PathBuf> {
-    let made = |path: &PathBuf| {
-        let job = jobs.iter().find(|job| job.planned.path == *path);
-        match job.and_then(|job| job.files.as_ref()) {
-            Some(Files::Bundle(bundle)) => bundle.files().map(|file| path.with_file_name(file)).collect(),
-            Some(Files::Glb(export)) if export.0.apart.is_some() => {
-                export.0.files().map(|file| path.with_file_name(file)).collect()
-            }
-            _ => vec![path.clone()],
-        }
-    };
-    planned.iter().flat_map(made).collect()
 }

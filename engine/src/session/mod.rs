@@ -3,12 +3,14 @@ mod bands;
 mod clipped;
 mod export;
 mod files;
+mod job;
 mod look;
 mod part;
 mod pictures;
 mod plan;
 mod points;
 mod render;
+mod sink;
 mod storage;
 mod verify;
 

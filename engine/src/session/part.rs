@@ -1,15 +1,19 @@
 //! One picture by many machines: what all of them need is made once, and each computes some rows.
 use super::bands::near;
-use super::export::Sink;
+use super::job::Job;
 use super::plan::{Part, Planned, Planner, wanted};
-use super::render::{Job, Render};
+use super::render::{Render, make_dir};
+use super::sink::Sink;
 use super::{Failure, RenderRequest, Session, located};
-use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, Run, Spill, Stored};
+use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, OverlapStore, Seal, Stored};
 use crate::graph::Graph;
-use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_whole, remove_stale_temporaries};
-use crate::value::{Key, TILE, Window};
+use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_overlap, is_whole};
+use crate::value::{TILE, Window};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+
+/// The bytes that are left for other parts at most, if no store says how much room there is.
+const ROOM: u64 = 4 << 30;
 
 /// What rendering a part did.
 #[derive(Clone, Debug)]
@@ -31,25 +35,6 @@ pub struct Prepared {
     pub nodes: Vec<NodeStats>,
 }
 
-/// The rows of one picture of a part.
-pub(super) struct PartSink {
-    writer: Arc<Mutex<PartWriter>>,
-    number: usize,
-}
-
-impl PartSink {
-    pub(super) fn write_rows(&self, planes: &[&[f32]], rows: u32) -> Result<(), crate::picture::WriteError> {
-        self.writer.lock().unwrap_or_else(PoisonError::into_inner).write_rows(self.number, planes, rows)
-    }
-
-    /// Writes a block of the picture, in any order.
-    pub(super) fn write_block(&self, planes: &[&[f32]], block: Window) -> Result<(), Failure> {
-        let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
-        let place = [block.x.cast_unsigned(), block.y.cast_unsigned(), block.width, block.height];
-        writer.write_block(self.number, planes, place).map_err(|error| Failure::File(error.to_string()))
-    }
-}
-
 impl Session {
     /// Renders one of several parts of the outputs of `graph` into a file in `request.dir`, named after `stem`: to be joined
     /// with the others by [`join`](crate::picture::join). A part that is there already is left as it is.
@@ -66,10 +51,7 @@ impl Session {
     ) -> Result<PartReport, Failure> {
         let wanted = wanted(graph, &request.outputs)?;
         let area = rows(graph, part)?;
-        let dir = if request.dir.as_os_str().is_empty() { Path::new(".") } else { &request.dir };
-        std::fs::create_dir_all(dir)
-            .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
-        let _ = remove_stale_temporaries(dir);
+        make_dir(&request.dir)?;
         self.run(graph, cancel, observer, |run| {
             let window = Window::full(graph.canvas.resolution);
             let planner = Planner { graph, keys: run.keys(), request, window };
@@ -88,22 +70,24 @@ impl Session {
             }
             let file = request.dir.join(part.file_name(stem));
             let mut header = render.header(part, stem, &pictures);
+            let report = |known: bool| {
+                let nodes = run.stats_for(wanted.iter().map(|(output, _)| *output));
+                Ok(PartReport { file: file.clone(), known, nodes })
+            };
             if is_whole(&file, &header) {
-                return Ok(PartReport {
-                    file,
-                    known: true,
-                    nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)),
-                });
+                return report(true);
             }
-            let beside = Beside::new(graph, part, (dir, stem), self.registry.code(), run)?;
-            let render = Render { neighbors: beside.neighbors(), ..render };
+            let seal = Seal::new(self.registry.code());
+            let room = self.caches.store.as_ref().map_or(ROOM, |store| store.room());
+            let (beside, neighbors) = Beside::new(graph, part, (&request.dir, stem), seal, room)?;
+            let render = Render { neighbors, ..render };
             let jobs = render.made(pictures)?;
             for (picture, job) in header.pictures.iter_mut().zip(&jobs) {
                 picture.spec = job.lines.is_none().then(|| render.spec(job));
             }
             render.write_part(&file, &header, &jobs)?;
             beside.done();
-            Ok(PartReport { file, known: false, nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)) })
+            report(false)
         })
     }
 
@@ -156,54 +140,55 @@ fn beside(part: PartOf) -> impl Iterator<Item = PartOf> {
     others.filter(move |other| near(part.number as usize, other.number as usize, part.count as usize))
 }
 
-/// What a part is left by those beside it, and leaves for them: a file in the folder of parts for each two of them.
-struct Beside(Vec<Other>);
-
-struct Other {
-    neighbor: Neighbor,
-    /// The file of this part and that one.
-    spill: PathBuf,
-    /// The file of the other part.
-    part: PathBuf,
+/// The files in the folder of parts that a part shares with those near it: its own overlap, and theirs.
+struct Beside<'p> {
+    part: PartOf,
+    dir: &'p Path,
+    stem: &'p str,
+    own: Option<Arc<OverlapStore>>,
 }
 
-impl Beside {
-    /// Whether another part is there is only looked at now: what is computed of one that is made meanwhile is computed twice.
+impl<'p> Beside<'p> {
+    /// The neighbours of a part. Whether one is there is only looked at now: what is computed of one that is made meanwhile is computed
+    /// twice.
     fn new(
         graph: &Graph,
         part: PartOf,
-        (dir, stem): (&Path, &str),
-        build: Key,
-        run: &Run<'_>,
-    ) -> Result<Self, Failure> {
-        let mut all = Vec::new();
+        (dir, stem): (&'p Path, &'p str),
+        seal: Seal,
+        room: u64,
+    ) -> Result<(Self, Vec<Neighbor>), Failure> {
+        let own = OverlapStore::create(&dir.join(part.overlap_name(stem)), seal, room).ok().map(Arc::new);
+        let this = Self { part, dir, stem, own };
+        let mut neighbors = Vec::new();
         for other in beside(part) {
-            let (spill, file) = (dir.join(part.spill_name(other.number, stem)), dir.join(other.file_name(stem)));
-            let waits = !file.exists();
-            let opened = match waits {
-                true => Spill::create_for(&spill, build, run.room_for_others()).ok(),
-                false => Spill::open(&spill, build),
-            };
-            let Some(shared) = opened else { continue };
-            let neighbor = Neighbor { window: rows(graph, other)?, spill: Arc::new(shared), waits };
-            all.push(Other { neighbor, spill, part: file });
+            let (window, waits) = (rows(graph, other)?, !this.is_there(other));
+            let made = || OverlapStore::open(&this.overlap(other), seal).map(Arc::new);
+            let store = if waits { this.own.clone() } else { made() };
+            neighbors.extend(store.map(|store| Neighbor { window, store, waits }));
         }
-        Ok(Self(all))
+        Ok((this, neighbors))
     }
 
-    fn neighbors(&self) -> Vec<Neighbor> {
-        self.0.iter().map(|other| other.neighbor.clone()).collect()
+    fn is_there(&self, part: PartOf) -> bool {
+        self.dir.join(part.file_name(self.stem)).exists()
     }
 
-    /// To be called when the part is there: what was left for it has been used, and what it leaves can be. Failing that, the others
-    /// compute it.
+    fn overlap(&self, part: PartOf) -> PathBuf {
+        self.dir.join(part.overlap_name(self.stem))
+    }
+
+    /// To be called when the part is there: publishes what it leaves for others, and removes what nobody needs any more. Failing that,
+    /// the others compute it.
     fn done(&self) {
-        for other in &self.0 {
-            if !other.neighbor.waits {
-                let _ = std::fs::remove_file(&other.spill);
-            } else if !other.part.exists() {
-                let _ = other.neighbor.spill.publish();
-            }
+        let is_used = |part: PartOf| beside(part).all(|other| self.is_there(other));
+        if let Some(own) = self.own.as_ref().filter(|_| !is_used(self.part)) {
+            let _ = own.publish();
+        }
+        // Its own too: others may have become complete meanwhile.
+        let used = beside(self.part).chain([self.part]).filter(|part| is_used(*part));
+        for file in used.map(|part| self.overlap(part)).filter(|file| is_overlap(file)) {
+            let _ = std::fs::remove_file(file);
         }
     }
 }
@@ -240,7 +225,7 @@ impl<'r> Render<'r, '_> {
             jobs.iter().enumerate().filter(|(_, job)| job.lines.is_none()).unzip();
         self.ready(&rows, &grid)?;
         let writer = Arc::new(Mutex::new(PartWriter::create(file, header).map_err(failed)?));
-        let sink = |number| Sink::Part(PartSink { writer: writer.clone(), number });
+        let sink = |number| Sink::Part(writer.clone(), number);
         let mut sinks: Vec<Sink> = numbers.into_iter().map(sink).collect();
         if !rows.is_empty() {
             self.bands(&rows, &mut sinks, &grid)?;

@@ -1,7 +1,7 @@
 //! Fields at points of the canvas.
 use super::{Failure, Session, located};
 use crate::diagnostics::Diagnostic;
-use crate::eval::{Caches, CancelToken, Event, MemoryCache, Observer, Run};
+use crate::eval::{Caches, CancelToken, Event, Fields, MemoryCache, Observer, Run};
 use crate::graph::Graph;
 use crate::value::{Field, Grid, TILE, Tile, Window};
 use glam::{DVec2, UVec2};
@@ -95,7 +95,7 @@ impl Session {
         let value = |point: &DVec2| {
             let grid = grid.centered_at(*point);
             run.prepare(field, &grid)?;
-            run.limit(&[field], &grid, Window::full(UVec2::ONE), Vec::new());
+            run.limit_to(&Fields::new(&[field], &grid), Window::full(UVec2::ONE), Vec::new());
             Ok(channels(&run.raster(field, &grid, Window::full(UVec2::ONE))?))
         };
         let values: Result<Vec<Vec<f32>>, _> = points.iter().map(value).collect();

@@ -1,14 +1,15 @@
 //! Rendering: from the outputs of a graph to picture files.
-use super::export::{Files, Sink, files};
+use super::job::{Job, files};
 use super::plan::{Part, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
-use super::storage::{self, channel_names, encoding, mips, stored};
+use super::sink::Sink;
+use super::storage::{self, encoding};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{CancelToken, Event, Neighbor, NodeStats, Observer, Run, Shelf};
+use crate::eval::{CancelToken, Event, Fields, Neighbor, NodeStats, Observer, Run, Shelf};
 use crate::export::SimpleShape;
 use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
-    AtomicFile, Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, WriteError, Writer, Written,
+    AtomicFile, Compression, Depth, Drawing, Encoding, Format, PictureSpec, WriteError, Writer, Written,
     remove_stale_temporaries, svg,
 };
 use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Value, Window};
@@ -16,7 +17,6 @@ use glam::DVec2;
 use petgraph::graph::NodeIndex;
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Duration;
 
 /// What to render, and how.
@@ -51,21 +51,6 @@ pub struct Report {
     pub files: Vec<PathBuf>,
     /// What was done for each node.
     pub nodes: Vec<NodeStats>,
-}
-
-/// A picture that must be computed.
-pub(super) struct Job<'g> {
-    pub(super) planned: Planned<'g>,
-    /// Names of the file's channels, and the fields that they come from.
-    pub(super) fields: Vec<(String, Field)>,
-    /// What is written as lines instead.
-    pub(super) lines: Option<Arc<Segments>>,
-    /// How many of the fields, the last ones, are no channels of the file but needed for its mip levels.
-    pub(super) beyond: usize,
-    /// What makes the mip levels; empty without.
-    pub(super) mips: Vec<MipFilter>,
-    /// What is made for another program, whose textures are the fields.
-    pub(super) files: Option<Files>,
 }
 
 impl Session {
@@ -107,7 +92,8 @@ pub(super) fn window(graph: &Graph, request: &RenderRequest) -> Result<Window, F
     Err(Failure::Usage(message))
 }
 
-fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
+/// Makes the folder of a request, if need be.
+pub(super) fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
     let dir = if dir.as_os_str().is_empty() { std::path::Path::new(".") } else { dir };
     std::fs::create_dir_all(dir)
         .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
@@ -275,7 +261,7 @@ impl<'r> Render<'r, '_> {
             self.run.prepare(field, grid).map_err(|stop| located(self.run, self.planner.graph, stop))?;
         }
         if self.area != Window::full(self.planner.graph.canvas.resolution) {
-            self.run.limit(&fields, grid, self.area, self.neighbors.clone());
+            self.run.limit_to(&Fields::new(&fields, grid), self.area, self.neighbors.clone());
         }
         Ok(())
     }
@@ -373,37 +359,5 @@ impl<'r> Render<'r, '_> {
         if small {
             store.put_file(job.planned.key, &job.planned.path, self.run.spent());
         }
-    }
-}
-
-pub(super) fn job<'g>(mut planned: Planned<'g>, value: &Value) -> Job<'g> {
-    let fields = match (value, &planned.part) {
-        (Value::Material(material), Part::Channel(channel)) => {
-            vec![(String::new(), material.or_default(*channel))]
-        }
-        (Value::Material(material), _) => {
-            material.channels().iter().map(|(channel, field)| (channel.name().to_owned(), field.clone())).collect()
-        }
-        _ => {
-            let (field, told) = value.rendered().unzip();
-            planned.metadata.extend(told.into_iter().flatten());
-            field.map(|field| (String::new(), field)).into_iter().collect()
-        }
-    };
-    let storage = planned.output.storage;
-    let (part, fields) =
-        (planned.part.clone(), fields.into_iter().map(|(name, field)| (name, stored(&storage, field))));
-    let fields = fields.collect();
-    let mut job = Job { planned, fields, lines: value.lines(), beyond: 0, mips: Vec::new(), files: None };
-    let channel = if let Part::Channel(channel) = part { Some(channel) } else { None };
-    job.mips = mips(&mut job, channel, if let Value::Material(material) = value { Some(material) } else { None });
-    job
-}
-
-impl Job<'_> {
-    /// The names of the file's channels.
-    fn channels(&self) -> Vec<String> {
-        let own = &self.fields[..self.fields.len() - self.beyond];
-        own.iter().flat_map(|(name, field)| channel_names(name, field.ty())).collect()
     }
 }

@@ -1,10 +1,10 @@
 //! The fields of a picture as its file stores them: colour spaces, the direction of normals, and what mip levels need.
-use super::plan::Planned;
-use super::render::Job;
+use super::job::Job;
+use super::plan::{Part, Planned};
 use crate::export::y_down;
 use crate::graph::{FileColors, Storage};
 use crate::picture::{Depth, Encoding, MipFilter, REC709_TO_AP1, Transfer};
-use crate::value::{Channel, Field, Halo, Material, Tile, Type};
+use crate::value::{Channel, Field, Halo, Material, Tile, Type, Value};
 
 /// The chromaticities of AP1: red, green, blue and white.
 const AP1: [f32; 8] = [0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.321_68, 0.337_67];
@@ -75,7 +75,7 @@ fn normal_of(channel: Option<Channel>) -> Option<Channel> {
 }
 
 /// The names of a field's channels in a file; those of a material are `channel.R`.
-pub(super) fn channel_names(prefix: &str, ty: Type) -> Vec<String> {
+fn channel_names(prefix: &str, ty: Type) -> Vec<String> {
     let parts: &[&str] = match ty {
         Type::Rgb => &["R", "G", "B"],
         Type::Normal if prefix.is_empty() => &["R", "G", "B"],
@@ -102,4 +102,37 @@ pub(super) fn encoding(planned: &Planned<'_>, job: &Job<'_>) -> Encoding {
     let light = matches!(planned.output.storage.color_space, Some(FileColors::LinearRec709 | FileColors::AcesCg));
     let transfer = if ty == Type::Rgb && !light { Transfer::Srgb } else { Transfer::Raw };
     Encoding { transfer, range: Some(range), ..Encoding::default() }
+}
+
+/// The job of a picture of `value`.
+pub(super) fn job<'g>(mut planned: Planned<'g>, value: &Value) -> Job<'g> {
+    let fields = match (value, &planned.part) {
+        (Value::Material(material), Part::Channel(channel)) => {
+            vec![(String::new(), material.or_default(*channel))]
+        }
+        (Value::Material(material), _) => {
+            material.channels().iter().map(|(channel, field)| (channel.name().to_owned(), field.clone())).collect()
+        }
+        _ => {
+            let (field, told) = value.rendered().unzip();
+            planned.metadata.extend(told.into_iter().flatten());
+            field.map(|field| (String::new(), field)).into_iter().collect()
+        }
+    };
+    let storage = planned.output.storage;
+    let (part, fields) =
+        (planned.part.clone(), fields.into_iter().map(|(name, field)| (name, stored(&storage, field))));
+    let fields = fields.collect();
+    let mut job = Job { planned, fields, lines: value.lines(), beyond: 0, mips: Vec::new(), files: None };
+    let channel = if let Part::Channel(channel) = part { Some(channel) } else { None };
+    job.mips = mips(&mut job, channel, if let Value::Material(material) = value { Some(material) } else { None });
+    job
+}
+
+impl Job<'_> {
+    /// The names of the file's channels.
+    pub(super) fn channels(&self) -> Vec<String> {
+        let own = &self.fields[..self.fields.len() - self.beyond];
+        own.iter().flat_map(|(name, field)| channel_names(name, field.ty())).collect()
+    }
 }

@@ -1,12 +1,12 @@
 //! Joins parts into pictures, a few rows at a time.
 use super::read::{PartFile, Unusable};
-use super::{CHUNK, Chunk, EXTENSION, PartHeader, PartOf, SPILL_END, SPILL_MAGIC, names};
+use super::{CHUNK, Chunk, EXTENSION, OVERLAP_MAGIC, PartHeader, PartOf, names};
 use crate::picture::spec::{Format, WriteError};
 use crate::picture::{AtomicFile, PictureSpec, Writer, Written};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write as _};
+use std::io::{Read, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::SystemTime;
@@ -117,24 +117,19 @@ pub fn join(
     Ok(Joined { files, parts: joined.chain(left(from, &header.graph)).collect() })
 }
 
-/// The files that parts have left for each other: by their names, and by how they end.
+/// The files that parts have left for each other: by their names, and by how they begin.
 fn left(from: &Path, stem: &str) -> Vec<JoinedPart> {
-    let own = |name: &std::ffi::OsStr| name.to_str().is_some_and(|name| PartOf::is_spill_name(name, stem));
+    let own = |name: &std::ffi::OsStr| name.to_str().is_some_and(|name| PartOf::is_overlap_name(name, stem));
     let entries = from.read_dir().into_iter().flatten().flatten();
     let paths = entries.filter(|entry| own(&entry.file_name())).map(|entry| entry.path());
     let found = paths.map(|path| JoinedPart { state: state(&path), path });
-    found.filter(|left| left.state.is_some() && is_spill(&left.path)).collect()
+    found.filter(|left| left.state.is_some() && is_overlap(&left.path)).collect()
 }
 
-/// Returns true if a file ends like those that parts leave for each other.
-fn is_spill(path: &Path) -> bool {
-    let end = || -> std::io::Result<u64> {
-        let (mut file, mut word) = (File::open(path)?, [0; 8]);
-        file.seek(SeekFrom::End(-(SPILL_END as i64)))?;
-        file.read_exact(&mut word)?;
-        Ok(u64::from_ne_bytes(word))
-    };
-    end().is_ok_and(|word| word == SPILL_MAGIC)
+/// Returns true if a file begins like those that parts leave for each other.
+pub(crate) fn is_overlap(path: &Path) -> bool {
+    let mut magic = OVERLAP_MAGIC.map(|_| 0);
+    File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == OVERLAP_MAGIC
 }
 
 /// A file that has no name yet.

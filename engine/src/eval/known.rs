@@ -1,0 +1,67 @@
+//! What a run knows of the fields that it reads.
+use super::demand::{At, at, reads};
+use crate::value::{Cost, Field, Grid, Tile};
+use std::collections::{HashMap, HashSet};
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+
+/// The fields that are prepared, and how many read each.
+#[derive(Default)]
+pub(super) struct Known(RwLock<State>);
+
+#[derive(Default)]
+struct State {
+    /// What was prepared of whole pictures; the fields are kept alive with it, so that their identities stay theirs.
+    prepared: HashMap<At, (Field, Option<Arc<Tile>>)>,
+    /// How many reads of other fields, and as a picture of its own, there are of each field.
+    readers: HashMap<At, u32>,
+    pictures: HashSet<At>,
+}
+
+impl State {
+    fn count(&mut self, field: &Field, grid: &Grid) {
+        *self.readers.entry(at(field, grid)).or_default() += 1;
+    }
+}
+
+impl Known {
+    fn state(&self) -> RwLockReadGuard<'_, State> {
+        self.0.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn state_mut(&self) -> RwLockWriteGuard<'_, State> {
+        self.0.write().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Counts a picture as a reader of its field, once.
+    pub(super) fn add_picture(&self, field: &Field, grid: &Grid) {
+        let mut state = self.state_mut();
+        if state.pictures.insert(at(field, grid)) {
+            state.count(field, grid);
+        }
+    }
+
+    /// Keeps what a field prepared, and counts it as a reader of other fields.
+    pub(super) fn add_prepared(&self, field: &Field, grid: &Grid, whole: Option<Arc<Tile>>) {
+        let mut state = self.state_mut();
+        if !state.prepared.contains_key(&at(field, grid)) {
+            reads(field, grid).for_each(|read| state.count(read.field, &read.grid));
+            state.prepared.insert(at(field, grid), (field.clone(), whole));
+        }
+    }
+
+    pub(super) fn is_prepared(&self, field: &Field, grid: &Grid) -> bool {
+        self.state().prepared.contains_key(&at(field, grid))
+    }
+
+    /// What a field prepared of whole pictures on a grid.
+    pub(super) fn prepared(&self, field: &Field, grid: &Grid) -> Option<Arc<Tile>> {
+        self.state().prepared.get(&at(field, grid)).and_then(|(_, tile)| tile.clone())
+    }
+
+    /// Whether tiles of a prepared field are kept for other fields that read them.
+    pub(super) fn keeps(&self, field: &Field, grid: &Grid) -> bool {
+        let shared = || self.state().readers.get(&at(field, grid)).is_some_and(|readers| *readers > 1);
+        let local = field.source().cost() == Cost::Local;
+        field.as_constant().is_none() && field.key().is_some() && (local || shared())
+    }
+}

@@ -1,0 +1,203 @@
+//! What the blocks of pictures are written to.
+use super::Failure;
+use crate::export::{BundleWriter, GlbWriter};
+use crate::picture::{AtomicFile, PartWriter, WriteError, Writer, Written};
+use crate::value::{Grid, Tile, Window};
+use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A file, or several, made of the samples of a job.
+pub(super) enum Sink {
+    Picture(Box<Writer>),
+    Glb(Box<GlbWriter>),
+    Bundle(Box<BundleWriter>),
+    /// The picture of this number in a part.
+    Part(Arc<Mutex<PartWriter>>, usize),
+}
+
+fn failed(error: &WriteError) -> Failure {
+    Failure::File(error.to_string())
+}
+
+impl Sink {
+    /// Writes the next whole rows; of a part, a block at its place.
+    fn write(&mut self, planes: &[&[f32]], block: Window) -> Result<(), Failure> {
+        let done = match self {
+            Self::Picture(writer) => writer.write_rows(planes, block.height),
+            Self::Glb(writer) => writer.write_rows(planes, block.height),
+            Self::Bundle(writer) => writer.write_rows(planes, block.height),
+            Self::Part(writer, number) => {
+                let place = [block.x.cast_unsigned(), block.y.cast_unsigned(), block.width, block.height];
+                writer.lock().unwrap_or_else(PoisonError::into_inner).write_block(*number, planes, place)
+            }
+        };
+        done.map_err(|error| failed(&error))
+    }
+
+    /// What became of the pictures, once the file has its name.
+    pub(super) fn finish(self) -> Result<Vec<Written>, Failure> {
+        let done = match self {
+            Self::Picture(writer) => writer.finish().map(|written| vec![written]),
+            Self::Glb(writer) => writer.finish(),
+            Self::Bundle(writer) => writer.finish(),
+            Self::Part(..) => Ok(Vec::new()),
+        };
+        done.map_err(|error| failed(&error))
+    }
+}
+
+/// Where blocks wait until whole rows can be written: in memory, or in a temporary file that is removed when it is dropped.
+trait Medium: Read + Write + Seek {}
+
+impl<M: Read + Write + Seek> Medium for M {}
+
+/// Takes the blocks of a picture, strip after strip, and writes whole rows.
+pub(super) struct Assembler<'w> {
+    sink: &'w mut Sink,
+    picture: &'w Path,
+    grid: Grid,
+    window: Window,
+    channels: usize,
+    in_memory: bool,
+    waiting: Option<Box<dyn Medium>>,
+    /// The blocks that wait, in the order in which they came.
+    blocks: Vec<Window>,
+}
+
+impl<'w> Assembler<'w> {
+    /// For the pixels `window` of a picture with so many samples each. Of a small one blocks wait `in_memory`.
+    pub(super) const fn new(
+        sink: &'w mut Sink,
+        picture: &'w Path,
+        (grid, window): (Grid, Window),
+        channels: usize,
+        in_memory: bool,
+    ) -> Self {
+        Self { sink, picture, grid, window, channels, in_memory, waiting: None, blocks: Vec::new() }
+    }
+
+    /// Writes a block, or keeps it until those beside it are there.
+    pub(super) fn write_block(&mut self, tiles: &[Tile], block: Window) -> Result<(), Failure> {
+        if block.width == self.window.width || matches!(self.sink, Sink::Part(..)) {
+            return self.sink.write(&planes(tiles), block);
+        }
+        self.blocks.push(block);
+        self.keep(tiles).map_err(|error| lost(self.picture, &error))
+    }
+
+    fn keep(&mut self, tiles: &[Tile]) -> io::Result<()> {
+        let medium: &mut Box<dyn Medium> = match &mut self.waiting {
+            Some(medium) => medium,
+            None if self.in_memory => self.waiting.insert(Box::new(Cursor::new(Vec::new()))),
+            None => self.waiting.insert(Box::new(AtomicFile::create(self.picture)?)),
+        };
+        tiles.iter().try_for_each(|tile| medium.write_all(bytemuck::cast_slice(tile.data())))
+    }
+
+    /// Writes the rows of all blocks that wait.
+    pub(super) fn finish(mut self) -> Result<(), Failure> {
+        let Some(mut medium) = self.waiting.take() else { return Ok(()) };
+        let first = self.blocks.iter().filter(|block| block.x == self.window.x);
+        for band in first.map(|block| Window { width: self.window.width, ..*block }) {
+            let mut rows = Tile::new(self.grid, band, self.channels);
+            let mut at = 0;
+            for block in &self.blocks {
+                if block.y == band.y {
+                    let mut part = Tile::new(self.grid, *block, self.channels);
+                    let bytes = bytemuck::cast_slice_mut::<f32, u8>(part.data_mut());
+                    let read = medium.seek(SeekFrom::Start(at)).and_then(|_| medium.read_exact(bytes));
+                    read.map_err(|error| lost(self.picture, &error))?;
+                    rows.copy_from(&part, 0, 0);
+                }
+                at += (block.len() * self.channels * size_of::<f32>()) as u64;
+            }
+            self.sink.write(&planes(&[rows]), band)?;
+        }
+        Ok(())
+    }
+}
+
+/// The samples of all channels.
+fn planes(tiles: &[Tile]) -> Vec<&[f32]> {
+    tiles.iter().flat_map(|tile| (0..tile.channels()).map(|channel| tile.plane(channel))).collect()
+}
+
+fn lost(picture: &Path, error: &io::Error) -> Failure {
+    Failure::File(format!("cannot keep the strips of `{}` in a temporary file beside it: {error}", picture.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::{Compression, Depth, Encoding, Format, PictureSpec};
+    use std::path::PathBuf;
+
+    const GRID: Grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None, shown: None };
+    const WHOLE: Window = Window { x: 0, y: 0, width: 3, height: 2 };
+
+    fn sink(path: &Path) -> Sink {
+        let spec = PictureSpec {
+            width: WHOLE.width,
+            height: WHOLE.height,
+            channels: vec!["Y".into()],
+            format: Format::Exr,
+            depth: Depth::F32,
+            encoding: Encoding::default(),
+            compression: Compression::Fast,
+            mips: Vec::new(),
+            chromaticities: None,
+            pixel_mm: None,
+            metadata: Vec::new(),
+        };
+        Sink::Picture(Box::new(Writer::create(path, &spec).unwrap()))
+    }
+
+    /// Each pixel has the number of its place.
+    fn tile(window: Window) -> Tile {
+        let mut tile = Tile::new(GRID, window, 1);
+        let places =
+            (window.y..window.bottom()).flat_map(|y| (window.x..window.right()).map(move |x| (x + 10 * y) as f32));
+        tile.data_mut().iter_mut().zip(places).for_each(|(value, place)| *value = place);
+        tile
+    }
+
+    fn columns(x: i32, width: u32) -> [Window; 2] {
+        [0, 1].map(|y| Window { x, y, width, height: 1 })
+    }
+
+    fn write(path: &Path, blocks: &[Window], in_memory: bool) -> Result<(), Failure> {
+        let mut sink = sink(path);
+        let mut assembler = Assembler::new(&mut sink, path, (GRID, WHOLE), 1, in_memory);
+        blocks.iter().try_for_each(|block| assembler.write_block(&[tile(*block)], *block))?;
+        assembler.finish()?;
+        sink.finish().map(drop)
+    }
+
+    #[test]
+    fn writes_the_same_rows_from_blocks() {
+        let dir = tempfile::tempdir().unwrap();
+        let paths: Vec<PathBuf> = ["rows", "memory", "file"].iter().map(|name| dir.path().join(name)).collect();
+        write(&paths[0], &[Window { height: 1, ..WHOLE }, Window { y: 1, height: 1, ..WHOLE }], true).unwrap();
+        let strips = [columns(0, 2), columns(2, 1)].concat();
+        write(&paths[1], &strips, true).unwrap();
+        write(&paths[2], &strips, false).unwrap();
+        let [rows, memory, file] = [0, 1, 2].map(|n| std::fs::read(&paths[n]).unwrap());
+        assert!(rows == memory && rows == file);
+        assert_eq!(dir.path().read_dir().unwrap().count(), 3);
+    }
+
+    #[test]
+    fn names_a_folder_that_cannot_be_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut sink = sink(&dir.path().join("a.exr"));
+        std::fs::write(dir.path().join("file"), "").unwrap();
+        for picture in ["gone/a.png", "file/a.png"] {
+            let path = dir.path().join(picture);
+            let mut assembler = Assembler::new(&mut sink, &path, (GRID, WHOLE), 1, false);
+            let block = columns(0, 2)[0];
+            let Err(Failure::File(refused)) = assembler.write_block(&[tile(block)], block) else { panic!("it worked") };
+            assert!(refused.contains(picture) && refused.contains("temporary file"), "{refused}");
+        }
+    }
+}

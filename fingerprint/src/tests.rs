@@ -1,8 +1,5 @@
-//! The fingerprint of the code: the same wherever the same sources lie, another for any other source or library.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
-
-#[allow(dead_code, reason = "only the build runs its `main`")]
-use crate::script::fingerprint;
+use crate::fingerprint;
 use std::fs;
 use std::path::Path;
 
@@ -56,7 +53,7 @@ fn sources(dir: &Path, files: &[(&str, &str)]) -> u128 {
 }
 
 #[test]
-fn the_same_sources_have_the_same_fingerprint_anywhere() {
+fn ignores_times_order_and_line_ends() {
     let dirs = [(); 3].map(|()| tempfile::tempdir().unwrap());
     let first = sources(dirs[0].path(), &[("lib.rs", "a\nb\n"), ("kernel/mod.rs", "c"), ("kernel.rs", "d")]);
     let second = sources(dirs[1].path(), &[("kernel.rs", "d"), ("kernel/mod.rs", "c"), ("lib.rs", "a\nb\n")]);
@@ -70,7 +67,7 @@ fn the_same_sources_have_the_same_fingerprint_anywhere() {
 }
 
 #[test]
-fn other_sources_have_another() {
+fn tells_different_sources_apart() {
     let files = [
         &[("lib.rs", "a"), ("x.rs", "b")][..],
         &[("lib.rs", "a"), ("x.rs", "c")],
@@ -85,7 +82,7 @@ fn other_sources_have_another() {
 }
 
 #[test]
-fn what_stands_under_a_crate_counts_and_nothing_else() {
+fn counts_only_libraries_under_the_crate() {
     let dir = tempfile::tempdir().unwrap();
     let of = |lock: &str| fingerprint(dir.path(), lock, "numbers").unwrap();
     for (from, to) in [("1.2.3", "1.2.4"), ("\"aa\"", "\"ab\""), ("\"cc\"", "\"ab\""), ("0.3.0", "0.4.0")] {
@@ -95,4 +92,40 @@ fn what_stands_under_a_crate_counts_and_nothing_else() {
         assert_eq!(of(&LOCK.replace(from, to)), of(LOCK), "{from}");
     }
     assert_ne!(of(""), of(LOCK));
+}
+
+fn of(files: &[(&str, &str)]) -> u128 {
+    sources(tempfile::tempdir().unwrap().path(), files)
+}
+
+#[test]
+fn ignores_comments_layout_and_tests() {
+    let plain = of(&[("lib.rs", "pub fn f(x: f32) -> f32 { x * 2.0 }\nmod deep;"), ("deep.rs", "const A: u8 = 1;")]);
+    let told = "//! Module.\n/// Twice.\npub fn f(x: f32) -> f32 {\n    // A reason.\n    x * /* why */ 2.0\n}\nmod deep;\n
+        #[cfg(test)]\n#[path = \"lib_tests.rs\"]\nmod tests;\n#[cfg(test)]\nfn helper() {}\n#[cfg(test)]\nuse std::{fs, io};";
+    let deep = "const A: u8 = 1;\n#[cfg(test)]\nmod stand_in;\n#[cfg(test)]\nmod tests { fn t() {} }";
+    let files = [("lib.rs", told), ("deep.rs", deep), ("lib_tests.rs", "fn t() {}"), ("deep/stand_in.rs", "fn s() {}")];
+    assert_eq!(of(&files), plain);
+}
+
+#[test]
+fn counts_every_other_token() {
+    let texts = [
+        "fn f() { a == b }",
+        "fn f() { a = = b }",
+        "fn f() { \"a // b\" }",
+        "fn f() { \"a\" }",
+        "fn f() { 'a' }",
+        "#[inline] fn f() { a == b }",
+        "struct S { #[cfg(test)] a: u8, b: u8 }",
+        "struct S { #[cfg(test)] a: u8, b: u16 }",
+        "#[cfg(not(test))] fn f() {}",
+        "#[cfg(not(test))] fn f() { g() }",
+        "#[cfg(test)] fn t() {} fn f() {}",
+        "#[cfg(test)] const T: S = S { a: 1 }; fn g() {}",
+        "not Rust: \"",
+        "not Rust: '\"",
+    ];
+    let all: std::collections::BTreeSet<u128> = texts.iter().map(|text| of(&[("lib.rs", text)])).collect();
+    assert_eq!(all.len(), texts.len());
 }

@@ -2,7 +2,7 @@
 //! begin with [`registry`].
 use sha2::{Digest, Sha256};
 use shibo_engine::picture::AtomicFile;
-use shibo_engine::registry::{Library, Registry};
+use shibo_engine::registry::{Family, Library, Registry};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,10 +22,16 @@ pub static EXAMPLE_FILES: [(&str, &[u8]); 3] = [
 const PARTS: &str = "lib/";
 const EXTENSION: &str = ".ron";
 
-/// All nodes, and the graphs that come along. Pictures and meshes that these read are unpacked into `folder`, made if need
-/// be, which several programs may share.
+/// All nodes, and the graphs that come along. Pictures and meshes that these graphs read are unpacked into `folder`. The folder
+/// is made when the first file is unpacked; several programs may share it.
 pub fn registry(folder: PathBuf) -> Registry {
-    shibo_nodes::registry().with_library(Arc::new(Shipped { folder }))
+    registry_with(folder, [])
+}
+
+/// The same with families of nodes from other crates. Give the result a fingerprint of their code ([`Registry::with_code`]),
+/// so that a cache never returns results of another version.
+pub fn registry_with(folder: PathBuf, more: impl IntoIterator<Item = Family>) -> Registry {
+    shibo_nodes::registry_with(more).with_library(Arc::new(Shipped { folder }))
 }
 
 /// A graph that comes along.

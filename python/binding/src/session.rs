@@ -36,7 +36,7 @@ impl Session {
             cache_dir,
             disk: u64::from(cache_size) << 20,
         };
-        let made = py.detach(|| Engine::new(shibo_library::registry(library), &settings));
+        let made = py.detach(|| Engine::new(crate::registry(library), &settings));
         match made {
             Ok(engine) => Ok(Self { inner: Arc::new(engine), import_paths: import_path }),
             Err(error) => Err(exception(py, error.to_string(), Vec::new())),

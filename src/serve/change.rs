@@ -1,5 +1,6 @@
-//! Changes of the graph file that a page asks for: each is based on a content, and refused if the file has another one by now.
-//! Comments, line endings and everything else that is not meant stays as it is.
+//! Changes of the graph file that a page requests. Each change names the content it is based on and is refused if the
+//! file has another content by now. Everything outside the changed ranges, comments and line endings included, stays as
+//! it is.
 use super::handlers::{App, No, aside};
 use super::scene::{Scene, lock};
 use super::stage::{Stage, Values};
@@ -19,7 +20,7 @@ use std::fs;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A change, what it is based on, and the values that are to be in force after it.
+/// Request: a change, the hash of the content it is based on, and the parameter values to set afterwards.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Wish {
@@ -28,23 +29,23 @@ struct Wish {
     then: Option<Values>,
 }
 
-/// What is to be changed.
+/// Kinds of changes.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 enum Change {
-    /// Values of parameters: in a preset, or their defaults.
+    /// Sets values of parameters, in a preset or as defaults.
     Values { set: Vec<(String, String)>, preset: Option<String> },
-    /// A new preset of these values.
+    /// Adds a preset with these values.
     Preset { name: String, set: Vec<(String, String)> },
-    /// A constant of a node becomes a parameter.
+    /// Turns a constant of a node into a parameter.
     Promote { node: String, field: String },
-    /// A constant of a node.
+    /// Sets a constant of a node.
     Field { node: String, field: String, value: String },
-    /// An earlier content.
+    /// Restores an earlier content, named by its hash.
     Restore { to: String },
 }
 
-/// Changes the graph file.
+/// Handles a request to change the graph file.
 pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<Data>, No> {
     let Wish { base, change, then } = serde_json::from_slice(&body).map_err(|error| No::Bad(error.to_string()))?;
     let stage = app.stage.clone();
@@ -55,9 +56,9 @@ pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<D
     Ok(Json(json!({ "sha256": sha })))
 }
 
-/// Makes a change; the hash of the new content.
+/// Makes a change and returns the hash of the new content.
 fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, No> {
-    // One change at a time.
+    // Only one change runs at a time.
     let _writing = lock(&stage.writing);
     let name = stage.path.display();
     let bytes = fs::read(&stage.path).map_err(|error| No::Failed(format!("cannot read `{name}`: {error}")))?;
@@ -90,12 +91,12 @@ fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, No> {
     Ok(sha)
 }
 
-/// Somebody else has saved the file.
+/// Error: another program has saved the file.
 fn changed(stage: &Stage) -> No {
     No::Conflict(format!("`{}` has changed meanwhile; nothing was written", stage.path.display()))
 }
 
-/// The text with a change in it.
+/// Returns the text after the change.
 fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<String, No> {
     let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
     let file = workspace.open(&stage.path, before);
@@ -116,13 +117,13 @@ fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<St
         Change::Restore { .. } => Ok(Vec::new()),
     };
     let edits = edits.map_err(No::Failed)?;
-    // New lines end like those that are there.
+    // Inserted lines use the line ending of the file.
     let ends = |edit: Edit| Edit { text: edit.text.replace('\n', "\r\n"), ..edit };
     let edits: Vec<Edit> = if before.contains("\r\n") { edits.into_iter().map(ends).collect() } else { edits };
     Ok(apply(before, &edits))
 }
 
-/// Where the value of a field of a node is written in the graph file.
+/// Byte range of the value of a node's field in the graph file.
 fn place(stage: &Stage, base: &str, node: &str, field: &str) -> Result<Range<usize>, No> {
     let scene = stage.scene().filter(|scene| scene.sha256 == base);
     let scene = scene.ok_or_else(|| No::Conflict("the file is being read; try again in a moment".to_owned()))?;
@@ -135,12 +136,12 @@ fn place(stage: &Stage, base: &str, node: &str, field: &str) -> Result<Range<usi
     Ok(span.start..span.end)
 }
 
-/// Whether a place is in the graph file itself.
+/// Returns whether `span` lies in the graph file itself.
 pub(super) fn is_own(scene: &Scene, span: Span) -> bool {
     scene.graph.sources.path(span.file) == scene.graph.path
 }
 
-/// Refuses a text that would not load.
+/// Rejects a text that does not load.
 fn check(stage: &Stage, text: &str) -> Result<(), No> {
     let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &Values::default().options());
     match loaded.diagnostics.iter().find(|found| !found.warning) {

@@ -1,4 +1,4 @@
-//! Answers about one target: its picture, a tile of it, its value at a place, its data.
+//! Requests about one target: picture, tile, value of a pixel, data of an object.
 use super::handlers::{AboutQuery, App, No, Of, aside, png};
 use super::levels;
 use super::object;
@@ -15,25 +15,25 @@ use serde_json::{Value as Data, json};
 use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Type, Value, Window, linear_to_srgb};
 
-/// The width and height of a tile of a picture that is not sent whole.
+/// Width and height of the tiles of pictures that are too large to be sent whole.
 const TILE: u32 = 512;
 
 pub(super) type Query2<T> = Result<Query<T>, QueryRejection>;
 
-/// What a query about a target, and a size, says.
+/// Query: a target and a size.
 #[derive(Debug, Deserialize)]
 pub(super) struct Sized {
     g: u64,
     t: String,
-    /// The longest side.
+    /// Longest side in pixels.
     s: u32,
 }
 
-/// The picture of a target: where it is, and what it shows. Objects have none.
+/// Describes the picture of a target: its address and content. Objects have no picture.
 pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result<Response, No> {
     let Query(Sized { g, t, s }) = query?;
     let scene = app.scene(g)?;
-    // A node may be gone from the file while somebody looks at it.
+    // The node may have been deleted from the file while the page still shows it.
     let target = scene.target(&t).ok_or(No::Nothing)?;
     app.stage.set_focus(&t);
     let longest = s.clamp(1, super::WHOLE);
@@ -72,18 +72,18 @@ fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, long
     Ok(about)
 }
 
-/// What a query about a tile says.
+/// Query: a tile.
 #[derive(Debug, Deserialize)]
 pub(super) struct Place {
     g: u64,
     t: String,
-    /// How often the picture is halved.
+    /// Number of times the picture is halved.
     l: u32,
     x: u32,
     y: u32,
 }
 
-/// A tile of 512² pixels of the picture at its full size halved `l` times.
+/// Returns a tile of 512² pixels of the full-size picture, halved `l` times.
 pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result<Response, No> {
     let Query(place) = query?;
     let scene = app.scene(place.g)?;
@@ -99,7 +99,7 @@ pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result
     let bytes = app
         .look(&scene, move |look, stage, scene| {
             let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
-            // Black and white are those of the whole picture.
+            // Tiles use the same black and white values as the whole picture.
             let known = lock(&scene.shown).get(&target.name).map(|shown| shown.range);
             let range = match known {
                 Some(range) => range,
@@ -112,7 +112,7 @@ pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result
     bytes.map(|bytes| png(bytes.into())).ok_or(No::Nothing)
 }
 
-/// What a query about a pixel says.
+/// Query: a pixel.
 #[derive(Debug, Deserialize)]
 pub(super) struct Pixel {
     g: u64,
@@ -121,7 +121,7 @@ pub(super) struct Pixel {
     y: u32,
 }
 
-/// The values of a field at a pixel of its full size.
+/// Returns the values of a field at a pixel of the full-size picture.
 pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Result<Response, No> {
     let Query(Pixel { g, t, x, y }) = query?;
     let scene = app.scene(g)?;
@@ -152,7 +152,7 @@ pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Resul
     answer.map(|answer| Json(answer).into_response()).ok_or(No::Nothing)
 }
 
-/// The data of an object, thinned out for drawing.
+/// Returns the data of an object, thinned out for drawing.
 pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<Response, No> {
     let Query(about) = query?;
     let (scene, target) = app.about(&about)?;
@@ -165,16 +165,16 @@ pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<
     data.map(|data| Json(data).into_response()).ok_or(No::Nothing)
 }
 
-/// What a query about a level of the graph says.
+/// Query: a level of the graph.
 #[derive(Debug, Deserialize)]
 pub(super) struct Level {
     g: u64,
-    /// The sub-graph; the graph itself without.
+    /// Name of the sub-graph; empty for the whole graph.
     #[serde(default)]
     u: String,
 }
 
-/// The boxes and wires of the graph, or of a sub-graph of it.
+/// Returns the boxes and wires of the graph or of one of its sub-graphs.
 pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Result<Response, No> {
     let Query(Level { g, u }) = query?;
     let scene = app.scene(g)?;
@@ -182,7 +182,7 @@ pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Resul
     drawn.map(|drawn| Json(drawn).into_response()).ok_or(No::Nothing)
 }
 
-/// What was done for each node.
+/// Returns the statistics of all nodes.
 pub(super) async fn stats(State(app): State<App>, query: Query2<Of>) -> Result<Response, No> {
     let scene = app.scene(query?.g)?;
     let stats = lock(&scene.stats).clone();

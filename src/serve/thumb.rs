@@ -1,4 +1,5 @@
-//! Thumbnails: what stands for a node is its picture, shrunk. The graph evaluated with so few pixels would look different.
+//! Thumbnails. The preview of a node is its full picture, shrunk, because a graph evaluated with so few pixels would
+//! look different.
 use super::data::Query2;
 use super::handlers::{App, No, png};
 use super::paint::{Painter, small};
@@ -15,23 +16,23 @@ use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Field, Key, Window};
 use std::sync::Arc;
 
-/// The longest side.
+/// Longest side of a thumbnail in pixels.
 const LONGEST: u32 = 96;
-/// The longest side of a variation.
+/// Longest side of a variation in pixels.
 const VARIATION: u32 = 240;
 
-/// What a query about a node says.
+/// Query: an output of a node.
 #[derive(Debug, Deserialize)]
 pub(super) struct Node {
     g: u64,
-    /// The node's number.
+    /// Index of the node.
     n: usize,
-    /// Which of its outputs.
+    /// Index of the output.
     #[serde(default)]
     o: usize,
 }
 
-/// A small picture of an output of a node.
+/// Returns a thumbnail of an output of a node.
 pub(super) async fn thumb(State(app): State<App>, query: Query2<Node>) -> Result<Response, No> {
     let Query(Node { g, n, o }) = query?;
     let scene = app.scene(g)?;
@@ -48,7 +49,8 @@ pub(super) async fn thumb(State(app): State<App>, query: Query2<Node>) -> Result
     stored.map(|stored| png(stored.png.clone())).ok_or(No::Nothing)
 }
 
-/// The sharp picture of a field, shrunk. Outputs have been made as large, so most of what it needs is in memory.
+/// Shrinks the sharp picture of a field. Outputs are computed at this size anyway, so most of the tiles needed are in
+/// memory.
 fn shrunk(
     look: &Look<'_>,
     store: &Store,
@@ -77,20 +79,20 @@ fn shrunk(
     Ok(stored)
 }
 
-/// What a query about a variation says.
+/// Query: a variation.
 #[derive(Debug, Deserialize)]
 pub(super) struct Variation {
     g: u64,
     t: String,
-    /// The values of parameters, as JSON.
+    /// Values of parameters as JSON.
     v: String,
-    /// What is black.
+    /// Value shown as black.
     lo: Option<f32>,
-    /// What is white.
+    /// Value shown as white.
     hi: Option<f32>,
 }
 
-/// A small picture of a target as it would be with other values of the parameters.
+/// Returns a small picture of a target with other values of the parameters.
 pub(super) async fn vary(State(app): State<App>, query: Query2<Variation>) -> Result<Response, No> {
     let Query(Variation { g, t, v, lo, hi }) = query?;
     let values: Values = serde_json::from_str(&v).map_err(|error| No::Bad(error.to_string()))?;
@@ -123,7 +125,7 @@ fn varied(
     })
 }
 
-/// A picture that was made before, shrunk.
+/// Decodes and shrinks an earlier picture.
 fn decoded(bytes: &[u8]) -> Option<(Vec<u8>, [u32; 2])> {
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().ok()?;
     let mut pixels = vec![0; reader.output_buffer_size()?];

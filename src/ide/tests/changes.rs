@@ -1,4 +1,4 @@
-//! Changes: what a rename and the actions make of a text, and that the text means the same afterwards.
+//! Renames and code actions: the resulting text, and that its meaning stays the same.
 use super::super::actions::{Action, actions, apply};
 use super::super::diagnose::hints;
 use super::super::rename::rename;
@@ -14,7 +14,7 @@ fn workspace() -> Workspace {
     Workspace::new(Arc::new(crate::library::registry()), Vec::new())
 }
 
-/// The actions for what is between two `|` of a text, or at one.
+/// Actions for the selection between two `|` of a text, or at one `|`.
 fn offered(text: &str) -> (String, Vec<Action>) {
     let (from, to) = (text.find('|').unwrap(), text.rfind('|').unwrap());
     let plain = text.replace('|', "");
@@ -26,7 +26,7 @@ fn offered(text: &str) -> (String, Vec<Action>) {
     (plain, actions(cx, &selected, &found))
 }
 
-/// The text after the action whose title begins so.
+/// The text after applying the action whose title begins with `title`.
 fn after(text: &str, title: &str) -> String {
     let (plain, actions) = offered(text);
     let titles: Vec<&str> = actions.iter().map(|action| action.title.as_str()).collect();
@@ -54,7 +54,7 @@ fn actions_change_what_they_say() {
     );
 }
 
-/// The keys of the outputs of a graph, which tell its pictures.
+/// Keys of the outputs of a graph, which identify its pictures.
 fn keys(path: &Path, text: &str, others: &[(PathBuf, String)]) -> BTreeMap<String, String> {
     let overlay = others.iter().map(|(path, text)| (path.clone(), text.as_str().into())).collect();
     let options = LoadOptions { overlay, ..LoadOptions::default() };

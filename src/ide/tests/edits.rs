@@ -1,4 +1,5 @@
-//! Any text: random edits of the shipped graphs, with all answers after each. No panic, and no place outside of the text.
+//! Fuzzing: requests all answers after each of many random edits of the shipped graphs. Nothing may panic, and all
+//! ranges must lie in the text.
 use super::super::hover::{Evaluated, Pictures, hover};
 use super::super::{
     Cx, File, Workspace, actions, colors, complete, diagnose, inlay, lens, navigate, rename, signature,
@@ -9,9 +10,9 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-/// How many edits are made.
+/// Number of edits.
 const EDITS: usize = 10_000;
-/// After so many, a graph is made whole again, or another one is taken.
+/// Number of edits after which a graph is restored or another one is taken.
 const ROW: usize = 40;
 
 struct NoPictures;
@@ -30,7 +31,7 @@ impl Pictures for NoPictures {
     }
 }
 
-/// Numbers that are the same in every run.
+/// Pseudo-random numbers, the same in every run.
 struct Random(u64);
 
 impl Random {
@@ -84,7 +85,7 @@ fn inside(file: &File, range: &Range<usize>, what: &str) {
     assert!(file.text.get(range.clone()).is_some(), "{what} at {range:?} of a text of {} bytes", file.text.len());
 }
 
-/// Asks for everything at a place.
+/// Requests all answers at a position.
 fn ask(workspace: &Workspace, file: &Arc<File>, at: usize, all: bool) {
     let cx = Cx { world: workspace, file };
     for offer in complete(cx, at) {

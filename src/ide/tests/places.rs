@@ -1,4 +1,4 @@
-//! Outlines, folds, selections, hints: what is where.
+//! Outlines, folds, selections and hints.
 use super::super::{
     Cx, File, Section, Workspace, World, complete, diagnose, inlay, lens, navigate, signature, structure, tokens,
 };
@@ -54,7 +54,7 @@ fn structure_is_found() {
         assert_eq!(selected[..3], ["a", "\"a\"", "input: \"a\""]);
         assert_eq!(*selected.last().unwrap(), TEXT);
     });
-    // A quote that is missing, behind a letter of several bytes.
+    // A missing quote after a multi-byte letter.
     let open = "(version: 1, nodes: { \"a\": Perlin(note: \"é\n) })";
     with(open, |cx, file| {
         let ranges = structure::selections(cx, open.find('é').unwrap());

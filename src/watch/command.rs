@@ -1,4 +1,4 @@
-//! The command line of `shibo watch`, and how its parts are started.
+//! Command line of `shibo watch`, and start of its threads.
 use super::editor;
 use super::evaluate::{Desk, evaluate};
 use super::follow::{Signal, Watch};
@@ -39,13 +39,13 @@ pub(crate) struct WatchArgs {
     /// Look at the files regularly instead of asking the system for changes; for network folders.
     #[arg(long)]
     pub(super) poll: bool,
-    /// What shows a line in your editor when a node is clicked: `code -g {file}:{line}:{column}`.
+    /// Command that shows a line in your editor when a node is clicked: `code -g {file}:{line}:{column}`.
     #[arg(long, value_name = "COMMAND")]
     editor: Option<String>,
-    /// End when stdin does, as for programs that start this one and may be killed.
+    /// End when stdin is closed, for programs that start this one and may be killed.
     #[arg(long, hide = true)]
     while_stdin: bool,
-    /// Print what happens on stdout, for programs.
+    /// Print events on stdout, for programs.
     #[arg(long, value_name = "FORMAT")]
     log: Option<LogArg>,
     #[command(flatten)]
@@ -54,7 +54,7 @@ pub(crate) struct WatchArgs {
     engine: EngineArgs,
 }
 
-/// How to print what happens.
+/// Format of the events.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum LogArg {
     Json,

@@ -1,4 +1,4 @@
-//! The files that a graph reads, and whether the content of any of them has changed.
+//! Files that a graph reads, and detection of changes of their content.
 use sha2::{Digest, Sha256};
 use shibo_engine::eval::Signature;
 use std::collections::BTreeMap;
@@ -10,14 +10,14 @@ use std::time::SystemTime;
 /// Larger files are not read again merely because their signature may hide a change.
 const READ_AGAIN: u64 = 4 << 20;
 
-/// What is at a path.
+/// State of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
-    /// A file of that content.
+    /// A file with this hash of its content.
     Content([u8; 32]),
-    /// Nothing.
+    /// No file.
     Missing,
-    /// Something that is no file, or one that cannot be read.
+    /// A directory or other non-file, or an unreadable file.
     Unreadable,
 }
 
@@ -41,7 +41,7 @@ impl Print {
         Self { signature, read, state }
     }
 
-    /// Whether the file has certainly not changed, as far as that can be known without reading it.
+    /// Returns whether the file has certainly not changed, judged without reading it.
     fn holds(&self, path: &Path) -> bool {
         let signature = fs::metadata(path).ok().as_ref().map(Signature::of);
         let readable = matches!(self.state, State::Content(_) | State::Missing);
@@ -63,24 +63,24 @@ fn hash(path: &Path) -> io::Result<[u8; 32]> {
     Ok(hasher.finalize().into())
 }
 
-/// The hash that names a content.
+/// Hash of a content.
 pub(super) fn sha256(bytes: &[u8]) -> [u8; 32] {
     Sha256::digest(bytes).into()
 }
 
-/// A hash in hexadecimal.
+/// Formats a hash in hexadecimal.
 pub(super) fn hex(hash: &[u8; 32]) -> String {
     hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Files and what they were when they were last looked at.
+/// Files and their last known states.
 #[derive(Debug, Default)]
 pub(super) struct Files {
     prints: BTreeMap<PathBuf, Print>,
 }
 
 impl Files {
-    /// Looks at exactly these files from now on. What is recorded of files that are known already stays.
+    /// Tracks exactly these files from now on; known states of remaining files are kept.
     pub(super) fn keep(&mut self, paths: &[PathBuf]) {
         self.prints.retain(|path, _| paths.contains(path));
         for path in paths {
@@ -99,7 +99,7 @@ impl Files {
         self.prints.insert(path.to_owned(), Print { signature, read: SystemTime::now(), state });
     }
 
-    /// The files that have changed since they were last looked at; their content now is recorded.
+    /// Returns the files that have changed since the last call, and records their content.
     pub(super) fn changed(&mut self) -> Vec<PathBuf> {
         let mut changed = Vec::new();
         for (path, print) in &mut self.prints {

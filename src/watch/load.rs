@@ -1,4 +1,4 @@
-//! Loading a graph file that somebody may be writing at this moment.
+//! Loads a graph file that may be half written.
 use super::files::{State, hex, sha256};
 use crate::serve::Values;
 use shibo_engine::diagnostics::{Code, Diagnostic, Origin};
@@ -9,28 +9,28 @@ use std::io::Read;
 use std::path::Path;
 use std::time::Duration;
 
-/// For how long a file that ends too early, or is missing, is not reported: it is probably being written.
+/// Delay for errors of a file that is missing or ends too early, since it is probably being written.
 const UNFINISHED: Duration = Duration::from_millis(1000);
-/// The same once the program that wrote it has closed it.
+/// Shorter delay once the writing program has closed the file.
 const UNFINISHED_CLOSED: Duration = Duration::from_millis(500);
-/// For how long other errors are not reported: the file may be half old and half new.
+/// Delay for other errors: the file may be half old and half new.
 const DOUBTFUL: Duration = Duration::from_millis(120);
-/// The same once the program that wrote it has closed it.
+/// Shorter delay once the writing program has closed the file.
 const DOUBTFUL_CLOSED: Duration = Duration::from_millis(30);
 
-/// What became of a graph file.
+/// Result of reading a graph file.
 pub(super) struct Reading {
-    /// The hash of the file, if it could be read.
+    /// Hash of the file, if it could be read.
     pub(super) sha256: Option<String>,
-    /// The file as it was read.
+    /// State of the file when it was read.
     pub(super) state: State,
-    /// What the system said of it just before.
+    /// Metadata just before reading.
     pub(super) before: Option<Metadata>,
-    /// The graph, or its errors.
+    /// The graph or its errors.
     pub(super) loaded: Loaded,
-    /// The text, if it is one.
+    /// The text, if the file is text.
     pub(super) text: Option<String>,
-    /// The values of parameters that were left out because the graph no longer takes them.
+    /// Names of parameter values that were dropped because the graph no longer accepts them.
     pub(super) refused: Vec<String>,
 }
 
@@ -52,7 +52,7 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
             Some(text) => graph::load_text(path, text, registry, &options),
             None => graph::load(path, registry, &options),
         };
-        // Values that were set for an earlier text may no longer fit; then the text counts.
+        // Values set for an earlier text may no longer fit; they are dropped then.
         let before = options.set.len() + usize::from(options.preset.is_some());
         refused.extend(refuse(&loaded, &mut options));
         if options.set.len() + usize::from(options.preset.is_some()) == before {
@@ -63,14 +63,14 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
     Reading { sha256, state, before, loaded, text, refused }
 }
 
-/// Reads at most one byte more than is allowed.
+/// Reads at most one byte more than allowed.
 fn read(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     fs::File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// Takes those values out of the options that are in error.
+/// Removes the erroneous values from the options.
 fn refuse(loaded: &Loaded, options: &mut LoadOptions) -> Vec<String> {
     let mut refused = Vec::new();
     for error in loaded.diagnostics.iter().filter(|d| !d.warning) {
@@ -88,7 +88,7 @@ fn refuse(loaded: &Loaded, options: &mut LoadOptions) -> Vec<String> {
 }
 
 impl Reading {
-    /// For how long errors are not reported, since the file may be half written. `closed`: the program that wrote it has closed
+    /// Delay before errors are reported, since the file may be half written; `closed`: the writing program has closed
     /// it.
     pub(super) fn hold(&self, closed: bool) -> Duration {
         if !self.loaded.has_errors() {
@@ -102,7 +102,7 @@ impl Reading {
         }
     }
 
-    /// Whether a file is missing, or ends where more should follow.
+    /// Returns whether a file is missing or ends too early.
     pub(super) fn is_unfinished(&self) -> bool {
         let ends_early = |error: &Diagnostic| error.unfinished || error.code == Code::FileNotFound;
         let errors = self.loaded.diagnostics.iter().filter(|d| !d.warning);

@@ -1,10 +1,10 @@
-//! Points from a file: one `x,y` on the canvas or `x,y,z` in space, in mm, a line.
+//! Points from a file with one point per line, in mm: `x,y` on the canvas or `x,y,z` in space.
 use crate::quit::Quit;
 use anyhow::{Context, bail};
 use glam::{DVec2, DVec3};
 use std::path::Path;
 
-/// The largest file, in bytes.
+/// Maximum file size in bytes.
 const MOST: u64 = 8 << 20;
 
 /// Points in mm.
@@ -14,7 +14,7 @@ pub(super) enum Points {
     Space(Vec<DVec3>),
 }
 
-/// Reads the points of a file, each with two numbers or each with three.
+/// Reads the points of a file; either all have two numbers or all have three.
 pub(super) fn read(path: &Path) -> Result<Points, Quit> {
     Ok(text(path)
         .and_then(|text| parse(&text))
@@ -23,7 +23,7 @@ pub(super) fn read(path: &Path) -> Result<Points, Quit> {
 
 fn text(path: &Path) -> anyhow::Result<String> {
     let meta = std::fs::metadata(path)?;
-    // Opening a pipe would wait for somebody to write.
+    // Opening a pipe would block until another program writes to it.
     if !meta.is_file() {
         bail!("it is not a regular file");
     }

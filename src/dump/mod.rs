@@ -1,4 +1,4 @@
-//! `shibo dump`: what a node makes, as JSON.
+//! `shibo dump`: prints the result of a node as JSON.
 mod at;
 mod data;
 
@@ -59,13 +59,13 @@ pub(crate) struct DumpArgs {
     engine: EngineArgs,
 }
 
-/// How to print.
+/// Output format.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum FormatArg {
     Json,
 }
 
-/// What is needed to evaluate a field.
+/// Context for evaluating a field.
 struct Source<'a> {
     session: &'a Session,
     graph: &'a Graph,
@@ -129,7 +129,8 @@ impl Source<'_> {
         })
     }
 
-    /// The values of what a node makes at points; of a field each stands for a pixel around it, see [`Session::at_points`].
+    /// Values of a result at points; a value of a field stands for the pixel around the point, see
+    /// [`Session::at_points`].
     fn at(&self, (value, node): (&Value, NodeIndex), points: &Points) -> Result<Data, Failure> {
         if let Value::Solid(solid) = value {
             return match points {
@@ -160,7 +161,7 @@ impl Source<'_> {
         Ok(Data::Field(FieldData { ty: value.ty().name(), size: None, channels: field.channels(), values }))
     }
 
-    /// The one atlas that a node rests on.
+    /// The one atlas on which a node depends.
     fn atlas(&self, node: NodeIndex) -> Result<Arc<Atlas>, Failure> {
         let nodes = &self.graph.nodes;
         let is_atlas = |index: &NodeIndex| nodes[*index].outputs.first() == Some(&Atlas::TYPE);
@@ -179,7 +180,7 @@ impl Source<'_> {
     }
 }
 
-/// The values of a tile, channels innermost.
+/// Values of a tile, channels innermost.
 fn interleaved(tile: &Tile) -> impl Iterator<Item = Number> {
     let pixels = tile.window.len();
     (0..pixels).flat_map(move |i| (0..tile.channels()).map(move |c| Number(tile.plane(c)[i])))

@@ -1,21 +1,21 @@
-//! Doc comments as blocks.
+//! Splits doc comments into blocks.
 
-/// A part of a doc comment.
+/// A block of a doc comment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Block {
-    /// Text to be wrapped.
+    /// Text to wrap.
     Paragraph(String),
-    /// A point of a list.
+    /// An item of a list.
     Item(String),
-    /// Lines as they are.
+    /// Verbatim lines.
     Code(Vec<String>),
 }
 
-/// Takes a doc comment apart.
+/// Splits a doc comment.
 pub(super) fn blocks(doc: &str) -> Vec<Block> {
     let mut blocks: Vec<Block> = Vec::new();
     let mut fenced = false;
-    // Whether the next line goes on with the last block.
+    // True if the next line continues the last block.
     let mut open = false;
     for line in doc.lines() {
         let trimmed = line.trim();
@@ -46,7 +46,7 @@ pub(super) fn blocks(doc: &str) -> Vec<Block> {
     blocks
 }
 
-/// The first sentence, for lists.
+/// First sentence, for lists.
 pub(super) fn summary(doc: &str) -> String {
     let first = blocks(doc).into_iter().find_map(|block| match block {
         Block::Paragraph(text) => Some(text),

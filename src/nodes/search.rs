@@ -1,12 +1,12 @@
-//! Finding a node by what it does, or by what another program calls it.
+//! Searches nodes by description, or by their names in other programs.
 use super::doc::{Block, blocks, summary};
 use shibo_engine::node::KindInfo;
 use shibo_engine::registry::Registry;
 
-/// How the paragraph of a manual begins that names the nodes of other programs.
+/// Start of the manual's paragraph that names the equivalent nodes of other programs.
 const ELSEWHERE: &str = "Elsewhere:";
 
-/// A kind that was found, its first sentence, and what other programs call it, if that is why.
+/// A kind that was found, its first sentence, and its names in other programs if they are the reason.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Found<'r> {
     pub(super) kind: &'r str,
@@ -14,7 +14,7 @@ pub(super) struct Found<'r> {
     pub(super) elsewhere: Option<String>,
 }
 
-/// The names that other programs have for a kind, as its manual tells them.
+/// Names of a kind in other programs, from its manual.
 fn elsewhere(doc: &str) -> String {
     let paragraph = blocks(doc).into_iter().find_map(|block| match block {
         Block::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(|names| names.trim().replace('*', "")),
@@ -23,13 +23,14 @@ fn elsewhere(doc: &str) -> String {
     paragraph.unwrap_or_default()
 }
 
-/// Letters and digits only, in lower case: `ColorRamp`, `color ramp` and `colour_ramp` differ by one letter at most.
+/// Keeps letters and digits, in lower case: `ColorRamp`, `color ramp` and `colour_ramp` then differ by at most one
+/// letter.
 fn squash(text: &str) -> String {
     let plain: String = text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
     plain.replace("colour", "color").replace("grey", "gray")
 }
 
-/// How well a kind fits, the smallest being the best.
+/// Rank of a kind for a query, lower is better; `None` if it does not match.
 fn rank(query: &str, kind: &str, summary: &str, elsewhere: &str) -> Option<(u8, usize)> {
     let (whole, name) = (squash(query), squash(kind));
     let words: Vec<String> = query.split_whitespace().map(squash).filter(|word| !word.is_empty()).collect();
@@ -53,7 +54,7 @@ fn rank(query: &str, kind: &str, summary: &str, elsewhere: &str) -> Option<(u8, 
     Some((rank, name.len()))
 }
 
-/// The kinds that fit a query, the best first.
+/// Kinds that match a query, the best first.
 pub(super) fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> {
     let kinds =
         registry.kinds().filter_map(|kind| registry.info(kind)).map(|info: &KindInfo| (&*info.kind, &*info.doc));
@@ -99,7 +100,7 @@ mod tests {
         }
     }
 
-    /// Stages of the methods for leather, wood and synthesis, which no other program has as a node.
+    /// Stages of the methods for leather, wood and synthesis, which no other program has as nodes.
     const WITHOUT: [&str; 35] = [
         "AppearanceSpace",
         "BlendTimes",
@@ -169,7 +170,7 @@ mod tests {
         assert_eq!(rank("colour ramp").map(|r| r.0), Some(2));
         assert_eq!(rank("colors by").map(|r| r.0), Some(3));
         assert_eq!(rank("value ramp").map(|r| r.0), Some(4));
-        // Across the names of two nodes it comes last.
+        // A match across the names of two nodes comes last.
         assert_eq!(rank("ramp hou").map(|r| r.0), Some(4));
         assert_eq!(rank("spring"), None);
         assert_eq!(rank(" "), None);

@@ -19,15 +19,16 @@ Exit code: 0 when everything asked for was done, 1 for errors in your files, 2 f
 #[derive(Debug, Parser)]
 #[command(name = "shibo", version, about, max_term_width = 120, after_help = EXAMPLES)]
 pub(crate) struct Cli {
-    /// What to do.
+    /// Sub-command.
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// Look for imports of graphs in this folder too, after that of the graph; may be repeated. $SHIBO_IMPORT_PATH names more.
+    /// Look for imports of graphs in this folder too, after that of the graph; may be repeated.
+    /// $SHIBO_IMPORT_PATH names more.
     #[arg(long, value_name = "DIR", global = true)]
     pub(crate) import_path: Vec<PathBuf>,
 }
 
-/// What can be done.
+/// Sub-commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Render the outputs of a graph to picture files.
@@ -73,7 +74,7 @@ pub(crate) struct ValueArgs {
     pub(crate) preset: Option<String>,
 }
 
-/// What a computation may take.
+/// Resources of a computation.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct EngineArgs {
     /// Threads to compute with; one per core if not given.
@@ -104,7 +105,7 @@ pub(crate) fn assignment(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Reads `WxH`, or `N` for the longer side.
+/// Parses `WxH`, or `N` for the longer side.
 pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
     let side = |text: &str| text.trim().parse::<u32>().ok().filter(|&n| n > 0);
     let read = match text.split_once(['x', 'X', '×']) {
@@ -114,7 +115,7 @@ pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
     read.ok_or_else(|| "write WIDTHxHEIGHT, or one number for the longer side, in pixels".to_owned())
 }
 
-/// Reads `I/N`, or `I-J/N` for several parts.
+/// Parses `I/N`, or `I-J/N` for several parts.
 pub(crate) fn parts(text: &str) -> Result<Parts, String> {
     let read = |text: &str| text.trim().parse::<u32>().ok();
     let numbers = text.split_once('/').and_then(|(which, count)| {
@@ -125,7 +126,7 @@ pub(crate) fn parts(text: &str) -> Result<Parts, String> {
     known.ok_or_else(|| "write NUMBER/COUNT: 1/16 is the first of 16 parts, 16/16 the last".to_owned())
 }
 
-/// Some of several parts.
+/// A range of parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Parts {
     first: u32,
@@ -134,13 +135,13 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// One by one.
+    /// The parts one by one.
     pub(crate) fn each(self) -> impl Iterator<Item = PartOf> {
         (self.first..=self.last).map(move |number| PartOf { number, count: self.count })
     }
 }
 
-/// Reads `X,Y,W,H`.
+/// Parses `X,Y,W,H`.
 pub(crate) fn region(text: &str) -> Result<[u32; 4], String> {
     let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     numbers

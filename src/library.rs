@@ -1,10 +1,10 @@
-//! The graphs that come with the program, and the kinds of nodes.
+//! The graphs of the library, and the node kinds.
 use crate::environment;
 use shibo_engine::registry::Registry;
 
 pub(crate) use shibo_library::{EXAMPLE_FILES, graphs};
 
-/// All nodes, and the graphs that come with the program.
+/// Registry with all nodes and the graphs of the library.
 pub(crate) fn registry() -> Registry {
     shibo_library::registry(environment::library_dir())
 }

@@ -1,6 +1,6 @@
 //! The `shibo` command: one file per sub-command, and no algorithm.
 //!
-//! Data goes to stdout, messages go to stderr. The exit code is 0 only when everything asked for was done, 1 for errors in
+//! Data goes to stdout, messages go to stderr. The exit code is 0 only if the whole request succeeded, 1 for errors in
 //! the user's files, 2 for wrong usage.
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 mod args;

@@ -1,11 +1,11 @@
-//! The graph files that `shibo new` starts from; they are graphs that we ship.
+//! Templates of `shibo new`, which are graphs of the library.
 
-/// A graph file to start from.
+/// A template.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Template {
     /// The name.
     pub(crate) name: &'static str,
-    /// What it is, one line.
+    /// Description, one line.
     pub(crate) doc: &'static str,
     /// The file.
     pub(crate) text: &'static str,

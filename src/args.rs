@@ -116,11 +116,11 @@ pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
 }
 
 /// Parses `I/N`, or `I-J/N` for several parts.
-pub(crate) fn parts(text: &str) -> Result<Parts, String> {
+pub(crate) fn parts(text: &str) -> Result<PartRange, String> {
     let read = |text: &str| text.trim().parse::<u32>().ok();
     let numbers = text.split_once('/').and_then(|(which, count)| {
         let (first, last) = which.split_once('-').unwrap_or((which, which));
-        Some(Parts { first: read(first)?, last: read(last)?, count: read(count)? })
+        Some(PartRange { first: read(first)?, last: read(last)?, count: read(count)? })
     });
     let known = numbers.filter(|parts| parts.first >= 1 && parts.first <= parts.last && parts.last <= parts.count);
     known.ok_or_else(|| "write NUMBER/COUNT: 1/16 is the first of 16 parts, 16/16 the last".to_owned())
@@ -128,13 +128,13 @@ pub(crate) fn parts(text: &str) -> Result<Parts, String> {
 
 /// A range of parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Parts {
+pub(crate) struct PartRange {
     first: u32,
     last: u32,
     count: u32,
 }
 
-impl Parts {
+impl PartRange {
     /// The parts one by one.
     pub(crate) fn each(self) -> impl Iterator<Item = PartOf> {
         (self.first..=self.last).map(move |number| PartOf { number, count: self.count })
@@ -167,7 +167,7 @@ mod tests {
         assert!(["", "0", "1x", "-1x3", "1x2x3", "1e3"].iter().all(|text| resolution(text).is_err()));
         assert_eq!(region("0, 1,2,3"), Ok([0, 1, 2, 3]));
         assert!(["", "1,2,3", "1,2,3,4,5", "1,2,3,-4"].iter().all(|text| region(text).is_err()));
-        assert_eq!(parts("3/16"), Ok(Parts { first: 3, last: 3, count: 16 }));
+        assert_eq!(parts("3/16"), Ok(PartRange { first: 3, last: 3, count: 16 }));
         assert_eq!(parts("3-4/16").unwrap().each().map(|part| part.number).collect::<Vec<_>>(), [3, 4]);
         let wrong = ["", "3", "0/3", "4/3", "-1/3", "1/0", "a/b", "3-2/4", "1-5/4", "1-/4"];
         assert!(wrong.iter().all(|text| parts(text).is_err()));

@@ -1,5 +1,5 @@
 //! `shibo render`: renders the outputs of a graph to picture files.
-use crate::args::{EngineArgs, Parts, ValueArgs, assignment, parts, region, resolution};
+use crate::args::{EngineArgs, PartRange, ValueArgs, assignment, parts, region, resolution};
 use crate::find;
 use crate::interrupt;
 use crate::library;
@@ -67,7 +67,7 @@ pub(crate) struct RenderArgs {
     region: Option<[u32; 4]>,
     /// Render only some rows, for `shibo join`: part I of N, or parts I to J; `--out` is the folder for the parts.
     #[arg(long, value_name = "I[-J]/N", value_parser = parts, conflicts_with_all = ["region", "target"])]
-    part: Option<Parts>,
+    part: Option<PartRange>,
     /// Give a parameter of the graph, or of a sub-graph (USE.PARAM), a value; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(crate) set: Vec<(String, String)>,
@@ -205,7 +205,7 @@ fn some_parts(
     session: &Session,
     set: &Set,
     request: &RenderRequest,
-    (parts, stem): (Parts, &str),
+    (parts, stem): (PartRange, &str),
     (cancel, progress): (&CancelToken, &Progress<'_>),
 ) -> Result<Report, Failure> {
     let mut all = Report::default();

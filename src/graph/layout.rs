@@ -8,7 +8,7 @@ const SWEEPS: usize = 12;
 
 /// Position of a box or a bend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct LayoutPosition {
     /// Column from the left.
     pub(crate) column: usize,
     /// Distance from the top, in rows.
@@ -19,9 +19,9 @@ pub(crate) struct Place {
 #[derive(Debug)]
 pub(crate) struct Layout {
     /// Positions of the boxes.
-    pub(crate) places: Vec<Place>,
+    pub(crate) places: Vec<LayoutPosition>,
     /// For each wire, its inner bends.
-    pub(crate) bends: Vec<Vec<Place>>,
+    pub(crate) bends: Vec<Vec<LayoutPosition>>,
     /// Number of columns.
     pub(crate) columns: usize,
     /// The lowest row.
@@ -36,7 +36,7 @@ pub(crate) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize
     let mut net = Net::new(columns, wires);
     net.order();
     net.straighten();
-    let place = |i: usize| Place { column: net.columns[i], row: net.rows[i] };
+    let place = |i: usize| LayoutPosition { column: net.columns[i], row: net.rows[i] };
     Layout {
         places: (0..count).map(place).collect(),
         bends: net.chains.iter().map(|chain| chain.iter().map(|&i| place(i)).collect()).collect(),
@@ -222,7 +222,8 @@ mod tests {
         assert!(wires.iter().all(|&(a, b)| layout.places[a].column < layout.places[b].column));
         assert_eq!(layout.places[3].column, 1);
         assert_eq!(layout.bends.iter().map(Vec::len).collect::<Vec<_>>(), [0, 0, 2, 0, 0]);
-        let mut taken: Vec<Place> = layout.places.iter().chain(layout.bends.iter().flatten()).copied().collect();
+        let mut taken: Vec<LayoutPosition> =
+            layout.places.iter().chain(layout.bends.iter().flatten()).copied().collect();
         taken.sort_by(|a, b| (a.column, a.row).partial_cmp(&(b.column, b.row)).unwrap());
         assert!(taken.windows(2).all(|w| w[0].column < w[1].column || w[1].row - w[0].row > 0.999), "{taken:?}");
     }

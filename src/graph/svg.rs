@@ -1,5 +1,5 @@
 //! Draws a graph as SVG.
-use super::layout::{Layout, Place, layout};
+use super::layout::{Layout, LayoutPosition, layout};
 use super::{Drawing, Item, Shape, Wire};
 use std::fmt::Write;
 
@@ -35,7 +35,7 @@ fn width(item: &Item) -> f64 {
     (letters as f64 * LETTER + 26.0).max(84.0)
 }
 
-fn middle(place: Place) -> f64 {
+fn middle(place: LayoutPosition) -> f64 {
     MARGIN + place.row * ROW + BOX_HEIGHT / 2.0
 }
 
@@ -84,7 +84,14 @@ fn arrivals(drawing: &Drawing, layout: &Layout) -> Vec<f64> {
 }
 
 /// Path of a wire: curves from box to bend to box, level through the columns between.
-fn path(wire: &Wire, bends: &[Place], layout: &Layout, columns: &Columns, arrival: f64, drawing: &Drawing) -> String {
+fn path(
+    wire: &Wire,
+    bends: &[LayoutPosition],
+    layout: &Layout,
+    columns: &Columns,
+    arrival: f64,
+    drawing: &Drawing,
+) -> String {
     let (from, to) = (layout.places[wire.from], layout.places[wire.to]);
     let (mut x, mut y) = (columns.starts[from.column] + width(&drawing.items[wire.from]), middle(from));
     let mut d = format!("M{x:.1} {y:.1}");

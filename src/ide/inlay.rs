@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Kinds of hints to show.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(crate) struct Shown {
+pub(crate) struct InlayKinds {
     /// Units after numbers.
     pub(crate) units: bool,
     /// Values of expressions and parameters.
@@ -23,7 +23,7 @@ pub(crate) struct Shown {
     pub(crate) types: bool,
 }
 
-impl Default for Shown {
+impl Default for InlayKinds {
     fn default() -> Self {
         Self { units: true, values: true, types: true }
     }
@@ -41,7 +41,7 @@ pub(crate) struct Inlay {
 }
 
 /// Hints for a part of a file.
-pub(crate) fn inlays(cx: Cx<'_>, part: &Range<usize>, shown: Shown) -> Vec<Inlay> {
+pub(crate) fn inlays(cx: Cx<'_>, part: &Range<usize>, shown: InlayKinds) -> Vec<Inlay> {
     let mut found = Found { cx, types: Types::new(cx), part: part.clone(), shown, inlays: Vec::new() };
     walk(cx, &mut found);
     found.inlays
@@ -51,7 +51,7 @@ struct Found<'a> {
     cx: Cx<'a>,
     types: Types<'a>,
     part: Range<usize>,
-    shown: Shown,
+    shown: InlayKinds,
     inlays: Vec<Inlay>,
 }
 

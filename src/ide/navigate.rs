@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// A range in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Place {
+pub(crate) struct FileRange {
     /// Path of the file.
     pub(crate) path: PathBuf,
     /// Range of bytes.
@@ -53,7 +53,7 @@ pub(crate) fn meaning(cx: Cx<'_>, file: &Arc<File>, symbol: &Symbol) -> Option<T
 }
 
 /// Declaration of the name at a position; an import leads to its file.
-pub(crate) fn definition(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Option<(Range<usize>, Place)> {
+pub(crate) fn definition(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Option<(Range<usize>, FileRange)> {
     let found = names::at(cx, at)?;
     let path = match &found.symbol {
         Symbol::Graph(name) => cx.world.import(&cx.file.path, name),
@@ -61,12 +61,12 @@ pub(crate) fn definition(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Option<(Ran
         Symbol::Import(name) if !found.declares => {
             let item = cx.file.entry(Section::Imports, name)?;
             let range = item.key.as_ref()?.range.clone();
-            return Some((found.range, Place { path: cx.file.path.clone(), range, declares: true }));
+            return Some((found.range, FileRange { path: cx.file.path.clone(), range, declares: true }));
         }
         _ => None,
     };
     if let Some(path) = path {
-        return Some((found.range, Place { path, range: 0..0, declares: true }));
+        return Some((found.range, FileRange { path, range: 0..0, declares: true }));
     }
     // Outputs of library kinds have no declaration in a file, so the node itself is used.
     let thing = meaning(cx, file, &found.symbol).or_else(|| match &found.symbol {
@@ -74,7 +74,7 @@ pub(crate) fn definition(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Option<(Ran
         _ => None,
     })?;
     let range = declaration(&thing)?;
-    Some((found.range, Place { path: thing.file.path.clone(), range, declares: true }))
+    Some((found.range, FileRange { path: thing.file.path.clone(), range, declares: true }))
 }
 
 /// Range of a declaration.
@@ -92,11 +92,11 @@ pub(crate) fn declaration(thing: &Thing) -> Option<Range<usize>> {
 }
 
 /// All occurrences of the name at a position: in this file, and in all workspace graphs that import the declaring file.
-pub(crate) fn references(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Vec<Place> {
+pub(crate) fn references(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Vec<FileRange> {
     let Some((_, thing)) = thing(cx, file, at) else { return Vec::new() };
     let mut places = Vec::new();
     for (file, found) in everywhere(cx, &thing) {
-        places.push(Place { path: file.path.clone(), range: found.range, declares: found.declares });
+        places.push(FileRange { path: file.path.clone(), range: found.range, declares: found.declares });
     }
     places
 }

@@ -127,7 +127,7 @@ fn signature(server: &Server, params: SignatureHelpParams) -> Answer {
     json(SignatureHelp { signatures: vec![signature], active_signature: Some(0), active_parameter: active })
 }
 
-fn location(server: &Server, place: &navigate::Place) -> Option<Location> {
+fn location(server: &Server, place: &navigate::FileRange) -> Option<Location> {
     let (uri, _) = server.address(&place.path)?;
     if place.range.is_empty() {
         return Some(Location::new(uri, lsp_types::Range::default()));
@@ -322,12 +322,12 @@ fn formatted_part(server: &Server, params: DocumentRangeFormattingParams) -> Ans
 
 impl Server {
     /// Replaces a library graph, which the editor cannot open, by a copy written to disk.
-    fn unpacked(&self, place: navigate::Place) -> navigate::Place {
+    fn unpacked(&self, place: navigate::FileRange) -> navigate::FileRange {
         let inside = place.path.to_str().and_then(|path| path.strip_prefix("shibo:"));
         let library = self.workspace.registry().library();
         let Some((inside, library)) = inside.zip(library) else { return place };
         match library.file(inside.trim_start_matches('/')) {
-            Ok(path) => navigate::Place { path, ..place },
+            Ok(path) => navigate::FileRange { path, ..place },
             Err(_) => place,
         }
     }

@@ -22,7 +22,7 @@ use lsp_server::{Connection, Message, ProtocolError, RequestId};
 use lsp_types::{ClientCapabilities, InitializeParams};
 use pictures::Painter;
 use serde_json::{Value as Json, json};
-use server::{Cancelled, Event, Options, Parts, Server};
+use server::{Cancelled, Event, Options, Server, ServerParts};
 use std::path::PathBuf;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, PoisonError};
@@ -101,7 +101,7 @@ fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, Pro
         let (events, cancelled) = (events.clone(), cancelled.clone());
         move || listen(&connection, &events, &cancelled)
     });
-    let parts = Parts {
+    let parts = ServerParts {
         workspace: Workspace::new(registry, roots),
         encoding,
         painter: Painter::new(cache_dir.clone(), options.pictures),

@@ -4,7 +4,7 @@ use super::commands::Pages;
 use super::pictures::Painter;
 use super::text::{Encoding, Lines, changed};
 use super::{answers, uris};
-use crate::ide::inlay::Shown;
+use crate::ide::inlay::InlayKinds;
 use crate::ide::{Cx, File, Workspace, World, identity};
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::{
@@ -29,7 +29,7 @@ const BELIEVED: Duration = Duration::from_millis(300);
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Options {
     /// Inlay hints to show.
-    pub(super) inlay_hints: Shown,
+    pub(super) inlay_hints: InlayKinds,
     /// Form of pictures in hovers.
     pub(super) pictures: PictureForm,
     /// Shows actions above outputs and nodes.
@@ -104,7 +104,7 @@ impl Refusal {
 pub(super) type Answer = Result<Json, Refusal>;
 
 /// Dependencies of a server.
-pub(super) struct Parts {
+pub(super) struct ServerParts {
     pub(super) workspace: Workspace,
     pub(super) encoding: Encoding,
     pub(super) options: Options,
@@ -117,8 +117,8 @@ pub(super) struct Parts {
 
 impl Server {
     /// Creates a server that answers through `out`.
-    pub(super) fn new(parts: Parts, out: impl Fn(Message) + 'static) -> Self {
-        let Parts { workspace, encoding, options, painter, pages, client, checker, cancelled } = parts;
+    pub(super) fn new(parts: ServerParts, out: impl Fn(Message) + 'static) -> Self {
+        let ServerParts { workspace, encoding, options, painter, pages, client, checker, cancelled } = parts;
         Self {
             workspace,
             encoding,

@@ -1,6 +1,6 @@
 //! The manual as text for people.
 use super::composition;
-use super::doc::{Block, blocks, summary};
+use super::doc::{DocBlock, blocks, summary};
 use super::search::Found;
 use super::spelling;
 use crate::terminal::{Style, Text};
@@ -138,15 +138,15 @@ fn entry(page: &mut Text, field: &FieldInfo, facts: &str, indent: &str, width: u
 fn document(page: &mut Text, doc: &str, indent: &str, width: usize) {
     let mut after_item = true;
     for (i, block) in blocks(doc).iter().enumerate() {
-        let item = matches!(block, Block::Item(_));
+        let item = matches!(block, DocBlock::Item(_));
         if i > 0 && !(item && after_item) {
             page.end();
         }
         after_item = item;
         match block {
-            Block::Paragraph(text) => paragraph(page, text, indent, width),
-            Block::Item(text) => point(page, text, indent, width),
-            Block::Code(lines) => lines.iter().for_each(|line| {
+            DocBlock::Paragraph(text) => paragraph(page, text, indent, width),
+            DocBlock::Item(text) => point(page, text, indent, width),
+            DocBlock::Code(lines) => lines.iter().for_each(|line| {
                 page.push(&format!("{indent}  {line}")).end();
             }),
         }

@@ -1,5 +1,5 @@
 //! Searches nodes by description, or by their names in other programs.
-use super::doc::{Block, blocks, summary};
+use super::doc::{DocBlock, blocks, summary};
 use shibo_engine::node::KindInfo;
 use shibo_engine::registry::Registry;
 
@@ -17,7 +17,7 @@ pub(super) struct Found<'r> {
 /// Names of a kind in other programs, from its manual.
 fn elsewhere(doc: &str) -> String {
     let paragraph = blocks(doc).into_iter().find_map(|block| match block {
-        Block::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(|names| names.trim().replace('*', "")),
+        DocBlock::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(|names| names.trim().replace('*', "")),
         _ => None,
     });
     paragraph.unwrap_or_default()
@@ -145,7 +145,7 @@ mod tests {
         for kind in registry.kinds() {
             let doc = registry.info(kind).unwrap().doc.clone();
             let paragraph = blocks(&doc).into_iter().find_map(|block| match block {
-                Block::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(str::to_owned),
+                DocBlock::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(str::to_owned),
                 _ => None,
             });
             let Some(paragraph) = paragraph else {

@@ -1,7 +1,7 @@
 //! Changes of the graph file that a page requests. Each change names the content it is based on and is refused if the
 //! file has another content by now. Everything outside the changed ranges, comments and line endings included, stays as
 //! it is.
-use super::handlers::{App, No, aside};
+use super::handlers::{ApiError, App, aside};
 use super::scene::{Scene, lock};
 use super::stage::{Stage, Values};
 use super::texts::sha256;
@@ -46,8 +46,9 @@ enum Change {
 }
 
 /// Handles a request to change the graph file.
-pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<Data>, No> {
-    let Wish { base, change, then } = serde_json::from_slice(&body).map_err(|error| No::Bad(error.to_string()))?;
+pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<Data>, ApiError> {
+    let Wish { base, change, then } =
+        serde_json::from_slice(&body).map_err(|error| ApiError::Bad(error.to_string()))?;
     let stage = app.stage.clone();
     let sha = aside(move || written(&stage, &base, &change)).await??;
     if let Some(values) = then {
@@ -57,20 +58,22 @@ pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<D
 }
 
 /// Makes a change and returns the hash of the new content.
-fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, No> {
+fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, ApiError> {
     // Only one change runs at a time.
     let _writing = lock(&stage.writing);
     let name = stage.path.display();
-    let bytes = fs::read(&stage.path).map_err(|error| No::Failed(format!("cannot read `{name}`: {error}")))?;
-    let before = String::from_utf8(bytes).map_err(|_| No::Conflict(format!("`{name}` is not UTF-8 text")))?;
+    let bytes = fs::read(&stage.path).map_err(|error| ApiError::Failed(format!("cannot read `{name}`: {error}")))?;
+    let before = String::from_utf8(bytes).map_err(|_| ApiError::Conflict(format!("`{name}` is not UTF-8 text")))?;
     if sha256(&before) != base {
         return Err(changed(stage));
     }
     stage.texts.keep(base, &before);
     let after = match change {
-        Change::Restore { to } => {
-            stage.texts.get(to).ok_or_else(|| No::Failed("that content is no longer known".to_owned()))?.to_string()
-        }
+        Change::Restore { to } => stage
+            .texts
+            .get(to)
+            .ok_or_else(|| ApiError::Failed("that content is no longer known".to_owned()))?
+            .to_string(),
         change => edited(stage, base, &before, change)?,
     };
     if !matches!(change, Change::Restore { .. }) {
@@ -84,7 +87,7 @@ fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, No> {
             *lock(&stage.own) = None;
             return Err(match refused {
                 Refused::Changed => changed(stage),
-                Refused::Failed(error) => No::Failed(format!("cannot write `{name}`: {error}")),
+                Refused::Failed(error) => ApiError::Failed(format!("cannot write `{name}`: {error}")),
             });
         }
     }
@@ -92,12 +95,12 @@ fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, No> {
 }
 
 /// Error: another program has saved the file.
-fn changed(stage: &Stage) -> No {
-    No::Conflict(format!("`{}` has changed meanwhile; nothing was written", stage.path.display()))
+fn changed(stage: &Stage) -> ApiError {
+    ApiError::Conflict(format!("`{}` has changed meanwhile; nothing was written", stage.path.display()))
 }
 
 /// Returns the text after the change.
-fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<String, No> {
+fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<String, ApiError> {
     let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
     let file = workspace.open(&stage.path, before);
     let cx = Cx { world: &workspace, file: &file };
@@ -116,7 +119,7 @@ fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<St
         }
         Change::Restore { .. } => Ok(Vec::new()),
     };
-    let edits = edits.map_err(No::Failed)?;
+    let edits = edits.map_err(ApiError::Failed)?;
     // Inserted lines use the line ending of the file.
     let ends = |edit: Edit| Edit { text: edit.text.replace('\n', "\r\n"), ..edit };
     let edits: Vec<Edit> = if before.contains("\r\n") { edits.into_iter().map(ends).collect() } else { edits };
@@ -124,14 +127,14 @@ fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<St
 }
 
 /// Byte range of the value of a node's field in the graph file.
-fn place(stage: &Stage, base: &str, node: &str, field: &str) -> Result<Range<usize>, No> {
+fn place(stage: &Stage, base: &str, node: &str, field: &str) -> Result<Range<usize>, ApiError> {
     let scene = stage.scene().filter(|scene| scene.sha256 == base);
-    let scene = scene.ok_or_else(|| No::Conflict("the file is being read; try again in a moment".to_owned()))?;
-    let target = scene.target(&format!("@{node}")).ok_or(No::Unknown)?;
+    let scene = scene.ok_or_else(|| ApiError::Conflict("the file is being read; try again in a moment".to_owned()))?;
+    let target = scene.target(&format!("@{node}")).ok_or(ApiError::Unknown)?;
     let fields = &scene.graph.nodes[target.node].fields;
-    let span = fields.iter().find(|(name, _)| name == field).map(|(_, span)| *span).ok_or(No::Unknown)?;
+    let span = fields.iter().find(|(name, _)| name == field).map(|(_, span)| *span).ok_or(ApiError::Unknown)?;
     if !is_own(&scene, span) {
-        return Err(No::Failed(format!("`{node}` belongs to another file")));
+        return Err(ApiError::Failed(format!("`{node}` belongs to another file")));
     }
     Ok(span.start..span.end)
 }
@@ -142,10 +145,10 @@ pub(super) fn is_own(scene: &Scene, span: Span) -> bool {
 }
 
 /// Rejects a text that does not load.
-fn check(stage: &Stage, text: &str) -> Result<(), No> {
+fn check(stage: &Stage, text: &str) -> Result<(), ApiError> {
     let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &Values::default().options());
     match loaded.diagnostics.iter().find(|found| !found.warning) {
-        Some(error) => Err(No::Failed(format!("nothing was written: {}", error.message))),
+        Some(error) => Err(ApiError::Failed(format!("nothing was written: {}", error.message))),
         None => Ok(()),
     }
 }

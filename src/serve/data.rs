@@ -1,9 +1,9 @@
 //! Requests about one target: picture, tile, value of a pixel, data of an object.
-use super::handlers::{AboutQuery, App, No, Of, aside, png};
+use super::handlers::{AboutQuery, ApiError, App, Of, aside, png};
 use super::levels;
 use super::object;
 use super::paint::Painter;
-use super::scene::{Scene, Sight, Target, lock};
+use super::scene::{Preview, Scene, Target, lock};
 use super::stage::Stage;
 use super::wiring;
 use axum::extract::rejection::QueryRejection;
@@ -30,11 +30,11 @@ pub(super) struct Sized {
 }
 
 /// Describes the picture of a target: its address and content. Objects have no picture.
-pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result<Response, No> {
+pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result<Response, ApiError> {
     let Query(Sized { g, t, s }) = query?;
     let scene = app.scene(g)?;
     // The node may have been deleted from the file while the page still shows it.
-    let target = scene.target(&t).ok_or(No::Nothing)?;
+    let target = scene.target(&t).ok_or(ApiError::Nothing)?;
     app.stage.set_focus(&t);
     let longest = s.clamp(1, super::WHOLE);
     let answer = app.look(&scene, move |look, stage, scene| describe(look, stage, scene, &target, longest)).await?;
@@ -58,15 +58,15 @@ fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, long
         about["channel"] = target.channel.or(material.channels().first().map(|c| c.0)).map(|c| c.name()).into();
     }
     match scene.sight(look, target)? {
-        Some(Sight::Field(field, manner)) => {
+        Some(Preview::Field(field, manner)) => {
             let stored = scene.picture(look, &stage.store, target, (&field, manner), scene.size(longest))?;
             about["shown"] = json!(scene.shown(target, manner.unit, stored));
         }
-        Some(Sight::Pixels(pixels)) => {
+        Some(Preview::Pixels(pixels)) => {
             let stored = scene.pixels(&stage.store, target, &pixels, super::WHOLE);
             about["shown"] = json!(scene.shown_pixels(target, stored));
         }
-        Some(Sight::Object(ty, _)) => about["object"] = ty.name().into(),
+        Some(Preview::Object(ty, _)) => about["object"] = ty.name().into(),
         None => {}
     }
     Ok(about)
@@ -84,21 +84,23 @@ pub(super) struct Place {
 }
 
 /// Returns a tile of 512² pixels of the full-size picture, halved `l` times.
-pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result<Response, No> {
+pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result<Response, ApiError> {
     let Query(place) = query?;
     let scene = app.scene(place.g)?;
-    let target = scene.target(&place.t).ok_or(No::Unknown)?;
+    let target = scene.target(&place.t).ok_or(ApiError::Unknown)?;
     let full = scene.graph.canvas.resolution;
     let size = UVec2::new(full.x.div_ceil(1 << place.l.min(16)), full.y.div_ceil(1 << place.l.min(16)));
-    let (Some(x), Some(y)) = (place.x.checked_mul(TILE), place.y.checked_mul(TILE)) else { return Err(No::Unknown) };
+    let (Some(x), Some(y)) = (place.x.checked_mul(TILE), place.y.checked_mul(TILE)) else {
+        return Err(ApiError::Unknown);
+    };
     if x >= size.x || y >= size.y {
-        return Err(No::Unknown);
+        return Err(ApiError::Unknown);
     }
     let window =
         Window { x: x.cast_signed(), y: y.cast_signed(), width: TILE.min(size.x - x), height: TILE.min(size.y - y) };
     let bytes = app
         .look(&scene, move |look, stage, scene| {
-            let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Preview::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
             // Tiles use the same black and white values as the whole picture.
             let known = lock(&scene.shown).get(&target.name).map(|shown| shown.range);
             let range = match known {
@@ -109,7 +111,7 @@ pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result
             Ok(Painter::new(manner.ty, range).png(&tile, &|| look.is_over()))
         })
         .await?;
-    bytes.map(|bytes| png(bytes.into())).ok_or(No::Nothing)
+    bytes.map(|bytes| png(bytes.into())).ok_or(ApiError::Nothing)
 }
 
 /// Query: a pixel.
@@ -122,17 +124,17 @@ pub(super) struct Pixel {
 }
 
 /// Returns the values of a field at a pixel of the full-size picture.
-pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Result<Response, No> {
+pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Result<Response, ApiError> {
     let Query(Pixel { g, t, x, y }) = query?;
     let scene = app.scene(g)?;
-    let target = scene.target(&t).ok_or(No::Unknown)?;
+    let target = scene.target(&t).ok_or(ApiError::Unknown)?;
     let size = scene.graph.canvas.resolution;
     if x >= size.x || y >= size.y {
-        return Err(No::Unknown);
+        return Err(ApiError::Unknown);
     }
     let answer = app
         .look(&scene, move |look, _, scene| {
-            let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Preview::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
             let grid = scene.graph.canvas.grid(size);
             let (x, y) = (x.cast_signed(), y.cast_signed());
             let tile = look.raster(&field, &grid, Window { x, y, width: 1, height: 1 })?;
@@ -149,20 +151,20 @@ pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Resul
             Ok(Some(answer))
         })
         .await?;
-    answer.map(|answer| Json(answer).into_response()).ok_or(No::Nothing)
+    answer.map(|answer| Json(answer).into_response()).ok_or(ApiError::Nothing)
 }
 
 /// Returns the data of an object, thinned out for drawing.
-pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<Response, No> {
+pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<Response, ApiError> {
     let Query(about) = query?;
     let (scene, target) = app.about(&about)?;
     let data = app
         .look(&scene, move |look, _, scene| {
-            let Some(Sight::Object(ty, Some(sketch))) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Preview::Object(ty, Some(sketch))) = scene.sight(look, &target)? else { return Ok(None) };
             Ok(object::object(ty, &sketch, &scene.graph.canvas))
         })
         .await?;
-    data.map(|data| Json(data).into_response()).ok_or(No::Nothing)
+    data.map(|data| Json(data).into_response()).ok_or(ApiError::Nothing)
 }
 
 /// Query: a level of the graph.
@@ -175,15 +177,15 @@ pub(super) struct Level {
 }
 
 /// Returns the boxes and wires of the graph or of one of its sub-graphs.
-pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Result<Response, No> {
+pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Result<Response, ApiError> {
     let Query(Level { g, u }) = query?;
     let scene = app.scene(g)?;
     let drawn = aside(move || levels::level(&scene.graph, &u)).await?;
-    drawn.map(|drawn| Json(drawn).into_response()).ok_or(No::Nothing)
+    drawn.map(|drawn| Json(drawn).into_response()).ok_or(ApiError::Nothing)
 }
 
 /// Returns the statistics of all nodes.
-pub(super) async fn stats(State(app): State<App>, query: Query2<Of>) -> Result<Response, No> {
+pub(super) async fn stats(State(app): State<App>, query: Query2<Of>) -> Result<Response, ApiError> {
     let scene = app.scene(query?.g)?;
     let stats = lock(&scene.stats).clone();
     Ok(Json(stats).into_response())

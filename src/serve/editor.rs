@@ -1,6 +1,6 @@
 //! Connects the editor and the page: the editor can show a node on the page, and a click on the page shows the node's
 //! line in the editor.
-use super::handlers::{App, No};
+use super::handlers::{ApiError, App};
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -16,17 +16,17 @@ use std::sync::Arc;
 pub(super) const EDITOR: &str = "editor=yes";
 
 /// Callback that receives the source positions of clicked nodes.
-pub(super) type Jumps = Arc<dyn Fn(&Place) + Send + Sync>;
+pub(super) type Jumps = Arc<dyn Fn(&SourcePosition) + Send + Sync>;
 
 /// A position in a file for display: line and column count from 1, columns in characters.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Place {
+pub(crate) struct SourcePosition {
     pub(crate) file: PathBuf,
     pub(crate) line: usize,
     pub(crate) column: usize,
 }
 
-impl Place {
+impl SourcePosition {
     /// Position of the kind of a node; `None` if the node is in a graph of the library.
     fn of(graph: &Graph, node: NodeIndex) -> Option<Self> {
         let span = graph.nodes[node].span;
@@ -47,12 +47,12 @@ struct Click {
     node: String,
 }
 
-fn read<'b, T: Deserialize<'b>>(body: &'b Bytes) -> Result<T, No> {
-    serde_json::from_slice(body).map_err(|error| No::Bad(error.to_string()))
+fn read<'b, T: Deserialize<'b>>(body: &'b Bytes) -> Result<T, ApiError> {
+    serde_json::from_slice(body).map_err(|error| ApiError::Bad(error.to_string()))
 }
 
 /// Shows a target that the editor chose, or nothing without one; returns the number of open pages.
-pub(super) async fn show(State(app): State<App>, body: Bytes) -> Result<Json<Data>, No> {
+pub(super) async fn show(State(app): State<App>, body: Bytes) -> Result<Json<Data>, ApiError> {
     let Show { target } = read(&body)?;
     if let Some(target) = target.filter(|target| !target.is_empty()) {
         app.stage.set_focus(&target);
@@ -62,11 +62,11 @@ pub(super) async fn show(State(app): State<App>, body: Bytes) -> Result<Json<Dat
 }
 
 /// Handles a click on a node of the page.
-pub(super) async fn jump(State(app): State<App>, body: Bytes) -> Result<StatusCode, No> {
+pub(super) async fn jump(State(app): State<App>, body: Bytes) -> Result<StatusCode, ApiError> {
     let Click { node } = read(&body)?;
-    let scene = app.stage.scene().ok_or(No::Unknown)?;
-    let target = scene.target(&format!("@{node}")).ok_or(No::Unknown)?;
-    let Some(place) = Place::of(&scene.graph, target.node) else { return Ok(StatusCode::NO_CONTENT) };
+    let scene = app.stage.scene().ok_or(ApiError::Unknown)?;
+    let target = scene.target(&format!("@{node}")).ok_or(ApiError::Unknown)?;
+    let Some(place) = SourcePosition::of(&scene.graph, target.node) else { return Ok(StatusCode::NO_CONTENT) };
     app.stage.tell("jump", &json!(place));
     (app.jumps)(&place);
     Ok(StatusCode::ACCEPTED)

@@ -1,6 +1,6 @@
 //! The user's own environment for the lit view: a page sends an EXR panorama and gets back its light. The light is kept
 //! in memory for this run, so a reloaded page can fetch it again; nothing is written to disk.
-use super::handlers::{App, No};
+use super::handlers::{ApiError, App};
 use super::scene::lock;
 use super::sky::Sky;
 use axum::body::{Bytes, to_bytes};
@@ -40,14 +40,15 @@ pub(super) async fn take(State(app): State<App>, request: Request) -> Result<Res
         return Err(StatusCode::UNSUPPORTED_MEDIA_TYPE.into_response());
     }
     let environment = &app.stage.environment;
-    let _turn = environment.turn.try_acquire().map_err(|_| No::Busy.into_response())?;
+    let _turn = environment.turn.try_acquire().map_err(|_| ApiError::Busy.into_response())?;
     let large = format!("the file has more than {} MiB; scale it down", MOST >> 20);
     let large = |_| (StatusCode::PAYLOAD_TOO_LARGE, large).into_response();
     let file = to_bytes(request.into_body(), MOST).await.map_err(large)?;
     // Runs on the engine's threads, like all computations for pages.
-    let scene = app.stage.scene().ok_or_else(|| No::Failed("no graph is shown yet".to_owned()).into_response())?;
+    let scene =
+        app.stage.scene().ok_or_else(|| ApiError::Failed("no graph is shown yet".to_owned()).into_response())?;
     let made = app.look(&scene, move |_, _, _| Ok(light(&file))).await.map_err(IntoResponse::into_response)?;
-    let bytes = made.map_err(|why| No::Failed(why).into_response())?;
+    let bytes = made.map_err(|why| ApiError::Failed(why).into_response())?;
     *lock(&environment.bytes) = Some(bytes.clone());
     Ok(answer(bytes))
 }
@@ -63,7 +64,7 @@ fn light(file: &[u8]) -> Result<Bytes, String> {
 }
 
 /// Returns the last environment taken in this run.
-pub(super) async fn last(State(app): State<App>) -> Result<Response, No> {
+pub(super) async fn last(State(app): State<App>) -> Result<Response, ApiError> {
     let bytes = lock(&app.stage.environment.bytes).clone();
-    bytes.map(answer).ok_or(No::Nothing)
+    bytes.map(answer).ok_or(ApiError::Nothing)
 }

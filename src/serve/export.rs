@@ -1,6 +1,6 @@
 //! Exports that a page requests: files are rendered into a temporary folder with progress reports, and fetched when
 //! finished.
-use super::handlers::{App, No};
+use super::handlers::{ApiError, App};
 use super::scene::lock;
 use super::stage::{Stage, Values};
 use crate::render::add_node;
@@ -100,13 +100,13 @@ impl Observer for Telling<'_> {
 }
 
 /// Starts an export and returns its number.
-pub(super) async fn export(State(app): State<App>, body: Bytes) -> Result<Json<Data>, No> {
-    let wish: Wish = serde_json::from_slice(&body).map_err(|error| No::Bad(error.to_string()))?;
+pub(super) async fn export(State(app): State<App>, body: Bytes) -> Result<Json<Data>, ApiError> {
+    let wish: Wish = serde_json::from_slice(&body).map_err(|error| ApiError::Bad(error.to_string()))?;
     let scene = app.scene(wish.g)?;
     let stage = app.stage.clone();
     let values = stage.values();
-    let text = stage.texts.get(&scene.sha256).ok_or(No::Nothing)?;
-    let (id, cancel) = stage.exports.begin().ok_or(No::Busy)?;
+    let text = stage.texts.get(&scene.sha256).ok_or(ApiError::Nothing)?;
+    let (id, cancel) = stage.exports.begin().ok_or(ApiError::Busy)?;
     tokio::task::spawn_blocking(move || work(&stage, (&text, values), &wish, (id, &cancel)));
     Ok(Json(json!({ "id": id })))
 }
@@ -134,9 +134,9 @@ pub(super) async fn stop(State(app): State<App>, Path((_, id)): Path<(String, u6
 }
 
 /// Returns the file that an export made.
-pub(super) async fn fetch(State(app): State<App>, Path((_, id)): Path<(String, u64)>) -> Result<Response, No> {
+pub(super) async fn fetch(State(app): State<App>, Path((_, id)): Path<(String, u64)>) -> Result<Response, ApiError> {
     let made = lock(&app.stage.exports.0).1.get(&id).and_then(|export| export.made.clone());
-    let (name, bytes) = made.ok_or(No::Unknown)?;
+    let (name, bytes) = made.ok_or(ApiError::Unknown)?;
     let plain: String = name.chars().filter(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-')).collect();
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),

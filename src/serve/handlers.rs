@@ -64,7 +64,7 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps)
         waiting: Arc::new(Semaphore::new(WAITING)),
     };
     Router::new()
-        .route("/{token}/", get(|| async { asset("").ok_or(No::Unknown) }))
+        .route("/{token}/", get(|| async { asset("").ok_or(ApiError::Unknown) }))
         .route("/{token}/{file}", get(file))
         .route("/{token}/events", get(events))
         .route("/{token}/state", get(state))
@@ -95,7 +95,7 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps)
 }
 
 /// Reason why a request fails.
-pub(super) enum No {
+pub(super) enum ApiError {
     /// The request is malformed.
     Bad(String),
     /// The requested thing does not exist.
@@ -112,7 +112,7 @@ pub(super) enum No {
     Failed(String),
 }
 
-impl IntoResponse for No {
+impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
         let (status, text) = match self {
             Self::Bad(text) => (StatusCode::BAD_REQUEST, text),
@@ -126,7 +126,7 @@ impl IntoResponse for No {
     }
 }
 
-impl From<Failure> for No {
+impl From<Failure> for ApiError {
     fn from(failure: Failure) -> Self {
         match failure {
             Failure::Cancelled => Self::Superseded,
@@ -138,7 +138,7 @@ impl From<Failure> for No {
     }
 }
 
-impl From<QueryRejection> for No {
+impl From<QueryRejection> for ApiError {
     fn from(rejection: QueryRejection) -> Self {
         Self::Bad(rejection.body_text())
     }
@@ -167,22 +167,22 @@ impl App {
     }
 
     /// Returns the scene if it has this generation.
-    pub(super) fn scene(&self, generation: u64) -> Result<Arc<Scene>, No> {
-        let scene = self.stage.scene().ok_or(No::Unknown)?;
-        if scene.generation == generation { Ok(scene) } else { Err(No::Superseded) }
+    pub(super) fn scene(&self, generation: u64) -> Result<Arc<Scene>, ApiError> {
+        let scene = self.stage.scene().ok_or(ApiError::Unknown)?;
+        if scene.generation == generation { Ok(scene) } else { Err(ApiError::Superseded) }
     }
 
     /// Returns the scene and the target of a request.
-    pub(super) fn about(&self, about: &About) -> Result<(Arc<Scene>, Target), No> {
+    pub(super) fn about(&self, about: &About) -> Result<(Arc<Scene>, Target), ApiError> {
         let scene = self.scene(about.g)?;
-        let target = scene.target(&about.t).ok_or(No::Unknown)?;
+        let target = scene.target(&about.t).ok_or(ApiError::Unknown)?;
         Ok((scene, target))
     }
 
     /// Waits for a slot in the queue of computations for pages.
-    async fn queue(&self) -> Result<OwnedSemaphorePermit, No> {
-        let _waiting = self.waiting.clone().try_acquire_owned().map_err(|_| No::Busy)?;
-        self.looks.clone().acquire_owned().await.map_err(|_| No::Busy)
+    async fn queue(&self) -> Result<OwnedSemaphorePermit, ApiError> {
+        let _waiting = self.waiting.clone().try_acquire_owned().map_err(|_| ApiError::Busy)?;
+        self.looks.clone().acquire_owned().await.map_err(|_| ApiError::Busy)
     }
 
     /// Runs `work` on a look into the scene, as long as the page waits and the scene is current.
@@ -190,7 +190,7 @@ impl App {
         &self,
         scene: &Arc<Scene>,
         work: impl FnOnce(&Look<'_>, &Stage, &Scene) -> Result<T, Failure> + Send + 'static,
-    ) -> Result<T, No> {
+    ) -> Result<T, ApiError> {
         let of = scene.clone();
         let look = move |stage: &Stage, token: &CancelToken| {
             stage.session.look(&of.graph, &of.keys, token, &Silent, |look| work(look, stage, &of))
@@ -203,7 +203,7 @@ impl App {
         &self,
         scene: &Arc<Scene>,
         work: impl FnOnce(&Stage, &CancelToken) -> Result<T, Failure> + Send + 'static,
-    ) -> Result<T, No> {
+    ) -> Result<T, ApiError> {
         let view = View::new(scene);
         let place = self.queue().await?;
         let (stage, token) = (self.stage.clone(), view.token());
@@ -218,24 +218,25 @@ impl App {
 }
 
 /// Runs `work` on a thread of its own. A panic becomes an error of this request only.
-pub(super) async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, No> {
-    let failed = |said: &str| No::Failed(format!("it could not be made: {said}"));
+pub(super) async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, ApiError> {
+    let failed = |said: &str| ApiError::Failed(format!("it could not be made: {said}"));
     let done = tokio::task::spawn_blocking(move || contained(work)).await;
     done.map_err(|_| failed("the server ends"))?.map_err(|said| failed(&format!("there is a defect: {said}")))
 }
 
-async fn file(Path((_, name)): Path<(String, String)>) -> Result<Response, No> {
-    asset(&name).ok_or(No::Unknown)
+async fn file(Path((_, name)): Path<(String, String)>) -> Result<Response, ApiError> {
+    asset(&name).ok_or(ApiError::Unknown)
 }
 
 async fn state(State(app): State<App>) -> Response {
     Json(app.stage.state()).into_response()
 }
 
-async fn picture(State(app): State<App>, Path((_, file)): Path<(String, String)>) -> Result<Response, No> {
-    let id = file.strip_suffix(".png").ok_or(No::Unknown)?;
-    let id = Some(id).filter(|id| id.len() == 32 && id.bytes().all(|b| b.is_ascii_hexdigit())).ok_or(No::Unknown)?;
-    let stored = app.stage.picture(id).ok_or(No::Nothing)?;
+async fn picture(State(app): State<App>, Path((_, file)): Path<(String, String)>) -> Result<Response, ApiError> {
+    let id = file.strip_suffix(".png").ok_or(ApiError::Unknown)?;
+    let id =
+        Some(id).filter(|id| id.len() == 32 && id.bytes().all(|b| b.is_ascii_hexdigit())).ok_or(ApiError::Unknown)?;
+    let stored = app.stage.picture(id).ok_or(ApiError::Nothing)?;
     Ok(png(stored.png.clone()))
 }
 
@@ -245,8 +246,8 @@ pub(super) fn png(bytes: Bytes) -> Response {
 }
 
 /// Streams events to a page: first the state, then all news.
-async fn events(State(app): State<App>, uri: Uri) -> Result<Response, No> {
-    let place = app.listeners.clone().try_acquire_owned().map_err(|_| No::Busy)?;
+async fn events(State(app): State<App>, uri: Uri) -> Result<Response, ApiError> {
+    let place = app.listeners.clone().try_acquire_owned().map_err(|_| ApiError::Busy)?;
     let page = uri.query() != Some(editor::EDITOR);
     app.pages.fetch_add(usize::from(page), Ordering::Relaxed);
     let listener = Listener { app: app.clone(), news: app.stage.listen(), begun: false, page, _place: place };
@@ -305,8 +306,8 @@ async fn values(
     if headers.get(header::CONTENT_TYPE).is_none_or(|kind| kind != "application/json") {
         return Err(StatusCode::UNSUPPORTED_MEDIA_TYPE.into_response());
     }
-    let values: Values = serde_json::from_slice(&body).map_err(|e| No::Bad(e.to_string()).into_response())?;
-    if app.wish(values) { Ok(StatusCode::ACCEPTED) } else { Err(No::Busy.into_response()) }
+    let values: Values = serde_json::from_slice(&body).map_err(|e| ApiError::Bad(e.to_string()).into_response())?;
+    if app.wish(values) { Ok(StatusCode::ACCEPTED) } else { Err(ApiError::Busy.into_response()) }
 }
 
 /// Extracted query of a request about a target.

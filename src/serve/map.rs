@@ -1,6 +1,6 @@
 //! Sends fields as textures for the lit view: raw samples without a file format.
-use super::handlers::{App, No};
-use super::scene::{Manner, Sight};
+use super::handlers::{ApiError, App};
+use super::scene::{DisplayStyle, Preview};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::HeaderName;
@@ -30,19 +30,22 @@ pub(super) struct Texture {
 /// (sRGB-encoded) and normals, `r16f` for all types with one channel. For light, which may be brighter than white, a
 /// factor follows by which the colours are multiplied. Exact values have the form `f32x1` to `f32x4`, interleaved by
 /// pixel, and the header ends with the unit of the values if they have one.
-pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, QueryRejection>) -> Result<Response, No> {
+pub(super) async fn map(
+    State(app): State<App>,
+    query: Result<Query<Texture>, QueryRejection>,
+) -> Result<Response, ApiError> {
     let Query(Texture { g, t, s, exact }) = query?;
     let scene = app.scene(g)?;
-    let target = scene.target(&t).ok_or(No::Unknown)?;
+    let target = scene.target(&t).ok_or(ApiError::Unknown)?;
     let size = scene.size(s.clamp(1, LONGEST));
     let samples = app
         .look(&scene, move |look, _, scene| {
-            let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Preview::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
             Ok(Some(if exact { numbers(manner, &tile) } else { samples(field.ty(), target.channel, &tile) }))
         })
         .await?;
-    let (form, bytes) = samples.ok_or(No::Nothing)?;
+    let (form, bytes) = samples.ok_or(ApiError::Nothing)?;
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (HeaderName::from_static("x-map"), format!("{} {} {form}", size.x, size.y)),
@@ -50,7 +53,7 @@ pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, Qu
     Ok((head, bytes).into_response())
 }
 
-fn numbers(manner: Manner, tile: &Tile) -> (String, Vec<u8>) {
+fn numbers(manner: DisplayStyle, tile: &Tile) -> (String, Vec<u8>) {
     let channels = tile.channels();
     let mut bytes = vec![0; tile.window.len() * channels * 4];
     for c in 0..channels {

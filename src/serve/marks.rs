@@ -1,7 +1,7 @@
 //! Overlays for the mesh of the lit view: charts and parts of its triangles, chart borders, and directions on the
 //! surface.
 use super::coarse::Sent;
-use super::handlers::{App, No, Of};
+use super::handlers::{ApiError, App, Of};
 use super::scene::Scene;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
@@ -70,7 +70,10 @@ impl Page<'_> {
 /// Returns the overlays of the scene's mesh, or null if it has none, since the page may ask just as another graph
 /// replaces this one. Triangles are in the page's order, by parts; lines list the coordinates of their ends, points
 /// their coordinates.
-pub(super) async fn marks(State(app): State<App>, query: Result<Query<Of>, QueryRejection>) -> Result<Response, No> {
+pub(super) async fn marks(
+    State(app): State<App>,
+    query: Result<Query<Of>, QueryRejection>,
+) -> Result<Response, ApiError> {
     let scene = app.scene(query?.g)?;
     let found = app.look(&scene, move |look, _, scene| found(look, scene)).await?;
     Ok(Json(found).into_response())

@@ -22,8 +22,8 @@ mod marks;
 mod mesh;
 mod object;
 mod paint;
+mod previews;
 mod scene;
-mod sights;
 mod sky;
 mod stage;
 mod store;
@@ -32,8 +32,8 @@ mod thumb;
 mod wear;
 mod wiring;
 
-pub(crate) use editor::Place;
-pub(crate) use scene::{COARSE, Scene, Shown, Sight, Target, WHOLE};
+pub(crate) use editor::SourcePosition;
+pub(crate) use scene::{COARSE, PictureInfo, Preview, Scene, Target, WHOLE};
 pub(crate) use stage::{Stage, Values};
 pub(crate) use store::Store;
 
@@ -65,7 +65,7 @@ pub(crate) fn start(
     port: u16,
     stage: Arc<Stage>,
     wishes: impl Fn(Values) -> bool + Send + Sync + 'static,
-    jump: impl Fn(&Place) + Send + Sync + 'static,
+    jump: impl Fn(&SourcePosition) + Send + Sync + 'static,
 ) -> Result<Server, Quit> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)

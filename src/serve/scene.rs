@@ -1,6 +1,6 @@
 //! A displayed graph: its targets and their pictures.
 use super::paint::{Painter, range};
-use super::sights;
+use super::previews;
 use super::store::{Store, Stored};
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
@@ -38,7 +38,7 @@ pub(crate) struct Target {
 
 /// Style in which the values of a field are displayed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Manner {
+pub(crate) struct DisplayStyle {
     /// Unit of the values.
     pub(crate) unit: &'static str,
     /// Type as which the values are painted.
@@ -47,7 +47,7 @@ pub(crate) struct Manner {
     pub(crate) holes: bool,
 }
 
-impl Manner {
+impl DisplayStyle {
     /// The default style of a field, by its type.
     fn of(field: &Field) -> Self {
         Self { unit: "", ty: field.ty(), holes: false }
@@ -55,9 +55,9 @@ impl Manner {
 }
 
 /// Preview of a target.
-pub(crate) enum Sight {
+pub(crate) enum Preview {
     /// A field, painted as a picture.
-    Field(Field, Manner),
+    Field(Field, DisplayStyle),
     /// Pixels of an object, without a position on the canvas.
     Pixels(Pixels),
     /// An object of this type, and its sketch if it has one.
@@ -66,7 +66,7 @@ pub(crate) enum Sight {
 
 /// Description of a target's picture for pages.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Shown {
+pub(crate) struct PictureInfo {
     /// Name of the target.
     pub(crate) target: String,
     /// Address of the picture, relative to the page.
@@ -101,7 +101,7 @@ pub(crate) struct Scene {
     /// Keys of the graph.
     pub(crate) keys: Keys,
     /// Pictures of outputs made so far.
-    pub(crate) shown: Mutex<BTreeMap<String, Shown>>,
+    pub(crate) shown: Mutex<BTreeMap<String, PictureInfo>>,
     /// Statistics of the nodes so far.
     pub(crate) stats: Mutex<Vec<NodeStats>>,
     names: HashMap<String, NodeIndex>,
@@ -171,7 +171,7 @@ impl Scene {
     }
 
     /// Records the first picture of a target.
-    pub(crate) fn begin(&self, shown: &Shown) {
+    pub(crate) fn begin(&self, shown: &PictureInfo) {
         lock(&self.shown).insert(shown.target.clone(), shown.clone());
     }
 
@@ -207,30 +207,30 @@ impl Scene {
     ///
     /// # Errors
     /// Fails if the value cannot be made.
-    pub(crate) fn sight(&self, look: &Look<'_>, target: &Target) -> Result<Option<Sight>, Failure> {
+    pub(crate) fn sight(&self, look: &Look<'_>, target: &Target) -> Result<Option<Preview>, Failure> {
         let Some(value) = look.value(target.node, target.output)? else { return Ok(None) };
         Ok(match value {
             Value::Material(material) => {
                 let channel = target.channel.or_else(|| material.channels().first().map(|c| c.0));
                 channel.and_then(|c| {
                     let field = material.get(c)?.clone();
-                    let manner = Manner { unit: unit_of(c), ..Manner::of(&field) };
-                    Some(Sight::Field(field, manner))
+                    let manner = DisplayStyle { unit: unit_of(c), ..DisplayStyle::of(&field) };
+                    Some(Preview::Field(field, manner))
                 })
             }
             Value::Field(field) => {
-                let manner = Manner { unit: self.unit(target), ..Manner::of(&field) };
-                Some(Sight::Field(field, manner))
+                let manner = DisplayStyle { unit: self.unit(target), ..DisplayStyle::of(&field) };
+                Some(Preview::Field(field, manner))
             }
-            Value::Picture(picture) => Some(Sight::Field(picture.rgb.clone(), Manner::of(&picture.rgb))),
+            Value::Picture(picture) => Some(Preview::Field(picture.rgb.clone(), DisplayStyle::of(&picture.rgb))),
             Value::Solid(solid) => {
-                let field = sights::cut(look, &self.graph, (target.node, target.output), &solid)?;
+                let field = previews::cut(look, &self.graph, (target.node, target.output), &solid)?;
                 let ty = if solid.ty() == Type::SolidVector { Type::Vec2 } else { field.ty() };
-                Some(Sight::Field(field, Manner { unit: self.unit(target), ty, holes: true }))
+                Some(Preview::Field(field, DisplayStyle { unit: self.unit(target), ty, holes: true }))
             }
             value => Some(match value.sketch() {
-                Some(Sketch::Pixels(pixels)) => Sight::Pixels(pixels),
-                sketch => Sight::Object(value.ty(), sketch),
+                Some(Sketch::Pixels(pixels)) => Preview::Pixels(pixels),
+                sketch => Preview::Object(value.ty(), sketch),
             }),
         })
     }
@@ -266,7 +266,7 @@ impl Scene {
         look: &Look<'_>,
         store: &Store,
         target: &Target,
-        (field, manner): (&Field, Manner),
+        (field, manner): (&Field, DisplayStyle),
         size: UVec2,
     ) -> Result<Arc<Stored>, Failure> {
         let grid = self.graph.canvas.grid(size);
@@ -292,7 +292,7 @@ impl Scene {
         let key = self.keys.output(target.node, target.output);
         let id = Key::of("flat preview", &[key.as_bytes(), &longest.to_le_bytes()]).to_string();
         store.get(&id).unwrap_or_else(|| {
-            let (ty, tile) = (pixels.ty(), sights::tile(pixels, longest));
+            let (ty, tile) = (pixels.ty(), previews::tile(pixels, longest));
             let range = range(ty, &tile);
             let png = Painter::new(ty, range).png(&tile, &|| false).unwrap_or_default().into();
             let size = [tile.window.width, tile.window.height];
@@ -324,8 +324,8 @@ impl Scene {
     }
 
     /// Describes a picture for pages.
-    pub(crate) fn shown(&self, target: &Target, unit: &'static str, stored: Arc<Stored>) -> Shown {
-        Shown {
+    pub(crate) fn shown(&self, target: &Target, unit: &'static str, stored: Arc<Stored>) -> PictureInfo {
+        PictureInfo {
             target: target.name.clone(),
             picture: format!("picture/{}.png", stored.id),
             size: stored.size,
@@ -339,8 +339,8 @@ impl Scene {
     }
 
     /// Describes a picture without a position on the canvas for pages.
-    pub(crate) fn shown_pixels(&self, target: &Target, stored: Arc<Stored>) -> Shown {
-        Shown { own: true, is_final: true, ..self.shown(target, "", stored) }
+    pub(crate) fn shown_pixels(&self, target: &Target, stored: Arc<Stored>) -> PictureInfo {
+        PictureInfo { own: true, is_final: true, ..self.shown(target, "", stored) }
     }
 }
 

@@ -2,7 +2,7 @@
 //! for pages.
 use super::environment::Environment;
 use super::export::Exports;
-use super::scene::{Scene, Shown, lock};
+use super::scene::{PictureInfo, Scene, lock};
 use super::store::{Store, Stored};
 use super::texts::Texts;
 use super::wear;
@@ -172,7 +172,7 @@ impl Stage {
     }
 
     /// Announces a picture of a scene.
-    pub(crate) fn show(&self, scene: &Scene, output: &str, shown: &Shown) {
+    pub(crate) fn show(&self, scene: &Scene, output: &str, shown: &PictureInfo) {
         lock(&scene.shown).insert(shown.target.clone(), shown.clone());
         let mut news = json!(shown);
         news["generation"] = scene.generation.into();

@@ -1,11 +1,11 @@
 //! Textures that cut solids along a shape: the material's cuts follow the surface of the shape instead of a board, so
 //! that rings run through the shape and pores open where its surface meets them.
 use super::data::Query2;
-use super::handlers::{App, No};
+use super::handlers::{ApiError, App};
 use super::instead::instead;
 use super::map::samples;
+use super::previews::single;
 use super::scene::{Scene, Target};
-use super::sights::single;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
@@ -148,12 +148,12 @@ pub(super) fn has_solid(scene: &Scene) -> bool {
 /// Returns a texture of a shape in the format of `map`: a target or a channel of it, with all solids cut along the
 /// shape. For a target that uses no cut, the texture is the colour of the nearest solid, and there are no other
 /// channels.
-pub(super) async fn wear(State(app): State<App>, query: Query2<Worn>) -> Result<Response, No> {
+pub(super) async fn wear(State(app): State<App>, query: Query2<Worn>) -> Result<Response, ApiError> {
     let Query(Worn { g, t, shape, s }) = query?;
     let scene = app.scene(g)?;
-    let target = scene.target(&t).ok_or(No::Nothing)?;
+    let target = scene.target(&t).ok_or(ApiError::Nothing)?;
     let made = app.look(&scene, move |look, _, scene| worn(look, scene, &target, shape, s)).await?;
-    let (size, form, bytes) = made.ok_or(No::Nothing)?;
+    let (size, form, bytes) = made.ok_or(ApiError::Nothing)?;
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (HeaderName::from_static("x-map"), format!("{} {} {form}", size.x, size.y)),

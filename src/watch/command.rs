@@ -1,8 +1,8 @@
 //! Command line of `shibo watch`, and start of its threads.
 use super::editor;
-use super::evaluate::{Desk, evaluate};
+use super::evaluate::{LatestJob, evaluate};
 use super::follow::{Signal, Watch};
-use super::tell::Teller;
+use super::status_reporter::StatusReporter;
 use crate::args::{EngineArgs, ValueArgs};
 use crate::interrupt;
 use crate::library;
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
         move |place| editor.iter().for_each(|command| editor::open(command, place)),
     )?;
     let _note = editor::Note::write(&args.graph, &server.url);
-    let teller = Teller { terminal, log: args.log.is_some() };
+    let teller = StatusReporter { terminal, log: args.log.is_some() };
     interrupt::on_signals({
         let sender = sender.clone();
         move || drop(sender.send(Signal::Stop))
@@ -90,7 +90,7 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
     if !args.no_open {
         serve::open_browser(&server.url);
     }
-    let desk = Desk::default();
+    let desk = LatestJob::default();
     std::thread::scope(|scope| {
         scope.spawn(|| evaluate(&desk, &stage, &teller));
         Watch::new(args, &stage, &desk, &teller, sender).run(&signals);

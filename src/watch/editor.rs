@@ -1,6 +1,6 @@
 //! Support for editors: they find the page of a graph, and show the line of a clicked node.
 use crate::environment;
-use crate::serve::Place;
+use crate::serve::SourcePosition;
 use serde_json::json;
 use std::fs;
 use std::io::Write;
@@ -12,7 +12,7 @@ use std::time::Duration;
 const OLD: Duration = Duration::from_secs(30 * 24 * 3600);
 
 /// Starts the user's editor at a source position. The command is split at blanks; words may be quoted.
-pub(super) fn open(command: &str, place: &Place) {
+pub(super) fn open(command: &str, place: &SourcePosition) {
     let mut words = words(command).into_iter().map(|word| {
         let word = word.replace("{line}", &place.line.to_string()).replace("{column}", &place.column.to_string());
         word.replace("{file}", &place.file.to_string_lossy())

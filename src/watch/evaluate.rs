@@ -1,7 +1,7 @@
 //! The evaluation thread: makes the outputs of the newest graph, first as coarse and then as sharp pictures.
-use super::tell::Teller;
+use super::status_reporter::StatusReporter;
 use crate::report;
-use crate::serve::{COARSE, Scene, Shown, Sight, Stage, Target, WHOLE};
+use crate::serve::{COARSE, PictureInfo, Preview, Scene, Stage, Target, WHOLE};
 use shibo_engine::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use shibo_engine::eval::{CancelToken, Event, NodeState, NodeStats, Observer};
 use shibo_engine::graph::Graph;
@@ -37,12 +37,12 @@ struct Slot {
 
 /// Holds the next job; a newer one replaces it.
 #[derive(Default)]
-pub(super) struct Desk {
+pub(super) struct LatestJob {
     slot: Mutex<Slot>,
     changed: Condvar,
 }
 
-impl Desk {
+impl LatestJob {
     fn lock(&self) -> MutexGuard<'_, Slot> {
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -89,7 +89,7 @@ impl Desk {
 }
 
 /// Evaluates jobs until `desk` is closed.
-pub(super) fn evaluate(desk: &Desk, stage: &Arc<Stage>, teller: &Teller<'_>) {
+pub(super) fn evaluate(desk: &LatestJob, stage: &Arc<Stage>, teller: &StatusReporter<'_>) {
     let mut trimmed = Instant::now();
     while let Some((job, cancel)) = desk.take() {
         stage.set_busy(true);
@@ -129,7 +129,7 @@ impl Of {
 
 struct Evaluation<'a> {
     stage: &'a Stage,
-    teller: &'a Teller<'a>,
+    teller: &'a StatusReporter<'a>,
     since: Instant,
     /// Time at which the first, coarse pictures were shown.
     first: Mutex<Option<Duration>>,
@@ -221,11 +221,11 @@ impl Evaluation<'_> {
         longest: u32,
         adopted: &mut bool,
     ) -> Result<(), Failure> {
-        let is_sharp = |shown: &Shown| shown.is_final;
+        let is_sharp = |shown: &PictureInfo| shown.is_final;
         if scene.shown.lock().unwrap_or_else(PoisonError::into_inner).get(&target.name).is_some_and(is_sharp) {
             return Ok(());
         }
-        let Some(Sight::Field(field, manner)) = scene.sight(look, target)? else { return Ok(()) };
+        let Some(Preview::Field(field, manner)) = scene.sight(look, target)? else { return Ok(()) };
         // An unchanged picture is already in the store, at full size.
         let stored = match scene.known(&self.stage.store, target, &field, scene.size(WHOLE)) {
             Some(sharp) => sharp,
@@ -244,7 +244,7 @@ impl Evaluation<'_> {
     }
 
     /// Reports a material once, with its first channel.
-    fn tell(&self, scene: &Scene, output: &str, target: &Target, shown: &Shown) {
+    fn tell(&self, scene: &Scene, output: &str, target: &Target, shown: &PictureInfo) {
         let whole = scene.target(output);
         if target.name != output && self.is_first_channel(scene, whole.as_ref(), target) {
             self.teller.shown(&scene.sha256, output, shown);
@@ -306,8 +306,8 @@ mod tests {
 
     #[test]
     fn a_save_after_a_panic_is_shown() {
-        let (stage, desk, terminal) = (defective::stage(), Desk::default(), Terminal::new());
-        let teller = Teller { terminal: &terminal, log: false };
+        let (stage, desk, terminal) = (defective::stage(), LatestJob::default(), Terminal::new());
+        let teller = StatusReporter { terminal: &terminal, log: false };
         let (told, shown) = std::thread::scope(|scope| {
             scope.spawn(|| evaluate(&desk, &stage, &teller));
             desk.put(job(1, true), &stage);

@@ -12,7 +12,7 @@ const READ_AGAIN: u64 = 4 << 20;
 
 /// State of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum FileState {
     /// A file with this hash of its content.
     Content([u8; 32]),
     /// No file.
@@ -25,7 +25,7 @@ pub(super) enum State {
 struct Print {
     signature: Option<Signature>,
     read: SystemTime,
-    state: State,
+    state: FileState,
 }
 
 impl Print {
@@ -34,8 +34,8 @@ impl Print {
         let metadata = fs::metadata(path);
         let signature = metadata.as_ref().ok().map(Signature::of);
         let state = match &metadata {
-            Ok(metadata) if metadata.is_file() => hash(path).map_or_else(|e| without(&e), State::Content),
-            Ok(_) => State::Unreadable,
+            Ok(metadata) if metadata.is_file() => hash(path).map_or_else(|e| without(&e), FileState::Content),
+            Ok(_) => FileState::Unreadable,
             Err(error) => without(error),
         };
         Self { signature, read, state }
@@ -44,16 +44,16 @@ impl Print {
     /// Returns whether the file has certainly not changed, judged without reading it.
     fn holds(&self, path: &Path) -> bool {
         let signature = fs::metadata(path).ok().as_ref().map(Signature::of);
-        let readable = matches!(self.state, State::Content(_) | State::Missing);
+        let readable = matches!(self.state, FileState::Content(_) | FileState::Missing);
         let tells = |signature: Signature| signature.length() > READ_AGAIN || !signature.may_hide_a_change(self.read);
         readable && signature == self.signature && signature.is_none_or(tells)
     }
 }
 
-fn without(error: &io::Error) -> State {
+fn without(error: &io::Error) -> FileState {
     match error.kind() {
-        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => State::Missing,
-        _ => State::Unreadable,
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => FileState::Missing,
+        _ => FileState::Unreadable,
     }
 }
 
@@ -94,7 +94,7 @@ impl Files {
     }
 
     /// Records the content of a file that was just read elsewhere.
-    pub(super) fn note(&mut self, path: &Path, before: Option<Metadata>, state: State) {
+    pub(super) fn note(&mut self, path: &Path, before: Option<Metadata>, state: FileState) {
         let signature = before.as_ref().map(Signature::of);
         self.prints.insert(path.to_owned(), Print { signature, read: SystemTime::now(), state });
     }

@@ -1,11 +1,11 @@
-//! The watch loop: reads every save and puts every graph without errors on the desk.
+//! The watch loop: reads every save and puts every graph without errors into [`LatestJob`].
 use super::command::WatchArgs;
-use super::evaluate::{Desk, Job};
+use super::evaluate::{Job, LatestJob};
 use super::files::Files;
 use super::folders::Folders;
 use super::load::{self, Reading};
 use super::settle::Settle;
-use super::tell::Teller;
+use super::status_reporter::StatusReporter;
 use crate::report;
 use crate::serve::{Stage, Values};
 use crate::terminal::Terminal;
@@ -47,8 +47,8 @@ struct Held {
 pub(super) struct Watch<'a> {
     path: &'a Path,
     stage: &'a Stage,
-    desk: &'a Desk,
-    teller: &'a Teller<'a>,
+    desk: &'a LatestJob,
+    teller: &'a StatusReporter<'a>,
     values: Values,
     files: Files,
     folders: Option<Folders>,
@@ -65,8 +65,8 @@ impl<'a> Watch<'a> {
     pub(super) fn new(
         args: &'a WatchArgs,
         stage: &'a Stage,
-        desk: &'a Desk,
-        teller: &'a Teller<'a>,
+        desk: &'a LatestJob,
+        teller: &'a StatusReporter<'a>,
         signals: Sender<Signal>,
     ) -> Self {
         let folders = if args.poll { None } else { watcher(signals, teller.terminal) };

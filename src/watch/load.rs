@@ -1,5 +1,5 @@
 //! Loads a graph file that may be half written.
-use super::files::{State, hex, sha256};
+use super::files::{FileState, hex, sha256};
 use crate::serve::Values;
 use shibo_engine::diagnostics::{Code, Diagnostic, Origin};
 use shibo_engine::graph::{self, Limits, LoadOptions, Loaded};
@@ -23,7 +23,7 @@ pub(super) struct Reading {
     /// Hash of the file, if it could be read.
     pub(super) sha256: Option<String>,
     /// State of the file when it was read.
-    pub(super) state: State,
+    pub(super) state: FileState,
     /// Metadata just before reading.
     pub(super) before: Option<Metadata>,
     /// The graph or its errors.
@@ -40,9 +40,9 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
     let limits = Limits::default();
     let bytes = before.as_ref().filter(|m| m.is_file()).and_then(|_| read(path, limits.max_file_bytes).ok());
     let state = match (&bytes, &before) {
-        (Some(bytes), _) => State::Content(sha256(bytes)),
-        (None, Some(_)) => State::Unreadable,
-        (None, None) => State::Missing,
+        (Some(bytes), _) => FileState::Content(sha256(bytes)),
+        (None, Some(_)) => FileState::Unreadable,
+        (None, None) => FileState::Missing,
     };
     let text = bytes.filter(|b| b.len() as u64 <= limits.max_file_bytes).and_then(|b| String::from_utf8(b).ok());
     let mut options = LoadOptions { limits, ..values.clone().options() };
@@ -59,7 +59,7 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
             break loaded;
         }
     };
-    let sha256 = if let State::Content(hash) = &state { Some(hex(hash)) } else { None };
+    let sha256 = if let FileState::Content(hash) = &state { Some(hex(hash)) } else { None };
     Reading { sha256, state, before, loaded, text, refused }
 }
 
@@ -106,7 +106,7 @@ impl Reading {
     pub(super) fn is_unfinished(&self) -> bool {
         let ends_early = |error: &Diagnostic| error.unfinished || error.code == Code::FileNotFound;
         let errors = self.loaded.diagnostics.iter().filter(|d| !d.warning);
-        !matches!(self.state, State::Content(_)) || errors.into_iter().any(ends_early)
+        !matches!(self.state, FileState::Content(_)) || errors.into_iter().any(ends_early)
     }
 }
 

@@ -10,6 +10,6 @@ mod folders;
 mod follow;
 mod load;
 mod settle;
-mod tell;
+mod status_reporter;
 
 pub(crate) use command::{WatchArgs, run};

@@ -105,7 +105,7 @@ fn ask(workspace: &Workspace, file: &Arc<File>, at: usize, all: bool) {
     structure::outline(cx).iter().for_each(|entry| inside(file, &entry.range, "outline"));
     structure::links(cx);
     colors::swatches(cx).iter().for_each(|(range, _)| inside(file, range, "colour"));
-    inlay::inlays(cx, &(0..file.text.len()), inlay::Shown::default());
+    inlay::inlays(cx, &(0..file.text.len()), inlay::InlayKinds::default());
     lens::lenses(cx).iter().for_each(|lens| inside(file, &lens.range, "lens"));
     let tokens = tokens::tokens(cx);
     tokens.iter().for_each(|(range, _)| inside(file, range, "token"));

@@ -68,11 +68,11 @@ fn what_is_there_is_told() {
         let hints = diagnose::hints(cx);
         assert_eq!(hints.len(), 1);
         assert!(hints[0].unneeded && file.at(&hints[0].range).starts_with("\"c\": Blur("));
-        let inlays = inlay::inlays(cx, &(0..TEXT.len()), inlay::Shown::default());
+        let inlays = inlay::inlays(cx, &(0..TEXT.len()), inlay::InlayKinds::default());
         let shown: Vec<(&str, &str)> =
             inlays.iter().map(|one| (TEXT[..one.at].rsplit([' ', '(']).next().unwrap(), one.text.as_str())).collect();
         assert!(shown.contains(&("\"$p\"", " = 2 mm")) && shown.contains(&("1", " mm")), "{shown:?}");
-        let none = inlay::Shown { units: false, values: false, types: false };
+        let none = inlay::InlayKinds { units: false, values: false, types: false };
         assert!(inlay::inlays(cx, &(0..TEXT.len()), none).is_empty());
         let at = TEXT.find("a\", radius").unwrap();
         let (_, place) = navigate::definition(cx, file, at).unwrap();

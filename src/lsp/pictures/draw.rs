@@ -3,7 +3,7 @@ use super::sketch::{self, SIDE};
 use super::{Made, Subject, Wish};
 use crate::environment;
 use crate::library;
-use crate::serve::{Scene, Sight, Store};
+use crate::serve::{Preview, Scene, Store};
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
@@ -96,12 +96,12 @@ impl Studio {
             let value = look.value(target.node, target.output)?;
             let bytes = value.as_ref().filter(|value| value.field().is_none()).map(|value| value.bytes());
             let png = match scene.sight(look, &target)? {
-                Some(Sight::Field(field, manner)) => {
+                Some(Preview::Field(field, manner)) => {
                     let size = scene.size(SIDE);
                     Some(scene.picture(look, &self.store, &target, (&field, manner), size)?.png.to_vec())
                 }
-                Some(Sight::Pixels(pixels)) => Some(scene.pixels(&self.store, &target, &pixels, SIDE).png.to_vec()),
-                Some(Sight::Object(_, Some(sketch))) => {
+                Some(Preview::Pixels(pixels)) => Some(scene.pixels(&self.store, &target, &pixels, SIDE).png.to_vec()),
+                Some(Preview::Object(_, Some(sketch))) => {
                     sketch::draw(&sketch, scene.graph.canvas.size_mm).and_then(|p| png(&p, UVec2::splat(SIDE), 1))
                 }
                 _ => None,

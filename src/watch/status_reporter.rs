@@ -1,6 +1,6 @@
 //! Reports to the terminal, and to programs that read stdout.
 use crate::report;
-use crate::serve::Shown;
+use crate::serve::PictureInfo;
 use crate::terminal::Terminal;
 use serde_json::{Value as Json, json};
 use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
@@ -10,14 +10,14 @@ use std::time::Duration;
 const NAMES: usize = 3;
 
 /// Reports events.
-pub(super) struct Teller<'t> {
+pub(super) struct StatusReporter<'t> {
     /// Terminal for people.
     pub(super) terminal: &'t Terminal,
     /// True if a program reads stdout.
     pub(super) log: bool,
 }
 
-impl Teller<'_> {
+impl StatusReporter<'_> {
     fn log(&self, event: &Json) {
         if self.log {
             // If the reader of stdout is gone, pictures are still shown.
@@ -37,7 +37,7 @@ impl Teller<'_> {
     }
 
     /// A picture was shown.
-    pub(super) fn shown(&self, sha256: &str, output: &str, shown: &Shown) {
+    pub(super) fn shown(&self, sha256: &str, output: &str, shown: &PictureInfo) {
         self.log(&json!({
             "event": "shown",
             "sha256": sha256,

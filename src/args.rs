@@ -155,13 +155,13 @@ mod tests {
     use glam::UVec2;
 
     #[test]
-    fn the_command_line_is_consistent() {
+    fn defines_valid_command_line() {
         use clap::CommandFactory;
         Cli::command().debug_assert();
     }
 
     #[test]
-    fn values_are_read() {
+    fn parses_argument_values() {
         assert_eq!(resolution("640x480"), Ok(Resolution::Exact(UVec2::new(640, 480))));
         assert_eq!(resolution("512"), Ok(Resolution::Longer(512)));
         assert!(["", "0", "1x", "-1x3", "1x2x3", "1e3"].iter().all(|text| resolution(text).is_err()));

@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_named_in_characters_and_never_broken() {
+    fn counts_columns_in_characters_and_never_wraps_locations() {
         let mut sources = SourceMap::default();
         let name = format!("{}/シボ.ron", "long".repeat(30));
         let file = sources.add(&name, "(\n  \"シボ\": Perlim(),\n)\n");
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn several_files_and_empty_ones() {
+    fn shows_several_and_empty_files() {
         let mut sources = SourceMap::default();
         let a = sources.add("a.ron", "one\ntwo\n");
         let b = sources.add("b.ron", "three");
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn places_far_apart_are_drawn_apart() {
+    fn draws_distant_places_separately() {
         let mut sources = SourceMap::default();
         let file = sources.add("a.ron", (0..1000).map(|i| format!("line{i}\n")).collect::<String>());
         let at = |line: usize| {
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn very_long_lines_are_left_out() {
+    fn omits_very_long_lines() {
         let mut sources = SourceMap::default();
         let file = sources.add("a.ron", "x".repeat(100_000));
         let text = rendered(&Diagnostic::new(Code::Syntax, Span { file, start: 7, end: 9 }, "m"), &sources, 80);

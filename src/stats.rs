@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sub_graphs_are_summed() {
+    fn sums_nodes_of_sub_graphs() {
         let node = |name: &str, state, seconds| NodeStats {
             name: name.into(),
             kind: "K".into(),

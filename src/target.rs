@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_target_is_one_of_the_engine() {
+    fn targets_match_engine_targets() {
         let names: Vec<String> = Target::value_variants()
             .iter()
             .filter_map(|target| Some(target.to_possible_value()?.get_name().to_owned()))

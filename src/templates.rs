@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn templates_stand_alone() {
+    fn templates_import_no_files() {
         for template in TEMPLATES {
             // A copy has no folder `lib` beside it.
             assert!(!template.text.contains("imports:"), "{}", template.name);

@@ -288,13 +288,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn control_characters_are_escaped() {
+    fn escapes_control_characters() {
         assert_eq!(escape("a\u{1b}[31mb\n\t\u{9b}\u{202e}ü"), "a\\u{1b}[31mb\\n\\t\\u{9b}\\u{202e}ü");
         assert_eq!(escape("plain — text"), "plain — text");
     }
 
     #[test]
-    fn json_is_safe_and_means_the_same() {
+    fn json_is_safe_and_keeps_meaning() {
         let word = "a\u{7f}b\u{9b}\u{202e}\u{1b}\n\"é";
         let mut out = Vec::new();
         let mut serializer = serde_json::Serializer::with_formatter(&mut out, SafeJson);
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn only_styles_pass() {
+    fn passes_only_styles() {
         let mut text = Text::new(true);
         text.rendered("\u{1b}[1;31mred\u{1b}[0m\n\u{1b}]0;title\u{7}\u{1b}[2J\u{1b}");
         assert_eq!(text.as_str(), "\u{1b}[1;31mred\u{1b}[0m\n\\u{1b}]0;title\\u{7}\\u{1b}[2J\\u{1b}");

@@ -183,7 +183,7 @@ mod tests {
     ];
 
     #[test]
-    fn changes_what_nobody_else_saves() {
+    fn changes_file_without_other_saves() {
         for exchange in [AtomicFile::exchange as Exchange, unable] {
             assert_eq!(during(exchange, &mut |_, _| {}), ("after".to_owned(), true));
         }

@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_archive_of_two_files() {
+    fn writes_archive_of_two_files() {
         let files = [("a.txt".to_owned(), b"abc".to_vec()), ("b/ü".to_owned(), Vec::new())];
         let archive = zip(&files).unwrap();
         assert_eq!(archive, zip(&files).unwrap());

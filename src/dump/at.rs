@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_are_read() {
+    fn reads_points() {
         let points = parse("\u{feff}1,2\r\n\n -0.5 , 1e-3\n").unwrap();
         assert_eq!(points, Points::Canvas(vec![DVec2::new(1.0, 2.0), DVec2::new(-0.5, 0.001)]));
         assert_eq!(parse("1,2,3").unwrap(), Points::Space(vec![DVec3::new(1.0, 2.0, 3.0)]));

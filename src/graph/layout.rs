@@ -208,7 +208,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_apart_and_near_their_wishes() {
+    fn spreads_rows_near_their_wishes() {
         assert_eq!(spread(&[0.0, 5.0]), [0.0, 5.0]);
         assert_eq!(spread(&[2.0, 2.0]), [1.5, 2.5]);
         assert_eq!(spread(&[0.0, 0.0, 0.0]), [-1.0, 0.0, 1.0]);
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_laid_out_too() {
+    fn lays_out_empty_graph() {
         assert_eq!(layout(0, &[], |_| false).columns, 1);
     }
 }

@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_lines_that_differ_are_changed() {
+    fn changes_only_differing_lines() {
         let edit = |old: &str, new: &str| {
             let edit = change(old, &(0..old.len()), new);
             if let Some(edit) = &edit {

@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_taken_as_they_are() {
+    fn quotes_words_for_shell() {
         for word in ["a b", "it's", "$(rm -rf /)", "`x`", "\"", "a\nb", "", "*", "\\"] {
             let output =
                 std::process::Command::new("bash").args(["-c", &format!("printf %s {}", quoted(word))]).output();

@@ -230,7 +230,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn snippets_become_plain_texts() {
+    fn converts_snippets_to_plain_text() {
         assert_eq!(plain("Blur(input: \"$1\"$0)"), "Blur(input: \"\")");
         assert_eq!(plain("Number(default: ${1:0.5}, doc: \"$2\")$0"), "Number(default: 0.5, doc: \"\")");
     }

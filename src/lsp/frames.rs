@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn goes_on_after_messages_that_cannot_be_read() {
+    fn skips_unreadable_messages() {
         let bad: [Vec<u8>; 14] = [
             b"Content-Length: 99999999999999999999\r\n\r\n{}".to_vec(),
             b"Content-Length: 999999999999999999999999999999999999999999999999999999\r\n\r\n".to_vec(),

@@ -231,7 +231,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bytes_become_base64() {
+    fn encodes_base64() {
         assert_eq!(
             [b"".as_slice(), b"f", b"fo", b"foo", b"foob"].map(base64),
             ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg=="]

@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_counted_in_both_encodings() {
+    fn converts_positions_in_both_encodings() {
         for encoding in [Encoding::Utf8, Encoding::Utf16] {
             let lines = lines(encoding);
             let text = lines.text.clone();
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_places_are_mended() {
+    fn clamps_invalid_positions() {
         let lines = lines(Encoding::Utf16);
         // Positions between the two halves of a character, after the end of a line, and after the end of the text.
         assert_eq!(lines.offset(Position::new(1, 2)), 5);
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn changes_follow_each_other() {
+    fn applies_changes_in_order() {
         let change = |line: u32, from: u32, to: u32, text: &str| Change {
             range: Some(Span::new(Position::new(line, from), Position::new(line, to))),
             range_length: None,

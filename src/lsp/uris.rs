@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paths_survive() {
+    fn paths_round_trip() {
         for text in ["/a/b.ron", "/a b/シ%20.ron", "/x/#1?.ron"] {
             assert_eq!(path(&uri(Path::new(text)).unwrap()), PathBuf::from(text));
         }

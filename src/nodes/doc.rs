@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn docs_are_taken_apart() {
+    fn splits_docs_into_blocks() {
         let doc = "One\ntwo. Three\n\n- a\n  b\n- c\n\n```ron\n\"x\": Y(),\n\n  z\n```\nEnd";
         let expected = [
             DocBlock::Paragraph("One two. Three".into()),

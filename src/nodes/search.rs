@@ -75,14 +75,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_other_programs_are_found() {
+    fn finds_names_of_other_programs() {
         let doc = "Does a thing.\n\nElsewhere: Substance Designer *Tile Sampler*, Material Maker *Tiler*.";
         assert_eq!(elsewhere(doc), "Substance Designer Tile Sampler, Material Maker Tiler.");
         assert_eq!(elsewhere("Nothing."), "");
     }
 
     #[test]
-    fn manuals_tell_what_other_programs_call_a_node() {
+    fn manuals_list_names_in_other_programs() {
         let registry = shibo_nodes::registry();
         let pairs = [
             ("ColorRamp", "GradientMap"),
@@ -140,7 +140,7 @@ mod tests {
     ];
 
     #[test]
-    fn every_kind_is_found_by_the_names_that_its_manual_tells() {
+    fn finds_every_kind_by_its_listed_names() {
         let registry = shibo_nodes::registry();
         for kind in registry.kinds() {
             let doc = registry.info(kind).unwrap().doc.clone();
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_comes_first() {
+    fn ranks_nearest_match_first() {
         let rank = |query: &str| rank(query, "GradientMap", "Colours by value.", "Blender ColorRamp, Houdini Ramp.");
         assert_eq!(rank("gradient").map(|r| r.0), Some(0));
         assert_eq!(rank("Map").map(|r| r.0), Some(1));

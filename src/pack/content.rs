@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paths_within_a_package_are_followed_and_written() {
+    fn resolves_and_writes_paths_in_package() {
         for (from, written, to) in [
             ("a.ron", "b.ron", Some("b.ron")),
             ("x/a.ron", "../y/./b.ron", Some("y/b.ron")),

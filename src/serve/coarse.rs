@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn large_meshes_become_coarser_and_keep_their_charts() {
+    fn simplifies_large_meshes_within_charts() {
         let (whole, charts) = square(100);
         let area = |sent: &Sent| sent.indices.as_chunks::<3>().0.iter().map(|t| sent.area(*t)).sum::<f32>();
         assert!((area(&whole) - 1.0).abs() < 1e-3);

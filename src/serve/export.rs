@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn exports_that_panic_free_their_place() {
+    fn panicking_export_frees_its_slot() {
         let stage = defective::stage();
         for _ in 0..=AT_ONCE {
             let news = exported(&stage, true);

@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn only_our_own_page_may_ask() {
+    fn accepts_requests_of_own_page_only() {
         let host = ("host", "127.0.0.1:80");
         let origin = ("origin", "http://127.0.0.1:80");
         let get = |path, list: &[_]| refused(&Method::GET, path, list);

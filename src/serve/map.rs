@@ -99,7 +99,7 @@ mod tests {
     use shibo_engine::value::Grid;
 
     #[test]
-    fn light_brighter_than_white_is_kept() {
+    fn keeps_light_brighter_than_white() {
         let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None, shown: None };
         let mut tile = Tile::new(grid, Window::full(UVec2::new(2, 1)), 3);
         tile.data_mut().copy_from_slice(&[4.0, 0.0, 2.0, 0.0, f32::INFINITY, 1.0]);

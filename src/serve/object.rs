@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_on_the_canvas_is_sent_in_mm() {
+    fn sends_canvas_objects_in_mm() {
         let points = Arc::new(Points { positions: vec![Vec2::ZERO, Vec2::new(0.5, 2.0)], ..Points::default() });
         let dots = json!({
             "type": "Points", "count": 2, "unit": "points", "size_mm": [8.0, 4.0], "points": [[0.0, 0.0], [0.5, 2.0]],
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_in_space_is_seen_from_two_sides() {
+    fn draws_space_objects_in_two_views() {
         let curve = Curve { points: vec![DVec3::ZERO, DVec3::new(1.0, 2.0, 100.0)] };
         let curve = drawn(curve);
         // The drawing is 12.5 times as wide as the object, which makes it a quarter as wide as tall.

@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_suit_what_is_shown() {
+    fn chooses_range_by_type_and_values() {
         assert_eq!(range(Type::Gray, &tile(1, &[0.2, 0.7])), [0.0, 1.0]);
         assert_eq!(range(Type::Gray, &tile(1, &[-0.25, 0.5])), [-0.25, 0.5]);
         assert_eq!(range(Type::Vec2, &tile(2, &[-3.0, 1.0, 0.0, 2.0])), [-3.0, 3.0]);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn small_pictures_are_means() {
+    fn shrinks_pictures_by_means() {
         let bytes: Vec<u8> = (0..6 * 4).map(|i| if i % 6 < 3 { 0 } else { 200 }).collect();
         let decoded = |(png, size): (Vec<u8>, [u32; 2])| {
             let image = image::load_from_memory(&png).unwrap();
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn values_become_colours() {
+    fn maps_values_to_colours() {
         let mut row = [0; 2];
         Painter::new(Type::Gray, [-1.0, 1.0]).row(&tile(1, &[-1.0, 0.0]), 0, &mut row);
         assert_eq!(row, [0, 128]);

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_with_pixels_of_their_own_are_thinned_out() {
+    fn thins_out_large_pixel_pictures() {
         let planes: Vec<f32> = (0..30 * 20).map(|i| i as f32).collect();
         let pixels = Pixels::new(Type::Gray, [30, 20], planes).unwrap();
         let whole = tile(&pixels, 64);

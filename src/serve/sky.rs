@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_sky_is_even_light() {
+    fn even_sky_gives_even_light() {
         let sky = Sky::of(&picture(256, |_| Vec3::new(2.0, 4.0, 2.0))).unwrap();
         let even = Vec3::new(2.0, 4.0, 2.0) * BRIGHTNESS / luma(Vec3::new(2.0, 4.0, 2.0));
         assert_eq!(sky.levels.iter().map(|level| level.width).collect::<Vec<_>>(), [256, 128, 64, 32, 16, 8]);
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn half_a_sky_lights_from_its_side() {
+    fn half_sky_lights_from_its_side() {
         let sky = Sky::of(&picture(256, |d| Vec3::splat(if d.x > 0.0 { 1.0 } else { 0.0 }))).unwrap();
         // A surface facing the half gets all its light, one at right angles half, one facing away none.
         let full = 2.0 * BRIGHTNESS;
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sun_is_a_light_by_itself() {
+    fn extracts_sun_as_separate_light() {
         let toward = Vec3::new(0.4, 0.5, -0.6).normalize();
         let radius = 0.02_f32;
         let with =
@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_panorama_is_told() {
+    fn rejects_pictures_that_are_no_panoramas() {
         let mut wide = picture(256, |_| Vec3::ONE);
         wide.height = 64;
         wide.planes.truncate(3 * 256 * 64);
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_share_an_exponent() {
+    fn packs_colours_with_shared_exponent() {
         let back = |code: u32| {
             let step = 2.0_f32.powi((code >> 27).cast_signed() - 24);
             Vec3::new((code & 511) as f32, (code >> 9 & 511) as f32, (code >> 18 & 511) as f32) * step

@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_not_used_for_long_is_dropped() {
+    fn drops_least_recently_used_pictures() {
         let store = Store::new(64 << 20);
         let picture = |k: usize| {
             let png = axum::body::Bytes::from(vec![0; 3 << 20]);

@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_no_more_than_an_answer_may_have() {
+    fn stops_reading_at_limit() {
         assert_eq!(read(100 << 10), (100 << 10, true));
         assert_eq!(read((100 << 10) - 1), (99 << 10, false));
         assert_eq!(read(0), (0, false));

@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_told_by_their_kind() {
+    fn classifies_errors_by_kind() {
         let error = |text: &str| Error::Generic { store: "S3", source: text.into() };
         let cases = [
             ("Server returned non-2xx status code: 503 Service Unavailable", Trouble::Failed),

@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn addresses_are_read() {
+    fn parses_addresses() {
         let address =
             |kind, scheme, host: &str, path: &str| Address { kind, scheme, host: host.into(), path: path.into() };
         assert_eq!(Address::read("s3://b/a/c/"), Ok(address(Kind::S3, "s3", "b", "a/c")));
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn secrets_are_refused_and_not_repeated() {
+    fn rejects_secrets_without_repeating_them() {
         for url in ["s3://key:hunter2@b/p", "https://hunter2@h/", "https://h/p?sig=hunter2", "s3://b/p#hunter2"] {
             let message = Address::read(url).unwrap_err();
             assert!(!message.contains("hunter2") && message.contains("environment"), "{message}");

@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_read() {
+    fn parses_axis_values() {
         assert_eq!(values("seed=1..4"), ["1", "2", "3", "4"]);
         assert_eq!(values("seed=-1..1"), ["-1", "0", "1"]);
         assert_eq!(values("pitch=0.6..1.2/4"), ["0.6", "0.8", "1", "1.2"]);
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn all_combinations_come_once() {
+    fn visits_each_combination_once() {
         let axes = [axis("a=1..3").unwrap(), axis("b=x,y").unwrap()];
         assert_eq!(count(&axes), Ok(6));
         let all: Vec<_> = (0..6).map(|i| variant(&axes, i)).collect();

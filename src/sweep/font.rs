@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_letter_has_a_picture_of_its_own() {
+    fn letters_have_distinct_glyphs() {
         let all: std::collections::BTreeSet<[u8; 5]> = (' '..='~').map(columns).collect();
         assert_eq!(all.len(), 95);
         assert_eq!(columns('ä'), columns('?'));

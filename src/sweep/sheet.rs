@@ -259,7 +259,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sheets_have_room_for_all() {
+    fn sheet_size_fits_all_pictures() {
         let dir = tempfile::tempdir().unwrap();
         for (count, size) in [(1, [144_u32, 157]), (5, [416, 306]), (5000, [8712, 11_779])] {
             let path = dir.path().join("sheet.png");

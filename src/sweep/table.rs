@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tables_of_some_variants_become_one() {
+    fn merges_tables_of_some_variants() {
         let dir = tempfile::tempdir().unwrap();
         let file = |name: &str| dir.path().join(name);
         for (first, seed) in [(1, "5"), (2, "6"), (3, "7")] {
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_survives_being_torn() {
+    fn keeps_complete_rows_of_cut_table() {
         let dir = tempfile::tempdir().unwrap();
         let file = |name: &str| dir.path().join(name);
         std::fs::write(file("a,1.png"), "a").unwrap();

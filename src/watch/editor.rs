@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_are_cut_into_words() {
+    fn splits_commands_into_words() {
         assert_eq!(words("code -g {file}:{line}"), ["code", "-g", "{file}:{line}"]);
         assert_eq!(words("  'a b'\"c\"  '' d"), ["a bc", "", "d"]);
         assert_eq!(words(""), Vec::<String>::new());

@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn a_save_after_a_panic_is_shown() {
+    fn shows_save_after_panic() {
         let (stage, desk, terminal) = (defective::stage(), LatestJob::default(), Terminal::new());
         let teller = StatusReporter { terminal: &terminal, log: false };
         let (told, shown) = std::thread::scope(|scope| {

@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn folders_of_links_and_of_missing_files() {
+    fn finds_folders_of_links_and_missing_files() {
         let dir = tempfile::tempdir().unwrap();
         let at = |name: &str| dir.path().join(name);
         assert_eq!(folders(&at("a.ron")), [dir.path()]);

@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn every_beginning_of_a_file_is_unfinished() {
+    fn treats_every_prefix_as_unfinished() {
         let whole = reading(GRAPH, &Values::default());
         assert!(!whole.loaded.has_errors(), "{:?}", whole.loaded.diagnostics);
         assert_eq!(whole.hold(false), Duration::ZERO);
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_in_the_middle_are_soon_told() {
+    fn reports_errors_in_the_middle_soon() {
         let part = reading(&GRAPH.replace("Perlin", "Perlim"), &Values::default());
         assert!(!part.is_unfinished());
         assert_eq!(part.hold(true), DOUBTFUL_CLOSED);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_no_longer_fit_are_left_out() {
+    fn drops_values_that_no_longer_fit() {
         let set = |name: &str, value: &str| (name.to_owned(), value.to_owned());
         let values = Values { preset: Some("none".into()), set: vec![set("size", "9"), set("gone", "1")] };
         let part = reading(GRAPH, &values);

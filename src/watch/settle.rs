@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_save_is_looked_at_once_it_is_over() {
+    fn reads_save_after_it_ends() {
         let start = Instant::now();
         let at = |ms| start + Duration::from_millis(ms);
         let mut settle = Settle::default();
@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn a_writer_that_never_rests_is_looked_at_too() {
+    fn reads_file_despite_continuous_events() {
         let start = Instant::now();
         let at = |ms| start + Duration::from_millis(ms);
         let mut settle = Settle::default();

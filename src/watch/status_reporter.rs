@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_short() {
+    fn formats_times_briefly() {
         assert_eq!(time(Duration::from_micros(12_400)), "12 ms");
         assert_eq!(time(Duration::from_millis(1240)), "1.2 s");
     }

@@ -36,7 +36,7 @@ fn after(text: &str, title: &str) -> String {
 }
 
 #[test]
-fn actions_change_what_they_say() {
+fn applies_each_code_action() {
     let text = "(\n  nodes: {\n    \"a\": Perlin(size: |3),\n  },\n  outputs: { \"o\": \"a\" },\n)";
     let named = after(text, "Name this value as parameter `$size`");
     assert!(named.contains("params: {\n    \"size\": Number(default: 3, unit: \"mm\""), "{named}");
@@ -66,7 +66,7 @@ fn keys(path: &Path, text: &str, others: &[(PathBuf, String)]) -> BTreeMap<Strin
 }
 
 #[test]
-fn what_is_extracted_makes_the_same_pictures() {
+fn extracting_keeps_pictures() {
     let mut tried = 0;
     for graph in crate::library::graphs() {
         let path = graphs().join(graph.path);
@@ -94,7 +94,7 @@ fn what_is_extracted_makes_the_same_pictures() {
 }
 
 #[test]
-fn what_is_put_in_place_makes_the_same_pictures() {
+fn inlining_keeps_pictures() {
     let mut tried = 0;
     for graph in crate::library::graphs() {
         let path = graphs().join(graph.path);
@@ -114,7 +114,7 @@ fn what_is_put_in_place_makes_the_same_pictures() {
 }
 
 #[test]
-fn defaults_that_follow_others_still_do_where_nodes_are_put() {
+fn inlining_keeps_dependent_defaults() {
     let folder = tempfile::tempdir().unwrap();
     let inner = r#"(params: { "grain": Integer(default: 3), "other": Integer(default: "$grain"), "far": Integer(default: "= $grain + $other") },
  nodes: { "a": Perlin(seed: "$other"), "b": Perlin(seed: "$far"), "sum": Math(a: "a", b: "b") }, outputs: { "o": "sum" })"#;
@@ -136,7 +136,7 @@ fn defaults_that_follow_others_still_do_where_nodes_are_put() {
 }
 
 #[test]
-fn names_in_escapes_and_expressions_are_renamed() {
+fn renames_in_escapes_and_expressions() {
     let text = r#"(params: { "p": Number(default: 1) }, nodes: { "a": Perlin(size: "= $p + 2 * $p"), "b": Blur(input: "\u{61}", radius: r"$p") }, outputs: { "o": "b" })"#;
     let mut workspace = workspace();
     let file = workspace.open(Path::new("/nowhere/a.ron"), text);

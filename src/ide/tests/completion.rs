@@ -147,7 +147,7 @@ fn percent(part: usize, of: usize) -> f64 {
 }
 
 #[test]
-fn what_is_deleted_is_offered() {
+fn offers_deleted_text() {
     let mut table = String::from("| deleted | how many | letters typed | offered | among the first three |\n");
     for (typed, least) in [(0, 75.0), (1, 90.0)] {
         let (shares, missed) = shares(typed);
@@ -177,7 +177,7 @@ fn what_is_deleted_is_offered() {
 }
 
 #[test]
-fn offers_fit_their_place() {
+fn offers_fitting_completions() {
     let head = "(nodes: { \"noise\": Perlin(size: 3), \"dots\": PoissonPoints(pitch: 1), ";
     let first = |rest: &str| offered(&format!("{head}{rest}")).into_iter().next();
     let has = |rest: &str, label: &str| offered(&format!("{head}{rest}")).iter().any(|one| one == label);

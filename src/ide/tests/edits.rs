@@ -122,7 +122,7 @@ fn ask(workspace: &Workspace, file: &Arc<File>, at: usize, all: bool) {
 }
 
 #[test]
-fn edits_do_no_harm() {
+fn survives_random_edits() {
     let mut random = Random(0x5eed_0bad_cafe);
     let shipped = crate::library::graphs();
     let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());

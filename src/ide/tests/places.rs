@@ -36,7 +36,7 @@ fn with<T>(text: &str, ask: impl FnOnce(Cx<'_>, &Arc<File>) -> T) -> T {
 }
 
 #[test]
-fn structure_is_found() {
+fn finds_outline_folds_and_selections() {
     with(TEXT, |cx, file| {
         let outline = structure::outline(cx);
         let nodes = outline.iter().find(|entry| entry.name == "nodes").unwrap();
@@ -63,7 +63,7 @@ fn structure_is_found() {
 }
 
 #[test]
-fn what_is_there_is_told() {
+fn shows_hints_inlays_and_signatures() {
     with(TEXT, |cx, file| {
         let hints = diagnose::hints(cx);
         assert_eq!(hints.len(), 1);
@@ -118,7 +118,7 @@ fn shipped_graphs_need_all_their_nodes() {
 }
 
 #[test]
-fn names_that_begin_with_an_underscore_may_be_unused() {
+fn allows_unused_names_with_underscore() {
     let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
     let text = "(imports: { \"g\": \"nowhere.ron\" }, nodes: { \"a\": Perlin(), \"_b\": Perlin(), \"c\": Perlin(), \
                 \"u\": Use(graph: \"g\", with: { \"x\": \"c\" }) }, outputs: { \"o\": \"u\" })";
@@ -128,7 +128,7 @@ fn names_that_begin_with_an_underscore_may_be_unused() {
 }
 
 #[test]
-fn what_is_deprecated_is_struck() {
+fn marks_deprecated_names() {
     let registry = Registry::new([Family { name: "Test", doc: "For tests.", kinds: vec![Kind::of::<Old>()] }]);
     let mut workspace = Workspace::new(Arc::new(registry), Vec::new());
     let text = "(nodes: { \"a\": Old(level: 1), \"b\": O }, outputs: { \"o\": \"a\", \"p\": \"b\" })";

@@ -40,7 +40,7 @@ pub(crate) fn page_note(graph: &Path) -> PathBuf {
 /// Import folders, set once the command line is parsed.
 static IMPORTS: OnceLock<Vec<PathBuf>> = OnceLock::new();
 
-/// Sets the import folders of the command line, which are searched besides the folder of the graph.
+/// Sets the import folders that are searched after the folder of the graph.
 pub(crate) fn set_import_paths(given: Vec<PathBuf>) {
     let named = variable("SHIBO_IMPORT_PATH").unwrap_or_default();
     let named = std::env::split_paths(&named).filter(|folder| !folder.as_os_str().is_empty()).collect();

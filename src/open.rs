@@ -27,7 +27,7 @@ pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolut
     graph::load(path, registry, &options)
 }
 
-/// Returns the graph of a file; shows its errors, and its warnings unless `quiet`.
+/// Returns the graph of a file; shows its errors and warnings.
 pub(crate) fn graph(loaded: Loaded, terminal: &Terminal) -> Result<Graph, Quit> {
     report::show(terminal, &loaded.diagnostics, &loaded.sources);
     match loaded.graph {

@@ -199,7 +199,7 @@ impl Terminal {
         write_out(&text.buffer)
     }
 
-    /// Writes data to stdout: unchanged to files and pipes, escaped to terminals.
+    /// Writes data to stdout: unchanged to files and pipes, escaped for a terminal.
     pub(crate) fn data(&self, data: &str) -> Result<(), Quit> {
         if std::io::stdout().is_terminal() {
             let mut text = Text::new(false);

@@ -46,7 +46,7 @@ impl Data {
         Self::Material(MaterialData { ty: "Material", fields })
     }
 
-    /// Values of a solid at points, given channel after channel.
+    /// Values of a solid at points; `values` has one channel after another.
     pub(super) fn solid(solid: &Solid, values: &[f64]) -> Self {
         let (channels, points) = (solid.channels(), values.len() / solid.channels());
         let value = |i: usize| Number(values[i % channels * points + i / channels]);

@@ -65,7 +65,7 @@ impl Boxes {
     }
 
     fn draw(&self, graph: &Graph, drawing: Drawing) -> Drawing {
-        // Names of inner nodes in the drawing outside: an input of the sub-graph, or the output that the node makes.
+        // Names of all nodes; a wire into a folded box ends at a port named after its inner node.
         let inner: Vec<String> = drawing.items.iter().map(|item| item.name.clone()).collect();
         let mut items: Vec<Option<Item>> = self.names.iter().map(|_| None).collect();
         for (item, number) in drawing.items.into_iter().zip(&self.of_item) {

@@ -185,7 +185,7 @@ impl App {
         self.looks.clone().acquire_owned().await.map_err(|_| ApiError::Busy)
     }
 
-    /// Runs `work` on a look into the scene, as long as the page waits and the scene is current.
+    /// Queues and runs `work` with a look into the scene, as long as the page waits and the scene is current.
     pub(super) async fn look<T: Send + 'static>(
         &self,
         scene: &Arc<Scene>,
@@ -198,7 +198,7 @@ impl App {
         self.apart(scene, look).await
     }
 
-    /// Runs `work` outside the queue, as long as the page waits and the scene is current.
+    /// Queues and runs `work` without a look, as long as the page waits and the scene is current.
     pub(super) async fn apart<T: Send + 'static>(
         &self,
         scene: &Arc<Scene>,

@@ -46,14 +46,14 @@ impl Table {
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
-    /// Returns whether a file was made for this key and still exists; if so, its row stays.
+    /// Returns whether a file was made for this key and still exists.
     pub(crate) fn has(&self, file: &Path, key: &str) -> bool {
         let row = self.known.get(&name(file));
         row.is_some_and(|row| row[row.len() - 2] == key)
             && file.metadata().is_ok_and(|meta| meta.is_file() && meta.len() > 0)
     }
 
-    /// Copies the row of an existing file.
+    /// Adopts the earlier row of an existing file.
     pub(crate) fn keep(&mut self, file: &Path) {
         self.rows.extend(self.known.get(&name(file)).cloned());
     }

@@ -67,7 +67,7 @@ impl Note {
     }
 }
 
-/// Removes notes of processes that were killed.
+/// Removes old notes, left by processes that were killed.
 fn tidy(folder: &Path) {
     let old = |path: &Path| {
         let file = fs::symlink_metadata(path).ok().filter(fs::Metadata::is_file);

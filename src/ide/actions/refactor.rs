@@ -69,7 +69,7 @@ pub(super) fn relative(path: &Path, folder: &Path) -> Option<String> {
     Some(up.chain(down).collect::<Vec<_>>().join("/"))
 }
 
-/// Removes all nodes that no output needs, or only the reported one.
+/// Actions that remove the reported node, and all nodes that no output needs.
 pub(super) fn remove_unused(cx: Cx<'_>, findings: &[Finding]) -> Vec<Action> {
     let Some(body) = cx.file.section(Section::Nodes) else { return Vec::new() };
     let reported = findings.iter().position(|finding| finding.unneeded);

@@ -96,7 +96,7 @@ impl<'a> Ask<'a> {
         f64::from(u8::from(early)) * 1.5 + f64::from(u8::from(late)) * 2.5
     }
 
-    /// Share of the file's other nodes of a kind that have each field.
+    /// Number of the file's other nodes of a kind that have each field.
     fn used_elsewhere(&self, kind: &str) -> HashMap<&'a str, f64> {
         let mut counts = HashMap::new();
         let file = self.cx.file;

@@ -29,7 +29,7 @@ let arrived = () => {};
 export const page = { state: null, view: 'picture', target: null, about: null, shown: null, waiting: false };
 
 for (const group of document.querySelectorAll('[data-rove]')) rove(group);
-// The next values are sent only when the picture of the previous ones is shown: newer values would cancel its
+// The next values are sent only after the picture of the previous ones is announced: newer values would cancel its
 // computation.
 const sendLatest = latest(async (values) => {
   const seen = new Promise((done) => { arrived = done; setTimeout(done, SEEN); });
@@ -240,8 +240,8 @@ function details() {
   chips();
 }
 
-// Shows the newest announced picture, one at a time. The next values are sent as soon as a picture arrives, so that the
-// server computes the next one while this one is drawn.
+// Shows the newest announced picture, one at a time. The next values are sent as soon as a picture is announced, so that
+// the server computes the next one while this one is drawn.
 const present = latest(async (now) => {
   if (page.state.scene?.generation === now.generation && root.dataset.generation !== String(now.generation)) arrived();
   await show(now);
@@ -250,7 +250,7 @@ const present = latest(async (now) => {
 let turn = 0;
 let best = null;
 async function show(now) {
-  // A coarse picture never replaces a sharp one of the same target, even if it was requested later.
+  // A coarse picture never replaces a sharp one of the same target, even if it arrives later.
   const { generation, sha256, canvas } = page.state.scene;
   const same = best?.target === now.target && best.generation === generation;
   if (same && best.final && !now.final) return;

@@ -19,8 +19,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     placeWipe();
   }
 
-  // Labels of both sides of the dividing line: the lit view compares with the pinned material, the picture also with
-  // another look.
+  // Places the dividing line: the lit view compares with the pinned material, the picture view also with another look.
   function placeWipe() {
     const pinned = page.view === 'lit' ? lit.pinned : comparison.before;
     const mode = page.view === 'lit' ? 'wipe' : comparison.mode;

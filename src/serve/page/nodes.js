@@ -197,7 +197,7 @@ export class Graph {
     const stats = await ask('stats', { g: generation });
     if (!stats || this.generation !== generation) return;
     this.stats = stats;
-    // A box has the total cost of its nodes, and the state of the most expensive one.
+    // A box has the total cost of its nodes, and the first of these states that one of them has.
     const order = ['computed', 'disk', 'memory', 'folded', 'unused'];
     this.sums = this.nodes.map((node) => {
       const inside = (node.members ?? []).map((i) => stats[i]).filter(Boolean);

@@ -299,7 +299,7 @@ void main() {
   float at = max(a * aspect, 1e-3), ab = min(a / aspect, 1.0);
   vec3 bent = normalize(mix(N, cross(cross(t, V), t), 0.7 * anisotropy * clamp(5.0 * roughness, 0.0, 1.0)));
 
-  // The studio.
+  // Reflection of the studio.
   vec3 R = reflect(-V, bent);
   vec2 ss = split_sum(roughness, nov);
   vec3 energy = f0 * ss.x + f90 * ss.y;

@@ -89,11 +89,11 @@ pub(crate) struct EngineArgs {
     /// The folder for results; $XDG_CACHE_HOME/shibo or ~/.cache/shibo if not given.
     #[arg(long, value_name = "DIR")]
     pub(crate) cache_dir: Option<PathBuf>,
-    /// Results that machines share: s3://BUCKET/PREFIX, gs://, az://, https:// or file:///FOLDER; $SHIBO_SHARED_CACHE if
-    /// not given.
+    /// Results that machines share: s3://BUCKET/PREFIX, gs://, az://, https:// or file:///FOLDER; $SHIBO_SHARED_CACHE
+    /// if not given.
     #[arg(long, value_name = "URL")]
     pub(crate) shared_cache: Option<String>,
-    /// The most that this folder may hold, in MiB.
+    /// Maximum size of this folder, in MiB.
     #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) cache_size: u32,
 }

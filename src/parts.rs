@@ -87,7 +87,7 @@ pub(crate) struct JoinArgs {
     /// The folder for the pictures; made if need be.
     #[arg(short, long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// Remove the parts when they are joined, and the cache beside them that jobs make.
+    /// Remove the parts after joining, and the cache that jobs make beside them.
     #[arg(long)]
     remove: bool,
     /// Threads to compress with; one per core if not given.

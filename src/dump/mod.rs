@@ -43,14 +43,15 @@ pub(crate) struct DumpArgs {
     /// The node, or one of its outputs; nodes inside a sub-graph are USE/NODE.
     #[arg(value_name = "NODE[.PORT]")]
     node: String,
-    /// How to print.
+    /// Output format.
     #[arg(long, default_value = "json")]
     format: FormatArg,
     /// The pixels at which fields are taken, instead of the graph's: of the longer side, or width and height.
     #[arg(long, value_name = "N|WxH", value_parser = resolution)]
     resolution: Option<Resolution>,
-    /// Take a field or a solid at the points of a file, one in mm a line: `x,y` on the canvas, `x,y,z` in space for a solid or
-    /// a field of a mesh. A field that follows from whole pictures, or from far around, has the value of the pixel there.
+    /// Evaluate a field or a solid at the points of a file, one per line in mm: `x,y` on the canvas, `x,y,z` in space
+    /// for a solid or a field of a mesh. A field that depends on whole pictures, or on distant pixels, has the value
+    /// of the pixel there.
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,
     #[command(flatten)]

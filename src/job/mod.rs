@@ -47,14 +47,14 @@ pub(crate) struct JobArgs {
     /// The folder for the job; made if need be.
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
-    /// Who runs it.
+    /// The scheduler that runs the job.
     #[arg(long = "for", value_name = "SCHEDULER", default_value = "openjd")]
     scheduler: Scheduler,
-    /// In how many parts; 16, or one for each row of tiles, if not given.
+    /// Number of parts; 16, or one for each row of tiles, if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     parts: Option<u32>,
-    /// Render a variant for each of these values of a parameter, of `seed` or of `preset`, as `shibo render` does: 1..100,
-    /// 0.6..1.2/4 or a,b,c. Repeated, it renders all combinations.
+    /// Render a variant for each of these values of a parameter, of `seed` or of `preset`, as `shibo render` does:
+    /// 1..100, 0.6..1.2/4 or a,b,c. Repeated, it renders all combinations.
     #[arg(long, value_name = "NAME=VALUES", conflicts_with = "parts")]
     sweep: Vec<String>,
     /// Render only this output, or this channel of a material (NAME.CHANNEL); may be repeated.

@@ -33,7 +33,7 @@ pub(crate) struct NodesArgs {
     /// The kind to show, or words to look for.
     #[arg(value_name = "KIND|WORDS")]
     words: Vec<String>,
-    /// How to print.
+    /// Output format.
     #[arg(long, default_value = "human")]
     format: FormatArg,
 }

@@ -240,8 +240,8 @@ function details() {
   chips();
 }
 
-// Shows the newest announced picture, one at a time. The next values are sent as soon as a picture is announced, so that
-// the server computes the next one while this one is drawn.
+// Shows the newest announced picture, one at a time. The next values are sent as soon as a picture is announced, so
+// that the server computes the next one while this one is drawn.
 const present = latest(async (now) => {
   if (page.state.scene?.generation === now.generation && root.dataset.generation !== String(now.generation)) arrived();
   await show(now);

@@ -30,8 +30,8 @@ export class Strokes {
     this.show(null);
   }
 
-  // Sets the shown mesh; null while another shape is shown. Strokes belong to one mesh and are kept until it is shown
-  // again.
+  // Sets the shown mesh; null while another shape is shown. Strokes are kept until their mesh
+  // returns; a different mesh discards them.
   show(mesh) {
     if (mesh && mesh !== this.owner) [this.owner, this.strokes] = [mesh, []];
     this.mesh = mesh;

@@ -4,7 +4,7 @@
 //! A crate with nodes of its own has a program of a few lines with all sub-commands, its manual and its language server
 //! (`examples/pack`).
 //!
-//! Data goes to stdout, messages go to stderr. The exit code is 0 only when everything asked for was done, 1 for errors in
+//! Data goes to stdout, messages go to stderr. The exit code is 0 only if the whole request succeeded, 1 for errors in
 //! the user's files, 2 for wrong usage.
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 mod args;

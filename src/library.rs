@@ -14,7 +14,7 @@ pub(crate) fn set(make: fn(PathBuf) -> Registry) {
     MAKE.get_or_init(|| make);
 }
 
-/// All nodes, and the graphs that come with the program.
+/// Registry with all nodes and the graphs of the library.
 pub(crate) fn registry() -> Registry {
     MAKE.get_or_init(|| shibo_library::registry)(environment::library_dir())
 }

@@ -1,9 +1,9 @@
-//! `render --as`: the materials of a graph as files for another program, whatever its outputs say.
+//! `render --as`: writes the materials of a graph for another program, instead of the graph's own outputs.
 use crate::quit::Quit;
 use clap::ValueEnum;
 use shibo_engine::graph::{Export, Graph};
 
-/// What materials are written as.
+/// Format of the materials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Target {
     /// A binary glTF file.
@@ -43,7 +43,7 @@ impl Target {
         Export::TARGETS.iter().find(|(known, _)| *known == name).map_or(Export::TARGETS[0].1, |(_, export)| *export)
     }
 
-    /// Makes the graph's materials such files and leaves its other outputs out.
+    /// Replaces the outputs of the graph by its materials in this format.
     pub(crate) fn replace_outputs(self, graph: &mut Graph, named: bool) -> Result<(), Quit> {
         graph.export_as(self.export(), named).map_err(Quit::Usage)
     }
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_target_is_one_of_the_engine() {
+    fn targets_match_engine_targets() {
         let names: Vec<String> = Target::value_variants()
             .iter()
             .filter_map(|target| Some(target.to_possible_value()?.get_name().to_owned()))

@@ -1,23 +1,23 @@
-//! The manual, as editors show it: Markdown from the doc comments of nodes.
+//! The manual in Markdown for editors, from the doc comments of nodes.
 use super::expect::{self, Expect};
 use crate::nodes::{markdown, spelling, summary};
 use shibo_engine::node::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 use std::fmt::Write;
 
-/// The manual of a kind; `picture` is the address of its picture.
+/// Manual of a kind; `picture` is the address of its picture.
 pub(crate) fn kind(info: &KindInfo, picture: Option<&str>) -> String {
     let manual = markdown::node(info);
     let line = format!("![{0}](nodes/{0}.png)\n\n", info.kind);
     manual.replacen(&line, &picture.map(|url| format!("![{}]({url})\n\n", info.kind)).unwrap_or_default(), 1)
 }
 
-/// The first sentence of the manual of a kind, of `Use` and `Each` too.
+/// First sentence of a kind's manual, including `Use` and `Each`.
 pub(crate) fn first_sentence(kind: &str, info: Option<&KindInfo>) -> String {
     let doc = info.map(|info| info.doc.as_str()).or_else(|| crate::nodes::composition_doc(kind));
     summary(doc.unwrap_or_default())
 }
 
-/// What a field takes, in a few words.
+/// Short description of the values that a field takes.
 pub(crate) fn takes(field: &FieldInfo) -> String {
     match &field.role {
         Role::Port(port) => spelling::port(port),
@@ -31,7 +31,7 @@ fn param_takes(param: &ParamInfo) -> String {
     format!("{}{range}, {}", param.ty, spelling::default(param))
 }
 
-/// The manual of a field of `owner`.
+/// Manual of a field of `owner`.
 pub(crate) fn field(owner: &str, field: &FieldInfo) -> String {
     let mut text = format!("**{}** of `{owner}`: {}\n\n{}\n", field.name, takes(field), field.doc.trim());
     if let Role::Param(param) = &field.role {
@@ -45,12 +45,12 @@ pub(crate) fn field(owner: &str, field: &FieldInfo) -> String {
     text
 }
 
-/// The manual of a word to choose.
+/// Manual of an option.
 pub(crate) fn choice(choice: &Choice, of: &str) -> String {
     format!("`{choice}`, a choice of **{of}**\n\n{}\n", choice.doc.trim())
 }
 
-/// The names and the manuals of the fields that may be written in brackets in which this is expected, if they are no kind's.
+/// Names and manuals of the fields allowed in brackets, except brackets of a kind.
 pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static str)> {
     match inside {
         Expect::Root => expect::ROOT.to_vec(),
@@ -80,7 +80,7 @@ pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static st
     }
 }
 
-/// The fields of a kind, or of a struct in a list.
+/// Fields of a kind, or of a struct in a list.
 pub(crate) fn fields(inside: Expect<'_>) -> &[FieldInfo] {
     match inside {
         Expect::Kind(info) => &info.fields,
@@ -89,7 +89,7 @@ pub(crate) fn fields(inside: Expect<'_>) -> &[FieldInfo] {
     }
 }
 
-/// The words that may be chosen in a place, with their manuals.
+/// Options allowed in a place, with their manuals.
 pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
     let plain = |words: &[&str]| words.iter().map(|word| ((*word).to_owned(), String::new())).collect();
     match expect {
@@ -120,13 +120,13 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
     }
 }
 
-/// Whether a port takes nothing but wires of one type that no literal can be.
+/// Returns whether a port takes only wires, of one type without literals.
 pub(crate) fn only_wires(port: &PortInfo) -> bool {
     use shibo_engine::value::{Accepts, Type};
     !matches!(port.ty, Accepts::One(Type::Gray | Type::Rgb) | Accepts::Field | Accepts::EveryField | Accepts::Direction)
 }
 
-/// Whether a manual says that something should no longer be used.
+/// Returns whether a manual marks its subject as deprecated.
 pub(crate) fn deprecated(doc: &str) -> bool {
     doc.trim_start().starts_with("Deprecated")
 }

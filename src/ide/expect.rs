@@ -1,11 +1,11 @@
-//! What may be written in each place of a graph file.
+//! Describes the values allowed in each place of a graph file.
 use super::file::Section;
 use super::view::{Body, Item, Shape, Value};
 use super::world::{Cx, is_use};
 use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 use shibo_engine::value::Accepts;
 
-/// The fields of a graph file, and what they are.
+/// Fields of a graph file, with descriptions.
 pub(crate) const ROOT: [(&str, &str); 8] = [
     ("version", "The version of the format: 1."),
     ("canvas", "Size in mm, resolution, tiling and seed."),
@@ -16,14 +16,14 @@ pub(crate) const ROOT: [(&str, &str); 8] = [
     ("nodes", "The nodes: `\"name\": Kind(port: \"node\", parameter: value)`."),
     ("outputs", "What is rendered: `\"height\": \"node.port\"`."),
 ];
-/// The fields of the canvas.
+/// Fields of the canvas.
 pub(crate) const CANVAS: [(&str, &str); 4] = [
     ("size_mm", "Width and height in mm: one number, or a pair. Default 100."),
     ("resolution", "Pixels of the longer side, or a pair. Default 1024."),
     ("tile", "The directions in which it repeats: `Both`, `X`, `Y` or `None`. Default `Both`."),
     ("seed", "Another number gives other random numbers everywhere. Default 0."),
 ];
-/// The fields of `Use`, and of `Each`.
+/// Fields of `Use` and `Each`.
 pub(crate) const USE: [(&str, &str); 8] = [
     ("graph", "A name from `imports`."),
     ("over", "How many instances there are, 1 to 64."),
@@ -34,14 +34,14 @@ pub(crate) const USE: [(&str, &str); 8] = [
     ("canvas", "How the outputs of the instance lie: `scale`, `angle`, `offset` and `size_mm`."),
     ("note", "A text for readers."),
 ];
-/// The fields of the layout of an instance.
+/// Fields of the layout of an instance.
 pub(crate) const LAYOUT: [(&str, &str); 4] = [
     ("scale", "2 is twice as large; one number or a pair."),
     ("angle", "Degrees from +x towards +y."),
     ("offset", "To the right and down, in mm."),
     ("size_mm", "The canvas on which its graph is made, in mm; only where the canvas does not tile."),
 ];
-/// The fields of `File`.
+/// Fields of `File`.
 pub(crate) const FILE: [(&str, &str); 9] = [
     ("from", "The node, or `\"node.port\"`."),
     ("format", "The file format."),
@@ -56,7 +56,7 @@ pub(crate) const FILE: [(&str, &str); 9] = [
     ("normal", "Which way `y` of a normal map points: up, `OpenGl`, or down, `DirectX`."),
     ("color_space", "What colours are stored as."),
 ];
-/// The fields of `Gltf`.
+/// Fields of `Gltf`.
 pub(crate) const GLTF: [(&str, &str); 5] = [
     ("material", "The material."),
     ("mesh", "`Plane`, `Sphere`, `Cylinder`, `Cube`, or the name of an atlas whose mesh wears it."),
@@ -64,9 +64,9 @@ pub(crate) const GLTF: [(&str, &str); 5] = [
     ("quality", "That of JPEG, from 1 to 100; 90 if left out."),
     ("embed", "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out."),
 ];
-/// The fields of `Obj`.
+/// Fields of `Obj`.
 pub(crate) const OBJ: [(&str, &str); 4] = [GLTF[0], GLTF[1], GLTF[2], GLTF[3]];
-/// The fields of `Usd`.
+/// Fields of `Usd`.
 pub(crate) const USD: [(&str, &str); 5] = [
     GLTF[0],
     GLTF[1],
@@ -74,19 +74,19 @@ pub(crate) const USD: [(&str, &str); 5] = [
     GLTF[3],
     ("packed", "Whether the file and its pictures are one `.usdz`; `false` if left out."),
 ];
-/// The fields of `MaterialX`.
+/// Fields of `MaterialX`.
 pub(crate) const MATERIALX: [(&str, &str); 2] = [("material", "The material."), ("shading", "The surface shader.")];
-/// The fields of `Preset`.
+/// Fields of `Preset`.
 pub(crate) const TARGET: [(&str, &str); 2] =
     [("material", "The material."), ("target", "The program whose pictures are written.")];
-/// The fields of `Pack`.
+/// Fields of `Pack`.
 pub(crate) const PACK: [(&str, &str); 4] = [
     ("r", "The field that becomes red."),
     ("g", "The field that becomes green."),
     ("b", "The field that becomes blue."),
     ("a", "The field that becomes opacity."),
 ];
-/// The fields of the declaration of a parameter.
+/// Fields of the declaration of a parameter.
 pub(crate) const PARAM: [(&str, &str); 5] = [
     ("default", "The value if nothing else is given."),
     ("range", "The smallest and the largest value: `(0, 1)`."),
@@ -94,50 +94,50 @@ pub(crate) const PARAM: [(&str, &str); 5] = [
     ("options", "The words to choose from."),
     ("doc", "What it does."),
 ];
-/// The types of parameters of a graph.
+/// Types of the parameters of a graph.
 pub(crate) const PARAM_TYPES: [&str; 7] = ["Number", "Integer", "Bool", "Color", "Text", "Path", "Choice"];
 
-/// What is expected of a value, or, once inside of its brackets, of what is in them.
+/// The kind of value expected in a place. Applied to brackets, it describes their contents.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Expect<'a> {
-    /// The file.
+    /// The whole file.
     Root,
     /// A section.
     Section(Section),
     /// An entry of a section.
     Entry(Section, &'a str),
-    /// `canvas`, and a field of it.
+    /// `canvas` or a field of it.
     Canvas(Option<&'a str>),
-    /// The declaration of a parameter of that type, and a field of it.
+    /// Declaration of a parameter of this type, or a field of it.
     Param(&'a str, Option<&'a str>),
-    /// The declaration of an input of that type, and a field of it.
+    /// Declaration of an input of this type, or a field of it.
     Input(&'a str, Option<&'a str>),
     /// A value for a parameter in a preset.
     Preset(&'a str),
-    /// The fields of a kind.
+    /// Fields of a kind.
     Kind(&'a KindInfo),
-    /// The fields of a `Use` or an `Each`, with all arguments; and one of them.
+    /// Fields of a `Use` or an `Each` (true), with all arguments; or one of these fields.
     Use(&'a Body, bool, Option<&'a str>),
-    /// Values for the graph of that import; and one of them.
+    /// Values for the imported graph, or one of them.
     With(&'a str, Option<&'a str>),
     /// The layout of an instance.
     Layout(Option<&'a str>),
-    /// A port; whether it is one of a list.
+    /// A port; true for a port in a list.
     Port(&'a FieldInfo, &'a PortInfo, bool),
     /// A parameter of a node.
     Value(&'a FieldInfo, &'a ParamInfo),
     /// A struct in a list.
     Struct(&'a ParamInfo),
-    /// `File`, `Gltf` or another form of an output, and a field of it.
+    /// `File`, `Gltf` or another form of an output, or a field of it.
     File(&'a str, Option<&'a str>),
-    /// A text for readers.
+    /// A note for readers.
     Note,
-    /// Anything.
+    /// Any value.
     Any,
 }
 
 impl<'a> Expect<'a> {
-    /// What is expected in the brackets of a value, of which this is expected.
+    /// Expectation for the contents of the brackets of `value`.
     pub(crate) fn inside(self, value: &'a Value, cx: Cx<'a>) -> Self {
         let (word, body) = match &value.shape {
             Shape::Call { word, body } => (cx.file.at(word), body),
@@ -157,7 +157,7 @@ impl<'a> Expect<'a> {
         }
     }
 
-    /// What is expected of an item of brackets in which this is expected.
+    /// Expectation for an item of brackets.
     pub(crate) fn item(self, item: &'a Item) -> Self {
         let name = item.name();
         match (self, name) {
@@ -191,7 +191,7 @@ impl<'a> Expect<'a> {
         }
     }
 
-    /// What is expected of a field.
+    /// Expectation for a field.
     pub(crate) fn field(field: &'a FieldInfo) -> Self {
         match &field.role {
             Role::Port(port) => Self::Port(field, port, false),
@@ -199,7 +199,7 @@ impl<'a> Expect<'a> {
         }
     }
 
-    /// Whether a node may be written here.
+    /// Returns whether a node is allowed here.
     pub(crate) fn takes_nodes(self) -> bool {
         match self {
             Self::Entry(Section::Nodes, _) | Self::Port(..) | Self::With(_, Some(_)) => true,
@@ -209,7 +209,7 @@ impl<'a> Expect<'a> {
         }
     }
 
-    /// What a reference in this place must fit, if references may stand here; the types are not limited if `None` is inside.
+    /// Type that a reference must fit here, if references are allowed; `Some(None)` allows any type.
     pub(crate) fn reference(self, cx: Cx<'_>) -> Option<Option<Accepts>> {
         match self {
             Self::Port(_, port, _) => Some(Some(port.ty)),

@@ -1,4 +1,4 @@
-//! Values: what may be written after a colon, and between quotes.
+//! Completion of values: after a colon, and between quotes.
 use super::super::expect::{Expect, PARAM_TYPES};
 use super::super::file::Section;
 use super::super::view::Value;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 impl<'a> Ask<'a> {
-    /// After a colon.
+    /// Completes after a colon.
     pub(super) fn value(&self, expect: Expect<'a>) -> Vec<Completion> {
         let mut found = self.choices(expect);
         if expect.takes_nodes() {
@@ -41,7 +41,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// Between quotes: `typed` is before the cursor, `inside` is all of it.
+    /// Completes between quotes: `typed` is the text before the cursor, `inside` the range of the whole text.
     pub(super) fn text(&mut self, expect: Expect<'a>, typed: &str, inside: Range<usize>) -> Vec<Completion> {
         let formula = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula);
         if (typed.starts_with('=') || formula) && !matches!(expect, Expect::Note) {
@@ -73,7 +73,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// Imports and presets, where these are wanted.
+    /// Imports and presets, where one is expected.
     fn named(&self, expect: Expect<'a>) -> Option<Vec<Completion>> {
         let names: Vec<String> = match expect {
             Expect::Use(_, _, Some("graph")) => {
@@ -101,7 +101,7 @@ impl<'a> Ask<'a> {
         Some(names.iter().enumerate().map(offer).collect())
     }
 
-    /// The parameters of the graph, `$name`, those first that are of the right type and name.
+    /// Parameters of the graph as `$name`; those of a matching type and name come first.
     pub(super) fn params(&self, expect: Expect<'a>) -> Vec<Completion> {
         let Some(fits) = param_types(expect, self) else { return Vec::new() };
         let file = self.cx.file;
@@ -139,7 +139,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// The texts that fields of that name have elsewhere in this file, and how often.
+    /// Texts of fields of this name elsewhere in the file, with counts.
     fn alike(&self, field: &str) -> BTreeMap<&'a str, f64> {
         struct Texts<'a, 'f> {
             field: &'f str,
@@ -165,7 +165,7 @@ impl<'a> Ask<'a> {
         texts.found
     }
 
-    /// The colours of this file, the most frequent first.
+    /// Colours of this file, the most frequent first.
     pub(super) fn colors_used(&self) -> Vec<Completion> {
         struct Colors<'a>(BTreeMap<&'a str, usize>, usize);
         impl<'a> Visit<'a> for Colors<'a> {
@@ -187,7 +187,7 @@ impl<'a> Ask<'a> {
         colors.0.iter().map(offer).collect()
     }
 
-    /// A declaration of that type with what it needs.
+    /// A declaration of this type with its required fields.
     fn declaration(&self, ty: &str) -> Completion {
         let default = match ty {
             "Number" | "Gray" | "Field" | "EveryField" | "Direction" => "${1:0.5}",
@@ -230,7 +230,7 @@ impl<'a> Ask<'a> {
         ["true", "false"].map(|word| self.offer(word, Sort::Choice, "", Topic::Text(String::new()), 0.0)).into()
     }
 
-    /// The default of a parameter.
+    /// Default value of a parameter.
     fn default(&self, written: &str) -> Option<Completion> {
         let plain = !written.is_empty() && written.len() < 60 && !written.contains("None");
         let word = written.starts_with(|c: char| c.is_ascii_alphabetic());
@@ -239,7 +239,7 @@ impl<'a> Ask<'a> {
     }
 }
 
-/// Whether a literal colour may stand here.
+/// Returns whether a literal colour is allowed here.
 fn takes_color(expect: Expect<'_>) -> bool {
     match expect {
         Expect::Port(_, port, _) => Type::Rgb.fits(port.ty) && port.ty != Accepts::One(Type::Normal),
@@ -250,7 +250,7 @@ fn takes_color(expect: Expect<'_>) -> bool {
     }
 }
 
-/// The types of parameters that may stand here; `None` if none may.
+/// Types of parameters allowed here; `None` if no parameter is.
 fn param_types(expect: Expect<'_>, ask: &Ask<'_>) -> Option<&'static [&'static str]> {
     let numbers: &[&str] = &["Number", "Integer", "Bool"];
     Some(match expect {

@@ -1,4 +1,4 @@
-// The page: keeps what the server tells, and what is being looked at.
+// The page: keeps the server's state and the selected target.
 import { controls } from './controls.js';
 import { $, element, notice, press, rove, say } from './dom.js';
 import { drops } from './drop.js';
@@ -18,18 +18,19 @@ import { CHANNELS } from './textures.js';
 import { Wire } from './wire.js';
 
 const root = document.documentElement;
-// The longest side of exact values.
+// Longest side of exact values, in pixels.
 const EXACT = 2048;
-// How long to wait for a picture before newer values are sent, in ms.
+// Time to wait for a picture before newer values are sent, in ms.
 const SEEN = 500;
 let arrived = () => {};
 
-// What the parts of the page share: what the server told; the view; what is looked at, which is an output, `OUTPUT.CHANNEL` or
-// `@NODE`; what is known of that, and of its picture.
+// State shared by the modules: the server's state; the view; the selected target (an output, `OUTPUT.CHANNEL` or
+// `@NODE`); the server's description of the target and of its picture.
 export const page = { state: null, view: 'picture', target: null, about: null, shown: null, waiting: false };
 
 for (const group of document.querySelectorAll('[data-rove]')) rove(group);
-// The next values are sent when those before are seen: a newer one would stop the work on them.
+// The next values are sent only after the picture of the previous ones is announced: newer values would cancel its
+// computation.
 const sendLatest = latest(async (values) => {
   const seen = new Promise((done) => { arrived = done; setTimeout(done, SEEN); });
   await send({ preset: values.preset, set: [...values.set] });
@@ -66,7 +67,7 @@ $('sheet').ontoggle = () => sheet.show();
 
 function saveable() { $('save').disabled = !page.parameters.set.size; }
 
-// ---- what the server tells
+// ---- messages of the server
 
 const heard = {
   state(now) {
@@ -94,7 +95,7 @@ const heard = {
   busy({ busy }) {
     if (page.state) { page.state.busy = busy; page.state.progress = null; }
     if (page.graph.patient !== busy) { page.graph.patient = busy; if (!$('drawer').hidden) page.graph.draw(); }
-    // What is over in the blink of an eye is not talked of.
+    // Shows progress only after a delay, so that short evaluations do not flicker.
     clearTimeout(patience);
     patience = busy && !page.waiting ? setTimeout(() => wait(true), 200) : null;
     if (!busy) wait(false);
@@ -121,12 +122,12 @@ const heard = {
     sheet.stale();
   },
   export(now) { exporter.heard(now); },
-  // The editor shows something.
+  // The editor shows a target.
   look({ target: wanted }) { if (page.state?.scene) look(wanted); },
   offline() { root.dataset.online = 'no'; status(page); },
 };
 
-// Shows that something takes longer.
+// Shows that an evaluation takes longer.
 let patience = null;
 function wait(on) {
   page.waiting = on;
@@ -135,7 +136,7 @@ function wait(on) {
   status(page);
 }
 
-// Another graph: what was looked at is looked at again, if it is still there.
+// Handles a new graph; keeps the selected target if it still exists.
 function follow() {
   const { scene, errors, values } = page.state;
   $('empty').hidden = !!scene;
@@ -160,7 +161,7 @@ function follow() {
   relight();
 }
 
-// A picture to begin with: a finished look if there is one, else the first output.
+// The first picture: a finished look if there is one, else the first output.
 function firstOutput(scene) {
   const found = scene.outputs.find((o) => o.type === 'Rgb' && /lit|preview/.test(o.name));
   return (found ?? scene.outputs[0])?.name ?? null;
@@ -171,12 +172,12 @@ function showKnown() {
   if (known) present({ ...known, generation: page.state.scene.generation });
 }
 
-// ---- what is looked at
+// ---- the selected target
 
 export const outputOf = (name) => page.state?.scene?.outputs.find((o) => name === o.name || name?.startsWith(`${o.name}.`));
 const channelsOf = (output) => CHANNELS.filter((c) => page.state.scene.pictures[`${output}.${c}`]);
 
-// Looks at an output; of a material at one of its channels.
+// Selects an output, or for a material one of its channels.
 export function choose(name) {
   if (!name) return;
   const output = outputOf(name);
@@ -205,13 +206,13 @@ export function back() {
   if (page.state?.scene) choose(firstOutput(page.state.scene));
 }
 
-// Asks for the picture of what is looked at, coarse and then sharp.
+// Requests the picture of the selected target, first coarse and then sharp.
 const refresh = latest(async (longest) => {
   const wanted = page.target;
   const { generation, canvas } = page.state.scene;
   const found = await ask('look', { g: generation, t: wanted, s: longest });
   if (wanted !== page.target || generation !== page.state.scene.generation) return;
-  // It is gone from the file.
+  // The node was deleted from the file.
   if (!found && wanted.startsWith('@')) back();
   if (!found) return;
   page.about = found;
@@ -239,8 +240,8 @@ function details() {
   chips();
 }
 
-// The newest picture that the server tells of, one after the other: the next values are sent as soon as one is on its way, so that
-// the server makes the next picture while this one is drawn.
+// Shows the newest announced picture, one at a time. The next values are sent as soon as a picture is announced, so
+// that the server computes the next one while this one is drawn.
 const present = latest(async (now) => {
   if (page.state.scene?.generation === now.generation && root.dataset.generation !== String(now.generation)) arrived();
   await show(now);
@@ -249,7 +250,7 @@ const present = latest(async (now) => {
 let turn = 0;
 let best = null;
 async function show(now) {
-  // A sharp picture is not replaced by a coarse one of the same thing, not even by one that was asked for earlier.
+  // A coarse picture never replaces a sharp one of the same target, even if it arrives later.
   const { generation, sha256, canvas } = page.state.scene;
   const same = best?.target === now.target && best.generation === generation;
   if (same && best.final && !now.final) return;
@@ -267,7 +268,7 @@ async function show(now) {
   const image = await bitmap(now.picture).catch(() => null);
   if (!image || mine !== turn || now.target !== page.target) { image?.close(); return; }
   page.shown = now;
-  // What lies nowhere on the canvas has pixels of its own, and no finer ones.
+  // A picture without a position on the canvas has its own size, and there is no finer one.
   page.picture.show({ image, range: now.range, type: now.type, unit: now.unit, own: now.own }, now.own ? now.size : canvas.resolution, tiles);
   page.looks.shown(now, image);
   mark(now, generation, sha256);
@@ -281,7 +282,7 @@ function mark(now, generation, sha256) {
   $('empty').hidden = true;
 }
 
-// Exact values, where somebody measures.
+// Fetches exact values while a measuring tool is in use.
 const sharpen = latest(async () => {
   const { now } = page.picture;
   const { state, shown } = page;
@@ -316,7 +317,7 @@ function chips() {
   replace($('channels'), channels.map((c) => button(`${base}.${c}`, c, c === now)));
 }
 
-// Buttons are replaced only where they are others: a click must not fall between two of them.
+// Replaces buttons only if they differ, so that a click does not land between two versions.
 function replace(parent, children) {
   const same = parent.children.length === children.length && children.every((c, i) => c.dataset.target === parent.children[i].dataset.target);
   if (!same) { parent.replaceChildren(...children); return; }
@@ -325,7 +326,7 @@ function replace(parent, children) {
 
 // ---- the file
 
-// Changes the file; `after` are the values that are to be in force then.
+// Changes the file; `after` are the parameter values to set afterwards.
 async function write(change, after, label) {
   try {
     page.parameters.take(after);
@@ -338,7 +339,7 @@ async function write(change, after, label) {
   saveable();
 }
 
-// ---- two looks
+// ---- comparison of two looks
 
 async function compareLooks(steps) {
   const { comparison } = page.picture;
@@ -355,7 +356,7 @@ async function compareLooks(steps) {
   page.controls.compared();
 }
 
-// The way to the level of the graph that is drawn.
+// Breadcrumbs of the drawn level of the graph.
 function crumbs(path) {
   const parts = path ? path.split('/') : [];
   const button = (text, to) => {
@@ -368,7 +369,7 @@ function crumbs(path) {
 
 // ---- the lit view
 
-// The material that is lit: the one looked at, the graph's first, or what is looked at by itself.
+// The material to light: the selected one, else the graph's first, else the selected target by itself.
 export function relight() {
   const { state, target, about, shown, lit } = page;
   if (page.view !== 'lit' || !state?.scene) return;

@@ -1,4 +1,4 @@
-// One box of the graph: its thumbnail, its names, what it cost.
+// Draws one box of the graph: thumbnail, names and cost.
 import { H, W } from './nodes.js';
 
 const THUMB = 62;
@@ -13,7 +13,7 @@ export function paintBox(graph, node, i, colors, marked) {
   c.lineWidth = marked ? 3 : node.broken ? 2 : 1;
   c.fillStyle = colors.raised;
   const outline = (dx, dy) => { c.beginPath(); c.roundRect(x + dx, y + dy, W, H, 9); };
-  // A sub-graph is a stack.
+  // A sub-graph is drawn as a stack.
   if (node.use) { outline(6, -6); c.fill(); c.stroke(); outline(3, -3); c.fill(); c.stroke(); }
   outline(0, 0);
   c.fill();
@@ -27,7 +27,7 @@ export function paintBox(graph, node, i, colors, marked) {
   }
   c.stroke();
   if (scale < 0.05) return;
-  // From afar the thumbnail is all there is to see.
+  // When zoomed out, only the thumbnail is drawn.
   const high = scale < 0.3 ? H - 12 : THUMB;
   thumbnail(graph, node, colors, high);
   if (scale < 0.3) return;
@@ -75,7 +75,7 @@ function thumbnail(graph, node, colors, high) {
   }
 }
 
-// Objects have no picture: some of their points and lines stand for them.
+// Objects have no picture; some of their points and lines are drawn instead.
 function sketch(graph, node, colors, high) {
   const c = graph.context;
   const { object } = graph.thumbs.get(node.name);
@@ -88,7 +88,7 @@ function sketch(graph, node, colors, high) {
     return;
   }
   const [width] = object.size_mm;
-  // A part of what covers the canvas; the whole of what does not.
+  // Objects that cover the canvas are drawn in part, all others whole.
   const part = Math.min(1, Math.sqrt(500 / Math.max(1, object.count)));
   const k = object.own ? Math.min((W - 12) / width, high / object.size_mm[1]) : (W - 12) / (width * part);
   const left = object.own ? (W - 12 - width * k) / 2 : 0;

@@ -19,7 +19,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     placeWipe();
   }
 
-  // What is on both sides of the line: of the lit view what was pinned, of the picture also another look.
+  // Places the dividing line: the lit view compares with the pinned material, the picture view also with another look.
   function placeWipe() {
     const pinned = page.view === 'lit' ? lit.pinned : comparison.before;
     const mode = page.view === 'lit' ? 'wipe' : comparison.mode;
@@ -80,7 +80,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     $('names').replaceChildren(...graph.names.slice(0, 2000).map((n) => element('option', { value: n })));
   }
 
-  // The height of the drawer, as a share of the window.
+  // Height of the drawer, as a share of the window.
   function setHeight(share) {
     const to = Math.min(1, Math.max(0.15, share));
     const full = to > 0.92;
@@ -118,7 +118,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
   }
 
   const zoom = (by) => (page.view === 'lit' ? lit.zoom(by) : picture.zoom(by));
-  // Keys of the other view do nothing in this one.
+  // Keys of the picture view do nothing in the lit view.
   const inPicture = (work) => () => { if (page.view === 'picture') work(); };
   const inLit = (work) => () => { if (page.view === 'lit') work(); };
   const actions = {
@@ -145,7 +145,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     const typing = e.target.matches?.('input:not([type=range]):not([type=checkbox]):not([type=color]), select, textarea');
     const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
     if (e.ctrlKey || e.metaKey) {
-      // In a field of text the browser's own undo counts while something is being typed.
+      // While the user types in a text field, the browser's own undo applies.
       const text = e.target.matches?.('input[type=text], input[type=search], textarea');
       if (withControl[key] && !(text && key !== 's')) { e.preventDefault(); withControl[key](e); }
       return;
@@ -184,7 +184,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     $('find').blur();
   };
 
-  // What is dragged: the line between two pictures, and the edge of the drawer.
+  // Draggable elements: the line between two pictures, and the edge of the drawer.
   const drags = (handle, move) => {
     handle.onpointerdown = (e) => { handle.setPointerCapture(e.pointerId); e.preventDefault(); };
     handle.onpointermove = (e) => { if (handle.hasPointerCapture(e.pointerId)) move(e); };

@@ -1,4 +1,4 @@
-// Small helps with the page's elements, and what the user has chosen.
+// Helpers for elements of the page, and the user's settings.
 export const $ = (id) => document.getElementById(id);
 
 export function element(tag, props = {}, ...children) {
@@ -9,10 +9,11 @@ export function element(tag, props = {}, ...children) {
   return made;
 }
 
-// Writes only what is another text: a text that is written anew is laid out anew.
+// Sets the text only if it differs, since setting it causes a new layout.
 export function say(node, text) { if (node.textContent !== text) node.textContent = text; }
 
-// Settings live in a cookie of the host: every run has another port and another token, and local storage would forget them.
+// Settings live in a cookie of the host: each run has another port and token, and local storage is separate for each
+// port.
 const COOKIE = 'shibo-page';
 const read = () => {
   const found = document.cookie.split('; ').find((c) => c.startsWith(`${COOKIE}=`));
@@ -26,12 +27,12 @@ export function keep(name, value) {
   document.cookie = `${COOKIE}=${encodeURIComponent(JSON.stringify(all))}; path=/; max-age=31536000; SameSite=Strict`;
 }
 
-// The pressed button of a group.
+// Marks the pressed button of a group.
 export function press(group, is) {
   for (const b of group.children) if (b.matches('button')) b.ariaPressed = String(!!is(b));
 }
 
-// Within a group Tab stops once, and arrows go on from there.
+// Makes a group one stop for Tab; arrow keys move within it.
 export function rove(group) {
   const buttons = () => [...group.querySelectorAll('button')].filter((b) => !b.hidden && !b.disabled);
   const settle = () => {
@@ -53,7 +54,7 @@ export function rove(group) {
   settle();
 }
 
-// Says something for a moment.
+// Shows a message for a moment.
 let fading = null;
 export function notice(text, bad = false) {
   const box = $('notice');

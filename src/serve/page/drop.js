@@ -1,10 +1,11 @@
-// Files of one's own, dropped on the page or chosen: a mesh, OBJ or glb, as a shape that wears the material, which stays in the
-// browser; a panorama, EXR, as the environment, whose light the server works out. Vertices are as in shapes.js.
+// The user's own files, dropped on the page or chosen. A mesh (OBJ or glb) becomes a shape that shows the material, and
+// stays in the browser. A panorama (EXR) becomes the environment; the server computes its light. Vertices are as in
+// shapes.js.
 import { $, element, notice } from './dom.js';
 
 const MOST = 2e6;
 
-// Corners of an OBJ file: faces of any number of corners, places counted from either end. v grows upwards there.
+// Reads an OBJ file: faces with any number of corners, positive or negative indices. v points up in this format.
 function obj(text) {
   const lists = { v: [], vt: [], vn: [] };
   const found = { positions: [], uvs: [], normals: [], index: [] };
@@ -44,7 +45,7 @@ function matrix({ matrix: given, translation: [x, y, z] = [0, 0, 0], rotation: [
   ];
 }
 
-// The triangles of the scene of a binary glTF file.
+// Triangles of the scene of a binary glTF file.
 function glb(buffer) {
   const view = new DataView(buffer);
   const length = view.getUint32(12, true);
@@ -87,7 +88,8 @@ function glb(buffer) {
   return found;
 }
 
-// As a shape: in a ball of radius 1, with normals and tangents. `span` is how long a turn of u is on average.
+// Converts a mesh to a shape: inside a ball of radius 1, with normals and tangents. `span` is the mean length of one
+// turn of u.
 function shape({ positions: p, uvs, normals, index }) {
   const count = p.length / 3;
   if (!index.length) throw new Error('it has no triangles');
@@ -146,10 +148,10 @@ function wear(lit, made) {
   lit.setShape('own');
 }
 
-// As much as the server takes, in MiB.
+// Maximum size that the server accepts, in MiB.
 const PANORAMA = 256;
 
-// Takes a panorama as light.
+// Loads a panorama as light.
 async function takePanorama(lit, look, file) {
   try {
     if (file.size > PANORAMA << 20) throw new Error(`it has more than ${PANORAMA} MiB; scale it down`);
@@ -163,7 +165,7 @@ async function takePanorama(lit, look, file) {
   }
 }
 
-// Takes a file; what is wrong with it is said.
+// Loads a file; shows an error if that fails.
 async function take(lit, look, file) {
   const start = new Uint8Array(await file.slice(0, 4).arrayBuffer());
   if (/\.(exr|hdr)$/i.test(file.name) || [0x76, 0x2f, 0x31, 0x01].every((b, i) => start[i] === b)) { await takePanorama(lit, look, file); return; }
@@ -178,7 +180,7 @@ async function take(lit, look, file) {
   }
 }
 
-// Files are dropped anywhere on the page, or chosen; `look` shows the lit view.
+// Accepts files dropped anywhere on the page, or chosen; `look` switches to the lit view.
 export function drops(lit, look) {
   const choice = (id, text, accept, title) => {
     const input = element('input', { type: 'file', id: `${id}-file`, accept, hidden: true, ariaLabel: text.replace(' …', '') });

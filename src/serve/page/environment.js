@@ -1,11 +1,11 @@
-// A panorama as light, and what is seen behind the shape. The bytes are those of sky.rs.
+// Light from a panorama, and the background behind the shape. The format of the bytes is in sky.rs.
 import { rays } from './camera.js';
 import { LIGHT, linked } from './shaders.js';
 
-// The unit of its texture, behind those of the material.
+// Texture unit, after those of the material.
 const UNIT = 8;
 
-// What the bytes hold: the coefficients of the light, where the sun stands and its colour, and a texture of all levels.
+// Reads the bytes: coefficients of the light, direction and colour of the sun, and a texture of all levels.
 export function panorama(gl, bytes) {
   const [width, height, levels] = new Uint32Array(bytes, 0, 3);
   const numbers = new Float32Array(bytes, 12, 33);
@@ -19,11 +19,12 @@ export function panorama(gl, bytes) {
     at += 4 * w * h;
   }
   for (const [name, value] of [['MAX_LEVEL', levels - 1], ['WRAP_T', gl.CLAMP_TO_EDGE], ['MIN_FILTER', gl.LINEAR_MIPMAP_LINEAR], ['MAG_FILTER', gl.LINEAR]]) gl.texParameteri(gl.TEXTURE_2D, gl[`TEXTURE_${name}`], value);
-  // The key light of the shader is 2.2 times its colour.
+  // The shader's key light is 2.2 times its colour.
   return { bytes, texture, irradiance: numbers.subarray(0, 27), sun: numbers.subarray(27, 30), light: numbers.slice(30, 33).map((v) => v / 2.2) };
 }
 
-// Sets the light of a program. `u` finds its uniforms; `turn` in degrees; `key`: how high the light stands in degrees, and its size.
+// Sets the light uniforms of a program. `u` finds uniforms; `turn` is in degrees; `key` is the elevation of the key
+// light in degrees, and its size.
 export function illuminate(gl, u, { scene, own, turn, key, exposure }) {
   const a = (turn * Math.PI) / 180;
   const [high, round] = [(key[0] * Math.PI) / 180, -0.8567];
@@ -52,7 +53,7 @@ out vec4 oColor;
 ${LIGHT}
 void main() { oColor = vec4(developed(studio(normalize(vWay), 0.2)), 1.0); }`;
 
-// The environment behind the shape, a little out of focus.
+// The environment behind the shape, slightly out of focus.
 export class Behind {
   paint(gl, eye, aspect, light) {
     if (this.gl !== gl) this.prepare(gl);

@@ -1,9 +1,9 @@
-// What is wrong with the file, and what is worth knowing.
+// Lists of errors and warnings of the file.
 import { $, element } from './dom.js';
 
 const text = (tag, className, content = '') => element(tag, { className, textContent: content });
 
-// The list that was closed; it stays closed until there is another one.
+// The list that the user closed; it stays closed until it changes.
 let closed = '';
 
 export function complain({ errors, warnings, scene }) {

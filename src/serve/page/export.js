@@ -1,4 +1,4 @@
-// Files: this map, all maps, or a glTF file, at a resolution of one's choice.
+// The export panel: this map, all maps, or a glTF file, at a chosen resolution.
 import { element, short } from './dom.js';
 import { post } from './net.js';
 import { frames, zip } from './frames.js';
@@ -37,7 +37,7 @@ export class Exporter {
     );
   }
 
-  // The lit view as a file.
+  // Exports the lit view as an HTML file.
   async shared() {
     const { lit, state } = this.page;
     if (!lit.asked) { this.page.controls.setView('lit'); }
@@ -53,7 +53,7 @@ export class Exporter {
     this.share.disabled = false;
   }
 
-  // A turn of the shape as pictures.
+  // Exports a turn of the shape as a sequence of pictures.
   async sequence() {
     const { lit, state } = this.page;
     if (!lit.now) this.page.controls.setView('lit');
@@ -89,7 +89,7 @@ export class Exporter {
       return;
     }
     this.id = (await answer.json()).id;
-    // It may have been done before the answer was here.
+    // The export may have finished before the answer arrived.
     for (const news of this.early) this.heard(news);
   }
 

@@ -1,9 +1,9 @@
-// What stands below the picture.
+// Text below the picture.
 import { $, notice, say } from './dom.js';
 import { ask, latest } from './net.js';
 import { difference, valueAt } from './tone.js';
 
-// Whether the canvas tiles, and what is in the way.
+// Shows whether the canvas tiles, and which nodes prevent that.
 export function tiling(page, look) {
   const { canvas, breaks } = page.state.scene;
   const [first] = breaks ?? [];
@@ -17,7 +17,7 @@ export function tiling(page, look) {
 
 const n = (v) => (Number.isInteger(v) ? String(v) : (+v).toFixed(Math.abs(v) < 10 ? 4 : 2));
 
-// How far two pictures differ; those that were compared last are known.
+// Difference of two pictures; the result of the last comparison is cached.
 let compared = {};
 function numbers(before, now, unit) {
   const same = compared.before === before && compared.now === now && compared.exact === [!!before.samples, !!now.samples].join();
@@ -26,7 +26,7 @@ function numbers(before, now, unit) {
   return `mean difference ${mean} · RMS ${rms} · most ${most}`;
 }
 
-// What black and white are, or how many things there are.
+// Shows the black and white values, or the number of shapes of an object.
 export function legend(page, object) {
   const { shown, picture } = page;
   let text = '';
@@ -43,7 +43,7 @@ export function legend(page, object) {
   if (before && now && !object && mode === 'difference') text = [numbers(before, now, shown?.unit), text].filter(Boolean).join(' · ');
   say($('legend'), text);
 }
-// The place under the cursor, and the values there.
+// Shows the position under the cursor and the values there.
 export const probe = latest(async (page, pixel) => {
   const { state, shown, picture, target } = page;
   if (!pixel || !state?.scene || picture.object?.own) { $('cursor').textContent = ''; return; }
@@ -65,7 +65,7 @@ export const probe = latest(async (page, pixel) => {
   $('cursor').textContent = text;
 });
 
-// What lies under the cursor on the mesh: place, triangle, part, chart, texel, and the values there.
+// Shows the point of the mesh under the cursor: position, triangle, part, chart, texel and values.
 export const probeMesh = latest(async (page, found) => {
   const { state, target } = page;
   if (!found || !state?.scene) { $('cursor').textContent = ''; return; }
@@ -80,7 +80,7 @@ export const probeMesh = latest(async (page, found) => {
   $('cursor').textContent = parts.join('   ·   ');
 });
 
-// What is going on.
+// Shows the current activity.
 export function status(page) {
   const { state } = page;
   const tell = (text, kind = '') => { const s = $('status'); say(s, text); if (s.className !== kind) s.className = kind; };

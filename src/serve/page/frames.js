@@ -1,4 +1,4 @@
-// Frames of the lit view as a sequence of pictures in one archive: a turn of the shape, or the line of a comparison.
+// Exports frames of the lit view as pictures in one archive: a turn of the shape, or a moving line of a comparison.
 
 const table = Uint32Array.from({ length: 256 }, (_, n) => { let c = n; for (let k = 0; k < 8; k += 1) c = c & 1 ? 0xedb88320 ^ (c >>> 1) : c >>> 1; return c; });
 function crc32(bytes) {
@@ -7,7 +7,7 @@ function crc32(bytes) {
   return (c ^ 0xffffffff) >>> 0;
 }
 
-// Files as they are, one after the other: pictures are compressed already.
+// Makes a ZIP archive without compression, since pictures are compressed already.
 export function zip(files) {
   const parts = [];
   const directory = [];
@@ -38,7 +38,7 @@ export function zip(files) {
   return new Blob([...parts, ...directory, new Uint8Array(end.buffer)], { type: 'application/zip' });
 }
 
-// Draws `count` frames of `side` pixels; `step` hears of each, and stops them by false.
+// Draws `count` frames of `side` pixels; `step` is called for each, and stops the export by returning false.
 export async function frames(lit, count, side, step) {
   const { turn, wipe } = lit;
   const files = [];

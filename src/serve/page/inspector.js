@@ -1,9 +1,9 @@
-// What is known of the node that is looked at, and its constants.
+// Information about the selected node, and its constants.
 import { $, element } from './dom.js';
 
 const text = (tag, className, content = '') => element(tag, { className, textContent: content });
 
-// `node` and `stat` are what the graph knows of it; `onport` looks at another output, `onchange` changes the file.
+// `node` and `stat` are the node's data from the graph; `onport` selects another output, `onchange` changes the file.
 export function inspect(about, { node, stat, target, onport, onclose, onjump, onchange }) {
   const box = $('inspector');
   box.hidden = false;
@@ -26,12 +26,12 @@ export function inspect(about, { node, stat, target, onport, onclose, onjump, on
   parts.push(text('div', 'facts', facts.filter(Boolean).join(' · ')));
   if (node?.broken) parts.push(text('div', 'facts bad', node.broken));
   for (const field of about.fields ?? []) { const made = constant(about.node, field, onchange); if (made) parts.push(made); }
-  // It may be long, and is scrolled by keys.
+  // The text may be long, so it can be scrolled by keyboard.
   parts.push(element('pre', { textContent: about.text, tabIndex: 0, role: 'region', ariaLabel: 'Text of the node' }));
   box.replaceChildren(...parts);
 }
 
-// A number, a switch, a choice or a colour that is written at the node: edited in place, or made a parameter.
+// A number, switch, choice or colour in the node's text: edited in place, or turned into a parameter.
 function constant(node, field, onchange) {
   const { name, text: written } = field;
   const id = `field-${name}`;

@@ -1,4 +1,5 @@
-// The material on a shape: textures from the server, an orbiting eye, a light that turns. Drawn only when something changes.
+// The material on a shape: textures from the server, an orbiting camera, a movable light. Drawn only when something
+// changes.
 import { camera } from './camera.js';
 import { press } from './dom.js';
 import { Behind, illuminate, panorama } from './environment.js';
@@ -16,7 +17,7 @@ const SLIDERS = [
   ['anisotropy', 'Anisotropy', 0, 1, 0.01, 0], ['coat', 'Coat', 0, 1, 0.01, 0],
 ];
 
-// Milliseconds that a picture may take while something moves, and when all is still.
+// Time budget of a picture in ms, while something moves and at rest.
 const MOVING = 40;
 const RESTING = 900;
 const QUALITIES = [1, 0.75, 0.5, 0.35, 0.25, 0.15];
@@ -35,7 +36,7 @@ export class Lit {
     this.wipe = 0.5;
     this.meshes = {};
     this.quality = 0;
-    // Milliseconds a pixel; a guess until something was drawn.
+    // Cost in ms per pixel; a guess until the first picture is drawn.
     this.cost = 0.002;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.strokes = new Strokes(document.getElementById('draw'), document.getElementById('strokes'), () => this.draw());
@@ -47,10 +48,10 @@ export class Lit {
     this.behind = new Behind();
   }
 
-  // The view costs nothing until it is looked at.
+  // The view uses no resources until it is first opened.
   start() {
     if (this.gl || this.failed) return;
-    // Without a graphics card the processor draws: with fewer samples, triangles and steps, twice as fast.
+    // Without a graphics card the CPU renders; fewer samples, triangles and steps make it twice as fast.
     this.spare = isSoftware();
     const gl = this.canvas.getContext('webgl2', { antialias: !this.spare, alpha: true, premultipliedAlpha: false, preserveDrawingBuffer: true });
     if (!gl) { this.fail('This browser has no WebGL 2; the picture view works without it.'); return; }
@@ -148,7 +149,7 @@ export class Lit {
     this.reset();
   }
 
-  // Light from a panorama: its bytes.
+  // Sets light from the bytes of a panorama.
   setPanorama(bytes) {
     this.start();
     if (!this.gl) return;
@@ -156,7 +157,7 @@ export class Lit {
     this.own = panorama(this.gl, bytes);
   }
 
-  // Where the light comes from.
+  // Light settings.
   get lighting() {
     const { light, lightHeight, lightSize, exposure } = this.values;
     const { scene } = this.staging;
@@ -202,16 +203,16 @@ export class Lit {
     this.onshape?.();
   }
 
-  // The mesh of the graph is one of the shapes, as long as the graph has one.
+  // Adds the graph's mesh to the shapes while the graph has one.
   async setMesh(scene) {
     const id = scene.mesh ?? null;
     this.marks.follow(scene.generation);
     if (id === this.meshId) return;
     this.meshId = id;
-    // The server may be gone.
+    // The server may have ended.
     const found = id && await mesh({ g: scene.generation }).catch(() => null);
     if (this.meshId !== id) return;
-    // Another graph by now: its own news will bring its mesh.
+    // The graph has changed meanwhile; news of the new graph will load its mesh.
     if (id && !found) { this.meshId = undefined; return; }
     const had = !!this.shapes.mesh;
     for (const name of ['mesh true', 'mesh false']) {
@@ -231,7 +232,7 @@ export class Lit {
     else this.draw();
   }
 
-  // What is cut out of a solid is offered where there is one.
+  // Offers shapes cut from a solid if the graph has one.
   setSolid(there) {
     for (const b of document.querySelectorAll('[data-shape^=solid]')) b.hidden = !there;
     if (!there && this.shapes[this.shape].solid) this.setShape('sphere');
@@ -250,7 +251,7 @@ export class Lit {
 
   wants(target) { return !!this.asked && Object.values(this.asked.maps).some((m) => m.t === target); }
 
-  // Fetches those textures that are not there yet: `maps` by channel, each a target and a name for what it shows.
+  // Fetches missing textures. `maps` gives for each channel the target and a name of its content.
   async load(scene, maps, size) {
     if (!this.gl) return;
     this.asked = { scene, maps, size };
@@ -258,7 +259,7 @@ export class Lit {
     this.loading = true;
     while (this.asked !== this.done) {
       const asked = this.asked;
-      try { await this.fetch(asked); } catch { /* the graph is another by now */ }
+      try { await this.fetch(asked); } catch { /* the graph has changed */ }
       this.done = asked;
     }
     this.loading = false;
@@ -296,7 +297,7 @@ export class Lit {
 
   resize() { this.draw(); }
 
-  // Draws soon; coarsely first where drawing takes long, as it does without a graphics card.
+  // Draws soon; where drawing is slow, as without a graphics card, a coarse picture comes first.
   draw() {
     if (this.gl && this.now && this.canvas.clientWidth) this.schedule(MOVING);
   }
@@ -308,7 +309,7 @@ export class Lit {
     requestAnimationFrame(() => { this.queued = false; this.paint(); });
   }
 
-  // The share of the screen's pixels, along a side, that can be drawn in so many milliseconds.
+  // Linear share of the screen's pixels that can be drawn within a time budget in ms.
   bearable(budget) {
     const ratio = Math.min(devicePixelRatio || 1, 2);
     const pixels = this.canvas.clientWidth * this.canvas.clientHeight * ratio * ratio;
@@ -352,10 +353,10 @@ export class Lit {
     const ratio = Math.min(devicePixelRatio || 1, 2) * this.quality;
     const [w, h] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.max(1, Math.round(n * ratio)));
     this.render(w, h);
-    // Reading a pixel waits for the picture, which tells what it costs.
+    // Reading a pixel waits for the GPU, which gives the real cost.
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
     const took = performance.now() - began;
-    // The first picture of a shape tells nothing: much is made for it.
+    // The first picture of a shape is not measured, because it includes set-up work.
     const cold = this.warm !== mesh;
     if (!cold) this.cost = took / (w * h);
     this.warm = mesh;
@@ -366,7 +367,7 @@ export class Lit {
     canvas.dataset.quality = this.quality;
   }
 
-  // Draws so many pixels: what is lit, and left of the line what was pinned.
+  // Draws w × h pixels: the current material, and the pinned one left of the dividing line.
   render(w, h) {
     const { gl, canvas } = this;
     if (w !== canvas.width || h !== canvas.height) [canvas.width, canvas.height] = [w, h];
@@ -388,7 +389,7 @@ export class Lit {
   material({ maps, mm }) {
     const { gl, canvas, uniforms: u, values } = this;
     const { span, solid, perMm = solid ? 2 / Math.max(...mm) : undefined } = this.shapes[this.shape];
-    // A mesh wears its textures once, and so does what is cut out of a solid.
+    // A mesh shows its textures once, without repeats; so does a shape cut from a solid.
     const repeat = perMm ? 1 : values.repeat;
     const heights = maps.uHeight?.range ?? [0, 0];
     const eye = this.eye();

@@ -1,15 +1,15 @@
-// Every value that is set and every save is a step: undone, done again, gone back to, compared.
+// History of looks: each changed value and each save is a step that can be undone, redone, restored and compared.
 import { $, element, notice } from './dom.js';
 import { change } from './net.js';
 
 const MOST = 200;
-// A control that rests this long has ended its step, in ms.
+// A control at rest for this time has ended its step, in ms.
 const REST = 900;
 const SIZE = 84;
 const same = (a, b) => JSON.stringify([a.preset, [...a.set].sort()]) === JSON.stringify([b.preset, [...b.set].sort()]);
 
 export class Looks {
-  // `apply` puts values in force; `compare` shows two steps beside each other.
+  // `apply` sets values; `compare` shows two steps together.
   constructor(root, { apply, compare }) {
     this.root = root;
     this.apply = apply;
@@ -31,7 +31,7 @@ export class Looks {
     this.draw();
   }
 
-  // Values that somebody has set; a drag of one control is one step.
+  // Records values set by the user; a drag of one control is one step.
   record(values, label, group) {
     const now = Date.now();
     if (group && this.at?.group === group && now - this.touched < REST) {
@@ -43,7 +43,7 @@ export class Looks {
     this.touched = now;
   }
 
-  // Changes the file; that is a step. What comes of it is one's own.
+  // Changes the file as one step. The resulting content counts as the user's own.
   async save(what, values, label) {
     const sha = await this.write(what, values);
     this.add({ values, label, sha, own: true });
@@ -60,11 +60,12 @@ export class Looks {
     }
   }
 
-  // What the server shows: the first time, after a save of somebody else's, and else only the pictures.
+  // Handles the shown state: a step for the first content and for a save by another program; otherwise only pictures
+  // change.
   seen(state) {
     this.last = state;
     const { scene, values } = state;
-    // Until the answer is here, nobody knows whose content that is; an old one may still be on its way.
+    // Until the answer arrives, the author of a content is unknown, and an old content may still be on its way.
     if (!scene || this.writing || scene.generation === this.known) return;
     this.known = scene.generation;
     if (!this.at) {
@@ -72,12 +73,12 @@ export class Looks {
       this.add({ values, label: 'Opened', sha: scene.sha256 });
     } else if (scene.sha256 !== this.sha && scene.sha256 !== this.at.parent?.sha) {
       this.sha = scene.sha256;
-      // Values that were just set here may not be in force there yet.
+      // The server may not yet use values that were just set here.
       this.add({ values: this.at.values, label: 'File saved', sha: scene.sha256, external: true });
     }
   }
 
-  // A picture of the present look; its thumbnail is made when pictures no longer come one after the other.
+  // Adds a picture of the current look; its thumbnail is made once pictures stop arriving in quick succession.
   shown(now, image) {
     if (!this.at) return;
     this.at.pictures[now.target] = now;
@@ -91,7 +92,7 @@ export class Looks {
   }
 
   thumbnail(step, image) {
-    // A picture that was let go of has no size.
+    // A released image has no size.
     if (!image.width) return;
     const canvas = step.canvas ??= element('canvas', { width: SIZE, height: SIZE });
     const k = Math.max(SIZE / image.width, SIZE / image.height);
@@ -104,7 +105,7 @@ export class Looks {
 
   get canUndo() { return !!this.before(); }
 
-  // The step that undoing leads to: saves of others stay as they are.
+  // The step to which undo leads; saves by other programs are not undone.
   before() {
     let { at } = this;
     while (at?.external && at.parent && same(at.values, at.parent.values)) at = at.parent;
@@ -125,7 +126,7 @@ export class Looks {
     if (to) await this.go(to, to.own ? to.sha : this.sha, `Done again: ${to.label}`);
   }
 
-  // Goes to a step, with the file as `sha` says.
+  // Goes to a step and restores the file content `sha`.
   async go(to, sha, text) {
     try {
       if (sha !== this.sha) {
@@ -166,7 +167,7 @@ export class Looks {
     if (focused >= 0) this.root.querySelectorAll('button')[focused]?.focus();
   }
 
-  // Two marked looks are compared.
+  // Compares two marked steps.
   mark(step) {
     this.marked = this.marked.includes(step) ? this.marked.filter((s) => s !== step) : [...this.marked, step].slice(-2);
     this.draw();

@@ -1,10 +1,10 @@
-// What is known of the mesh in the lit view, shown on it: charts, a grid of its coordinates, borders of charts, directions; and what
-// lies under the cursor.
+// Overlays on the mesh of the lit view: charts, a grid of texture coordinates, chart borders and directions; and the
+// point under the cursor.
 import { hit, ray } from './camera.js';
 import { ask, latest } from './net.js';
 import { linked } from './shaders.js';
 
-// A vertex: position, coordinates, colour of the chart.
+// Vertex: position, texture coordinates, colour of the chart.
 const FILL = `#version 300 es
 layout(location = 0) in vec3 aPosition;
 layout(location = 1) in vec2 aUv;
@@ -28,13 +28,13 @@ void main() {
   float odd = mod(floor(cell.x) + floor(cell.y), 2.0);
   oColor = mix(vec4(vUv.x, vUv.y, 0.35, 0.25 + 0.25 * odd), vec4(1.0), 0.85 * line);
 }`;
-// A line is drawn as two triangles, so many pixels wide.
+// Draws a line as two triangles, with a width in pixels.
 const LINE = `#version 300 es
 layout(location = 0) in vec3 aFrom;
 layout(location = 1) in vec3 aTo;
 layout(location = 2) in float aSide;
 uniform mat4 uView;
-uniform vec3 uWide;   // the picture's size and the width, in pixels
+uniform vec3 uWide;   // size of the picture and line width, in pixels
 void main() {
   vec4 a = uView * vec4(aFrom, 1.0);
   vec4 b = uView * vec4(aTo, 1.0);
@@ -50,7 +50,7 @@ uniform vec3 uColor;
 out vec4 oColor;
 void main() { oColor = vec4(uColor, 1.0); }`;
 
-// Half the size of the cross at a point round which directions turn.
+// Half the size of the cross at a singular point of the directions.
 const CROSS = 0.025;
 const LINES = {
   seams: { of: 'seams', color: [1, 0.82, 0.1], width: 2.5 },
@@ -59,7 +59,7 @@ const LINES = {
   singular: { of: 'directions', color: [1, 0.15, 0.1], width: 4 },
 };
 
-// Neighbouring numbers get colours that differ.
+// Gives consecutive numbers different colours.
 function tint(chart) {
   const hue = (chart * 0.61803398875) % 1;
   return [0, 2 / 3, 1 / 3].map((shift) => 0.55 + 0.4 * Math.cos(2 * Math.PI * (hue + shift)));
@@ -81,7 +81,7 @@ function ribbons(ends) {
   for (let n = 0; n < ends.length; n += 6) {
     const [a, b] = [ends.slice(n, n + 3), ends.slice(n + 3, n + 6)];
     const [left, right] = [[...a, ...b, 1], [...a, ...b, -1]];
-    // Seen from its other end, a side is the other one.
+    // At the other end of the line, left and right are swapped.
     const [far, away] = [[...b, ...a, -1], [...b, ...a, 1]];
     out.push(...left, ...right, ...far, ...far, ...right, ...away);
   }
@@ -89,7 +89,7 @@ function ribbons(ends) {
 }
 
 export class Marks {
-  // `changed` is called when there is something else to draw, `onhover` with what lies under the cursor.
+  // `changed` is called when a redraw is needed, `onhover` with the point under the cursor.
   constructor(group, changed, onhover) {
     Object.assign(this, { group, changed, onhover, layers: new Set(), mesh: null, data: null });
     for (const b of group.querySelectorAll('[data-mark]')) b.onclick = () => this.toggle(b.dataset.mark);
@@ -107,14 +107,14 @@ export class Marks {
     this.tell();
   }
 
-  // The mesh that is shown, or null while another shape is.
+  // Sets the shown mesh; null while another shape is shown.
   show(mesh) {
     if (mesh !== this.mesh) [this.mesh, this.data] = [mesh, null];
     this.tell();
     if (mesh) this.fetch();
   }
 
-  // The graph is another one, though its mesh may be the same.
+  // Handles a new graph; its mesh may be the same.
   follow(generation) {
     if (generation === this.generation) return;
     this.generation = generation;
@@ -123,7 +123,7 @@ export class Marks {
 
   toggle(layer) {
     if (!this.layers.delete(layer)) this.layers.add(layer);
-    // One thing covers the surface at a time.
+    // Only one layer covers the surface at a time.
     if (layer === 'charts') this.layers.delete('grid');
     if (layer === 'grid') this.layers.delete('charts');
     this.tell();
@@ -135,7 +135,7 @@ export class Marks {
     this.changed();
   }
 
-  // What is under a point of the picture, whose corners are ±1, y up: a moment after the cursor rests.
+  // Finds the point under a point of the picture, whose corners are ±1, y up, shortly after the cursor rests.
   hover(eye, aspect, place) {
     clearTimeout(this.soon);
     if (!this.mesh) return;

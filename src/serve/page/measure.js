@@ -1,18 +1,18 @@
-// The panel that measures: histogram, black and white point, exposure, false colour, contour lines, profile.
+// The measuring panel: histogram, black and white point, exposure, false colour, contour lines, profile.
 import { element, short } from './dom.js';
 import { histogram, profile } from './tone.js';
 
 const COLORS = ['#e0655f', '#58a866', '#5b8fe0'];
 const [WIDTH, HEIGHT] = [258, 92];
 
-// The nearest of 1, 2, 5, 10 and so on.
+// Nearest number of the series 1, 2, 5, 10 …
 function nice(v) {
   const ten = 10 ** Math.floor(Math.log10(Math.max(v, 1e-9)));
   return +([1, 2, 5, 10].find((n) => n * ten >= v * 0.75) * ten).toPrecision(2);
 }
 
 export class Measure {
-  // `ontone` hears of another tone; `source` tells what is shown, `facts` the canvas of the graph.
+  // `ontone` is called with a new tone; `source` returns the shown picture, `facts` the canvas of the graph.
   constructor(root, { ontone, source, facts, online }) {
     this.root = root;
     this.ontone = ontone;
@@ -102,7 +102,7 @@ export class Measure {
     step.addEventListener('change', () => { this.stepped = true; });
   }
 
-  // Draws what there is now.
+  // Draws the current state.
   show() {
     const source = this.source();
     if (!this.open || !source) return;
@@ -110,7 +110,7 @@ export class Measure {
     document.getElementById('contour-unit').textContent = source.unit ?? '';
     const range = this.tone.range ?? source.range ?? [0, 1];
     if (!this.locked && !this.ranged) [black.value, white.value] = range.map(short);
-    // Unless somebody says otherwise, there are about eight lines.
+    // The default step gives about eight contour lines.
     if (!this.stepped) this.fields.step.value = nice((range[1] - range[0]) / 8);
     const found = histogram(source, range);
     this.found = found;
@@ -125,7 +125,7 @@ export class Measure {
     const { width, height } = canvas;
     c.clearRect(0, 0, width, height);
     const flat = rows.flat().filter(Number.isFinite);
-    // A single tall bar must not flatten the others.
+    // Limits the scale so that a single tall bar does not flatten the others.
     const sorted = filled ? [...flat].sort((a, b) => a - b) : [];
     const [lo, hi] = range ?? [0, filled ? Math.max(1, sorted[Math.floor(sorted.length * 0.985)] * 1.3) : 1];
     rows.forEach((row, k) => {
@@ -141,7 +141,7 @@ export class Measure {
     c.globalAlpha = 1;
   }
 
-  // The profile along a line, in mm.
+  // Draws the profile along a line, in mm.
   cut(ends) {
     this.ends = ends;
     const source = this.source();

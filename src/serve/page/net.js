@@ -1,4 +1,4 @@
-// Questions to the server, by paths relative to the page.
+// Requests to the server, with paths relative to the page.
 const query = (path, args) => `${path}?${new URLSearchParams(args)}`;
 
 export async function ask(path, args) {
@@ -19,13 +19,13 @@ export async function samples(args, path = 'map') {
   return { width: +width, height: +height, form, scale: +scale, data: await response.arrayBuffer() };
 }
 
-// The texture of a channel: as on the canvas, or on a shape that is cut out of a solid.
+// Texture of a channel: on the canvas, or on a shape cut from a solid.
 export function worn(scene, { t, solid }, s) {
   const about = { g: scene.generation, t, s };
   return solid ? samples({ ...about, shape: solid }, 'wear') : samples(about);
 }
 
-// The numbers of a field as they are, for measuring: by rows, all channels of a pixel together.
+// Unconverted values of a field for measuring: by rows, with the channels of a pixel together.
 export async function exact(args) {
   const response = await fetch(query('map', { ...args, exact: true }));
   if (response.status !== 200) return null;
@@ -34,7 +34,7 @@ export async function exact(args) {
   return { width: +width, height: +height, channels: +form.slice(4), type, unit: unit === 'deg' ? '°' : unit ?? '', data };
 }
 
-// The mesh that wears the material: vertices of 11 numbers, triangles, how long a mm is, and where its middle lies, z up.
+// Mesh that shows the material: vertices of 11 numbers, triangles, length of one mm, and position of its middle, z up.
 export async function mesh(args) {
   const response = await fetch(query('mesh', args));
   if (response.status !== 200) return null;
@@ -43,7 +43,7 @@ export async function mesh(args) {
   return { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices), perMm, middle };
 }
 
-// The light of a panorama: of a file, or of the last one that was sent in this run, if there is one. See sky.rs.
+// Light of a panorama: of a file, or of the last one sent in this run, if any. See sky.rs.
 export async function environment(file) {
   const response = await fetch('environment', file ? { method: 'POST', headers: { 'content-type': 'application/octet-stream' }, body: file } : {});
   if (response.status === 200) return response.arrayBuffer();
@@ -58,7 +58,8 @@ export function post(path, what) {
 
 export const send = (values) => post('values', values);
 
-// Changes the graph file: what it is based on, the change, and the values that are to be in force then. Tells the new content.
+// Changes the graph file, given the content it is based on, the change, and the parameter values to set afterwards.
+// Returns the new content.
 export async function change(base, what, then = null) {
   const response = await post('change', { base, change: what, then });
   if (!response.ok) throw new Error((await response.text()) || 'the file could not be changed');
@@ -68,21 +69,21 @@ export async function change(base, what, then = null) {
 // Shows the line of a node in the editor, if there is one.
 export const jump = (node) => post('jump', { node }).catch(() => {});
 
-// Runs one `work` at a time; of those that come meanwhile the last one counts.
+// Runs one `work` at a time; of the calls made meanwhile, only the last one runs.
 export function latest(work) {
   let running = false;
   let next = null;
   const run = async (args) => {
     if (running) { next = args; return; }
     running = true;
-    try { await work(...args); } catch { /* the server is gone, or the graph is another by now */ }
+    try { await work(...args); } catch { /* the server has ended, or the graph has changed */ }
     running = false;
     if (next) { const args = next; next = null; run(args); }
   };
   return (...args) => run(args);
 }
 
-// News, through a shared worker where there is one.
+// Receives news, through a shared worker if the browser has them.
 export async function news(tell) {
   const told = (kind, data) => tell(kind, JSON.parse(data));
   if (window.SharedWorker) {
@@ -91,7 +92,7 @@ export async function news(tell) {
       worker.port.onmessage = (e) => told(...e.data);
       worker.port.start();
       addEventListener('pagehide', () => worker.port.postMessage('bye'));
-      // A page that comes back from the browser's cache has said goodbye.
+      // A page restored from the browser's cache has already disconnected.
       addEventListener('pageshow', (e) => { if (e.persisted) location.reload(); });
       return;
     } catch { /* as below */ }

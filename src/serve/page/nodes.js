@@ -1,16 +1,16 @@
-// The graph, level by level: boxes with thumbnails, cost and where their result came from. A sub-graph is a box that opens.
-// Thousands of nodes are drawn as they come into view.
+// The graph, level by level: boxes with thumbnails, cost and origin of the result. A sub-graph is a box that opens.
+// Boxes are drawn only while in view, so thousands of nodes are possible.
 import { ask, bitmap } from './net.js';
 import { paintBox } from './box.js';
 
 export const [W, H, DX, DY] = [168, 112, 220, 130];
 const KEPT = 600;
-// The least scale of a fit: labels of 12 pixels stay 11 pixels high.
+// Minimum scale of a fit: labels of 12 pixels stay 11 pixels high.
 const READABLE = 0.92;
 const NEXT = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 export class Graph {
-  // `onselect` hears of a node to be looked at, `onjump` of one to be shown in the editor, `onlevel` of another level.
+  // `onselect` is called with a selected node, `onjump` with a node to show in the editor, `onlevel` with a new level.
   constructor(canvas, { onselect, onjump, onlevel }) {
     this.canvas = canvas;
     this.context = canvas.getContext('2d');
@@ -75,7 +75,7 @@ export class Graph {
     }, { passive: false });
   }
 
-  // A click, or Enter: the picture of a node; of a sub-graph that of its main output.
+  // Click or Enter: shows the picture of a node; for a sub-graph, of its main output.
   show(node) {
     this.marked = node.name;
     if (node.index !== null && node.index !== undefined) {
@@ -85,7 +85,7 @@ export class Graph {
     this.tell();
   }
 
-  // A double click, or O: the level of a sub-graph, the line of a node in the editor.
+  // Double click or O: opens the level of a sub-graph, or shows the line of a node in the editor.
   dive(node) {
     if (node.use) this.enter(node.name);
     else if (node.outside) this.enter(node.name.includes('/') ? node.name.slice(0, node.name.lastIndexOf('/')) : '');
@@ -105,9 +105,9 @@ export class Graph {
     e.stopPropagation();
   }
 
-  // The nearest box in a direction.
+  // Nearest box in a direction.
   go(from, [dx, dy]) {
-    // The first arrow begins at an output.
+    // The first arrow key starts at an output.
     if (!from) { this.mark(this.nodes.find((n) => n.shown) ?? this.nodes.at(-1)); return; }
     const away = (n) => {
       const [x, y] = [(n.x - from.x) / DX, (n.y - from.y) / DY];
@@ -133,7 +133,7 @@ export class Graph {
     if (i >= 0) document.getElementById('graph-at').textContent = this.about(i);
   }
 
-  // The box of the level that holds what is marked.
+  // The box in this level that contains the marked node.
   at() {
     const known = this.byName?.get(this.marked ?? this.selected);
     if (known !== undefined) return known;
@@ -178,7 +178,7 @@ export class Graph {
     const { level } = this;
     const graph = await ask('graph', { g: generation, u: level });
     if (this.generation !== generation || this.level !== level) return;
-    // The sub-graph may be gone from the file.
+    // The sub-graph was deleted from the file.
     if (!graph && level) { await this.enter(''); return; }
     if (!graph) return;
     const first = !this.nodes.length || this.fresh;
@@ -197,7 +197,7 @@ export class Graph {
     const stats = await ask('stats', { g: generation });
     if (!stats || this.generation !== generation) return;
     this.stats = stats;
-    // A box has the cost of all that is in it, and the state of what was most work.
+    // A box has the total cost of its nodes, and the first of these states that one of them has.
     const order = ['computed', 'disk', 'memory', 'folded', 'unused'];
     this.sums = this.nodes.map((node) => {
       const inside = (node.members ?? []).map((i) => stats[i]).filter(Boolean);
@@ -227,7 +227,7 @@ export class Graph {
     const [wide, high] = [this.canvas.clientWidth / (right - left + 60), this.canvas.clientHeight / (bottom - top + 40)];
     this.scale = Math.min(Math.max(Math.min(wide, high), READABLE), innerWidth < 2400 ? 1.2 : 2);
     this.center = [(left + right) / 2, (top + bottom) / 2];
-    // What does not fit is shown from the end: outputs are at the right.
+    // If the level does not fit, its right end with the outputs is shown.
     const output = this.nodes.find((n) => n.shown) ?? this.nodes.at(-1);
     if (wide < this.scale) this.center[0] = right + 30 - this.canvas.clientWidth / 2 / this.scale;
     if (high < this.scale) this.center[1] = output.y + H / 2;
@@ -235,7 +235,7 @@ export class Graph {
     this.draw();
   }
 
-  // Marks a node, and brings it into view if need be.
+  // Marks a node; with `bring`, scrolls to it if necessary.
   async select(name, bring) {
     this.selected = name;
     this.marked = null;
@@ -299,7 +299,7 @@ export class Graph {
     c.stroke();
   }
 
-  // Fetches the thumbnails that came into view, a few at a time.
+  // Fetches the thumbnails in view, a few at a time.
   async fetch() {
     while (this.queue.length && !this.patient && (this.working ?? 0) < 2) {
       const i = this.queue.shift();

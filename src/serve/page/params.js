@@ -1,10 +1,10 @@
-// The parameters of the graph: sliders, presets, where each value comes from, and how it gets into the file.
+// The parameters of the graph: sliders, presets, the origin of each value, and saving to the file.
 import { element, notice, say, short } from './dom.js';
 
 const unquote = (text) => { try { return JSON.parse(text); } catch { return text.replace(/^"|"$/g, ''); } };
 const code = (v) => Math.round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055));
 
-// A colour as browsers write it.
+// Formats a colour as browsers expect it.
 function hex(value) {
   if (value.startsWith('"')) return unquote(value);
   const numbers = value.replace(/[()\s]/g, '').split(',').map(Number);
@@ -12,7 +12,7 @@ function hex(value) {
 }
 
 export class Parameters {
-  // `onchange` hears of values with what was done and by which control; `onsave` of changes of the file.
+  // `onchange` is called with values, a label and the control that changed them; `onsave` with changes of the file.
   constructor(root, { onchange, onsave }) {
     this.root = root;
     this.onchange = onchange;
@@ -26,10 +26,10 @@ export class Parameters {
 
   get values() { return { preset: this.preset, set: new Map(this.set) }; }
 
-  // Follows the graph; what somebody is moving at the moment is left alone.
+  // Shows a new graph; a control that is being moved is left alone.
   update(scene, values) {
     const shape = JSON.stringify([scene.presets, scene.params.map(({ value, default: _, before, after, ...rest }) => rest)]);
-    // The file may no longer allow what somebody has just set.
+    // The new file may not allow a value that was just set.
     this.resync ||= this.busy && this.sha !== undefined && this.sha !== scene.sha256;
     this.sha = scene.sha256;
     this.told = values;
@@ -48,7 +48,7 @@ export class Parameters {
     this.set = new Map(this.told.set);
   }
 
-  // For a moment after a change, what the server tells may be older.
+  // For a moment after a change, news of the server may be outdated.
   hold() {
     this.busy = true;
     clearTimeout(this.rest);
@@ -58,7 +58,7 @@ export class Parameters {
     }, 600);
   }
 
-  // The values as they are wished, those set by hand before those that are shown.
+  // Requested value: set by hand, or else the shown one.
   value(param) { return this.set.get(param.name) ?? param.value; }
 
   get changed() { return this.params.filter((p) => this.value(p) !== p.default); }
@@ -86,7 +86,7 @@ export class Parameters {
     this.onchange(this.values, label, group);
   }
 
-  // Takes values from elsewhere, from the history say.
+  // Takes values from elsewhere, for example from the history.
   take(values) {
     this.preset = values.preset;
     this.set = new Map(values.set);
@@ -130,7 +130,7 @@ export class Parameters {
     box.value = '';
   }
 
-  // What has been set by hand goes into the file, or into the preset that is in force.
+  // Saves values set by hand to the file, or to the active preset.
   save() {
     if (!this.set.size) return;
     const preset = this.preset?.split('+').at(-1) ?? null;
@@ -159,7 +159,7 @@ export class Parameters {
       const why = byHand ? 'Without the value set by hand' : 'The value of the file';
       if (reset.title !== why) reset.title = why;
       reset.onclick = () => this.change(now.name, byHand ? null : now.default, null);
-      // What is overridden stays in sight.
+      // The overridden value stays visible.
       say(from, byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '');
       if (!row.contains(document.activeElement) || !this.moving) show(value);
     });
@@ -177,7 +177,7 @@ export class Parameters {
       if (!Number.isFinite(n)) return;
       const [lo, hi] = param.range ?? [-Infinity, Infinity];
       const within = Math.min(Math.max(whole ? Math.round(n) : n, lo), hi);
-      // Both show it at once, whether the file can be evaluated or not.
+      // Slider and field show the value at once, even if the file cannot be evaluated.
       if (slider) slider.value = within;
       box.value = short(within);
       this.change(param.name, whole ? String(within) : String(+within.toPrecision(6)), group);
@@ -221,7 +221,7 @@ export class Parameters {
     return (value) => { box.value = unquote(value); };
   }
 
-  // The declarations with their new defaults, as they stand in the file.
+  // Copies the declarations with their new defaults, as they would be in the file.
   async copy(button) {
     const text = this.changed.map((p) => `${p.before}${this.value(p)}${p.after}`).join('\n');
     button.dataset.copied = text;

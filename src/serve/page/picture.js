@@ -1,4 +1,5 @@
-// The picture: move, zoom to the texel, repeat, planes, comparison, values. Places are pixels of the full size.
+// The picture view: pan, zoom to the texel, repeat, planes, comparison, values. Positions are in pixels of the full
+// size.
 import { bitmap } from './net.js';
 import { Comparison } from './compare.js';
 import { drawObject } from './objects.js';
@@ -6,7 +7,7 @@ import { isNeutral, neutral, toned } from './tone.js';
 
 const TILE = 512;
 const KEPT = 160;
-// Pictures that follow each other within so many ms are drawn quickly, and finely when no more come.
+// Pictures that follow each other within this many ms are drawn with fast smoothing, and finely when none follows.
 const HURRY = 250;
 
 export class Picture {
@@ -15,7 +16,7 @@ export class Picture {
     this.context = canvas.getContext('2d');
     this.onview = onview;
     this.size = [1, 1];
-    // What is shown, and what it is compared with.
+    // The shown picture, and the one it is compared with.
     this.now = null;
     this.comparison = new Comparison();
     this.tone = neutral();
@@ -80,11 +81,11 @@ export class Picture {
 
   get ratio() { return devicePixelRatio || 1; }
 
-  // The place under a point of the window, in pixels of the full size.
+  // Position under a point of the window, in pixels of the full size.
   place(x, y) {
     const box = this.canvas.getBoundingClientRect();
     let dx = (x - box.left) * this.ratio - this.canvas.width / 2;
-    // Side by side, each half has a middle of its own.
+    // Side by side, each half has its own middle.
     if (this.comparison.before && this.comparison.mode === 'side') dx += (dx < 0 ? 0.25 : -0.25) * this.canvas.width;
     const dy = (y - box.top) * this.ratio - this.canvas.height / 2;
     return [this.center[0] + dx / this.scale, this.center[1] + dy / this.scale];
@@ -112,7 +113,7 @@ export class Picture {
     const [w, h] = [this.size[0] * n, this.size[1] * n];
     const { width, height } = this.canvas;
     const within = (high) => Math.min(width / w, high / h) * (this.repeat ? 1 : 0.96);
-    // The tools below do not lie on it.
+    // The tools at the bottom must not cover the picture.
     const tools = document.getElementById('picture-tools');
     const room = (tools.offsetHeight + 20) * this.ratio;
     const covered = tools.offsetHeight && (height + h * within(height)) / 2 > height - room && height > 3 * room;
@@ -139,10 +140,10 @@ export class Picture {
 
   get bitmap() { return this.now?.image ?? null; }
 
-  // Shows a whole picture whose full size is `size`: the image, and its range and type; `source` says where tiles of it come from.
+  // Shows a whole picture of full size `size`, with its image, range and type; `source` provides its tiles.
   show(now, size, source) {
     const began = performance.now();
-    // Fine smoothing takes more time than all else, without a graphics card.
+    // Without a graphics card, fine smoothing takes most of the time.
     this.hurried = began - (this.shownAt ?? -Infinity) < HURRY;
     this.shownAt = began;
     clearTimeout(this.rest);
@@ -154,7 +155,7 @@ export class Picture {
     this.resized(size);
   }
 
-  // Shows points or lines in mm instead.
+  // Shows points or lines in mm.
   showObject(object, size) {
     this.object = object;
     this.now = null;
@@ -168,7 +169,7 @@ export class Picture {
     if (other || this.fitted) this.fit(); else this.draw();
   }
 
-  // Two pictures of the same heights share one range, so that what is deeper looks deeper.
+  // Two height pictures share one range, so that equal depths look equal.
   get sharedRange() {
     const other = this.comparison.before;
     if (this.tone.range || !other || !this.now || other.type !== this.now.type || other.type === 'Rgb') return this.tone.range;
@@ -201,7 +202,7 @@ export class Picture {
     this.onview(this.bitmap || this.object ? this.scale : null);
   }
 
-  // The triangles of a mesh, where its atlas lays them.
+  // Triangles of a mesh, as its atlas lays them out.
   outline() {
     const { canvas, context: c, scale } = this;
     const [w, h] = this.size.map((n) => n * scale);
@@ -228,7 +229,7 @@ export class Picture {
     }
   }
 
-  // A picture within an area of the canvas, moved sideways by `shift`.
+  // Draws a picture into an area of the canvas, shifted sideways by `shift`.
   layer(from, [left, right, shift = 0], tiles) {
     const range = this.sharedRange;
     const own = range && from.range && range[0] === from.range[0] && range[1] === from.range[1];
@@ -251,7 +252,7 @@ export class Picture {
       c.rect(x0, y0, x1 - x0, y1 - y0);
       c.clip();
     }
-    // With the seams in the middle, half of a repeat more is drawn at each side.
+    // With the seams in the middle, each side shows half a repeat more.
     const from2 = this.seam ? -0.5 : 0;
     for (let j = from2; j < n; j += 1) {
       for (let i = from2; i < n; i += 1) {
@@ -267,7 +268,7 @@ export class Picture {
     c.restore();
   }
 
-  // Tiles of the level that suits the zoom, over the whole picture, which is coarser.
+  // Draws tiles of the level that suits the zoom over the coarser whole picture.
   paintTiles(source, x0, y0) {
     const { canvas, context: c, scale } = this;
     const [w, h] = this.size;

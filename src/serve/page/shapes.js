@@ -1,7 +1,7 @@
-// `k` is how fine the mesh is, 1 where the surface itself is moved.
-// The shapes that carry the material. A vertex: position, normal, tangent (towards +u), uv. v grows downwards, as in pictures.
+// Shapes that carry the material. A vertex: position, normal, tangent (towards +u), uv. v grows downwards, as in
+// pictures. `k` is the fineness of the mesh, 1 for displaced surfaces.
 
-// A grid of (nu + 1) × (nv + 1) vertices; `at` gives position, normal, tangent, uv for u, v in 0..1.
+// A grid of (nu + 1) × (nv + 1) vertices; `at` returns position, normal, tangent and uv for u, v in 0..1.
 function grid(nu, nv, at, flip = false) {
   const data = [];
   const index = [];
@@ -42,13 +42,14 @@ function sphere(k) {
   return join([grid(Math.round(512 * k), Math.round(256 * k), at)]);
 }
 
-// Rounded rims, so that light finds an edge.
+// The rims are rounded, so that edges catch highlights.
 function cylinder(k) {
   const [r, h, e] = [0.78, 0.92, 0.07];
   const around = 3;
   const perimeter = (2 * PI * r) / around;
   const profile = (s) => {
-    // From the top centre over the rim, down the side, over the lower rim to the centre: [radius, y, normal r, normal y].
+    // From the top centre over the rim, down the side, over the lower rim to the centre:
+    // [radius, y, normal r, normal y].
     const [cap, arc, side] = [r - e, (PI / 2) * e, 2 * (h - e)];
     let d = s * (2 * cap + 2 * arc + side);
     if (d < cap) return [d, h, 0, 1, d];
@@ -69,7 +70,7 @@ function cylinder(k) {
   return join([grid(Math.round(384 * k), Math.round(320 * k), at)]);
 }
 
-// A cube with rounded edges: the faces of a cube, pulled onto a smaller one and pushed out along the normal.
+// A cube with rounded edges: each face point is clamped to a smaller cube and pushed out along the normal.
 function cube(k, place = (a, b) => [(a + 1) / 2, (b + 1) / 2]) {
   const [half, round] = [0.8, 0.09];
   const axes = [
@@ -93,14 +94,14 @@ function cube(k, place = (a, b) => [(a + 1) / 2, (b + 1) / 2]) {
   return join(faces);
 }
 
-// Shapes of solids: each point of the surface has a texel of its own, as the server computes it.
+// Shapes of solids: each point of the surface has its own texel, computed by the server.
 const once = (make) => (k) => { const made = make(k); for (let i = 9; i < made.data.length; i += 11) made.data[i] /= 2; return made; };
 const inAtlas = (a, b, face) => [((face % 3) + 0.5 + 0.497 * a) / 3, (Math.floor(face / 3) + 0.5 + 0.497 * b) / 2];
 
 function leg(k) {
   const radius = (y) => (0.28 + 0.1 * cos(4.2 * y) + 0.05 * cos(13 * y)) * Math.sqrt(Math.max(0, 1 - y ** 16));
   const at = (u, s) => {
-    // More rings of vertices near the ends, where it closes.
+    // More rings of vertices near the ends, where the surface closes.
     const v = 0.5 - 0.5 * cos(PI * s);
     const [t, y] = [2 * PI * u, 1 - 2 * v];
     const e = 1e-4;
@@ -111,7 +112,7 @@ function leg(k) {
   return join([grid(Math.round(256 * Math.max(k, 0.5)), Math.round(360 * Math.max(k, 0.5)), at)]);
 }
 
-// `span`: the length on the shape of one turn of u, in its own units; `foot`: where it touches the ground.
+// `span`: length of one turn of u in units of the shape; `foot`: height at which it touches the ground.
 export const SHAPES = {
   sphere: { make: sphere, foot: -1, span: PI, view: [0.5, 0.12, 3.3] },
   plane: { make: plane, span: 2, view: [-0.35, 0.3, 3.2] },

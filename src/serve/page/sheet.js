@@ -1,4 +1,4 @@
-// A sheet of variations: a parameter over its range, or several seeds; a click takes one.
+// A sheet of variations: a parameter over its range, or several seeds; a click chooses one.
 import { element, notice, short } from './dom.js';
 import { bitmap } from './net.js';
 
@@ -23,7 +23,7 @@ export class Sheet {
     );
   }
 
-  // Those parameters that have a range, a choice, or are whole numbers such as seeds.
+  // Offers parameters that have a range or options, or are integers such as seeds.
   show() {
     const params = this.page.parameters.params.filter((p) => p.range || p.options.length || p.type === 'Integer' || p.type === 'Bool');
     const { value } = this.param;
@@ -66,7 +66,7 @@ export class Sheet {
     for (const { value, canvas } of cells) {
       const set = [...values.set].filter(([name]) => name !== param.name);
       const wish = JSON.stringify({ preset: values.preset, set: [...set, [param.name, value]] });
-      // All with the black and the white of what is shown, so that what is deeper looks deeper.
+      // All variations use the black and white values of the shown picture, so that equal depths look equal.
       const [lo, hi] = page.shown?.range ?? [0, 1];
       const image = await bitmap('vary', { g: page.state.scene.generation, t: page.target, v: wish, lo, hi }).catch(() => null);
       if (mine !== this.turn) { image?.close(); return; }

@@ -1,4 +1,4 @@
-// Where the shape stands: environment, backdrop, shadow at its foot, and the view that is kept for each graph.
+// Surroundings of the shape: environment, backdrop, shadow at its foot; and the view stored for each graph.
 import { element, keep, setting } from './dom.js';
 import { environment } from './net.js';
 import { linked } from './shaders.js';
@@ -7,10 +7,10 @@ const SCENES = ['Studio', 'Overcast sky', 'Evening', 'One light', 'Own HDRI'];
 const OWN = 4;
 const BACKDROPS = ['As the page', 'Black', 'Grey', 'White', 'The environment'];
 const BEHIND = 4;
-// A plane shows its relief in light that grazes it.
+// A plane shows its relief best in grazing light.
 const GRAZING = 14;
 const USUAL = 37;
-// The most graphs whose views are kept.
+// Maximum number of graphs whose views are stored.
 const KEPT = 12;
 
 export class Staging {
@@ -28,7 +28,7 @@ export class Staging {
       return made;
     };
     this.sceneBox = select('light-scene', 'Environment', SCENES, (n) => this.setScene(n));
-    // Until there is one, it cannot be chosen.
+    // Without a panorama the user's own environment cannot be chosen.
     this.sceneBox.options[OWN].hidden = this.sceneBox.options[OWN].disabled = true;
     this.backBox = select('light-backdrop', 'Backdrop', BACKDROPS, (n) => this.setBackdrop(n));
     this.shadowBox = element('input', { type: 'checkbox', id: 'light-shadow', checked: true });
@@ -44,12 +44,12 @@ export class Staging {
   setScene(n) {
     this.scene = n;
     this.sceneBox.value = n;
-    // A panorama has the sun where it is.
+    // In a panorama the height of the sun is fixed.
     this.lit.sliders.lightHeight.row.hidden = n === OWN;
     this.lit.draw();
   }
 
-  // A panorama of the user's own takes the place of the environment: a file, or null for the last one of this run.
+  // Uses the user's own panorama as the environment: a file, or null for the last one of this run.
   async setOwn(file) {
     const { lit } = this;
     const bytes = await environment(file);
@@ -68,14 +68,14 @@ export class Staging {
     this.lit.draw();
   }
 
-  // The height of the light is the user's once it was moved.
+  // Once the user has set the height of the light, it is kept.
   touched(name) { if (name === 'lightHeight') this.byHand = true; }
 
   shaped(shape) {
     if (!this.byHand) this.lit.set('lightHeight', shape === 'plane' ? GRAZING : USUAL);
   }
 
-  // The view of a graph, as it was left.
+  // Restores the stored view of a graph.
   open(file) {
     if (this.file === file) return;
     this.file = file;

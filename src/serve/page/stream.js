@@ -1,4 +1,4 @@
-// The news of the server. As a shared worker it holds one connection for all tabs: browsers allow six to a server.
+// News of the server. A shared worker holds one connection for all tabs, because browsers allow only six per server.
 const KINDS = ['state', 'shown', 'errors', 'warnings', 'busy', 'progress', 'done', 'look', 'export'];
 
 export function listen(tell) {
@@ -30,7 +30,7 @@ if (typeof SharedWorkerGlobalScope !== 'undefined' && self instanceof SharedWork
       begun = true;
       listen(tell);
     } else {
-      // What has happened since the last state is not in it.
+      // The last state lacks all events since then, so a new one is fetched.
       fetch('state').then((r) => r.text()).then((t) => port.postMessage(['state', t]), () => state && port.postMessage(['state', state]));
     }
   };

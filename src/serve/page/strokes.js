@@ -1,9 +1,9 @@
-// Strokes on the mesh, drawn by hand: shown as ribbons, and written as `strokes` of `TangentField`.
+// Strokes drawn by hand on the mesh: shown as ribbons, and written as `strokes` of `TangentField`.
 import { cross, hit, ray, unit } from './camera.js';
 import { linked } from './shaders.js';
 
-// The mesh being 1 from its middle to its farthest point: the way between two points, half the width of a ribbon, and how
-// far it floats above the surface.
+// In units of the mesh's radius: distance between two points, half the width of a ribbon, and its height above the
+// surface.
 const STEP = 0.03;
 const HALF = 0.007;
 const LIFT = 0.006;
@@ -18,7 +18,7 @@ out vec4 oColor;
 void main() { oColor = vec4(0.08, 0.75, 1.0, 1.0); }`;
 
 export class Strokes {
-  // `changed` is called when there is something else to draw; the elements are the button that draws, and the panel.
+  // `changed` is called when a redraw is needed; the elements are the button that starts drawing, and the panel.
   constructor(button, panel, changed) {
     Object.assign(this, { button, panel, changed, strokes: [], drawing: false });
     this.text = panel.querySelector('textarea');
@@ -30,7 +30,8 @@ export class Strokes {
     this.show(null);
   }
 
-  // The mesh that is shown, or null while another shape is. Strokes wait for their mesh; another mesh has others.
+  // Sets the shown mesh; null while another shape is shown. Strokes are kept until their mesh
+  // returns; a different mesh discards them.
   show(mesh) {
     if (mesh && mesh !== this.owner) [this.owner, this.strokes] = [mesh, []];
     this.mesh = mesh;
@@ -56,7 +57,7 @@ export class Strokes {
 
   async copy() {
     this.text.select();
-    // Where the browser refuses, the text is selected.
+    // If the browser refuses, the text is selected and copied.
     try { await navigator.clipboard.writeText(this.text.value); } catch { document.execCommand('copy'); }
   }
 
@@ -70,7 +71,7 @@ export class Strokes {
     return `strokes: [\n${this.strokes.map((stroke) => `  [${stroke.map(point).join(', ')}],\n`).join('')}],`;
   }
 
-  // A drag: whether it draws. `place` is on the picture, whose corners are ±1, y up.
+  // Begins a drag; returns whether it draws. `place` is in the picture, whose corners are ±1, y up.
   begin(eye, aspect, place) {
     if (!this.drawing) return false;
     const found = this.pick(eye, aspect, place);
@@ -92,7 +93,7 @@ export class Strokes {
 
   pick(eye, aspect, place) { return hit(this.mesh.make(1), eye, ray(eye, aspect, place)); }
 
-  // A ribbon a stroke, with an arrow at its end.
+  // One ribbon per stroke, with an arrow at its end.
   ribbons() {
     const out = [];
     const at = (p, side, by, along = [0, 0, 0]) => p.at.map((c, k) => c + p.normal[k] * LIFT + side[k] * by + along[k]);

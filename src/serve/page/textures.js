@@ -1,21 +1,21 @@
 // Textures of the lit view.
 
-// The channels that are shown, in the order in which they are offered. The number of each is its bit in `uMaps`.
+// Displayed channels, in the order of the menu. The index of each is its bit in `uMaps`.
 export const CHANNELS = [
   'base_color', 'roughness', 'metallic', 'normal', 'height', 'ao', 'anisotropy', 'anisotropy_angle', 'sheen', 'coat', 'opacity',
   'coat_roughness', 'coat_normal', 'emission', 'ior', 'specular', 'subsurface',
 ];
 
-// The textures by the name of their uniform, in the order of their units, and their channels. Channels of one number lie four in
-// one: a shader has no more than sixteen units everywhere.
+// Textures by the name of their uniform, in the order of their units, with their channels. Four single-channel maps
+// share a texture, because only sixteen texture units are available everywhere.
 export const SLOTS = {
   uBaseColor: ['base_color'], uNormal: ['normal'], uHeight: ['height'], uEmission: ['emission'], uCoatNormal: ['coat_normal'],
   uSurface: ['roughness', 'metallic', 'ao', 'opacity'], uGloss: ['anisotropy', 'anisotropy_angle', 'sheen', 'coat'],
   uInner: ['coat_roughness', 'ior', 'specular', 'subsurface'],
 };
 
-// A texture of the channels of a slot: `found` has their samples by name. Besides: which channels these are, by what the colours
-// are to be multiplied, and of a height the least and the greatest value.
+// Makes the texture of a slot; `found` has the samples of its channels by name. Also returns the channels present, the
+// factor of the colours, and the minimum and maximum of a height.
 export function texture({ gl, mipHalf, sharp }, slot, found) {
   const made = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, made);
@@ -41,7 +41,8 @@ export function texture({ gl, mipHalf, sharp }, slot, found) {
   return { texture: made, channels, scale, range };
 }
 
-// The samples of up to four channels, pixel by pixel, and how many numbers a pixel has. Those of one channel stay as they are.
+// Interleaves the samples of up to four channels, and returns the number of values per pixel. A single channel stays as
+// it is.
 function together(list) {
   const planes = list.map((one) => one && new (one.form === 'r16f' ? Uint16Array : Float32Array)(one.data));
   const count = planes.findLastIndex(Boolean) + 1;
@@ -53,7 +54,7 @@ function together(list) {
   return [lanes, out];
 }
 
-// Gives the textures of a material to the program; `at` finds its uniforms.
+// Binds the textures of a material to the program; `at` finds its uniforms.
 export function bind(gl, at, maps) {
   let bits = 0;
   Object.keys(SLOTS).forEach((slot, unit) => {
@@ -66,7 +67,7 @@ export function bind(gl, at, maps) {
   gl.uniform1f(at('uGlow'), maps.uEmission?.scale ?? 1);
 }
 
-// The least and the greatest of numbers in half precision.
+// Minimum and maximum of half-precision numbers.
 function extent(halves) {
   let [lo, hi] = [Infinity, -Infinity];
   for (const h of halves) {

@@ -1,10 +1,10 @@
-// How values become colours on the screen: black and white point, exposure, false colour, contour lines.
+// Maps values to colours on the screen: black and white point, exposure, false colour, contour lines.
 const OWN = { range: null, exposure: 0, heat: false, contours: 0 };
 
 export const neutral = () => ({ ...OWN });
 export const isNeutral = (tone) => !tone.range && !tone.exposure && !tone.heat && !tone.contours;
 
-// The colours of Turbo, by a polynomial (Mikhailov, 2019).
+// Turbo colour map as a polynomial (Mikhailov, 2019).
 function turbo(x) {
   const p = (a) => a.reduceRight((sum, c) => sum * x + c, 0);
   const byte = (v) => Math.min(255, Math.max(0, Math.round(v * 255)));
@@ -21,7 +21,7 @@ const toLinear = Float32Array.from({ length: 256 }, (_, i) => { const v = i / 25
 const CODES = 4096;
 const toCode = Uint8ClampedArray.from({ length: CODES + 1 }, (_, i) => { const v = i / CODES; return 255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055); });
 
-// The values of a picture: exact ones if they are there, else those that its codes stand for.
+// Values of a picture: exact ones if available, else decoded from its pixels.
 export function values(source) {
   if (source.samples) return source.samples;
   if (source.decoded) return source.decoded;
@@ -41,7 +41,7 @@ export function values(source) {
   return source.decoded;
 }
 
-// A picture of a source in another tone.
+// Draws the picture of a source with another tone.
 export function toned(source, tone) {
   const key = JSON.stringify(tone) + !!source.samples;
   if (source.tonedKey === key) return source.toned;
@@ -78,7 +78,7 @@ export function toned(source, tone) {
   return canvas;
 }
 
-// Lines where a height passes a multiple of a step.
+// Contour lines where a height crosses a multiple of `step`.
 function contours(data, width, height, step, pixels, heat) {
   for (let y = 0; y < height; y += 1) {
     for (let x = 0; x < width; x += 1) {
@@ -93,7 +93,7 @@ function contours(data, width, height, step, pixels, heat) {
   }
 }
 
-// The least and greatest value, the mean, and how many values fall into each of `count` bins, by channel.
+// Minimum, maximum, mean, and the number of values in each of `count` bins, by channel.
 export function histogram(source, [lo, hi], count = 128) {
   const { channels, data } = values(source);
   const shown = Math.min(channels, 3);
@@ -114,7 +114,7 @@ export function histogram(source, [lo, hi], count = 128) {
   return { bins, least, greatest, mean: n ? sum / n : 0 };
 }
 
-// The values along a line between two places, in shares of the picture.
+// Values along a line between two positions, in shares of the picture.
 export function profile(source, [x0, y0], [x1, y1], count) {
   const { width, height, channels, data } = values(source);
   const wrap = (v, n) => ((v % n) + n) % n;
@@ -126,11 +126,11 @@ export function profile(source, [x0, y0], [x1, y1], count) {
   });
 }
 
-// The value at a place, in shares of the picture.
+// Value at a position, in shares of the picture.
 export function valueAt(source, [x, y]) { return profile(source, [x, y], [x, y], 2)[0]; }
 
-// How far two pictures differ, over all channels: on average, by root mean square, and at most. A smaller one is read at the
-// places of the larger one; what is no number on one side counts as the greatest difference.
+// Difference of two pictures over all channels: mean, root mean square and maximum. A smaller picture is sampled at the
+// positions of the larger one. A value that is NaN in only one picture counts as the greatest difference.
 export function difference(first, second) {
   const [a, b] = [values(first), values(second)].sort((p, q) => q.width * q.height - p.width * p.height);
   const shown = Math.min(a.channels, b.channels, 3);

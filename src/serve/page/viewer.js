@@ -1,23 +1,23 @@
-// The material in light on a page of its own, as it is shared: no server, no other file.
+// Standalone viewer of a shared material: no server, no other file.
 import { camera } from './camera.js';
 import { Behind, illuminate, panorama } from './environment.js';
 import { FRAGMENT, VERTEX, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
 import { SLOTS, bind, texture } from './textures.js';
 
-// Milliseconds that a picture may take while something moves, and when all is still.
+// Time budget of a picture in ms, while something moves and at rest.
 const [MOVING, RESTING] = [40, 700];
 
-// Bytes that came along: see share.js.
+// Decodes embedded bytes: see share.js.
 const bytes = (text) => new Response(new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]).stream().pipeThrough(new DecompressionStream('deflate'))).arrayBuffer();
 
-// A mesh that came along.
+// Decodes an embedded mesh.
 async function carried({ data, index, perMm, span }) {
   const made = { data: new Float32Array(await bytes(data)), index: new Uint32Array(await bytes(index)) };
   return { make: () => made, perMm, span };
 }
 
-// The samples of a picture that came along.
+// Decodes the samples of an embedded picture.
 async function decoded({ image: src, range, scale }) {
   const image = Object.assign(new Image(), { src });
   await image.decode();
@@ -32,7 +32,7 @@ async function decoded({ image: src, range, scale }) {
   return { width, height, form: 'r32f', data: values.buffer };
 }
 
-// `shared` is what share.js has put together.
+// `shared` is the data written by share.js.
 export async function view(canvas, shared) {
   const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
   if (!gl) { document.body.append('This browser has no WebGL 2.'); return; }
@@ -48,7 +48,7 @@ export async function view(canvas, shared) {
   const shape = shared.mesh ? await carried(shared.mesh) : SHAPES[shared.shape];
   const own = shared.own ? panorama(gl, await bytes(shared.own)) : null;
   const behind = new Behind();
-  // A mesh of the graph wears its textures once, and so does what is cut out of a solid.
+  // A mesh of the graph shows its textures once, without repeats; so does a shape cut from a solid.
   const perMm = shape.perMm ?? (shape.solid ? 2 / Math.max(...shared.mm) : null);
   const repeat = perMm ? 1 : shared.values.repeat;
   const moved = shared.relief === 'displacement' && !!shared.maps.height;
@@ -67,7 +67,7 @@ export async function view(canvas, shared) {
   const v = shared.values;
   const eye = { turn: shared.turn, tilt: shared.tilt, distance: shared.distance };
   let { light } = v;
-  // Without a graphics card it is drawn coarsely while it moves, and finer when it rests. The first picture tells nothing of that.
+  // Without a graphics card it is drawn coarsely while it moves, and finely at rest. The first picture is not measured.
   let [cost, drawn, resting] = [null, 0, null];
   const paint = (budget) => {
     const full = Math.min(devicePixelRatio || 1, 2);

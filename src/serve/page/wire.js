@@ -1,10 +1,10 @@
-// The triangles of the graph's mesh over the picture, as its atlas lays them out.
+// Draws the triangles of the graph's mesh over the picture, as its atlas lays them out.
 import { latest, mesh } from './net.js';
 
-// Of larger meshes only the borders of the charts are drawn.
+// For meshes with more triangles, only the chart borders are drawn.
 const MOST = 60_000;
 
-// The lines between the corners of triangles, in shares of the picture.
+// Lines between the corners of triangles, in shares of the picture.
 export function lines({ data, index }) {
   const path = new Path2D();
   const at = (n) => [data[11 * n + 9], data[11 * n + 10]];
@@ -35,7 +35,7 @@ export class Wire {
     });
   }
 
-  // The graph is another one.
+  // Handles a new graph.
   follow(scene) {
     [this.id, this.generation] = [scene.mesh ?? null, scene.generation];
     this.button.hidden = !this.id;

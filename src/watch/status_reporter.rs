@@ -1,31 +1,31 @@
-//! What the terminal, and programs that read stdout, are told.
+//! Reports to the terminal, and to programs that read stdout.
 use crate::report;
-use crate::serve::Shown;
+use crate::serve::PictureInfo;
 use crate::terminal::Terminal;
 use serde_json::{Value as Json, json};
 use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
 use std::time::Duration;
 
-/// Names of nodes in a line of the terminal.
+/// Maximum number of node names in a line of the terminal.
 const NAMES: usize = 3;
 
-/// Reports what happens.
-pub(super) struct Teller<'t> {
-    /// Where people read it.
+/// Reports events.
+pub(super) struct StatusReporter<'t> {
+    /// Terminal for people.
     pub(super) terminal: &'t Terminal,
-    /// Whether programs read stdout.
+    /// True if a program reads stdout.
     pub(super) log: bool,
 }
 
-impl Teller<'_> {
+impl StatusReporter<'_> {
     fn log(&self, event: &Json) {
         if self.log {
-            // The program that read stdout is gone; pictures are still shown.
+            // If the reader of stdout is gone, pictures are still shown.
             let _ = self.terminal.json(event);
         }
     }
 
-    /// The page can be opened.
+    /// The page is ready.
     pub(super) fn listening(&self, url: &str) {
         self.terminal.say(&format!("the page is at {url}"));
         self.log(&json!({ "event": "listening", "url": url }));
@@ -36,8 +36,8 @@ impl Teller<'_> {
         self.log(&json!({ "event": "saved", "sha256": sha256 }));
     }
 
-    /// A picture is there.
-    pub(super) fn shown(&self, sha256: &str, output: &str, shown: &Shown) {
+    /// A picture was shown.
+    pub(super) fn shown(&self, sha256: &str, output: &str, shown: &PictureInfo) {
         self.log(&json!({
             "event": "shown",
             "sha256": sha256,
@@ -48,14 +48,15 @@ impl Teller<'_> {
         }));
     }
 
-    /// Something is wrong.
+    /// The graph has errors.
     pub(super) fn errors(&self, sha256: Option<&str>, errors: &[Diagnostic], sources: &SourceMap) {
         report::show(self.terminal, errors, sources);
         let errors = to_json(errors, sources)["errors"].take();
         self.log(&json!({ "event": "error", "sha256": sha256, "errors": errors }));
     }
 
-    /// A save was evaluated: what changed, the nodes that ran out of how many, when something was shown, and when all was.
+    /// A save was evaluated: the change, the nodes that ran, the number of all nodes, and the times of the first and of
+    /// all pictures.
     pub(super) fn done(&self, cause: &str, ran: &[&str], nodes: usize, first: Duration, all: Duration) {
         let names = match ran.len() {
             0 => String::new(),
@@ -81,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_short() {
+    fn formats_times_briefly() {
         assert_eq!(time(Duration::from_micros(12_400)), "12 ms");
         assert_eq!(time(Duration::from_millis(1240)), "1.2 s");
     }

@@ -1,4 +1,4 @@
-//! Pictures of values that are not fields: solids by a cut, and objects that have pixels of their own.
+//! Pictures of values that are not fields: solids are cut, and objects may have pixels of their own.
 use glam::{DVec2, DVec3};
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
@@ -7,7 +7,7 @@ use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Cut, Field, Grid, Key, Pixels, Solid, Tile, Tiling, Type, Value, Window};
 use std::collections::{HashSet, VecDeque};
 
-/// The picture, thinned out if it is wider or higher than `longest`.
+/// Returns the picture, thinned out if a side exceeds `longest`.
 pub(super) fn tile(pixels: &Pixels, longest: u32) -> Tile {
     let [width, height] = pixels.size();
     let step = width.max(height).div_ceil((longest as usize).max(1)).max(1);
@@ -24,8 +24,8 @@ pub(super) fn tile(pixels: &Pixels, longest: u32) -> Tile {
     tile
 }
 
-/// The field that is shown of a solid: the cut that the graph itself makes, of this solid or of what is made of it; without
-/// one, an upright plane through the pith.
+/// Returns the field that shows a solid: a cut that the graph makes of this solid or of one derived from it, or else an
+/// upright plane through the pith.
 pub(super) fn cut(look: &Look<'_>, graph: &Graph, at: (NodeIndex, usize), solid: &Solid) -> Result<Field, Failure> {
     if let Some(by) = cutter(graph, at.0)
         && let Some(Value::Field(field)) = look.through(at, by)?
@@ -35,7 +35,7 @@ pub(super) fn cut(look: &Look<'_>, graph: &Graph, at: (NodeIndex, usize), solid:
     Ok(solid.cut(&upright(graph.canvas.size_mm)))
 }
 
-/// The nearest of the nodes after this one that makes a field out of a solid, and its slot for that.
+/// Finds the nearest downstream node that makes a field from a solid, and its slot for the solid.
 fn cutter(graph: &Graph, from: NodeIndex) -> Option<(NodeIndex, usize)> {
     let reads_solid = |input: &Input| match input {
         Input::Wire { node, output } => graph.nodes[*node].outputs.get(*output).is_some_and(|ty| ty.is_solid()),
@@ -51,7 +51,7 @@ fn cutter(graph: &Graph, from: NodeIndex) -> Option<(NodeIndex, usize)> {
         {
             return Some((index, slot));
         }
-        // In the order of the file, not of the wires.
+        // Sorted in the order of the file, not of the wires.
         let mut after: Vec<NodeIndex> = graph.nodes.neighbors_directed(index, Direction::Outgoing).collect();
         after.sort();
         queue.extend(after.into_iter().filter(|next| seen.insert(*next)));
@@ -59,7 +59,7 @@ fn cutter(graph: &Graph, from: NodeIndex) -> Option<(NodeIndex, usize)> {
     None
 }
 
-/// The plane y = 0: x to the right with the pith in the middle, and z down.
+/// The plane y = 0: x to the right with the pith in the middle, z down.
 fn upright(size: DVec2) -> Cut {
     let origin = DVec3::new(-0.5 * size.x, 0.0, 0.0);
     let place = Field::generate(Type::Rgb, Tiling::NONE, move |out: &mut Tile, _| {
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_with_pixels_of_their_own_are_thinned_out() {
+    fn thins_out_large_pixel_pictures() {
         let planes: Vec<f32> = (0..30 * 20).map(|i| i as f32).collect();
         let pixels = Pixels::new(Type::Gray, [30, 20], planes).unwrap();
         let whole = tile(&pixels, 64);

@@ -98,7 +98,7 @@ fn files_are_copied_whole_or_not_at_all() {
     fs::write(&to, b"old").unwrap();
     assert!(!cache.get_file(key("f"), &to).unwrap());
     assert_eq!(fs::read(&to).unwrap(), b"old");
-    // A file that cannot be read is not kept, one that cannot be written is told.
+    // Ignores a source that cannot be read; reports a target that cannot be written.
     cache.put_file(key("g"), &dir.path().join("none"), NO_TIME);
     assert!(!cache.get_file(key("g"), &to).unwrap());
     cache.put_file(key("f"), &from, NO_TIME);
@@ -127,7 +127,7 @@ fn what_is_no_entry_is_in_nobodys_way() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 20);
     let path = cache.path(Shelf::Objects, key("a"));
-    // A folder in an entry's place: nothing can be kept there, and nothing fails.
+    // A folder in an entry's place: nothing can be stored there, and nothing fails.
     fs::create_dir_all(&path).unwrap();
     put(&cache, Shelf::Objects, "a", b"content");
     assert_eq!((cache.get(Shelf::Objects, key("a")), cache.failures()), (None, 1));
@@ -136,7 +136,7 @@ fn what_is_no_entry_is_in_nobodys_way() {
     assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
     assert_eq!(cache.get(Shelf::Objects, key("a")), None);
     fs::remove_file(&path).unwrap();
-    // A file that is longer than any memory, with a seal that confirms it.
+    // A file larger than memory, with a seal that confirms its length.
     put(&cache, Shelf::Objects, "a", b"content");
     let seal = fs::read(&path).unwrap().split_off(7);
     let length = 1_u64 << 43;

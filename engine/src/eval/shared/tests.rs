@@ -2,7 +2,7 @@
 use super::*;
 use std::collections::HashMap;
 
-/// A remote in memory, and how it answers.
+/// A remote in memory with configurable failures.
 #[derive(Default)]
 struct Fake {
     held: Mutex<HashMap<String, Vec<u8>>>,
@@ -83,7 +83,7 @@ fn what_one_puts_the_other_gets() {
     assert_eq!(get(&b, "one").unwrap(), b"one");
     assert_eq!(get(&b, "two"), None);
     assert_eq!((a.trouble(), b.trouble()), (None, None));
-    // What is quickly made again stays here, and so do tiles.
+    // Quickly computed results and tiles are not shared.
     a.put(Shelf::Objects, key("cheap"), b"cheap", Duration::from_millis(1), &|| false);
     a.put(Shelf::Tiles, key("tile"), b"tile", Duration::from_secs(9), &|| false);
     a.finish();
@@ -101,7 +101,7 @@ fn only_who_knows_the_secret_is_believed() {
         let own = writer.name(Shelf::Objects, key("word"));
         assert!(names.contains(&own));
         for (j, reader) in stores.iter().enumerate() {
-            // Even in the place where the reader looks.
+            // Fails even under the name that the reader looks up.
             let bytes = fake.held.lock().unwrap()[&own].clone();
             let place = reader.name(Shelf::Objects, key("word"));
             let before = fake.held.lock().unwrap().insert(place.clone(), bytes.clone());

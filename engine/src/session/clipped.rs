@@ -1,13 +1,14 @@
-//! Advice about values that a picture could not hold.
+//! Advice about values that exceed the range of a picture.
 use super::plan::Part;
 use super::render::{Job, Render};
 use crate::value::Channel;
 
-/// The advice where any values may be meant.
+/// The advice where the values may have any meaning.
 const STATE: &str = "state the values with `File(from: …, range: (lowest, highest))`, or render to EXR";
 
 impl Render<'_, '_> {
-    /// Advice about values of a picture that were clipped: a height is stated, a mask or a roughness is mended.
+    /// Advice about values that were clipped: suggests a range for heights, and a fix of the graph for masks or
+    /// roughness.
     pub(super) fn help_for_clipped(&self, job: &Job<'_>) -> String {
         if job.files.is_some() {
             return "these textures hold 0 to 1: limit the channels, with `Remap(…, clamp: true)` say".to_owned();

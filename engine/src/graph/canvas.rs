@@ -8,17 +8,17 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::value::{Canvas, Resolution, TileMode};
 use glam::{DVec2, UVec2};
 
-/// The canvas of a graph that does not describe one.
+/// The default canvas.
 pub(super) const DEFAULT: Canvas =
     Canvas { size_mm: DVec2::splat(100.0), resolution: UVec2::splat(1024), tile: TileMode::Both.tiling(), seed: 0 };
 
-/// The resolution that is asked for, and where.
+/// A requested resolution and its place in the text.
 pub(super) struct Asked {
     pub(super) resolution: Resolution,
     pub(super) span: Option<Span>,
 }
 
-/// Reads a canvas and the resolution that it asks for; fields in error keep their defaults.
+/// Reads a canvas and the resolution it requests; fields with errors keep their defaults.
 pub(super) fn read(part: Option<&Part>, params: &Params, report: &mut Report) -> (Canvas, Asked) {
     let mut asked = Asked { resolution: Resolution::Longer(DEFAULT.resolution.x), span: None };
     let mut canvas = DEFAULT;
@@ -41,7 +41,7 @@ pub(super) fn read(part: Option<&Part>, params: &Params, report: &mut Report) ->
     (canvas, asked)
 }
 
-/// Gives a canvas the resolution that is asked for, with a warning if that squashes the picture.
+/// Applies the requested resolution to a canvas; warns if it distorts the picture.
 pub(super) fn resize(canvas: &mut Canvas, asked: &Asked, typed: bool, report: &mut Report) {
     canvas.resolution = asked.resolution.of(canvas.size_mm);
     let Some(span) = asked.span.filter(|_| !asked.resolution.fits(canvas.size_mm)) else { return };
@@ -57,7 +57,7 @@ pub(super) fn resize(canvas: &mut Canvas, asked: &Asked, typed: bool, report: &m
     report.push(Diagnostic::new(Code::Advice, span, message).help(help).as_warning());
 }
 
-/// A number for both directions, or one for each.
+/// One number for both directions, or one for each.
 fn two(part: &Part, what: &str, report: &mut Report) -> Option<[(Part, f64); 2]> {
     let items = match part.shape() {
         Shape::Number(_) => vec![part.clone(), part.clone()],
@@ -112,7 +112,7 @@ fn resolution(part: &Part, report: &mut Report) -> Option<Resolution> {
     good.then_some(if is_pair { Resolution::Exact(size) } else { Resolution::Longer(size.x) })
 }
 
-/// The message for a resolution that is too large.
+/// The message for a resolution beyond the limit.
 pub(super) fn too_large(found: &str) -> String {
     format!("resolution is `{found}`; it must be at most {} pixels", Canvas::MAX_RESOLUTION)
 }

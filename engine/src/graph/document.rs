@@ -1,4 +1,4 @@
-//! A graph file as written: its parts by name, each with its place. Nothing is looked up yet.
+//! A graph file as written: its sections by name, each with its place. Names are not resolved yet.
 use super::exports::{self, ExportDecl, MeshDecl};
 use super::params::{self, ParamDecl};
 use super::part::{Entry, Part, Shape};
@@ -29,7 +29,7 @@ pub(super) struct Document {
     pub(super) nodes: Vec<NodeDecl>,
     /// `outputs`.
     pub(super) outputs: Vec<OutputDecl>,
-    /// Where `nodes` is written.
+    /// The place of `nodes`.
     pub(super) nodes_part: Option<Part>,
     import_names: Names,
     param_names: Names,
@@ -37,7 +37,7 @@ pub(super) struct Document {
     output_names: Names,
 }
 
-/// Where each name stands in a list.
+/// The index of each name in a list.
 #[derive(Debug, Default)]
 struct Names(BTreeMap<String, usize>);
 
@@ -69,7 +69,7 @@ pub(super) struct NodeDecl {
     pub(super) kind: Option<Part>,
     /// Its arguments; `None` after an error.
     pub(super) args: Option<Vec<Entry>>,
-    /// Whether references to its name mean this node: not so for the second node of the same name.
+    /// References to its name mean this node; false for the second node of the same name.
     pub(super) named: bool,
 }
 
@@ -82,19 +82,19 @@ pub(super) struct OutputDecl {
     pub(super) from: Option<Part>,
     pub(super) format: Option<Format>,
     pub(super) depth: Option<Depth>,
-    /// Whether the channels of a material go into one file.
+    /// The channels of a material go into one file.
     pub(super) combined: bool,
     pub(super) range: Option<(f64, f64)>,
-    /// How pictures are stored besides that.
+    /// Other options for stored pictures.
     pub(super) storage: Storage,
-    /// What is written instead of pictures.
+    /// The export written instead of pictures.
     pub(super) export: Option<ExportDecl>,
-    /// What `Gltf`, `Obj` or `Usd` says of the mesh.
+    /// The mesh given in `Gltf`, `Obj` or `Usd`.
     pub(super) mesh: Option<MeshDecl>,
 }
 
 impl Document {
-    /// Reads a document from the whole of a text.
+    /// Reads a document from the value of a whole text.
     pub(super) fn read(whole: &Part, report: &mut Report) -> Self {
         let Some(fields) = read::fields(whole, "a graph file", FIELDS, report) else { return Self::default() };
         if let Some(version) = read::get(&fields, "version") {
@@ -137,12 +137,12 @@ impl Document {
         document
     }
 
-    /// Which import has that name.
+    /// The index of the import of that name.
     pub(super) fn import(&self, name: &str) -> Option<usize> {
         self.import_names.0.get(name).copied()
     }
 
-    /// Which input has that name.
+    /// The index of the input of that name.
     pub(super) fn input(&self, name: &str) -> Option<usize> {
         self.input_names.0.get(name).copied()
     }
@@ -152,7 +152,7 @@ impl Document {
         self.output_names.0.get(name).and_then(|index| self.outputs.get(*index))
     }
 
-    /// Whether there is a parameter of that name, and its declaration unless that is in error.
+    /// The parameter of that name, if there is one; its declaration is `None` after an error.
     pub(super) fn param(&self, name: &str) -> Option<Option<&ParamDecl>> {
         let index = self.param_names.0.get(name)?;
         self.params.get(*index).map(|(_, decl)| decl.as_ref())
@@ -238,7 +238,7 @@ fn input(entry: &Entry, report: &mut Report) -> InputDecl {
     decl.default = read::get(&fields, "default").cloned();
     decl.kind = word.clone();
     decl.ty = Some(ty);
-    // A material of no channels counts as one of their defaults; of fields there is no such thing.
+    // A material without channels serves as default; fields have no such default.
     if decl.default.is_none() && decl.ty != Some(Accepts::One(Type::Material)) {
         let message = format!("input `{}` has no `default`", entry.name);
         let help = "a graph with inputs must also run by itself: give a literal, or the name of a node as a stand-in";
@@ -324,7 +324,7 @@ pub(super) fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], re
     found
 }
 
-/// Which samples each format can hold.
+/// Checks that a format can hold the samples.
 fn check_depth(format: Format, depth: Depth, part: &Part, report: &mut Report) {
     let possible = format.depths();
     if !possible.contains(&depth) {

@@ -1,4 +1,4 @@
-//! `Each`: several instances of a sub-graph, of which one shows at every pixel.
+//! `Each`: several instances of a sub-graph, one of which is visible at each pixel.
 use super::instance::Spread;
 use super::params::ParamValue;
 use super::part::{Entry, Part, Shape};
@@ -16,34 +16,34 @@ use petgraph::graph::NodeIndex;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// The word in graph files.
+/// The word used in graph files.
 pub(super) const KIND: &str = "Each";
-/// The fields that `Use` does not have.
+/// The fields that `Use` lacks.
 pub(super) const FIELDS: [&str; 2] = ["over", "ids"];
 /// The most instances of one `Each`.
 pub(super) const MOST: usize = 64;
-/// The parameter that tells instances apart in what is written for them.
+/// The parameter that receives the number of an instance.
 pub(super) const INDEX: &str = "index";
 
 /// An `Each`.
 pub(super) struct Chooser {
     /// The instances.
     pub(super) children: Vec<usize>,
-    /// Where it is written, and in which scope.
+    /// Place of the word `Each`, and its scope.
     kind: Part,
     scope: usize,
     name: String,
-    /// What tells which instance shows.
+    /// The ids that select the visible instance.
     ids: Part,
 }
 
-/// The value of the parameter that tells instances apart.
+/// The value of the parameter `index`.
 fn number_value(index: usize, kind: &Part) -> ParamValue {
     let (text, meaning) = (index.to_string(), Some(Meaning::Known(Number::Number(index as f64))));
     ParamValue { text, meaning, is_text: false, span: kind.span(), outside: false, base: None }
 }
 
-/// The node that shows one of several values of a type, and its kind.
+/// The node that selects one of several values of a type, and its kind.
 pub(super) fn node(registry: &Registry, ty: Type, slots: usize) -> Option<(String, Arc<dyn DynNode>)> {
     let inputs = (1..u32::try_from(slots).ok()?).collect();
     let args = [("ids", Arg::Slot(0)), ("inputs", Arg::Slots(inputs))];
@@ -90,7 +90,7 @@ impl Unit<'_> {
         found
     }
 
-    /// The node that chooses among the values of an output, made when it is first needed.
+    /// The node that selects among the values of an output; created on first use.
     pub(super) fn chosen(&mut self, chooser: usize, output: Option<&str>) -> Option<usize> {
         let found = &self.choosers[chooser];
         let first = self.docs[self.scopes[*found.children.first()?].doc].document.outputs.first();
@@ -107,7 +107,7 @@ impl Unit<'_> {
         Some(flat)
     }
 
-    /// Finds what a node that chooses reads: the ids, and the output of every instance.
+    /// Resolves the inputs of a selecting node: the ids, and the output of every instance.
     pub(super) fn resolve_chosen(&mut self, flat: usize, chooser: usize, output: &str) {
         let docs = self.docs;
         let scope = self.flats[flat].scope;
@@ -139,7 +139,7 @@ impl Unit<'_> {
         }
     }
 
-    /// All `Each` as uses of their sub-graphs, with the outputs that somebody reads.
+    /// All `Each` nodes as uses of their sub-graphs, with the outputs that are read.
     pub(super) fn eaches(&self) -> Vec<GraphUse> {
         let mut uses = Vec::new();
         for (number, found) in self.choosers.iter().enumerate() {

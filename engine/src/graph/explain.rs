@@ -1,11 +1,11 @@
-//! Errors of `serde` and `ron` about a parameter, in words of users and at the part that is wrong.
+//! Rewrites errors of `serde` and `ron` about a parameter for users, and places them at the faulty part.
 use super::part::{Part, Shape};
 use super::read::{lower_first, offset, shorten, without_b};
 use super::remedy::color_meant;
 use crate::diagnostics::{Code, Diagnostic, suggest};
 use crate::node::{BuildError, KindInfo, ParamInfo, ParamType, Written};
 
-/// Numbers of this size and more are whole, and too large for a count however they are written.
+/// Numbers of at least this size are whole, and too large for a count in any notation.
 const WHOLE: f64 = 1.84e19;
 
 /// An error of `serde` or `ron` about a parameter, at its place.
@@ -53,7 +53,7 @@ pub(super) fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildErr
 /// The element of a list or tuple that byte `at` lies in, with its form; the whole value if there is none.
 fn element<'w>(part: &Part, form: &'w Written, at: usize) -> (Part, &'w Written) {
     let items: Vec<(Option<String>, Part)> = match (part.shape(), form) {
-        // Brackets of the wrong sort are the mistake.
+        // The wrong kind of brackets is the mistake itself.
         (Shape::Tuple(_), Written::List(_)) => Vec::new(),
         (Shape::List(items) | Shape::Tuple(items), _) => items.into_iter().map(|item| (None, item)).collect(),
         (Shape::Named(entries), _) => entries.into_iter().map(|entry| (Some(entry.name), entry.value)).collect(),
@@ -91,7 +91,7 @@ fn wrong_part(name: &str, form: &Written, place: &Part, said: &str) -> Diagnosti
 fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -> Diagnostic {
     let shape = place.shape();
     if let Some(param) = param.filter(|param| !param.choices.is_empty()) {
-        // Where choices have arguments, serde does not always report an unknown word as unknown.
+        // For choices with arguments, serde does not always report an unknown word as unknown.
         if let Some((head, _)) = place.head() {
             let names: Vec<_> = param.choices.iter().map(|choice| choice.name.as_str()).collect();
             if !names.contains(&head.str()) {
@@ -141,7 +141,7 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     {
         return error.help(format!("write `{number}`, without quotes and unit"));
     }
-    // The message of the parser helps only where a value has parts.
+    // The parser's message helps only for values with several parts.
     match ty {
         ParamType::Number
         | ParamType::Integer
@@ -157,7 +157,7 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
 fn leading_number(text: &str) -> Option<&str> {
     let text = text.trim();
     let end = text.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+'))).unwrap_or(text.len());
-    // A unit has no digits, `0xff` is none.
+    // A unit has no digits; `0xff` has no unit.
     if text[end..].contains(|c: char| c.is_ascii_digit()) || text[end..].starts_with('x') {
         return None;
     }

@@ -17,7 +17,7 @@ pub(super) const KINDS: [&str; 6] = ["Gltf", "Obj", "MaterialX", "Usd", "Preset"
 /// The colours of a packed picture, as fields.
 const COLORS: [&str; 4] = ["r", "g", "b", "a"];
 
-/// What is written instead of pictures, as written.
+/// The export of an output, as written.
 #[derive(Debug)]
 pub(super) enum ExportDecl {
     Gltf {
@@ -44,7 +44,7 @@ pub(super) enum MeshDecl {
     Node(Part),
 }
 
-/// Reads `Gltf(material: "node", mesh: "atlas")` and the others.
+/// Reads an export such as `Gltf(material: "node", mesh: "atlas")`.
 pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
     let kind = word.str();
     let known: &[&str] = match kind {
@@ -99,7 +99,7 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
             }
         },
     };
-    // What follows from an error is not told.
+    // Consequences of an error are not reported.
     if decl.export.is_none() {
         decl.from = None;
     }
@@ -121,7 +121,7 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
     }
 }
 
-/// A field that is `true` or `false`.
+/// Reads a field that is `true` or `false`.
 fn truth(fields: &[Entry], name: &str, default: bool, report: &mut Report) -> bool {
     let words = [("true", true), ("false", false)];
     read::get(fields, name).and_then(|part| choice(part, name, &words, report)).unwrap_or(default)
@@ -150,7 +150,7 @@ fn colors(fields: &[Entry], report: &mut Report) -> Colors {
 }
 
 impl ExportDecl {
-    /// The word for it.
+    /// The word used in graph files.
     fn kind(&self) -> &'static str {
         match self {
             Self::Gltf { .. } => "Gltf",
@@ -164,7 +164,7 @@ impl ExportDecl {
 }
 
 impl Unit<'_> {
-    /// What an output of type `ty` is written as, if not as pictures; an error is reported.
+    /// The export of an output of type `ty`, if any; reports errors.
     pub(super) fn export(&mut self, decl: &OutputDecl, from: &Part, ty: Type) -> Result<Option<Export>, ()> {
         let Some(export) = &decl.export else { return Ok(None) };
         if let ExportDecl::Pack(parts) = export {
@@ -200,7 +200,7 @@ impl Unit<'_> {
         self.node_of(part, Type::Gray, "`Pack` takes fields of one number each", help)
     }
 
-    /// The mesh of a `Gltf`, an `Obj` or a `Usd`, if the output is one; an error is reported.
+    /// The mesh of a `Gltf`, `Obj` or `Usd` output; reports errors.
     pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
         let Some(mesh) = &decl.mesh else { return Ok(None) };
         let part = match mesh {
@@ -212,8 +212,8 @@ impl Unit<'_> {
         Ok(Some(ExportMesh::Atlas { node, output }))
     }
 
-    /// The node and its output that a reference means, which must be of a type; an error is reported, with the help for the
-    /// type that it has.
+    /// The node and output that a reference means; they must have the type `wanted`. Reports an error otherwise, with
+    /// the help for the actual type.
     fn node_of(
         &mut self,
         part: &Part,

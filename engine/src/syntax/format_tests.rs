@@ -1,8 +1,8 @@
-//! How texts are laid out.
+//! Tests of the formatter.
 use super::{TokenKind, Tree, format, format_range};
 use proptest::prelude::*;
 
-/// Lays out a text, and checks what holds for every text.
+/// Formats a text, and checks invariants that hold for every text.
 fn formatted(text: &str) -> String {
     let out = format(text).unwrap();
     assert_eq!(format(&out).as_deref(), Ok(out.as_str()), "not settled:\n{text}\n{out}");
@@ -10,7 +10,7 @@ fn formatted(text: &str) -> String {
     out
 }
 
-/// The tokens and comments of a text, but for commas before closing brackets.
+/// The tokens and comments of a text, except commas before closing brackets.
 fn solid(text: &str) -> Vec<String> {
     let tree = Tree::parse(text);
     let mut pieces: Vec<_> = tree.tokens().iter().map(|token| (token.kind(), token.range())).collect();
@@ -115,7 +115,7 @@ fn tables_keep_their_rows() {
 fn lines_have_at_most_their_width() {
     for extra in 0..4 {
         let line = |text: &str| format!("(\n  nodes: {{\n    \"a\": Kind(text: \"{text}\"),\n  }},\n)\n");
-        // The fixed part is 23 columns wide, the comma included.
+        // The rest of the line is 23 columns wide, including the comma.
         let text = line(&"x".repeat(120 - 23 - 2 + extra));
         let long = formatted(&text).lines().map(str::len).max().unwrap();
         assert_eq!(formatted(&text) == text, extra <= 1, "{extra} {long}");

@@ -1,4 +1,4 @@
-//! What holds for every text, and what is found in texts with mistakes.
+//! Invariants of all texts, and mistakes found in faulty texts.
 use super::*;
 use proptest::prelude::*;
 use ron::value::Number;
@@ -32,7 +32,7 @@ fn broken(text: &str) -> Vec<(usize, usize, String)> {
     tree.errors().iter().map(place).collect()
 }
 
-/// What holds for every tree.
+/// Invariants of every tree.
 fn check(tree: &Tree) {
     let pieces: String = tree.pieces().iter().map(|piece| &tree.text()[piece.range.clone()]).collect();
     assert_eq!(pieces, **tree.text());
@@ -55,7 +55,7 @@ fn check(tree: &Tree) {
     assert!(!tree.root().is_broken() || !tree.errors().is_empty());
 }
 
-/// The value of a node as `ron` would give it, which does not keep words.
+/// The value of a node as `ron` would return it; `ron` does not keep words.
 fn value(node: Node<'_>) -> ron::Value {
     let leaf = |text: &str| ron::from_str::<ron::Value>(text).unwrap();
     match node.kind() {
@@ -94,7 +94,7 @@ fn same(a: &ron::Value, b: &ron::Value) -> bool {
     }
 }
 
-/// Compares with `ron`; says whether it accepts the text.
+/// Compares with `ron`; returns true if it accepts the text.
 fn compare(text: &str) -> Result<bool, String> {
     let tree = Tree::parse(text);
     check(&tree);
@@ -119,7 +119,7 @@ fn compare(text: &str) -> Result<bool, String> {
     Ok(good)
 }
 
-/// Words of RON, so that many texts of them are nearly right.
+/// Words of RON, chosen so that many random texts of them are nearly valid.
 const WORDS: [&str; 44] = [
     "(",
     ")",
@@ -330,7 +330,7 @@ fn great_texts_take_linear_time() {
     for text in texts {
         let tree = Tree::parse(text.as_str());
         assert!(!tree.errors().is_empty());
-        // Every token is in few nodes, and no mistake is told again and again.
+        // Every token is in few nodes, and no mistake is reported repeatedly.
         assert!(tree.nodes().count() <= 3 * tree.tokens().len() + 300, "{}", &text[..20]);
     }
 }
@@ -396,7 +396,7 @@ fn one_mistake_is_told_once_at_its_place() {
         assert_eq!(found.len(), 1, "{line}\n{found:#?}");
         assert_eq!((found[0].0, found[0].1), wanted, "{line}\n{found:#?}");
         assert!(found[0].2.contains(message), "{line}\n{found:#?}");
-        // What is around it is read.
+        // The text around the mistake is read.
         let tree = Tree::parse(text.as_str());
         let top = tree.value().unwrap();
         let nodes = top.entry("nodes").and_then(Node::value).unwrap_or_else(|| panic!("{line}"));

@@ -1,7 +1,7 @@
-//! From a tree to values that are known and steps that are not.
+//! Compiles a tree to constants and steps.
 //!
-//! Vectors exist only here: every step is one operation on numbers, and a vector is several of them. What is constant is
-//! computed at once, in double precision, and what was computed before is not computed again.
+//! Vectors exist only here: every step is one operation on numbers, and an operation on vectors becomes several steps.
+//! Constant parts are computed at once, in double precision; repeated parts are computed once.
 use super::functions::{Function, Makes};
 use super::meanings;
 use super::parse::{NodeKind, Tree, parse};
@@ -11,14 +11,14 @@ use crate::diagnostics::{Code, suggest};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// A number: one that is known, or the result of a step.
+/// A number: a constant, or the result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Part {
     Known(f64),
     Step(u32),
 }
 
-/// What is computed for every pixel.
+/// A step computed for every pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Step {
     /// The value of a plane.
@@ -27,10 +27,10 @@ pub(super) enum Step {
     Op(Op, [Part; 3]),
 }
 
-/// An expression whose names have meanings.
+/// An expression with resolved names.
 #[derive(Debug)]
 pub struct Compiled {
-    /// Each after those that it needs.
+    /// The steps, each after its inputs.
     pub(super) steps: Vec<Step>,
     /// The components of the result.
     pub(super) parts: Vec<Part>,
@@ -45,7 +45,7 @@ impl Compiled {
         self.parts.len()
     }
 
-    /// Its value, if everything in it is constant.
+    /// The value, if the whole expression is constant.
     pub fn value(&self) -> Option<Value> {
         if let Some(word) = &self.word {
             return Some(Value::Word(word.clone()));
@@ -60,11 +60,11 @@ impl Compiled {
     }
 }
 
-/// The value of `text`, in which everything must be constant; an empty list of faults if it is unknown because of errors that
+/// The value of `text`, which must be constant; an empty list of faults if the value is unknown because of errors that
 /// were reported before.
 ///
 /// # Errors
-/// All that is wrong in the text.
+/// All faults of the text.
 pub fn evaluate(text: &str, names: &mut dyn Names) -> Result<Value, Vec<Fault>> {
     let value = compile(text, names)?.value();
     let whole = |code, message| vec![Fault { code, range: 0..text.len(), message, help: None }];
@@ -80,10 +80,10 @@ pub fn evaluate(text: &str, names: &mut dyn Names) -> Result<Value, Vec<Fault>> 
     value.ok_or_else(|| whole(Code::BadExpression, "the expression is not constant".to_owned()))
 }
 
-/// Gives the names of an expression their meanings.
+/// Compiles an expression, resolving its names.
 ///
 /// # Errors
-/// All that is wrong in the text; an empty list if something is unknown because of errors that were reported before.
+/// All faults of the text; an empty list if something is unknown because of errors that were reported before.
 pub fn compile(text: &str, names: &mut dyn Names) -> Result<Compiled, Vec<Fault>> {
     let tree = parse(text)?;
     let is_random = |kind: &NodeKind<'_>| matches!(kind, NodeKind::Call(function, _) if function.is_random());
@@ -113,7 +113,7 @@ pub fn compile(text: &str, names: &mut dyn Names) -> Result<Compiled, Vec<Fault>
     Ok(Compiled { steps: maker.steps, parts: term.parts, seed: seed_word(maker.seed.unwrap_or(0)), logical, word })
 }
 
-/// The value of a part of the text.
+/// The value of a part of the expression.
 #[derive(Clone, Debug)]
 struct Term {
     parts: Vec<Part>,
@@ -131,7 +131,7 @@ enum Sort {
         word: String,
         options: Vec<String>,
     },
-    /// A name that could be a word, and what to say if it cannot.
+    /// A name that could be a word; with the message and help to report if it is not one.
     Bare(Option<(String, String)>),
 }
 
@@ -155,7 +155,7 @@ struct Maker<'t> {
 }
 
 impl Maker<'_> {
-    /// The values of the names, in the order of the tree; all that are wrong are reported.
+    /// Resolves the names, in the order of the tree; reports all wrong names.
     fn look_up(&mut self, tree: &Tree<'_>, names: &mut dyn Names) -> Result<Vec<Term>, Vec<Fault>> {
         let (mut terms, mut planes) = (Vec::new(), HashMap::new());
         let (mut faults, mut broken) = (Vec::new(), false);
@@ -204,7 +204,7 @@ impl Maker<'_> {
         if broken || !faults.is_empty() { Err(faults) } else { Ok(terms) }
     }
 
-    /// The fault of a word where a number is wanted.
+    /// The fault for a word where a number is needed.
     fn no_number(&self, term: &Term) -> Fault {
         let text = shorten(&self.text[term.range.clone()]);
         match &term.sort {
@@ -315,7 +315,7 @@ impl Maker<'_> {
         Ok(Term { parts: self.components(&terms)?, sort: Sort::Number, range })
     }
 
-    /// `if(condition, a, b)`. Where the condition is constant, so is the choice.
+    /// `if(condition, a, b)`. A constant condition selects at compile time.
     fn choose(&mut self, terms: Vec<Term>, range: Range<usize>) -> Result<Term, Fault> {
         let [condition, yes, no] = &terms[..] else { return self.apply(Op::If, terms, range) };
         let word = |term: &Term| match &term.sort {
@@ -335,7 +335,7 @@ impl Maker<'_> {
         Ok(Term { sort, ..self.apply(Op::If, terms, range)? })
     }
 
-    /// An operation, component by component; a single number counts for all components.
+    /// Applies an operation component by component; a single number is used for all components.
     fn apply(&mut self, op: Op, terms: Vec<Term>, range: Range<usize>) -> Result<Term, Fault> {
         if let Some(word) = terms.iter().find(|term| term.is_word()) {
             return Err(self.no_number(word));
@@ -362,7 +362,7 @@ impl Maker<'_> {
         if self.seed.is_some() { Ok(()) } else { Err(bad(range.clone(), message)) }
     }
 
-    /// The result of an operation on numbers.
+    /// The result of an operation on numbers: a constant or a step.
     fn make(&mut self, op: Op, args: &[Part]) -> Part {
         let mut all = [Part::Known(0.0); 3];
         all[..args.len()].copy_from_slice(args);
@@ -394,7 +394,7 @@ impl Maker<'_> {
         Part::Step(step)
     }
 
-    /// Powers that are products.
+    /// Replaces powers by products and square roots.
     fn power(&mut self, base: Part, exponent: f64) -> Option<Part> {
         let square = |maker: &mut Self, part: Part| maker.make(Op::Multiply, &[part, part]);
         Some(match exponent {

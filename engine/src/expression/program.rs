@@ -1,4 +1,4 @@
-//! Steps with registers, as they are run on rows; and where what they make repeats.
+//! Assigns registers to steps, for running on rows; finds the directions in which results repeat.
 use super::compile::{Compiled, Part, Step};
 use super::{Fault, Op, bad};
 use std::collections::BTreeMap;
@@ -9,27 +9,27 @@ const MOST_STEPS: usize = 4096;
 /// An operation on registers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instruction {
-    /// What is computed.
+    /// The operation.
     pub op: Op,
-    /// The registers of its arguments, as many as it takes; the others are 0.
+    /// The registers of the arguments; unused ones are 0.
     pub args: [u16; 3],
-    /// The register of the result, which is none of the arguments.
+    /// The register of the result, never one of the arguments.
     pub to: u16,
-    /// After how many cells noise repeats, across and down; 0 if it does not.
+    /// Period of noise in cells, across and down; 0 without a period.
     pub period: [f32; 2],
 }
 
-/// An expression that is run for many pixels. Its first registers hold the constants, those after them the planes that it
-/// reads; all others are written before they are read.
+/// An expression to run for many pixels. The first registers hold the constants, the next ones the planes it reads; all
+/// others are written before they are read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Program {
-    /// What is computed, in this order.
+    /// The instructions, in order.
     pub instructions: Vec<Instruction>,
     /// The values of the first registers.
     pub constants: Vec<f32>,
-    /// The numbers of the planes that are read.
+    /// The numbers of the planes to read.
     pub planes: Vec<usize>,
-    /// How many registers there are.
+    /// Number of registers.
     pub registers: usize,
     /// The registers of the components of the result.
     pub results: Vec<u16>,
@@ -37,13 +37,13 @@ pub struct Program {
     pub seed: u32,
 }
 
-/// How much a value grows from one repeat of the canvas to the next, across and down; `None` if that is not the same
-/// everywhere. What grows by 0 repeats.
+/// Growth of a value from one repeat of the canvas to the next, across and down; `None` if it is not the same
+/// everywhere. A value with growth 0 repeats.
 type Growth = [Option<f64>; 2];
 
 impl Compiled {
-    /// In which directions the result repeats with the canvas. `growth` tells by how much the first planes grow from one repeat
-    /// to the next; the others repeat.
+    /// The directions in which the result repeats with the canvas. `growth` holds the growth of the first planes from
+    /// one repeat to the next; the other planes repeat.
     pub fn repeats(&self, growth: &[[f64; 2]]) -> [bool; 2] {
         let grown = self.growth(growth);
         let of = |axis: usize| self.parts.iter().all(|part| grows(&grown, part)[axis] == Some(0.0));
@@ -64,11 +64,10 @@ impl Compiled {
         grown
     }
 
-    /// The program that computes it; noise repeats with the canvas in the directions in which `tiles` says so and in which
-    /// that is possible.
+    /// Makes the program. Noise repeats with the canvas in the directions of `tiles`, where possible.
     ///
     /// # Errors
-    /// An expression that is too long.
+    /// The expression is too long.
     pub fn program(&self, growth: &[[f64; 2]], tiles: [bool; 2]) -> Result<Program, Fault> {
         let used = self.used();
         let count = used.iter().filter(|used| **used).count();
@@ -88,7 +87,7 @@ impl Compiled {
         Ok(Registers::new(self, &used).assign(self, &used, period))
     }
 
-    /// Which steps the result needs.
+    /// The steps that the result needs.
     fn used(&self) -> Vec<bool> {
         let mut used = vec![false; self.steps.len()];
         let mark = |part: &Part, used: &mut Vec<bool>| {
@@ -117,7 +116,7 @@ fn is_whole(value: f64) -> bool {
     (value - value.round()).abs() <= 1e-6 * value.abs().max(1.0)
 }
 
-/// By how much a result grows if its arguments grow by `of`.
+/// The growth of a result whose arguments grow by `of`.
 fn grown_by(op: Op, args: &[Part; 3], of: [Option<f64>; 3]) -> Option<f64> {
     let [a, b, c] = of;
     let count = op.args();
@@ -146,7 +145,7 @@ fn grown_by(op: Op, args: &[Part; 3], of: [Option<f64>; 3]) -> Option<f64> {
     }
 }
 
-/// The longest period after which noise repeats although its coordinate grows by these numbers; `None` if there is none.
+/// The longest period at which noise repeats although its coordinate grows by these numbers; `None` if there is none.
 #[expect(clippy::cast_possible_truncation, reason = "a whole number below 2^24")]
 fn common_period(steps: [f64; 2]) -> Option<f32> {
     if !steps.iter().all(|step| is_whole(*step) && step.abs() < 16_777_216.0) {
@@ -159,12 +158,12 @@ fn common_period(steps: [f64; 2]) -> Option<f32> {
     Some(a as f32)
 }
 
-/// Registers while they are given away.
+/// State of the register allocation.
 struct Registers {
     constants: Vec<f32>,
     planes: Vec<usize>,
     constant_of: BTreeMap<u32, u16>,
-    /// Until which step the result of each step is needed.
+    /// For each step, the last step that needs its result.
     last: Vec<usize>,
     of_step: Vec<u16>,
     free: Vec<u16>,
@@ -230,7 +229,7 @@ impl Registers {
             for (from, arg) in from.iter_mut().zip(&args[..op.args()]) {
                 *from = self.of(arg);
             }
-            // Taken before those of the arguments are free, so that it is none of them.
+            // Taken before the arguments' registers are freed, so that it is none of them.
             let to = self.free.pop().unwrap_or_else(|| {
                 self.count += 1;
                 self.count - 1

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use super::*;
 
-/// Parameters and a canvas as they may be.
+/// Test parameters and a canvas.
 struct Known;
 
 impl Names for Known {
@@ -217,7 +217,7 @@ fn random_numbers_differ_and_stay() {
     assert_eq!(value("hash((1, 2), 3)"), value("hash(1, 2, 3)"));
 }
 
-/// Two fields, `a` of one component and `c` of three.
+/// Two test fields: `a` with one component and `c` with three.
 struct Planes;
 
 impl Names for Planes {
@@ -250,7 +250,7 @@ fn program(text: &str) -> Program {
     compile(text, &mut Planes).unwrap().program(&[], [false; 2]).unwrap()
 }
 
-/// Runs a program by its definition.
+/// Reference interpreter of a program.
 fn run(program: &Program, plane: impl Fn(usize) -> f64) -> Vec<f64> {
     let mut registers = vec![f64::NAN; program.registers];
     let given = program.constants.iter().map(|value| f64::from(*value)).chain(program.planes.iter().map(|p| plane(*p)));
@@ -325,7 +325,7 @@ proptest::proptest! {
         }
     }
 
-    /// Texts that are nearly right get deeper than random ones.
+    /// Nearly valid texts reach deeper code than random ones.
     #[test]
     fn nothing_panics_on_words(words in proptest::collection::vec(proptest::sample::select(WORDS.to_vec()), 0..24)) {
         let text = words.concat();
@@ -341,7 +341,7 @@ proptest::proptest! {
         }
     }
 
-    /// Without brackets: first all that binds tighter, then the rest, each from left to right.
+    /// Without brackets: tighter operators first, then the rest, each from left to right.
     #[test]
     fn operators_go_from_left_to_right(first in 1..9_u8, rest in proptest::collection::vec(("[-+*/%]", 1..9_u8), 0..12)) {
         let mut text = first.to_string();
@@ -353,7 +353,7 @@ proptest::proptest! {
             match operator.as_str() {
                 "*" => factor *= number,
                 "/" => factor /= number,
-                // Nothing is negative here but the signs between terms.
+                // Only the signs between terms are negative.
                 "%" => factor %= number,
                 other => (sign, factor) = (if other == "-" { -1.0 } else { 1.0 }, { terms.push(0.0); number }),
             }

@@ -1,6 +1,6 @@
 //! Fields as textures for the lit view: plain samples without a file around them.
 use super::handlers::{App, No};
-use super::scene::{Manner, Sight};
+use super::scene::{DisplayStyle, Sight};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::HeaderName;
@@ -50,7 +50,7 @@ pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, Qu
     Ok((head, bytes).into_response())
 }
 
-fn numbers(manner: Manner, tile: &Tile) -> (String, Vec<u8>) {
+fn numbers(manner: DisplayStyle, tile: &Tile) -> (String, Vec<u8>) {
     let channels = tile.channels();
     let mut bytes = vec![0; tile.window.len() * channels * 4];
     for c in 0..channels {

@@ -38,7 +38,7 @@ pub(crate) struct Target {
 
 /// How the values of a field are shown.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Manner {
+pub(crate) struct DisplayStyle {
     /// Their unit.
     pub(crate) unit: &'static str,
     /// What they are painted as.
@@ -47,7 +47,7 @@ pub(crate) struct Manner {
     pub(crate) holes: bool,
 }
 
-impl Manner {
+impl DisplayStyle {
     /// As its type says.
     fn of(field: &Field) -> Self {
         Self { unit: "", ty: field.ty(), holes: false }
@@ -57,7 +57,7 @@ impl Manner {
 /// What is shown for a target.
 pub(crate) enum Sight {
     /// A picture of it.
-    Field(Field, Manner),
+    Field(Field, DisplayStyle),
     /// A picture with pixels of its own, which has no place on the canvas.
     Pixels(Pixels),
     /// An object of this type, and the shapes that are drawn for it, if there are any.
@@ -214,19 +214,19 @@ impl Scene {
                 let channel = target.channel.or_else(|| material.channels().first().map(|c| c.0));
                 channel.and_then(|c| {
                     let field = material.get(c)?.clone();
-                    let manner = Manner { unit: unit_of(c), ..Manner::of(&field) };
+                    let manner = DisplayStyle { unit: unit_of(c), ..DisplayStyle::of(&field) };
                     Some(Sight::Field(field, manner))
                 })
             }
             Value::Field(field) => {
-                let manner = Manner { unit: self.unit(target), ..Manner::of(&field) };
+                let manner = DisplayStyle { unit: self.unit(target), ..DisplayStyle::of(&field) };
                 Some(Sight::Field(field, manner))
             }
-            Value::Picture(picture) => Some(Sight::Field(picture.rgb.clone(), Manner::of(&picture.rgb))),
+            Value::Picture(picture) => Some(Sight::Field(picture.rgb.clone(), DisplayStyle::of(&picture.rgb))),
             Value::Solid(solid) => {
                 let field = sights::cut(look, &self.graph, (target.node, target.output), &solid)?;
                 let ty = if solid.ty() == Type::SolidVector { Type::Vec2 } else { field.ty() };
-                Some(Sight::Field(field, Manner { unit: self.unit(target), ty, holes: true }))
+                Some(Sight::Field(field, DisplayStyle { unit: self.unit(target), ty, holes: true }))
             }
             value => Some(match value.sketch() {
                 Some(Sketch::Pixels(pixels)) => Sight::Pixels(pixels),
@@ -266,7 +266,7 @@ impl Scene {
         look: &Look<'_>,
         store: &Store,
         target: &Target,
-        (field, manner): (&Field, Manner),
+        (field, manner): (&Field, DisplayStyle),
         size: UVec2,
     ) -> Result<Arc<Stored>, Failure> {
         let grid = self.graph.canvas.grid(size);

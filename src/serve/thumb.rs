@@ -2,7 +2,7 @@
 use super::data::Query2;
 use super::handlers::{App, No, png};
 use super::paint::{Painter, small};
-use super::scene::{COARSE, Manner, Scene, Sight, Target, WHOLE};
+use super::scene::{COARSE, DisplayStyle, Scene, Sight, Target, WHOLE};
 use super::stage::{Stage, Values};
 use super::store::{Store, Stored};
 use axum::extract::{Query, State};
@@ -54,7 +54,7 @@ fn shrunk(
     store: &Store,
     scene: &Scene,
     target: &Target,
-    (field, manner): (&Field, Manner),
+    (field, manner): (&Field, DisplayStyle),
 ) -> Result<Arc<Stored>, Failure> {
     let size = scene.size(WHOLE);
     let sharp = scene.known(store, target, field, size);

@@ -14,7 +14,7 @@ use super::entry::{Digest, Digester};
 use super::{Seal, Shelf, Store};
 use crate::picture::AtomicFile;
 use crate::value::Key;
-use folder::State;
+use folder::FolderState;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ impl DiskCache {
     /// Marks the folder `dir`, which an earlier version created without a marker, as a cache; only if it contains
     /// nothing but entries. Meant for the default cache folder.
     pub fn adopt(dir: &Path) {
-        if matches!(folder::state(dir), Ok(State::Foreign)) && folder::holds_only_entries(dir) {
+        if matches!(folder::state(dir), Ok(FolderState::Foreign)) && folder::holds_only_entries(dir) {
             // A failure is harmless: a folder without the marker is not used.
             let _ = folder::mark(dir);
         }
@@ -231,9 +231,9 @@ fn made(dir: &Path) -> io::Result<()> {
     fs::create_dir_all(dir)?;
     match folder::state(dir)? {
         // Only creating a file shows reliably that the folder is writable.
-        State::Marked => AtomicFile::create(dir.join("probe")).map(drop),
-        State::Empty => folder::mark(dir),
-        State::Foreign => {
+        FolderState::Marked => AtomicFile::create(dir.join("probe")).map(drop),
+        FolderState::Empty => folder::mark(dir),
+        FolderState::Foreign => {
             let message = "it holds files and is not marked as a cache of shibo; name a new folder, or an empty one";
             Err(io::Error::new(io::ErrorKind::AlreadyExists, message))
         }

@@ -48,7 +48,7 @@ fn area(grid: &Grid, window: Window) -> f64 {
 /// Decides whether results are stored. Lives as long as the caches, so one run profits from the measurements of the
 /// last.
 #[derive(Default)]
-pub(super) struct Keeper(Mutex<State>);
+pub(super) struct CachePolicy(Mutex<State>);
 
 #[derive(Default)]
 struct State {
@@ -76,7 +76,7 @@ impl State {
     }
 }
 
-impl Keeper {
+impl CachePolicy {
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -193,14 +193,14 @@ mod tests {
     }
 
     /// A policy in whose process node code has run for this many seconds.
-    fn after(seconds: f64) -> Keeper {
-        let keeper = Keeper::default();
+    fn after(seconds: f64) -> CachePolicy {
+        let keeper = CachePolicy::default();
         keeper.made(Duration::from_secs_f64(seconds));
         keeper
     }
 
     /// Fills a tile with `own` time in the field's code; returns true if the tile should be stored.
-    fn fill(keeper: &Keeper, field: &Field, grid: &Grid, own: Duration) -> bool {
+    fn fill(keeper: &CachePolicy, field: &Field, grid: &Grid, own: Duration) -> bool {
         let debt = keeper.filled(field, grid, WINDOW, own);
         keeper.tile(field, grid, BYTES, debt, 1 << 40)
     }
@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn writing_never_takes_more_than_its_part() {
-        let (keeper, grid) = (Keeper::default(), grid(2048));
+        let (keeper, grid) = (CachePolicy::default(), grid(2048));
         let dear = source("dear");
         let mut written = 0;
         // Each of these readers owes all the time of `dear`, which was computed once.
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_ladder_of_readers_owes_no_more_than_was_computed() {
-        let (keeper, grid) = (Keeper::default(), grid(2048));
+        let (keeper, grid) = (CachePolicy::default(), grid(2048));
         let (mut a, mut b) = (source("a"), source("b"));
         let own = Duration::from_micros(10);
         let mut debt = Duration::ZERO;
@@ -293,7 +293,7 @@ mod tests {
 
     #[test]
     fn objects_are_kept_when_they_took_longer_than_to_write_them() {
-        let keeper = Keeper::default();
+        let keeper = CachePolicy::default();
         assert!(keeper.object(1000, Duration::from_millis(1)));
         assert!(!keeper.object(1000, Duration::from_micros(600)));
         assert!(!keeper.object(100 << 20, Duration::from_millis(50)));

@@ -1,4 +1,4 @@
-//! Writes results to the store and reads them back. The [`Keeper`](super::keep::Keeper) decides which are worth
+//! Writes results to the store and reads them back. The [`CachePolicy`](super::keep::CachePolicy) decides which are worth
 //! storing.
 use super::run::{Run, lock};
 use super::{Shelf, TileKey, codec, keep};

@@ -1,7 +1,7 @@
 //! One evaluation of a graph.
 use super::evaluators::NodeEvaluator;
 use super::files::NodeFiles;
-use super::keep::Keeper;
+use super::keep::CachePolicy;
 use super::kept::Stored;
 use super::meter::Meter;
 use super::prepare::{At, Known};
@@ -25,13 +25,13 @@ pub struct Caches {
     pub memory: MemoryCache,
     /// The store that outlives the process, if any.
     pub store: Option<Box<dyn Store>>,
-    pub(super) keeper: Keeper,
+    pub(super) keeper: CachePolicy,
 }
 
 impl Caches {
     /// Empty caches in front of `store`.
     pub fn new(memory: MemoryCache, store: Option<Box<dyn Store>>) -> Self {
-        Self { memory, store, keeper: Keeper::default() }
+        Self { memory, store, keeper: CachePolicy::default() }
     }
 }
 

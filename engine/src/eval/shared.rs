@@ -16,7 +16,7 @@ use crate::value::Key;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use tally::Tally;
+use tally::RemoteHealth;
 
 /// An answer that takes longer counts as missing.
 pub const PATIENCE: Duration = Duration::from_millis(1500);
@@ -87,7 +87,7 @@ pub struct SharedStore {
 
 struct Shared {
     remote: Box<dyn Remote>,
-    tally: Mutex<Tally>,
+    tally: Mutex<RemoteHealth>,
     /// Notified after each write.
     written: Condvar,
 }
@@ -99,7 +99,7 @@ struct Job {
 }
 
 impl Shared {
-    fn tally(&self) -> MutexGuard<'_, Tally> {
+    fn tally(&self) -> MutexGuard<'_, RemoteHealth> {
         self.tally.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// A number: a constant, or the result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Part {
+pub(super) enum Scalar {
     Known(f64),
     Step(u32),
 }
@@ -24,7 +24,7 @@ pub(super) enum Step {
     /// The value of a plane.
     Plane(usize),
     /// An operation.
-    Op(Op, [Part; 3]),
+    Op(Op, [Scalar; 3]),
 }
 
 /// An expression with resolved names.
@@ -33,7 +33,7 @@ pub struct Compiled {
     /// The steps, each after its inputs.
     pub(super) steps: Vec<Step>,
     /// The components of the result.
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<Scalar>,
     pub(super) seed: u32,
     logical: bool,
     word: Option<String>,
@@ -50,7 +50,7 @@ impl Compiled {
         if let Some(word) = &self.word {
             return Some(Value::Word(word.clone()));
         }
-        let known = |part: &Part| if let Part::Known(value) = part { Some(*value) } else { None };
+        let known = |part: &Scalar| if let Scalar::Known(value) = part { Some(*value) } else { None };
         let values: Vec<f64> = self.parts.iter().map(known).collect::<Option<_>>()?;
         Some(match &values[..] {
             [value] if self.logical => Value::Bool(*value != 0.0),
@@ -116,7 +116,7 @@ pub fn compile(text: &str, names: &mut dyn Names) -> Result<Compiled, Vec<Fault>
 /// The value of a part of the expression.
 #[derive(Clone, Debug)]
 struct Term {
-    parts: Vec<Part>,
+    parts: Vec<Scalar>,
     sort: Sort,
     range: Range<usize>,
 }
@@ -137,7 +137,7 @@ enum Sort {
 
 impl Term {
     fn number(value: f64, range: Range<usize>) -> Self {
-        Self { parts: vec![Part::Known(value)], sort: Sort::Number, range }
+        Self { parts: vec![Scalar::Known(value)], sort: Sort::Number, range }
     }
 
     fn is_word(&self) -> bool {
@@ -171,16 +171,16 @@ impl Maker<'_> {
                     self.steps.push(Step::Plane(plane));
                     self.steps.len() - 1
                 });
-                Part::Step(u32::try_from(step).unwrap_or(u32::MAX))
+                Scalar::Step(u32::try_from(step).unwrap_or(u32::MAX))
             };
             let (parts, sort) = match meaning {
                 None => (Vec::new(), Sort::Bare(names.instead(&self.text[range.clone()]))),
-                Some(Meaning::Known(Value::Number(value))) => (vec![Part::Known(value)], Sort::Number),
+                Some(Meaning::Known(Value::Number(value))) => (vec![Scalar::Known(value)], Sort::Number),
                 Some(Meaning::Known(Value::Bool(value))) => {
-                    (vec![Part::Known(f64::from(u8::from(value)))], Sort::Logical)
+                    (vec![Scalar::Known(f64::from(u8::from(value)))], Sort::Logical)
                 }
                 Some(Meaning::Known(Value::Vector(values))) => {
-                    (values.into_iter().map(Part::Known).collect(), Sort::Number)
+                    (values.into_iter().map(Scalar::Known).collect(), Sort::Number)
                 }
                 Some(Meaning::Known(Value::Word(word))) => (Vec::new(), Sort::Word { word, options: Vec::new() }),
                 Some(Meaning::Choice(word, options)) => (Vec::new(), Sort::Word { word, options }),
@@ -282,7 +282,7 @@ impl Maker<'_> {
                     let square = self.make(Op::Multiply, &[part, part]);
                     sum = Some(sum.map_or(square, |sum| self.make(Op::Add, &[sum, square])));
                 }
-                let parts = vec![self.make(Op::Sqrt, &[sum.unwrap_or(Part::Known(0.0))])];
+                let parts = vec![self.make(Op::Sqrt, &[sum.unwrap_or(Scalar::Known(0.0))])];
                 Ok(Term { parts, sort: Sort::Number, range })
             }
             Makes::Hash => {
@@ -300,7 +300,7 @@ impl Maker<'_> {
     }
 
     /// All components of several values.
-    fn components(&self, terms: &[Term]) -> Result<Vec<Part>, Fault> {
+    fn components(&self, terms: &[Term]) -> Result<Vec<Scalar>, Fault> {
         if let Some(word) = terms.iter().find(|term| term.is_word()) {
             return Err(self.no_number(word));
         }
@@ -324,7 +324,7 @@ impl Maker<'_> {
             _ => None,
         };
         let known = match condition.parts[..] {
-            [Part::Known(value)] => Some(value != 0.0),
+            [Scalar::Known(value)] => Some(value != 0.0),
             _ => None,
         };
         if let (Some(yes), Some(no), Some(known)) = (word(yes), word(no), known) {
@@ -349,10 +349,10 @@ impl Maker<'_> {
             return Err(bad(other.range.clone(), message));
         }
         let component = |maker: &mut Self, k: usize| {
-            let args: Vec<Part> = terms.iter().map(|term| term.parts[k.min(term.parts.len() - 1)]).collect();
+            let args: Vec<Scalar> = terms.iter().map(|term| term.parts[k.min(term.parts.len() - 1)]).collect();
             maker.make(op, &args)
         };
-        let parts: Vec<Part> = (0..count).map(|k| component(self, k)).collect();
+        let parts: Vec<Scalar> = (0..count).map(|k| component(self, k)).collect();
         let sort = if op.is_logical() && count == 1 { Sort::Logical } else { Sort::Number };
         Ok(Term { parts, sort, range })
     }
@@ -363,27 +363,27 @@ impl Maker<'_> {
     }
 
     /// The result of an operation on numbers: a constant or a step.
-    fn make(&mut self, op: Op, args: &[Part]) -> Part {
-        let mut all = [Part::Known(0.0); 3];
+    fn make(&mut self, op: Op, args: &[Scalar]) -> Scalar {
+        let mut all = [Scalar::Known(0.0); 3];
         all[..args.len()].copy_from_slice(args);
         match (op, all) {
-            (Op::If, [Part::Known(condition), yes, no]) => return if condition != 0.0 { yes } else { no },
-            (Op::Power, [base @ Part::Step(_), Part::Known(exponent), _]) => {
+            (Op::If, [Scalar::Known(condition), yes, no]) => return if condition != 0.0 { yes } else { no },
+            (Op::Power, [base @ Scalar::Step(_), Scalar::Known(exponent), _]) => {
                 if let Some(part) = self.power(base, exponent) {
                     return part;
                 }
             }
             _ => {}
         }
-        let known = |part: &Part| if let Part::Known(value) = part { Some(*value) } else { None };
+        let known = |part: &Scalar| if let Scalar::Known(value) = part { Some(*value) } else { None };
         if let [Some(a), Some(b), Some(c)] = [known(&all[0]), known(&all[1]), known(&all[2])] {
-            return Part::Known(op.value([a, b, c], seed_word(self.seed.unwrap_or(0))));
+            return Scalar::Known(op.value([a, b, c], seed_word(self.seed.unwrap_or(0))));
         }
         let key = (
             op,
             all.map(|part| match part {
-                Part::Known(value) => (false, value.to_bits()),
-                Part::Step(step) => (true, u64::from(step)),
+                Scalar::Known(value) => (false, value.to_bits()),
+                Scalar::Step(step) => (true, u64::from(step)),
             }),
         );
         let next = u32::try_from(self.steps.len()).unwrap_or(u32::MAX);
@@ -391,12 +391,12 @@ impl Maker<'_> {
         if step == next {
             self.steps.push(Step::Op(op, all));
         }
-        Part::Step(step)
+        Scalar::Step(step)
     }
 
     /// Replaces powers by products and square roots.
-    fn power(&mut self, base: Part, exponent: f64) -> Option<Part> {
-        let square = |maker: &mut Self, part: Part| maker.make(Op::Multiply, &[part, part]);
+    fn power(&mut self, base: Scalar, exponent: f64) -> Option<Scalar> {
+        let square = |maker: &mut Self, part: Scalar| maker.make(Op::Multiply, &[part, part]);
         Some(match exponent {
             0.5 => self.make(Op::Sqrt, &[base]),
             1.0 => base,

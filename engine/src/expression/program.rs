@@ -1,5 +1,5 @@
 //! Assigns registers to steps, for running on rows; finds the directions in which results repeat.
-use super::compile::{Compiled, Part, Step};
+use super::compile::{Compiled, Scalar, Step};
 use super::{Fault, Op, bad};
 use std::collections::BTreeMap;
 
@@ -76,7 +76,7 @@ impl Compiled {
             return Err(bad(0..1, message));
         }
         let grown = self.growth(growth);
-        let period = |args: &[Part; 3]| {
+        let period = |args: &[Scalar; 3]| {
             let of = [0, 1].map(|arg| {
                 let growth = grows(&grown, &args[arg]);
                 let steps = [0, 1].map(|axis| if tiles[axis] { growth[axis].unwrap_or(0.0) } else { 0.0 });
@@ -90,8 +90,8 @@ impl Compiled {
     /// The steps that the result needs.
     fn used(&self) -> Vec<bool> {
         let mut used = vec![false; self.steps.len()];
-        let mark = |part: &Part, used: &mut Vec<bool>| {
-            if let Part::Step(step) = part {
+        let mark = |part: &Scalar, used: &mut Vec<bool>| {
+            if let Scalar::Step(step) = part {
                 used[*step as usize] = true;
             }
         };
@@ -105,10 +105,10 @@ impl Compiled {
     }
 }
 
-fn grows(grown: &[Growth], part: &Part) -> Growth {
+fn grows(grown: &[Growth], part: &Scalar) -> Growth {
     match part {
-        Part::Known(_) => [Some(0.0); 2],
-        Part::Step(step) => grown[*step as usize],
+        Scalar::Known(_) => [Some(0.0); 2],
+        Scalar::Step(step) => grown[*step as usize],
     }
 }
 
@@ -117,7 +117,7 @@ fn is_whole(value: f64) -> bool {
 }
 
 /// The growth of a result whose arguments grow by `of`.
-fn grown_by(op: Op, args: &[Part; 3], of: [Option<f64>; 3]) -> Option<f64> {
+fn grown_by(op: Op, args: &[Scalar; 3], of: [Option<f64>; 3]) -> Option<f64> {
     let [a, b, c] = of;
     let count = op.args();
     if of[..count].iter().all(|growth| *growth == Some(0.0)) {
@@ -129,13 +129,13 @@ fn grown_by(op: Op, args: &[Part; 3], of: [Option<f64>; 3]) -> Option<f64> {
         (Op::Add, _) => Some(a? + b?),
         (Op::Subtract, _) => Some(a? - b?),
         (Op::Negate, _) => Some(-a?),
-        (Op::Multiply, [Part::Known(factor), ..]) => Some(b? * factor),
-        (Op::Multiply, [_, Part::Known(factor), _]) => Some(a? * factor),
-        (Op::Divide, [_, Part::Known(by), _]) => Some(a? / by),
-        (Op::Mix, [_, _, Part::Known(t)]) => Some(a? + (b? - a?) * t),
+        (Op::Multiply, [Scalar::Known(factor), ..]) => Some(b? * factor),
+        (Op::Multiply, [_, Scalar::Known(factor), _]) => Some(a? * factor),
+        (Op::Divide, [_, Scalar::Known(by), _]) => Some(a? / by),
+        (Op::Mix, [_, _, Scalar::Known(t)]) => Some(a? + (b? - a?) * t),
         (Op::Floor | Op::Ceil | Op::Round, _) => a.filter(|growth| is_whole(*growth)),
         (Op::Fract, _) => after(a, 1.0),
-        (Op::Modulo, [_, Part::Known(by), _]) => after(a, *by),
+        (Op::Modulo, [_, Scalar::Known(by), _]) => after(a, *by),
         (Op::Sin | Op::Cos, _) => after(a, 360.0),
         (Op::Tan, _) => after(a, 180.0),
         (Op::Min | Op::Max, _) => equal(a, b),
@@ -200,28 +200,28 @@ impl Registers {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "constants are limited; values are rounded to f32 once")]
-    fn note(&mut self, part: &Part, at: usize) {
+    fn note(&mut self, part: &Scalar, at: usize) {
         match part {
-            Part::Known(value) => {
+            Scalar::Known(value) => {
                 let value = *value as f32;
                 if !self.constant_of.contains_key(&value.to_bits()) {
                     self.constant_of.insert(value.to_bits(), self.constants.len() as u16);
                     self.constants.push(value);
                 }
             }
-            Part::Step(step) => self.last[*step as usize] = self.last[*step as usize].max(at),
+            Scalar::Step(step) => self.last[*step as usize] = self.last[*step as usize].max(at),
         }
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "rounded as when it was noted")]
-    fn of(&self, part: &Part) -> u16 {
+    fn of(&self, part: &Scalar) -> u16 {
         match part {
-            Part::Known(value) => self.constant_of.get(&(*value as f32).to_bits()).copied().unwrap_or(0),
-            Part::Step(step) => self.of_step[*step as usize],
+            Scalar::Known(value) => self.constant_of.get(&(*value as f32).to_bits()).copied().unwrap_or(0),
+            Scalar::Step(step) => self.of_step[*step as usize],
         }
     }
 
-    fn assign(mut self, compiled: &Compiled, used: &[bool], period: impl Fn(&[Part; 3]) -> [f32; 2]) -> Program {
+    fn assign(mut self, compiled: &Compiled, used: &[bool], period: impl Fn(&[Scalar; 3]) -> [f32; 2]) -> Program {
         let mut instructions = Vec::new();
         for (index, step) in compiled.steps.iter().enumerate().filter(|(index, _)| used[*index]) {
             let Step::Op(op, args) = step else { continue };
@@ -237,7 +237,7 @@ impl Registers {
             self.of_step[index] = to;
             let mut over: Vec<u16> = Vec::new();
             for arg in &args[..op.args()] {
-                if let Part::Step(step) = arg
+                if let Scalar::Step(step) = arg
                     && self.last[*step as usize] == index
                     && matches!(compiled.steps[*step as usize], Step::Op(..))
                     && !over.contains(&self.of_step[*step as usize])

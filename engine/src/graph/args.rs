@@ -2,7 +2,7 @@
 use super::explain::explain;
 use super::files::check_file;
 use super::imports;
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::{not_finite, shorten};
 use super::scope::{Unit, check_note};
 use super::structs::has_ports;
@@ -72,7 +72,7 @@ impl Unit<'_> {
     }
 
     /// Checks the numbers of a parameter.
-    fn check_param(&mut self, name: &str, info: &ParamInfo, part: &Part) -> bool {
+    fn check_param(&mut self, name: &str, info: &ParamInfo, part: &SyntaxValue) -> bool {
         let mut good = true;
         for (kind, word) in part.words() {
             let Some(value) = (kind == Kind::Number).then(|| number(word.str())).flatten() else { continue };
@@ -143,7 +143,7 @@ impl Unit<'_> {
     }
 
     /// An error about a parameter; if a node was written there, with the fields that accept nodes.
-    fn or_ports(&self, flat: usize, name: &str, part: &Part, error: Diagnostic) -> Diagnostic {
+    fn or_ports(&self, flat: usize, name: &str, part: &SyntaxValue, error: Diagnostic) -> Diagnostic {
         let node = &self.flats[flat];
         let is_name = |text: &str| {
             let first = text.split('.').next().unwrap_or(text);
@@ -243,7 +243,7 @@ fn paths_of(path: PathBuf, takes_udim: bool) -> Result<Vec<PathBuf>, String> {
 
 /// The text of a parameter without type suffixes of numbers, `3f32`: the field determines the type. Byte positions stay
 /// the same.
-fn untyped(part: &Part) -> Cow<'_, str> {
+fn untyped(part: &SyntaxValue) -> Cow<'_, str> {
     let mut text = Cow::Borrowed(part.str());
     for (kind, word) in part.words() {
         let Some(suffix) = (kind == Kind::Number).then(|| suffix(word.str())).flatten() else { continue };
@@ -256,7 +256,7 @@ fn untyped(part: &Part) -> Cow<'_, str> {
 }
 
 /// A problem at `place`, or within the text there.
-pub(super) fn at(place: &Part, problem: &Problem) -> Diagnostic {
+pub(super) fn at(place: &SyntaxValue, problem: &Problem) -> Diagnostic {
     let mut diagnostic = place.error(problem.code, problem.message.clone());
     diagnostic.help.clone_from(&problem.help);
     // In a plain literal, byte positions of the text are shifted by the opening quote.
@@ -277,7 +277,7 @@ impl Unit<'_> {
     }
 }
 
-fn out_of_range(name: &str, bounds: &Bounds, word: &Part, value: f64) -> Option<Diagnostic> {
+fn out_of_range(name: &str, bounds: &Bounds, word: &SyntaxValue, value: f64) -> Option<Diagnostic> {
     if bounds.admit(value) {
         return None;
     }

@@ -1,6 +1,6 @@
 //! The canvas of a graph.
 use super::params::Params;
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::subst::substitute;
@@ -19,7 +19,7 @@ pub(super) struct Asked {
 }
 
 /// Reads a canvas and the resolution it requests; fields with errors keep their defaults.
-pub(super) fn read(part: Option<&Part>, params: &Params, report: &mut Report) -> (Canvas, Asked) {
+pub(super) fn read(part: Option<&SyntaxValue>, params: &Params, report: &mut Report) -> (Canvas, Asked) {
     let mut asked = Asked { resolution: Resolution::Longer(DEFAULT.resolution.x), span: None };
     let mut canvas = DEFAULT;
     let Some(part) = part else { return (canvas, asked) };
@@ -58,7 +58,7 @@ pub(super) fn resize(canvas: &mut Canvas, asked: &Asked, typed: bool, report: &m
 }
 
 /// One number for both directions, or one for each.
-fn two(part: &Part, what: &str, report: &mut Report) -> Option<[(Part, f64); 2]> {
+fn two(part: &SyntaxValue, what: &str, report: &mut Report) -> Option<[(SyntaxValue, f64); 2]> {
     let items = match part.shape() {
         Shape::Number(_) => vec![part.clone(), part.clone()],
         Shape::Tuple(items) if items.len() == 2 => items,
@@ -67,12 +67,12 @@ fn two(part: &Part, what: &str, report: &mut Report) -> Option<[(Part, f64); 2]>
             return None;
         }
     };
-    let read = |item: &Part, report: &mut Report| Some((item.clone(), read::number(item, what, report)?));
+    let read = |item: &SyntaxValue, report: &mut Report| Some((item.clone(), read::number(item, what, report)?));
     let (a, b) = (read(&items[0], report), read(&items[1], report));
     Some([a?, b?])
 }
 
-fn size(part: &Part, report: &mut Report) -> Option<DVec2> {
+fn size(part: &SyntaxValue, report: &mut Report) -> Option<DVec2> {
     let sides = two(part, "size_mm", report)?;
     let mut good = true;
     for (item, value) in &sides {
@@ -90,7 +90,7 @@ fn size(part: &Part, report: &mut Report) -> Option<DVec2> {
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole and in range")]
-fn resolution(part: &Part, report: &mut Report) -> Option<Resolution> {
+fn resolution(part: &SyntaxValue, report: &mut Report) -> Option<Resolution> {
     let sides = two(part, "resolution", report)?;
     let mut good = true;
     for (item, value) in &sides {
@@ -117,7 +117,7 @@ pub(super) fn too_large(found: &str) -> String {
     format!("resolution is `{found}`; it must be at most {} pixels", Canvas::MAX_RESOLUTION)
 }
 
-fn tile(part: &Part, report: &mut Report) -> Option<TileMode> {
+fn tile(part: &SyntaxValue, report: &mut Report) -> Option<TileMode> {
     let modes = [("Both", TileMode::Both), ("X", TileMode::X), ("Y", TileMode::Y), ("None", TileMode::None)];
     let names = modes.map(|(name, _)| name);
     match part.shape() {
@@ -137,7 +137,7 @@ fn tile(part: &Part, report: &mut Report) -> Option<TileMode> {
 }
 
 /// A seed of random numbers.
-pub(super) fn seed(part: &Part, report: &mut Report) -> Option<u64> {
+pub(super) fn seed(part: &SyntaxValue, report: &mut Report) -> Option<u64> {
     let value = read::number(part, "seed", report)?;
     if value.fract() != 0.0 {
         report.push(mismatch(part, "`seed`", "a whole number"));

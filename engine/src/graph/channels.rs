@@ -1,5 +1,5 @@
 //! The channels of materials: the channels of each node's material, and the nodes that use a missing channel.
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::scope::{Bound, Entity, Slot, Target, Unit};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::node::{MaterialInputs, Taken};
@@ -75,7 +75,7 @@ impl Unit<'_> {
     }
 
     /// The `Use` value that `part`, written in `scope`, refers to; the outermost one if several pass it on.
-    fn given_by_use(&self, scope: usize, part: &Part) -> Option<(usize, Part)> {
+    fn given_by_use(&self, scope: usize, part: &SyntaxValue) -> Option<(usize, SyntaxValue)> {
         let (mut scope, mut part, mut given) = (scope, part.clone(), None);
         loop {
             let Shape::Text(name) = part.shape() else { return given };

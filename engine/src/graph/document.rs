@@ -1,7 +1,7 @@
 //! A graph file as written: its sections by name, each with its place. Names are not resolved yet.
 use super::exports::{self, ExportDecl, MeshDecl};
 use super::params::{self, ParamDecl};
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::storage::{self, Storage};
@@ -16,7 +16,7 @@ const FIELDS: &[&str] = &["version", "canvas", "imports", "params", "presets", "
 #[derive(Debug, Default)]
 pub(super) struct Document {
     /// `canvas`.
-    pub(super) canvas: Option<Part>,
+    pub(super) canvas: Option<SyntaxValue>,
     /// `imports`: names and paths.
     pub(super) imports: Vec<Entry>,
     /// `params`; the declarations in error are `None`.
@@ -30,7 +30,7 @@ pub(super) struct Document {
     /// `outputs`.
     pub(super) outputs: Vec<OutputDecl>,
     /// The place of `nodes`.
-    pub(super) nodes_part: Option<Part>,
+    pub(super) nodes_part: Option<SyntaxValue>,
     import_names: Names,
     param_names: Names,
     input_names: Names,
@@ -55,10 +55,10 @@ impl Names {
 #[derive(Debug)]
 pub(super) struct InputDecl {
     pub(super) name: String,
-    pub(super) kind: Part,
+    pub(super) kind: SyntaxValue,
     /// `None` after an error.
     pub(super) ty: Option<Accepts>,
-    pub(super) default: Option<Part>,
+    pub(super) default: Option<SyntaxValue>,
 }
 
 /// A node as written.
@@ -66,7 +66,7 @@ pub(super) struct InputDecl {
 pub(super) struct NodeDecl {
     pub(super) name: String,
     /// The kind word.
-    pub(super) kind: Option<Part>,
+    pub(super) kind: Option<SyntaxValue>,
     /// Its arguments; `None` after an error.
     pub(super) args: Option<Vec<Entry>>,
     /// References to its name mean this node; false for the second node of the same name.
@@ -77,9 +77,9 @@ pub(super) struct NodeDecl {
 #[derive(Debug)]
 pub(super) struct OutputDecl {
     pub(super) name: String,
-    pub(super) key: Part,
+    pub(super) key: SyntaxValue,
     /// The reference; `None` after an error.
-    pub(super) from: Option<Part>,
+    pub(super) from: Option<SyntaxValue>,
     pub(super) format: Option<Format>,
     pub(super) depth: Option<Depth>,
     /// The channels of a material go into one file.
@@ -95,7 +95,7 @@ pub(super) struct OutputDecl {
 
 impl Document {
     /// Reads a document from the value of a whole text.
-    pub(super) fn read(whole: &Part, report: &mut Report) -> Self {
+    pub(super) fn read(whole: &SyntaxValue, report: &mut Report) -> Self {
         let Some(fields) = read::fields(whole, "a graph file", FIELDS, report) else { return Self::default() };
         if let Some(version) = read::get(&fields, "version") {
             check_version(version, report);
@@ -178,7 +178,7 @@ impl Document {
     }
 }
 
-fn check_version(part: &Part, report: &mut Report) {
+fn check_version(part: &SyntaxValue, report: &mut Report) {
     match part.shape() {
         Shape::Number(1.0) => {}
         Shape::Number(_) => {
@@ -197,7 +197,7 @@ pub(super) fn node(entry: &Entry, named: bool, report: &mut Report) -> NodeDecl 
         report.push(mismatch(&entry.value, &format!("node `{}`", entry.name), "a kind with its fields, `Kind(a: 1)`"));
         return decl;
     };
-    decl.args = match body.as_ref().map(Part::shape) {
+    decl.args = match body.as_ref().map(SyntaxValue::shape) {
         None => Some(Vec::new()),
         Some(Shape::Named(args)) => Some(read::unique(args, "field", report)),
         Some(_) => {
@@ -309,7 +309,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
     decl
 }
 
-pub(super) fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {
+pub(super) fn choice<T: Copy>(part: &SyntaxValue, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {
     let Shape::Word(word) = part.shape() else {
         let words: Vec<_> = choices.iter().map(|(word, _)| format!("`{word}`")).collect();
         report.push(mismatch(part, &format!("`{what}`"), &format!("one of {}", words.join(", "))));
@@ -325,7 +325,7 @@ pub(super) fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], re
 }
 
 /// Checks that a format can hold the samples.
-fn check_depth(format: Format, depth: Depth, part: &Part, report: &mut Report) {
+fn check_depth(format: Format, depth: Depth, part: &SyntaxValue, report: &mut Report) {
     let possible = format.depths();
     if !possible.contains(&depth) {
         let words: Vec<_> = possible.iter().map(|d| format!("`{d}`")).collect();

@@ -1,7 +1,7 @@
 //! `Each`: several instances of a sub-graph, one of which is visible at each pixel.
 use super::instance::Spread;
 use super::params::ParamValue;
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
 use super::read::{self, mismatch, shorten};
 use super::scope::{Entity, Flat, Port, Slot, Target, Unit};
@@ -30,15 +30,15 @@ pub(super) struct Chooser {
     /// The instances.
     pub(super) children: Vec<usize>,
     /// Place of the word `Each`, and its scope.
-    kind: Part,
+    kind: SyntaxValue,
     scope: usize,
     name: String,
     /// The ids that select the visible instance.
-    ids: Part,
+    ids: SyntaxValue,
 }
 
 /// The value of the parameter `index`.
-fn number_value(index: usize, kind: &Part) -> ParamValue {
+fn number_value(index: usize, kind: &SyntaxValue) -> ParamValue {
     let (text, meaning) = (index.to_string(), Some(Meaning::Known(Number::Number(index as f64))));
     ParamValue { text, meaning, is_text: false, span: kind.span(), outside: false, base: None }
 }
@@ -53,7 +53,13 @@ pub(super) fn node(registry: &Registry, ty: Type, slots: usize) -> Option<(Strin
 
 impl Unit<'_> {
     /// Declares the instances of an `Each`.
-    pub(super) fn declare_each(&mut self, scope: usize, name: &str, kind: &Part, args: &[Entry]) -> Option<Entity> {
+    pub(super) fn declare_each(
+        &mut self,
+        scope: usize,
+        name: &str,
+        kind: &SyntaxValue,
+        args: &[Entry],
+    ) -> Option<Entity> {
         let over = self.over(scope, kind, args);
         let Some(ids) = read::get(args, "ids").cloned() else {
             let help = "write `ids: \"node.ids\"`, numbers that name the pieces";
@@ -74,7 +80,7 @@ impl Unit<'_> {
         Some(Entity::Each(number))
     }
 
-    fn over(&mut self, scope: usize, kind: &Part, args: &[Entry]) -> Option<usize> {
+    fn over(&mut self, scope: usize, kind: &SyntaxValue, args: &[Entry]) -> Option<usize> {
         let Some(part) = read::get(args, "over") else {
             let help = "write `over: 4`, the number of instances";
             self.report.push(kind.error(Code::MissingInput, "`Each` has no `over`").help(help));

@@ -1,5 +1,5 @@
 //! Rewrites errors of `serde` and `ron` about a parameter for users, and places them at the faulty part.
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::{lower_first, offset, shorten, without_b};
 use super::remedy::color_meant;
 use crate::diagnostics::{Code, Diagnostic, suggest};
@@ -9,11 +9,11 @@ use crate::node::{BuildError, KindInfo, ParamInfo, ParamType, Written};
 const WHOLE: f64 = 1.84e19;
 
 /// An error of `serde` or `ron` about a parameter, at its place.
-pub(super) fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildError) -> Diagnostic {
+pub(super) fn explain(info: &KindInfo, name: &str, part: &SyntaxValue, error: &BuildError) -> Diagnostic {
     let Some(ron) = &error.ron else { return part.error(Code::TypeMismatch, format!("{name}: {}", error.message)) };
     let param = info.params().find(|(field, _)| field.name == name).map(|(_, param)| param);
     let at = offset(part.str(), ron.span.end);
-    let word_before = |accept: &dyn Fn(&Part) -> bool| {
+    let word_before = |accept: &dyn Fn(&SyntaxValue) -> bool| {
         let before = part.words().filter(|(_, word)| part.offset(&word.tokens()[0]) <= at);
         before.map(|(_, word)| word).filter(|word| accept(word)).last()
     };
@@ -51,8 +51,8 @@ pub(super) fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildErr
 }
 
 /// The element of a list or tuple that byte `at` lies in, with its form; the whole value if there is none.
-fn element<'w>(part: &Part, form: &'w Written, at: usize) -> (Part, &'w Written) {
-    let items: Vec<(Option<String>, Part)> = match (part.shape(), form) {
+fn element<'w>(part: &SyntaxValue, form: &'w Written, at: usize) -> (SyntaxValue, &'w Written) {
+    let items: Vec<(Option<String>, SyntaxValue)> = match (part.shape(), form) {
         // The wrong kind of brackets is the mistake itself.
         (Shape::Tuple(_), Written::List(_)) => Vec::new(),
         (Shape::List(items) | Shape::Tuple(items), _) => items.into_iter().map(|item| (None, item)).collect(),
@@ -60,7 +60,7 @@ fn element<'w>(part: &Part, form: &'w Written, at: usize) -> (Part, &'w Written)
         (Shape::Call, _) => part.head().and_then(|(_, body)| body).into_iter().map(|body| (None, body)).collect(),
         _ => Vec::new(),
     };
-    let holds = |item: &Part| {
+    let holds = |item: &SyntaxValue| {
         let start = item.tokens().first().map_or(0, |first| part.offset(first));
         start <= at && at <= start + item.str().len()
     };
@@ -77,7 +77,7 @@ fn element<'w>(part: &Part, form: &'w Written, at: usize) -> (Part, &'w Written)
 }
 
 /// The error for a part of a value.
-fn wrong_part(name: &str, form: &Written, place: &Part, said: &str) -> Diagnostic {
+fn wrong_part(name: &str, form: &Written, place: &SyntaxValue, said: &str) -> Diagnostic {
     if let Written::Plain(ty) = form {
         return wrong_type(name, Some(&ParamInfo { ty: *ty, ..ParamInfo::default() }), place, said);
     }
@@ -88,7 +88,7 @@ fn wrong_part(name: &str, form: &Written, place: &Part, said: &str) -> Diagnosti
     }
 }
 
-fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -> Diagnostic {
+fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &SyntaxValue, said: &str) -> Diagnostic {
     let shape = place.shape();
     if let Some(param) = param.filter(|param| !param.choices.is_empty()) {
         // For choices with arguments, serde does not always report an unknown word as unknown.

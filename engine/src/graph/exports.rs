@@ -1,6 +1,6 @@
 //! Outputs for other programs, as written and as checked.
 use super::document::{OutputDecl, choice};
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::remedy::write_luminance;
 use super::report::Report;
@@ -32,7 +32,7 @@ pub(super) enum ExportDecl {
     },
     Preset(Program),
     /// The references to its fields.
-    Pack([Option<Part>; 4]),
+    Pack([Option<SyntaxValue>; 4]),
 }
 
 /// The mesh of an exported file, as written.
@@ -41,11 +41,11 @@ pub(super) enum MeshDecl {
     /// A shape that needs no mesh.
     Simple(SimpleShape),
     /// A reference to an atlas.
-    Node(Part),
+    Node(SyntaxValue),
 }
 
 /// Reads an export such as `Gltf(material: "node", mesh: "atlas")`.
-pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
+pub(super) fn read(decl: &mut OutputDecl, word: &SyntaxValue, body: &SyntaxValue, report: &mut Report) {
     let kind = word.str();
     let known: &[&str] = match kind {
         "Gltf" => &["material", "mesh", "embed", "colors", "quality"],
@@ -165,7 +165,7 @@ impl ExportDecl {
 
 impl Unit<'_> {
     /// The export of an output of type `ty`, if any; reports errors.
-    pub(super) fn export(&mut self, decl: &OutputDecl, from: &Part, ty: Type) -> Result<Option<Export>, ()> {
+    pub(super) fn export(&mut self, decl: &OutputDecl, from: &SyntaxValue, ty: Type) -> Result<Option<Export>, ()> {
         let Some(export) = &decl.export else { return Ok(None) };
         if let ExportDecl::Pack(parts) = export {
             let mut fields = [None; 4];
@@ -192,7 +192,7 @@ impl Unit<'_> {
     }
 
     /// A grey field of a packed picture.
-    fn packed(&mut self, part: &Part) -> Result<(NodeIndex, usize), ()> {
+    fn packed(&mut self, part: &SyntaxValue) -> Result<(NodeIndex, usize), ()> {
         let help = |ty| match ty {
             Type::Rgb => format!("{} as a node of its own, and name that", write_luminance(&shorten(part.str()))),
             _ => "take it apart with `SplitChannels`, or use an output that is Gray".to_owned(),
@@ -216,7 +216,7 @@ impl Unit<'_> {
     /// the help for the actual type.
     fn node_of(
         &mut self,
-        part: &Part,
+        part: &SyntaxValue,
         wanted: Type,
         rule: &str,
         help: impl FnOnce(Type) -> String,

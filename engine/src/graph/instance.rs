@@ -3,7 +3,7 @@ use super::convert;
 use super::document::Document;
 use super::files::Doc;
 use super::layout::{Layout, layout};
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, shorten};
 use super::report::Report;
 use super::scope::{Bound, Flat, Port, Slot, Target, Unit};
@@ -56,7 +56,7 @@ pub(super) struct Spread<'n> {
 /// The settings of an instance.
 pub(super) struct Instance {
     /// The names of its presets, and their place.
-    presets: Option<(Vec<String>, Part)>,
+    presets: Option<(Vec<String>, SyntaxValue)>,
     /// The canvas of its graph.
     pub(super) canvas: Canvas,
     /// The layout, if it differs from that of the graph itself.
@@ -159,7 +159,7 @@ impl Unit<'_> {
 
     /// The node that lays out an output of an instance (the first output if none is named), if the instance has a
     /// layout. Created on first use. `from` is the output's reference in the scope of the instance.
-    pub(super) fn laid_out(&mut self, child: usize, output: Option<&str>, from: &Part) -> Option<usize> {
+    pub(super) fn laid_out(&mut self, child: usize, output: Option<&str>, from: &SyntaxValue) -> Option<usize> {
         let layout = self.scopes[child].layout.clone()?;
         let first = self.docs[self.scopes[child].doc].document.outputs.first();
         let output = output.or(first.map(|first| first.name.as_str()))?;
@@ -177,7 +177,7 @@ impl Unit<'_> {
     }
 
     /// The error for a reference at `part` to an output of an instance that cannot be laid out.
-    pub(super) fn check_movable(&self, part: &Part, target: &Target) -> Option<Diagnostic> {
+    pub(super) fn check_movable(&self, part: &SyntaxValue, target: &Target) -> Option<Diagnostic> {
         let Target::Out { flat, .. } = *target else { return None };
         if self.flats[flat].chooses.is_some() {
             let ty = self.type_of(target).filter(|ty| !can_choose(*ty))?;
@@ -243,7 +243,7 @@ impl Unit<'_> {
     }
 
     /// Reports material inputs of an instance without a value and without a default.
-    pub(super) fn check_given(&mut self, child: usize, kind: &Part, given: &[Option<Bound>]) {
+    pub(super) fn check_given(&mut self, child: usize, kind: &SyntaxValue, given: &[Option<Bound>]) {
         let docs = self.docs;
         let inputs = &docs[self.scopes[child].doc].document.inputs;
         for (input, given) in inputs.iter().zip(given) {

@@ -1,6 +1,6 @@
 //! The layout of an instance on the canvas of the graph that uses it.
 use super::convert;
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::subst::number_text;
@@ -20,7 +20,7 @@ const SCALES: (f64, f64) = (1e-3, 1e3);
 #[derive(Clone)]
 pub(super) struct Layout {
     /// The place of the layout in the text.
-    pub(super) part: Part,
+    pub(super) part: SyntaxValue,
     /// The canvas that the instance is placed on.
     pub(super) canvas: Canvas,
     scale: DVec2,
@@ -97,7 +97,7 @@ impl Layout {
 }
 
 /// Reads the `canvas` field of a `Use` on a canvas.
-pub(super) fn layout(part: &Part, canvas: Canvas, report: &mut Report) -> Option<Layout> {
+pub(super) fn layout(part: &SyntaxValue, canvas: Canvas, report: &mut Report) -> Option<Layout> {
     let fields = read::fields(part, "`canvas` of `Use`", &["scale", "angle", "offset", "size_mm"], report)?;
     let mut layout = Layout {
         part: part.clone(),
@@ -133,7 +133,7 @@ pub(super) fn layout(part: &Part, canvas: Canvas, report: &mut Report) -> Option
 }
 
 /// The size of an instance's own canvas, which may be given only if the canvas does not tile.
-fn own_size(part: &Part, canvas: Canvas, report: &mut Report) -> Option<DVec2> {
+fn own_size(part: &SyntaxValue, canvas: Canvas, report: &mut Report) -> Option<DVec2> {
     if canvas.tile != Tiling::NONE {
         let message = "an instance on a canvas that tiles has the size of that canvas";
         let help = "leave `size_mm` out of the `canvas` of the `Use`, or write `tile: None` in the canvas of the graph";
@@ -143,7 +143,7 @@ fn own_size(part: &Part, canvas: Canvas, report: &mut Report) -> Option<DVec2> {
     two(part, "size_mm", (1e-3, Canvas::MAX_SIZE_MM), report)
 }
 
-fn within(part: &Part, what: &str, (lo, hi): (f64, f64), report: &mut Report) -> Option<f64> {
+fn within(part: &SyntaxValue, what: &str, (lo, hi): (f64, f64), report: &mut Report) -> Option<f64> {
     let value = read::number(part, what, report)?;
     if (lo..=hi).contains(&value) {
         return Some(value);
@@ -154,7 +154,7 @@ fn within(part: &Part, what: &str, (lo, hi): (f64, f64), report: &mut Report) ->
 }
 
 /// One number for both directions, or one for each.
-fn two(part: &Part, what: &str, range: (f64, f64), report: &mut Report) -> Option<DVec2> {
+fn two(part: &SyntaxValue, what: &str, range: (f64, f64), report: &mut Report) -> Option<DVec2> {
     match part.shape() {
         Shape::Number(_) => within(part, what, range, report).map(DVec2::splat),
         Shape::Tuple(items) if items.len() == 2 => {

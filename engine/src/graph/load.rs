@@ -6,7 +6,7 @@ use super::each;
 use super::files::{Doc, Files};
 use super::instance::{Setting, preset_names};
 use super::params::{Facts, ParamDecl, Params};
-use super::part::{Part, Piece, Shape, Src};
+use super::part::{PieceOrigin, Shape, Src, SyntaxValue};
 use super::read::{self, shorten};
 use super::report::Report;
 use super::scope::{Unit, presets};
@@ -111,7 +111,7 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         params: graph_params(doc, &params),
         presets: doc.document.presets.iter().map(|(entry, _)| entry.name.clone()).collect(),
         warnings: Vec::new(),
-        canvas_span: doc.document.canvas.as_ref().map_or(start, Part::span),
+        canvas_span: doc.document.canvas.as_ref().map_or(start, SyntaxValue::span),
         imports: imports(&files.docs),
     })
 }
@@ -243,7 +243,7 @@ fn copies(node: &NodeDecl) -> usize {
     if node.kind.as_ref().is_none_or(|kind| kind.str() != each::KIND) {
         return 1;
     }
-    let over = node.args.as_deref().and_then(|args| read::get(args, "over")).map(Part::shape);
+    let over = node.args.as_deref().and_then(|args| read::get(args, "over")).map(SyntaxValue::shape);
     let written = (1..=each::MOST).find(|n| matches!(over, Some(Shape::Number(over)) if over == *n as f64));
     written.unwrap_or(each::MOST) + 1
 }
@@ -310,13 +310,13 @@ fn seed(doc: &Doc, options: &LoadOptions, sources: &mut SourceMap, report: &mut 
 }
 
 /// Parses a value given at `span`, where it is written as `value`.
-fn given(value: &str, text: String, span: Span) -> Option<Part> {
-    let piece = Piece { end: text.len(), span, copied: text == value, related: Vec::new(), given: true };
+fn given(value: &str, text: String, span: Span) -> Option<SyntaxValue> {
+    let piece = PieceOrigin { end: text.len(), span, copied: text == value, related: Vec::new(), given: true };
     Src::made(span.file, text, vec![piece]).whole()
 }
 
 /// Parses a command-line value: RON, or bare text for a text parameter.
-pub(super) fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
+pub(super) fn argument(decl: &ParamDecl, value: &str, span: Span) -> SyntaxValue {
     let ron = Tree::parse(value).errors().is_empty();
     let bare = decl.takes_bare_text() && !(ron && value.trim_start().starts_with(['"', '(', 'r']));
     let text = if bare || !ron { ron_string(value) } else { value.to_owned() };

@@ -1,7 +1,7 @@
 //! The outputs of a graph.
 use super::document::OutputDecl;
 use super::exports::ExportDecl;
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::shorten;
 use super::scope::{Target, Unit};
 use crate::diagnostics::{Code, Span};
@@ -125,7 +125,7 @@ impl Unit<'_> {
     }
 }
 
-fn name_error(key: &Part, message: String, other: Span) -> crate::diagnostics::Diagnostic {
+fn name_error(key: &SyntaxValue, message: String, other: Span) -> crate::diagnostics::Diagnostic {
     let help = "names must differ by more than upper and lower case";
     key.error(Code::BadName, message).help(help).related(other, "the other output is here")
 }

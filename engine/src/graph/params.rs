@@ -1,5 +1,5 @@
 //! The parameters of a graph: their declarations and their allowed values.
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, not_finite, shorten};
 use super::remedy::color_meant;
 use super::report::Report;
@@ -29,9 +29,9 @@ const DECLARED: [ParamType; 7] = [
 #[derive(Debug)]
 pub(super) struct ParamDecl {
     pub(super) name: String,
-    pub(super) key: Part,
+    pub(super) key: SyntaxValue,
     pub(super) ty: ParamType,
-    pub(super) default: Part,
+    pub(super) default: SyntaxValue,
     pub(super) range: Option<(f64, f64)>,
     pub(super) unit: Option<String>,
     pub(super) doc: String,
@@ -175,7 +175,7 @@ pub(super) fn declare(entry: &Entry, report: &mut Report) -> Option<ParamDecl> {
 }
 
 /// Two numbers, the smaller first.
-pub(super) fn range(part: &Part, report: &mut Report) -> Option<(f64, f64)> {
+pub(super) fn range(part: &SyntaxValue, report: &mut Report) -> Option<(f64, f64)> {
     let (lo, hi) = read::pair(part, "range", report)?;
     if lo < hi {
         return Some((lo, hi));
@@ -185,7 +185,7 @@ pub(super) fn range(part: &Part, report: &mut Report) -> Option<(f64, f64)> {
     None
 }
 
-fn options(part: &Part, report: &mut Report) -> Vec<String> {
+fn options(part: &SyntaxValue, report: &mut Report) -> Vec<String> {
     let Shape::List(items) = part.shape() else {
         report.push(mismatch(part, "`options`", "a list of words, `[\"A\", \"B\"]`"));
         return Vec::new();
@@ -211,7 +211,13 @@ impl ParamDecl {
     }
 
     /// Checks a value; a path is relative to `folder`.
-    pub(super) fn value(&self, part: &Part, outside: bool, folder: &Path, report: &mut Report) -> Option<ParamValue> {
+    pub(super) fn value(
+        &self,
+        part: &SyntaxValue,
+        outside: bool,
+        folder: &Path,
+        report: &mut Report,
+    ) -> Option<ParamValue> {
         let shape = part.shape();
         let mut value = ParamValue {
             text: part.str().to_owned(),
@@ -266,7 +272,7 @@ impl ParamDecl {
         Some(value)
     }
 
-    fn check_number(&self, part: &Part, number: f64, report: &mut Report) -> Option<()> {
+    fn check_number(&self, part: &SyntaxValue, number: f64, report: &mut Report) -> Option<()> {
         if !number.is_finite() {
             report.push(not_finite(part, &self.name));
             return None;
@@ -284,7 +290,7 @@ impl ParamDecl {
         Some(())
     }
 
-    fn check_choice(&self, part: &Part, word: &str, report: &mut Report) -> Option<()> {
+    fn check_choice(&self, part: &SyntaxValue, word: &str, report: &mut Report) -> Option<()> {
         if self.options.iter().any(|option| option == word) {
             return Some(());
         }

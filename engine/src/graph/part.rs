@@ -10,12 +10,12 @@ pub(super) struct Src {
     file: FileId,
     tree: Tree,
     /// The origins of the pieces of the text; empty for an original text.
-    pieces: Vec<Piece>,
+    pieces: Vec<PieceOrigin>,
 }
 
 /// The origin of a range of bytes in a made text.
 #[derive(Clone, Debug)]
-pub(super) struct Piece {
+pub(super) struct PieceOrigin {
     /// End of the range in the made text, exclusive.
     pub(super) end: usize,
     /// Place in the original text.
@@ -35,7 +35,7 @@ impl Src {
     }
 
     /// A made text.
-    pub(super) fn made(file: FileId, text: String, pieces: Vec<Piece>) -> Arc<Self> {
+    pub(super) fn made(file: FileId, text: String, pieces: Vec<PieceOrigin>) -> Arc<Self> {
         Arc::new(Self { file, tree: Tree::parse(text), pieces })
     }
 
@@ -45,12 +45,12 @@ impl Src {
     }
 
     /// The value of the whole text; `None` if it is empty.
-    pub(super) fn whole(self: &Arc<Self>) -> Option<Part> {
+    pub(super) fn whole(self: &Arc<Self>) -> Option<SyntaxValue> {
         let value = self.tree.value().filter(|value| value.kind() != NodeKind::Missing)?;
-        Some(Part::of(self, value))
+        Some(SyntaxValue::of(self, value))
     }
 
-    fn piece(&self, offset: usize) -> Option<(&Piece, usize)> {
+    fn piece(&self, offset: usize) -> Option<(&PieceOrigin, usize)> {
         let index = self.pieces.partition_point(|p| p.end <= offset).min(self.pieces.len().checked_sub(1)?);
         let start = if index == 0 { 0 } else { self.pieces[index - 1].end };
         Some((&self.pieces[index], start))
@@ -73,7 +73,7 @@ impl Src {
 
 /// A value, key or word of a text: a range of tokens.
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub(super) struct SyntaxValue {
     src: Arc<Src>,
     lo: usize,
     hi: usize,
@@ -87,9 +87,9 @@ pub(super) struct Entry {
     /// The key without its quotes.
     pub(super) name: String,
     /// The key with its place.
-    pub(super) key: Part,
+    pub(super) key: SyntaxValue,
     /// The value.
-    pub(super) value: Part,
+    pub(super) value: SyntaxValue,
 }
 
 /// The form of a value.
@@ -100,9 +100,9 @@ pub(super) enum Shape {
     /// `{"a": 1}`.
     Map(Vec<Entry>),
     /// `(1, 2)`.
-    Tuple(Vec<Part>),
+    Tuple(Vec<SyntaxValue>),
     /// `[1, 2]`.
-    List(Vec<Part>),
+    List(Vec<SyntaxValue>),
     /// A string, decoded.
     Text(String),
     /// A number.
@@ -140,7 +140,7 @@ impl Shape {
     }
 }
 
-impl Part {
+impl SyntaxValue {
     /// The value of a node; for `Some(value)` the inner value.
     fn of(src: &Arc<Src>, mut node: Node<'_>) -> Self {
         while let Some(inner) = in_some(node) {
@@ -195,7 +195,7 @@ impl Part {
     }
 
     /// The tokens as values.
-    pub(super) fn words(&self) -> impl Iterator<Item = (Kind, Part)> + '_ {
+    pub(super) fn words(&self) -> impl Iterator<Item = (Kind, SyntaxValue)> + '_ {
         (self.lo..self.hi).map(|i| (self.src.tree.tokens()[i].kind(), self.token(i)))
     }
 
@@ -206,7 +206,7 @@ impl Part {
     }
 
     /// Returns true if it begins with the same token as another value.
-    pub(super) fn begins_with(&self, other: &Part) -> bool {
+    pub(super) fn begins_with(&self, other: &SyntaxValue) -> bool {
         Arc::ptr_eq(&self.src, &other.src) && self.lo == other.lo
     }
 
@@ -229,13 +229,13 @@ impl Part {
     }
 
     /// The origin of the first token, if the text was made.
-    fn piece(&self) -> Option<&Piece> {
+    fn piece(&self) -> Option<&PieceOrigin> {
         let first = self.tokens().first()?;
         self.src.piece(first.start()).map(|(piece, _)| piece)
     }
 
     /// The leading word, if any, and the brackets after it, if any.
-    pub(super) fn head(&self) -> Option<(Part, Option<Part>)> {
+    pub(super) fn head(&self) -> Option<(SyntaxValue, Option<SyntaxValue>)> {
         let node = self.node()?;
         let body = match node.kind() {
             NodeKind::Word => None,
@@ -277,11 +277,11 @@ impl Part {
         }
     }
 
-    fn token(&self, index: usize) -> Part {
-        Part { src: self.src.clone(), lo: index, hi: index + 1, node: None }
+    fn token(&self, index: usize) -> SyntaxValue {
+        SyntaxValue { src: self.src.clone(), lo: index, hi: index + 1, node: None }
     }
 
-    fn items(&self, node: Node<'_>) -> Vec<Part> {
+    fn items(&self, node: Node<'_>) -> Vec<SyntaxValue> {
         let empty = |item: &Node<'_>| item.kind() == NodeKind::Error && item.tokens().is_empty();
         node.children().filter(|item| !empty(item)).map(|item| Self::of(&self.src, item)).collect()
     }

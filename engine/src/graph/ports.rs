@@ -1,5 +1,5 @@
 //! Values at ports: references and literals, and the resolution of references.
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::{self, shorten};
 use super::remedy::color_meant;
 use super::scope::{Bound, Entity, Port, Slot, Target, Unit};
@@ -18,7 +18,12 @@ pub(super) enum Literal {
 }
 
 /// Reads the value at `port`, which takes `accepts`; `is_text` if the value comes from a text parameter.
-pub(super) fn literal(part: &Part, accepts: Accepts, port: &Port, is_text: bool) -> Result<Literal, Box<Diagnostic>> {
+pub(super) fn literal(
+    part: &SyntaxValue,
+    accepts: Accepts,
+    port: &Port,
+    is_text: bool,
+) -> Result<Literal, Box<Diagnostic>> {
     let wrong = |found: &str| {
         let message = format!("{port} takes {accepts}; found {found} `{}`", shorten(part.str()));
         let help = read::without_b(part).unwrap_or_else(|| how_to_write(accepts).to_owned());
@@ -96,7 +101,7 @@ pub(super) struct Meaning {
 impl Unit<'_> {
     /// Resolves `name`, written at `part` in `scope`. Errors of the name itself are reported here, others at their own
     /// places.
-    pub(super) fn resolve(&mut self, scope: usize, part: &Part, name: &str) -> Meaning {
+    pub(super) fn resolve(&mut self, scope: usize, part: &SyntaxValue, name: &str) -> Meaning {
         let mut passed = Vec::new();
         let target = self.follow((scope, part.clone(), name.to_owned()), &mut passed);
         // Cache the targets of inputs, since many references may lead through the same inputs.
@@ -111,7 +116,7 @@ impl Unit<'_> {
     }
 
     /// Follows names until it reaches a node or a literal; adds the inputs on the way to `passed`.
-    fn follow(&mut self, mut at: (usize, Part, String), passed: &mut Vec<(usize, usize)>) -> Target {
+    fn follow(&mut self, mut at: (usize, SyntaxValue, String), passed: &mut Vec<(usize, usize)>) -> Target {
         let mut seen = BTreeSet::new();
         loop {
             let (scope, part, name) = &at;
@@ -172,13 +177,19 @@ impl Unit<'_> {
         }
     }
 
-    fn unknown_node(&self, scope: usize, part: &Part, node: &str) -> Box<Diagnostic> {
+    fn unknown_node(&self, scope: usize, part: &SyntaxValue, node: &str) -> Box<Diagnostic> {
         let names = self.scopes[scope].names.keys().map(String::as_str);
         let error = part.error(Code::UnknownNode, format!("there is no node `{}`", shorten(node)));
         Box::new(self.report.with_suggestion(error, node, "node", names))
     }
 
-    fn output_of(&self, flat: usize, part: &Part, node: &str, port: Option<&str>) -> Result<usize, Box<Diagnostic>> {
+    fn output_of(
+        &self,
+        flat: usize,
+        part: &SyntaxValue,
+        node: &str,
+        port: Option<&str>,
+    ) -> Result<usize, Box<Diagnostic>> {
         let outputs = self.flats[flat].info.map_or(&[][..], |info| info.outputs);
         let Some(port) = port else { return Ok(0) };
         Output::position(outputs, port).ok_or_else(|| {
@@ -188,7 +199,13 @@ impl Unit<'_> {
     }
 
     /// The warning for a reference to an old name of an output.
-    fn renamed(&self, flat: usize, output: usize, part: &Part, (node, port): (&str, &str)) -> Option<Diagnostic> {
+    fn renamed(
+        &self,
+        flat: usize,
+        output: usize,
+        part: &SyntaxValue,
+        (node, port): (&str, &str),
+    ) -> Option<Diagnostic> {
         let info = self.flats[flat].info?;
         let now = info.outputs.get(output).map(|output| output.name).filter(|now| *now != port)?;
         let message = format!("the output `{port}` of `{}` is called `{now}` now", info.kind);
@@ -199,7 +216,7 @@ impl Unit<'_> {
     fn output_of_use(
         &self,
         child: usize,
-        part: &Part,
+        part: &SyntaxValue,
         node: &str,
         port: Option<&str>,
     ) -> Result<Next, Box<Diagnostic>> {
@@ -220,7 +237,7 @@ impl Unit<'_> {
 
     fn unknown_port<'n>(
         &self,
-        part: &Part,
+        part: &SyntaxValue,
         node: &str,
         port: &str,
         names: impl IntoIterator<Item = &'n str>,
@@ -233,7 +250,7 @@ impl Unit<'_> {
         &self,
         scope: usize,
         index: usize,
-        part: &Part,
+        part: &SyntaxValue,
         node: &str,
         port: Option<&str>,
     ) -> Result<Next, Box<Diagnostic>> {
@@ -253,7 +270,13 @@ impl Unit<'_> {
     }
 
     /// Reads the values at a port into slots; `None` after an error.
-    pub(super) fn read_port(&mut self, flat: usize, name: &str, port: &PortInfo, value: &Part) -> Option<Vec<Slot>> {
+    pub(super) fn read_port(
+        &mut self,
+        flat: usize,
+        name: &str,
+        port: &PortInfo,
+        value: &SyntaxValue,
+    ) -> Option<Vec<Slot>> {
         let scope = self.flats[flat].scope;
         let items = match (port.list, value.shape()) {
             (true, Shape::List(items)) => items,
@@ -269,7 +292,7 @@ impl Unit<'_> {
         let mut slots = Vec::with_capacity(items.len());
         let mut good = true;
         for (index, item) in (1..).zip(items) {
-            let slot = |part: &Part, target, declared| {
+            let slot = |part: &SyntaxValue, target, declared| {
                 let (port, wants, part) = (takes.clone(), port.ty, part.clone());
                 Slot { port, wants, part, target, declared }
             };
@@ -382,5 +405,5 @@ impl Unit<'_> {
 
 enum Next {
     Found(Target),
-    Go((usize, Part, String)),
+    Go((usize, SyntaxValue, String)),
 }

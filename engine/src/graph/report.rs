@@ -1,5 +1,5 @@
 //! Collects diagnostics.
-use super::part::Part;
+use super::part::SyntaxValue;
 use super::spared::Spared;
 use crate::diagnostics::{Code, Diagnostic, FileId, Span, suggest};
 use crate::syntax::Tree;
@@ -91,7 +91,7 @@ impl Report {
 
     /// Adds an error about the value at `part`. A value given from outside may be wrong in many places, but is reported
     /// once.
-    pub(super) fn push_value(&mut self, part: &Part, error: Diagnostic) {
+    pub(super) fn push_value(&mut self, part: &SyntaxValue, error: Diagnostic) {
         if part.is_given() && !self.values.insert((error.code, error.span)) {
             self.errors += 1;
             return;

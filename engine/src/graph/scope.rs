@@ -5,7 +5,7 @@ use super::files::{Doc, FileChecks};
 use super::instance::{self, Setting};
 use super::layout::Layout;
 use super::params::{Params, Values};
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
 use super::read::{self, mismatch};
 use super::remedy;
@@ -43,9 +43,9 @@ pub(super) enum Entity {
 #[derive(Clone)]
 pub(super) enum Bound {
     /// A literal and its place.
-    Constant(Field, Part),
+    Constant(Field, SyntaxValue),
     /// A reference to be resolved in `scope`.
-    Wire { scope: usize, part: Part, name: String },
+    Wire { scope: usize, part: SyntaxValue, name: String },
     /// The node that converts the given value to the type of the input.
     Pass(usize),
     /// A faulty value.
@@ -75,7 +75,7 @@ pub(super) enum Target {
     /// An output of a node.
     Out { flat: usize, output: usize },
     /// A literal and its place.
-    Constant(Field, Part),
+    Constant(Field, SyntaxValue),
     /// A faulty value.
     Broken,
 }
@@ -119,7 +119,7 @@ pub(super) struct Slot {
     /// The accepted type.
     pub(super) wants: Accepts,
     /// The value as written.
-    pub(super) part: Part,
+    pub(super) part: SyntaxValue,
     /// The resolved value.
     pub(super) target: Target,
     /// The type that the value counts as, if it is directly an input of a graph.
@@ -127,7 +127,7 @@ pub(super) struct Slot {
 }
 
 impl Slot {
-    pub(super) fn unresolved(port: Port, wants: Accepts, part: Part) -> Self {
+    pub(super) fn unresolved(port: Port, wants: Accepts, part: SyntaxValue) -> Self {
         Self { port, wants, part, target: Target::Broken, declared: None }
     }
 }
@@ -136,7 +136,7 @@ impl Slot {
 pub(super) struct Flat<'a> {
     pub(super) scope: usize,
     pub(super) name: String,
-    pub(super) kind: Part,
+    pub(super) kind: SyntaxValue,
     pub(super) kind_name: String,
     /// `None` for nodes added by the graph itself: conversions at inputs, material inputs without a value (which have
     /// no slot), and layouts of instances.
@@ -144,7 +144,7 @@ pub(super) struct Flat<'a> {
     pub(super) args: Cow<'a, [Entry]>,
     pub(super) slots: Vec<Slot>,
     /// The parameters after substitution, and the base folder of a path in them.
-    pub(super) params: Vec<(String, Part, Option<PathBuf>)>,
+    pub(super) params: Vec<(String, SyntaxValue, Option<PathBuf>)>,
     /// True while no error was found in the node.
     pub(super) good: bool,
     pub(super) node: Option<Arc<dyn DynNode>>,
@@ -307,7 +307,7 @@ impl<'a> Flat<'a> {
     pub(super) fn new(
         scope: usize,
         name: String,
-        kind: Part,
+        kind: SyntaxValue,
         kind_name: String,
         info: Option<&'a KindInfo>,
         args: Cow<'a, [Entry]>,
@@ -333,7 +333,7 @@ impl<'a> Flat<'a> {
     }
 
     /// The value of a field, if it is written.
-    pub(super) fn field(&self, name: &str) -> Option<&Part> {
+    pub(super) fn field(&self, name: &str) -> Option<&SyntaxValue> {
         let param = self.params.iter().find(|(param, ..)| param == name).map(|(_, part, _)| part);
         param.or_else(|| self.args.iter().find(|arg| arg.name == name).map(|arg| &arg.value))
     }
@@ -361,7 +361,7 @@ pub(super) fn presets(doc: &Doc, wanted: Option<&str>, report: &mut Report) -> V
 }
 
 /// Checks a note, a text for readers without effect.
-pub(super) fn check_note(part: &Part, report: &mut Report) {
+pub(super) fn check_note(part: &SyntaxValue, report: &mut Report) {
     if !matches!(part.shape(), Shape::Text(_)) {
         report.push(mismatch(part, "`note`", "a text in quotes"));
     }

@@ -1,6 +1,6 @@
 //! Storage options of an output's pictures: mip levels, colour space, direction of normals.
 use super::document::choice;
-use super::part::{Entry, Part};
+use super::part::{Entry, SyntaxValue};
 use super::read;
 use super::report::Report;
 use crate::diagnostics::Code;
@@ -75,7 +75,7 @@ pub(super) fn read(fields: &[Entry], format: Option<Format>, report: &mut Report
     storage
 }
 
-fn check_curve(part: &Part, space: Option<FileColors>, format: Option<Format>, report: &mut Report) {
+fn check_curve(part: &SyntaxValue, space: Option<FileColors>, format: Option<Format>, report: &mut Report) {
     if space == Some(FileColors::Srgb) && format == Some(Format::Exr) {
         let message = "`Exr` holds light, which has no sRGB curve";
         report.push(part.error(Code::BadValue, message).help("write `color_space: LinearRec709`, or another format"));

@@ -2,7 +2,7 @@
 //!
 //! A value connected to such a port becomes an ordinary slot of the node, with the port `layers.2.mask`; the struct
 //! receives the index of the slot.
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::shorten;
 use super::scope::Unit;
 use super::subst::{Substituted, substitute, substitute_with};
@@ -17,7 +17,7 @@ impl Unit<'_> {
         flat: usize,
         name: &str,
         param: &ParamInfo,
-        value: &Part,
+        value: &SyntaxValue,
     ) -> Option<Substituted> {
         let scope = self.flats[flat].scope;
         let Shape::List(items) = value.shape() else {
@@ -61,7 +61,7 @@ impl Unit<'_> {
         unknown.is_empty()
     }
 
-    fn missing_in(&mut self, flat: usize, name: &str, field: &str, port: &PortInfo, item: &Part) -> bool {
+    fn missing_in(&mut self, flat: usize, name: &str, field: &str, port: &PortInfo, item: &SyntaxValue) -> bool {
         let kind = &self.flats[flat].kind_name;
         let message = format!("each of the `{name}` of `{kind}` needs `{field}` ({})", port.ty);
         let help = format!("write `{field}: \"node\"`");

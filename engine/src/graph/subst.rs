@@ -1,6 +1,6 @@
 //! Replaces `"$name"` and `"= expression"` by the values of parameters.
 use super::params::{ParamValue, Params};
-use super::part::{Part, Piece, Shape, Src};
+use super::part::{PieceOrigin, Shape, Src, SyntaxValue};
 use super::read::shorten;
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic, Span};
@@ -17,7 +17,7 @@ const OTHERS: usize = 4;
 /// A value after substitution of parameters.
 pub(super) struct Substituted {
     /// The value.
-    pub(super) part: Part,
+    pub(super) part: SyntaxValue,
     /// The base folder of a path in it, if it comes from a parameter.
     pub(super) base: Option<PathBuf>,
     /// The whole value comes from a text parameter.
@@ -25,16 +25,16 @@ pub(super) struct Substituted {
 }
 
 /// Substitutes all parameters in `part`; `None` after errors.
-pub(super) fn substitute(part: &Part, params: &Params, report: &mut Report) -> Option<Substituted> {
+pub(super) fn substitute(part: &SyntaxValue, params: &Params, report: &mut Report) -> Option<Substituted> {
     substitute_with(part, params, report, &[])
 }
 
 /// Substitutes parameters, and replaces some parts by other texts.
 pub(super) fn substitute_with(
-    part: &Part,
+    part: &SyntaxValue,
     params: &Params,
     report: &mut Report,
-    replaced: &[(Part, String)],
+    replaced: &[(SyntaxValue, String)],
 ) -> Option<Substituted> {
     if replaced.is_empty() && !is_driven(part) {
         return Some(Substituted { part: part.clone(), base: None, is_text: false });
@@ -68,39 +68,39 @@ fn drives(word: &str) -> bool {
 }
 
 /// Returns true if a value contains a parameter or an expression.
-pub(super) fn is_driven(part: &Part) -> bool {
+pub(super) fn is_driven(part: &SyntaxValue) -> bool {
     part.words().any(|(kind, word)| kind == Kind::Str && drives(word.str()))
 }
 
 struct Made {
     text: String,
-    pieces: Vec<Piece>,
+    pieces: Vec<PieceOrigin>,
     base: Option<PathBuf>,
     ok: bool,
 }
 
 impl Made {
-    fn add(&mut self, text: &str, piece: Piece) {
+    fn add(&mut self, text: &str, piece: PieceOrigin) {
         self.text.push_str(text);
-        self.pieces.push(Piece { end: self.text.len(), ..piece.clone() });
+        self.pieces.push(PieceOrigin { end: self.text.len(), ..piece.clone() });
         self.text.push(' ');
-        self.pieces.push(Piece { end: self.text.len(), copied: false, ..piece });
+        self.pieces.push(PieceOrigin { end: self.text.len(), copied: false, ..piece });
     }
 
     /// Adds a range of bytes without a separator after it.
-    fn run(&mut self, text: &str, piece: Piece) {
+    fn run(&mut self, text: &str, piece: PieceOrigin) {
         if !text.is_empty() {
             self.text.push_str(text);
-            self.pieces.push(Piece { end: self.text.len(), ..piece });
+            self.pieces.push(PieceOrigin { end: self.text.len(), ..piece });
         }
     }
 
-    fn copy(&mut self, word: &Part) {
-        self.add(word.str(), Piece { copied: true, ..own(word) });
+    fn copy(&mut self, word: &SyntaxValue) {
+        self.add(word.str(), PieceOrigin { copied: true, ..own(word) });
     }
 
     /// Substitutes a string `"$name"` or `"= expression"`; returns true if the value is a text.
-    fn replace(&mut self, word: &Part, params: &Params, report: &mut Report) -> bool {
+    fn replace(&mut self, word: &SyntaxValue, params: &Params, report: &mut Report) -> bool {
         let Shape::Text(text) = word.shape() else { return false };
         if text.starts_with("$$") || text.starts_with("==") {
             self.add(&ron_string(&text[1..]), own(word));
@@ -138,24 +138,24 @@ impl Made {
 }
 
 /// The origin of text that is copied from the value itself.
-fn own(word: &Part) -> Piece {
-    Piece { end: 0, span: word.span(), copied: false, related: Vec::new(), given: false }
+fn own(word: &SyntaxValue) -> PieceOrigin {
+    PieceOrigin { end: 0, span: word.span(), copied: false, related: Vec::new(), given: false }
 }
 
 /// Places problems of an outside value where it was given, and others where it is substituted.
-fn piece(word: &Part, value: &ParamValue) -> Piece {
+fn piece(word: &SyntaxValue, value: &ParamValue) -> PieceOrigin {
     if value.outside {
         return given(word, &[value.span]);
     }
-    Piece { related: vec![(value.span, "its value is written here")], ..own(word) }
+    PieceOrigin { related: vec![(value.span, "its value is written here")], ..own(word) }
 }
 
 /// A value derived from outside values: placed at the first of them.
-fn given(word: &Part, spans: &[Span]) -> Piece {
+fn given(word: &SyntaxValue, spans: &[Span]) -> PieceOrigin {
     let Some((first, others)) = spans.split_first() else { return own(word) };
     let mut related = vec![(word.span(), "its value is used here")];
     related.extend(others.iter().map(|span| (*span, "together with this one")));
-    Piece { span: *first, related, given: true, ..own(word) }
+    PieceOrigin { span: *first, related, given: true, ..own(word) }
 }
 
 fn unknown(name: &str) -> String {
@@ -235,7 +235,12 @@ impl Names for InParams<'_> {
 }
 
 /// The value of an expression and its origin.
-fn compute(word: &Part, expression: &str, params: &Params, report: &Report) -> Result<(Value, Piece), Vec<Diagnostic>> {
+fn compute(
+    word: &SyntaxValue,
+    expression: &str,
+    params: &Params,
+    report: &Report,
+) -> Result<(Value, PieceOrigin), Vec<Diagnostic>> {
     let mut names = InParams { params, report, spans: Vec::new() };
     let value = expression::evaluate(expression, &mut names);
     // In a plain literal, byte positions are shifted by the quote and the equals sign.
@@ -249,7 +254,7 @@ fn compute(word: &Part, expression: &str, params: &Params, report: &Report) -> R
 }
 
 /// A fault of an expression at its exact place if known, else at `word`.
-fn located(word: &Part, fault: &Fault, inside: Option<(usize, &Range<usize>)>) -> Diagnostic {
+fn located(word: &SyntaxValue, fault: &Fault, inside: Option<(usize, &Range<usize>)>) -> Diagnostic {
     let mut error = word.error(fault.code, fault.message.clone());
     error.help.clone_from(&fault.help);
     if let Some((offset, range)) = inside {
@@ -261,7 +266,7 @@ fn located(word: &Part, fault: &Fault, inside: Option<(usize, &Range<usize>)>) -
 
 /// Substitutes parameters in a formula, a text that may contain `$name` anywhere, and records the origin of each byte.
 /// `None` after errors.
-pub(super) fn formula(part: &Part, params: &Params, report: &mut Report) -> Option<Substituted> {
+pub(super) fn formula(part: &SyntaxValue, params: &Params, report: &mut Report) -> Option<Substituted> {
     let literal = part.str();
     let Shape::Text(text) = part.shape() else { return substitute(part, params, report) };
     let name = text.strip_prefix('$').unwrap_or_default().trim();
@@ -275,12 +280,12 @@ pub(super) fn formula(part: &Part, params: &Params, report: &mut Report) -> Opti
     let is_name = |c: char| c == '_' || c == '.' || c.is_ascii_alphanumeric();
     while let Some(at) = literal[rest..].find('$').map(|at| rest + at) {
         let end = literal[at + 1..].find(|c| !is_name(c)).map_or(literal.len(), |len| at + 1 + len);
-        made.run(&literal[rest..at], Piece { span: part.sub_span(rest, at), copied: true, ..own(part) });
+        made.run(&literal[rest..at], PieceOrigin { span: part.sub_span(rest, at), copied: true, ..own(part) });
         let mut names = InParams { params, report, spans: Vec::new() };
         match expression::evaluate(&literal[at..end], &mut names) {
             Ok(value) => {
                 let text = value_text(&value);
-                let piece = Piece { span: part.sub_span(at, end), ..given(part, &names.spans) };
+                let piece = PieceOrigin { span: part.sub_span(at, end), ..given(part, &names.spans) };
                 made.run(&if text.starts_with('-') { format!("({text})") } else { text }, piece);
             }
             Err(faults) => {
@@ -292,13 +297,13 @@ pub(super) fn formula(part: &Part, params: &Params, report: &mut Report) -> Opti
         }
         rest = end;
     }
-    made.run(&literal[rest..], Piece { span: part.sub_span(rest, literal.len()), copied: true, ..own(part) });
+    made.run(&literal[rest..], PieceOrigin { span: part.sub_span(rest, literal.len()), copied: true, ..own(part) });
     let whole = Src::made(part.file(), made.text, made.pieces).whole();
     made.ok.then_some(whole).flatten().map(|part| Substituted { part, base: None, is_text: true })
 }
 
 /// The names of the parameters that a value refers to.
-pub(super) fn refers_to(part: &Part) -> Vec<String> {
+pub(super) fn refers_to(part: &SyntaxValue) -> Vec<String> {
     let mut names = Vec::new();
     for (_, word) in part.words().filter(|(kind, word)| *kind == Kind::Str && drives(word.str())) {
         let text = word.str();

@@ -3,7 +3,7 @@ use super::defaults;
 use super::each;
 use super::instance::{self, Spread};
 use super::params::{Facts, Params};
-use super::part::{Entry, Part};
+use super::part::{Entry, SyntaxValue};
 use super::ports::{self, Literal};
 use super::read;
 use super::remedy;
@@ -20,7 +20,7 @@ impl Unit<'_> {
         &mut self,
         scope: usize,
         name: &str,
-        kind: &Part,
+        kind: &SyntaxValue,
         args: &[Entry],
         spread: Option<Spread<'_>>,
     ) -> Option<usize> {

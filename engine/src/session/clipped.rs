@@ -1,5 +1,5 @@
 //! Advice about values that exceed the range of a picture.
-use super::plan::Part;
+use super::plan::OutputPart;
 use super::render::{Job, Render};
 use crate::value::Channel;
 
@@ -17,10 +17,10 @@ impl Render<'_, '_> {
         let from = &self.planner.graph.nodes[output.node].node;
         let has_unit = from.outputs().get(output.output).is_some_and(|output| from.unit(output).is_some());
         match job.planned.part {
-            Part::Channel(Channel::Height | Channel::AnisotropyAngle | Channel::Ior | Channel::Emission) => {
+            OutputPart::Channel(Channel::Height | Channel::AnisotropyAngle | Channel::Ior | Channel::Emission) => {
                 STATE.to_owned()
             }
-            Part::Channel(channel) => {
+            OutputPart::Channel(channel) => {
                 format!("`{}` goes from 0 to 1: mend what makes it, with `Remap(…, clamp: true)` say", channel.name())
             }
             _ if has_unit || output.range.is_some() => STATE.to_owned(),

@@ -1,7 +1,7 @@
 //! Exported files: their textures, and the writers that receive their rows.
 use super::Failure;
 use super::part::PartSink;
-use super::plan::{Part, Planned};
+use super::plan::{OutputPart, Planned};
 use super::render::{Job, Render, job};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
@@ -61,7 +61,7 @@ impl Sink {
 impl Render<'_, '_> {
     /// The fields and files to compute for a planned file.
     pub(super) fn job<'g>(&self, planned: Planned<'g>, value: &Value) -> Result<Job<'g>, Failure> {
-        let Part::Export(export) = planned.part else { return Ok(job(planned, value)) };
+        let OutputPart::Export(export) = planned.part else { return Ok(job(planned, value)) };
         let (output, canvas) = (planned.output, &self.planner.graph.canvas);
         let place = |once: bool| Place {
             stem: self.planner.stem(output),

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// The part of an output that a picture shows.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum OutputPart {
     /// The field itself.
     Field,
     /// A channel of a material.
@@ -22,7 +22,7 @@ pub(super) enum Part {
     Export(Export),
 }
 
-impl Part {
+impl OutputPart {
     /// A distinct name for each part, used in keys.
     const fn name(&self) -> &'static str {
         match self {
@@ -50,7 +50,7 @@ const fn export_name(export: &Export) -> &'static str {
 #[derive(Clone, Debug)]
 pub(super) struct Planned<'g> {
     pub(super) output: &'g GraphOutput,
-    pub(super) part: Part,
+    pub(super) part: OutputPart,
     pub(super) path: PathBuf,
     pub(super) format: Format,
     pub(super) depth: Depth,
@@ -109,12 +109,21 @@ impl Planner<'_> {
     }
 
     /// Plans the picture of a part of an output; `key` identifies its content.
-    pub(super) fn picture<'g>(&self, output: &'g GraphOutput, part: Part, key: Key) -> Result<Planned<'g>, Failure> {
+    pub(super) fn picture<'g>(
+        &self,
+        output: &'g GraphOutput,
+        part: OutputPart,
+        key: Key,
+    ) -> Result<Planned<'g>, Failure> {
         let (stem, ty, channel) = match &part {
-            Part::Channel(channel) => (format!("{}_{}", output.name, channel.name()), channel.ty(), Some(*channel)),
-            Part::Field | Part::All | Part::Lines | Part::Export(_) => (output.name.clone(), output.ty, None),
+            OutputPart::Channel(channel) => {
+                (format!("{}_{}", output.name, channel.name()), channel.ty(), Some(*channel))
+            }
+            OutputPart::Field | OutputPart::All | OutputPart::Lines | OutputPart::Export(_) => {
+                (output.name.clone(), output.ty, None)
+            }
         };
-        let (extension, (format, depth)) = if let Part::Export(export) = &part {
+        let (extension, (format, depth)) = if let OutputPart::Export(export) = &part {
             self.check_whole(&stem)?;
             let extension = match export {
                 Export::Gltf { embed: true, .. } => "glb",

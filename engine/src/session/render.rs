@@ -1,6 +1,6 @@
 //! Renders the outputs of a graph to picture files.
 use super::export::{Files, Sink, files};
-use super::plan::{Part, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
+use super::plan::{OutputPart, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
 use super::storage::{self, channel_names, encoding, mips, stored};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
@@ -154,7 +154,7 @@ impl<'r> Render<'r, '_> {
     }
 
     /// The pictures of an output, with keys that identify their content.
-    fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(Part, Key)>, Failure> {
+    fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(OutputPart, Key)>, Failure> {
         let key = self.planner.keys.output(output.node, output.output);
         if let Some(export) = output.export.filter(|_| channel.is_none()) {
             let mesh = match output.mesh {
@@ -165,15 +165,15 @@ impl<'r> Render<'r, '_> {
             // A file contains the options of its export, and the names of packed files.
             let (said, stem) = (format!("{export:?}"), self.planner.stem(output));
             let parts = [key.as_bytes(), mesh.as_bytes(), said.as_bytes(), stem.as_bytes()];
-            return Ok(vec![(Part::Export(export), Key::of("export", &parts))]);
+            return Ok(vec![(OutputPart::Export(export), Key::of("export", &parts))]);
         }
         match output.ty.renders() {
             Some(Renders::Channels) => {}
-            Some(Renders::Lines) => return Ok(vec![(Part::Lines, key)]),
-            Some(Renders::Field(_)) | None => return Ok(vec![(Part::Field, key)]),
+            Some(Renders::Lines) => return Ok(vec![(OutputPart::Lines, key)]),
+            Some(Renders::Field(_)) | None => return Ok(vec![(OutputPart::Field, key)]),
         }
         if channel.is_none() && (output.combined || self.planner.request.combined) {
-            return Ok(vec![(Part::All, key)]);
+            return Ok(vec![(OutputPart::All, key)]);
         }
         let mut channels = self.channels(output.node, output.output)?;
         if let Some(channel) = channel {
@@ -183,7 +183,7 @@ impl<'r> Render<'r, '_> {
                 self.warn_default(output, channel);
             }
         }
-        Ok(channels.into_iter().map(|(channel, key)| (Part::Channel(channel), key)).collect())
+        Ok(channels.into_iter().map(|(channel, key)| (OutputPart::Channel(channel), key)).collect())
     }
 
     fn warn_default(&self, output: &GraphOutput, channel: Channel) {
@@ -221,7 +221,7 @@ impl<'r> Render<'r, '_> {
         for planned in pictures {
             // For an export of several files, the cache holds only the tiles of its textures.
             let one = match planned.part {
-                Part::Export(export) => export.is_one_file(),
+                OutputPart::Export(export) => export.is_one_file(),
                 _ => true,
             };
             let copied = match &self.session.caches.store {
@@ -365,7 +365,7 @@ impl<'r> Render<'r, '_> {
 
     fn keep(&self, job: &Job<'_>) {
         let Some(store) = self.session.caches.store.as_ref().filter(|_| match job.planned.part {
-            Part::Export(export) => export.is_one_file(),
+            OutputPart::Export(export) => export.is_one_file(),
             _ => true,
         }) else {
             return;
@@ -379,7 +379,7 @@ impl<'r> Render<'r, '_> {
 
 pub(super) fn job<'g>(mut planned: Planned<'g>, value: &Value) -> Job<'g> {
     let fields = match (value, &planned.part) {
-        (Value::Material(material), Part::Channel(channel)) => {
+        (Value::Material(material), OutputPart::Channel(channel)) => {
             vec![(String::new(), material.or_default(*channel))]
         }
         (Value::Material(material), _) => {
@@ -396,7 +396,7 @@ pub(super) fn job<'g>(mut planned: Planned<'g>, value: &Value) -> Job<'g> {
         (planned.part.clone(), fields.into_iter().map(|(name, field)| (name, stored(&storage, field))));
     let fields = fields.collect();
     let mut job = Job { planned, fields, lines: value.lines(), beyond: 0, mips: Vec::new(), files: None };
-    let channel = if let Part::Channel(channel) = part { Some(channel) } else { None };
+    let channel = if let OutputPart::Channel(channel) = part { Some(channel) } else { None };
     job.mips = mips(&mut job, channel, if let Value::Material(material) = value { Some(material) } else { None });
     job
 }

@@ -72,7 +72,7 @@ pub use format::{format, format_range};
 pub use lex::{Token, TokenKind};
 pub(crate) use literal::suffix;
 pub use literal::{decode, is_infinity, is_name, number};
-pub use tree::{Node, NodeKind, Piece, PieceKind, Tree};
+pub use tree::{Node, NodeKind, PieceKind, TextPiece, Tree};
 
 /// The deepest nesting of brackets.
 pub const MAX_NESTING: usize = 128;

@@ -66,7 +66,7 @@ pub(super) struct Parser<'a> {
 
 /// A bracket being parsed.
 #[derive(Clone, Copy)]
-pub(super) struct Block {
+pub(super) struct BracketBlock {
     /// `Parens`, `List` or `Map`.
     pub(super) kind: NodeKind,
     /// True if it has named fields.
@@ -299,7 +299,7 @@ impl<'a> Parser<'a> {
         let end = partner.unwrap_or(limit);
         let named = kind == NodeKind::Map || (kind == NodeKind::Parens && self.begins_named(end));
         let open_ended = partner.is_none().then_some(opening);
-        self.items(Block { kind, named, open_ended }, end);
+        self.items(BracketBlock { kind, named, open_ended }, end);
         self.depth -= 1;
         match partner {
             Some(close) => self.closing(opening, close),
@@ -313,7 +313,7 @@ impl<'a> Parser<'a> {
         let node = self.open(kind);
         self.depth += 1;
         let named = kind == NodeKind::Map || (kind == NodeKind::Parens && self.begins_named(end));
-        self.items(Block { kind, named, open_ended: None }, end);
+        self.items(BracketBlock { kind, named, open_ended: None }, end);
         self.depth -= 1;
         self.at += usize::from(self.kind() == Some(TokenKind::Close));
         self.close(node);

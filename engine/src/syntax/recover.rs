@@ -1,7 +1,7 @@
 //! The content of brackets, and recovery after mistakes.
 use super::fault::SyntaxError;
 use super::lex::TokenKind::{self, Close, Colon, Comma, Ident, Number, Open, Str};
-use super::parse::{Block, Parser};
+use super::parse::{BracketBlock, Parser};
 use super::tree::NodeKind;
 
 /// Indentation beyond this many columns is ignored.
@@ -15,7 +15,7 @@ const EQUALS: &str = "write `name: value`, with a colon";
 
 impl Parser<'_> {
     /// Parses the content of a bracket that ends before the token `end`, or earlier if it has no partner.
-    pub(super) fn items(&mut self, block: Block, end: usize) {
+    pub(super) fn items(&mut self, block: BracketBlock, end: usize) {
         while self.at < end && !self.is_over(block) {
             match self.kind() {
                 Some(Close) => self.stray(),
@@ -74,7 +74,7 @@ impl Parser<'_> {
     }
 
     /// Returns true if an entry of another bracket begins here, so the closing bracket of this one must be missing.
-    fn is_over(&self, block: Block) -> bool {
+    fn is_over(&self, block: BracketBlock) -> bool {
         let Some(opening) = block.open_ended else { return false };
         if self.kind() == Some(Comma) {
             // The comma left over from `),` without its bracket.
@@ -90,7 +90,7 @@ impl Parser<'_> {
     }
 
     /// Returns true if an entry of this bracket begins at a token.
-    fn starts_entry(&self, block: Block, token: usize) -> bool {
+    fn starts_entry(&self, block: BracketBlock, token: usize) -> bool {
         let lost_colon =
             || self.kind_of(token) == Some(Str) && self.starts_line(token) && self.are(token + 1, Ident, Open);
         match block.kind {
@@ -101,7 +101,7 @@ impl Parser<'_> {
     }
 
     /// Returns true if an item is followed by something that cannot follow it.
-    fn is_garbage(&self, block: Block, end: usize) -> bool {
+    fn is_garbage(&self, block: BracketBlock, end: usize) -> bool {
         let here = self.at;
         if here >= end || self.kind() == Some(Comma) || self.is_over(block) || self.starts_entry(block, here) {
             return false;
@@ -115,7 +115,7 @@ impl Parser<'_> {
     }
 
     /// Puts the node `first` and everything up to the next item into an error node.
-    fn garbage(&mut self, first: usize, block: Block, end: usize) {
+    fn garbage(&mut self, first: usize, block: BracketBlock, end: usize) {
         self.fault_after();
         self.recovering = true;
         let node = self.open_around(first, NodeKind::Error);
@@ -132,13 +132,13 @@ impl Parser<'_> {
     }
 
     /// Returns true if the next token, a comma, ends an item.
-    fn is_separator(&self, block: Block, end: usize) -> bool {
+    fn is_separator(&self, block: BracketBlock, end: usize) -> bool {
         let next = self.at + 1;
         !block.named || next >= end || self.starts_line(next) || self.starts_entry(block, next)
     }
 
     /// Reads the comma after an item.
-    fn separator(&mut self, block: Block, end: usize) {
+    fn separator(&mut self, block: BracketBlock, end: usize) {
         let told = std::mem::take(&mut self.recovering);
         if self.at >= end || self.is_over(block) {
             return;
@@ -185,7 +185,7 @@ impl Parser<'_> {
     }
 
     /// Parses an entry of a map.
-    fn entry(&mut self, block: Block, end: usize) {
+    fn entry(&mut self, block: BracketBlock, end: usize) {
         let entry = self.open(NodeKind::Entry);
         let key = self.kind();
         self.plain_value(end);
@@ -217,7 +217,7 @@ impl Parser<'_> {
     }
 
     /// Parses a field: `name: value`.
-    fn field(&mut self, block: Block, end: usize) {
+    fn field(&mut self, block: BracketBlock, end: usize) {
         let next = self.kind_of(self.at + 1).filter(|_| self.at + 1 < end);
         let same_line = !self.starts_line(self.at + 1);
         match (self.kind(), next) {
@@ -272,7 +272,7 @@ impl Parser<'_> {
     }
 
     /// Turns the item that began with `node` into an error, as it is not a field.
-    fn as_error(&mut self, node: usize, block: Block, end: usize) {
+    fn as_error(&mut self, node: usize, block: BracketBlock, end: usize) {
         if self.is_garbage(block, end) {
             self.garbage(node, block, end);
         } else {
@@ -282,7 +282,7 @@ impl Parser<'_> {
     }
 
     /// Parses an entry whose key is one token; key and colon together are `head` tokens.
-    fn named_value(&mut self, block: Block, end: usize, head: usize) {
+    fn named_value(&mut self, block: BracketBlock, end: usize, head: usize) {
         let entry = self.open(NodeKind::Entry);
         let key = if self.kind() == Some(Str) { NodeKind::Text } else { NodeKind::Word };
         self.leaf(key, 1);
@@ -292,7 +292,7 @@ impl Parser<'_> {
     }
 
     /// Parses the value of an entry, after its colon.
-    fn entry_value(&mut self, block: Block, end: usize) {
+    fn entry_value(&mut self, block: BracketBlock, end: usize) {
         let first = self.nodes.len();
         let nothing = self.at >= end || matches!(self.kind(), None | Some(Comma | Close));
         if nothing || (self.starts_line(self.at) && self.starts_entry(block, self.at)) {

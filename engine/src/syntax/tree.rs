@@ -75,7 +75,7 @@ pub enum PieceKind {
 
 /// A piece of text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Piece {
+pub struct TextPiece {
     /// The kind.
     pub kind: PieceKind,
     /// The bytes of the piece.
@@ -124,7 +124,7 @@ impl Tree {
     }
 
     /// All pieces of the text in order; their concatenation is the text.
-    pub fn pieces(&self) -> Vec<Piece> {
+    pub fn pieces(&self) -> Vec<TextPiece> {
         let tokens = self.tokens.iter().map(|token| (PieceKind::Token(token.kind()), token.range()));
         let mut solid: Vec<_> = tokens.chain(self.comments().map(|range| (PieceKind::Comment, range))).collect();
         solid.sort_by_key(|(_, range)| range.start);
@@ -132,13 +132,13 @@ impl Tree {
         let mut end = 0;
         for (kind, range) in solid {
             if end < range.start {
-                pieces.push(Piece { kind: PieceKind::Blank, range: end..range.start });
+                pieces.push(TextPiece { kind: PieceKind::Blank, range: end..range.start });
             }
             end = range.end;
-            pieces.push(Piece { kind, range });
+            pieces.push(TextPiece { kind, range });
         }
         if end < self.text.len() {
-            pieces.push(Piece { kind: PieceKind::Blank, range: end..self.text.len() });
+            pieces.push(TextPiece { kind: PieceKind::Blank, range: end..self.text.len() });
         }
         pieces
     }

@@ -14,7 +14,7 @@ const TAG: &str =
 
 /// Kinds of folders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum FolderState {
     /// A cache.
     Marked,
     /// No files except temporary ones.
@@ -27,7 +27,7 @@ pub(super) enum State {
 ///
 /// # Errors
 /// The folder cannot be read.
-pub(super) fn state(dir: &Path) -> io::Result<State> {
+pub(super) fn state(dir: &Path) -> io::Result<FolderState> {
     let mut empty = true;
     for entry in fs::read_dir(dir)? {
         // Temporary files are ignored: another process may be creating the same cache.
@@ -35,9 +35,9 @@ pub(super) fn state(dir: &Path) -> io::Result<State> {
     }
     // Checked last: another process may have marked the folder meanwhile.
     Ok(match is_marked(dir) {
-        true => State::Marked,
-        false if empty => State::Empty,
-        false => State::Foreign,
+        true => FolderState::Marked,
+        false if empty => FolderState::Empty,
+        false => FolderState::Foreign,
     })
 }
 

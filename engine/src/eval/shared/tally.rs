@@ -12,7 +12,7 @@ const RATE: f64 = 30e6;
 
 /// Counts transfers, failures and lost time of a remote.
 #[derive(Default)]
-pub(super) struct Tally {
+pub(super) struct RemoteHealth {
     /// Bytes queued for writing.
     pub(super) waiting: u64,
     pub(super) lost: Duration,
@@ -26,7 +26,7 @@ pub(super) struct Tally {
     moved: (f64, f64),
 }
 
-impl Tally {
+impl RemoteHealth {
     pub(super) fn may_read(&self) -> bool {
         !self.reads_over
     }

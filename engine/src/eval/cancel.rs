@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_counting_token_stops_at_its_question() {
+    fn cancels_counting_token_at_its_check() {
         let token = CancelToken::counting(3);
         let asked: Vec<bool> = (0..4).map(|_| token.is_cancelled()).collect();
         assert_eq!((asked, token.asked()), (vec![false, false, true, true], 4));

@@ -43,7 +43,7 @@ mod tests {
     use crate::value::{ColorPattern, Curve};
 
     #[test]
-    fn objects_come_back_as_what_they_were() {
+    fn round_trips_objects() {
         let curve = Value::from(Curve { points: vec![glam::DVec3::new(0.1, f64::INFINITY, -0.0)] });
         let bytes = encode(&curve).unwrap();
         let Some(Value::Curve(back)) = decode(&bytes) else { panic!("another type") };

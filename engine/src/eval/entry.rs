@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_seal_is_of_one_place_and_one_content() {
+    fn seals_differ_by_key_shelf_build_and_content() {
         let digest = |content: &[u8]| {
             let mut digester = Digester::default();
             content.chunks(2).for_each(|part| digester.update(part));

@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn small_pictures_keep_what_takes_longer_than_to_write_it() {
+    fn stores_tiles_of_small_pictures_that_take_longer_than_writing() {
         for pixels in [1, 256, 1024] {
             let keeper = after(9.0);
             assert!(!fill(&keeper, &source("a"), &grid(pixels), writing().mul_f64(0.9)), "{pixels}");
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn large_pictures_keep_what_takes_many_times_as_long() {
+    fn stores_tiles_of_large_pictures_that_take_many_times_longer() {
         for (pixels, times) in [(1228, 4.278), (2048, 32.0), (16_384, 32.0)] {
             let keeper = after(9.0);
             assert!(!fill(&keeper, &source("a"), &grid(pixels), writing().mul_f64(0.99 * times)), "{pixels}");
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn debts_add_up_until_something_is_kept() {
+    fn sums_debts_until_a_tile_is_stored() {
         let (keeper, grid, own) = (after(9.0), grid(2048), writing().mul_f64(10.0));
         let mut kept = Vec::new();
         let mut field = source("0");
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn several_branches_add_up_in_proportion_to_what_is_read() {
+    fn sums_debts_of_branches_in_proportion_to_their_area() {
         let (keeper, grid) = (after(9.0), grid(2048));
         let (a, b) = (source("a"), source("b"));
         keeper.filled(&a, &grid, WINDOW, writing().mul_f64(9.0));
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn writing_never_takes_more_than_its_part() {
+    fn limits_writing_to_its_share_of_computing() {
         let (keeper, grid) = (CachePolicy::default(), grid(2048));
         let dear = source("dear");
         let mut written = 0;
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ladder_of_readers_owes_no_more_than_was_computed() {
+    fn limits_debt_to_the_time_computed() {
         let (keeper, grid) = (CachePolicy::default(), grid(2048));
         let (mut a, mut b) = (source("a"), source("b"));
         let own = Duration::from_micros(10);
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_stores_are_given_less() {
+    fn stores_less_in_slow_stores() {
         let (keeper, grid) = (after(9.0), grid(1024));
         let own = writing().mul_f64(1.5);
         assert!(fill(&keeper, &source("a"), &grid, own));
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn objects_are_kept_when_they_took_longer_than_to_write_them() {
+    fn stores_objects_that_take_longer_than_writing() {
         let keeper = CachePolicy::default();
         assert!(keeper.object(1000, Duration::from_millis(1)));
         assert!(!keeper.object(1000, Duration::from_micros(600)));
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_room_or_no_end_is_not_kept() {
+    fn skips_tiles_of_too_large_or_unbounded_fields() {
         let (keeper, field) = (after(9.0), source("a"));
         let endless = Grid { period: None, ..grid(256) };
         let debt = Duration::from_secs(5);

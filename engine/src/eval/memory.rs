@@ -6,8 +6,8 @@ use quick_cache::{DefaultHashBuilder, OptionsBuilder};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// If there are more values, those of other graphs are dropped. Fields, solids and other lazy values count as zero bytes
-/// but take some kilobytes each, and a sweep makes several hundred of them for each variant.
+/// If there are more values, those of other graphs are dropped. Fields, solids and other lazy values count as zero
+/// bytes but take some kilobytes each, and a sweep makes several hundred of them for each variant.
 const MANY: usize = 1024;
 
 /// The identity of a tile.

@@ -116,7 +116,7 @@ mod tests {
     const SECOND: Duration = Duration::from_secs(1);
 
     #[test]
-    fn shares_the_time_of_the_process_among_what_runs() {
+    fn divides_process_time_among_running_nodes() {
         let mut state = State::default();
         state.running.insert(0, Share::default());
         state.share(SECOND, Duration::ZERO);
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn time_of_tiles_that_is_known_late_is_given_back() {
+    fn deducts_tile_time_that_is_reported_late() {
         let mut state = State::default();
         state.running.insert(0, Share::default());
         state.share(4 * SECOND, Duration::ZERO);

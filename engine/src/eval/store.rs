@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_refuses_what_is_too_much_and_counts_what_it_lets_go() {
+    fn refuses_content_beyond_room_and_counts_removals() {
         let store = MemoryStore::new(10);
         put(&store, Shelf::Objects, "a", b"12345678");
         put(&store, Shelf::Tiles, "a", b"123");
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_a_far_store_has_is_copied_to_the_near_one() {
+    fn copies_entries_from_far_to_near_stores() {
         let dir = tempfile::tempdir().unwrap();
         let (from, to) = (dir.path().join("from"), dir.path().join("to"));
         let [near, far] = [1 << 20, 2 << 20].map(|room| Arc::new(MemoryStore::new(room)));

@@ -16,7 +16,7 @@ pub(super) fn put(cache: &DiskCache, shelf: Shelf, word: &str, content: &[u8]) {
 }
 
 #[test]
-fn gives_back_what_was_put() {
+fn returns_stored_content() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 20);
     put(&cache, Shelf::Objects, "a", b"content");
@@ -32,7 +32,7 @@ fn gives_back_what_was_put() {
 }
 
 #[test]
-fn damaged_entries_are_removed_not_served() {
+fn removes_damaged_entries() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 20);
     let path = cache.path(Shelf::Objects, key("a"));
@@ -55,7 +55,7 @@ fn damaged_entries_are_removed_not_served() {
 }
 
 #[test]
-fn an_entry_is_believed_in_its_own_place_only() {
+fn rejects_entries_copied_to_another_place() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 20);
     let other = DiskCache::open(dir.path(), 1 << 20, Seal::new(key("another build"))).unwrap();
@@ -83,7 +83,7 @@ fn an_entry_is_believed_in_its_own_place_only() {
 }
 
 #[test]
-fn files_are_copied_whole_or_not_at_all() {
+fn copies_files_completely_or_not_at_all() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(&dir.path().join("cache"), 1 << 20);
     let (from, to) = (dir.path().join("from"), dir.path().join("to"));
@@ -106,7 +106,7 @@ fn files_are_copied_whole_or_not_at_all() {
 }
 
 #[test]
-fn what_is_stopped_is_not_kept() {
+fn discards_stopped_writes() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 30);
     let content: Vec<u8> = (0..3 * PART + 5).map(|i| u8::try_from(i % 251).unwrap()).collect();
@@ -123,7 +123,7 @@ fn what_is_stopped_is_not_kept() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn what_is_no_entry_is_in_nobodys_way() {
+fn tolerates_other_files_in_place_of_entries() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 20);
     let path = cache.path(Shelf::Objects, key("a"));

@@ -76,7 +76,7 @@ fn get(store: &SharedStore, word: &str) -> Option<Vec<u8>> {
 }
 
 #[test]
-fn what_one_puts_the_other_gets() {
+fn reads_entries_of_other_machines() {
     let fake = Arc::new(Fake::default());
     let (a, b) = (store(&fake, seal()), store(&fake, seal()));
     put(&a, "one");
@@ -91,7 +91,7 @@ fn what_one_puts_the_other_gets() {
 }
 
 #[test]
-fn only_who_knows_the_secret_is_believed() {
+fn accepts_only_entries_with_the_same_secret() {
     let fake = Arc::new(Fake::default());
     let seals = [seal(), seal().keyed(b"one"), seal().keyed(b"two")];
     let stores = seals.map(|seal| store(&fake, seal));
@@ -117,7 +117,7 @@ fn only_who_knows_the_secret_is_believed() {
 }
 
 #[test]
-fn a_bad_store_is_left_alone_soon_and_told_once() {
+fn stops_using_a_failing_store_and_reports_it() {
     let cases = [
         (How::Failing(Trouble::Gone), Trouble::Gone, 3),
         (How::Failing(Trouble::Failed), Trouble::Failed, 3),
@@ -139,7 +139,7 @@ fn a_bad_store_is_left_alone_soon_and_told_once() {
 }
 
 #[test]
-fn what_is_wrong_there_is_overwritten_by_what_is_right() {
+fn overwrites_damaged_entries() {
     let fake = Arc::new(Fake::default());
     let one = store(&fake, seal());
     put(&one, "word");
@@ -150,7 +150,7 @@ fn what_is_wrong_there_is_overwritten_by_what_is_right() {
 }
 
 #[test]
-fn a_store_that_denies_writes_is_still_read() {
+fn reads_a_store_that_denies_writes() {
     let fake = Arc::new(Fake::default());
     put(&store(&fake, seal()), "word");
     *fake.how.lock().unwrap() = How::ReadOnly;

@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_within_the_library() {
+    fn normalizes_paths_within_the_library() {
         assert_eq!(within(Path::new("shibo:/lib/../pictures/./a.png")), Some("pictures/a.png".into()));
         assert_eq!(within(Path::new("lib/shibo:")), None);
         assert_eq!(within(&library_path("calf.ron")), Some("calf.ron".into()));

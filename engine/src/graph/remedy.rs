@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_meant_by_names_and_digits() {
+    fn recognizes_colours_by_names_and_digits() {
         let meant = |text: &str| color_meant(text);
         assert_eq!(meant("Red").as_deref(), Some("#ff0000"));
         assert_eq!(meant("0xff8000").as_deref(), Some("#ff8000"));

@@ -26,7 +26,7 @@ fn solid(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_graph_is_laid_out() {
+fn formats_a_graph() {
     let text = r##"// head
 
 
@@ -80,7 +80,7 @@ outputs:{"o":"a",},
 }
 
 #[test]
-fn comments_stay_where_they_are() {
+fn keeps_comments_in_place() {
     for (text, wanted) in [
         ("[1 /* a */, /* b */ 2]", "[1 /* a */, /* b */ 2]\n"),
         ("(a: // why\n 1)", "(\n  a: // why\n    1,\n)\n"),
@@ -124,7 +124,7 @@ fn lines_have_at_most_their_width() {
 }
 
 #[test]
-fn a_range_is_laid_out_as_its_entries() {
+fn formats_the_entries_of_a_range() {
     let text = "(nodes: { \"a\":Kind(x:1),\n \"b\":Kind( y : 2 ), \"c\":Kind(z:3) })";
     let at = |word: &str| text.find(word).unwrap();
     let range = |range| {
@@ -141,7 +141,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn layout_is_settled(words in proptest::collection::vec(0..PARTS.len(), 0..24), wide in 0_usize..3) {
+    fn formatting_is_idempotent(words in proptest::collection::vec(0..PARTS.len(), 0..24), wide in 0_usize..3) {
         let text: String = words.iter().map(|&word| PARTS[word]).collect();
         for text in [format!("[{text}]"), format!("(nodes: {{ {text} \"x\": K({}) }})", "a: 1, ".repeat(wide * 20))] {
             if Tree::parse(text.as_str()).errors().is_empty() {

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn types_behind_numbers_are_found() {
+    fn finds_type_suffixes_of_numbers() {
         let cut = |word: &str| suffix(word).map(|at| word[..at].to_owned());
         assert_eq!(cut("3f32").as_deref(), Some("3"));
         assert_eq!(cut("-2.5f64").as_deref(), Some("-2.5"));

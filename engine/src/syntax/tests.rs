@@ -171,7 +171,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
 
     #[test]
-    fn every_text_is_kept(text in "\\PC{0,40}|[()\\[\\]{},:\"'a-c0-9 \\n/*.#r\\\\-]{0,60}") {
+    fn preserves_every_text(text in "\\PC{0,40}|[()\\[\\]{},:\"'a-c0-9 \\n/*.#r\\\\-]{0,60}") {
         check(&Tree::parse(text.as_str()));
     }
 
@@ -280,7 +280,7 @@ fn ron_agrees_on_forms_of_values() {
 }
 
 #[test]
-fn places_in_the_text_are_found() {
+fn finds_nodes_at_offsets() {
     let tree = Tree::parse(GRAPH);
     let at = GRAPH.find("$pitch").unwrap();
     let node = tree.covering(at..at);
@@ -297,7 +297,7 @@ fn places_in_the_text_are_found() {
 }
 
 #[test]
-fn great_texts_take_linear_time() {
+fn parses_large_texts_in_linear_time() {
     let many = 1 << 20;
     let mut texts: Vec<String> = [
         "(",
@@ -336,7 +336,7 @@ fn great_texts_take_linear_time() {
 }
 
 #[test]
-fn deep_brackets_are_refused_where_they_are_too_deep() {
+fn rejects_brackets_nested_too_deep() {
     let tree = Tree::parse(format!("{}1{}", "[".repeat(128), "]".repeat(128)));
     assert!(tree.errors().is_empty());
     let tree = Tree::parse(format!("{}1{}", "[".repeat(129), "]".repeat(129)));
@@ -348,7 +348,7 @@ fn deep_brackets_are_refused_where_they_are_too_deep() {
 }
 
 #[test]
-fn one_mistake_is_told_once_at_its_place() {
+fn reports_one_mistake_once_at_its_place() {
     let graph = |line: &str| {
         format!(
             "(\n  nodes: {{\n    \"x\": A(),\n    {line}\n    \"y\": B(z: 1),\n  }},\n  outputs: {{ \"o\": \"x\" }},\n)\n"
@@ -407,7 +407,7 @@ fn one_mistake_is_told_once_at_its_place() {
 }
 
 #[test]
-fn lost_brackets_of_sections_cost_no_other_section() {
+fn keeps_other_sections_when_a_bracket_is_missing() {
     for (text, line) in [
         ("(\n  canvas: (size: 1,\n  nodes: {\n    \"a\": A(),\n  },\n  outputs: { \"o\": \"a\" },\n)\n", 3),
         ("(\n  canvas: (size: 1),\n  nodes: {\n    \"a\": A(),\n  outputs: { \"o\": \"a\" },\n)\n", 5),
@@ -430,7 +430,7 @@ fn lost_brackets_of_sections_cost_no_other_section() {
 }
 
 #[test]
-fn a_text_that_just_ends_is_one_mistake() {
+fn reports_an_unfinished_text_as_one_mistake() {
     for text in ["(\n  version: 1,\n  node", "(nodes: { \"a\": Bands(pitch: 2, cou", "(nodes: {"] {
         let tree = Tree::parse(text);
         assert_eq!(tree.errors().len(), 1, "{text}: {:#?}", tree.errors());

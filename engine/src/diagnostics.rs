@@ -230,7 +230,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn json_has_the_contract_form() {
+    fn writes_the_documented_json_form() {
         let mut map = SourceMap::default();
         let file = map.add("a.ron", "(a: 1,\n b: 2)");
         let span = |start, end| Span { file, start, end };

@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn arguments_know_what_they_are() {
+    fn records_origins_of_arguments() {
         let mut map = SourceMap::default();
         let span = map.add_argument(Origin::Param { name: "a".into() }, "--set a=", "3");
         assert_eq!((&*map.text(span.file), span.start, span.end), ("--set a=3", 8, 9));

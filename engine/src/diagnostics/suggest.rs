@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn very_long_words_are_left_alone() {
+    fn ignores_very_long_words() {
         let (word, near) = ("a".repeat(1 << 20), "a".repeat((1 << 20) + 1));
         assert_eq!(did_you_mean(&word, [near.as_str()]), None);
         assert!(suggest(&word, "node", &[&near]).len() < 200);

@@ -11,9 +11,9 @@ use crate::diagnostics::{Code, Problem};
 use crate::value::{Blocks, Field, Grid, Key, Piece, Read, Stop, Window};
 use std::collections::HashMap;
 
-/// A field may be computed on this many times the pixels of the picture it is read for,
+/// A field may be computed on this many times the pixels of the picture it is read for.
 const TIMES: u64 = 16;
-/// and on this many pixels in any case.
+/// Any field may be computed on this many pixels, however small the picture is.
 const ALWAYS: u64 = 1 << 26;
 /// A window may always take this many bytes, even if less memory is allowed.
 const BYTES: u64 = 1 << 28;
@@ -143,7 +143,7 @@ fn parts(blocks: &Blocks, window: Window) -> impl Iterator<Item = Window> {
     })
 }
 
-/// The spans of `pieces` between `from` and `to`, in the coordinates of the stored picture.
+/// The spans of `pieces` between `from` and `to`, shifted to the place where they are computed.
 fn spans(pieces: &[Piece], from: i32, to: i32) -> Vec<(i32, i32)> {
     let mut spans: Vec<(i32, i32)> = Vec::new();
     for piece in pieces {

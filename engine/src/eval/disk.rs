@@ -245,7 +245,7 @@ fn touch(file: &File) {
     let _ = file.set_modified(SystemTime::now());
 }
 
-/// The end of a copy that failed.
+/// The side of a copy that failed.
 enum Fault {
     Read(io::Error),
     Write(io::Error),

@@ -19,7 +19,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Duration;
 
-/// Where results are kept between runs.
+/// Caches of results between runs.
 pub struct Caches {
     /// In memory.
     pub memory: MemoryCache,
@@ -304,7 +304,7 @@ impl<'g> Run<'g> {
         self.stats_for(&self.graph.outputs)
     }
 
-    /// The same, if only these outputs of the graph are requested.
+    /// The work done for each node when only these outputs of the graph are requested.
     pub fn stats_for<'o>(&self, outputs: impl IntoIterator<Item = &'o GraphOutput>) -> Vec<NodeStats> {
         let needed = self.graph.needed_by(outputs);
         self.graph.nodes.node_indices().map(|index| self.node_stats(index, needed[index.index()])).collect()

@@ -142,7 +142,7 @@ impl<'a> Files<'a> {
         errors.iter().for_each(|error| self.report.push(error.located(file)));
         self.report.spare(file, src.tree());
         doc.sound = errors.is_empty();
-        // Other invalid text was perhaps a graph once; only parentheses are read as a graph.
+        // A broken text without parentheses may be an unfinished graph: do not report its form.
         let is_graph = src.tree().value().is_some_and(|value| value.kind() == NodeKind::Parens);
         if let Some(whole) = src.whole().filter(|_| doc.sound || is_graph) {
             doc.readable = true;

@@ -41,7 +41,7 @@ impl Graph {
         self.needed_by(&self.outputs)
     }
 
-    /// The same for a selection of outputs.
+    /// For each node, true if one of these outputs depends on it.
     pub fn needed_by<'o>(&self, outputs: impl IntoIterator<Item = &'o GraphOutput>) -> Vec<bool> {
         let mut needed = vec![false; self.nodes.node_count()];
         let mut waiting: Vec<NodeIndex> = Vec::new();

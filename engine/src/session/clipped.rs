@@ -7,8 +7,7 @@ use crate::value::Channel;
 const STATE: &str = "state the values with `File(from: …, range: (lowest, highest))`, or render to EXR";
 
 impl Render<'_, '_> {
-    /// Advice about values that were clipped: suggests a range for heights, and a fix of the graph for masks or
-    /// roughness.
+    /// Advice about clipped values: state a range for heights, or correct the graph for masks and roughness.
     pub(super) fn help_for_clipped(&self, job: &Job<'_>) -> String {
         if job.files.is_some() {
             return "these textures hold 0 to 1: limit the channels, with `Remap(…, clamp: true)` say".to_owned();

@@ -155,7 +155,7 @@ impl<'a> Guess<'a> {
             return Some(top);
         }
         if let Some(found) = possible.then(|| nearest(&aligned)).flatten() {
-            // Superfluous, if the inner bracket is closed later.
+            // This bracket is superfluous if the inner one is closed later.
             if !fits && self.surplus[sort] > 0 && self.surplus[self.sort(self.open[top])] >= 0 {
                 return None;
             }
@@ -163,7 +163,7 @@ impl<'a> Guess<'a> {
             return Some(if self.is_mistyped(top, sort) { self.mistyped(top, sort) } else { found });
         }
         if fits {
-            // Superfluous, if the content of the outer bracket continues after it.
+            // This bracket is superfluous if the content of the outer one continues after it.
             let goes_on = self.surplus[sort] > 0 && self.next_indent(close) > self.places[self.open[top]].indent;
             return (!goes_on).then_some(top);
         }

@@ -54,7 +54,7 @@ impl DiskCache {
             return;
         }
         entries.sort();
-        // Remove 10 % more than needed, so that the next entry does not trigger this again.
+        // Trim to 90 % of the bound, so that the next entry does not trigger this again.
         for (_, bytes, path) in entries {
             if total <= bound / 10 * 9 {
                 break;

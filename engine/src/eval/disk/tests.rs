@@ -1,4 +1,4 @@
-//! The cache on disk: contents come back whole, and damage is noticed.
+//! Tests of the cache on disk: contents are returned complete, and damage is detected.
 use super::*;
 
 const NO_TIME: Duration = Duration::ZERO;

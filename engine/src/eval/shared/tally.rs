@@ -4,7 +4,7 @@ use std::time::Duration;
 
 /// After this many failures in a row, the store is no longer used.
 const FAILURES: u32 = 3;
-/// All losses together stay below five seconds; this much may pass in total by the end of a command.
+/// The most time lost in total when the end of a command waits. All losses together stay below five seconds.
 const END: Duration = Duration::from_millis(4000);
 /// Priors before any measurement: seconds per answer, and bytes per second.
 const LATENCY: f64 = 0.02;

@@ -1,4 +1,4 @@
-//! A shared store over remotes that misbehave.
+//! Tests of a shared store with remotes that misbehave.
 use super::*;
 use std::collections::HashMap;
 

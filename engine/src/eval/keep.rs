@@ -256,7 +256,7 @@ mod tests {
         let (keeper, grid) = (CachePolicy::default(), grid(2048));
         let dear = source("dear");
         let mut written = 0;
-        // Each of these readers owes all the time of `dear`, which was computed once.
+        // Each of these readers owes all the time of the source, which was computed once.
         keeper.filled(&dear, &grid, WINDOW, writing().mul_f64(80.0));
         for i in 0..100 {
             let reader = reader([&dear, &dear], &i.to_string());

@@ -73,7 +73,7 @@ fn cache<K: Eq + std::hash::Hash, V: Clone>(bytes: u64, item: u64) -> Cache<K, V
 where
     Bytes: Weighter<K, V>,
 {
-    // At most one shard per eight items that fit, so that a small budget still holds large items.
+    // At most one shard per eight fitting items: a small budget must still hold large items.
     let shards = (bytes / (8 * item)).clamp(1, 16);
     let options = OptionsBuilder::new()
         .estimated_items_capacity(usize::try_from((bytes / item).clamp(16, 1 << 20)).unwrap_or(1 << 20))

@@ -1,5 +1,5 @@
-//! Writes results to the store and reads them back. The [`CachePolicy`](super::keep::CachePolicy) decides which ones are
-//! worth storing.
+//! Writes results to the store and reads them back. The [`CachePolicy`](super::keep::CachePolicy) decides which results
+//! to store.
 use super::run::{Run, lock};
 use super::{Shelf, TileKey, codec, keep};
 use crate::value::{Field, Grid, Key, Tile, Type, Value, Window};

@@ -89,8 +89,8 @@ struct Layout<'t> {
     /// The first comment that is not written yet.
     comment: usize,
     newline: &'static str,
-    /// For each token, the width of all text before it on one line, and the number of tokens and comments before it that
-    /// need a line break.
+    /// For each token, the width of all text before it on one line, and the number of tokens and comments before it
+    /// that need a line break.
     widths: Vec<(usize, usize)>,
     /// The brackets that always have one item per line.
     forced: Vec<usize>,

@@ -1,4 +1,4 @@
-//! The engine as seen by code that computes whole pictures. The time that its inputs take is measured apart.
+//! The engine as seen by code that computes whole pictures. Time spent on its inputs is measured separately.
 use super::Event;
 use super::meter::Working;
 use super::run::{Run, node_code};
@@ -47,15 +47,15 @@ impl Evaluator for NodeEvaluator<'_, '_> {
 }
 
 impl Run<'_> {
-    /// Whether the work was cancelled.
+    /// Returns true if the work was cancelled.
     pub fn is_over(&self) -> bool {
         self.cancel.is_cancelled()
     }
 
-    /// What a node makes of other inputs than its own; `key` identifies them.
+    /// Evaluates a node with inputs other than its own; `key` identifies the inputs.
     ///
     /// # Errors
-    /// As the node says.
+    /// As the node reports.
     pub fn apply(&self, node: &GraphNode, inputs: &[Value], key: Key) -> Result<Outputs, Stop> {
         let working = self.meter.begin();
         let evaluator = NodeEvaluator { run: self, node, key, working: &working };
@@ -64,7 +64,7 @@ impl Run<'_> {
     }
 }
 
-/// The pictures that an operation on whole pictures reads.
+/// The pictures that a whole-picture operation reads.
 pub(super) struct Whole<'r, 'g> {
     pub(super) run: &'r Run<'g>,
     pub(super) reads: Vec<Read<'r>>,

@@ -1,8 +1,8 @@
-//! Evaluation: keys before values, objects before tiles, everything cached by what it is.
+//! Evaluation: derives keys before values and objects before tiles, and caches every result under its key.
 //!
-//! [`Keys`] names the result of every node without computing it. A [`Run`] makes the values that are wanted: objects
-//! first, in parallel where they are independent, then tiles of fields, in parallel, each on one thread. What has its
-//! key in the [`MemoryCache`] or in the [`Store`], a [`DiskCache`] for now, is not computed.
+//! [`Keys`] names the result of every node without computing it. A [`Run`] computes the requested values: objects
+//! first, in parallel where they are independent, then tiles of fields, in parallel, each on one thread. A result whose
+//! key is in the [`MemoryCache`] or in the [`Store`], currently a [`DiskCache`], is not computed.
 mod area;
 mod bounds;
 mod cancel;
@@ -47,11 +47,11 @@ pub use spill::Spill;
 pub use stats::{NodeState, NodeStats};
 pub use store::{Layers, MemoryStore, Store};
 
-/// What an observer is told while a graph is evaluated.
+/// Events reported to an observer during an evaluation.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Event {
-    /// A node has come so far; `done == total` when it is finished.
+    /// Progress of a node; `done == total` when it is finished.
     Node {
         /// The node's name.
         name: String,
@@ -60,20 +60,20 @@ pub enum Event {
         /// Steps to do.
         total: u64,
     },
-    /// So many pixel rows of all outputs together are made.
+    /// Pixel rows completed, over all outputs.
     Rows {
         /// Rows done.
         done: u64,
         /// Rows to do.
         total: u64,
     },
-    /// Something that the user should know.
+    /// A warning for the user.
     Warning(crate::diagnostics::Diagnostic),
 }
 
-/// Told of progress and warnings, from any thread.
+/// Receives progress and warnings, from any thread.
 pub trait Observer: Sync {
-    /// Something happened.
+    /// Called for each event.
     fn event(&self, event: Event);
 }
 

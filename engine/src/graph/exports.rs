@@ -1,6 +1,6 @@
 //! Outputs for other programs, as written and as checked.
 use super::document::{OutputDecl, choice};
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::remedy::write_luminance;
 use super::report::Report;
@@ -17,7 +17,7 @@ pub(super) const KINDS: [&str; 6] = ["Gltf", "Obj", "MaterialX", "Usd", "Preset"
 /// The colours of a packed picture, as fields.
 const COLORS: [&str; 4] = ["r", "g", "b", "a"];
 
-/// What is written instead of pictures, as written.
+/// The export of an output, as written.
 #[derive(Debug)]
 pub(super) enum ExportDecl {
     Gltf {
@@ -32,7 +32,7 @@ pub(super) enum ExportDecl {
     },
     Preset(Program),
     /// The references to its fields.
-    Pack([Option<Part>; 4]),
+    Pack([Option<SyntaxValue>; 4]),
 }
 
 /// The mesh of an exported file, as written.
@@ -41,11 +41,11 @@ pub(super) enum MeshDecl {
     /// A shape that needs no mesh.
     Simple(SimpleShape),
     /// A reference to an atlas.
-    Node(Part),
+    Node(SyntaxValue),
 }
 
-/// Reads `Gltf(material: "node", mesh: "atlas")` and the others.
-pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
+/// Reads an export such as `Gltf(material: "node", mesh: "atlas")`.
+pub(super) fn read(decl: &mut OutputDecl, word: &SyntaxValue, body: &SyntaxValue, report: &mut Report) {
     let kind = word.str();
     let known: &[&str] = match kind {
         "Gltf" => &["material", "mesh", "embed", "colors", "quality"],
@@ -99,7 +99,7 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
             }
         },
     };
-    // What follows from an error is not told.
+    // Consequences of an error are not reported.
     if decl.export.is_none() {
         decl.from = None;
     }
@@ -121,7 +121,7 @@ pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut
     }
 }
 
-/// A field that is `true` or `false`.
+/// Reads a field that is `true` or `false`.
 fn truth(fields: &[Entry], name: &str, default: bool, report: &mut Report) -> bool {
     let words = [("true", true), ("false", false)];
     read::get(fields, name).and_then(|part| choice(part, name, &words, report)).unwrap_or(default)
@@ -150,7 +150,7 @@ fn colors(fields: &[Entry], report: &mut Report) -> Colors {
 }
 
 impl ExportDecl {
-    /// The word for it.
+    /// The word used in graph files.
     fn kind(&self) -> &'static str {
         match self {
             Self::Gltf { .. } => "Gltf",
@@ -164,8 +164,8 @@ impl ExportDecl {
 }
 
 impl Unit<'_> {
-    /// What an output of type `ty` is written as, if not as pictures; an error is reported.
-    pub(super) fn export(&mut self, decl: &OutputDecl, from: &Part, ty: Type) -> Result<Option<Export>, ()> {
+    /// The export of an output of type `ty`, if any; reports errors.
+    pub(super) fn export(&mut self, decl: &OutputDecl, from: &SyntaxValue, ty: Type) -> Result<Option<Export>, ()> {
         let Some(export) = &decl.export else { return Ok(None) };
         if let ExportDecl::Pack(parts) = export {
             let mut fields = [None; 4];
@@ -192,7 +192,7 @@ impl Unit<'_> {
     }
 
     /// A grey field of a packed picture.
-    fn packed(&mut self, part: &Part) -> Result<(NodeIndex, usize), ()> {
+    fn packed(&mut self, part: &SyntaxValue) -> Result<(NodeIndex, usize), ()> {
         let help = |ty| match ty {
             Type::Rgb => format!("{} as a node of its own, and name that", write_luminance(&shorten(part.str()))),
             _ => "take it apart with `SplitChannels`, or use an output that is Gray".to_owned(),
@@ -200,7 +200,7 @@ impl Unit<'_> {
         self.node_of(part, Type::Gray, "`Pack` takes fields of one number each", help)
     }
 
-    /// The mesh of a `Gltf`, an `Obj` or a `Usd`, if the output is one; an error is reported.
+    /// The mesh of a `Gltf`, `Obj` or `Usd` output; reports errors.
     pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
         let Some(mesh) = &decl.mesh else { return Ok(None) };
         let part = match mesh {
@@ -212,11 +212,11 @@ impl Unit<'_> {
         Ok(Some(ExportMesh::Atlas { node, output }))
     }
 
-    /// The node and its output that a reference means, which must be of a type; an error is reported, with the help for the
-    /// type that it has.
+    /// The node and output that a reference means; they must have the type `wanted`. Reports an error otherwise, with
+    /// the help for the actual type.
     fn node_of(
         &mut self,
-        part: &Part,
+        part: &SyntaxValue,
         wanted: Type,
         rule: &str,
         help: impl FnOnce(Type) -> String,

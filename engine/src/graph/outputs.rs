@@ -1,7 +1,7 @@
-//! The outputs of a graph: what can be rendered.
+//! The outputs of a graph.
 use super::document::OutputDecl;
 use super::exports::ExportDecl;
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::shorten;
 use super::scope::{Target, Unit};
 use crate::diagnostics::{Code, Span};
@@ -15,8 +15,8 @@ use std::collections::BTreeMap;
 const MAX_NAME: usize = 100;
 
 impl Unit<'_> {
-    /// Checks the outputs of the first scope. Those of a graph that is only imported may be of any type; solids are not
-    /// rendered.
+    /// Checks the outputs of the first scope. A graph that is only imported may have outputs of any type; solids are
+    /// not rendered.
     pub(super) fn outputs(&mut self, rendered: bool) -> Vec<GraphOutput> {
         let docs = self.docs;
         self.enter(0);
@@ -32,7 +32,7 @@ impl Unit<'_> {
                 self.report.push(error);
                 continue;
             }
-            // Solids are there for graphs that import this one.
+            // Solids are outputs for graphs that import this one.
             if rendered && ty.is_solid() {
                 continue;
             }
@@ -89,10 +89,10 @@ impl Unit<'_> {
         false
     }
 
-    /// Takes the names of the files of an output, which must differ by more than case.
+    /// Reserves the file names of an output, which must differ in more than letter case.
     fn claim(&mut self, decl: &OutputDecl, flat: usize, ty: Type, names: &mut BTreeMap<String, (Span, String)>) {
         let channels = || {
-            // The channels of a material in error are not known.
+            // The channels of a faulty material are unknown.
             let channels = self.flats[flat].channels.unwrap_or_default();
             channels.iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect::<Vec<_>>()
         };
@@ -125,7 +125,7 @@ impl Unit<'_> {
     }
 }
 
-fn name_error(key: &Part, message: String, other: Span) -> crate::diagnostics::Diagnostic {
+fn name_error(key: &SyntaxValue, message: String, other: Span) -> crate::diagnostics::Diagnostic {
     let help = "names must differ by more than upper and lower case";
     key.error(Code::BadName, message).help(help).related(other, "the other output is here")
 }

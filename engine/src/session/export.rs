@@ -1,7 +1,7 @@
-//! Exported files: which textures they consist of, and what their rows are written to.
+//! Exported files: their textures, and the writers that receive their rows.
 use super::Failure;
 use super::part::PartSink;
-use super::plan::{Part, Planned};
+use super::plan::{OutputPart, Planned};
 use super::render::{Job, Render, job};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
@@ -14,7 +14,7 @@ use crate::value::{Atlas, Carried, Channel, Field, Material, Tiling, Value};
 use glam::UVec2;
 use std::path::PathBuf;
 
-/// What the rows of a job are written to.
+/// The writer that receives the rows of a job.
 pub(super) enum Sink {
     Picture(Box<Writer>),
     Glb(Box<GlbWriter>),
@@ -22,7 +22,7 @@ pub(super) enum Sink {
     Part(PartSink),
 }
 
-/// What a job makes besides a picture of its fields.
+/// Files that a job writes besides a picture of its fields.
 pub(super) enum Files {
     /// A glTF file: the material and the mesh.
     Glb(Box<(Exported, Shape)>),
@@ -41,12 +41,12 @@ impl Sink {
         done.map_err(|error| Failure::File(error.to_string()))
     }
 
-    /// What it is if it is of a part.
+    /// The writer of a part of the pictures, if it is one.
     pub(super) fn part(&self) -> Option<&PartSink> {
         if let Self::Part(part) = self { Some(part) } else { None }
     }
 
-    /// What became of the pictures, once the file has its name.
+    /// Closes the file under its final name; returns statistics of the pictures written.
     pub(super) fn finish(self) -> Result<Vec<Written>, Failure> {
         let done = match self {
             Self::Picture(writer) => writer.finish().map(|written| vec![written]),
@@ -59,9 +59,9 @@ impl Sink {
 }
 
 impl Render<'_, '_> {
-    /// What must be computed for a planned file.
+    /// The fields and files to compute for a planned file.
     pub(super) fn job<'g>(&self, planned: Planned<'g>, value: &Value) -> Result<Job<'g>, Failure> {
-        let Part::Export(export) = planned.part else { return Ok(job(planned, value)) };
+        let OutputPart::Export(export) = planned.part else { return Ok(job(planned, value)) };
         let (output, canvas) = (planned.output, &self.planner.graph.canvas);
         let place = |once: bool| Place {
             stem: self.planner.stem(output),
@@ -103,7 +103,7 @@ impl Render<'_, '_> {
         Ok(bundled(planned, bundle))
     }
 
-    /// A material as it lies on the mesh of an output, and the mesh.
+    /// The material as laid on the mesh of an output, and the mesh.
     fn on_mesh(&self, output: &GraphOutput, material: &Material) -> Result<(Material, Shape), Failure> {
         let size = self.planner.graph.canvas.size_mm;
         let simple = |shape| (material.clone(), Shape::simple(shape, size));
@@ -126,7 +126,7 @@ impl Render<'_, '_> {
         }
     }
 
-    /// What the rows of an exported file are written to.
+    /// Opens the writer for the rows of an exported file.
     pub(super) fn exported(&self, job: &Job<'_>, files: &Files, compression: Compression) -> Result<Sink, Failure> {
         let bundle = match files {
             Files::Glb(export) => return self.glb(job, export, compression),
@@ -155,7 +155,7 @@ impl Render<'_, '_> {
     }
 }
 
-/// The job of several files.
+/// The job of an export with several files.
 fn bundled(planned: Planned<'_>, bundle: Bundle) -> Job<'_> {
     let fields = bundle.maps.iter().flat_map(|map| &map.fields);
     let fields = fields.map(|field| (String::new(), field.clone())).collect();
@@ -167,7 +167,7 @@ fn textures(planned: Planned<'_>, fields: Vec<(String, Field)>, files: Option<Fi
     Job { planned, fields, lines: None, beyond: 0, mips: Vec::new(), files }
 }
 
-/// The files that jobs and copies from the cache make, in the order in which they were planned.
+/// Paths of the files that jobs write or that are copied from the cache, in planned order.
 pub(super) fn files(planned: &[PathBuf], jobs: &[Job<'_>]) -> Vec<PathBuf> {
     let made = |path: &PathBuf| {
         let job = jobs.iter().find(|job| job.planned.path == *path);

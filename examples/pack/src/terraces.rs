@@ -1,8 +1,8 @@
 //! [`Terraces`]: steps with soft edges. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Gray, Halo, Stop, Tile, Type};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 
 /// Cuts a height into level steps, as contour lines do on a model of a landscape.
 ///

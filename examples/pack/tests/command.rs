@@ -36,7 +36,8 @@ fn renders_a_graph_with_nodes_of_the_pack() {
     run(folder.path(), &["render", "landscape.ron", "-o", "out", "--resolution", "64"], 0);
     let written = std::fs::read(folder.path().join("out/landscape_height.png")).unwrap();
     // A second run takes all nodes from the cache and writes the same bytes.
-    let stats = run(folder.path(), &["render", "landscape.ron", "-o", "again", "--resolution", "64", "--stats", "json"], 0);
+    let stats =
+        run(folder.path(), &["render", "landscape.ron", "-o", "again", "--resolution", "64", "--stats", "json"], 0);
     assert_eq!(std::fs::read(folder.path().join("again/landscape_height.png")).unwrap(), written, "{stats}");
 }
 

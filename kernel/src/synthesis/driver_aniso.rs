@@ -1,4 +1,4 @@
-//! The levels of a synthesis along a Jacobian: positions, upsampled and corrected.
+//! The levels of a synthesis with a Jacobian: real positions, upsampled and corrected.
 use super::aniso::{self, Jacobians, Position};
 use super::coverage::Factors;
 use super::driver::{Inputs, Run};

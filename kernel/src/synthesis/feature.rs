@@ -1,11 +1,11 @@
-//! The distance of exemplar pixels from the edges of its features: comparing it keeps thin lines whole, which colours
-//! alone hardly do.
+//! Distance of exemplar pixels to the edges of features: comparing it keeps thin lines whole, which colours alone
+//! hardly do.
 use super::texels::mirrored;
 use crate::filter::distance::{DistanceSpec, distance};
 use crate::ground::window::{View, WindowExt, index};
 use shibo_engine::value::Window;
 
-/// The distance of every pixel to the edge of what is above ½, negative inside, at most `radius` pixels either way.
+/// Signed distance of each pixel to the edge of the area above ½, negative inside, limited to ±`radius` pixels.
 pub fn signed_distance(plane: &[f32], [w, h]: [usize; 2], wrap: [bool; 2], radius: f64) -> Vec<f32> {
     let spec = DistanceSpec { threshold: 0.5, radius, step: [1.0; 2] };
     let whole = Window::of(0, 0, w, h);

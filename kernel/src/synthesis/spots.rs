@@ -1,7 +1,7 @@
-//! Replaces the spots of a result that are nowhere in the exemplar: what rounds of looking up and voting leave torn.
+//! Replaces torn spots: places of a result that still do not occur in the exemplar after the rounds of lookup and vote.
 //!
-//! Such a spot is compared, with what lies around it, with thousands of places of the exemplar, and the middle of the best one
-//! is pasted over it. Spots lie so far apart that no two overlap, and which they are depends on what is near only.
+//! The spot and its surroundings are compared with thousands of exemplar positions, and the middle of the best match is
+//! pasted over the spot. Spots are so far apart that no two overlap; their selection depends on near pixels only.
 use super::patches::Patches;
 use super::plane::Plane;
 use super::region::Region;
@@ -13,37 +13,37 @@ use crate::ground::simd;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
-/// How far what is compared reaches, in pixels of the level.
+/// Reach of the comparison around a spot, in pixels of the level.
 const COMPARED: usize = 5;
 
-/// How far what is pasted reaches.
+/// Reach of the pasted square.
 const PASTED: i32 = 3;
 
-/// Spots are at least this far apart, in columns or in rows.
+/// Minimum distance between spots, in columns or in rows.
 const APART: i32 = 2 * PASTED + 1;
 
-/// How far away what has been found decides what a pixel shows: its spot lies within what is pasted, and others are too near to it.
+/// Reach of a replacement: a pixel's spot lies within the pasted square, and other spots suppress it within [`APART`].
 pub(super) const READS: i32 = PASTED + APART - 1;
 
-/// From which squared difference per pixel on, in units of the exemplar's variance, a spot is replaced.
+/// Squared difference per pixel, in units of the exemplar's variance, from which a spot is replaced.
 const TORN: f32 = 0.2;
 
-/// How many places of the exemplar are tried at the most, before those beside the best one.
+/// Maximum number of exemplar positions tried, before the refinement around the best one.
 const TRIED: usize = 8192;
 
-/// The pixels on a side of what is compared.
+/// Side of the compared square in pixels.
 const SIDE: usize = 2 * COMPARED + 1;
 
-/// What is shown around a spot: rows of whole vectors.
+/// The surroundings of a spot: rows, each padded to a whole number of vectors.
 type Shown = [[i16; WIDTH]; SIDE];
 const WIDTH: usize = 48;
 
-/// How many columns and rows lie between places of an exemplar that are tried.
+/// Step between tried exemplar positions, in columns and rows.
 fn step(plane: Plane) -> usize {
     (1..).find(|n| (plane.w / n) * (plane.h / n) <= TRIED).unwrap_or(1)
 }
 
-/// Replaces the spots of a level after it was looked up what pixels show; says which pixels were.
+/// Replaces the torn spots of a level, given the patches `found`. Returns marks of the replaced pixels.
 pub(super) fn replace(
     (table, patches): (&Table, &Patches),
     region: &Region,
@@ -80,7 +80,7 @@ pub(super) fn replace(
     pasted
 }
 
-/// The pixels whose patch fits worst among those near, if it is torn.
+/// The torn pixels whose patch fits worst among those near.
 fn worst(region: &Region, found: &[Found]) -> Vec<usize> {
     let Plane { w, h, wrap } = region.plane;
     let limit = weight(TORN);
@@ -108,20 +108,20 @@ fn worst(region: &Region, found: &[Found]) -> Vec<usize> {
     (0..found.len()).into_par_iter().with_min_len(4096).filter(torn).filter(|p| worst(*p)).collect()
 }
 
-/// Looks for places to paste.
+/// Searches exemplar positions to paste.
 struct Search<'a> {
     table: &'a Table,
     patches: &'a Patches,
     region: &'a Region,
     terms: &'a Terms<'a>,
     map: &'a [u32],
-    /// Columns and rows between places that are tried first.
+    /// Step between the positions tried first, in columns and rows.
     step: usize,
     hash: Hash,
 }
 
 impl Search<'_> {
-    /// The place of the exemplar that is most like what is shown around a pixel.
+    /// The exemplar position most like the surroundings of a pixel.
     fn find(&self, p: usize, found: u32) -> u32 {
         let (w, patches) = (self.region.plane.w, self.patches);
         let (x, y) = (p % w, p / w);
@@ -151,7 +151,7 @@ impl Search<'_> {
                         test(patches.at([index(x), index(y)]), &mut best);
                     }
                 }
-                // Between the places that were tried.
+                // Refine between the tried positions.
                 let ([x, y], by) = (patches.pixel(best), index(self.step) - 1);
                 for (x, y) in (-by..=by).flat_map(|dy| (-by..=by).map(move |dx| (x + dx, y + dy))) {
                     if self.table.holds([x, y]) {
@@ -164,7 +164,7 @@ impl Search<'_> {
         best
     }
 
-    /// What the result shows around a pixel.
+    /// The surroundings of a pixel of the result.
     fn show(&self, x: usize, y: usize) -> Shown {
         let Plane { w, h, wrap } = self.region.plane;
         let reach = index(COMPARED);

@@ -1,4 +1,4 @@
-//! Which pixel of a level stands for a place on the surface.
+//! The pixel of a level that represents a point of the surface.
 use super::raster::{Raster, inside};
 use super::walk::{Spot, flatten, walk};
 use crate::ground::number::index_u32;
@@ -6,21 +6,21 @@ use glam::{DVec2, DVec3, I64Vec3};
 use shibo_engine::value::Jump;
 use std::collections::HashMap;
 
-/// The pixels of a level that stand for places.
+/// The pixels of a level that represent points.
 pub struct Sites<'a> {
     /// The pixels.
     pub raster: Raster<'a>,
     /// The triangle of each pixel plus one, or 0.
     pub owner: &'a [u32],
-    /// How near each pixel is to a border.
+    /// Distance class of each pixel to a border; see [`Raster::near`].
     pub near: &'a [u8],
-    /// Pixels near borders by where they lie in space, in cells of `reach`.
+    /// Pixels near borders, by their position in space, in cells of `reach`.
     cells: HashMap<I64Vec3, Vec<(u32, DVec3)>>,
     reach: f64,
 }
 
 impl<'a> Sites<'a> {
-    /// The pixels of a level that has these owners; `near` as [`Raster::near`] gives it.
+    /// Indexes the pixels of a level with these owners; `near` as returned by [`Raster::near`].
     pub fn new(raster: Raster<'a>, owner: &'a [u32], near: &'a [u8]) -> Self {
         let atlas = raster.atlas;
         let reach = 1.5 * (raster.step() * atlas.size_mm).element_product().sqrt() * atlas.scale();
@@ -42,12 +42,12 @@ impl<'a> Sites<'a> {
         I64Vec3::new(cell.x as i64, cell.y as i64, cell.z as i64)
     }
 
-    /// Whether a pixel belongs to a chart.
+    /// Returns whether a pixel belongs to a chart.
     pub fn is_of(&self, pixel: usize, chart: u16) -> bool {
         self.owner[pixel].checked_sub(1).is_some_and(|triangle| self.raster.atlas.charts[triangle as usize] == chart)
     }
 
-    /// The pixel that stands for a place, and where the place lies from it in pixels.
+    /// The pixel that represents a point, and the point's offset from it in pixels.
     pub fn site(&self, spot: Spot) -> Option<(usize, DVec2)> {
         let beside = self.beside(spot);
         match beside {
@@ -56,7 +56,7 @@ impl<'a> Sites<'a> {
         }
     }
 
-    /// The same, as it is kept.
+    /// The same, in its stored form.
     pub fn jump(&self, spot: Spot) -> Jump {
         self.site(spot).map_or(Jump::NONE, |(pixel, off)| {
             #[expect(clippy::cast_possible_truncation, reason = "limited just before")]

@@ -1,4 +1,4 @@
-//! The inner loops of [`super::set`]: strokes into a window, some pixels of a row at a time.
+//! The inner loops of [`super::set`]: draws strokes into a window, several pixels of a row at a time.
 //!
 //! The rows of a stroke are divided into blocks of pixels before any is drawn. So the processor mispredicts few
 //! branches, and the long chains of operations of several blocks overlap.
@@ -11,21 +11,21 @@ use pulp::Simd;
 use shibo_engine::value::Buffer;
 use std::ops::RangeInclusive;
 
-/// How pixels are combined with what is there.
+/// Combination of new pixels with existing ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Rule {
-    /// The larger.
+    /// The maximum.
     Max,
-    /// The larger, and the number of the stroke that it is of.
+    /// The maximum, and the id of its stroke.
     Ids,
     /// The sum.
     Add,
-    /// The sum less the product times this.
+    /// The sum minus the product times this factor.
     Screen(f32),
 }
 
 impl Rule {
-    /// A pixel combined with what is there.
+    /// Combines a new pixel with the existing one.
     #[inline(always)]
     fn combine<S: Simd>(self, simd: S, old: S::f32s, new: S::f32s) -> S::f32s {
         match self {
@@ -39,7 +39,7 @@ impl Rule {
     }
 }
 
-/// The pixels of a window, with room for whole blocks.
+/// The pixels of a window, padded for whole blocks.
 pub(super) struct Target {
     frame: Frame,
     rule: Rule,
@@ -75,7 +75,7 @@ impl Target {
     }
 }
 
-/// A call for [`pulp::Arch::dispatch`]: a closure would not be inlined where the vector instructions are.
+/// A call for [`pulp::Arch::dispatch`]: a closure would not be inlined into the function with the vector instructions.
 struct Call<'c, 's> {
     target: &'c mut Target,
     job: Job<'s>,
@@ -101,7 +101,7 @@ impl pulp::WithSimd for Call<'_, '_> {
 }
 
 impl Target {
-    /// Draws strokes with the cross-section that `shape` gives for each, whose half width is `unit` of its units.
+    /// Draws strokes with the cross-section that `shape` returns for each; a half width is `unit` of its units.
     #[inline(always)]
     fn strokes<S: Simd, P: Shape>(&mut self, simd: S, job: &Job<'_>, unit: f32, shape: impl Fn(&Pen) -> P) {
         let style = &job.style;
@@ -157,8 +157,8 @@ impl Target {
         }
     }
 
-    /// Cuts a strip of some rows into blocks, as many as there is room for; returns the next row and how many blocks
-    /// there are. Blocks beyond a row's end are written and then overwritten: that is quicker than a branch.
+    /// Divides a strip of rows into blocks, as many as there is room for; returns the next row and the number of
+    /// blocks. Blocks beyond a row's end are written and then overwritten: this is faster than a branch.
     #[inline(always)]
     fn cut<S: Simd>(
         &self,
@@ -194,24 +194,24 @@ impl Target {
     }
 }
 
-/// Blocks of a row that are cut at a time.
+/// Number of blocks of a row that are divided at a time.
 const STRIP: usize = 4;
-/// Blocks that are drawn at a time.
+/// Number of blocks that are drawn at a time.
 const BLOCKS: usize = 192;
 
-/// Some pixels of a row.
+/// Several adjacent pixels of a row.
 #[derive(Clone, Copy, Default)]
 struct Block {
     /// Index of the first one on the target.
     at: usize,
-    /// Their first column from the middle of the stroke.
+    /// Column of the first one, relative to the middle of the stroke.
     column: f32,
     /// The row's offsets along and across, see [`Pen::values`].
     along: f32,
     across: f32,
 }
 
-/// Room for rows and blocks.
+/// Memory for rows and blocks.
 struct Scratch {
     from: [u32; LANES],
     count: [u32; LANES],

@@ -1,4 +1,4 @@
-//! What meshes cost: `cargo bench -p shibo-kernel --bench mesh`, the least of several runs, in CPU time of one thread.
+//! Cost of meshes: `cargo bench -p shibo-kernel --bench mesh`, the minimum of several runs, in CPU time of one thread.
 use glam::{DVec2, DVec3, UVec2};
 use shibo_engine::value::{Grid, Window};
 use shibo_kernel::ground::stop::{NEVER, Watch};
@@ -13,7 +13,7 @@ use std::time::Instant;
 const SIDE: u32 = 4096;
 const TILE: u32 = 256;
 
-/// Seconds this thread has run, or wall time where the system does not tell.
+/// CPU seconds of this thread, or wall time if the system does not report them.
 fn cpu_seconds(start: Instant) -> f64 {
     std::fs::read_to_string("/proc/thread-self/schedstat")
         .ok()

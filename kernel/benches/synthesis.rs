@@ -1,5 +1,5 @@
-//! Speed of exemplar synthesis. `cargo bench -p shibo-nodes --bench synthesis` prints preparation, correction and
-//! sampling in CPU seconds of the whole process (wall time where the system is not Linux), on one thread and on two;
+//! Speed of exemplar synthesis. `cargo bench -p shibo-kernel --bench synthesis` prints preparation, correction and
+//! sampling in CPU seconds of the whole process (wall time if the system is not Linux), on one thread and on two;
 //! `SHIBO_BENCH_REPORT=1` prints only those. The comparison with other programs is `benches/synthesis.sh`.
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::synthesis::Plane;
@@ -66,7 +66,7 @@ mod report {
     use std::hint::black_box;
     use std::time::Instant;
 
-    /// CPU seconds of the process, in steps of 1/100 s; elsewhere than on Linux the wall clock.
+    /// CPU seconds of the process, in steps of 1/100 s; wall time on other systems than Linux.
     fn cpu(start: Instant) -> f64 {
         let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
         let fields: Vec<f64> =
@@ -77,7 +77,7 @@ mod report {
         }
     }
 
-    /// CPU seconds that `work` takes: the best of three means over at least a quarter of a second.
+    /// CPU seconds of `work`: the best of three means over at least a quarter of a second.
     fn timed<T>(mut work: impl FnMut() -> T) -> f64 {
         let start = Instant::now();
         let mut best = f64::INFINITY;

@@ -167,7 +167,7 @@ fn magnified_colours() {
             };
             close(&show(&|_| [1.0, 0.0, 0.0, 1.0]), &flat(&magnification["isometric"][k]), "isometric (5)");
             close(&show(&|q| case.j[q]), &flat(&magnification["anisometric_J_at_tap"][k]), "anisometric (6)");
-            // J at p, read between its pixels.
+            // J at p, interpolated.
             let mut j = [0.0; 4];
             for (_, weight, q) in taps(&plane, p) {
                 j.iter_mut().zip(case.j[q]).for_each(|(j, v)| *j += weight * v);
@@ -181,7 +181,7 @@ fn magnified_colours() {
     }
 }
 
-/// The four pixels around a place, their weights and indices.
+/// The four pixels around a position, their weights and indices.
 fn taps(plane: &Plane, p: [f64; 2]) -> Vec<([i32; 2], f64, usize)> {
     let cell = p.map(|v| (v - 0.5).floor());
     let rest = [p[0] - 0.5 - cell[0], p[1] - 0.5 - cell[1]];
@@ -195,7 +195,7 @@ fn taps(plane: &Plane, p: [f64; 2]) -> Vec<([i32; 2], f64, usize)> {
         .collect()
 }
 
-/// The source's method from zeros on, without jitter: the only whole runs that random numbers do not decide.
+/// The source's method starting from zeros, without jitter: the only whole runs that do not depend on random numbers.
 #[test]
 fn whole_runs_from_zeros() {
     let all = vectors();

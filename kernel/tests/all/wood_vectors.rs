@@ -47,7 +47,7 @@ fn growth(vectors: &Json) -> Growth {
     Growth { elongation: number(&speeds["ve"]), thickening: number(&speeds["vh"]), ground: 0.0, boost: 0.0, fade: 1.0 }
 }
 
-/// The coordinates of query points by themselves.
+/// The coordinates of query points, one list per axis.
 fn columns(queries: &[Json]) -> [Vec<f64>; 3] {
     std::array::from_fn(|axis| queries.iter().map(|q| number(&q["P"][axis])).collect())
 }

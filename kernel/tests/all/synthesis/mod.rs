@@ -1,4 +1,4 @@
-//! What the tests of synthesis share: an exemplar, its analysis, and the plainest inputs.
+//! Shared by the tests of synthesis: an exemplar, its analysis, and the plainest inputs.
 #![allow(dead_code, reason = "each test program uses a part of it")]
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::synthesis::Plane;
@@ -30,7 +30,7 @@ pub(crate) fn analysed(exemplar: &Texels<f32>) -> Vec<Level> {
     levels
 }
 
-/// Nothing but a Jacobian and given pixels.
+/// Inputs with only a Jacobian and given pixels.
 #[derive(Default)]
 pub(crate) struct Plain {
     pub(crate) jacobian: Option<fn(f64, f64) -> Jacobian>,

@@ -4,7 +4,7 @@ use shibo_engine::value::{Grid, Window};
 use shibo_kernel::ground::stop::{NEVER, Watch};
 use shibo_kernel::mesh::bake::{Texels, normals, places};
 use shibo_kernel::mesh::field::{FieldSpec, Wish, tangent_field};
-use shibo_kernel::mesh::motion::Motion;
+use shibo_kernel::mesh::motion::RigidMotion;
 use shibo_kernel::mesh::{atlas, shapes, texels, topology};
 use std::hint::black_box;
 use std::sync::Arc;
@@ -70,7 +70,7 @@ fn main() {
             }
         })
     };
-    let position = bake(&|texels, out| places(texels, |_| Motion::NONE, out));
+    let position = bake(&|texels, out| places(texels, |_| RigidMotion::NONE, out));
     let normal = bake(&|texels, out| normals(texels, true, out));
     println!(
         "texels in charts at {SIDE}², Mpx/s: owners {:.0}, with gutters {:.0}, and places {:.0}, and normals {:.0}",

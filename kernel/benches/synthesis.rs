@@ -2,7 +2,7 @@
 //! sampling in CPU seconds of the whole process (wall time if the system is not Linux), on one thread and on two;
 //! `SHIBO_BENCH_REPORT=1` prints only those. The comparison with other programs is `benches/synthesis.sh`.
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::analysis::{AnalysisSpec, Level, analyse, find_seconds, spacings};
 use shibo_kernel::synthesis::levels::image;
 use shibo_kernel::synthesis::texels::Texels;
@@ -17,7 +17,7 @@ fn main() {
 /// Curved stripes in three channels.
 fn exemplar(side: usize) -> Texels<f32> {
     let hash = Hash::new(7);
-    let plane = Plane { w: side, h: side, wrap: [false; 2] };
+    let plane = PixelPlane { w: side, h: side, wrap: [false; 2] };
     let noise = |n: u64, blur: usize| {
         let data = (0..(side * side) as u64).map(|k| hash.with(n).unit_f32(k) - 0.5).collect();
         Texels::new(plane, 1, data).blurred(blur)
@@ -53,7 +53,7 @@ mod report {
     use shibo_engine::value::Window;
     use shibo_kernel::ground::hash::Hash;
     use shibo_kernel::ground::window::WindowExt;
-    use shibo_kernel::synthesis::Plane;
+    use shibo_kernel::synthesis::PixelPlane;
     use shibo_kernel::synthesis::analysis::Level;
     use shibo_kernel::synthesis::aniso::{Jacobians, Position};
     use shibo_kernel::synthesis::coverage::EvenUse;
@@ -178,7 +178,7 @@ mod report {
             let source = Source::new(fine.plane, &planes, [4.0, 4.0], fetch, false);
             let area = Area {
                 map: &map,
-                plane: Plane { w: 256, h: 256, wrap: [true; 2] },
+                plane: PixelPlane { w: 256, h: 256, wrap: [true; 2] },
                 spacing: 1.0,
                 origin: [0.0; 2],
                 step: [0.25; 2],

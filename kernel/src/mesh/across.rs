@@ -3,7 +3,7 @@
 //! A path leads over the surface from the nearest pixel of the chart to the position of a gutter pixel; there the
 //! picture is interpolated between the pixels of that chart. Cost: O(pixels of gutters), about 0.5 µs each.
 use super::texels;
-use super::walk::{Spot, walk_turning};
+use super::walk::{SurfacePoint, walk_turning};
 use crate::ground::number::narrow;
 use crate::ground::window::{WindowExt, index};
 use glam::{DMat2, DVec2};
@@ -12,7 +12,7 @@ use shibo_engine::value::{Atlas, Grid, Window};
 
 /// A picture of an atlas, or a window of it.
 #[derive(Clone, Copy)]
-pub struct Sheet<'a> {
+pub struct AtlasPicture<'a> {
     /// The atlas.
     pub atlas: &'a Atlas,
     /// The pixel grid of the whole picture.
@@ -43,7 +43,7 @@ pub fn axes(atlas: &Atlas, triangle: usize) -> DMat2 {
 /// Marks a pixel without a chart nearby.
 const NONE: u32 = u32::MAX;
 
-impl Sheet<'_> {
+impl AtlasPicture<'_> {
     fn uv(&self, pixel: usize) -> DVec2 {
         let (x, y) = (pixel % self.window.columns(), pixel / self.window.columns());
         self.grid.center(self.window.x + index(x), self.window.y + index(y)) / self.atlas.size_mm
@@ -106,7 +106,7 @@ impl Sheet<'_> {
 
     fn value(&self, pixel: usize, anchor: usize, (owners, holds): (&[u32], Holds), planes: &[Vec<f32>]) -> Vec<f32> {
         let triangle = owners[anchor] as usize - 1;
-        let from = Spot { triangle, uv: self.uv(anchor) };
+        let from = SurfacePoint { triangle, uv: self.uv(anchor) };
         let kept = || planes.iter().map(|plane| plane[anchor]).collect();
         let Some((way, turn)) = walk_turning(self.atlas, from, self.uv(pixel) - from.uv) else { return kept() };
         let Some(mut value) = self.between(way.spot, (owners, holds), planes) else { return kept() };
@@ -125,7 +125,7 @@ impl Sheet<'_> {
     }
 
     /// Interpolates the picture at a point, between the pixels of its chart.
-    fn between(&self, spot: Spot, (owners, holds): (&[u32], Holds), planes: &[Vec<f32>]) -> Option<Vec<f32>> {
+    fn between(&self, spot: SurfacePoint, (owners, holds): (&[u32], Holds), planes: &[Vec<f32>]) -> Option<Vec<f32>> {
         let charts = &self.atlas.charts;
         let start = DVec2::new(f64::from(self.window.x), f64::from(self.window.y));
         let at = (spot.uv * self.atlas.size_mm - self.grid.origin) / self.grid.step - start - 0.5;
@@ -178,7 +178,7 @@ mod tests {
     fn functions_of_the_place_go_on() {
         for (atlas, closed) in [(plane("plane_wild"), false), (sphere(), true)] {
             let (grid, window) = pixels(300);
-            let sheet = Sheet { atlas: &atlas, grid: &grid, window };
+            let sheet = AtlasPicture { atlas: &atlas, grid: &grid, window };
             let owners = texels::owners(&atlas, &grid, window);
             let of = |place: DVec3| place.dot(DVec3::new(0.01, 0.02, 0.015));
             let own =
@@ -230,7 +230,7 @@ mod tests {
     fn normals_turn_with_their_charts() {
         let atlas = plane("plane_wild");
         let (grid, window) = pixels(300);
-        let sheet = Sheet { atlas: &atlas, grid: &grid, window };
+        let sheet = AtlasPicture { atlas: &atlas, grid: &grid, window };
         let slope = DVec3::new(0.5, 0.4, 0.0);
         let normal = |triangle: usize| {
             let [u, v] = atlas.jacobians[triangle].map(|axis| axis.as_dvec3());

@@ -3,7 +3,7 @@
 //! All functions read the [`texels`](super::texels) of a window. Charts and their gutters have a value; elsewhere it is
 //! 0 unless the function says otherwise. Values depend on the position on the canvas alone, so the bits of a window are
 //! those of the whole picture.
-use super::motion::Motion;
+use super::motion::RigidMotion;
 use super::texels::{Barycentric, triangle};
 use crate::ground::number::narrow;
 use crate::ground::simd::dispatch;
@@ -56,7 +56,7 @@ impl Texels<'_> {
 
 /// Positions of texels on the surface, transformed by the `motion` of their triangle; 0 without a surface. In the
 /// gutter, the plane of the triangle is continued.
-pub fn places(texels: &Texels<'_>, motion: impl Fn(usize) -> Motion, out: [&mut [f32]; 3]) {
+pub fn places(texels: &Texels<'_>, motion: impl Fn(usize) -> RigidMotion, out: [&mut [f32]; 3]) {
     let us = texels.columns();
     let [x, y, z] = out;
     texels.runs(|v, triangle, pixels| {
@@ -65,7 +65,7 @@ pub fn places(texels: &Texels<'_>, motion: impl Fn(usize) -> Motion, out: [&mut 
         };
         let first = texels.column(&pixels);
         let us = &us[first..first + pixels.len()];
-        let Motion { turn, shift } = motion(n);
+        let RigidMotion { turn, shift } = motion(n);
         let [along, down] = texels.atlas.jacobians[n].map(|axis| turn * axis.as_dvec3());
         let corner = texels.atlas.uvs[n][0].as_dvec2();
         let start = turn * texels.atlas.mesh.corners(n)[0] + shift + down * (v - corner.y);
@@ -221,7 +221,7 @@ pub fn vertex_normals(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
 /// Positions of texels on the surface, and the normals there, interpolated between those of vertices.
 pub fn places_and_normals(texels: &Texels<'_>) -> [[Vec<f32>; 3]; 2] {
     let [mut place, mut normal] = [0, 1].map(|_| [0, 1, 2].map(|_| vec![0.0; texels.values.len()]));
-    places(texels, |_| Motion::NONE, place.each_mut().map(Vec::as_mut_slice));
+    places(texels, |_| RigidMotion::NONE, place.each_mut().map(Vec::as_mut_slice));
     vertex_normals(texels, normal.each_mut().map(Vec::as_mut_slice));
     [place, normal]
 }
@@ -325,7 +325,7 @@ mod tests {
             with(&atlas, 200, |texels| {
                 let mut out = three(texels.values.len());
                 let [x, y, z] = &mut out;
-                places(texels, |_| Motion::NONE, [x, y, z]);
+                places(texels, |_| RigidMotion::NONE, [x, y, z]);
                 let mut found = 0;
                 for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
                     let p = DVec3::new(f64::from(out[0][k]), f64::from(out[1][k]), f64::from(out[2][k]));
@@ -350,7 +350,7 @@ mod tests {
             with(&atlas, 200, |texels| {
                 let (mut at, mut out) = (three(texels.values.len()), three(texels.values.len()));
                 let ([x, y, z], [a, b, c]) = (&mut at, &mut out);
-                places(texels, |_| Motion::NONE, [x, y, z]);
+                places(texels, |_| RigidMotion::NONE, [x, y, z]);
                 normals(texels, smooth, [a, b, c]);
                 for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
                     let p = Vec3::new(at[0][k], at[1][k], at[2][k]);
@@ -393,7 +393,7 @@ mod tests {
             let (mut on, mut plane) = (three(texels.values.len()), three(texels.values.len()));
             let ([x, y, z], [a, b, c]) = (&mut on, &mut plane);
             places_on_triangles(texels, [x, y, z]);
-            places(texels, |_| Motion::NONE, [a, b, c]);
+            places(texels, |_| RigidMotion::NONE, [a, b, c]);
             let mut beyond = 0;
             for k in (0..texels.values.len()).filter(|k| texels.values[*k] != 0.0) {
                 let [p, q] = [&on, &plane].map(|from| Vec3::new(from[0][k], from[1][k], from[2][k]));
@@ -412,7 +412,7 @@ mod tests {
         with(&atlas, 128, |texels| {
             let (mut at, mut out) = (three(texels.values.len()), vec![f32::NAN; texels.values.len()]);
             let [x, y, z] = &mut at;
-            places(texels, |_| Motion::NONE, [x, y, z]);
+            places(texels, |_| RigidMotion::NONE, [x, y, z]);
             of_vertices(texels, &values, &mut out);
             for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
                 assert!((out[k] - (2.0 * at[0][k] - 3.0 * at[1][k] + 1.0)).abs() < 1e-3);

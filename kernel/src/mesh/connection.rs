@@ -36,12 +36,12 @@ pub fn wrapped(angle: f64) -> f64 {
 
 /// The tangent plane of a vertex.
 #[derive(Clone, Copy)]
-pub struct Plane {
+pub struct TangentPlane {
     /// The directions of the angles 0 and a quarter of a turn, and the normal.
     pub axes: [DVec3; 3],
 }
 
-impl Plane {
+impl TangentPlane {
     /// Projects a direction to the plane, in coordinates along the axes.
     pub fn flat(&self, direction: DVec3) -> DVec2 {
         DVec2::new(self.axes[0].dot(direction), self.axes[1].dot(direction))
@@ -68,7 +68,7 @@ pub struct Beside {
 /// The tangent planes of a mesh's vertices, and the neighbours of each vertex.
 pub struct Connection {
     /// Tangent plane of each vertex.
-    pub planes: Vec<Plane>,
+    pub planes: Vec<TangentPlane>,
     /// Offset of each vertex' neighbours in `beside`, plus the end.
     pub starts: Vec<u32>,
     /// The neighbours of each vertex, in ascending order.
@@ -89,12 +89,12 @@ impl Connection {
     /// Builds the connection of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
         let normals = smooth_normals(mesh);
-        let planes: Vec<Plane> = normals
+        let planes: Vec<TangentPlane> = normals
             .iter()
             .map(|n| {
                 let n = n.as_dvec3().normalize_or(DVec3::Z);
                 let x = n.any_orthonormal_vector();
-                Plane { axes: [x, n.cross(x), n] }
+                TangentPlane { axes: [x, n.cross(x), n] }
             })
             .collect();
         let mut areas = vec![0.0; planes.len()];

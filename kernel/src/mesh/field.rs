@@ -96,7 +96,7 @@ pub fn tangent_field(mesh: &Arc<Mesh>, spec: &FieldSpec, until: Until<'_>) -> Re
     let singular = singular(mesh, &connection, &angles, n);
     let (angles, turns) = comb(mesh, &connection, angles, symmetry);
     // Seen from outside, b lies clockwise of t.
-    let direction = |(plane, angle): (&super::connection::Plane, &f64)| {
+    let direction = |(plane, angle): (&super::connection::TangentPlane, &f64)| {
         (plane.direction(angle - spec.turn) * spec.length).as_vec3()
     };
     let t = connection.planes.iter().zip(&angles).map(direction).collect();
@@ -106,7 +106,7 @@ pub fn tangent_field(mesh: &Arc<Mesh>, spec: &FieldSpec, until: Until<'_>) -> Re
 /// Computes the wish of each vertex; and whether the weights already are those of the system.
 fn wishes(mesh: &Mesh, connection: &Connection, spec: &FieldSpec, n: f64) -> Result<(Wishes, bool), Fault> {
     let of = |wish: &dyn Fn(usize) -> DVec3| {
-        let flat = |(v, plane): (usize, &super::connection::Plane)| {
+        let flat = |(v, plane): (usize, &super::connection::TangentPlane)| {
             let flat = plane.flat(wish(v));
             (unit(n * angle(flat)), flat.length_squared())
         };

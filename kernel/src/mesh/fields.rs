@@ -1,6 +1,6 @@
 //! Fields on atlases that several nodes read.
 use super::bake::{self, Texels};
-use super::motion::Motion;
+use super::motion::RigidMotion;
 use super::texels;
 use shibo_engine::value::{Atlas, Field, Given, Halo, Stop, Tile, Tiling, Type};
 use std::sync::Arc;
@@ -35,7 +35,7 @@ where
 pub fn places(atlas: &Arc<Atlas>) -> Field {
     let field = baked(Type::Rgb, atlas, |texels, planes| {
         if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {
-            bake::places(texels, |_| Motion::NONE, planes);
+            bake::places(texels, |_| RigidMotion::NONE, planes);
         }
     });
     field.keyed(atlas.key_of("places of texels", &[]))

@@ -6,14 +6,14 @@ use shibo_engine::value::Mesh;
 
 /// A rigid motion: maps a point `p` to `turn · p + shift`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub struct RigidMotion {
     /// Rotation.
     pub turn: DMat3,
     /// Shift after the rotation.
     pub shift: DVec3,
 }
 
-impl Motion {
+impl RigidMotion {
     /// The identity.
     pub const NONE: Self = Self { turn: DMat3::IDENTITY, shift: DVec3::ZERO };
 }
@@ -60,7 +60,7 @@ fn longest(mesh: &Mesh, triangles: &[usize], middle: DVec3) -> DVec3 {
 
 /// The motions of all parts; `of` holds the part of each triangle. Each part is rotated about the middle of its
 /// bounding box, and shifted.
-pub fn motions(mesh: &Mesh, of: &[u32], scatter: &Scatter) -> Vec<Motion> {
+pub fn motions(mesh: &Mesh, of: &[u32], scatter: &Scatter) -> Vec<RigidMotion> {
     let count = of.iter().max().map_or(0, |most| *most as usize + 1);
     let mut triangles = vec![Vec::new(); count];
     of.iter().enumerate().for_each(|(n, part)| triangles[*part as usize].push(n));
@@ -78,7 +78,7 @@ pub fn motions(mesh: &Mesh, of: &[u32], scatter: &Scatter) -> Vec<Motion> {
         let (sin, cos) = libm::sincos(0.5 * scatter.turn * chance(3));
         let turn = DMat3::from_quat(DQuat::from_xyzw(0.0, 0.0, sin, cos) * up);
         let to = middle + scatter.spread * DVec3::new(chance(0), chance(1), chance(2));
-        Motion { turn, shift: to - turn * middle }
+        RigidMotion { turn, shift: to - turn * middle }
     };
     (0..).zip(&triangles).map(one).collect()
 }

@@ -26,7 +26,7 @@ pub struct Springs<'a> {
 
 /// Settings of the simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub struct NetMotion {
     /// Length of a step.
     pub step: f64,
     /// Number of steps.
@@ -43,7 +43,7 @@ pub struct Motion {
 
 /// State of the points and springs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State {
+pub struct NetState {
     /// Positions in mm.
     pub places: Vec<DVec3>,
     /// The triangle under each point.
@@ -89,12 +89,12 @@ pub fn simulate(
     atlas: &Atlas,
     (places, triangles): (&[DVec3], &[u32]),
     springs: &Springs<'_>,
-    motion: &Motion,
+    motion: &NetMotion,
     (until, progress): (Until<'_>, &mut dyn FnMut(u32)),
-) -> Result<State, Stopped> {
+) -> Result<NetState, Stopped> {
     let (starts, entries) = adjacency(springs.links, places.len());
     let mut state =
-        State { places: places.to_vec(), triangles: triangles.to_vec(), broken: vec![false; springs.links.len()] };
+        NetState { places: places.to_vec(), triangles: triangles.to_vec(), broken: vec![false; springs.links.len()] };
     let mut velocities = vec![DVec3::ZERO; places.len()];
     for step in 0..motion.steps {
         if until() {
@@ -157,7 +157,7 @@ fn force(places: &[DVec3], springs: &Springs<'_>, link: usize) -> f64 {
 }
 
 /// Breaks the springs whose force exceeds their limit.
-fn snap(springs: &Springs<'_>, state: &mut State) {
+fn snap(springs: &Springs<'_>, state: &mut NetState) {
     for (link, limit) in springs.limit.iter().enumerate() {
         if !state.broken[link] && force(&state.places, springs, link) > *limit {
             state.broken[link] = true;
@@ -183,8 +183,8 @@ mod tests {
         (places, sown.iter().map(|s| s.triangle).collect(), normals, links)
     }
 
-    fn motion(semi_implicit: bool) -> Motion {
-        Motion { step: 0.1, steps: 40, drag: 3.0, damping: 0.2, semi_implicit, farthest: 2.0 }
+    fn motion(semi_implicit: bool) -> NetMotion {
+        NetMotion { step: 0.1, steps: 40, drag: 3.0, damping: 0.2, semi_implicit, farthest: 2.0 }
     }
 
     /// Compares with springs computed in two dimensions; the cuts of the atlas have no effect.
@@ -258,7 +258,7 @@ mod tests {
             assert!(*broken || *force <= limit[0]);
         }
         // More than half a pitch per step is rejected.
-        let wild = Motion { step: 10.0, ..motion(false) };
+        let wild = NetMotion { step: 10.0, ..motion(false) };
         let stopped = simulate(&atlas, (&places, &triangles), &springs, &wild, (NEVER, &mut |_| ()));
         assert!(matches!(stopped, Err(Stopped::Diverged(_))));
     }

@@ -1,6 +1,6 @@
 //! The pixels of an atlas at one spacing.
 use super::texels;
-use super::walk::{Spot, corners};
+use super::walk::{SurfacePoint, corners};
 use glam::{DVec2, UVec2};
 use shibo_engine::value::{Atlas, Grid, Window};
 
@@ -110,8 +110,8 @@ impl Raster<'_> {
 
     /// The surface point of a pixel that the triangle owns.
     #[inline]
-    pub fn spot(&self, triangle: usize, pixel: usize) -> Spot {
-        Spot { triangle, uv: self.center(pixel) }
+    pub fn spot(&self, triangle: usize, pixel: usize) -> SurfacePoint {
+        SurfacePoint { triangle, uv: self.center(pixel) }
     }
 }
 

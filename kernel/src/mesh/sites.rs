@@ -1,6 +1,6 @@
 //! The pixel of a level that represents a point of the surface.
 use super::raster::{Raster, inside};
-use super::walk::{Spot, flatten, walk};
+use super::walk::{SurfacePoint, flatten, walk};
 use crate::ground::number::index_u32;
 use glam::{DVec2, DVec3, I64Vec3};
 use shibo_engine::value::Jump;
@@ -32,7 +32,7 @@ impl<'a> Sites<'a> {
         sites
     }
 
-    fn place(&self, spot: Spot) -> DVec3 {
+    fn place(&self, spot: SurfacePoint) -> DVec3 {
         self.raster.atlas.place(spot.triangle, spot.uv)
     }
 
@@ -48,7 +48,7 @@ impl<'a> Sites<'a> {
     }
 
     /// The pixel that represents a point, and the point's offset from it in pixels.
-    pub fn site(&self, spot: Spot) -> Option<(usize, DVec2)> {
+    pub fn site(&self, spot: SurfacePoint) -> Option<(usize, DVec2)> {
         let beside = self.beside(spot);
         match beside {
             Some((_, off)) if off.length_squared() <= 0.5 => beside,
@@ -57,7 +57,7 @@ impl<'a> Sites<'a> {
     }
 
     /// The same, in its stored form.
-    pub fn jump(&self, spot: Spot) -> Jump {
+    pub fn jump(&self, spot: SurfacePoint) -> Jump {
         self.site(spot).map_or(Jump::NONE, |(pixel, off)| {
             #[expect(clippy::cast_possible_truncation, reason = "limited just before")]
             let keep = |v: f64| (v * f64::from(Jump::STEPS)).round().clamp(-32_727.0, 32_727.0) as i16;
@@ -66,7 +66,7 @@ impl<'a> Sites<'a> {
     }
 
     /// The nearest of the 3 × 3 pixels around that lie in the chart and are reached within it.
-    fn beside(&self, spot: Spot) -> Option<(usize, DVec2)> {
+    fn beside(&self, spot: SurfacePoint) -> Option<(usize, DVec2)> {
         let atlas = self.raster.atlas;
         let chart = atlas.charts[spot.triangle];
         let at = spot.uv / self.raster.step();
@@ -95,7 +95,7 @@ impl<'a> Sites<'a> {
     }
 
     /// The nearest pixel in space, on the same side of the surface.
-    fn nearest(&self, spot: Spot) -> Option<(usize, DVec2)> {
+    fn nearest(&self, spot: SurfacePoint) -> Option<(usize, DVec2)> {
         let atlas = self.raster.atlas;
         let place = self.place(spot);
         let middle = self.cell(place);

@@ -14,7 +14,7 @@ pub(super) const MOST: usize = 4096;
 
 /// A point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spot {
+pub struct SurfacePoint {
     /// The triangle.
     pub triangle: usize,
     /// The point of the atlas; it may lie outside of the triangle, whose plane is then continued.
@@ -25,7 +25,7 @@ pub struct Spot {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
     /// The end point.
-    pub spot: Spot,
+    pub spot: SurfacePoint,
     /// True if a border of a chart was crossed.
     pub crossed: bool,
 }
@@ -55,12 +55,12 @@ pub fn flatten([u, v]: [DVec3; 2], to: DVec3) -> DVec2 {
 }
 
 /// Moves by `d` from a point. `None` if the surface ends before.
-pub fn walk(atlas: &Atlas, from: Spot, d: DVec2) -> Option<Arrival> {
+pub fn walk(atlas: &Atlas, from: SurfacePoint, d: DVec2) -> Option<Arrival> {
     go(atlas, from, d, |_| ())
 }
 
 /// Like [`walk`], and returns how vectors of the atlas are rotated along the path.
-pub fn walk_turning(atlas: &Atlas, from: Spot, d: DVec2) -> Option<(Arrival, DMat2)> {
+pub fn walk_turning(atlas: &Atlas, from: SurfacePoint, d: DVec2) -> Option<(Arrival, DMat2)> {
     let mut turn = DMat2::IDENTITY;
     let arrival = go(atlas, from, d, |carry| turn = carry * turn)?;
     Some((arrival, turn))
@@ -80,20 +80,20 @@ pub(super) fn exit(start: [f64; 3], end: [f64; 3], came: usize) -> Option<(usize
     leaves
 }
 
-fn go(atlas: &Atlas, from: Spot, mut d: DVec2, mut carried: impl FnMut(DMat2)) -> Option<Arrival> {
-    let Spot { mut triangle, uv: mut at } = from;
+fn go(atlas: &Atlas, from: SurfacePoint, mut d: DVec2, mut carried: impl FnMut(DMat2)) -> Option<Arrival> {
+    let SurfacePoint { mut triangle, uv: mut at } = from;
     let (mut came, mut crossed) = (3, false);
     for _ in 0..MOST {
         let corners = corners(atlas, triangle);
         let end = barycentric(corners, at + d);
         if end.iter().all(|b| *b >= -TOLERANCE) {
-            return Some(Arrival { spot: Spot { triangle, uv: at + d }, crossed });
+            return Some(Arrival { spot: SurfacePoint { triangle, uv: at + d }, crossed });
         }
         let start = barycentric(corners, at);
         let Some((edge, share)) = exit(start, end, came) else {
             // A triangle without area in the atlas has no inside.
             let found = end.iter().all(|b| b.is_finite());
-            return found.then_some(Arrival { spot: Spot { triangle, uv: at + d }, crossed });
+            return found.then_some(Arrival { spot: SurfacePoint { triangle, uv: at + d }, crossed });
         };
         at += d * share;
         d *= 1.0 - share;
@@ -152,16 +152,16 @@ mod tests {
     use crate::mesh::fixture::{atlas, cube, plane, sphere};
 
     /// A surface point of a triangle by its barycentric coordinates.
-    fn spot(atlas: &Atlas, triangle: usize, hash: Hash) -> Spot {
+    fn spot(atlas: &Atlas, triangle: usize, hash: Hash) -> SurfacePoint {
         let [a, b, c] = corners(atlas, triangle);
         let (mut v, mut w) = (hash.unit(0), hash.unit(1));
         if v + w > 1.0 {
             (v, w) = (1.0 - v, 1.0 - w);
         }
-        Spot { triangle, uv: a + (b - a) * v + (c - a) * w }
+        SurfacePoint { triangle, uv: a + (b - a) * v + (c - a) * w }
     }
 
-    fn point(atlas: &Atlas, spot: Spot) -> DVec3 {
+    fn point(atlas: &Atlas, spot: SurfacePoint) -> DVec3 {
         let [p, q, r] = atlas.mesh.corners(spot.triangle);
         let b = barycentric(corners(atlas, spot.triangle), spot.uv);
         p * b[0] + q * b[1] + r * b[2]
@@ -229,7 +229,7 @@ mod tests {
         let mut uvs = vec![[glam::Vec2::ZERO; 3]; 4];
         uvs[0] = [glam::Vec2::ZERO, glam::Vec2::new(0.5, 0.0), glam::Vec2::new(0.5, 0.5)];
         let atlas = atlas(mesh, &uvs);
-        let from = Spot { triangle: 0, uv: DVec2::new(0.4, 0.2) };
+        let from = SurfacePoint { triangle: 0, uv: DVec2::new(0.4, 0.2) };
         assert_eq!(walk(&atlas, from, DVec2::new(0.3, 0.0)), None);
         assert!(walk(&atlas, from, DVec2::new(0.05, 0.0)).is_some());
     }

@@ -2,7 +2,7 @@
 //! block, or by later stamps; those are not drawn there. Culling never changes a bit of the result.
 use super::atlas::Layout;
 use super::set::{Near, StampSet};
-use super::span::{Placed, SIDE, Span};
+use super::span::{PlacedStamp, SIDE, Span};
 use crate::ground::number::index_u32;
 use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
@@ -24,7 +24,7 @@ pub(super) enum Hidden<'a> {
 }
 
 /// A block in which a stamp is visible.
-pub(super) struct Block {
+pub(super) struct StampBlock {
     /// Index of the stamp.
     pub(super) number: u32,
     /// Factor on the stamp's values.
@@ -37,7 +37,7 @@ pub(super) struct Block {
     rows: usize,
 }
 
-impl Block {
+impl StampBlock {
     /// Changes a plane by `change(pixel of the block, value)`.
     #[inline(always)]
     pub(super) fn draw<T: Copy>(&self, plane: &mut [T], mut change: impl FnMut(usize, &mut T)) {
@@ -86,7 +86,7 @@ impl Block {
 
 /// A stamp laid out for the blocks of a window.
 struct Laid {
-    placed: Placed,
+    placed: PlacedStamp,
     value: f32,
     /// Maximum distance of a block's pixels from its middle, in texels.
     reach: [f32; 2],
@@ -164,7 +164,7 @@ impl<'a> Blocks<'a> {
         &self,
         stop: &dyn Fn() -> bool,
         hidden: &Hidden<'_>,
-        mut visit: impl FnMut(&Block, &mut Span, &mut [f32]),
+        mut visit: impl FnMut(&StampBlock, &mut Span, &mut [f32]),
     ) {
         let (rect, stamps) = (self.frame.window, self.set.stamps());
         let mut near = self.set.near(self.frame);
@@ -223,16 +223,16 @@ impl<'a> Blocks<'a> {
     fn laid(&self, near: &Near) -> Laid {
         let stamp = &self.set.stamps()[near.stamp as usize];
         let shift = DVec2::new(f64::from(near.copy[0]), f64::from(near.copy[1])) * self.set.period();
-        let placed = Placed::new(stamp, shift, self.layout.levels(), self.frame);
+        let placed = PlacedStamp::new(stamp, shift, self.layout.levels(), self.frame);
         let ((size, edge), reach) = (placed.outline(), placed.reach());
         Laid { placed, value: stamp.value, reach, size, edge }
     }
 
     #[inline(always)]
-    fn block(&self, number: u32, value: f32, [i, j]: [usize; 2]) -> Block {
+    fn block(&self, number: u32, value: f32, [i, j]: [usize; 2]) -> StampBlock {
         let rect = self.frame.window;
         let (x, y) = (SIDE * i, SIDE * j);
-        Block {
+        StampBlock {
             number,
             value,
             at: y * rect.columns() + x,

@@ -1,6 +1,6 @@
 //! Draws stamps into a window.
 use super::atlas::Layout;
-use super::blocks::{Block, Blocks, Hidden};
+use super::blocks::{Blocks, Hidden, StampBlock};
 use super::set::StampSet;
 use super::span::{BLOCK, Span, Values};
 use crate::ground::math::{atan2_degrees, lerp, saturate};
@@ -188,7 +188,7 @@ impl Painter<'_> {
 
     /// Reads a channel of the content; returns the factor on it.
     #[inline(always)]
-    fn content(&self, data: &[f32], block: &Block, span: &mut Span, values: &mut Values) -> f32 {
+    fn content(&self, data: &[f32], block: &StampBlock, span: &mut Span, values: &mut Values) -> f32 {
         span.read(data, values);
         match self.source.content {
             Content::Scaled => return block.value,

@@ -53,7 +53,7 @@ impl Span {
 }
 
 /// A stamp in the pixel coordinates of a grid.
-pub(super) struct Placed {
+pub(super) struct PlacedStamp {
     level: Level,
     /// The pixel that contains its middle, and the offset of the middle from that pixel's centre (`rest`).
     pixel: [i32; 2],
@@ -69,7 +69,7 @@ pub(super) struct Placed {
     reach: i32,
 }
 
-impl Placed {
+impl PlacedStamp {
     /// A stamp shifted by `shift` mm, read from the most suitable size of the picture.
     #[expect(clippy::cast_possible_truncation, reason = "places within a stamp need no more than f32")]
     pub(super) fn new(stamp: &Stamp, shift: DVec2, levels: &[Level], frame: &Frame) -> Self {

@@ -229,7 +229,7 @@ fn cross(x: f32, y: f32, half: Vec2, w: f32) -> f32 {
 
 /// A figure on the canvas, with the copies on a canvas that tiles.
 #[derive(Clone, Debug)]
-pub struct Placed {
+pub struct PlacedFigure {
     figure: Figure,
     /// Position of the first copy, mm.
     center: DVec2,
@@ -239,7 +239,7 @@ pub struct Placed {
     period: DVec2,
 }
 
-impl Placed {
+impl PlacedFigure {
     /// A figure about `center`, rotated from +x towards +y by an angle with this sine and cosine, on a canvas of `size`
     /// mm.
     pub fn new(figure: Figure, center: DVec2, turn: (f64, f64), (size, tiling): (DVec2, Tiling)) -> Self {
@@ -405,7 +405,7 @@ mod tests {
         let figure = Figure::Capsule { half_length: 12.0, radius: 1.5, upright: false };
         let (sin, cos) = (30.0f64.to_radians().sin(), 30.0f64.to_radians().cos());
         let center = DVec2::new(3.0, 14.0);
-        let placed = Placed::new(figure, center, (sin, cos), (size, Tiling::BOTH));
+        let placed = PlacedFigure::new(figure, center, (sin, cos), (size, Tiling::BOTH));
         let frame = Frame::new(Window::of(-7, 5, 30, 21), [0.9, 0.8]);
         let mut out = vec![0.0; 30 * 21];
         placed.fill(&frame, &mut out);

@@ -1,13 +1,13 @@
 //! Steps of a block of [`super::list`]: parts compute pulls, and a part moves as soon as all of its pulls are computed.
 
-use super::block::{Batch, Block, GROUP, Part, Report, Scratch, Slots, lane};
+use super::block::{Batch, BlockPart, GROUP, Report, Scratch, Slots, SpringBlock, lane};
 use super::moving::{Moving, less};
 use super::net::{Mass, Motion};
 use super::step::{Speed, pull, size};
 use super::wide;
 use crate::ground::real::Real;
 
-impl<T: Real> Block<T> {
+impl<T: Real> SpringBlock<T> {
     /// Advances the points in the scratch memory; each step computes one layer of the halo less.
     pub(super) fn advance(
         &mut self,
@@ -72,7 +72,7 @@ impl<T: Real> Block<T> {
 
     /// Computes the pulls of a part's springs and their sums at the owners. Returns the slots whose springs break.
     #[inline(always)]
-    fn pull(&self, part: Part, motion: &Motion<T>, scratch: &mut Scratch<T>) -> Vec<usize> {
+    fn pull(&self, part: BlockPart, motion: &Motion<T>, scratch: &mut Scratch<T>) -> Vec<usize> {
         let plain = self.slots.damping.is_empty() && self.slots.pushes.is_empty();
         let mut broke = Vec::new();
         let (mut point, mut slot, mut offset) = (usize::from(part.first), part.slot as usize, part.offset as usize);
@@ -101,7 +101,7 @@ impl<T: Real> Block<T> {
     #[inline(always)]
     fn settle(
         &mut self,
-        part: Part,
+        part: BlockPart,
         motion: &Motion<T>,
         mass: Mass<'_, T>,
         scratch: &mut Scratch<T>,

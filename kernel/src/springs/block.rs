@@ -32,7 +32,7 @@ pub(super) struct Report<T> {
 
 /// Consecutive groups whose points have the same number of springs.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) struct Run {
+pub(super) struct GroupRun {
     pub(super) groups: u16,
     /// Springs of each point.
     pub(super) each: u32,
@@ -73,7 +73,7 @@ impl Batch {
 
 /// Consecutive points of one layer.
 #[derive(Clone, Copy)]
-pub(super) struct Part {
+pub(super) struct BlockPart {
     pub(super) layer: u16,
     /// The first point, and the number of points: a multiple of [`GROUP`].
     pub(super) first: u16,
@@ -89,7 +89,7 @@ pub(super) struct Part {
     /// (`arriving`).
     pub(super) owning: [u32; 2],
     pub(super) arriving: [u32; 2],
-    /// The parts that can move once the pulls of this one are computed, as a range of [`Block::ready`].
+    /// The parts that can move once the pulls of this one are computed, as a range of [`SpringBlock::ready`].
     pub(super) ready: [u32; 2],
 }
 
@@ -113,7 +113,7 @@ pub(super) struct Slots<T> {
 }
 
 /// A block: local indices count its own points first, then layer by layer, each padded to whole groups.
-pub(super) struct Block<T> {
+pub(super) struct SpringBlock<T> {
     /// Number of points up to and including each layer; layer 0 holds the block's own points, the others are the halo.
     pub(super) layers: Vec<usize>,
     /// Index of each halo point among the published points.
@@ -124,19 +124,19 @@ pub(super) struct Block<T> {
     /// faster than a copy, but for a small set the memory costs more than its steps.
     pub(super) position: Vec<[T; 2]>,
     /// In the order of computation: across the block, whatever their layers.
-    pub(super) parts: Vec<Part>,
-    /// Indices of parts that can move; see [`Part::ready`].
+    pub(super) parts: Vec<BlockPart>,
+    /// Indices of parts that can move; see [`BlockPart::ready`].
     pub(super) ready: Vec<u16>,
     /// Runs of groups by the number of springs that each point owns, and by the number of springs of other owners that
     /// end there.
-    pub(super) owning: Vec<Run>,
-    pub(super) arriving: Vec<Run>,
+    pub(super) owning: Vec<GroupRun>,
+    pub(super) arriving: Vec<GroupRun>,
     pub(super) slots: Slots<T>,
     /// Indices of the pulls of the springs that end at each point, by groups.
     pub(super) incoming: Vec<u16>,
     /// Velocities of points that move in a stride; of all points if there are dampers.
     pub(super) velocity: Vec<[T; 2]>,
-    /// 1/m or 0, for x and for y, of points that move in a stride; empty if [`Block::alike`] is set.
+    /// 1/m or 0, for x and for y, of points that move in a stride; empty if [`SpringBlock::alike`] is set.
     pub(super) weight: Vec<[T; 2]>,
     /// The weight of all points, if it is the same.
     pub(super) alike: Option<T>,
@@ -163,7 +163,7 @@ fn zeros<T: Real>() -> Box<[[T; 2]; LOCAL]> {
     vec![[T::default(); 2]; LOCAL].try_into().unwrap_or_else(|_| unreachable!("as many as asked for"))
 }
 
-impl<T: Real> Block<T> {
+impl<T: Real> SpringBlock<T> {
     /// Removes springs that broke in other blocks. `whole` marks the springs left; it is empty if none broke in the
     /// last stride.
     pub(super) fn mend(&mut self, whole: &[bool]) {

@@ -2,7 +2,7 @@
 //! slots that its points read.
 
 use super::adjacency::Adjacency;
-use super::block::{Block, GROUP, LANE, LOCAL, PART, Part, Run, Slots};
+use super::block::{BlockPart, GROUP, GroupRun, LANE, LOCAL, PART, Slots, SpringBlock};
 use super::net::Mass;
 use crate::ground::real::Real;
 use std::ops::Range;
@@ -56,9 +56,9 @@ struct Layout<'w, 'n, 'a, T> {
     padding: Vec<bool>,
     /// Number of points up to and including each layer.
     layers: Vec<usize>,
-    parts: Vec<Part>,
-    owning: Vec<Run>,
-    arriving: Vec<Run>,
+    parts: Vec<BlockPart>,
+    owning: Vec<GroupRun>,
+    arriving: Vec<GroupRun>,
     /// Link index of each slot.
     ids: Vec<u32>,
     offsets: Vec<[T; 2]>,
@@ -141,7 +141,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
             for group in points.clone().step_by(GROUP) {
                 self.group(group, group == points.start, layer == self.reach);
             }
-            self.parts.push(Part {
+            self.parts.push(BlockPart {
                 layer: short(layer),
                 first: short(points.start),
                 points: short(points.len()),
@@ -185,15 +185,15 @@ impl<T: Real> Layout<'_, '_, '_, T> {
             };
             self.offsets.extend(self.ids[from..].iter().map(offset));
         }
-        join(&mut self.owning, begins, Run { groups: 1, each: long(own), wraps });
-        join(&mut self.arriving, begins, Run { groups: 1, each: long(incoming), wraps: false });
+        join(&mut self.owning, begins, GroupRun { groups: 1, each: long(own), wraps });
+        join(&mut self.arriving, begins, GroupRun { groups: 1, each: long(incoming), wraps: false });
     }
 
     /// The groups of a part: first point, first slot, number of springs that each point owns, and number that end
     /// there.
-    fn groups(&self, part: &Part) -> impl Iterator<Item = [usize; 4]> {
-        let each = |runs: &'_ [Run]| -> Vec<usize> {
-            let each = |run: &Run| std::iter::repeat_n(run.each as usize, usize::from(run.groups));
+    fn groups(&self, part: &BlockPart) -> impl Iterator<Item = [usize; 4]> {
+        let each = |runs: &'_ [GroupRun]| -> Vec<usize> {
+            let each = |run: &GroupRun| std::iter::repeat_n(run.each as usize, usize::from(run.groups));
             runs.iter().flat_map(each).collect()
         };
         let owning = each(&self.owning[part.owning[0] as usize..part.owning[1] as usize]);
@@ -246,7 +246,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
     fn arrive(&mut self, far: &[u16]) -> Option<[Vec<u16>; 2]> {
         let arriving = self.arriving(far);
         let count = self.parts.len();
-        let of = |parts: &[Part], number: usize| {
+        let of = |parts: &[BlockPart], number: usize| {
             let end = parts.get(number + 1).map_or(arriving.len(), |next| next.incoming as usize);
             parts[number].incoming as usize..end
         };
@@ -306,14 +306,14 @@ impl<T: Real> Layout<'_, '_, '_, T> {
 }
 
 /// Adds a group to the last run if both have the same numbers and the group does not begin a part; else starts a run.
-fn join(runs: &mut Vec<Run>, begins: bool, run: Run) {
+fn join(runs: &mut Vec<GroupRun>, begins: bool, run: GroupRun) {
     match runs.last_mut() {
-        Some(last) if !begins && Run { groups: 1, ..*last } == run => last.groups += 1,
+        Some(last) if !begins && GroupRun { groups: 1, ..*last } == run => last.groups += 1,
         _ => runs.push(run),
     }
 }
 
-impl<T: Real> Block<T> {
+impl<T: Real> SpringBlock<T> {
     /// Builds the block of the points `own` with `reach` layers of halo. `places` are the positions of all points in
     /// their order. If there is no room, returns a point as the error.
     pub(super) fn new(

@@ -8,7 +8,7 @@
 //! that compute a point get the same bits, and the result depends neither on blocks nor on threads.
 
 use super::adjacency::{Adjacency, Incidence};
-use super::block::{Block, GROUP, PART, Scratch};
+use super::block::{GROUP, PART, Scratch, SpringBlock};
 use super::layout::{Locals, longer_axis};
 use super::net::{Broken, Mass, Motion, Net, SpringError};
 use super::owners::{Count, offset, share};
@@ -51,7 +51,7 @@ pub(super) struct List<'a, T> {
     motion: Motion<T>,
     mass: Mass<'a, T>,
     order: Vec<u32>,
-    blocks: Vec<Block<T>>,
+    blocks: Vec<SpringBlock<T>>,
     /// Points per block.
     block: usize,
     stride: u32,
@@ -197,7 +197,8 @@ impl<'a, T: Real> List<'a, T> {
         let locals = Pool::new();
         let build = |p: usize| {
             let own = range(p, block, order.len());
-            let build = |locals: &mut Locals| Block::new(own, stride as usize, &adjacency, &places, &weight, locals);
+            let build =
+                |locals: &mut Locals| SpringBlock::new(own, stride as usize, &adjacency, &places, &weight, locals);
             locals.with(|| Locals::new(order.len()), build)
         };
         let blocks: Result<Vec<_>, u32> = (0..order.len().div_ceil(block)).into_par_iter().map(build).collect();
@@ -222,7 +223,11 @@ impl<'a, T: Real> List<'a, T> {
 
 /// Numbers the points that other blocks read. `ghosts` holds indices of points before, and indices into the published
 /// points afterwards. Returns the published points as well.
-fn number_border<T: Real>(mut blocks: Vec<Block<T>>, size: usize, places: &[[T; 2]]) -> (Vec<Block<T>>, Vec<[T; 4]>) {
+fn number_border<T: Real>(
+    mut blocks: Vec<SpringBlock<T>>,
+    size: usize,
+    places: &[[T; 2]],
+) -> (Vec<SpringBlock<T>>, Vec<[T; 4]>) {
     const READ: u32 = 1;
     let mut number = vec![0; places.len()];
     for &p in blocks.iter().flat_map(|block| &block.ghosts) {
@@ -271,7 +276,7 @@ impl<T: Real> Stepper<T> for List<'_, T> {
         for block in &self.blocks {
             published.push(next.split_off_mut(..block.published.len()).unwrap_or_default());
         }
-        let advance = |(block, published): (&mut Block<T>, &mut [[T; 4]])| {
+        let advance = |(block, published): (&mut SpringBlock<T>, &mut [[T; 4]])| {
             pool.with(Scratch::default, |scratch| {
                 block.mend(whole);
                 if stride > 1 {

@@ -13,7 +13,7 @@ use std::ops::RangeInclusive;
 
 /// Combination of new pixels with existing ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Rule {
+pub(super) enum CombineRule {
     /// The maximum.
     Max,
     /// The maximum, and the id of its stroke.
@@ -24,7 +24,7 @@ pub(super) enum Rule {
     Screen(f32),
 }
 
-impl Rule {
+impl CombineRule {
     /// Combines a new pixel with the existing one.
     #[inline(always)]
     fn combine<S: Simd>(self, simd: S, old: S::f32s, new: S::f32s) -> S::f32s {
@@ -42,17 +42,17 @@ impl Rule {
 /// The pixels of a window, padded for whole blocks.
 pub(super) struct Target {
     frame: Frame,
-    rule: Rule,
+    rule: CombineRule,
     stride: usize,
     values: Buffer,
     ids: Vec<u32>,
 }
 
 impl Target {
-    pub(super) fn new(frame: &Frame, rule: Rule) -> Self {
+    pub(super) fn new(frame: &Frame, rule: CombineRule) -> Self {
         let stride = frame.window.columns() + LANES;
         let count = stride * frame.window.rows();
-        let ids = if rule == Rule::Ids { vec![NO_STROKE; count] } else { Vec::new() };
+        let ids = if rule == CombineRule::Ids { vec![NO_STROKE; count] } else { Vec::new() };
         Self { frame: *frame, rule, stride, values: Buffer::zeros(count), ids }
     }
 
@@ -111,7 +111,7 @@ impl Target {
         for near in job.near {
             let Some(pen) = pens.pen(&job.grooves[near.groove as usize], near.copy) else { continue };
             let shape = shape(&pen);
-            match (taper, style.round_caps, self.rule == Rule::Max) {
+            match (taper, style.round_caps, self.rule == CombineRule::Max) {
                 (false, false, true) => self.stroke::<S, false, false, true>(simd, &pen, &shape, &mut scratch),
                 (false, true, true) => self.stroke::<S, false, true, true>(simd, &pen, &shape, &mut scratch),
                 (true, false, true) => self.stroke::<S, true, false, true>(simd, &pen, &shape, &mut scratch),
@@ -122,7 +122,7 @@ impl Target {
         }
     }
 
-    /// Draws one stroke. `MAX`: by [`Rule::Max`].
+    /// Draws one stroke. `MAX`: by [`CombineRule::Max`].
     #[inline(always)]
     fn stroke<S: Simd, const TAPER: bool, const ROUND: bool, const MAX: bool>(
         &mut self,
@@ -147,7 +147,7 @@ impl Target {
                         *out = simd.max_f32s(*out, new);
                         continue;
                     }
-                    if self.rule == Rule::Ids {
+                    if self.rule == CombineRule::Ids {
                         let ids = &mut S::as_mut_simd_u32s(&mut self.ids[block.at..block.at + lanes]).0[0];
                         *ids = simd.select_u32s(simd.less_than_f32s(*out, new), simd.splat_u32s(pen.id), *ids);
                     }
@@ -256,7 +256,9 @@ mod tests {
         let frame = Frame { window, origin: [0.4, -0.7], step: [0.125, 0.17] };
         let gaussian = Profile::Gaussian { sigma: 0.2, cutoff: 0.64 };
         for profile in [Profile::Flat, Profile::Linear, Profile::Smooth, gaussian, Profile::Brush] {
-            for (taper, round_caps, rule) in [(0.0, false, Rule::Max), (0.4, true, Rule::Ids), (0.0, true, Rule::Add)] {
+            for (taper, round_caps, rule) in
+                [(0.0, false, CombineRule::Max), (0.4, true, CombineRule::Ids), (0.0, true, CombineRule::Add)]
+            {
                 let style = StrokeStyle { profile, taper, round_caps, combine: Combine::Add, ..StrokeStyle::default() };
                 let set = StrokeSet::new(&strokes, style, None);
                 let (near, copies) = set.near(&frame, true);

@@ -1,6 +1,6 @@
 //! Strokes in bins, and the search for those near a window.
 
-use super::fill::{Rule, Target};
+use super::fill::{CombineRule, Target};
 use super::job::{Groove, Job, Near};
 use super::style::{Combine, Draw, Stroke, StrokeStyle, cut};
 use crate::ground::bins::{Bins, Extent};
@@ -89,11 +89,11 @@ impl StrokeSet {
     /// Like [`Self::fill`]; incomplete if `stop` returned true.
     pub fn fill_until(&self, stop: &dyn Fn() -> bool, frame: &Frame, draw: Draw, out: &mut [f32]) {
         let rule = match self.style.combine {
-            Combine::Max => Rule::Max,
-            Combine::Add => Rule::Add,
+            Combine::Max => CombineRule::Max,
+            Combine::Add => CombineRule::Add,
             Combine::Screen => {
                 let most = if draw == Draw::Mask { 1.0 } else { self.deepest.max(f32::MIN_POSITIVE) };
-                Rule::Screen(most.recip())
+                CombineRule::Screen(most.recip())
             }
         };
         self.paint(stop, frame, (draw, rule), (out, &mut []));
@@ -102,19 +102,19 @@ impl StrokeSet {
     /// Like [`Self::fill_until`], with depths and always by the deepest; `ids` receives the deepest stroke of each
     /// pixel, the first of equals, or [`NO_STROKE`](crate::strokes::NO_STROKE).
     pub fn fill_with_ids(&self, stop: &dyn Fn() -> bool, frame: &Frame, out: &mut [f32], ids: &mut [u32]) {
-        self.paint(stop, frame, (Draw::Depth, Rule::Ids), (out, ids));
+        self.paint(stop, frame, (Draw::Depth, CombineRule::Ids), (out, ids));
     }
 
     fn paint(
         &self,
         stop: &dyn Fn() -> bool,
         frame: &Frame,
-        (draw, rule): (Draw, Rule),
+        (draw, rule): (Draw, CombineRule),
         (out, ids): (&mut [f32], &mut [u32]),
     ) {
         let mut target = Target::new(frame, rule);
         // A maximum does not depend on the order.
-        let (near, copies) = self.near(frame, rule != Rule::Max);
+        let (near, copies) = self.near(frame, rule != CombineRule::Max);
         let period = self.period.unwrap_or_default();
         for near in near.chunks(AT_ONCE) {
             if stop() {

@@ -6,7 +6,7 @@
 //! only differences count.
 use super::candidates::{self, SearchSpec};
 use super::pca::{DIMS, Projection, principal};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::texels::{Texels, mirrored};
 use crate::ground::hash::Hash;
 use crate::ground::simd;
@@ -91,7 +91,7 @@ fn level(h: usize, image: &Texels<f32>, usable: &[bool], spec: &AnalysisSpec, ha
 }
 
 /// Finds for each pixel of each level another pixel that looks alike, at least `distance` pixels away.
-pub fn find_seconds(levels: &mut [Level], plane: Plane, usable: &[bool], distance: f64, hash: Hash) {
+pub fn find_seconds(levels: &mut [Level], plane: PixelPlane, usable: &[bool], distance: f64, hash: Hash) {
     find_alike(levels, plane, usable, distance, 2, hash, NEVER);
 }
 
@@ -99,7 +99,7 @@ pub fn find_seconds(levels: &mut [Level], plane: Plane, usable: &[bool], distanc
 /// pixel and from each other. With `k` = 1, the pixel itself. If stopped, the result must not be used.
 pub fn find_alike(
     levels: &mut [Level],
-    plane: Plane,
+    plane: PixelPlane,
     usable: &[bool],
     distance: f64,
     k: usize,
@@ -125,8 +125,8 @@ pub fn find_alike(
 
 /// Marks the pixels whose neighbourhood can be compared: at least `margin` finest pixels away from sides that do not
 /// wrap and from unusable pixels. If none is left, returns the usable ones.
-pub fn valid(plane: Plane, usable: &[bool], margin: usize) -> Vec<bool> {
-    let Plane { w, h, wrap } = plane;
+pub fn valid(plane: PixelPlane, usable: &[bool], margin: usize) -> Vec<bool> {
+    let PixelPlane { w, h, wrap } = plane;
     let inside = |k: usize, n: usize, wrap: bool| wrap || (k >= margin && k + margin < n);
     let mut valid: Vec<bool> = (0..w * h).map(|p| inside(p % w, w, wrap[0]) && inside(p / w, h, wrap[1])).collect();
     if !usable.is_empty() {
@@ -135,7 +135,7 @@ pub fn valid(plane: Plane, usable: &[bool], margin: usize) -> Vec<bool> {
             for y in -r..=r {
                 for x in -r..=r {
                     let (x, y) = (index(p % w) + x, index(p / w) + y);
-                    valid[Plane::bring(y, h, wrap[1]) * w + Plane::bring(x, w, wrap[0])] = false;
+                    valid[PixelPlane::bring(y, h, wrap[1]) * w + PixelPlane::bring(x, w, wrap[0])] = false;
                 }
             }
         }
@@ -148,7 +148,7 @@ pub fn valid(plane: Plane, usable: &[bool], margin: usize) -> Vec<bool> {
 
 /// Reads around every pixel of a picture, at multiples of a spacing; mirrored at sides that do not wrap.
 struct Around {
-    plane: Plane,
+    plane: PixelPlane,
     h: usize,
     /// For each offset: its column and row, both counted from -2 spacings, and its weight.
     taps: Vec<(usize, usize, f32)>,
@@ -158,7 +158,7 @@ struct Around {
 }
 
 impl Around {
-    fn new(plane: Plane, h: usize, offsets: &[([i32; 2], f32)]) -> Self {
+    fn new(plane: PixelPlane, h: usize, offsets: &[([i32; 2], f32)]) -> Self {
         let line = |n: usize, wrap: bool| -> Vec<usize> {
             (-2 * index(h)..index(n + 2 * h)).map(|k| mirrored(k, n, wrap)).collect()
         };
@@ -185,7 +185,7 @@ impl Around {
     }
 
     fn project(&self, data: &[f32], channels: usize, matrix: &Projection, until: Until<'_>) -> Vec<[f32; DIMS]> {
-        let Plane { w, h, .. } = self.plane;
+        let PixelPlane { w, h, .. } = self.plane;
         // Fold the weights into the matrix.
         let weighted = |(k, row): (usize, &[f32; DIMS])| row.map(|v| v * self.taps[k / channels].2);
         let matrix: Projection = matrix.iter().enumerate().map(weighted).collect();

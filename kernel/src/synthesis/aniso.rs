@@ -5,7 +5,7 @@
 //! diag(0, 1) are averaged. Tables are read at the nearest pixel; positions are never rounded. Where features grow, the
 //! level whose spacing is `h √|det J|` is compared.
 use super::jacobian::{Jacobian, OCTANTS};
-use super::plane::{Lookup, Plane};
+use super::plane::{Lookup, PixelPlane};
 use super::region::Region;
 use super::settle::{Geometry, Matcher};
 pub use super::settle::{Position, Terms};
@@ -46,7 +46,7 @@ pub fn correct<L: Lookup>(
     let mut fresh = Vec::new();
     for quarter in [[0, 0], [1, 1], [1, 0], [0, 1]] {
         let first = [0, 1].map(|d| offset((quarter[d] - region.start[d]).rem_euclid(2)));
-        let Plane { w, h, .. } = region.plane;
+        let PixelPlane { w, h, .. } = region.plane;
         if first[0] >= w || first[1] >= h {
             continue;
         }
@@ -104,7 +104,7 @@ impl<L: Lookup> Row<'_, L> {
 
     #[inline(always)]
     fn pixel(&self, geometry: &Geometry<'_>, x: usize, own: Position) -> Position {
-        let Plane { w, h, .. } = self.region.plane;
+        let PixelPlane { w, h, .. } = self.region.plane;
         let inner = x > 0 && self.y > 0 && x + 1 < w && self.y + 1 < h;
         let spacing = self.region.h as f32;
         let mut near = [own; 8];

@@ -4,7 +4,7 @@
 //! candidates of the pixels before it (propagation, in alternating direction), and searches at random around its best
 //! candidate, within a radius that is halved each time.
 use super::pca::DIMS;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use crate::ground::hash::Hash;
 use crate::ground::simd;
 use crate::ground::stop::Until;
@@ -15,7 +15,7 @@ const ROUNDS: u64 = 4;
 /// Settings of the search.
 pub struct SearchSpec<'a> {
     /// Size of the exemplar, and the axes that wrap.
-    pub plane: Plane,
+    pub plane: PixelPlane,
     /// Pixels that may be candidates; empty for all.
     pub usable: &'a [bool],
     /// Known candidates of each pixel; new ones keep the same distance from them.
@@ -48,7 +48,7 @@ pub fn similar(vectors: &[[f32; DIMS]], spec: &SearchSpec<'_>, until: Until<'_>)
 
 struct Search<'a> {
     vectors: &'a [[f32; DIMS]],
-    plane: Plane,
+    plane: PixelPlane,
     usable: &'a [bool],
     found: &'a [Vec<u32>],
     near: i32,
@@ -80,7 +80,7 @@ impl Search<'_> {
     /// pixels are usable, and no candidates are known.
     #[inline(always)]
     fn allowed<const PLAIN: bool>(&self, [x, y]: [i32; 2], [x0, y0]: [i32; 2]) -> Option<[i32; 2]> {
-        let Plane { w, h, wrap } = self.plane;
+        let PixelPlane { w, h, wrap } = self.plane;
         let (w, h) = (index(w), index(h));
         let x = if !PLAIN && wrap[0] { x.rem_euclid(w) } else { x };
         let y = if !PLAIN && wrap[1] { y.rem_euclid(h) } else { y };

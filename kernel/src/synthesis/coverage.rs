@@ -4,7 +4,7 @@
 //! compared with their mean. With `c` = count / mean (mean at least one use), the cost of a position is multiplied by
 //! `1 + λ·clamp(c - 1, -¼, 4)`. Uses are counted over the whole output, or over tiles at fixed positions whatever the
 //! window, which keeps every dependency local.
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::texels::mirrored;
 use crate::ground::simd;
@@ -39,7 +39,7 @@ pub struct Factors {
 }
 
 /// The pixels of a surface level, to count the exemplar positions they show.
-pub struct Shown<'a> {
+pub struct SurfaceUses<'a> {
     /// The counted pixels.
     pub sites: &'a [u32],
     /// Tile index of each pixel (of all pixels, not only `sites`); empty if there is one tile.
@@ -54,7 +54,7 @@ pub struct Shown<'a> {
 const SHARES: f32 = 64.0;
 
 /// Bin index of an exemplar pixel.
-pub fn bin(plane: Plane, x: usize, y: usize) -> usize {
+pub fn bin(plane: PixelPlane, x: usize, y: usize) -> usize {
     (y / BIN) * plane.w.div_ceil(BIN) + x / BIN
 }
 
@@ -62,7 +62,7 @@ impl Factors {
     /// Counts the uses of a level: `bin_of` returns the bin of each pixel of `region`.
     pub fn count(
         even: &EvenUse,
-        exemplar: Plane,
+        exemplar: PixelPlane,
         usable_bins: usize,
         region: &Region,
         bin_of: impl Fn(usize) -> usize + Sync,
@@ -81,7 +81,7 @@ impl Factors {
             let tile = |k: usize| (start + index(k)).div_euclid(index(side));
             (0..n).map(|k| offset(tile(k) - tile(0))).collect()
         };
-        let Plane { w, h, wrap } = region.plane;
+        let PixelPlane { w, h, wrap } = region.plane;
         let (columns, rows) = (axis(region.start[0], w, wrap[0]), axis(region.start[1], h, wrap[1]));
         let [across, down] = [&columns, &rows].map(|tiles| tiles.iter().max().map_or(1, |last| last + 1));
         let (bw, bh) = (exemplar.w.div_ceil(BIN), exemplar.h.div_ceil(BIN));
@@ -112,9 +112,9 @@ impl Factors {
     /// its weight. Weights are rounded to whole numbers, so that sums do not depend on their order.
     pub fn of_surface(
         even: &EvenUse,
-        exemplar: Plane,
+        exemplar: PixelPlane,
         usable_bins: usize,
-        shown: &Shown<'_>,
+        shown: &SurfaceUses<'_>,
         seen: impl Fn(usize) -> (usize, f32),
     ) -> Self {
         let (bw, bh) = (exemplar.w.div_ceil(BIN), exemplar.h.div_ceil(BIN));
@@ -214,8 +214,8 @@ impl Gaussian {
 mod tests {
     use super::*;
 
-    fn plane(n: usize) -> Plane {
-        Plane { w: n, h: n, wrap: [true; 2] }
+    fn plane(n: usize) -> PixelPlane {
+        PixelPlane { w: n, h: n, wrap: [true; 2] }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::lattice::Basis;
 use super::lattice_start::{Fitted, fit};
 use super::mend;
 use super::origin::{best_origin, starting_at};
-use super::plane::{Lookup, Plane};
+use super::plane::{Lookup, PixelPlane};
 use super::region::{Needs, Output, Planned, Region, plan};
 use super::table::Table;
 use super::texels::{Texels, mirrored};
@@ -19,7 +19,7 @@ use rayon::prelude::*;
 /// An analysed exemplar.
 pub struct Analysed<'a> {
     /// Size, and the axes that wrap.
-    pub plane: Plane,
+    pub plane: PixelPlane,
     /// Levels from the finest.
     pub levels: &'a [Level],
     /// Pixels that may be shown; empty for all.
@@ -120,7 +120,7 @@ pub struct Synthesis {
 }
 
 /// A running synthesis.
-pub(super) struct Run<'a, I: Inputs> {
+pub(super) struct SynthesisRun<'a, I: Inputs> {
     pub(super) exemplar: &'a Analysed<'a>,
     pub(super) settings: &'a Settings,
     pub(super) inputs: &'a I,
@@ -182,7 +182,7 @@ pub fn run<I: Inputs>(
     let in_step = fitted.filter(|fitted| {
         settings.adrift && first.is_none() && settings.jitter <= 0.0 && fitted.bent(&IDENTITY).is_some()
     });
-    let run = Run { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted, in_step, bent };
+    let run = SynthesisRun { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted, in_step, bent };
     let coords = if run.isometric {
         run.isometric(&levels, &planned, &needs)?
     } else {
@@ -201,7 +201,7 @@ pub fn run<I: Inputs>(
     Ok(Synthesis { coords, coherence, coverage })
 }
 
-impl<I: Inputs> Run<'_, I> {
+impl<I: Inputs> SynthesisRun<'_, I> {
     pub(super) fn table(&self, level: &Level) -> Table {
         let plane = self.exemplar.plane;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of pixels")]
@@ -268,7 +268,7 @@ impl<I: Inputs> Run<'_, I> {
 }
 
 /// Shares of continued pixels and of exemplar pixels in use.
-fn report(coords: &[Position], output: &Output, plane: Plane) -> (f32, f32) {
+fn report(coords: &[Position], output: &Output, plane: PixelPlane) -> (f32, f32) {
     let [w, h] = output.size;
     let goes_on =
         |a: Position, b: Position, step: [f32; 2]| (b[0] - a[0] - step[0]).abs() + (b[1] - a[1] - step[1]).abs() < 0.5;

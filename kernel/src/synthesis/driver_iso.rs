@@ -2,7 +2,7 @@
 use super::analysis::Level;
 use super::aniso::Position;
 use super::coverage::EvenUse;
-use super::driver::{Inputs, Run};
+use super::driver::{Inputs, SynthesisRun};
 use super::iso;
 use super::layer::Layer;
 use super::levels::image;
@@ -12,7 +12,7 @@ use super::table::Table;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
-impl<I: Inputs> Run<'_, I> {
+impl<I: Inputs> SynthesisRun<'_, I> {
     pub(super) fn isometric(
         &self,
         levels: &[&Level],

@@ -3,7 +3,7 @@
 //!
 //! Compares any features: colours, as in the source, or appearance vectors; with or without candidate sets.
 use super::jacobian::{self, OCTANTS};
-use super::plane::{Lookup, Neighbours, Plane};
+use super::plane::{Lookup, Neighbours, PixelPlane};
 use super::texels::{Fetch, Texels, floor};
 use crate::ground::hash::Hash;
 use crate::ground::real::Real;
@@ -20,12 +20,12 @@ pub struct Features<'a, T> {
     /// empty for none.
     pub second: &'a [u32],
     /// The finest grid, for `second`.
-    pub plane: Plane,
+    pub plane: PixelPlane,
 }
 
 /// Settings of a correction.
 #[derive(Clone, Copy, Debug)]
-pub struct Rule<T> {
+pub struct CorrectionRule<T> {
     /// Neighbourhood: 4 for the diagonal offsets, else the side of a square (3 or 5), in pixels of the level.
     pub square: u8,
     /// True if three predictions are averaged per Δ.
@@ -71,7 +71,12 @@ fn toward<T: Real>(j: &[T; 4], delta: [i32; 2]) -> usize {
 }
 
 /// Upsamples to twice as many columns and rows: child = parent + h J Δ (3), with Δ = ±½.
-pub fn upsample<T: Real>(parent: &[[T; 2]], plane: Plane, h: T, j: impl Fn(usize, usize) -> [T; 4]) -> Vec<[T; 2]> {
+pub fn upsample<T: Real>(
+    parent: &[[T; 2]],
+    plane: PixelPlane,
+    h: T,
+    j: impl Fn(usize, usize) -> [T; 4],
+) -> Vec<[T; 2]> {
     let mut out = Vec::with_capacity(4 * parent.len());
     for y in 0..2 * plane.h {
         for x in 0..2 * plane.w {
@@ -99,7 +104,7 @@ pub struct Corrector<'a, T, L, J> {
     /// The level of the exemplar.
     pub features: &'a Features<'a, T>,
     /// Settings.
-    pub rule: &'a Rule<T>,
+    pub rule: &'a CorrectionRule<T>,
     /// Finds neighbours.
     pub lookup: &'a L,
     /// The Jacobian of a pixel.
@@ -168,7 +173,7 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
 
     /// Sum of squared differences between a neighbourhood and the exemplar around `at`; infinite beyond the exemplar.
     pub fn error(&self, wanted: &[T], at: [T; 2]) -> T {
-        let Plane { w, h, wrap } = self.features.plane;
+        let PixelPlane { w, h, wrap } = self.features.plane;
         let channels = self.features.texels.channels;
         let mut seen = vec![T::default(); channels];
         let mut sum = T::default();
@@ -224,7 +229,7 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
     }
 
     /// Runs one pass over all pixels of a map.
-    pub fn pass(&self, plane: Plane, more: &[[T; 2]], map: &mut [[T; 2]]) {
+    pub fn pass(&self, plane: PixelPlane, more: &[[T; 2]], map: &mut [[T; 2]]) {
         let side = (1..=16).find(|s| s * s >= self.rule.sub_passes as usize).unwrap_or(16);
         for (gy, gx) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
             let old = &map[..];

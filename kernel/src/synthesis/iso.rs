@@ -8,7 +8,7 @@ use super::candidates::distance;
 use super::coverage::Factors;
 use super::pca::DIMS;
 use super::phase::{self, Phase};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::table::Table;
 use crate::ground::simd;
@@ -42,7 +42,7 @@ pub fn correct(table: &Table, region: &Region, terms: &Terms<'_>, map: &mut [u32
     let mut fresh = Vec::new();
     for quarter in [[0, 0], [1, 1], [1, 0], [0, 1]] {
         let first = [0, 1].map(|d| offset((quarter[d] - region.start[d]).rem_euclid(2)));
-        let Plane { w, h, .. } = region.plane;
+        let PixelPlane { w, h, .. } = region.plane;
         if first[0] >= w || first[1] >= h {
             continue;
         }
@@ -74,14 +74,14 @@ pub fn break_runs(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32
 }
 
 fn break_runs_once(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32]) {
-    let Plane { w, h, wrap } = region.plane;
+    let PixelPlane { w, h, wrap } = region.plane;
     let old: &[u32] = map;
     let (one, stride) = (index(table.h), index(table.h * table.stride));
     let parted = |y: usize| {
-        let rows: [usize; 5] = std::array::from_fn(|k| Plane::bring(index(y + k) - 2, h, wrap[1]) * w);
+        let rows: [usize; 5] = std::array::from_fn(|k| PixelPlane::bring(index(y + k) - 2, h, wrap[1]) * w);
         let moved = move |x: usize| {
             let p = rows[2] + x;
-            let across = |d: i32| old[rows[2] + Plane::bring(index(x) + d, w, wrap[0])];
+            let across = |d: i32| old[rows[2] + PixelPlane::bring(index(x) + d, w, wrap[0])];
             let down = |d: i32| old[rows[offset(d + 2)] + x];
             let inner = |to: u32| (across(-1) == to && across(1) == to, down(-1) == to && down(1) == to);
             let run = |to: u32| {
@@ -171,8 +171,8 @@ impl Row<'_> {
 
     #[inline(always)]
     fn each<const N: usize, const PLAIN: bool, const SIDE: bool>(&self, first: usize, out: &mut [u32]) {
-        let Plane { w, h, wrap } = self.region.plane;
-        let rows: [usize; 5] = std::array::from_fn(|k| Plane::bring(index(self.y + k) - 2, h, wrap[1]) * w);
+        let PixelPlane { w, h, wrap } = self.region.plane;
+        let rows: [usize; 5] = std::array::from_fn(|k| PixelPlane::bring(index(self.y + k) - 2, h, wrap[1]) * w);
         let stride = index(self.table.stride);
         let step = index(self.table.h);
         let offsets = hood_offsets::<N>();
@@ -190,7 +190,7 @@ impl Row<'_> {
             let columns: [usize; 5] = if x >= 2 && x + 2 < w {
                 std::array::from_fn(|k| x + k - 2)
             } else {
-                std::array::from_fn(|k| Plane::bring(index(x + k) - 2, w, wrap[0]))
+                std::array::from_fn(|k| PixelPlane::bring(index(x + k) - 2, w, wrap[0]))
             };
             let read = |[dx, dy]: [i32; 2]| {
                 let at = self.map[rows[offset(dy + 2)] + columns[offset(dx + 2)]];

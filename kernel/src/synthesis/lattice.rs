@@ -21,7 +21,7 @@ pub struct Basis {
 
 /// A detected lattice basis, and the strength of the repetition.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct FoundLattice {
     /// The vectors.
     pub basis: Basis,
     /// Mean correlation at the sums of the basis.
@@ -32,7 +32,7 @@ pub struct Found {
     pub few: bool,
 }
 
-impl Found {
+impl FoundLattice {
     /// Returns whether the exemplar is near-regular. If few sums were tested, higher correlations are required, since
     /// chance contributes more.
     pub fn is_regular(&self) -> bool {
@@ -68,7 +68,7 @@ fn length(v: [f64; 2]) -> f64 {
 }
 
 /// Detects the vectors by which a picture repeats; `None` if there is no candidate.
-pub fn detect(picture: &Texels<f32>) -> Option<Found> {
+pub fn detect(picture: &Texels<f32>) -> Option<FoundLattice> {
     let (w, h) = (picture.plane.w, picture.plane.h);
     if w.min(h) < 16 || w.max(h) > 4096 {
         return None;
@@ -81,14 +81,17 @@ pub fn detect(picture: &Texels<f32>) -> Option<Found> {
     peaks.truncate(16);
     let best = [false, true].map(|few| best(&map, &peaks, few));
     let [usual, few] = best;
-    let found =
-        if usual.is_some_and(|found| found.is_regular()) { usual } else { few.filter(Found::is_regular).or(usual) };
-    found.map(|found| Found { basis: map.refine(found.basis, found.few), ..found })
+    let found = if usual.is_some_and(|found| found.is_regular()) {
+        usual
+    } else {
+        few.filter(FoundLattice::is_regular).or(usual)
+    };
+    found.map(|found| FoundLattice { basis: map.refine(found.basis, found.few), ..found })
 }
 
 /// The best basis made of two peaks.
-fn best(map: &Correlation, peaks: &[([i32; 2], f64)], few: bool) -> Option<Found> {
-    let mut best: Option<(f64, Found)> = None;
+fn best(map: &Correlation, peaks: &[([i32; 2], f64)], few: bool) -> Option<FoundLattice> {
+    let mut best: Option<(f64, FoundLattice)> = None;
     for (k, first) in peaks.iter().enumerate() {
         for second in &peaks[k + 1..] {
             let basis = Basis { a: wide(first.0), b: wide(second.0) };
@@ -98,7 +101,7 @@ fn best(map: &Correlation, peaks: &[([i32; 2], f64)], few: bool) -> Option<Found
             let Some((mean, least)) = map.strength(&basis, few) else { continue };
             let score = mean - 0.02 * libm::log2(basis.det().abs() / 100.0);
             if best.as_ref().is_none_or(|b| score > b.0) {
-                best = Some((score, Found { basis, mean, least, few }));
+                best = Some((score, FoundLattice { basis, mean, least, few }));
             }
         }
     }

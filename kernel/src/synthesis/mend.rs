@@ -9,13 +9,13 @@
 use super::coverage::{EvenUse, Factors};
 use super::layer::Layer;
 use super::patches::Patches;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::rematch::{Search, Terms, ways, weight};
 use super::spots;
 use super::table::Table;
 use super::texels::Texels;
-use super::vote::{self, Found};
+use super::vote::{self, FoundPatch};
 use crate::ground::hash::Hash;
 use crate::ground::window::index;
 use rayon::prelude::*;
@@ -79,7 +79,7 @@ pub(super) struct How {
 /// Results of the previous round.
 #[derive(Default)]
 struct Before {
-    found: Vec<Found>,
+    found: Vec<FoundPatch>,
     map: Vec<u32>,
     near: Vec<bool>,
     pasted: Vec<bool>,
@@ -148,7 +148,7 @@ pub(super) fn mend((table, image): (&Table, &Texels<f32>), how: &How, layer: &mu
 
 /// Marks the pixels whose right or lower neighbour does not continue them.
 fn torn(patches: &Patches, region: &Region, map: &[u32]) -> Vec<bool> {
-    let Plane { w, h, wrap } = region.plane;
+    let PixelPlane { w, h, wrap } = region.plane;
     let (right, down) = (patches.step(1, 0), patches.step(0, 1));
     let goes_on = |at: u32, step: u32, to: u32| patches.home(at.wrapping_add(step)) == to;
     let mut torn = vec![false; w * h];
@@ -165,14 +165,14 @@ fn torn(patches: &Patches, region: &Region, map: &[u32]) -> Vec<bool> {
 }
 
 /// Marks the pixels with a marked one at most `r` columns and rows away (a dilation).
-fn spread(marked: &[bool], plane: Plane, r: i32) -> Vec<bool> {
-    let Plane { w, h, wrap } = plane;
+fn spread(marked: &[bool], plane: PixelPlane, r: i32) -> Vec<bool> {
+    let PixelPlane { w, h, wrap } = plane;
     let mut rows = vec![false; w * h];
     rows.par_chunks_mut(w).zip(marked.par_chunks(w)).with_min_len(16).for_each(|(out, row)| {
         for x in (0..w).filter(|x| row[*x]) {
             for k in index(x) - r..=index(x) + r {
                 if wrap[0] || (0..index(w)).contains(&k) {
-                    out[Plane::bring(k, w, wrap[0])] = true;
+                    out[PixelPlane::bring(k, w, wrap[0])] = true;
                 }
             }
         }
@@ -181,7 +181,7 @@ fn spread(marked: &[bool], plane: Plane, r: i32) -> Vec<bool> {
     out.par_chunks_mut(w).with_min_len(16).enumerate().for_each(|(y, out)| {
         for k in index(y) - r..=index(y) + r {
             if wrap[1] || (0..index(h)).contains(&k) {
-                let from = Plane::bring(k, h, wrap[1]) * w;
+                let from = PixelPlane::bring(k, h, wrap[1]) * w;
                 out.iter_mut().zip(&rows[from..from + w]).for_each(|(out, marked)| *out |= marked);
             }
         }

@@ -48,4 +48,4 @@ mod table;
 pub mod texels;
 mod vote;
 
-pub use plane::{Lookup, Neighbours, Plane};
+pub use plane::{Lookup, Neighbours, PixelPlane};

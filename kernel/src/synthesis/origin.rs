@@ -8,7 +8,7 @@ use super::aniso::Position;
 use super::jacobian::Jacobian;
 use super::lattice_start::Fitted;
 use super::pca::DIMS;
-use super::plane::{Lookup, Plane};
+use super::plane::{Lookup, PixelPlane};
 use rayon::prelude::*;
 
 /// Number of rows that are examined on each side of an origin.
@@ -20,7 +20,7 @@ pub fn best_origin(
     coords: &[Position],
     size: [usize; 2],
     j: &Jacobian,
-    (plane, appearance): (Plane, &[[f32; DIMS]]),
+    (plane, appearance): (PixelPlane, &[[f32; DIMS]]),
     fitted: Option<&Fitted>,
 ) -> [usize; 2] {
     let differences = differences(coords, size, j, (plane, appearance));
@@ -51,7 +51,7 @@ fn differences(
     coords: &[Position],
     [w, h]: [usize; 2],
     j: &Jacobian,
-    (plane, appearance): (Plane, &[[f32; DIMS]]),
+    (plane, appearance): (PixelPlane, &[[f32; DIMS]]),
 ) -> (Vec<u64>, Vec<u64>) {
     #[expect(clippy::cast_possible_truncation, reason = "a position in an exemplar, or a step beyond")]
     let cell = |[x, y]: Position| plane.index(x.floor() as i32, y.floor() as i32);
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use crate::synthesis::lattice::Basis;
 
-    const JOINED: Plane = Plane { w: 16, h: 16, wrap: [true; 2] };
+    const JOINED: PixelPlane = PixelPlane { w: 16, h: 16, wrap: [true; 2] };
 
     /// The exemplar, repeated, with one rectangle moved by (5, 3).
     fn patched(n: usize, x: std::ops::Range<usize>, y: std::ops::Range<usize>) -> Vec<Position> {

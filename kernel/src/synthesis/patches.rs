@@ -1,7 +1,7 @@
 //! Patches around each exemplar pixel of a level, for comparison with patches of a result.
 use super::candidates::narrow;
 use super::pca::principal;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::table::Table;
 use super::texels::{Texels, mirrored};
@@ -18,7 +18,7 @@ const MOST: f32 = 1600.0;
 pub(super) const SIDE: usize = 7;
 
 /// A patch of the result: its rows, each padded to a whole number of vectors. The padding is not compared.
-pub(super) type Shown = [[i16; 32]; SIDE];
+pub(super) type ShownPatch = [[i16; 32]; SIDE];
 
 /// Factor on the distance of patches that reach beyond the exemplar.
 const BEYOND: f32 = 1.5;
@@ -50,7 +50,7 @@ pub(super) struct Patches {
 impl Patches {
     /// Builds the patches of a level from its picture.
     pub(super) fn new(image: &Texels<f32>, table: &Table, reach: usize) -> Self {
-        let Plane { w, h: rows, wrap } = image.plane;
+        let PixelPlane { w, h: rows, wrap } = image.plane;
         let (h, pad) = (table.h, 2 * reach);
         let (stride, lines) = (w.div_ceil(h) + 2 * pad, rows.div_ceil(h) + 2 * pad);
         let cells = stride * lines;
@@ -146,8 +146,8 @@ impl Patches {
         [dx, dy]: [i32; 2],
         at: impl Fn(usize) -> u32,
     ) -> u32 {
-        let Plane { w, h, wrap } = region.plane;
-        let near = Plane::bring(y + dy, h, wrap[1]) * w + Plane::bring(x + dx, w, wrap[0]);
+        let PixelPlane { w, h, wrap } = region.plane;
+        let near = PixelPlane::bring(y + dy, h, wrap[1]) * w + PixelPlane::bring(x + dx, w, wrap[0]);
         // Across wrapping sides, the neighbour may be nearer than a whole pixel.
         let beyond = region.beyond(x + dx, y + dy);
         if beyond == [0, 0] {

@@ -1,13 +1,13 @@
 //! Positions for pixels at the start, when they leave the exemplar, and when they are jittered.
 use super::aniso::Position;
-use super::driver::{Inputs, Run, Start};
+use super::driver::{Inputs, Start, SynthesisRun};
 use super::region::Region;
 use super::table::Table;
 use crate::ground::hash::Hash;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
-impl<I: Inputs> Run<'_, I> {
+impl<I: Inputs> SynthesisRun<'_, I> {
     /// Start positions in the exemplar: the centres of the footprints of a region's pixels.
     pub(super) fn start(&self, table: &Table, region: &Region, guide: &[f32]) -> Result<Vec<Position>, I::Stop> {
         if self.settings.start == Start::Given {

@@ -28,11 +28,11 @@ pub trait Neighbours: Lookup {
     }
 }
 
-impl Neighbours for Plane {}
+impl Neighbours for PixelPlane {}
 
 /// Size of a rectangle of pixels, and the axes that wrap. Reads beyond a side that does not wrap give the border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Plane {
+pub struct PixelPlane {
     /// Width in pixels.
     pub w: usize,
     /// Height in pixels.
@@ -41,7 +41,7 @@ pub struct Plane {
     pub wrap: [bool; 2],
 }
 
-impl Plane {
+impl PixelPlane {
     /// Wraps or clamps the column or row `k` to `0..n`.
     #[inline(always)]
     pub fn bring(k: i32, n: usize, wrap: bool) -> usize {
@@ -79,7 +79,7 @@ impl Plane {
     }
 }
 
-impl Lookup for Plane {
+impl Lookup for PixelPlane {
     #[inline(always)]
     fn index(&self, x: i32, y: i32) -> usize {
         Self::bring(y, self.h, self.wrap[1]) * self.w + Self::bring(x, self.w, self.wrap[0])
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn takes_each_axis_by_itself() {
-        let plane = |wrap| Plane { w: 8, h: 6, wrap };
+        let plane = |wrap| PixelPlane { w: 8, h: 6, wrap };
         for (wrap, joined, inside, inwards) in [
             ([false; 2], [9, -2], [7, 0], [5, 1]),
             ([true, false], [1, -2], [1, 0], [1, 1]),

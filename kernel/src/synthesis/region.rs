@@ -3,7 +3,7 @@
 //! Along axes that wrap, a level covers the output once. Along others, a level is larger than its wanted part by the
 //! reach of its correction, so that every window of an unbounded texture shows the same content; with every pass the
 //! margin shrinks.
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use crate::ground::window::{index, offset};
 
 /// The wanted pixels of the result, in absolute coordinates, and the axes that wrap.
@@ -25,7 +25,7 @@ pub struct Region {
     /// First column and row, absolute, in pixels of the level.
     pub start: [i32; 2],
     /// Columns and rows, and the axes that wrap.
-    pub plane: Plane,
+    pub plane: PixelPlane,
     /// Difference between `h` and the width of the last column (and row), along axes that wrap.
     pub short: [i32; 2],
 }
@@ -56,7 +56,7 @@ pub fn plan(output: &Output, needs: &[Needs]) -> Vec<Planned> {
     let region = |k: usize, lines: [(i32, usize); 2]| Region {
         h: needs[k].h,
         start: lines.map(|line| line.0),
-        plane: Plane { w: lines[0].1, h: lines[1].1, wrap: output.wrap },
+        plane: PixelPlane { w: lines[0].1, h: lines[1].1, wrap: output.wrap },
         short: [0, 1].map(|d| match output.wrap[d] {
             true => index(lines[d].1 * needs[k].h - output.size[d]),
             false => 0,
@@ -113,7 +113,7 @@ impl Region {
 
     /// The `wanted` part plus a margin of `by` pixels; the whole range along axes that wrap.
     pub fn around(&self, wanted: &Self, by: i32) -> Self {
-        let Plane { w, h, wrap } = self.plane;
+        let PixelPlane { w, h, wrap } = self.plane;
         let (size, inner) = ([w, h], [wanted.plane.w, wanted.plane.h]);
         let line = |d: usize| {
             if wrap[d] {
@@ -124,7 +124,7 @@ impl Region {
             (from, offset(to - from))
         };
         let lines = [line(0), line(1)];
-        Self { start: lines.map(|line| line.0), plane: Plane { w: lines[0].1, h: lines[1].1, wrap }, ..*self }
+        Self { start: lines.map(|line| line.0), plane: PixelPlane { w: lines[0].1, h: lines[1].1, wrap }, ..*self }
     }
 
     /// Crops a per-pixel array to a `part` of the region; an empty array stays empty.

@@ -3,12 +3,12 @@
 //! Candidate patches are continuations of the neighbours, patches that look like those, and random patches around the
 //! best one (C. Barnes et al., 2009).
 use super::coverage::Factors;
-use super::patches::{Patches, SIDE, Shade, Shown};
+use super::patches::{Patches, SIDE, Shade, ShownPatch};
 use super::phase::{self, Phase};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::table::Table;
-use super::vote::{self, Found};
+use super::vote::{self, FoundPatch};
 use crate::ground::hash::Hash;
 use crate::ground::math::pow;
 use crate::ground::simd;
@@ -48,7 +48,7 @@ impl<'a> Terms<'a> {
 }
 
 /// The adjacent neighbours of a pixel, and those at the rim of its patch.
-pub(super) fn ways(patches: &Patches, plane: Plane) -> [Way; 16] {
+pub(super) fn ways(patches: &Patches, plane: PixelPlane) -> [Way; 16] {
     let reach = index(patches.reach);
     std::array::from_fn(|k| {
         let by = if k & 1 == 0 { 1 } else { reach };
@@ -69,7 +69,7 @@ pub(super) struct Search<'a> {
     /// Pixels near a joint, whose patch is not a plain part of the exemplar.
     pub(super) near: &'a [bool],
     /// Matches of the previous round; empty in the first.
-    pub(super) last: &'a [Found],
+    pub(super) last: &'a [FoundPatch],
     /// Neighbours whose continuations are tried.
     pub(super) ways: [Way; 16],
 }
@@ -96,7 +96,7 @@ pub(super) struct Known<'a> {
 
 /// State of the search for a pixel's best patch.
 struct Query<'a> {
-    shown: Shown,
+    shown: ShownPatch,
     known: Known<'a>,
     best: u32,
     least: f32,
@@ -151,13 +151,13 @@ const SEARCHES: u64 = 2;
 
 impl Search<'_> {
     /// The best patch of each pixel: looked up for `fresh` pixels, else kept, or the shown patch itself.
-    pub(super) fn all(&self, fresh: &[bool]) -> Vec<Found> {
+    pub(super) fn all(&self, fresh: &[bool]) -> Vec<FoundPatch> {
         let w = self.region.plane.w;
         let mut seen: Vec<Shade> = vec![Shade::default(); self.map.len()];
         let shade = |(seen, at): (&mut Shade, &u32)| *seen = *self.patches.shade(*at);
         seen.par_iter_mut().zip(self.map).with_min_len(1024).for_each(shade);
         let sure = weight(0.0);
-        let mut found: Vec<Found> = vec![Found { at: 0, weight: 0.0 }; self.map.len()];
+        let mut found: Vec<FoundPatch> = vec![FoundPatch { at: 0, weight: 0.0 }; self.map.len()];
         found.par_chunks_mut(w).with_min_len(4).enumerate().for_each(|(y, row)| {
             simd::dispatch(
                 #[inline(always)]
@@ -174,7 +174,7 @@ impl Search<'_> {
                         } else if self.near[p] && !self.last.is_empty() {
                             self.last[p]
                         } else {
-                            Found { at: self.map[p], weight: if skips { 0.0 } else { sure } }
+                            FoundPatch { at: self.map[p], weight: if skips { 0.0 } else { sure } }
                         };
                     }
                 },
@@ -192,17 +192,17 @@ impl Search<'_> {
 
     /// The patch of the result around a pixel.
     #[inline(always)]
-    fn show<const N: usize>(&self, seen: &[Shade], (x, y): (usize, usize)) -> Shown {
-        let Plane { w, h, wrap } = self.region.plane;
+    fn show<const N: usize>(&self, seen: &[Shade], (x, y): (usize, usize)) -> ShownPatch {
+        let PixelPlane { w, h, wrap } = self.region.plane;
         let reach = N / 2;
         let mut shown = [[0; 32]; SIDE];
         for (k, out) in shown.iter_mut().enumerate().take(N) {
-            let row = &seen[Plane::bring(index(y + k) - index(reach), h, wrap[1]) * w..][..w];
+            let row = &seen[PixelPlane::bring(index(y + k) - index(reach), h, wrap[1]) * w..][..w];
             if x >= reach && x + reach < w {
                 out[..4 * N].copy_from_slice(row[x - reach..][..N].as_flattened());
             } else {
                 for k in 0..N {
-                    out[4 * k..][..4].copy_from_slice(&row[Plane::bring(index(x + k) - index(reach), w, wrap[0])]);
+                    out[4 * k..][..4].copy_from_slice(&row[PixelPlane::bring(index(x + k) - index(reach), w, wrap[0])]);
                 }
             }
         }
@@ -211,7 +211,7 @@ impl Search<'_> {
 
     /// Finds the exemplar patch most like the patch shown around a pixel.
     #[inline(always)]
-    fn find<const N: usize>(&self, (x, y): (usize, usize), seen: &[Shade]) -> Found {
+    fn find<const N: usize>(&self, (x, y): (usize, usize), seen: &[Shade]) -> FoundPatch {
         let (patches, p) = (self.patches, y * self.region.plane.w + x);
         let own = self.map[p];
         let mut query = Query {
@@ -234,13 +234,13 @@ impl Search<'_> {
             self.wander::<N>((x, y), &mut query);
         }
         let fit = if query.least < f32::INFINITY { query.least / (N * N) as f32 } else { 1e6 };
-        Found { at: query.best, weight: weight(fit) }
+        FoundPatch { at: query.best, weight: weight(fit) }
     }
 
     /// Tries the continuations of the neighbours, and the match of the previous round.
     #[inline(always)]
     fn neighbours<const N: usize>(&self, (x, y): (usize, usize), query: &mut Query<'_>) {
-        let (patches, Plane { w, h, .. }, reach) = (self.patches, self.region.plane, N / 2);
+        let (patches, PixelPlane { w, h, .. }, reach) = (self.patches, self.region.plane, N / 2);
         let (p, place) = (y * w + x, [index(x), index(y)]);
         let inner = x >= reach && y >= reach && x + reach < w && y + reach < h;
         for way in &self.ways {
@@ -280,7 +280,7 @@ impl Search<'_> {
     /// Tries random patches around the best one, with decreasing radius.
     #[inline(always)]
     fn wander<const N: usize>(&self, (x, y): (usize, usize), query: &mut Query<'_>) {
-        let Plane { w, h, wrap } = self.table.plane;
+        let PixelPlane { w, h, wrap } = self.table.plane;
         let hash = self.hash.with(self.region.name(x, y));
         let mut radius = index(w.max(h)) / 2;
         for k in 0..SEARCHES {
@@ -288,7 +288,7 @@ impl Search<'_> {
             let [bx, by] = self.patches.pixel(query.best);
             let to = [bx + within(word, radius), by + within(word >> 32, radius)];
             if self.table.holds(to) {
-                let to = [Plane::bring(to[0], w, wrap[0]), Plane::bring(to[1], h, wrap[1])];
+                let to = [PixelPlane::bring(to[0], w, wrap[0]), PixelPlane::bring(to[1], h, wrap[1])];
                 self.test::<N>(query, self.patches.at(to.map(index)));
             }
             radius = (radius / 2).max(1);

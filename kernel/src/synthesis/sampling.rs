@@ -1,7 +1,7 @@
 //! Evaluates pictures at synthesised coordinates, on any grid.
 use super::jacobian::{self, IDENTITY, Jacobian};
 use super::magnify;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::texels::{Fetch, Texels};
 use crate::ground::number::narrow;
 use crate::ground::window::{WindowExt, index};
@@ -19,7 +19,7 @@ pub struct Source {
 
 impl Source {
     /// Builds a picture of these planes, `scale` times as fine as the exemplar. `shrinks`: features may become smaller.
-    pub fn new(plane: Plane, planes: &[&[f32]], scale: [f32; 2], fetch: Fetch, shrinks: bool) -> Self {
+    pub fn new(plane: PixelPlane, planes: &[&[f32]], scale: [f32; 2], fetch: Fetch, shrinks: bool) -> Self {
         let data = (0..plane.w * plane.h).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
         let mut levels = vec![Texels::new(plane, planes.len(), data)];
         // Labels must not be averaged.
@@ -66,7 +66,7 @@ pub struct Area<'a> {
     /// Positions in the exemplar.
     pub map: &'a [[f32; 2]],
     /// Size of the map, and the axes that wrap.
-    pub plane: Plane,
+    pub plane: PixelPlane,
     /// Finest pixels per pixel of the map.
     pub spacing: f64,
     /// The outer corner of pixel (0, 0) of the result, in pixels of the map.
@@ -188,14 +188,14 @@ mod tests {
     use super::*;
 
     fn area(map: &[[f32; 2]], per: f64, n: usize) -> Area<'_> {
-        let (plane, window) = (Plane { w: 4, h: 4, wrap: [true; 2] }, Window::of(0, 0, n, n));
+        let (plane, window) = (PixelPlane { w: 4, h: 4, wrap: [true; 2] }, Window::of(0, 0, n, n));
         let step = [1.0 / per; 2];
         Area { map, plane, spacing: 1.0, origin: [0.0; 2], step, window, jacobians: None, follow: false }
     }
 
     fn filled(fetch: Fetch, map: &[[f32; 2]], per: f64, n: usize) -> Vec<f32> {
         let names: Vec<f32> = (0..64).map(|p| (p * 37 % 64) as f32).collect();
-        let source = Source::new(Plane { w: 8, h: 8, wrap: [false; 2] }, &[&names], [1.0; 2], fetch, true);
+        let source = Source::new(PixelPlane { w: 8, h: 8, wrap: [false; 2] }, &[&names], [1.0; 2], fetch, true);
         let mut out = vec![0.0; n * n];
         area(map, per, n).fill(&source, 1, &mut out);
         out

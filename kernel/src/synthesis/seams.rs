@@ -1,5 +1,5 @@
 //! Detection of exemplars that wrap, and removal of their shading.
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::texels::Texels;
 
 /// Detects for each axis whether opposite sides look joined: the step across them is no larger than the steps inside,
@@ -9,7 +9,7 @@ pub fn join(features: &[f32], channels: usize, [w, h]: [usize; 2]) -> [bool; 2] 
         return [false; 2];
     }
     // Blurring across the border would hide the step; so blur without wrapping.
-    let plane = Plane { w, h, wrap: [false; 2] };
+    let plane = PixelPlane { w, h, wrap: [false; 2] };
     let sharp = Texels::new(plane, channels, features.to_vec());
     let soft = sharp.blurred(4);
     [true, false].map(|across| {
@@ -34,6 +34,6 @@ pub fn join(features: &[f32], channels: usize, [w, h]: [usize; 2]) -> [bool; 2] 
 pub fn flatten(plane: &mut [f32], [w, h]: [usize; 2], share: f64) {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of pixels")]
     let width = ((w.min(h) as f64 * share) as usize).max(2);
-    let shading = Texels::new(Plane { w, h, wrap: [false; 2] }, 1, plane.to_vec()).blurred(width);
+    let shading = Texels::new(PixelPlane { w, h, wrap: [false; 2] }, 1, plane.to_vec()).blurred(width);
     plane.iter_mut().zip(&shading.data).for_each(|(v, shading)| *v -= shading);
 }

@@ -1,6 +1,6 @@
 //! The pixels of a level of a surface: their positions, neighbours and Jacobians.
 use super::jacobian::{self, IDENTITY, Jacobian};
-use super::plane::{Lookup, Neighbours, Plane};
+use super::plane::{Lookup, Neighbours, PixelPlane};
 use super::region::Region;
 use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
@@ -35,9 +35,9 @@ impl<'a> Sheet<'a> {
     }
 
     /// Columns and rows; no axis wraps.
-    pub fn plane(&self) -> Plane {
+    pub fn plane(&self) -> PixelPlane {
         let [w, h] = self.level.size.map(|n| n as usize);
-        Plane { w, h, wrap: [false; 2] }
+        PixelPlane { w, h, wrap: [false; 2] }
     }
 
     /// The same, as a region of the canvas.

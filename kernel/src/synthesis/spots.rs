@@ -3,11 +3,11 @@
 //! The spot and its surroundings are compared with thousands of exemplar positions, and the middle of the best match is
 //! pasted over the spot. Spots are so far apart that no two overlap; their selection depends on near pixels only.
 use super::patches::Patches;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::rematch::{Terms, cost, weight};
 use super::table::Table;
-use super::vote::Found;
+use super::vote::FoundPatch;
 use crate::ground::hash::Hash;
 use crate::ground::simd;
 use crate::ground::window::index;
@@ -39,7 +39,7 @@ type Shown = [[i16; WIDTH]; SIDE];
 const WIDTH: usize = 48;
 
 /// Step between tried exemplar positions, in columns and rows.
-fn step(plane: Plane) -> usize {
+fn step(plane: PixelPlane) -> usize {
     (1..).find(|n| (plane.w / n) * (plane.h / n) <= TRIED).unwrap_or(1)
 }
 
@@ -48,10 +48,10 @@ pub(super) fn replace(
     (table, patches): (&Table, &Patches),
     region: &Region,
     (terms, hash): (&Terms<'_>, Hash),
-    found: &[Found],
+    found: &[FoundPatch],
     map: &mut [u32],
 ) -> Vec<bool> {
-    let Plane { w, h, wrap } = region.plane;
+    let PixelPlane { w, h, wrap } = region.plane;
     let spots = worst(region, found);
     let search = Search { table, patches, region, terms, map, step: step(table.plane), hash: hash.with(0x7370_6F74) };
     let best: Vec<u32> = spots.par_iter().with_min_len(4).map(|p| search.find(*p, found[*p].at)).collect();
@@ -65,7 +65,7 @@ pub(super) fn replace(
                 if !inside(x, w, wrap[0]) || !inside(y, h, wrap[1]) {
                     continue;
                 }
-                let [x, y] = [Plane::bring(x, w, wrap[0]), Plane::bring(y, h, wrap[1])];
+                let [x, y] = [PixelPlane::bring(x, w, wrap[0]), PixelPlane::bring(y, h, wrap[1])];
                 let q = y * w + x;
                 if terms.fixed.get(q).is_some_and(|fixed| *fixed) {
                     continue;
@@ -81,8 +81,8 @@ pub(super) fn replace(
 }
 
 /// The torn pixels whose patch fits worst among those near.
-fn worst(region: &Region, found: &[Found]) -> Vec<usize> {
-    let Plane { w, h, wrap } = region.plane;
+fn worst(region: &Region, found: &[FoundPatch]) -> Vec<usize> {
+    let PixelPlane { w, h, wrap } = region.plane;
     let limit = weight(TORN);
     let worst = |p: usize| {
         let (own, x, y) = (found[p].weight, index(p % w), index(p / w));
@@ -90,12 +90,12 @@ fn worst(region: &Region, found: &[Found]) -> Vec<usize> {
             if !wrap[1] && !(0..index(h)).contains(&(y + dy)) {
                 continue;
             }
-            let row = Plane::bring(y + dy, h, wrap[1]) * w;
+            let row = PixelPlane::bring(y + dy, h, wrap[1]) * w;
             for dx in -APART + 1..APART {
                 if !wrap[0] && !(0..index(w)).contains(&(x + dx)) {
                     continue;
                 }
-                let other = found[row + Plane::bring(x + dx, w, wrap[0])].weight;
+                let other = found[row + PixelPlane::bring(x + dx, w, wrap[0])].weight;
                 let first = (dy, dx) < (0, 0);
                 if other > 0.0 && (other < own || first && other <= own) {
                     return false;
@@ -138,7 +138,7 @@ impl Search<'_> {
                 }
             },
         );
-        let Plane { w, h, wrap } = self.table.plane;
+        let PixelPlane { w, h, wrap } = self.table.plane;
         let word = self.hash.with(self.region.name(x, y)).u64(0);
         #[expect(clippy::cast_possible_truncation, reason = "less than a step")]
         let first = [word & 0xFFFF_FFFF, word >> 32].map(|word| (word % self.step as u64) as usize);
@@ -155,7 +155,7 @@ impl Search<'_> {
                 let ([x, y], by) = (patches.pixel(best), index(self.step) - 1);
                 for (x, y) in (-by..=by).flat_map(|dy| (-by..=by).map(move |dx| (x + dx, y + dy))) {
                     if self.table.holds([x, y]) {
-                        let place = [Plane::bring(x, w, wrap[0]), Plane::bring(y, h, wrap[1])];
+                        let place = [PixelPlane::bring(x, w, wrap[0]), PixelPlane::bring(y, h, wrap[1])];
                         test(patches.at(place.map(index)), &mut best);
                     }
                 }
@@ -166,13 +166,13 @@ impl Search<'_> {
 
     /// The surroundings of a pixel of the result.
     fn show(&self, x: usize, y: usize) -> Shown {
-        let Plane { w, h, wrap } = self.region.plane;
+        let PixelPlane { w, h, wrap } = self.region.plane;
         let reach = index(COMPARED);
         let mut shown = [[0; WIDTH]; SIDE];
         for (k, out) in shown.iter_mut().enumerate() {
-            let row = Plane::bring(index(y + k) - reach, h, wrap[1]) * w;
+            let row = PixelPlane::bring(index(y + k) - reach, h, wrap[1]) * w;
             for k in 0..SIDE {
-                let at = self.map[row + Plane::bring(index(x + k) - reach, w, wrap[0])];
+                let at = self.map[row + PixelPlane::bring(index(x + k) - reach, w, wrap[0])];
                 out[4 * k..][..4].copy_from_slice(self.patches.shade(at));
             }
         }

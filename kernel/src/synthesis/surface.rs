@@ -4,10 +4,10 @@
 //! has its own Jacobian. Coordinates lie in the exemplar, so they need no change across borders. After the passes of a
 //! level its border pixels are corrected again, since they converge more slowly.
 use super::aniso::{Position, Terms};
-use super::coverage::{EvenUse, Factors, Shown};
+use super::coverage::{EvenUse, Factors, SurfaceUses};
 use super::driver::{Analysed, Inputs, Settings, Start};
 use super::jacobian::{self, Jacobian};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::sheet::Sheet;
 use super::surface_pass::{self, Pass};
 use super::table::Table;
@@ -121,7 +121,7 @@ impl<I: SurfaceInputs> Run<'_, I> {
 
     /// A random position for a pixel, hashed by its position on the surface.
     fn random(&self, table: &Table, sheet: &Sheet<'_>, pixel: usize, guide: Option<(f32, f32)>) -> Position {
-        let Plane { w, h, wrap } = table.plane;
+        let PixelPlane { w, h, wrap } = table.plane;
         let half = f64::from(sheet.level.h) / 2.0;
         let room = |n: usize, wrap: bool| {
             let half = if wrap { 0.0 } else { half.min((n as f64 - 1.0) / 2.0) };
@@ -201,7 +201,7 @@ impl<I: SurfaceInputs> Run<'_, I> {
             self.inputs.step((count - 1 - l) * passes + k.min(passes), count * passes)?;
             if k < passes {
                 factors = even.map(|even| {
-                    let shown = Shown { sites: &sites, tiles: &tiles.0, count: tiles.1, h: table.h };
+                    let shown = SurfaceUses { sites: &sites, tiles: &tiles.0, count: tiles.1, h: table.h };
                     Factors::of_surface(&even, table.plane, table.usable_bins, &shown, |p| {
                         (table.bin_at(table.padded(table.cell(map[p]))), jacobian::det(&jacobians[p]).abs())
                     })

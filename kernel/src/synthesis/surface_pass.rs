@@ -1,7 +1,7 @@
 //! A pass over the pixels of a surface level: [`aniso`](super::aniso) with pointers across borders of charts.
 use super::aniso::{Position, Terms};
 use super::jacobian::{self, Jacobian};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::settle::{Geometry, Matcher};
 use super::sheet::Sheet;
 use super::table::Table;
@@ -24,7 +24,7 @@ const QUARTERS: [[usize; 2]; 4] = [[0, 0], [1, 1], [1, 0], [0, 1]];
 
 /// Corrects all pixels, one quarter after another.
 pub(super) fn correct(pass: &Pass<'_>, map: &mut [Position]) {
-    let Plane { w, h, .. } = pass.sheet.plane();
+    let PixelPlane { w, h, .. } = pass.sheet.plane();
     let mut fresh = Vec::new();
     for first in QUARTERS {
         if first[0] >= w || first[1] >= h {

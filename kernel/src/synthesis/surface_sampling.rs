@@ -245,7 +245,7 @@ mod tests {
     use crate::ground::stop::NEVER;
     use crate::mesh::frame::Framing;
     use crate::mesh::levels::{LevelsSpec, indirection};
-    use crate::synthesis::plane::Plane;
+    use crate::synthesis::plane::PixelPlane;
     use glam::{DVec3, UVec2};
     use shibo_engine::value::Frames;
     use std::sync::Arc;
@@ -266,7 +266,7 @@ mod tests {
         let position = |place: DVec3| (DVec2::new(place.x + 16.0, 80.0 - place.y) / pitch).as_vec2().to_array();
         let count = sheet.level.owner.len();
         let coords: Vec<[f32; 2]> = (0..count).map(|p| sheet.place(p).map_or([f32::NAN; 2], position)).collect();
-        let plane = Plane { w: 192, h: 192, wrap: [false; 2] };
+        let plane = PixelPlane { w: 192, h: 192, wrap: [false; 2] };
         let ramps: Vec<Vec<f32>> =
             [0, 1].map(|d: usize| (0..192 * 192).map(|p| [p % 192, p / 192][d] as f32 + 0.5).collect()).to_vec();
         let source = Source::new(plane, &[&ramps[0], &ramps[1]], [1.0; 2], Fetch::Bilinear, false);

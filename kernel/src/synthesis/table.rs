@@ -4,7 +4,7 @@ use super::coverage::{self, Factors};
 use super::lattice::Basis;
 use super::pca::DIMS;
 use super::phase::{Metric, Phase, phase};
-use super::plane::{Lookup, Plane};
+use super::plane::{Lookup, PixelPlane};
 use super::region::Region;
 use crate::ground::simd;
 use crate::ground::window::{index, offset};
@@ -15,7 +15,7 @@ pub struct Table {
     /// Spacing in finest pixels.
     pub h: usize,
     /// Size of the exemplar, and the axes that wrap.
-    pub plane: Plane,
+    pub plane: PixelPlane,
     pub(super) stride: usize,
     pub(super) hood: Hood,
     pub(super) matrix: Vec<[f32; DIMS]>,
@@ -40,7 +40,7 @@ pub struct Table {
 impl Table {
     /// Builds the tables of an analysed level. Only `valid` pixels may win; `guide` is empty or holds the exemplar's
     /// guide.
-    pub fn new(level: &Level, plane: Plane, valid: &[bool], guide: &[f32]) -> Self {
+    pub fn new(level: &Level, plane: PixelPlane, valid: &[bool], guide: &[f32]) -> Self {
         let (h, w) = (level.h, plane.w);
         let stride = w + 2 * h;
         let n = stride * (plane.h + 2 * h);
@@ -148,7 +148,7 @@ impl Table {
     /// that cannot win.
     #[inline(always)]
     pub(super) fn padded(&self, [x, y]: [i32; 2]) -> u32 {
-        let Plane { w, h, wrap } = self.plane;
+        let PixelPlane { w, h, wrap } = self.plane;
         let axis = simd::inlined(
             #[inline(always)]
             |k: i32, n: usize, wrap: bool| {
@@ -207,7 +207,7 @@ impl Table {
 
     /// Returns whether exemplar pixel (x, y) lies inside.
     pub(super) fn holds(&self, [x, y]: [i32; 2]) -> bool {
-        let Plane { w, h, wrap } = self.plane;
+        let PixelPlane { w, h, wrap } = self.plane;
         (wrap[0] || (0..index(w)).contains(&x)) && (wrap[1] || (0..index(h)).contains(&y))
     }
 

@@ -1,5 +1,5 @@
 //! Exemplars: pictures with any number of channels, and the levels derived from them.
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use crate::ground::cubic::catmull_rom;
 use crate::ground::real::Real;
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ pub enum Fetch {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texels<T> {
     /// Size, and the axes that wrap.
-    pub plane: Plane,
+    pub plane: PixelPlane,
     /// Values per pixel.
     pub channels: usize,
     /// The values.
@@ -34,7 +34,7 @@ impl<T: Real> Texels<T> {
     ///
     /// # Panics
     /// If there are not `w`·`h`·`channels` values, or none.
-    pub fn new(plane: Plane, channels: usize, data: Vec<T>) -> Self {
+    pub fn new(plane: PixelPlane, channels: usize, data: Vec<T>) -> Self {
         assert!(!data.is_empty() && data.len() == plane.w * plane.h * channels, "a picture of {plane:?}");
         Self { plane, channels, data }
     }
@@ -132,7 +132,7 @@ impl<T: Real> Texels<T> {
     }
 
     fn convolve(&self, weights: &[T], across: bool) -> Self {
-        let (Plane { w, h, wrap }, c) = (self.plane, self.channels);
+        let (PixelPlane { w, h, wrap }, c) = (self.plane, self.channels);
         let n = if across { w } else { h };
         let radius = crate::ground::window::index(weights.len() / 2);
         // Source of each tap of each column or row.
@@ -171,7 +171,7 @@ impl<T: Real> Texels<T> {
     /// The next level of the pyramid: each pixel is the mean of 2×2 pixels (of fewer at an odd border).
     #[must_use]
     pub fn halved(&self) -> Self {
-        let plane = Plane { w: self.plane.w.div_ceil(2), h: self.plane.h.div_ceil(2), ..self.plane };
+        let plane = PixelPlane { w: self.plane.w.div_ceil(2), h: self.plane.h.div_ceil(2), ..self.plane };
         let mut data = Vec::with_capacity(plane.w * plane.h * self.channels);
         for y in 0..plane.h {
             for x in 0..plane.w {
@@ -190,7 +190,7 @@ impl<T: Real> Texels<T> {
 /// Maps column `k` to 0..`n`: wraps or mirrors.
 pub(super) fn mirrored(k: i32, n: usize, wrap: bool) -> usize {
     if wrap {
-        return Plane::bring(k, n, true);
+        return PixelPlane::bring(k, n, true);
     }
     let period = 2 * crate::ground::window::index(n);
     let k = k.rem_euclid(period);
@@ -220,7 +220,7 @@ mod tests {
     use shibo_engine::value::Window;
 
     fn picture(wrap: [bool; 2], value: impl Fn(usize, usize) -> f32) -> Texels<f32> {
-        let plane = Plane { w: 9, h: 7, wrap };
+        let plane = PixelPlane { w: 9, h: 7, wrap };
         Texels::new(plane, 2, (0..63).flat_map(|p| [value(p % 9, p / 9), -3.0 * value(p % 9, p / 9)]).collect())
     }
 

@@ -1,6 +1,6 @@
 //! Votes on the pixels of a result: each patch found in the exemplar proposes values for the pixels that it covers.
 use super::patches::Patches;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use crate::ground::math::exp;
 use crate::ground::simd;
@@ -16,7 +16,7 @@ const TOGETHER: f32 = 0.05;
 
 /// The exemplar patch found for a pixel of the result, and the weight of its votes; 0 if none was looked up.
 #[derive(Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct FoundPatch {
     pub(super) at: u32,
     pub(super) weight: f32,
 }
@@ -31,7 +31,7 @@ pub(super) fn sparse(region: &Region) -> bool {
 pub(super) fn vote(
     patches: &Patches,
     region: &Region,
-    found: &[Found],
+    found: &[FoundPatch],
     (near, fixed): (&[bool], &[bool]),
     map: &mut [u32],
 ) {
@@ -68,7 +68,7 @@ pub(super) fn vote(
 struct Election<'a> {
     patches: &'a Patches,
     region: &'a Region,
-    found: &'a [Found],
+    found: &'a [FoundPatch],
     /// The voting patches for pixels in even and odd columns of even rows, then of odd rows.
     lists: &'a [Vec<Around>; 4],
     /// All patches within reach.
@@ -91,7 +91,7 @@ type Votes = [(u32, f32); 25];
 impl Election<'_> {
     #[inline(always)]
     fn elect(&self, (x, y): (usize, usize), own: u32) -> u32 {
-        let Plane { w, h, .. } = self.region.plane;
+        let PixelPlane { w, h, .. } = self.region.plane;
         let inner = x >= self.reach && y >= self.reach && x + self.reach < w && y + self.reach < h;
         let [first, top] = self.region.start;
         let list = &self.lists[offset(((first + index(x)) & 1) + 2 * ((top + index(y)) & 1))];
@@ -129,15 +129,16 @@ impl Election<'_> {
     #[cold]
     #[inline(never)]
     fn border(&self, [x, y]: [i32; 2], votes: &mut Votes) -> (usize, f32) {
-        let Plane { w, h, wrap } = self.region.plane;
+        let PixelPlane { w, h, wrap } = self.region.plane;
         let outside = |k: i32, n: usize, wrap: bool| !wrap && !(0..index(n)).contains(&k);
         let (mut count, mut total, mut last) = (0, 0.0, 0);
         for &Around { to: [dx, dy], bell, .. } in self.square {
             if outside(x + dx, w, wrap[0]) || outside(y + dy, h, wrap[1]) {
                 continue;
             }
-            let weight =
-                self.found[Plane::bring(y + dy, h, wrap[1]) * w + Plane::bring(x + dx, w, wrap[0])].weight * bell;
+            let weight = self.found[PixelPlane::bring(y + dy, h, wrap[1]) * w + PixelPlane::bring(x + dx, w, wrap[0])]
+                .weight
+                * bell;
             if weight > 0.0 {
                 let at = self.patches.continued(self.region, [x, y], [dx, dy], |q| self.found[q].at);
                 self.add((at, weight), votes, &mut count, &mut total, &mut last);

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 
 /// Position of a piece in the tree: its middle, and the directions of its own x and y axes, of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct WoodPiece {
     /// Middle, in mm.
     pub middle: DVec3,
     /// Direction of the x axis.
@@ -20,7 +20,7 @@ pub struct Piece {
 #[derive(Clone, Copy, Debug)]
 pub struct Scatter {
     /// The piece without variation.
-    pub from: Piece,
+    pub from: WoodPiece,
     /// Axis of the tilt: the direction of the pieces' breadth, of length 1.
     pub tilt: DVec3,
     /// Maximum shift of their middles, in mm, in x, y and z.
@@ -39,10 +39,10 @@ pub type Turned = [f64; 3];
 impl Scatter {
     /// The piece with an id, and its rotation.
     #[expect(clippy::cast_possible_truncation, reason = "numbers of pieces are whole")]
-    pub fn piece(&self, id: f32) -> (Piece, Turned) {
+    pub fn piece(&self, id: f32) -> (WoodPiece, Turned) {
         let hash = self.hash.with((id.round() as i64).cast_unsigned());
         let draw = |k: u64| 2.0 * hash.unit(k) - 1.0;
-        let Piece { middle, along, across } = self.from;
+        let WoodPiece { middle, along, across } = self.from;
         let middle = middle + self.spread * DVec3::new(draw(0), draw(1), draw(2));
         let [yaw, pitch] = [self.turn[0] * draw(3), self.turn[1] * draw(4)];
         let round = |axis: DVec3, degrees: f64| {
@@ -54,7 +54,7 @@ impl Scatter {
         let [along, across] = if turned { [turn * along, turn * across] } else { [along, across] };
         let flipped = self.flip && hash.u64(5) & 1 == 1;
         let sign = if flipped { -1.0 } else { 1.0 };
-        let piece = Piece { middle, along: sign * along, across: sign * across };
+        let piece = WoodPiece { middle, along: sign * along, across: sign * across };
         (piece, [yaw, pitch, if flipped { 180.0 } else { 0.0 }])
     }
 
@@ -86,7 +86,7 @@ impl Scatter {
     }
 
     /// Evaluates `of` for each piece, and writes the result to all its pixels.
-    pub fn each(&self, ids: &[f32], out: &mut [&mut [f32]], of: impl Fn(&Piece, &Turned) -> [f64; 3]) {
+    pub fn each(&self, ids: &[f32], out: &mut [&mut [f32]], of: impl Fn(&WoodPiece, &Turned) -> [f64; 3]) {
         runs(ids, |from, to| {
             let (piece, turned) = self.piece(ids[from]);
             let value = of(&piece, &turned);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     fn scatter() -> Scatter {
-        let from = Piece { middle: DVec3::new(3.0, 4.0, 5.0), along: DVec3::Z, across: DVec3::X };
+        let from = WoodPiece { middle: DVec3::new(3.0, 4.0, 5.0), along: DVec3::Z, across: DVec3::X };
         let hash = Hash::new(9);
         Scatter { from, tilt: DVec3::X, spread: DVec3::new(10.0, 20.0, 400.0), turn: [30.0, 5.0], flip: true, hash }
     }

@@ -2,7 +2,7 @@
 #![allow(clippy::cast_possible_truncation, reason = "test pictures are small")]
 use crate::synthesis::{Plain, analysed, settings};
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::aniso::Position;
 use shibo_kernel::synthesis::driver::{Analysed, Settings, Start, run};
 use shibo_kernel::synthesis::jacobian::{Jacobian, from_angle_scale};
@@ -21,7 +21,7 @@ fn bumps(wrap: [bool; 2], basis: Basis, seed: u64) -> Texels<f32> {
         let wave = (i * std::f64::consts::TAU).cos() + (j * std::f64::consts::TAU).cos();
         (wave + 0.5 * cell + 0.3 * hash.unit(p as u64)) as f32
     };
-    Texels::new(Plane { w, h, wrap }, 1, (0..w * h).map(value).collect())
+    Texels::new(PixelPlane { w, h, wrap }, 1, (0..w * h).map(value).collect())
 }
 
 fn grown(

@@ -8,13 +8,13 @@ use shibo_kernel::ground::stop::NEVER;
 use shibo_kernel::synthesis::analysis::find_alike;
 use shibo_kernel::synthesis::aniso::Position;
 use shibo_kernel::synthesis::driver::{Analysed, run};
-use shibo_kernel::synthesis::exact::{Corrector, Features, Rule, offsets, upsample};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features, offsets, upsample};
 use shibo_kernel::synthesis::jacobian::{Jacobian, from_angle_scale};
 use shibo_kernel::synthesis::lattice::detect;
 use shibo_kernel::synthesis::magnify::places;
 use shibo_kernel::synthesis::region::Output;
 use shibo_kernel::synthesis::texels::{Fetch, Texels};
-use shibo_kernel::synthesis::{Lookup, Neighbours, Plane};
+use shibo_kernel::synthesis::{Lookup, Neighbours, PixelPlane};
 use std::sync::atomic::{AtomicI32, Ordering};
 
 fn synthesise(exemplar: &Texels<f32>, usable: &[bool], output: &Output, local: bool, inputs: &Plain) -> Vec<Position> {
@@ -158,7 +158,7 @@ fn coordinates_follow_a_jacobian_that_varies() {
 
 /// A lookup that records how far from a pixel it was read.
 struct Watched {
-    plane: Plane,
+    plane: PixelPlane,
     centre: [i32; 2],
     far: AtomicI32,
     reads: AtomicI32,
@@ -183,7 +183,7 @@ fn only_the_eight_immediate_neighbours_are_read() {
     let map: Vec<[f64; 2]> = (0..81).map(|p| [16.0 * hash.unit(2 * p), 16.0 * hash.unit(2 * p + 1)]).collect();
     for (square, compared) in [(4, 4), (3, 9), (5, 25)] {
         assert_eq!(offsets(square).len(), compared);
-        let rule = Rule { square, averaged: true, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 1 };
+        let rule = CorrectionRule { square, averaged: true, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 1 };
         for (angle, scale, stretch) in [(0.0, 1.0, 1.0), (0.7, 0.3, 1.0), (2.5, 4.0, 2.0), (4.0, 1.0, 0.4)] {
             let j = from_angle_scale(angle, scale, stretch).map(f64::from);
             let (far, reads) = (AtomicI32::new(0), AtomicI32::new(0));
@@ -310,7 +310,7 @@ proptest! {
                 [u + j[0] * x + j[1] * y, v + j[2] * x + j[3] * y]
             })
             .collect();
-        let rule = Rule { square, averaged, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 4 };
+        let rule = CorrectionRule { square, averaged, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 4 };
         let corrector = Corrector { features: &features, rule: &rule, lookup: &area, jacobian: |_| j };
         // Inside; at the border neighbours are missing.
         for (x, y) in (1..8).flat_map(|x| (1..7).map(move |y| (x, y))) {

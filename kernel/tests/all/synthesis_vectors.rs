@@ -2,12 +2,12 @@
 #![allow(clippy::cast_possible_truncation, reason = "the vectors are small")]
 use serde_json::Value;
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::synthesis::exact::{Corrector, Features, Rule, offsets, upsample};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features, offsets, upsample};
 use shibo_kernel::synthesis::jacobian::{OCTANTS, octant};
 use shibo_kernel::synthesis::levels::pyramid_level;
 use shibo_kernel::synthesis::magnify::places;
 use shibo_kernel::synthesis::texels::{Fetch, Texels};
-use shibo_kernel::synthesis::{Lookup, Plane};
+use shibo_kernel::synthesis::{Lookup, PixelPlane};
 
 const TOLERANCE: f64 = 1e-9;
 
@@ -33,8 +33,8 @@ fn close(a: &[f64], b: &[f64], what: &str) {
     assert!(worst <= TOLERANCE, "{what}: {worst}");
 }
 
-fn torus(side: usize) -> Plane {
-    Plane { w: side, h: side, wrap: [true; 2] }
+fn torus(side: usize) -> PixelPlane {
+    PixelPlane { w: side, h: side, wrap: [true; 2] }
 }
 
 fn picture(v: &Value, channels: usize) -> Texels<f64> {
@@ -99,7 +99,7 @@ fn neighbourhoods_candidates_errors_and_corrections() {
     for (json, case) in cases(&all) {
         for correction in json["corrections"].as_array().expect("a list") {
             let square = if correction["offsets"] == "full3" { 3 } else { 4 };
-            let rule = Rule {
+            let rule = CorrectionRule {
                 square,
                 averaged: correction["averaged"] == true,
                 fetch: if correction["fetch"] == "nearest" { Fetch::Nearest } else { Fetch::Bilinear },
@@ -136,12 +136,13 @@ fn neighbourhoods_candidates_errors_and_corrections() {
             let mut map = case.map.clone();
             corrector.pass(plane, &[], &mut map);
             close(map.as_flattened(), &flat(&correction["corrected_sub1"]), "corrected at once");
-            let rule = Rule { sub_passes: 4, ..rule };
+            let rule = CorrectionRule { sub_passes: 4, ..rule };
             let mut map = case.map.clone();
             Corrector { rule: &rule, ..corrector }.pass(plane, &[], &mut map);
             close(map.as_flattened(), &flat(&correction["corrected_sub2"]), "corrected in four groups");
         }
-        let rule = Rule { square: 4, averaged: true, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 1 };
+        let rule =
+            CorrectionRule { square: 4, averaged: true, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 1 };
         let corrector = Corrector { features: &features, rule: &rule, lookup: &plane, jacobian: |p: usize| case.j[p] };
         let centres: Vec<[f64; 2]> = (0..64).map(|p| [f64::from(p % 8) + 0.5, f64::from(p / 8) + 0.5]).collect();
         let mut map = case.map.clone();
@@ -182,7 +183,7 @@ fn magnified_colours() {
 }
 
 /// The four pixels around a position, their weights and indices.
-fn taps(plane: &Plane, p: [f64; 2]) -> Vec<([i32; 2], f64, usize)> {
+fn taps(plane: &PixelPlane, p: [f64; 2]) -> Vec<([i32; 2], f64, usize)> {
     let cell = p.map(|v| (v - 0.5).floor());
     let rest = [p[0] - 0.5 - cell[0], p[1] - 0.5 - cell[1]];
     [[0, 0], [1, 0], [0, 1], [1, 1]]
@@ -222,7 +223,8 @@ fn whole_runs_from_zeros() {
             let texels = if pyramid { pyramid_level(&finest, h as usize) } else { finest.blurred(h as usize) };
             let ratio = if pyramid { h } else { 1.0 };
             let features = Features { texels: &texels, ratio, second: &[], plane: torus(16) };
-            let rule = Rule { square: 4, averaged: true, fetch: Fetch::Bilinear, h, kappa: 1.0, sub_passes: 4 };
+            let rule =
+                CorrectionRule { square: 4, averaged: true, fetch: Fetch::Bilinear, h, kappa: 1.0, sub_passes: 4 };
             let plane = torus(side);
             let corrector = Corrector {
                 features: &features,

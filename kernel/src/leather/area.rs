@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_sorted_by_where_they_lie() {
+    fn separates_points_by_position() {
         let points = [Vec2::splat(4.0), Vec2::new(4.0, 6.9), Vec2::ZERO];
         assert_eq!(inside(&points, &disc()), [0, 1]);
         assert_eq!(near_contour(&points, &disc(), 0.2), [false, true, true]);
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_segment_that_comes_back_is_two() {
+    fn splits_segment_that_comes_back() {
         let ring = Area { distance: disc().distance.iter().map(|d| d.min(2.0 - d)).collect(), ..disc() };
         let cut = clip(&[Segment { ends: [Vec2::new(0.0, 4.0), Vec2::new(8.0, 4.0)], link: 0 }], &ring);
         assert_eq!(cut.len(), 2);

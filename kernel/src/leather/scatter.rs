@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_join_where_they_should() {
+    fn wraps_edges_of_periodic_canvas() {
         let value = [(Vec2::new(0.1, 0.1), 5.0)];
         assert_eq!(spread(&value, &spec(true))[36 * 40 + 39], 5.0);
         assert_eq!(spread(&value, &spec(false))[36 * 40 + 39], -1.0);

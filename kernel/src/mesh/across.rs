@@ -175,7 +175,7 @@ mod tests {
 
     /// A function of the position continues across borders, and at the ends of the surface.
     #[test]
-    fn functions_of_the_place_go_on() {
+    fn continues_functions_of_position() {
         for (atlas, closed) in [(plane("plane_wild"), false), (sphere(), true)] {
             let (grid, window) = pixels(300);
             let sheet = AtlasPicture { atlas: &atlas, grid: &grid, window };
@@ -211,7 +211,7 @@ mod tests {
 
     /// Lit from one side, a slope on the surface looks the same in all charts.
     #[test]
-    fn normals_are_those_of_the_surface() {
+    fn matches_normals_across_charts() {
         let atlas = plane("plane_wild");
         let slope = DVec3::new(0.3, -0.2, 0.0);
         for triangle in 0..atlas.uvs.len() {
@@ -227,7 +227,7 @@ mod tests {
 
     /// A normal carried across a border keeps its direction on the surface.
     #[test]
-    fn normals_turn_with_their_charts() {
+    fn rotates_normals_with_charts() {
         let atlas = plane("plane_wild");
         let (grid, window) = pixels(300);
         let sheet = AtlasPicture { atlas: &atlas, grid: &grid, window };

@@ -203,7 +203,7 @@ mod tests {
 
     /// Row C19: random triangles, and their Jacobians computed with another program.
     #[test]
-    fn jacobians_are_those_of_the_formula() {
+    fn matches_jacobians_of_formula() {
         let cases = [
             (
                 [
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_is_measured() {
+    fn builds_atlas_of_cube() {
         let cube = of(samples::cube());
         assert_eq!((cube.chart_count(), cube.area, cube.used), (6, 21_600.0, 6.0 / 16.0));
         assert!((cube.scale() - (21_600.0_f64 / 3750.0).sqrt()).abs() < 1e-12);
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn uvs_that_make_no_atlas_are_refused() {
+    fn rejects_uvs_without_atlas() {
         let cube = samples::cube();
         let make = |uvs: &[[Vec2; 3]]| atlas(Arc::new(cube.clone()), uvs, DVec2::ONE).unwrap_err();
         assert_eq!(make(&[]), AtlasError::Missing);

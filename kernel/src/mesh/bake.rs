@@ -312,7 +312,7 @@ mod tests {
 
     /// Positions lie on the shapes, up to the error of flat triangles.
     #[test]
-    fn places_lie_on_the_shapes() {
+    fn places_texels_on_shapes() {
         let size = DVec3::splat(60.0);
         type Distance = fn(DVec3) -> f64;
         let cases: [(Mesh, Distance, f64); 3] = [
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_are_those_of_the_shapes() {
+    fn matches_normals_of_shapes() {
         let size = DVec3::splat(60.0);
         let mut plain = shapes::sphere(size, 96);
         plain.normals.clear();
@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn values_of_vertices_are_even_between_them() {
+    fn interpolates_values_of_vertices() {
         let atlas = of(samples::plane_wild());
         let values: Vec<f32> = atlas.mesh.positions.iter().map(|p| 2.0 * p.x - 3.0 * p.y + 1.0).collect();
         with(&atlas, 128, |texels| {
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn stretches_are_those_of_the_charts() {
+    fn matches_stretch_of_charts() {
         // Scaled by 1, 1.4 and 0.8, equally in both directions.
         let atlas = of(samples::plane_wild());
         for n in 0..atlas.uvs.len() {

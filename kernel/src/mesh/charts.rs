@@ -85,7 +85,7 @@ mod tests {
     use crate::mesh::topology::topology;
 
     #[test]
-    fn charts_are_those_of_the_files() {
+    fn matches_charts_of_files() {
         for (mesh, count) in [
             (samples::cube(), 6),
             (samples::plane_one(), 1),
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_folded_over_is_two_charts() {
+    fn splits_folded_uvs_into_two_charts() {
         let corners = [Vec2::new(0.25, 0.25), Vec2::new(0.75, 0.25), Vec2::new(0.25, 0.75)];
         let triangles = [[0, 1, 2], [3, 2, 1]];
         let across = topology(&triangles).across;
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn uvs_are_multiples() {
+    fn snaps_uvs_to_multiples() {
         assert_eq!(snap(Vec2::new(1.00005, -1e-5)), Vec2::new(1.0, 0.0));
         let uv = snap(Vec2::new(0.123_456_79, 0.987_654_3)).as_dvec2() * STEPS;
         assert_eq!(uv.fract(), DVec2::ZERO);

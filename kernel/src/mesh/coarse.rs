@@ -229,7 +229,7 @@ mod tests {
 
     /// The groups' part is a projection: fields that are constant on groups are found exactly.
     #[test]
-    fn values_that_follow_groups_are_found_at_once() {
+    fn solves_values_constant_on_groups_in_one_step() {
         let (starts, entries, diagonal) = ring(5000);
         let rows = Rows { starts: &starts, entries: &entries, diagonal: &diagonal };
         let coarse = Coarse::new(rows).expect("a large system");

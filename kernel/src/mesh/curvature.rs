@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_sheets_have_none_and_hollows_less() {
+    fn gives_zero_on_flat_sheets_and_negative_in_hollows() {
         let plane = shapes::plane(glam::DVec2::splat(40.0), 32);
         assert!(of(&plane, 2.0).iter().all(|h| h.abs() < 1e-6));
         let mut hollow = shapes::sphere(DVec3::splat(60.0), 32);

@@ -21,7 +21,7 @@ fn degrees(a: Vec3, b: DVec3) -> f64 {
 
 /// Row C21: every kind of field has as many singular points as the topology of the surface requires.
 #[test]
-fn singular_points_add_up_to_the_euler_characteristic() {
+fn sums_singular_points_to_euler_characteristic() {
     let wishes = [
         Wish::Direction(DVec3::new(0.3, -0.2, 0.9)),
         Wish::Around(DVec3::new(0.1, 0.2, 1.0), DVec3::new(3.0, 1.0, 0.0)),
@@ -43,7 +43,7 @@ fn singular_points_add_up_to_the_euler_characteristic() {
 }
 
 #[test]
-fn round_a_torus_nothing_is_singular_and_directions_are_exact() {
+fn follows_torus_exactly_without_singular_points() {
     let mesh = torus(48, 24).mesh;
     let frames = of(&mesh, &spec(Wish::Around(DVec3::Z, DVec3::ZERO)));
     assert!(frames.singular.is_empty());
@@ -111,7 +111,7 @@ fn curvature_follows_a_tube() {
 
 /// The result does not depend on the order of triangles in a file.
 #[test]
-fn the_order_of_triangles_does_not_matter() {
+fn ignores_order_of_triangles() {
     let mesh = sphere().mesh;
     let mut other = Mesh::clone(&mesh);
     other.triangles.reverse();

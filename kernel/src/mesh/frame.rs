@@ -179,7 +179,7 @@ mod tests {
 
     /// S-24: on a chart aligned with t, J is a positive multiple of 1.
     #[test]
-    fn a_plane_along_x_is_the_special_case() {
+    fn scales_only_on_plane_along_x() {
         let atlas = plane("plane_one");
         let frames = along_x(&atlas);
         let framing = Framing { atlas: &atlas, frames: &frames };

@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_of_cells_do_not_matter() {
+    fn ignores_sizes_of_cells() {
         let groove = |n: i32| {
             let x = f64::from(n) * 0.7;
             across([DVec3::new(x, 0.0, 0.0), DVec3::new(x + 1.0, 0.5, 0.2)], [Vec3::Z; 2], 1.0, [0.3, 0.2]).unwrap()

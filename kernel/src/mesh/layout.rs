@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_twice_is_found() {
+    fn finds_overlapping_charts() {
         let mut mesh = samples::cube();
         // Lay the first side over the third.
         for uv in mesh.uvs[..2].as_flattened_mut() {

@@ -162,7 +162,7 @@ mod tests {
 
     /// Rows C24, C25: the test vectors `indirection`, all pixels of the ring that jump.
     #[test]
-    fn pointers_are_those_of_the_vectors() {
+    fn matches_pointers_of_vectors() {
         let all: serde_json::Value =
             serde_json::from_str(include_str!("../../tests/vectors/synthesis.json")).expect("JSON");
         let vectors = &all["indirection"];
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn parents_are_where_the_coarser_pixel_would_be() {
+    fn places_parents_at_coarser_pixels() {
         let atlas = plane("plane_wild");
         let map = of(&atlas, [160, 160], 4);
         for pair in map.levels.windows(2) {

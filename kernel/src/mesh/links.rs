@@ -109,7 +109,7 @@ mod tests {
 
     /// On a plane: an empty circle through three points makes each pair of them neighbours (computed by brute force).
     #[test]
-    fn on_a_plane_links_are_those_of_delaunay() {
+    fn matches_delaunay_on_a_plane() {
         let place = |n: u64| DVec3::new(Hash::new(3).with(n).unit(0) * 10.0, Hash::new(3).with(n).unit(1) * 10.0, 0.0);
         let places: Vec<DVec3> = (0..120).map(place).collect();
         let normals = vec![Vec3::Z; places.len()];

@@ -189,7 +189,7 @@ mod tests {
 
     /// Compares with springs computed in two dimensions; the cuts of the atlas have no effect.
     #[test]
-    fn on_a_plane_points_move_as_in_the_plane() {
+    fn matches_planar_motion_on_a_plane() {
         let mut results = Vec::new();
         for name in ["plane_one", "plane_cut"] {
             let atlas = plane(name);
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_evenly_apart_and_know_nothing_of_charts() {
+    fn strews_points_evenly_independent_of_charts() {
         let (one, cut) = (plane("plane_one"), plane("plane_cut"));
         let (places, _, _, links) = net(&one, 4.0);
         for (n, a) in places.iter().enumerate() {

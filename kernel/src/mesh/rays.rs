@@ -147,7 +147,7 @@ mod tests {
 
     /// From inside a closed body no ray escapes, not even through edges and corners.
     #[test]
-    fn nothing_slips_through() {
+    fn lets_no_ray_slip_through_edges() {
         let size = DVec3::splat(60.0);
         for mesh in [shapes::cube(size, 64), shapes::sphere(size, 64), shapes::cylinder(size, 64)] {
             let rays = Rays::new(&mesh);
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn ways_are_as_long_as_they_should_be() {
+    fn returns_lengths_of_rays() {
         let rays = Rays::new(&shapes::cube(DVec3::splat(60.0), 32));
         for n in 0..1000 {
             let d = unit(Hash::new(9), n);

@@ -153,7 +153,7 @@ mod tests {
     use crate::mesh::{samples, shapes};
 
     #[test]
-    fn a_line_runs_along_edges_from_end_to_end() {
+    fn follows_edges_from_end_to_end() {
         let mesh = shapes::sphere(DVec3::splat(60.0), 32);
         let (top, bottom) = (DVec3::new(0.0, 0.0, 30.0), DVec3::new(0.0, 0.0, -30.0));
         let marked = seams(&mesh, &[vec![top, DVec3::new(30.0, 0.0, 0.0), bottom]]).unwrap();
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn diagonals_of_polygons_are_no_edges() {
+    fn ignores_diagonals_of_polygons() {
         let mut mesh = samples::cube();
         // Its sides are squares of two triangles each.
         mesh.polygons = (0..12).map(|n| n / 2).collect();
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn points_beside_the_mesh_and_between_its_pieces_are_told() {
+    fn rejects_points_off_the_mesh_and_unconnected_points() {
         let mesh = shapes::sphere(DVec3::splat(60.0), 16);
         let (top, away) = (DVec3::new(0.0, 0.0, 30.0), DVec3::new(0.0, 0.0, 90.0));
         let found = seams(&mesh, &[vec![top, -top], vec![top, away]]);

@@ -304,7 +304,7 @@ mod tests {
 
     /// Each texel has one triangle, charts keep apart, and seen from outside none is mirrored.
     #[test]
-    fn charts_lie_beside_each_other() {
+    fn keeps_charts_apart_and_unmirrored() {
         for (mesh, ..) in shapes(32) {
             let name = mesh.part_names[0].clone();
             assert!(mesh.uvs.iter().all(|uvs| cross(*uvs) < 0.0), "{name}");
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn measures_are_those_of_the_shapes() {
+    fn matches_areas_of_shapes() {
         let (size, n) = (DVec3::splat(60.0), 256);
         for (mesh, area) in [
             (plane(DVec2::new(60.0, 40.0), n), 2400.0),

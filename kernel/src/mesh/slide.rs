@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_surfaces_have_no_end_and_nothing_grows_on_the_way() {
+    fn returns_on_closed_surfaces_without_stretch() {
         for atlas in [cube(), sphere(), torus(48, 24)] {
             for n in 0..200 {
                 let (triangle, place, way) = draw(&atlas, n);

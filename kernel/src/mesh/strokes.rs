@@ -98,7 +98,7 @@ mod tests {
     use crate::mesh::fixture::{cube, torus};
 
     #[test]
-    fn the_nearest_triangle_is_that_of_a_full_search() {
+    fn matches_full_search_for_nearest_triangle() {
         for atlas in [cube(), torus(24, 12)] {
             let surface = Surface::new(&atlas.mesh, 6.0);
             for k in 0..200u64 {

@@ -135,7 +135,7 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn edges_become_short_and_the_shape_stays() {
+    fn shortens_edges_and_keeps_shape() {
         for mesh in [
             samples::cube(),
             shapes::cylinder(DVec3::new(60.0, 60.0, 100.0), 16),
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn too_many_triangles_are_refused() {
+    fn rejects_too_many_triangles() {
         assert!(matches!(subdivide(&samples::cube(), 0.01, 10_000), Err(TooMany(n)) if n > 10_000));
         assert_eq!(subdivide(&samples::cube(), 100.0, 12).unwrap(), samples::cube());
         // An edge shorter than the resolution of numbers stops the splitting, too.

@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_turned_is_turned_back() {
+    fn restores_flipped_triangles() {
         let cube = samples::cube();
         let mut mesh = cube.clone();
         for n in [1, 4, 5, 9] {
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn vertices_at_one_place_are_one() {
+    fn welds_vertices_at_same_position() {
         let mut mesh = samples::cube();
         let corners: Vec<Vec3> =
             mesh.triangles.iter().flatten().map(|v| mesh.positions[*v as usize]).map(|p| p * -0.0 + p).collect();

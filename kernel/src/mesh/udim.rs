@@ -93,7 +93,7 @@ mod tests {
     use crate::mesh::samples;
 
     #[test]
-    fn numbers_and_places_are_those_of_the_standard() {
+    fn numbers_tiles_as_in_standard() {
         for (n, x, y) in [(1001, 0, 0), (1002, 1, 0), (1010, 9, 0), (1011, 0, 1), (1022, 1, 2), (2000, 9, 99)] {
             assert_eq!((place(n), number(UVec2::new(x, y))), (UVec2::new(x, y), n));
         }

@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_repacked_keeps_its_charts() {
+    fn keeps_charts_when_repacking() {
         let mesh = samples::plane_wild();
         let canvas = DVec2::splat(100.0);
         let uvs = unwrap(&mesh, canvas, &Unwrap { repack: true, ..HOW }, &[], &|| true).unwrap();
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn work_can_be_cancelled_and_charts_may_not_fit() {
+    fn stops_when_cancelled_and_rejects_full_page() {
         let mesh = shapes::sphere(DVec3::splat(60.0), 64);
         let canvas = DVec2::splat(100.0);
         assert_eq!(unwrap(&mesh, canvas, &HOW, &[], &|| false), Err(UnwrapError::Cancelled));

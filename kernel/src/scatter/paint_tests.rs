@@ -70,7 +70,7 @@ fn by_hand(overlap: Overlap, p: DVec2, background: f64) -> f64 {
 }
 
 #[test]
-fn stamps_are_those_of_the_formula() {
+fn matches_formula_of_stamps() {
     let frame = Frame::new(Window::of(0, 0, 240, 160), [0.125, 0.125]);
     for overlap in [Overlap::Max, Overlap::Add, Overlap::Over, Overlap::ByHeight] {
         for shape in [false, true] {
@@ -100,7 +100,7 @@ fn windows_are_crops() {
 }
 
 #[test]
-fn numbers_and_places_are_those_of_the_stamp_on_top() {
+fn returns_id_and_position_of_top_stamp() {
     let frame = Frame::new(Window::of(0, 0, 240, 160), [0.125, 0.125]);
     let layout = Layout::new(8, 8);
     let mut data = vec![0.0; layout.len()];
@@ -144,7 +144,7 @@ fn crowd(count: u32) -> Vec<Stamp> {
 /// Drawing all stamps at once must give the same bits as drawing each stamp by itself and combining them by the
 /// definition.
 #[test]
-fn what_is_hidden_is_left_out_without_a_trace() {
+fn keeps_bits_when_culling_hidden_stamps() {
     let frame = Frame::new(Window::of(-3, 5, 101, 77), [0.131, 0.127]);
     let (side, area) = (16, frame.window.len());
     let layout = Layout::new(side, side);
@@ -201,7 +201,7 @@ fn what_is_hidden_is_left_out_without_a_trace() {
 }
 
 #[test]
-fn the_last_one_is_seen_wherever_it_covers() {
+fn shows_last_stamp_where_it_covers() {
     let frame = Frame::new(Window::of(0, 0, 120, 80), [0.25, 0.25]);
     let layout = Layout::new(1, 1);
     let mut ones = vec![0.0; layout.len()];
@@ -217,7 +217,7 @@ fn the_last_one_is_seen_wherever_it_covers() {
 }
 
 #[test]
-fn angles_turn_with_stamps_and_what_lies_under_the_ground_is_not_seen() {
+fn rotates_angles_and_hides_stamps_below_ground() {
     let frame = Frame::new(Window::of(0, 0, 240, 160), [0.125, 0.125]);
     let layout = Layout::new(1, 1);
     let (mut ten, mut ones) = (vec![0.0; layout.len()], vec![0.0; layout.len()]);

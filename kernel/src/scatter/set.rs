@@ -185,7 +185,7 @@ mod tests {
     use shibo_engine::value::Window;
 
     #[test]
-    fn all_that_touch_a_window_are_found() {
+    fn finds_all_stamps_that_touch_window() {
         let (hash, size) = (Hash::new(5), DVec2::new(30.0, 20.0));
         let stamp = |n: u32| {
             let draw = |k: u64| hash.with(n.into()).unit(k);

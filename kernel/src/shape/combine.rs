@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_are_combined() {
+    fn combines_sets() {
         let (a, b) = ([-1.0, -1.0, 1.0, 1.0, -3.0], [-2.0, 2.0, -2.0, 2.0, 0.5]);
         let of = |operation, amount| {
             let mut out = [0.0; 5];

@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn distances_are_those_of_the_outlines() {
+    fn matches_distances_of_outlines() {
         let at = |list: &[(f64, f64)]| list.iter().map(|(x, y)| DVec2::new(*x, *y)).collect::<Vec<_>>();
         let half = Vec2::new(4.0, 2.0);
         agrees(Figure::Box { half, radius: 0.0 }, &at(&[(4.0, 2.0), (-4.0, 2.0), (-4.0, -2.0), (4.0, -2.0)]), 0.0);

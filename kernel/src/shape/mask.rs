@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_edge_is_a_pixel_wide_or_as_soft_as_wanted() {
+    fn softens_edge_by_pixel_or_softness() {
         let distance = [-0.3, -0.25, -0.1, 0.0, 0.1, 0.25, 0.3];
         let mut out = [0.0; 7];
         fill(&distance, 0.0, 0.5, &mut out);

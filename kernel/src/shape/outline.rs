@@ -220,7 +220,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_far_away_may_be_anywhere_but_has_its_sign() {
+    fn keeps_sign_of_far_distances() {
         let edges = polygon(&[(2.0, 2.0), (18.0, 2.0), (18.0, 13.0), (2.0, 13.0)]);
         for tiling in [Tiling::NONE, Tiling::BOTH] {
             let outline = Outline::new(edges.clone(), (DVec2::new(20.0, 15.0), tiling));

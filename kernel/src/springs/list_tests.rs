@@ -123,7 +123,7 @@ fn wide_loops_have_the_bits_of_plain_ones() {
 }
 
 #[test]
-fn points_move_alike_side_by_side_and_one_by_one() {
+fn moves_points_equally_in_groups_and_alone() {
     let hash = Hash::new(9);
     let pairs = |seed: u64, count: usize| -> Vec<[f32; 2]> {
         let number = |i: u64| hash.unit_f32(2 * (seed + i));
@@ -152,7 +152,7 @@ fn points_move_alike_side_by_side_and_one_by_one() {
 
 /// Some points of a group have springs with offsets, and all points of the next groups: no spring is skipped.
 #[test]
-fn offsets_may_begin_anywhere() {
+fn handles_offsets_that_begin_anywhere() {
     let points: Vec<[f64; 2]> = (0..2048).map(|i| [f64::from(i), 0.0]).collect();
     let mut links = Links::default();
     for i in 0..2048 {

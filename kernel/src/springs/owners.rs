@@ -143,7 +143,7 @@ mod tests {
     use glam::Vec2;
 
     #[test]
-    fn nearly_all_points_own_as_many_springs() {
+    fn balances_owned_springs() {
         let size = Vec2::splat(40.0);
         let points = points::random(3000, size, Hash::new(3));
         let links = delaunay(&points, size, true);

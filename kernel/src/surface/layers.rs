@@ -298,7 +298,7 @@ mod tests {
     const BY: ByHeight = ByHeight { contrast: 0.2, offset: 0.0, range: 1.0 };
 
     #[test]
-    fn the_higher_layer_shows_and_the_mask_has_the_last_word() {
+    fn shows_higher_layer_unless_mask_decides() {
         // At mask ½ only heights count. smoothstep(-0.1, 0.1, d): d = 0 is ½; d = 0.05 is t = 0.75, 3t² - 2t³ = 0.84375.
         let cases = [
             (0.5, 0.0, 0.0, 0.5),
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_are_mixed_as_is_said() {
+    fn blends_heights_by_mode() {
         let mix = |how, weight: f32| {
             let mut out = [0.0];
             mix_heights(how, 0.5, &[weight], &[2.0], &[1.0], &mut out);
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn grain_has_no_sense() {
+    fn ignores_sign_of_grain() {
         let mix = |angles, weight: f32, base: (f32, f32), top: (f32, f32)| {
             let (base, top) = (([base.0], [base.1]), ([top.0], [top.1]));
             let grain = |of: &'static str, (s, a): &([f32; 1], [f32; 1])| (of, *s, *a);

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn without_anisotropy_both_are_the_same() {
+    fn equals_isotropic_gloss_without_anisotropy() {
         for a2 in [0.001, 0.05, 0.5, 1.0] {
             for (x, y) in [(0.0, 0.0), (-0.2, -0.3), (0.4, 0.1)] {
                 let (n, t) = (tilted(x, y), [0.6, 0.8]);
@@ -143,7 +143,7 @@ mod tests {
 
     /// Energy conservation at any anisotropy: the distribution, projected to the surface, integrates to 1.
     #[test]
-    fn the_distribution_keeps_its_area() {
+    fn normalises_anisotropic_distribution() {
         let area = |anisotropy: f32| {
             let along = Along::new([0.0, 0.0, 1.0], [0.8, 0.6], anisotropy);
             let widths = along.widths(0.3);

@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_are_found_again_exactly() {
+    fn recovers_waves_exactly() {
         // Even, odd and prime sizes.
         for size in [[64, 48], [45, 64], [31, 37], [1, 16], [2, 2]] {
             let step = [0.5, 0.25];

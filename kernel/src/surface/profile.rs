@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn profiles_are_what_their_names_say() {
+    fn matches_shapes_of_profiles() {
         let distances = [-1.0, 0.0, 0.6, 1.0, 2.0, 5.0];
         let at = |profile, line| {
             let mut out = [9.0; 6];

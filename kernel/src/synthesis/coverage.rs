@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_shown_once_costs_no_more() {
+    fn keeps_cost_of_bins_used_once() {
         let exemplar = plane(128);
         let region = Region { h: 1, start: [0, 0], plane: plane(32), short: [0; 2] };
         let even = EvenUse { amount: 1.0, tile: None, halved: false };

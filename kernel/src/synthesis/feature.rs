@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_near_its_edges_and_negative_inside() {
+    fn gives_negative_distance_inside_line() {
         let plane: Vec<f32> = (0..20 * 6).map(|p| if (8..12).contains(&(p % 20)) { 1.0 } else { 0.0 }).collect();
         let d = signed_distance(&plane, [20, 6], [false; 2], 5.0);
         for row in d.chunks_exact(20) {

@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_of_eight() {
+    fn finds_nearest_octant() {
         for k in 0..720u16 {
             let (y, x) = libm::sincos((f64::from(k) * 0.5).to_radians());
             // Directions between two are exact only up to rounding.

@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_joins_in_the_output_joins_in_the_lattice() {
+    fn wraps_lattice_with_output() {
         let basis = Basis { a: [12.0, 12.2], b: [12.1, -12.0] };
         let fitted = fit(basis, [[1.0, 0.0], [0.0, 1.0]], [512.0, 300.0], [true, true]);
         for side in [[512.0, 0.0], [0.0, 300.0]] {

@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn sides_keep_away_from_where_pieces_end() {
+    fn places_sides_away_from_joints() {
         let (map, looks) = (patched(32, 0..10, 28..32), appearance());
         let j = [1.0, 0.0, 0.0, 1.0];
         let [x, y] = best_origin(&map, [32; 2], &j, (JOINED, &looks), None);
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lattice_keeps_its_phase() {
+    fn keeps_phase_of_lattice() {
         let (map, looks) = (patched(32, 0..10, 28..32), appearance());
         let fitted = Fitted { basis: Basis { a: [8.0, 0.0], b: [4.0, 4.0] }, map: [[1.0, 0.0], [0.0, 1.0]] };
         let [x, y] = best_origin(&map, [32; 2], &[1.0, 0.0, 0.0, 1.0], (JOINED, &looks), Some(&fitted));

@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_a_vector_apart_is_in_step() {
+    fn keeps_phase_under_lattice_vectors() {
         let basis = Basis { a: [12.0, 0.5], b: [-3.0, 20.0] };
         let metric = Metric::new(&basis);
         let at = |v: [f64; 2]| phase(&basis, v);

@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn takes_each_axis_by_itself() {
+    fn wraps_axes_independently() {
         let plane = |wrap| PixelPlane { w: 8, h: 6, wrap };
         for (wrap, joined, inside, inwards) in [
             ([false; 2], [9, -2], [7, 0], [5, 1]),

@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parents_are_always_there() {
+    fn plans_all_parents() {
         let needs: Vec<Needs> = [16, 8, 4, 2, 1].map(|h| Needs { h, reach: 8, tile: (h > 1).then_some(128) }).to_vec();
         for (start, size, wrap) in [([-37, 1000], [61, 1], [false; 2]), ([0, 5], [100, 77], [true, false])] {
             let planned = plan(&Output { start, size, wrap }, &needs);
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_keeps_its_numbers() {
+    fn keeps_values_of_cropped_pixels() {
         let needs = [Needs { h: 2, reach: 5, tile: Some(32) }, Needs { h: 1, reach: 3, tile: None }];
         for wrap in [[false; 2], [false, true]] {
             let planned = plan(&Output { start: [if wrap[0] { 0 } else { -7 }, 0], size: [20, 30], wrap }, &needs)[0];

@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_never_mixed() {
+    fn never_averages_labels() {
         let hash = crate::ground::hash::Hash::new(5);
         let map: Vec<[f32; 2]> = (0..16).map(|p| [0, 1].map(|d| 8.0 * hash.unit_f32(2 * p + d))).collect();
         for (per, n) in [(1.0, 4), (3.0, 12), (0.4, 1)] {

@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cubic_filter_is_that_of_pictures_within_the_range_around() {
+    fn matches_cubic_filter_of_pictures_within_range() {
         for (wrap, outside) in [([true; 2], Outside::Wrap), ([false; 2], Outside::Clamp)] {
             let random = picture(wrap, noise);
             let plane: Vec<f32> = (0..63).map(|p| noise(p % 9, p / 9)).collect();

@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_are_blended_as_numbers_are() {
+    fn blends_slices_like_numbers() {
         let b = times(&branches::<f32>());
         let a: Vec<f32> = (0..500u16).map(|i| f32::from(i) * 0.07 - 1.0).collect();
         for k in [f64::INFINITY, 2.0, 4.0, 1.5] {

@@ -158,7 +158,7 @@ mod tests {
 
     /// Every prefix of the list keeps its distance: no clumps, whatever share of the points is selected.
     #[test]
-    fn every_beginning_is_even() {
+    fn keeps_every_prefix_even() {
         let discs = Discs::get();
         for n in [64, 400, COUNT] {
             let cell = f32::from(SIDE) / (n as f32).sqrt();
@@ -175,7 +175,7 @@ mod tests {
 
     /// The spectrum of the points has no peak, so there are no rows. A jittered grid has peaks.
     #[test]
-    fn there_are_no_rows() {
+    fn has_no_peak_in_spectrum() {
         let discs = Discs::get();
         let power = |u: f64, v: f64| {
             let (mut re, mut im) = (0.0, 0.0);

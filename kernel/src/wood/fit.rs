@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn says_what_is_wrong() {
+    fn reports_faulty_nodes() {
         let at = |z: f64| DVec3::new(0.0, 0.0, z);
         assert_eq!(fit(&[at(0.0)], Scheme::Natural), Err(FitError::TooFew));
         assert_eq!(fit(&[at(0.0), at(5.0), at(4.0)], Scheme::Natural), Err(FitError::Falls(2)));

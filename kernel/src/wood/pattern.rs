@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stops_become_means() {
+    fn averages_stops_per_entry() {
         let table = table(&[(0.0, [0.0; 3]), (0.5, [1.0; 3]), (0.5, [0.0; 3]), (1.0, [0.0; 3])], 8);
         for (entry, want) in table.iter().zip([0.125, 0.375, 0.625, 0.875, 0.0, 0.0, 0.0, 0.0]) {
             assert!((entry[0] - want).abs() < 1e-6, "{entry:?}");

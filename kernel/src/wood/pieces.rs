@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pieces_are_as_often_from_each_tree() {
+    fn draws_trees_equally_often() {
         let mut counts = [0; 4];
         (0_u16..8000).for_each(|id| counts[scatter().tree(f32::from(id), 4)] += 1);
         assert!(counts.iter().all(|count| (1850..2150).contains(count)), "{counts:?}");
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_are_spread_as_far_as_is_said() {
+    fn spreads_pieces_within_bounds() {
         let (mut low, mut high, mut flipped) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0);
         for id in 0..2000_u16 {
             let (piece, [yaw, pitch, turn]) = scatter().piece(f32::from(id));
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_found_from_places_within_pieces() {
+    fn derives_angles_from_local_positions() {
         for degrees in [0.0, 90.0, 180.0, -90.0, 33.0, -140.0_f64] {
             let (sin, cos) = degrees.to_radians().sin_cos();
             // 4 × 4 pixels of ¼ mm and one around; the third column belongs to another piece.

@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_is_that_of_the_pores() {
+    fn matches_mean_of_pores() {
         let pores = Pores::new(oak(), None, Hash::new(1));
         let (mut sum, mut mean, n) = (0.0_f64, 0.0_f64, 60_000);
         let hash = Hash::new(2);
@@ -275,7 +275,7 @@ mod tests {
 
     /// Lines in all directions meet about the same number of pores: no line runs along a row of the grid.
     #[test]
-    fn no_cut_shows_rows() {
+    fn shows_no_rows_in_any_cut() {
         let style = PoreStyle { radius: [0.1; 2], density: [0.7; 2], ..oak() };
         let pores = Pores::new(style, None, Hash::new(4));
         let share = |turn: f32, away: f32| {

@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn large_pixels_see_as_much_ray_as_small_ones() {
+    fn keeps_mean_of_rays_at_any_pixel_size() {
         for pitch in [0.5, 1.7] {
             let style = RayStyle { pitch, height: 3.0, width: 0.16, density: 0.6, length: 20.0, wobble: 0.5 };
             let fine = mean(style, 0.02);

@@ -402,14 +402,14 @@ mod tests {
     }
 
     #[test]
-    fn years_of_known_width_need_not_be_found() {
+    fn uses_known_width_of_years() {
         let spec = StripSpec { towards: Direction::Bark, early_dark: false, entries: 8, all: true, period: Some(60.0) };
         let found = sample(&noise(300, 3, 3, 1), &spec).unwrap();
         assert_eq!((found.years, found.table.len(), found.confidence), ((5, 5), 40, 1.0));
     }
 
     #[test]
-    fn refuses_what_has_no_years() {
+    fn rejects_strips_without_years() {
         let spec = StripSpec { towards: Direction::Auto, early_dark: false, entries: 64, all: false, period: None };
         let flat = Strip { pixels: vec![[0.5; 3]; 25 * 300], length: 300, rows: 25 };
         assert_eq!(sample(&flat, &spec), Err(StripError::Flat));

@@ -320,7 +320,7 @@ mod tests {
     const GROWTH: Growth = Growth { elongation: 2.0, thickening: 0.5, ground: 0.0, boost: 0.0, fade: 1.0 };
 
     #[test]
-    fn all_ways_to_a_time_agree() {
+    fn agrees_on_times_in_all_row_layouts() {
         let trunk_points = trunk(9);
         let (single, double) = (Trunk::<f32>::new(&trunk_points), Trunk::<f64>::new(&trunk_points));
         let points: Vec<DVec3> = (0..700)

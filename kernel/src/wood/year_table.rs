@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn far_away_only_the_mean_is_left() {
+    fn fades_to_mean_far_away() {
         let table = table();
         let (near, far) = (table.mean(12.34, 900.0, 700.0), table.mean);
         assert!((0..4).all(|c| (near[c] - far[c]).abs() < 2e-3), "{near:?} {far:?}");

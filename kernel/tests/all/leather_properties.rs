@@ -52,7 +52,7 @@ fn discs_keep_their_distance_and_fill_the_canvas() {
 }
 
 #[test]
-fn discs_turn_and_stretch_where_they_are_told_to() {
+fn follows_shape_of_discs_by_position() {
     // Long along x on the left, along y on the right, and round at the bottom.
     let shape = |p: Vec2| {
         let quarter = std::f32::consts::FRAC_PI_2;
@@ -93,7 +93,7 @@ fn discs_turn_and_stretch_where_they_are_told_to() {
 }
 
 #[test]
-fn discs_thin_out_where_they_are_told_to() {
+fn follows_factor_of_discs_by_position() {
     let factor = |p: Vec2| if p.x < 15.0 { 1.0 } else { 2.0 };
     let points = poisson(&PoissonSpec { factor: Some(&factor), most: 2.0, ..DISCS }, Hash::new(3));
     let left = points.iter().filter(|p| p.x < 15.0).count();
@@ -173,7 +173,7 @@ proptest! {
     /// Rows of any length, fewer rows than a stride and more than a band, any links missing, in any order: the fast
     /// path must equal the general one, and a stride must equal single steps.
     #[test]
-    fn grids_are_lists(seed: u64, nx in 1usize..40, ny in 1usize..140, eight: bool, periodic: bool, steps in 1u32..11,
+    fn matches_lists_on_grids(seed: u64, nx in 1usize..40, ny in 1usize..140, eight: bool, periodic: bool, steps in 1u32..11,
                        breaks: bool, left_out in 0.0f32..0.4, masses in 0usize..3) {
         let shape = GridShape { nx, ny, eight, periodic };
         let (hash, size) = (Hash::new(seed), Vec2::new(nx as f32, ny as f32));
@@ -278,7 +278,7 @@ fn large_lists_meet_across_blocks() {
 }
 
 #[test]
-fn runs_stop_when_told_when_settled_and_when_diverging() {
+fn stops_runs_when_cancelled_settled_or_diverging() {
     let points = [[0.0, 0.0], [2.0, 0.0]];
     let net = Net { links: &[[0, 1]], stiffness: &[1.0], rest: &[1.0], ..Net::default() };
     let cancelled = simulate(&points, &net, &motion(), &mut |step| step < 3);

@@ -73,7 +73,7 @@ fn a_turned_lattice_that_must_fit_keeps_its_phase_everywhere() {
 }
 
 #[test]
-fn where_sides_join_is_no_worse_than_anywhere_else() {
+fn continues_across_wrapping_sides_as_well_as_inside() {
     let basis = Basis { a: [13.3, 0.4], b: [-0.3, 11.6] };
     let near_regular = near_regular(basis);
     let turned: fn(f64, f64) -> Jacobian = |_, _| from_angle_scale(0.6, 1.0, 1.0);
@@ -122,7 +122,7 @@ fn ends(coords: &[Position], [w, h]: [usize; 2], near: usize) -> (f64, f64) {
 
 /// With even use by tiles, more pieces end where tiles meet; so wrapping sides must lie inside tiles.
 #[test]
-fn tiles_of_even_use_do_not_meet_where_sides_join() {
+fn keeps_tile_borders_off_wrapping_sides() {
     let exemplar = lumps(64, 64, false);
     let levels = analysed(&exemplar);
     let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[], picture: None };
@@ -142,7 +142,7 @@ fn tiles_of_even_use_do_not_meet_where_sides_join() {
 /// A result that may begin at any pixel begins where fewer pieces end, and fills the same plane as one with a fixed
 /// origin.
 #[test]
-fn sides_are_laid_where_pieces_go_on() {
+fn places_origin_where_pieces_continue() {
     let exemplar = lumps(64, 64, false);
     let levels = analysed(&exemplar);
     let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[], picture: None };

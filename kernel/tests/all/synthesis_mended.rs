@@ -96,7 +96,7 @@ fn torn(exemplar: &Texels<f32>, picture: &[f32], w: usize) -> (f64, f64) {
 }
 
 #[test]
-fn features_are_torn_at_few_places_and_nothing_is_blurred() {
+fn tears_few_features_and_blurs_nothing() {
     let exemplar = cells(72, false);
     let output = unbounded(0, 0, 128, 128);
     let of = |rounds: u32| {
@@ -131,7 +131,7 @@ fn windows_are_parts_of_larger_ones() {
 
 /// Positions next to the best tried position are tried too; in large exemplars they may lie across its sides.
 #[test]
-fn large_exemplars_that_repeat_are_searched_across_their_sides() {
+fn searches_across_wrapping_sides_of_large_exemplars() {
     let hash = Hash::new(21);
     let side = 900;
     let data = (0..side * side).map(|p| 12.0f32.sqrt() * (hash.unit_f32(p as u64) - 0.5)).collect();
@@ -206,7 +206,7 @@ fn bricks(basis: Basis, side: usize) -> Texels<f32> {
 }
 
 #[test]
-fn what_starts_on_a_lattice_stays_in_step() {
+fn keeps_phase_of_lattice_start() {
     let basis = Basis { a: [16.0, 10.6], b: [32.0, 0.0] };
     let exemplar = bricks(basis, 92);
     for seed in 1..=2 {

@@ -54,7 +54,7 @@ fn steps(exemplar: &Texels<f32>, coords: &[Position], [w, h]: [usize; 2], rows: 
 }
 
 #[test]
-fn joins_the_sides_that_join_and_no_others() {
+fn wraps_only_requested_axes() {
     let basis = Basis { a: [11.7, 0.6], b: [-0.5, 12.3] };
     for wrap in WRAPS {
         let mut sums = [[0.0; 2]; 2];

@@ -72,7 +72,7 @@ fn torn(exemplar: &Texels<f32>, j: fn(f64, f64) -> Jacobian) -> f64 {
 }
 
 #[test]
-fn a_turn_tears_no_more_than_none() {
+fn tears_no_more_when_rotated() {
     let exemplar = lumps(64, 64, false);
     // As good as without rotation, on the same path.
     let upright = torn(&exemplar, |_, _| from_angle_scale(1e-5, 1.0, 1.0));
@@ -199,7 +199,7 @@ fn only_the_eight_immediate_neighbours_are_read() {
 }
 
 #[test]
-fn what_is_masked_is_not_shown_and_what_is_given_stays() {
+fn hides_masked_pixels_and_keeps_given_ones() {
     let exemplar = lumps(48, 48, false);
     let usable: Vec<bool> = (0..48 * 48).map(|p| !(10..26).contains(&(p % 48)) || p / 48 > 30).collect();
     let output = Output { start: [0, 0], size: [96, 96], wrap: [true; 2] };
@@ -244,7 +244,7 @@ fn lattices_are_found_to_parts_of_a_pixel() {
 }
 
 #[test]
-fn a_lattice_is_found_though_less_than_two_periods_are_visible() {
+fn finds_lattice_with_less_than_two_periods() {
     // A wall of running bond: two courses and two half bricks are 56 pixels; 96 pixels show 1.7 periods.
     let n = 96;
     let hash = Hash::new(8);

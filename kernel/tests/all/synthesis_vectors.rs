@@ -57,7 +57,7 @@ fn stacks_and_pyramids() {
 }
 
 #[test]
-fn the_neighbour_in_a_direction() {
+fn finds_neighbour_in_direction() {
     for case in vectors()["immediate_neighbour"].as_array().expect("a list") {
         let degrees = case["degrees"].as_f64().expect("a number");
         let (y, x) = degrees.to_radians().sin_cos();
@@ -81,7 +81,7 @@ fn cases(all: &Value) -> Vec<(Value, Case)> {
 }
 
 #[test]
-fn children_lie_around_their_parents() {
+fn places_children_around_parents() {
     for (json, case) in cases(&vectors()) {
         let h = json["h"].as_f64().expect("a number");
         let made = upsample(&pairs(&json["S_parent_3x3"]), torus(3), h, |x, y| case.j[y * 6 + x]);

@@ -76,7 +76,7 @@ fn metal_coat_and_sheen_show() {
 }
 
 #[test]
-fn a_lacquer_has_a_surface_of_its_own() {
+fn shades_lacquer_with_own_normal_and_roughness() {
     let (gray, coat) = ([0.2; 3], Some([0.0, 0.0, 1.0]));
     // Without a normal and with the default roughness, the coat equals a plain one.
     let same = lacquered(0.33, gray, coat, Some((COAT, None, 0.0)));

@@ -20,7 +20,8 @@ pub struct ByHeight {
 }
 
 impl ByHeight {
-    /// `smoothstep(-c/2, c/2, top + offset - base + (2·mask - 1)·(range + c/2))`; 0 where the mask is 0, 1 where it is 1.
+    /// `smoothstep(-c/2, c/2, top + offset - base + (2·mask - 1)·(range + c/2))` with c = `contrast`; 0 where the mask
+    /// is 0, 1 where it is 1.
     #[inline(always)]
     fn weight(&self, mask: f32, base: f32, top: f32) -> f32 {
         let mask = saturate(mask);
@@ -299,7 +300,8 @@ mod tests {
 
     #[test]
     fn shows_higher_layer_unless_mask_decides() {
-        // At mask ½ only heights count. smoothstep(-0.1, 0.1, d): d = 0 is ½; d = 0.05 is t = 0.75, 3t² - 2t³ = 0.84375.
+        // At mask ½ only heights count. smoothstep(-0.1, 0.1, d): d = 0 is ½; d = 0.05 is t = 0.75, 3t² - 2t³ =
+        // 0.84375.
         let cases = [
             (0.5, 0.0, 0.0, 0.5),
             (0.5, 0.0, 0.05, 0.84375),

@@ -19,8 +19,8 @@ pub struct WearSpec {
 }
 
 impl WearSpec {
-    /// `smoothstep(l - s, l + s, sign·(height - around)/depth + breakup·(2·noise - 1))` with `l = 1 - amount`, `s` half the
-    /// softness; 0 where the amount is 0. `around` is the height of the surroundings. Everything in mm but the noise.
+    /// `smoothstep(l - s, l + s, sign·(height - around)/depth + breakup·(2·noise - 1))` with `l = 1 - amount`, `s` half
+    /// the softness; 0 where the amount is 0. `around` is the height of the surroundings. All lengths are in mm.
     ///
     /// # Panics
     /// If the slices differ in length.

@@ -2,8 +2,8 @@
 //!
 //! Columns stand on [Poisson discs](super::discs) in X and Y of fibre space. Along Z each is divided into segments with
 //! its own offset, and a segment has at most one spindle. The selection of columns with a spindle changes from segment
-//! to segment so that spindles are spread evenly both in the plane and along the column. Its density and radius follow
-//! the year in which the pore's own middle grew, so that no pore is cut by a ring border. Seen from afar, pores are
+//! to segment so that spindles are spread evenly both in the plane and along the column. A spindle's density and radius
+//! follow the year in which its middle grew, so that no pore is cut by a ring border. Seen from afar, pores are
 //! replaced by the mean coverage of the year.
 use super::discs::{self, Discs, Near};
 use super::year_table::YearTable;

@@ -22,7 +22,7 @@ pub struct AnalysisSpec {
     pub coarse: Hood,
     /// Neighbourhood of the finer levels.
     pub fine: Hood,
-    /// Spacing from which [`coarse`](Self::coarse) is used.
+    /// Spacing from which [`AnalysisSpec::coarse`] is used.
     pub switch: usize,
     /// Numbers per pixel, at most [`DIMS`].
     pub dims: usize,

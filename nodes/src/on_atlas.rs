@@ -6,7 +6,7 @@ use shibo_engine::value::{
 };
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::tile;
-use shibo_kernel::mesh::across::{Holds, Sheet, normal_of};
+use shibo_kernel::mesh::across::{AtlasPicture, Holds, normal_of};
 use shibo_kernel::mesh::texels;
 use shibo_kernel::surface::normal::{self, NormalSpec};
 use std::sync::Arc;
@@ -81,7 +81,7 @@ impl FieldSource for Carried {
             Type::Ids => Holds::Ids,
             _ => Holds::Values,
         };
-        Sheet { atlas: &self.atlas, grid, window }.carry(self.width(grid)?, holds, &mut planes);
+        AtlasPicture { atlas: &self.atlas, grid, window }.carry(self.width(grid)?, holds, &mut planes);
         planes.iter().enumerate().for_each(|(c, plane)| tile.plane_mut(c).copy_from_slice(plane));
         Ok(Some(tile))
     }

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Atlas, Stop, Tiling, Type};
-use shibo_kernel::mesh::motion::Motion;
+use shibo_kernel::mesh::motion::RigidMotion;
 use shibo_kernel::mesh::{bake, fields};
 
 /// What places are measured from.
@@ -61,7 +61,7 @@ impl Node for BakePosition {
         // A flat mesh lies at 0 along the axis across it.
         let scale = (high - low).to_array().map(|length| if length > 0.0 { 1.0 / length } else { 0.0 });
         let turn = DMat3::from_diagonal(DVec3::from_array(scale));
-        let motion = Motion { turn, shift: -(turn * low) };
+        let motion = RigidMotion { turn, shift: -(turn * low) };
         Ok(Outputs::one(fields::baked(Type::Rgb, &atlas, move |texels, planes| {
             if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {
                 bake::places(texels, |_| motion, planes);

@@ -15,7 +15,7 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::bake;
 use shibo_kernel::mesh::fields;
-use shibo_kernel::mesh::motion::{Motion, Scatter, motions};
+use shibo_kernel::mesh::motion::{RigidMotion, Scatter, motions};
 use std::sync::Arc;
 
 /// What the width of a texel is, where rings are thinner.
@@ -136,7 +136,7 @@ impl BakeSolid {
         };
         let motions = motions(&atlas.mesh, &of, &scatter);
         let motion = move |n: usize| {
-            of.get(n).and_then(|part| motions.get(*part as usize)).map_or(Motion::NONE, |motion| *motion)
+            of.get(n).and_then(|part| motions.get(*part as usize)).map_or(RigidMotion::NONE, |motion| *motion)
         };
         let places = fields::baked(Type::Rgb, atlas, move |texels, planes| {
             if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {

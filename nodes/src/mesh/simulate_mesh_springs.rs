@@ -12,7 +12,7 @@ use shibo_engine::value::{Atlas, Field, Stop, SurfaceNet, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::means::{Means, Sample};
-use shibo_kernel::mesh::net::{Motion, Springs, Stopped, simulate};
+use shibo_kernel::mesh::net::{NetMotion, Springs, Stopped, simulate};
 use shibo_kernel::mesh::slide;
 use shibo_kernel::mesh::sow::{Sown, normal};
 use shibo_kernel::mesh::{bake, fields};
@@ -157,7 +157,7 @@ impl Node for SimulateMeshSprings {
         let fixed = self.fixed(&net, &atlas, held.as_deref());
         let (rest, limit) = (self.rest(&net), self.limits(cx, net.links.len()));
         let springs = Springs { links: &net.links, stiffness: &stiffness, rest: &rest, limit: &limit, fixed: &fixed };
-        let motion = Motion {
+        let motion = NetMotion {
             step: self.step,
             steps: self.steps,
             drag: self.drag,

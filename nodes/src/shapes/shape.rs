@@ -12,7 +12,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
-use shibo_kernel::shape::figure::{Figure, Placed};
+use shibo_kernel::shape::figure::{Figure, PlacedFigure};
 
 /// The figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -188,7 +188,7 @@ impl Node for Shape {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let center = self.center.map_or(cx.size_mm() * 0.5, |c| DVec2::new(c.x, c.y));
-        let placed = Placed::new(self.figure(), center, sin_cos(self.angle), (cx.size_mm(), cx.tiling()));
+        let placed = PlacedFigure::new(self.figure(), center, sin_cos(self.angle), (cx.size_mm(), cx.tiling()));
         let distance = Field::generate(Type::Gray, cx.tiling(), move |out, _| {
             placed.fill(&tile::frame(out), out.plane_mut(0));
             Ok(())

@@ -3,15 +3,15 @@ use glam::DVec2;
 use shibo_engine::value::{Exemplar, ExemplarLattice, ExemplarLevel, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::stop::Until;
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::analysis::{AnalysisSpec, analyse_until, find_alike, spacings};
 use shibo_kernel::synthesis::texels::Texels;
 use shibo_kernel::synthesis::{lattice, levels};
 
 /// Size, and where sides join.
-pub(super) fn plane(exemplar: &Exemplar) -> Plane {
+pub(super) fn plane(exemplar: &Exemplar) -> PixelPlane {
     let (size, Tiling { x, y }) = (exemplar.frame.size, exemplar.frame.periodic);
-    Plane { w: size.x as usize, h: size.y as usize, wrap: [x, y] }
+    PixelPlane { w: size.x as usize, h: size.y as usize, wrap: [x, y] }
 }
 
 /// What is compared at the finest level.

@@ -12,7 +12,7 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
 use shibo_engine::value::{CoordMap, Exemplar, IndirectionMap, Neighborhood, Stop, Type};
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features};
 use shibo_kernel::synthesis::texels::{self, Texels};
 use std::sync::Arc;
 
@@ -116,7 +116,7 @@ impl Node for CorrectCoords {
         };
         let second = analysed.map_or(&[][..], |level| &level.second);
         let features = Features { texels: &texels, ratio, second, plane: plane(&exemplar) };
-        let rule = Rule {
+        let rule = CorrectionRule {
             square: match self.neighborhood {
                 Neighborhood::Diagonal4 => 4,
                 Neighborhood::Square3 => 3,

@@ -7,10 +7,10 @@ use super::synthesize::Synthesize;
 use shibo_engine::value::{Exemplar, Stop};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::aniso::Jacobians;
 use shibo_kernel::synthesis::driver::Inputs;
-use shibo_kernel::synthesis::exact::{self, Corrector, Features, Rule};
+use shibo_kernel::synthesis::exact::{self, CorrectionRule, Corrector, Features};
 use shibo_kernel::synthesis::jacobian::IDENTITY;
 use shibo_kernel::synthesis::levels::pyramid_level;
 use shibo_kernel::synthesis::region::Region;
@@ -50,7 +50,7 @@ pub(super) fn run(
     let region = |h_l: usize| Region {
         h: h_l,
         start: [0, 0],
-        plane: Plane {
+        plane: PixelPlane {
             w: w.div_ceil(1 << levels) << (levels - h_l.ilog2()),
             h: h.div_ceil(1 << levels) << (levels - h_l.ilog2()),
             wrap,
@@ -80,7 +80,7 @@ pub(super) fn run(
         }
         let (texels, ratio) = level(&features, h_l, exemplar.pyramid);
         let features = Features { texels: &texels, ratio, second: &[], plane: finest };
-        let rule = Rule {
+        let rule = CorrectionRule {
             square: 4,
             averaged: node.averaged,
             fetch: Fetch::Bilinear,

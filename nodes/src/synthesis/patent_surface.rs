@@ -9,7 +9,7 @@ use shibo_engine::value::{Exemplar, IndirectionMap, Stop};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::driver::Inputs;
-use shibo_kernel::synthesis::exact::{Features, Rule};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Features};
 use shibo_kernel::synthesis::jacobian::Jacobian;
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface::SurfaceInputs;
@@ -61,7 +61,7 @@ pub(super) fn run(
         }
         let (texels, ratio) = level(&features, sheet.level.h as usize, exemplar.pyramid);
         let features = Features { texels: &texels, ratio, second: &[], plane: finest };
-        let rule = Rule {
+        let rule = CorrectionRule {
             square: 4,
             averaged: spec.averaged,
             fetch: Fetch::Bilinear,

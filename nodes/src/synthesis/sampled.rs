@@ -6,7 +6,7 @@ use shibo_engine::node::Context;
 use shibo_engine::value::{
     CoordMap, ExemplarFrame, Field, FieldSource, Given, Grid, Pictures, Read, Stop, Surface, Tile, Tiling, Type, Window,
 };
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
 use shibo_kernel::synthesis::sampling::{Area, Source};
 use shibo_kernel::synthesis::sheet::Sheet;
@@ -101,7 +101,7 @@ impl Sampled {
 
     fn read(&self, tile: &Tile) -> Source {
         let Tiling { x, y } = self.frame.periodic;
-        let plane = Plane { w: self.size.x as usize, h: self.size.y as usize, wrap: [x, y] };
+        let plane = PixelPlane { w: self.size.x as usize, h: self.size.y as usize, wrap: [x, y] };
         let planes: Vec<&[f32]> = (0..tile.channels()).map(|c| tile.plane(c)).collect();
         let scale = (self.size.as_dvec2() / self.frame.size.as_dvec2()).as_vec2().to_array();
         let turned = self.jacobian.is_some() || self.coords.surface.is_some();
@@ -128,7 +128,11 @@ impl FieldSource for Sampled {
         let (map, pitch) = (&self.coords, self.coords.pitch);
         let area = Area {
             map: &map.coords,
-            plane: Plane { w: map.size.x as usize, h: map.size.y as usize, wrap: [map.periodic.x, map.periodic.y] },
+            plane: PixelPlane {
+                w: map.size.x as usize,
+                h: map.size.y as usize,
+                wrap: [map.periodic.x, map.periodic.y],
+            },
             spacing: f64::from(map.spacing),
             origin: ((out.grid.origin / pitch) - map.start.as_dvec2()).to_array(),
             step: (out.grid.step / pitch).to_array(),

@@ -6,11 +6,11 @@ use shibo_engine::node::Context;
 use shibo_engine::value::{CoordMap, Field, Grid, Stop, Tile, Window};
 use shibo_kernel::ground::window::OCTANTS;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
-use shibo_kernel::synthesis::{Lookup, Neighbours, Plane};
+use shibo_kernel::synthesis::{Lookup, Neighbours, PixelPlane};
 
 /// Size of a map, and where its sides join.
-pub(super) fn plane(map: &CoordMap) -> Plane {
-    Plane { w: map.size.x as usize, h: map.size.y as usize, wrap: [map.periodic.x, map.periodic.y] }
+pub(super) fn plane(map: &CoordMap) -> PixelPlane {
+    PixelPlane { w: map.size.x as usize, h: map.size.y as usize, wrap: [map.periodic.x, map.periodic.y] }
 }
 
 /// The coordinates in double precision.
@@ -62,7 +62,7 @@ pub(super) fn afford(cx: &Context<'_>, pixels: u64) -> Result<(), Stop> {
 }
 
 /// A map beyond whose sides there is nothing, unless they join: then pixels there continue themselves.
-pub(super) struct Ended(pub(super) Plane);
+pub(super) struct Ended(pub(super) PixelPlane);
 
 impl Lookup for Ended {
     fn index(&self, x: i32, y: i32) -> usize {
@@ -72,7 +72,7 @@ impl Lookup for Ended {
 
 impl Neighbours for Ended {
     fn near(&self, (x, y): (i32, i32), octant: usize) -> Option<(usize, [f32; 2])> {
-        let Plane { w, h, wrap } = self.0;
+        let PixelPlane { w, h, wrap } = self.0;
         let [dx, dy] = OCTANTS[octant];
         let there = |k: i32, n: usize, wrap: bool| wrap || usize::try_from(k).is_ok_and(|k| k < n);
         let there = there(x + dx, w, wrap[0]) && there(y + dy, h, wrap[1]);

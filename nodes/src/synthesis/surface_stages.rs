@@ -8,7 +8,7 @@ use shibo_engine::node::Context;
 use shibo_engine::value::{CoordMap, Exemplar, ExemplarFrame, Field, IndirectionMap, Stop, Surface, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features};
 use shibo_kernel::synthesis::jacobian::{self, IDENTITY, Jacobian};
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface;
@@ -48,7 +48,7 @@ pub(super) fn jittered(sheet: &Sheet<'_>, coords: &mut Coords, (reach, mask): (f
 /// Coordinates made to fit those around them, `passes` times. `step` is asked before each of them.
 pub(super) fn corrected(
     (sheet, jacobians): (&Sheet<'_>, &[Jacobian]),
-    (features, rule): (&Features<'_, f64>, &Rule<f64>),
+    (features, rule): (&Features<'_, f64>, &CorrectionRule<f64>),
     coords: &[[f32; 2]],
     passes: u32,
     step: impl Fn(u32) -> Result<(), Stop>,

@@ -1,7 +1,7 @@
 //! Cuts that are made of pieces, each from another place.
 use shibo_engine::value::{Cut, Field, Grid, Halo, Key, PieceAxes, PiecePlanes, Pieces, Tile, Type};
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::wood::pieces::{self, Piece, Scatter, Turned};
+use shibo_kernel::wood::pieces::{self, Scatter, Turned, WoodPiece};
 use std::sync::Arc;
 
 /// Pieces of the canvas, and where in a solid each of them lies.
@@ -14,7 +14,7 @@ pub(super) struct CutPieces {
 
 impl CutPieces {
     /// Something of each piece, at all its pixels.
-    pub(super) fn each(&self, of: impl Fn(&Piece, &Turned) -> [f64; 3] + Send + Sync + 'static) -> Field {
+    pub(super) fn each(&self, of: impl Fn(&WoodPiece, &Turned) -> [f64; 3] + Send + Sync + 'static) -> Field {
         let scatter = self.scatter;
         Field::map(Type::Rgb, [self.ids.clone()], Halo::NONE, move |out: &mut Tile, [ids]: [&Tile; 1]| {
             scatter.each(ids.plane(0), &mut out.planes_mut(), &of);

@@ -15,7 +15,7 @@ use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, Gray, IdsField, I
 use shibo_engine::value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::simd::dispatch;
-use shibo_kernel::wood::pieces::{Piece, Scatter};
+use shibo_kernel::wood::pieces::{Scatter, WoodPiece};
 
 /// How a board is cut from a trunk that stands on the z axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -238,7 +238,7 @@ impl CutPlane {
         let [length, breadth] = if given { [length, breadth] } else { self.turned(length, breadth) };
         let (along, across) = if self.upright && !given { (breadth, length) } else { (length, breadth) };
         Scatter {
-            from: Piece { middle, along, across },
+            from: WoodPiece { middle, along, across },
             tilt: breadth,
             spread: vector(self.spread),
             turn: [self.turn.0, self.turn.1],

@@ -1,7 +1,7 @@
-//! What went wrong, where, and what to do about it.
+//! Errors and warnings: the cause, the place, and advice.
 //!
-//! Code that does not know the text returns a [`Problem`]; the graph, which does, turns it into a [`Diagnostic`] by
-//! adding a [`Span`]. A [`SourceMap`] keeps the texts and turns spans into lines and columns.
+//! Code that does not know the text returns a [`Problem`]; the graph, which does, adds a [`Span`] and makes it a
+//! [`Diagnostic`]. A [`SourceMap`] keeps the texts and converts spans to lines and columns.
 mod source;
 mod suggest;
 
@@ -12,7 +12,7 @@ use std::fmt;
 
 macro_rules! codes {
     ($($(#[$doc:meta])* $name:ident = $text:literal,)*) => {
-        /// The stable, kebab-case word that names a class of errors.
+        /// The stable, kebab-case name of a class of errors.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[non_exhaustive]
         pub enum Code { $($(#[$doc])* $name,)* }
@@ -21,7 +21,7 @@ macro_rules! codes {
             /// All codes, in the order of their declaration.
             pub const ALL: &'static [Code] = &[$(Code::$name,)*];
 
-            /// The word as printed.
+            /// The name as printed.
             pub const fn as_str(self) -> &'static str {
                 match self { $(Code::$name => $text,)* }
             }
@@ -46,15 +46,15 @@ codes! {
     UnknownParam = "unknown-param",
     /// An expression that cannot be evaluated.
     BadExpression = "bad-expression",
-    /// A value of another type than wanted.
+    /// A value of the wrong type.
     TypeMismatch = "type-mismatch",
     /// A port that must be connected is not.
     MissingInput = "missing-input",
     /// The same key twice in one map or node.
     DuplicateKey = "duplicate-key",
-    /// Nodes, or files, that need themselves.
+    /// Nodes or files that depend on themselves.
     Cycle = "cycle",
-    /// A number outside what is allowed.
+    /// A number outside the allowed range.
     OutOfRange = "out-of-range",
     /// A number that is infinite or not a number.
     NotFinite = "not-finite",
@@ -72,7 +72,7 @@ codes! {
     BadValue = "bad-value",
     /// A simulation or computation that left the range of numbers.
     Diverged = "diverged",
-    /// Worth knowing, not an error: used by warnings.
+    /// Advice, not an error: used by warnings.
     Advice = "advice",
 }
 
@@ -82,18 +82,18 @@ impl fmt::Display for Code {
     }
 }
 
-/// Something wrong in a node or a value, reported by code that does not know its place in the text.
+/// An error in a node or a value, reported by code that does not know its place in the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// The class of the error.
     pub code: Code,
-    /// The port or parameter at fault; the node itself if `None`.
+    /// The port or parameter at fault; `None` for the node itself.
     pub field: Option<String>,
-    /// Which bytes of the field, if that is a text and a part of it is at fault.
+    /// The bytes at fault within the text of the field, if they are known.
     pub within: Option<std::ops::Range<usize>>,
-    /// What is wrong and what must be, one line, lower case.
+    /// The error and the requirement; one line, lower case.
     pub message: String,
-    /// What to do about it.
+    /// Advice for the user.
     pub help: Option<String>,
 }
 
@@ -103,21 +103,21 @@ impl Problem {
         Self { code, field: None, within: None, message: message.into(), help: None }
     }
 
-    /// The same at the port or parameter `field`.
+    /// Sets the port or parameter at fault.
     #[must_use]
     pub fn at(mut self, field: impl Into<String>) -> Self {
         self.field = Some(field.into());
         self
     }
 
-    /// The same at these bytes of the text that is its field.
+    /// Sets the bytes at fault within the text of the field.
     #[must_use]
     pub fn within(mut self, range: std::ops::Range<usize>) -> Self {
         self.within = Some(range);
         self
     }
 
-    /// The same with advice.
+    /// Adds advice.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
@@ -136,28 +136,28 @@ impl std::error::Error for Problem {}
 /// A second place that belongs to a diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Related {
-    /// Where.
+    /// The place.
     pub span: Span,
-    /// What is there.
+    /// The message for this place.
     pub message: String,
 }
 
-/// An error, or a warning, at its place.
+/// An error or a warning with its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
     /// The class of the error.
     pub code: Code,
-    /// Where; for a file that could not be read at all, an empty span in an empty text of that name.
+    /// The place; for a file that could not be read at all, an empty span in an empty text of that name.
     pub span: Span,
-    /// What is wrong and what must be.
+    /// The error and the requirement.
     pub message: String,
-    /// What to do about it.
+    /// Advice for the user.
     pub help: Option<String>,
-    /// Other places that matter.
+    /// Related places.
     pub related: Vec<Related>,
     /// A warning does not fail a run.
     pub warning: bool,
-    /// Whether the text ends where more should follow, as it does while a file is being written.
+    /// True if the text ends too early, as happens while a file is being written.
     pub unfinished: bool,
 }
 
@@ -168,26 +168,26 @@ impl Diagnostic {
         Self { code, span, message: message.into(), help, related, warning: false, unfinished: false }
     }
 
-    /// The located form of a problem.
+    /// Adds the place to a problem.
     pub fn from_problem(problem: Problem, span: Span) -> Self {
         Self { help: problem.help, ..Self::new(problem.code, span, problem.message) }
     }
 
-    /// The same with advice.
+    /// Adds advice.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// The same with a second place.
+    /// Adds a related place.
     #[must_use]
     pub fn related(mut self, span: Span, message: impl Into<String>) -> Self {
         self.related.push(Related { span, message: message.into() });
         self
     }
 
-    /// The same as a warning.
+    /// Turns an error into a warning.
     #[must_use]
     pub fn as_warning(mut self) -> Self {
         self.warning = true;
@@ -195,7 +195,7 @@ impl Diagnostic {
     }
 }
 
-/// Diagnostics as other programs read them: `{"errors": […], "warnings": […]}`.
+/// Diagnostics as JSON for other programs: `{"errors": […], "warnings": […]}`.
 pub fn to_json(diagnostics: &[Diagnostic], sources: &SourceMap) -> serde_json::Value {
     let entry = |diagnostic: &Diagnostic| {
         let span = diagnostic.span;

@@ -7,10 +7,10 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
 use std::io;
 
-/// A document and its pictures. Heights are in mm there, with a scale to metres.
+/// A document and its pictures. Heights in the document are mm, with a scale to metres.
 ///
 /// # Errors
-/// None that can happen: it is written to memory.
+/// Cannot happen in practice: the document is written to memory.
 pub fn materialx(material: &Material, place: &Place, shading: Shading) -> io::Result<Bundle> {
     let mut maps = Maps::new(material, &place.stem);
     let network = network(&mut maps, place, false, shading);
@@ -35,7 +35,7 @@ impl Xml {
         self.0.write_event(Event::Empty(BytesStart::new(tag).with_attributes(attributes.iter().copied())))
     }
 
-    /// An input inside of the graph of nodes.
+    /// Writes an input inside the node graph.
     fn input(&mut self, (name, ty, given): &Input) -> io::Result<()> {
         let head = [("name", *name), ("type", *ty)];
         match given {

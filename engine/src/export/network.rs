@@ -1,7 +1,8 @@
-//! Shading networks in the nodes of MaterialX 1.39: what a document and a USD file say of a material.
+//! Shading networks of MaterialX 1.39 nodes, shared by MaterialX documents and USD files.
 //!
-//! A canvas that tiles is read by `tiledimage` with sizes in metres; any other by `image`, its coordinates scaled so that 0..1
-//! is one metre. The canvas' top left lies at that of the coordinates, whose v is up there.
+//! A canvas that tiles is read by `tiledimage` with sizes in metres; any other canvas by `image`, with coordinates
+//! scaled so that 0..1 is one metre. The top left of the canvas lies at the top left of the coordinates, whose v points
+//! up.
 use super::bundle::{Maps, Place, Source};
 use super::directions::clockwise;
 use crate::value::Channel;
@@ -30,20 +31,20 @@ impl Shading {
     }
 }
 
-/// What an input of a node is given.
+/// The value or source of an input.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Given {
-    /// A number or several, or a word.
+    /// A number, several numbers, or a word.
     Value(String),
-    /// A length or several, in metres.
+    /// A length or several lengths, in metres.
     Metres(String),
-    /// A file, and the space of its colours, if it holds colours.
+    /// A file, and its colour space if it holds colours.
     File(String, Option<&'static str>),
-    /// Another node.
+    /// The output of another node.
     Node(String),
 }
 
-/// An input: its name, its type, and what it is given.
+/// An input: its name, its type, and its value or source.
 pub(super) type Input = (&'static str, &'static str, Given);
 
 /// A node of a network.
@@ -55,7 +56,7 @@ pub(super) struct Node {
     pub(super) inputs: Vec<Input>,
 }
 
-/// A network: the nodes, what the surface reads, and the node whose number is the height in metres over a thousand.
+/// A network: the nodes, the inputs of the surface, and the node whose number is the height in thousandths of a metre.
 #[derive(Clone, Debug)]
 pub(super) struct Network {
     pub(super) shading: Shading,
@@ -64,9 +65,9 @@ pub(super) struct Network {
     pub(super) height: Option<String>,
 }
 
-/// A number as documents write it.
+/// Formats a number for documents.
 pub(super) fn number(value: f64) -> String {
-    // Six digits are more than pictures have.
+    // Six digits exceed the precision of pictures.
     let rounded = format!("{value:.6}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".into() } else { short.into() }
@@ -79,12 +80,12 @@ fn numbers(values: &[f64]) -> String {
 struct Builder<'m, 'a> {
     maps: &'m mut Maps<'a>,
     place: &'m Place,
-    /// Whether pictures cover the coordinates once, as an atlas.
+    /// Whether pictures cover the coordinates once, as those of an atlas do.
     once: bool,
     nodes: Vec<Node>,
 }
 
-/// The network of a material. `once`: its pictures cover the coordinates from 0 to 1, whatever the size of the canvas.
+/// The network of a material. `once`: its pictures cover the coordinates from 0 to 1, for any size of the canvas.
 pub(super) fn network(maps: &mut Maps<'_>, place: &Place, once: bool, shading: Shading) -> Network {
     let mut builder = Builder { maps, place, once, nodes: Vec::new() };
     let surface = builder.surface(shading);
@@ -122,7 +123,7 @@ impl Builder<'_, '_> {
         self.add(name, "image", ty, inputs)
     }
 
-    /// Coordinates of which 0..1 is the canvas, made once.
+    /// Coordinates that map the canvas to 0..1, added once.
     fn coordinates(&mut self) -> String {
         const NAME: &str = "placed";
         if self.nodes.iter().any(|node| node.name == NAME) {
@@ -137,7 +138,7 @@ impl Builder<'_, '_> {
         self.add(NAME, "add", "vector2", placed)
     }
 
-    /// A channel as an input of that name, if the material has it.
+    /// A channel as an input of the given name, if the material has the channel.
     fn input(&mut self, channel: Channel, name: &'static str, ty: &'static str) -> Option<Input> {
         let given = match self.maps.channel(channel)? {
             Source::Value(values) => Given::Value(numbers(&values)),
@@ -154,7 +155,8 @@ impl Builder<'_, '_> {
         Some((name, "vector3", Given::Node(made)))
     }
 
-    /// The angle by which the tangent is turned so that it points where highlights are long: in degrees, or in turns.
+    /// The angle by which the tangent is turned towards the direction in which highlights are long: in degrees, or in
+    /// turns.
     fn angle(&mut self, in_turns: bool) -> Option<Given> {
         let unit = if in_turns { 1.0 / 360.0 } else { 1.0 };
         Some(match self.maps.channel(Channel::AnisotropyAngle)? {

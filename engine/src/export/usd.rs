@@ -1,4 +1,5 @@
-//! Materials on a mesh as USD text, packed with its pictures or beside them: a `UsdPreviewSurface`, and beside it the same network as in MaterialX documents.
+//! Materials on a mesh as USD text, packed with the pictures or as separate files. Each has a `UsdPreviewSurface` and
+//! the same network as in MaterialX documents.
 //!
 //! One unit is a metre, y is up. Texture coordinates have v up, as everywhere in USD.
 use super::bundle::{Bundle, Maps, Place, Source};
@@ -9,7 +10,7 @@ use super::shape::Shape;
 use crate::value::{Channel, Material};
 use std::fmt::Write;
 
-/// The file and its pictures, in one file if `packed`.
+/// The USD file and its pictures, in one archive if `packed`.
 pub fn usd(material: &Material, shape: &Shape, place: &Place, packed: bool, colors: Colors) -> Bundle {
     let mut maps = Maps::new(material, &place.stem).with_colors(colors);
     let once = shape.repeats.is_none();
@@ -36,7 +37,7 @@ pub fn usd(material: &Material, shape: &Shape, place: &Place, packed: bool, colo
     bundle
 }
 
-/// What `UsdPreviewSurface` reads: an input, its type, the output of a picture that it takes, and where from.
+/// The inputs of `UsdPreviewSurface`: name, type, output of the picture that the input reads, channel, and source.
 struct Preview(Vec<(&'static str, &'static str, &'static str, Channel, Source)>);
 
 impl Preview {
@@ -62,14 +63,14 @@ impl Preview {
     }
 }
 
-/// Lines with indentation.
+/// A text of indented lines.
 #[derive(Default)]
 struct Text {
     out: String,
     depth: usize,
 }
 
-/// A path of a file between the marks of USD.
+/// Quotes the path of a file as a USD asset.
 fn asset(file: &str) -> String {
     if file.contains('@') { format!("@@@./{file}@@@") } else { format!("@./{file}@") }
 }
@@ -95,10 +96,10 @@ impl Text {
     }
 
     fn mesh(&mut self, shape: &Shape, name: &str) {
-        // The scope of the materials lies beside the meshes.
+        // The scope of the materials is a sibling of the meshes, so its name is taken.
         let names = unique(shape.parts.iter().map(|part| identifier(&part.name)), &["Materials"]);
         for (part, prim) in shape.parts.iter().zip(names) {
-            // Vertices of other parts are left out.
+            // Skip vertices that belong to other parts.
             let mut numbers: Vec<u32> = part.indices.clone();
             numbers.sort_unstable();
             numbers.dedup();
@@ -250,7 +251,7 @@ impl Text {
     }
 }
 
-/// A text between marks.
+/// Quotes a text.
 fn text(text: &str) -> String {
     let safe: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     format!("\"{}\"", safe.replace('\\', "\\\\").replace('"', "\\\""))
@@ -274,7 +275,7 @@ fn usd_type(ty: &str) -> &'static str {
     }
 }
 
-/// The name of the definition of a node.
+/// The name of the MaterialX node definition.
 fn definition(category: &str, ty: &str) -> String {
     match category {
         "normalmap" => "ND_normalmap_float".into(),

@@ -1,4 +1,4 @@
-//! The form of a parameter, part by part: for messages about one of its parts.
+//! The form of a parameter with the forms of its parts, for messages about a part.
 use super::ParamType;
 use super::spelling::forms;
 use serde_json::{Map, Value as Json};
@@ -9,9 +9,9 @@ use std::fmt;
 pub enum Written {
     /// A value without parts, or one whose parts are numbers: colours, ranges.
     Plain(ParamType),
-    /// A list of such values.
+    /// A list of values of this form.
     List(Box<Self>),
-    /// These values in brackets.
+    /// Values of these forms in brackets.
     Tuple(Vec<Self>),
     /// Named fields in brackets.
     Struct(Vec<(String, Self)>),
@@ -48,7 +48,7 @@ impl Written {
         }
     }
 
-    /// The form of the part of that number, or of that name.
+    /// The form of the part with this index or this name.
     pub(crate) fn part(&self, index: usize, name: Option<&str>) -> &Self {
         match (self, name) {
             (Self::List(each), None) => each,
@@ -61,7 +61,7 @@ impl Written {
         }
     }
 
-    /// The same in a word or two, as it stands among others.
+    /// A short name for use in a list of forms.
     fn brief(&self) -> String {
         match self {
             Self::Plain(ParamType::Color) => "colour".to_owned(),
@@ -83,7 +83,7 @@ impl Written {
 const NUMBER: Written = Written::Plain(ParamType::Number);
 
 impl fmt::Display for Written {
-    /// The requirement, as messages say it.
+    /// Formats the requirement for messages.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Plain(ty) => f.write_str(ty.expected()),

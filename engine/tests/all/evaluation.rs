@@ -1,4 +1,4 @@
-//! Evaluation: graphs of any depth and width, each thing computed once, nothing held back by what it does not need.
+//! Evaluation of deep and wide graphs: computes each value once, and no node waits for values that it does not read.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 #![allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small numbers")]
 
@@ -104,7 +104,7 @@ fn wide_graphs_are_computed() {
 
 #[test]
 fn what_is_read_twice_is_computed_once() {
-    // Without that, twenty levels would take a million tiles.
+    // Without sharing, twenty levels would take a million tiles.
     let text = chain(20, "Ramp()", |i| format!("Plus(a: \"n{i}\", b: \"n{i}\")"));
     let stats = render(&session(64 << 20), &graph(&text, "n20", 256));
     let tiles: Vec<u64> = stats.iter().map(|node| node.tiles).collect();
@@ -178,7 +178,7 @@ fn a_window_is_written_into_memory_of_the_caller() {
     let (name, field) = session.pictures(&graph, "out", &cancel, &Silent).unwrap().remove(0);
     assert_eq!(name, "out");
     let grid = graph.canvas.grid(graph.canvas.resolution);
-    // Over the border of blocks, and beyond that of the picture, where it repeats.
+    // Across the border between blocks, and beyond the edge of the picture, where the picture repeats.
     for window in [Window { x: 250, y: 3, width: 40, height: 290 }, Window { x: -7, y: 290, width: 20, height: 30 }] {
         let mut mine = vec![f32::NAN; window.len()];
         session.raster_into(&graph, &field, (&grid, window), &mut mine, &cancel, &Silent).unwrap();

@@ -1,4 +1,4 @@
-//! Expressions in graphs, and nodes without a name: what comes out of them.
+//! Results of expressions in graphs, and of nodes without a name.
 use crate::graph_nodes;
 
 use shibo_engine::eval::Keys;
@@ -183,7 +183,7 @@ fn structs_in_lists_have_ports() {
     assert_eq!(it.slots, slots);
     assert_eq!(node(&graph, "it.layers.2.material.height").kind, "Bands");
     assert_eq!(graph.nodes[graph.outputs[0].node].channels.iter().count(), 2, "of all materials");
-    // What the struct is told.
+    // The slots that the struct received.
     let told = load(&text(77), &[]).diagnostics;
     let expected = r#"Some(0) ["Some(1) None None 1", "Some(2) Some(3) Some(4) 77"] Some(5)"#;
     assert_eq!(told.iter().map(|d| d.message.as_str()).collect::<Vec<_>>(), [expected]);

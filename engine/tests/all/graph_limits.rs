@@ -1,5 +1,5 @@
-//! Graphs as large as they may be, and larger: nothing is recursive, nothing grows faster than the text, and nobody is
-//! told more than can be read.
+//! Graphs at and above the size limits: no recursion, no cost above linear in the text, and a bounded number of
+//! reports.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::graph_nodes;
 
@@ -7,7 +7,7 @@ use shibo_engine::diagnostics::{Code, Diagnostic};
 use shibo_engine::graph::{LoadOptions, Loaded, load, load_text};
 use std::path::Path;
 
-/// The most nodes of a graph, and the most reports of a file.
+/// The limit of nodes in a graph, and of reports for a file.
 const NODES: usize = 100_000;
 const REPORTS: usize = 1000;
 
@@ -15,7 +15,7 @@ fn check(text: &str) -> Loaded {
     load_text(Path::new("a.ron"), text, &graph_nodes::registry(), &LoadOptions::default())
 }
 
-/// A graph of `count` nodes; the first has no input, and the others are made of their number.
+/// A graph of `count` nodes; the first has no input, the others are made from their index.
 fn graph(count: usize, node: impl Fn(usize) -> String, output: &str) -> String {
     let nodes: String = (1..count).map(|i| format!("\"n{i}\": {},\n", node(i))).collect();
     format!("(nodes: {{\"n0\": Bands(),\n{nodes}}}, outputs: {{\"o\": \"{output}\"}})")

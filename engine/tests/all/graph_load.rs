@@ -1,4 +1,4 @@
-//! Loading graph files: what comes out, what the command line changes, and that nothing breaks it.
+//! Loading graph files: the linked graph, settings of the command line, and robustness against bad input.
 use crate::graph_nodes;
 
 use proptest::prelude::*;
@@ -151,7 +151,7 @@ fn sub_graphs_are_expanded() {
     std::fs::write(folder.path().join("o.ron"), outer).unwrap();
     let loaded = load(&folder.path().join("o.ron"), &graph_nodes::registry(), &LoadOptions::default());
     assert_eq!(messages(&loaded), Vec::<String>::new());
-    // A `shibo.toml` that is not there, here or in a folder above, could be made, and would then say where imports are.
+    // A missing `shibo.toml`, in this folder or above, counts as read: once created, it would state where imports are.
     let (own, above): (Vec<_>, Vec<_>) = loaded.files.iter().partition(|path| path.starts_with(folder.path()));
     assert_eq!(own, ["o.ron", "shibo.toml", "i.ron"].map(|name| folder.path().join(name)).iter().collect::<Vec<_>>());
     assert!(!above.is_empty() && above.iter().all(|path| path.ends_with("shibo.toml")), "{above:?}");
@@ -280,7 +280,7 @@ fn chain(nodes: usize) -> String {
 
 #[test]
 fn every_node_is_built_once() {
-    // How long that takes is measured by `cargo bench --bench commands`.
+    // The time is measured by `cargo bench --bench commands`.
     let registry = graph_nodes::registry();
     for count in [60, 600] {
         let before = graph_nodes::built();

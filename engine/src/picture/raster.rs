@@ -1,4 +1,4 @@
-//! Parts that decoders share: headers, samples and errors of those of the `image` crate.
+//! Helpers for the decoders of the `image` crate: headers, samples and errors.
 use super::guard::guarded;
 use super::limits::{Claim, ReadError};
 use super::read::planar;
@@ -26,7 +26,7 @@ pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Resu
     Ok(Header { format, width, height, channels, kind, names, has_alpha, icc: None, associated: false, told })
 }
 
-/// The memory that decoding takes, with `sample_bytes` for each sample while it is decoded.
+/// The memory needed for decoding, with `sample_bytes` for each sample during decoding.
 pub(super) fn limited(header: &Header, sample_bytes: u64) -> Claim {
     let (width, height) = (u64::from(header.width), u64::from(header.height));
     Claim { width, height, channels: u64::from(header.channels), sample_bytes }

@@ -1,5 +1,5 @@
-//! TIFF. The `tiff` crate reads the directories; strips and tiles are unpacked here, since the crate refuses valid ones: tiles
-//! of planes that lie apart, tiles packed by LZW, palettes, signed numbers.
+//! TIFF. The `tiff` crate reads the directories. Strips and tiles are unpacked here, because the crate refuses valid
+//! ones: tiles of separate planes, LZW tiles, palettes, signed numbers.
 mod directory;
 mod layout;
 mod places;
@@ -31,7 +31,7 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadErr
     upright(Picture { width, height, channels, planes, source: kind, names, has_alpha }, layout.orientation)
 }
 
-/// The header and the places of the samples of a file of `length` bytes, both checked.
+/// The checked header and the checked locations of the samples, in a file of `length` bytes.
 fn open<R: Read + Seek>(reader: R, length: u64, limits: &ReadLimits) -> Result<(Layout, Places), ReadError> {
     guarded(|| {
         let mut tags = Tags::open(reader)?;

@@ -18,7 +18,7 @@ fn with_profile(channels: u8, profile: &ColorProfile) -> Header {
     Header { icc: Some(profile.encode().unwrap()), ..header(channels, SampleKind::U8) }
 }
 
-/// The colour 200, 100, 50 of a picture with this header, in codes of sRGB; nothing may be assumed.
+/// The colour 200, 100, 50 of a picture with this header, as sRGB codes. No assumption may be needed.
 #[track_caller]
 fn seen(header: &Header) -> [f32; 3] {
     let (conversion, unused) = Conversion::of_file(header);
@@ -67,7 +67,7 @@ fn converts_by_profiles_of_a_matrix_and_curves() {
 #[test]
 fn has_the_bits_of_srgb_for_an_srgb_profile() {
     let curve = |curve: &mut Option<ToneReprCurve>| {
-        // As in the profiles of many programs: a table instead of the curve.
+        // Many profiles have a table instead of the curve.
         #[expect(clippy::cast_possible_truncation, reason = "codes of 16 bits")]
         let code = |k: u16| (linear_sample(f32::from(k) / 1023.0) * 65535.0).round() as u16;
         *curve = Some(ToneReprCurve::Lut((0..1024).map(code).collect()));
@@ -160,7 +160,7 @@ fn follows_the_order_of_png() {
     header.told.chromaticities = None;
     assert_eq!(seen(&header), [229.0, 168.0, 122.0]);
     assert!(linear[0] > 229.0, "{linear:?}");
-    // A file that was marked for programs that do not know the chunk `sRGB`.
+    // A file that is also marked for programs that do not know the chunk `sRGB`.
     header.told.gamma = Some(45_455);
     assert_eq!(Conversion::of_file(&header).0, ColorSpace::Srgb.into());
 }
@@ -181,7 +181,7 @@ fn divides_colours_by_opacity() {
     let mut straight = picture(4, SampleKind::F32, vec![0.2, 0.3, 0.7, 0.1, 0.1, 0.1, 0.0, 0.0, 0.0, 0.5, 1.0, 0.0]);
     divide_by_alpha(&mut straight);
     assert_eq!(straight.planes, [0.4, 0.3, 0.7, 0.2, 0.1, 0.1, 0.0, 0.0, 0.0, 0.5, 1.0, 0.0]);
-    // Rounding may make a colour larger than its opacity. The quotient is between two codes, and is converted exactly.
+    // By rounding, a colour can exceed its opacity. A quotient between two codes is converted exactly.
     let mut codes = picture(4, SampleKind::U8, [129.0, 50.0, 0.0, 128.0].map(|code| code / 255.0).to_vec());
     divide_by_alpha(&mut codes);
     Conversion::from(ColorSpace::Srgb).apply(&mut codes);

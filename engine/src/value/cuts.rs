@@ -1,6 +1,6 @@
 //! The fields of cuts through solids.
 //!
-//! Every solid that the cut one reads, directly or not, becomes a field with a key of its own. So the tiles of a solid that
+//! Every solid that is read, directly or indirectly, becomes a field with its own key. So the tiles of a solid that
 //! several solids or outputs read, such as the growth time of a tree, are computed once and cached.
 use super::shown::{Shown, ShownInput};
 use super::solid::{Body, Solid};
@@ -11,20 +11,20 @@ use std::sync::{Mutex, PoisonError};
 
 type Id = (FieldId, FieldId);
 
-/// Cuts through solids, each made once: by the solid and by the cut.
+/// A cache of cuts: each pair of a solid and a cut becomes one field.
 #[derive(Default)]
 pub struct Cuts(Mutex<Known>);
 
 #[derive(Default)]
 struct Known {
-    /// The fields, with their solids and cuts. These are held because an identity can be an address in memory.
+    /// The fields, with their solids and cuts. These are kept alive because an identity can be an address in memory.
     fields: HashMap<Id, (Field, Solid, Cut)>,
-    /// By what moves the points, and from which cut.
+    /// The moved cuts, by the solid that moves the points and the original cut.
     moved: HashMap<Id, Cut>,
 }
 
 impl Cuts {
-    /// The field that `cut` shows of `solid`.
+    /// The field of `cut` through `solid`.
     pub fn cut(&self, solid: &Solid, cut: &Cut) -> Field {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).cut(solid, cut)
     }
@@ -58,7 +58,7 @@ impl Known {
         }
     }
 
-    /// The cut through one solid, or those that must be made first.
+    /// The field of a cut through one solid, or the cuts that must be made before.
     fn make(&mut self, solid: &Solid, cut: &Cut) -> Result<Field, Vec<(Solid, Cut)>> {
         let field = match solid.body() {
             Body::Moved { inner, place, keeps_z } => {
@@ -97,7 +97,7 @@ impl Known {
         })
     }
 
-    /// The cut through the points to which `place` moves those of `cut`.
+    /// The cut whose points are those of `cut`, moved by `place`.
     fn moved(&mut self, cut: &Cut, place: &Solid, keeps_z: bool) -> Result<Cut, Vec<(Solid, Cut)>> {
         let id = (place.id(), cut.id());
         if let Some(moved) = self.moved.get(&id) {

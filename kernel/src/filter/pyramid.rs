@@ -1,8 +1,8 @@
-//! Image pyramid: planes at a half, a quarter … of the resolution, and back, for wide filters.
+//! Image pyramid for wide filters: planes at a half, a quarter … of the resolution, and enlarging them again.
 //!
-//! Coarse pixel I of level k covers pixels I·2^k … of the absolute grid, so nothing depends on the window. Halving has
-//! the weights [1 3 3 1]/8 in x and y (variance ¾ of a pixel), enlarging is a cubic B-spline (variance ⅓ of a coarse
-//! pixel).
+//! Coarse pixel I of level k covers pixels I·2^k … of the absolute grid, so results do not depend on the window.
+//! Halving has the weights [1 3 3 1]/8 in x and y (variance ¾ of a pixel); enlarging uses a cubic B-spline (variance ⅓
+//! of a coarse pixel).
 
 use super::blur::bspline;
 use crate::ground::simd;

@@ -1,37 +1,38 @@
-//! Catmull-Rom reading of planes at positions that vary from pixel to pixel, for warps and rotations.
+//! Catmull-Rom sampling of planes at positions that vary from pixel to pixel, for warps and rotations.
 //!
-//! A position is kept as the pixel whose centre lies before it and a fraction, 0..1, so it is as exact at column 60 000
-//! as at column 0 and does not depend on the window. At a pixel's centre the value is the pixel's own, exactly. Four
-//! rows of four values are summed four at a time; weights and places serve all channels. Cost: see `benches/texel.rs`.
+//! A position is stored as the pixel whose centre lies before it, plus a fraction, 0..1. So it is as exact at column 60
+//! 000 as at column 0, and does not depend on the window. At a pixel's centre the value is exactly the pixel's own.
+//! Four rows of four values are summed four at a time; weights and positions are shared by all channels. Cost: see
+//! `benches/texel.rs`.
 //!
-//! Between pixels a value may lie a little beyond theirs. Read over and over at the same places, as by a chain of thousands
-//! of warps, values would so grow by up to a hundredth each time, beyond all numbers. So values beyond ±10⁶ are kept within
-//! the range of the 16 pixels that they are read from, and grow no further.
+//! Between pixels a value can overshoot the values around it a little. A chain of thousands of warps that read the same
+//! positions could let values grow by up to a hundredth each time, to infinity. So values beyond ±10⁶ are clamped to
+//! the range of the 16 pixels that they are computed from.
 
 use crate::ground::cubic::catmull_rom_in_step;
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
 use shibo_engine::value::Window;
 
-/// Pixels placed at a time.
+/// The number of pixels whose positions are computed at a time.
 pub const BLOCK: usize = 64;
 
-/// Pixels read beyond the smallest and largest places, on each side.
+/// The halo: pixels read beyond the smallest and largest positions, on each side.
 pub const HALO: usize = 2;
 
-/// Values beyond this, up or down, are kept within the range of the pixels that they are read from.
+/// Values beyond ± this are clamped to the range of the pixels that they are computed from.
 const LARGE: f32 = 1e6;
 
-/// Where a run of pixels reads.
+/// The positions that a run of pixels reads.
 #[derive(Clone, Debug)]
 pub struct Places {
     /// Columns: the pixel whose centre lies at or before the position.
     pub i: [i32; BLOCK],
     /// Rows.
     pub j: [i32; BLOCK],
-    /// How far the position lies beyond that centre, 0..1, in x.
+    /// The distance of the position from that centre, 0..1, in x.
     pub u: [f32; BLOCK],
-    /// In y.
+    /// The same in y.
     pub v: [f32; BLOCK],
 }
 
@@ -40,8 +41,8 @@ impl Places {
 }
 
 /// Fills `out`, planes over `rect` without gaps, from `sources`, which cover the same window. `place(x, y, places)`
-/// gives the positions that pixel (x, y) and those to its right read; places too near the window's border are moved
-/// inwards.
+/// gives the positions that pixel (x, y) and the pixels to its right read. Positions too near the window's border are
+/// moved inwards.
 ///
 /// # Panics
 /// If the window is smaller than 4 × 4 pixels, sources differ in size, or a plane of `out` is smaller than `rect`.
@@ -102,7 +103,7 @@ fn read(source: &View<'_>, window: Window, places: &Places, out: &mut [f32]) {
     }
 }
 
-/// Brings large values into the range of the 16 pixels from `base` on. NaN stays NaN.
+/// Clamps large values to the range of the 16 pixels from `base` on. NaN stays NaN.
 #[cold]
 #[inline(never)]
 fn limit(data: &[f32], stride: usize, base: &[u32; BLOCK], out: &mut [f32]) {
@@ -163,7 +164,7 @@ mod tests {
     #[test]
     #[expect(clippy::cast_possible_truncation, reason = "displacements by a pixel")]
     fn stays_finite_however_often_it_is_repeated() {
-        // The same displacements by up to a pixel, 20,000 times, on a picture of 16 × 16 that repeats.
+        // The same displacements by up to a pixel, 20,000 times, on a periodic picture of 16 × 16.
         let (window, rect) = (Window::of(-3, -3, 22, 22), Window::of(0, 0, 16, 16));
         let hash = crate::ground::hash::Hash::new(2);
         let mut picture: Vec<f32> = (0..256).map(|p| hash.unit_f32(p)).collect();

@@ -91,11 +91,11 @@ pub struct Exemplar {
     pub features: Arc<Vec<f32>>,
     /// A guide value for each pixel; empty without a guide.
     pub guide: Arc<Vec<f32>>,
-    /// True for each pixel that may be used; empty if all may.
+    /// True for each pixel that may appear in the output; empty if all may.
     pub usable: Arc<Vec<bool>>,
     /// True if levels are downsampled pictures instead of blurred ones.
     pub pyramid: bool,
-    /// The width of the border that is not used, in level spacings.
+    /// The width of the border that never appears in the output, in level spacings.
     pub margin: f64,
     /// Its levels from the finest, after the analysis.
     pub levels: Arc<Vec<ExemplarLevel>>,

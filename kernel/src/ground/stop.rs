@@ -36,7 +36,7 @@ impl Watch<'_> {
         items.into_iter().inspect(|_| self.tick())
     }
 
-    /// Checks immediately, for code that counts by itself. Does not return if the work should stop.
+    /// Checks immediately, for code that decides itself how often to check. Does not return if the work should stop.
     pub fn check(&self) {
         if (self.until)() {
             resume_unwind(Box::new(Stopped));

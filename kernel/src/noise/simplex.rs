@@ -1,9 +1,9 @@
 //! Simplex noise: slopes at the corners of equilateral triangles.
 //!
-//! Source: K. Perlin, "Noise hardware" (2001). Differs in its gradients, which are uniform in a square, and in its
-//! triangles, which are halves of rhombic cells that repeat with the canvas. Each corner contributes within its own
-//! triangles, with the weight (¾ - d²)⁴, d in sides. So the third derivative is continuous too, and a point needs three
-//! corners where gradient noise needs four.
+//! Source: K. Perlin, "Noise hardware" (2001). Differs in its gradients, uniform in a square, and in its triangles, the
+//! halves of rhombic cells that repeat with the canvas. Each corner contributes within its own triangles, with the
+//! weight (¾ - d²)⁴, d in sides. So the third derivative is continuous too, and a point needs three corners where
+//! gradient noise needs four.
 
 use super::cells::{LANES, RAMP, Run, key, slope};
 use crate::ground::math;

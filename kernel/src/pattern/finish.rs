@@ -1,4 +1,4 @@
-//! What is shown of pieces: gaps, bevels, numbers, places and angles.
+//! Output planes of pieces: gaps, bevels, ids, coordinates and angles.
 use super::layout::{Grid, Piece};
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _};
@@ -12,14 +12,14 @@ pub enum BevelProfile {
     /// Straight.
     #[default]
     Chamfer,
-    /// A quarter of a circle, level at the top.
+    /// A quarter of a circle, flat at the top.
     Round,
-    /// Level at the top and at the foot.
+    /// Flat at the top and at the foot.
     Smooth,
 }
 
 impl BevelProfile {
-    /// The height at a share of the bevel, 0..1.
+    /// The height at a fraction of the bevel, 0..1.
     #[inline]
     pub fn at(self, t: f64) -> f64 {
         let t = t.clamp(0.0, 1.0);
@@ -31,36 +31,36 @@ impl BevelProfile {
     }
 }
 
-/// Edges of pieces, mm.
+/// The edges of pieces, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finish {
-    /// Between pieces.
+    /// The gap between pieces.
     pub gap: f64,
-    /// Width of the bevel.
+    /// The width of the bevel.
     pub bevel: f64,
-    /// Its cross-section.
+    /// The cross-section of the bevel.
     pub profile: BevelProfile,
-    /// Radius of the corners of rectangles.
+    /// The radius of the corners of rectangles.
     pub radius: f64,
 }
 
-/// What is filled in.
+/// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Plane {
-    /// The bevel less 1, times this depth in mm.
+    /// The bevel minus 1, times this depth in mm.
     Height(f32),
-    /// 0 in the gap, 1 on the piece, between them over the bevel.
+    /// 0 in the gap, 1 on the piece, and the profile in between.
     Bevel,
     /// 1 in the gap.
     Gap,
-    /// Numbers of pieces.
+    /// Ids of pieces.
     Ids,
-    /// Degrees of the long side.
+    /// The angle of the long side in degrees.
     Angle,
 }
 
 impl Finish {
-    /// mm from the edge of a piece, negative in the gap.
+    /// mm inside the edge of a piece, negative in the gap.
     #[inline]
     pub fn inside(&self, piece: &Piece) -> f64 {
         let q = DVec2::from(piece.edges.map(|e| self.radius + 0.5 * self.gap - e));
@@ -77,7 +77,7 @@ impl Finish {
 /// The angle of a direction in degrees, -180..180.
 pub fn degrees(direction: DVec2) -> f64 {
     let angle = libm::atan2(direction.y, direction.x).to_degrees();
-    // Right angles are exact.
+    // Makes right angles exact.
     if (angle - angle.round()).abs() < 1e-9 { angle.round() } else { angle }
 }
 
@@ -86,7 +86,7 @@ pub fn degrees(direction: DVec2) -> f64 {
 fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &Piece)) {
     let rect = frame.window;
     let mut k = 0;
-    // The corner of a unit square in which the piece is known.
+    // The piece found last, and the corner of its unit square.
     let mut known: Option<(DVec2, Piece)> = None;
     for (_, y) in (0..rect.rows()).zip(rect.y..) {
         for (_, x) in (0..rect.columns()).zip(rect.x..) {
@@ -132,13 +132,13 @@ pub fn fill(grid: &Grid, finish: &Finish, plane: Plane, frame: &Frame, out: &mut
     }
 }
 
-/// A number below 2^24 as fields carry it.
+/// An id below 2^24 as fields store it.
 #[inline]
 pub fn id(number: u32) -> f32 {
     number as f32
 }
 
-/// Fills a window with the places within the pieces: mm from the middle, along the long side and across it.
+/// Fills a window with coordinates within pieces: mm from the middle, along the long side and across it.
 pub fn local(grid: &Grid, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
     each(grid, frame, |k, at, piece| {
         let away = grid.fit.from_unit * (at - piece.center);
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn gaps_and_bevels_are_where_they_should_be() {
         let finish = Finish { gap: 1.0, bevel: 2.0, profile: BevelProfile::Chamfer, radius: 0.0 };
-        // Pixels of 0.1 mm along the middle of a brick from its border: centres at 0.05, 0.15 …
+        // Pixels of 0.1 mm along the middle of a brick, starting at its border: centres at 0.05, 0.15 …
         let frame = Frame::new(Window::of(0, 24, 50, 1), [0.1, 0.1]);
         let (mut gap, mut height) = ([0.0; 50], [0.0; 50]);
         fill(&bricks(0.0), &finish, Plane::Gap, &frame, &mut gap);
@@ -172,7 +172,8 @@ mod tests {
             let x = 0.05 + 0.1 * f64::from(u8::try_from(k).unwrap());
             let want = (0.5 - (x - 0.5) / 0.1).clamp(0.0, 1.0);
             assert!((f64::from(gap[k]) - want).abs() < 1e-5, "{x}");
-            // y is 2.45 mm, 1.95 mm inside the piece: the bevel along the long side is not quite over there.
+            // y is 2.45 mm, which is 1.95 mm inside the piece, so the bevel of the long side is not quite complete
+            // there.
             let want = 3.0 * (((x - 0.5) / 2.0).clamp(0.0, 1.0).min(0.975) - 1.0);
             assert!((f64::from(height[k]) - want).abs() < 1e-5, "{x} {} {want}", height[k]);
         }
@@ -216,7 +217,7 @@ mod tests {
                 &mut angles,
             );
             assert!(angles.iter().all(|a| f64::from(*a) == angle));
-            // One pixel along the long side is one mm of the place, and never mirrored.
+            // One pixel along the long side is one mm of the coordinate, and never mirrored.
             let along = |k: usize| DVec2::new(f64::from(x[k]), f64::from(y[k]));
             let turn = DVec2::from_angle(angle.to_radians());
             let (right, down) = (along(41 + 1) - along(41), along(41 + 40) - along(41));

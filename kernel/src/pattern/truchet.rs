@@ -1,4 +1,4 @@
-//! Truchet tiles: squares with the same figure, turned at random.
+//! Truchet tiles: squares with the same motif, turned at random.
 //!
 //! Source: S. Truchet, "Mémoire sur les combinaisons" (1704); the arcs are those of C. S. Smith, "The tiling patterns of Sebastian
 //! Truchet" (1987).
@@ -12,7 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::value::Tiling;
 
-/// The figure of a tile.
+/// The motif of a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Motif {
     /// Two quarters of a circle about opposite corners, through the middles of the sides.
@@ -20,7 +20,7 @@ pub enum Motif {
     Arcs,
     /// Two straight lines from middle to middle, across the same corners.
     Lines,
-    /// One half, cut along a diagonal. It has no bands: `width` has no effect.
+    /// One half, cut along a diagonal. It has no bands, so `width` has no effect.
     Triangles,
 }
 
@@ -34,23 +34,23 @@ pub struct Tiles {
     /// Height of the bands, mm.
     height: f64,
     hash: Hash,
-    /// Tiles as units.
+    /// The fit with tiles as units.
     pub fit: Fit,
     directions: [DVec2; 4],
 }
 
-/// What is filled in.
+/// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plane {
-    /// mm.
+    /// The height, mm.
     Height,
     /// 1 on the bands.
     Mask,
-    /// mm from the edge of the bands, negative inside.
+    /// The distance to the edge of the bands, mm; negative inside.
     Distance,
-    /// Numbers of tiles.
+    /// Ids of tiles.
     Ids,
-    /// Degrees by which the tile is turned.
+    /// The turn of the tile, degrees.
     Angle,
 }
 
@@ -70,7 +70,7 @@ impl Tiles {
         Some(Self { motif, half_width: 0.5 * width, profile, height, hash, fit, directions })
     }
 
-    /// The number of the tile at a place, by how many quarters it is turned, and where the place lies in it, -½..½.
+    /// The id of the tile at a point, its number of quarter turns, and the position of the point in it, -½..½.
     fn tile(&self, p: DVec2) -> (u32, usize, DVec2) {
         let cell = p.floor();
         #[expect(clippy::cast_possible_truncation, reason = "far fewer tiles than 2^63")]
@@ -79,7 +79,7 @@ impl Tiles {
         (number, quarters, p - cell - 0.5)
     }
 
-    /// Turned back by so many quarters.
+    /// Undoes a number of quarter turns.
     fn back(quarters: usize, q: DVec2) -> DVec2 {
         match quarters {
             0 => q,
@@ -89,7 +89,7 @@ impl Tiles {
         }
     }
 
-    /// mm from the edge of the bands, negative inside.
+    /// The distance to the edge of the bands, mm; negative inside.
     fn distance(&self, p: DVec2) -> f64 {
         let (_, quarters, q) = self.tile(p);
         let q = Self::back(quarters, q);
@@ -104,7 +104,8 @@ impl Tiles {
                 (sum - 0.5).abs() * std::f64::consts::FRAC_1_SQRT_2 * unit - self.half_width
             }
             Motif::Triangles => {
-                // Inside of the triangle to the diagonal; the sides are where tiles meet, and may go on.
+                // For triangles the distance to the diagonal. The sides do not count, because the figure may continue
+                // beyond them.
                 (q.x + q.y) * std::f64::consts::FRAC_1_SQRT_2 * unit
             }
         }
@@ -132,7 +133,7 @@ impl Tiles {
         }
     }
 
-    /// Fills a window with the places within tiles: mm from the middle, turned with the tile.
+    /// Fills a window with coordinates within tiles: mm from the middle, turned with the tile.
     pub fn local(&self, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
         let rect = frame.window;
         let mut k = 0;
@@ -169,7 +170,7 @@ mod tests {
                     let (left, right) = (DVec2::new(i + 1.0 - 1e-9, j + t), DVec2::new(i + 1.0 + 1e-9, j + t));
                     let near = (t - 0.5f64).abs() * 5.0;
                     for side in [left, right] {
-                        // On a side, the only band is in its middle.
+                        // On a side, the only band is in the middle.
                         let d = tiles.distance(side) + 0.5;
                         let want = if motif == Motif::Arcs { near } else { near * 0.5f64.sqrt() };
                         assert!((d - want).abs() < 1e-6, "{motif:?} {side}: {d} {want}");

@@ -94,7 +94,7 @@ fn check_and_read(bytes: &[u8]) {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
     #[test]
-    fn mutations_neither_panic_nor_eat_memory(
+    fn mutations_neither_panic_nor_exhaust_memory(
         changes in proptest::collection::vec((any::<Index>(), any::<Index>(), any::<u8>(), 0..12_u8), 1..12),
     ) {
         use std::sync::LazyLock;
@@ -179,7 +179,7 @@ fn file_error(path: &Path) -> FileError {
 }
 
 #[test]
-fn what_is_no_file_is_not_opened() {
+fn does_not_open_special_files() {
     let folder = tempfile::tempdir().unwrap();
     let missing = file_error(&folder.path().join("none.png"));
     assert!(missing.reason.is_not_found());

@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn contents_lie_at_multiples_of_64_bytes_and_are_the_same_again() {
+    fn aligns_contents_to_64_bytes_and_gives_the_same_bytes_again() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.usdz");
         let make = || {
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_that_is_too_short_leaves_what_was_there() {
+    fn keeps_the_old_archive_if_a_picture_is_too_short() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.usdz");
         std::fs::write(&path, "before").unwrap();

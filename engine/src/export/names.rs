@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gives_each_name_once() {
+    fn makes_names_unique() {
         let of = |names: &[&str], taken: &[&str]| unique(names.iter().map(|name| identifier(name)), taken);
         assert_eq!(of(&["a b", "a_b", "a.b"], &[]), ["a_b", "a_b_2", "a_b_3"]);
         assert_eq!(of(&["右脚", "左脚"], &[]), ["__", "___2"]);

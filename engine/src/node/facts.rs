@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fact_that_is_not_declared_is_a_defect_of_the_node() {
+    fn reports_undeclared_facts_as_defects_of_the_node() {
         let defect =
             "`Curious` reads the tiling of the canvas, which it does not declare; this is a defect of the node";
         assert_eq!(evaluate(&["tile"], 16.0), Err(defect.into()));
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_to_tell_the_tiling_counts() {
+    fn checks_facts_that_the_tiling_reads() {
         let node = |tiles| Curious { reads: Vec::new(), tiles };
         assert_eq!(DynNode::check(&node(false), &canvas(16.0)), []);
         let problems = DynNode::check(&node(true), &canvas(16.0));

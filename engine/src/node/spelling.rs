@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_infinity_are_two() {
+    fn distinguishes_none_from_infinity() {
         assert_eq!(spelled(&None::<f64>), "None");
         assert_eq!(spelled(&f64::INFINITY), "inf");
         assert_eq!(spelled(&Some(f64::INFINITY)), "None", "JSON has no infinity: such a default is not possible");
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_codes_where_that_is_exact() {
+    fn spells_colours_as_codes_if_that_is_exact() {
         let code = |rgb: [u8; 3]| Color(rgb.map(|byte| srgb_to_linear(f32::from(byte) / 255.0)));
         assert_eq!(spelled(&code([0x8b, 0x5a, 0x2b])), "\"#8b5a2b\"");
         assert_eq!(spelled(&vec![(0.5, code([255, 0, 1]))]), "[(0.5, \"#ff0001\")]");

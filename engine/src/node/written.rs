@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_told_in_words() {
+    fn names_the_forms_of_parts() {
         assert_eq!(told::<f64>(), "a number");
         assert_eq!(told::<Vec<f64>>(), "a list, `[ ]`");
         assert_eq!(told::<(f64, Color)>(), "`(number, colour)`");

@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn dropped_leaves_nothing() {
+    fn removes_the_file_on_drop() {
         let folder = tempfile::tempdir().unwrap();
         let mut first = AtomicFile::create(folder.path().join("a.png")).unwrap();
         let second = AtomicFile::create(folder.path().join("a.png")).unwrap();
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_no_file() {
+    fn refuses_targets_that_are_not_files() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("a.png")).unwrap();
         assert!(AtomicFile::create(folder.path().join("a.png")).is_err());
@@ -217,7 +217,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn removes_old_files_of_others_and_of_the_dead() {
+    fn removes_stale_files_of_other_hosts_and_dead_processes() {
         let folder = tempfile::tempdir().unwrap();
         let this = Owner::this().name("a.png", 0);
         let (start, end) = this.split_once("shibo-").unwrap();

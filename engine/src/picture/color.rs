@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_curve_is_good_for_16_bits() {
+    fn curve_is_accurate_to_16_bits() {
         let encoder = SrgbEncoder::new();
         for bits in (0..=1.0_f32.to_bits()).step_by(991) {
             let linear = f32::from_bits(bits);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_of_aces_come_back() {
+    fn aces_round_trip_keeps_colours() {
         // White maps to white, and the two matrices are inverse.
         for row in REC709_TO_AP1.iter().chain(&AP1_TO_REC709) {
             assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{row:?}");

@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_curves_of_no_pictures() {
+    fn rejects_curves_that_are_not_of_pictures() {
         let wrong = [
             Curve::Gamma(-1.0),
             Curve::Gamma(0.0),

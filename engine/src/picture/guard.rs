@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn contained_panics_tell_what_and_where() {
+    fn contained_panics_report_message_and_location() {
         assert_eq!(contained(|| 7), Ok(7));
         let said = contained(|| panic!("one\ntwo {}", 3)).unwrap_err();
         assert!(said.starts_with("one two 3 (") && said.contains("guard.rs:"), "{said}");

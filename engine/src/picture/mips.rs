@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_of_any_size_have_their_size_and_mean() {
+    fn keeps_the_mean_at_levels_of_any_size() {
         for (width, height) in [(8, 8), (7, 5), (1, 9), (9, 1), (13, 64), (1, 1), (100, 3), (31, 33)] {
             let sizes = sizes(width, height);
             assert_eq!(*sizes.last().unwrap(), (1, 1));
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_stay_unit_vectors_and_roughness_grows_by_the_slopes_lost() {
+    fn normalizes_normals_and_widens_roughness_by_lost_slopes() {
         // Two slopes of ±1 side by side average to a flat surface, with a slope variance of 1.
         let tilt = 0.5_f32.sqrt();
         let x = [0.5 + 0.5 * tilt, 0.5 - 0.5 * tilt];
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bumpy_sphere_far_away_reflects_as_much_as_it_should() {
+    fn keeps_the_reflectance_of_a_distant_bumpy_sphere() {
         // Light from all directions except straight behind: points along a spiral around the sphere.
         let light = |i: i32| {
             let (turn, z) = (f64::from(i) * 2.399_963, 1.0 - f64::from(2 * i + 1) / 40.0);

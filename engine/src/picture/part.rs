@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_share_pieces_evenly_and_leave_none_out() {
+    fn divides_all_pieces_evenly_among_parts() {
         for (pieces, count) in [(32, 16), (33, 16), (1, 1), (7, 7), (256, 3)] {
             let mut at = 0;
             for number in 1..=count {

@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_primaries_of_no_colours() {
+    fn refuses_degenerate_primaries() {
         for wrong in [[0.0; 8], [0.3; 8], [f64::NAN; 8], [f64::MAX; 8]] {
             assert_eq!(from_chromaticities(wrong), None, "{wrong:?}");
         }

@@ -220,14 +220,14 @@ mod tests {
     }
 
     #[test]
-    fn a_higher_quality_is_nearer_and_larger() {
+    fn higher_quality_gives_smaller_errors_and_larger_files() {
         let (low, small) = written(&spec(300, 200, 3, 20), 64);
         let (high, large) = written(&spec(300, 200, 3, 98), 64);
         assert!(low > high && small.len() < large.len(), "{low} {high} {} {}", small.len(), large.len());
     }
 
     #[test]
-    fn what_the_format_cannot_hold_is_refused() {
+    fn refuses_pictures_that_jpeg_cannot_hold() {
         let refused = |spec: &PictureSpec| spec.check().unwrap_err().to_string();
         assert!(refused(&spec(65_536, 1, 3, 90)).contains("65535"));
         assert!(refused(&spec(8, 8, 4, 90)).contains("channels"));

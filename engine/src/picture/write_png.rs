@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_disk_is_reported_whenever_it_fills() {
+    fn reports_a_full_disk_at_any_time() {
         for format in [Format::Png, Format::Tiff, Format::Exr] {
             attempt(format, Disk(1 << 22)).unwrap();
             for bytes in [0, 4, 100, 1000, 20_000, 300_000] {

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn no_more_is_held_back_than_the_bound() {
+    fn keeps_at_most_the_bound() {
         let most = spare().most;
         let many: Vec<Buffer> = (0..40).map(|_| Buffer::zeros(most / 16)).collect();
         drop(many);

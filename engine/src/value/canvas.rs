@@ -303,7 +303,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_grow_no_farther_than_they_may() {
+    fn limits_the_growth_of_windows() {
         let window = Window { x: -3, y: 5, width: 10, height: 20 };
         assert_eq!(window.grow(2, 0), Window { x: -5, y: 5, width: 14, height: 20 });
         let far = Window::FARTHEST;
@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_squashed_does_not_fit() {
+    fn rejects_only_resolutions_that_distort_pixels() {
         let fits = |w: u32, h: u32, x: f64, y: f64| Resolution::Exact(UVec2::new(w, h)).fits(DVec2::new(x, y));
         assert!(fits(64, 64, 5.0, 5.0) && fits(2048, 1024, 200.0, 100.0));
         assert!(fits(1000, 333, 90.0, 30.0) && fits(1000, 334, 90.0, 30.0) && fits(100, 1, 1e6, 1.0));

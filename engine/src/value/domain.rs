@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn little_is_computed_beyond_an_edge() {
+    fn computes_little_beyond_an_edge() {
         let list = pieces(-1, 513, Extent::Ends(512));
         let parts: Vec<_> = list.iter().map(|p| (p.index, p.start, p.length)).collect();
         assert_eq!(parts, [(-1, -16, 16), (0, 0, 256), (1, 256, 256), (2, 512, 16)]);
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reach_of_a_pyramid_hardly_grows_with_its_levels() {
+    fn limits_the_reach_of_a_pyramid() {
         // Each level reads twice as many pixels of the finer level, and one more.
         let reach = |wanted: i32| {
             pieces(16, 16 + wanted, Extent::Ends(16)).last().map_or(0, |p| p.start + p.length.cast_signed() - 16)

@@ -141,7 +141,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_a_simulation_leaves_is_printed_after_one() {
+    fn prints_velocities_and_breaks_only_after_a_simulation() {
         let mut lattice = link();
         let plain =
             json!({ "type": "Lattice", "points": [[0.0, 0.0], [0.5, "inf"]], "links": [[0, 1]], "alive": [true] });

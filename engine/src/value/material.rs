@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_hold_what_is_put_in() {
+    fn channel_sets_hold_their_channels() {
         let set: ChannelSet = [Channel::Ao, Channel::BaseColor].into_iter().collect();
         assert_eq!(set.iter().collect::<Vec<_>>(), [Channel::BaseColor, Channel::Ao]);
         assert!(set.has(Channel::Ao) && !set.has(Channel::Height));

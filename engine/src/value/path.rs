@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_and_lines() {
+    fn measures_lengths_and_draws_lines() {
         let points = vec![DVec2::ZERO, DVec2::new(3.0, 4.0), DVec2::new(3.0, 10.0)];
         let curve = Polyline { points, closed: false };
         assert_eq!(curve.length(), 11.0);

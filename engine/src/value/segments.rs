@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_come_in_at_the_other_edge() {
+    fn includes_copies_at_the_opposite_edge() {
         let cut = one(Tiling::BOTH).within(Vec2::ZERO, Vec2::splat(8.0));
         let pieces: Vec<_> = cut.iter().map(|c| c.0).collect();
         let line = |x0, x1| [Vec2::new(x0, 4.0), Vec2::new(x1, 4.0)];

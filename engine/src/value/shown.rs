@@ -311,7 +311,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_around_what_is_there_leave_no_hole_out() {
+    fn occupied_windows_cover_all_pieces_and_few_holes() {
         let window = Window { x: -2, y: 4, width: 20, height: 140 };
         let at = |x: usize, y: usize| y * 20 + x;
         let mut ids = vec![0.0; window.len()];
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn only_pieces_that_meet_at_the_edges_need_what_lies_beyond() {
+    fn needs_a_margin_only_if_pieces_meet_at_the_edges() {
         let close = Window { x: 4, y: -2, width: 8, height: 6 };
         let grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None, shown: None };
         let with = |others: &[(i32, i32)]| {

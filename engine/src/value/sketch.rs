@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn crowds_are_thinned_out() {
+    fn thins_out_many_points() {
         assert_eq!(Shapes::<Vec2>::thinned(5).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
         let many = Shapes::<Vec2>::thinned(100_000);
         assert_eq!((many.len(), many.clone().nth(1)), (33_334, Some(3)));

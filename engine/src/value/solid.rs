@@ -436,7 +436,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_side_by_side_are_read_where_they_lie() {
+    fn reads_consecutive_channels_in_place() {
         let all = Solid::bundle(4, Vec::new(), Nothing);
         let three = all.pick(Type::SolidColor, &[1, 2, 3]);
         for (solid, channels) in [(&all, 0..4), (&three, 1..4), (&three.channel(1), 2..3)] {

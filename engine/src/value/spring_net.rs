@@ -71,7 +71,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn masses_and_dampers_are_printed_even_if_all_are_alike() {
+    fn prints_equal_masses_and_dampers() {
         let springs = SpringNet {
             lattice: Arc::new(link()),
             stiffness: vec![2.0],

@@ -141,7 +141,7 @@ fn refused(desk: &Desk, result: Result<f32, Failure>) -> String {
 }
 
 #[test]
-fn a_file_that_changes_before_a_run_is_read_anew() {
+fn rereads_a_file_that_changed_before_the_run() {
     for node in ["Early(path: \"number\")", "Late(path: \"number\")"] {
         let desk = Desk::new(node, 1);
         // The graph was loaded with 1 in the file, and is rendered with other numbers.
@@ -153,7 +153,7 @@ fn a_file_that_changes_before_a_run_is_read_anew() {
 }
 
 #[test]
-fn a_result_of_a_file_that_changed_during_a_run_is_refused() {
+fn refuses_results_of_files_changed_during_the_run() {
     for node in ["Early(path: \"number\")", "Late(path: \"number\")"] {
         let desk = Desk::new(node, 1);
         let session = desk.session();
@@ -173,7 +173,7 @@ fn a_result_of_a_file_that_changed_during_a_run_is_refused() {
 }
 
 #[test]
-fn what_was_read_stays_although_the_file_changes_later() {
+fn keeps_content_read_before_a_change() {
     let desk = Desk::new("Late(path: \"number\")", 1);
     let session = desk.session();
     let keys = session.keys(&desk.graph).unwrap();
@@ -185,7 +185,7 @@ fn what_was_read_stays_although_the_file_changes_later() {
 }
 
 #[test]
-fn a_file_that_changes_while_it_is_read_is_refused_for_good() {
+fn refuses_a_file_changed_while_it_is_read() {
     let desk = Desk::new("Late(path: \"number\", intruder: 9)", 1);
     let session = desk.session();
     let keys = session.keys(&desk.graph).unwrap();

@@ -56,7 +56,7 @@ fn sources(dir: &Path, files: &[(&str, &str)]) -> u128 {
 }
 
 #[test]
-fn the_same_sources_have_the_same_fingerprint_anywhere() {
+fn same_sources_have_the_same_fingerprint_in_any_folder() {
     let dirs = [(); 3].map(|()| tempfile::tempdir().unwrap());
     let first = sources(dirs[0].path(), &[("lib.rs", "a\nb\n"), ("kernel/mod.rs", "c"), ("kernel.rs", "d")]);
     let second = sources(dirs[1].path(), &[("kernel.rs", "d"), ("kernel/mod.rs", "c"), ("lib.rs", "a\nb\n")]);
@@ -70,7 +70,7 @@ fn the_same_sources_have_the_same_fingerprint_anywhere() {
 }
 
 #[test]
-fn other_sources_have_another() {
+fn other_sources_have_another_fingerprint() {
     let files = [
         &[("lib.rs", "a"), ("x.rs", "b")][..],
         &[("lib.rs", "a"), ("x.rs", "c")],
@@ -85,7 +85,7 @@ fn other_sources_have_another() {
 }
 
 #[test]
-fn what_stands_under_a_crate_counts_and_nothing_else() {
+fn counts_only_dependencies_of_a_crate() {
     let dir = tempfile::tempdir().unwrap();
     let of = |lock: &str| fingerprint(dir.path(), lock, "numbers").unwrap();
     for (from, to) in [("1.2.3", "1.2.4"), ("\"aa\"", "\"ab\""), ("\"cc\"", "\"ab\""), ("0.3.0", "0.4.0")] {

@@ -58,7 +58,7 @@ fn a_pair_is_taken_literally_with_a_warning() {
 }
 
 #[test]
-fn the_canvas_of_what_is_imported_asks_for_nothing() {
+fn ignores_the_canvas_of_imported_graphs() {
     let folder = tempfile::tempdir().unwrap();
     let inner = "(canvas: (size_mm: (60, 30), resolution: 64), nodes: {\"n\": Bands()}, outputs: {\"o\": \"n\"})";
     std::fs::write(folder.path().join("i.ron"), inner.replace("64", "(64, 64)")).unwrap();
@@ -81,7 +81,7 @@ fn advice(tile: &str, nodes: &str, outputs: &[&str]) -> Vec<(String, usize)> {
 }
 
 #[test]
-fn a_node_that_breaks_the_tiling_is_told_of_once() {
+fn reports_a_node_that_breaks_the_tiling_once() {
     let nodes = "\"ramp\": Ramp(), \"good\": Bands(), \"a\": Mix(a: \"ramp\"), \"b\": Mix(a: \"a\", b: \"good\")";
     assert_eq!(
         advice("Both", nodes, &["a", "b", "good", "ramp", "b", "a"]),
@@ -99,7 +99,7 @@ fn a_node_that_breaks_the_tiling_is_told_of_once() {
 }
 
 #[test]
-fn every_node_at_fault_is_told_of() {
+fn reports_every_node_at_fault() {
     let nodes = "\"x\": Ramp(), \"y\": Ramp(), \"both\": Mix(a: \"x\", b: \"y\"), \"after\": Ramp(input: \"x\")";
     let found = advice("X", nodes, &["both", "y", "after"]);
     let expected = |outputs: &str, node: &str| {

@@ -130,7 +130,7 @@ fn check(path: &Path) -> Vec<String> {
 }
 
 #[test]
-fn marks_are_put_right() {
+fn corrects_marks() {
     let path = Path::new("a.ron");
     let found = |line, column, says: &str| Expected {
         file: path.to_owned(),
@@ -145,7 +145,7 @@ fn marks_are_put_right() {
 }
 
 #[test]
-fn every_error_is_where_it_is_said_to_be() {
+fn reports_every_error_at_its_mark() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors");
     let mut wrong = Vec::new();
     let mut codes = std::collections::BTreeSet::new();

@@ -65,7 +65,7 @@ fn defaults_follow_other_parameters() {
 }
 
 #[test]
-fn the_canvas_and_its_parameters_come_first() {
+fn evaluates_the_canvas_and_its_parameters_first() {
     let text = r#"(canvas: (size_mm: "= $side * 2"), nodes: { "it": Bands(pitch: "$part") },
         params: { "side": Number(default: "= $base + 1"), "base": Number(default: 4), "part": Number(default: "= canvas.width / 5") })"#;
     let graph = graph(text, &[("base", "9")]);
@@ -86,7 +86,7 @@ fn random_numbers_come_from_the_seed() {
 }
 
 #[test]
-fn nodes_tell_the_types_of_their_outputs() {
+fn nodes_compute_the_types_of_their_outputs() {
     let text = r##"(nodes: { "a": Compute(a: (1, 2), formula: ""), "b": Compute(a: "a", formula: ""), "c": Warp(input: 1, vector: "b"),
         "d": Compute(a: "#fff", formula: "a.r"), "e": Mix(a: "d") })"##;
     let graph = graph(text, &[]);

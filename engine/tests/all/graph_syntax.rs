@@ -53,7 +53,7 @@ fn meant(text: &str, found: &[Diagnostic]) -> Vec<(Code, String)> {
 }
 
 #[test]
-fn a_lost_token_is_told_where_it_was() {
+fn reports_a_lost_token_near_its_place() {
     let whole = load(GRAPH);
     let wanted = meant(GRAPH, &whole.diagnostics);
     assert_eq!(wanted.len(), 3, "{}", show(GRAPH, &whole.diagnostics));
@@ -105,7 +105,7 @@ fn a_lost_token_is_told_where_it_was() {
 }
 
 #[test]
-fn several_mistakes_are_all_told() {
+fn reports_all_of_several_mistakes() {
     let text = GRAPH
         .replace("count: 3,", "count: ,")
         .replace("\"points\": GridPoints(pitch: 1),", "\"points\": GridPoints(pitch: 1mm),")

@@ -84,7 +84,7 @@ fn load(at: Where) -> Loaded {
 }
 
 #[test]
-fn panics_of_nodes_are_told_at_the_node() {
+fn reports_panics_at_the_node() {
     let session = Session::new(registry(), &Settings { threads: 2, ..Settings::default() }).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let request = RenderRequest { dir: folder.path().to_path_buf(), ..RenderRequest::default() };
@@ -106,7 +106,7 @@ fn panics_of_nodes_are_told_at_the_node() {
 }
 
 #[test]
-fn a_panic_while_a_graph_is_read_is_an_error_of_the_file() {
+fn reports_panics_while_loading_as_errors_of_the_file() {
     let loaded = load(Where::Load);
     assert!(loaded.graph.is_none());
     let [error] = &loaded.diagnostics[..] else { panic!("{:?}", loaded.diagnostics) };

@@ -109,7 +109,7 @@ fn blocks_become_the_files_of_a_single_run() {
 }
 
 #[test]
-fn blocks_that_do_not_fit_together_are_no_part() {
+fn refuses_blocks_that_do_not_fit_together() {
     // The right number of pixels, but some pixels twice and others missing.
     for blocks in [&[[0, 20], [0, 20]][..], &[[0, 20], [21, 19], [39, 1]]] {
         let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
@@ -125,7 +125,7 @@ fn blocks_that_do_not_fit_together_are_no_part() {
 }
 
 #[test]
-fn names_that_no_output_has_are_refused() {
+fn refuses_names_that_no_output_can_have() {
     let long = format!("{}.png", "x".repeat(252));
     let bad = [
         ".bashrc",
@@ -167,7 +167,7 @@ fn names_that_no_output_has_are_refused() {
 }
 
 #[test]
-fn a_file_without_rows_is_a_drawing() {
+fn accepts_only_drawings_as_files_without_rows() {
     let part = PartOf { number: 1, count: 1 };
     for (file, content, good) in [
         ("a.svg", &b"<?xml version=\"1.0\"?><svg/>"[..], true),
@@ -250,7 +250,7 @@ fn changed(sample: &[u8], changes: &[Change]) -> Vec<u8> {
 
 proptest! {
     #[test]
-    fn no_change_of_a_part_is_believed(changes in prop::collection::vec(any::<Change>(), 1..5), second: bool, blocks: bool) {
+    fn detects_any_change_of_a_part(changes in prop::collection::vec(any::<Change>(), 1..5), second: bool, blocks: bool) {
         let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
         if blocks {
             parts_of(dir.path(), &[[0, 25], [25, 15]]);

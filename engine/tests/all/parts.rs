@@ -145,7 +145,7 @@ fn joined_parts_are_the_files_of_a_single_run() {
 }
 
 #[test]
-fn parts_compute_hardly_more_than_a_single_run() {
+fn parts_compute_little_more_than_a_single_run() {
     let _counted = COUNTED.lock();
     let mut nodes = "\"n0\": Ramp(factor: 0.001), ".to_owned();
     for i in 1..=4 {
@@ -180,7 +180,7 @@ fn counted(work: impl FnOnce()) -> u64 {
 }
 
 #[test]
-fn what_two_parts_need_is_computed_once_in_any_order() {
+fn computes_shared_pixels_once_in_any_order() {
     let _counted = COUNTED.lock();
     for (tile, orders) in
         [("Both", &[[8, 7, 6, 5, 4, 3, 2, 1], [5, 2, 8, 1, 4, 7, 3, 6]][..]), ("None", &[[1, 2, 3, 4, 5, 6, 7, 8]])]
@@ -221,7 +221,7 @@ impl Observer for Bands {
 }
 
 #[test]
-fn strips_hand_on_what_both_read() {
+fn strips_pass_on_shared_pixels() {
     let _counted = COUNTED.lock();
     let graph = filters(100, (8192, 2304), "Both");
     let made = |memory: u64| {

@@ -46,7 +46,7 @@ fn good_files_pass() {
 }
 
 #[test]
-fn every_cut_is_seen_without_decoding() {
+fn detects_every_truncation_without_decoding() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
     for (number, bytes) in samples().iter().enumerate() {
@@ -67,7 +67,7 @@ fn every_cut_is_seen_without_decoding() {
 }
 
 #[test]
-fn limits_hold_for_a_check_too() {
+fn checks_apply_limits() {
     let png = written(Format::Png, Depth::U8, 3, Compression::Fast);
     for limits in [ReadLimits { max_pixels: 1000, ..LIMITS }, ReadLimits { max_bytes_decoded: 1000, ..LIMITS }] {
         for bytes in [&png, &jpeg(), &tiled_exr(), &tiff(tiff::encoder::Compression::Lzw, 8)] {
@@ -77,7 +77,7 @@ fn limits_hold_for_a_check_too() {
 }
 
 #[test]
-fn other_formats_are_named() {
+fn names_unsupported_formats() {
     let mut tga = [&[0, 0, 2][..], &[0; 9], &[4, 0, 4, 0, 24, 0], &[7; 48]].concat();
     refused_for(&tga, "it looks like TGA");
     tga[2] = 99;
@@ -108,7 +108,7 @@ fn other_formats_are_named() {
 }
 
 #[test]
-fn chunks_of_png_are_whole_and_in_order() {
+fn refuses_incomplete_or_misplaced_png_chunks() {
     let bytes = written(Format::Png, Depth::U8, 3, Compression::Fast);
     let chunks = chunks_of(&bytes);
     type Chunks = Vec<([u8; 4], Vec<u8>)>;
@@ -153,7 +153,7 @@ fn chunks_of_png_are_whole_and_in_order() {
 }
 
 #[test]
-fn palettes_fit_their_pictures() {
+fn refuses_palettes_that_do_not_fit() {
     let colors = [10, 20, 30, 40, 50, 60, 70, 80, 90];
     let samples = [0, 1, 2, 2, 1, 0];
     let of = |palette: &[u8], opacities: Option<&[u8]>| indexed_png(&samples, (3, 2), 2, palette, opacities);
@@ -175,7 +175,7 @@ fn palettes_fit_their_pictures() {
 }
 
 #[test]
-fn palette_indices_exist() {
+fn refuses_indices_beyond_the_palette() {
     for bits in [1, 2, 4, 8] {
         let most = u8::MAX >> (8 - bits);
         let palette: Vec<u8> = (0..3 * u16::from(most)).map(|value| value.to_le_bytes()[0]).collect();
@@ -200,7 +200,7 @@ fn palette_indices_exist() {
 }
 
 #[test]
-fn damage_of_compressed_samples_is_left_to_reading() {
+fn leaves_damaged_samples_to_reading() {
     let mut png = written(Format::Png, Depth::U8, 3, Compression::Fast);
     let data = png.windows(4).position(|name| name == b"IDAT").unwrap() + 4;
     png[data + 40..data + 60].fill(0xff);
@@ -219,7 +219,7 @@ fn damage_of_compressed_samples_is_left_to_reading() {
 }
 
 #[test]
-fn jpegs_have_all_they_need() {
+fn refuses_incomplete_jpegs() {
     let plain = Jpeg::default();
     for jpeg in [&plain, &Jpeg::progressive()] {
         assert!(good(&jpeg.bytes()).plane(0).iter().all(|sample| (sample * 255.0 - 128.0).abs() < 1.5));
@@ -264,7 +264,7 @@ fn jpegs_have_all_they_need() {
 }
 
 #[test]
-fn pictures_of_cameras_stand_upright() {
+fn turns_camera_pictures_upright() {
     let stored = jpeg();
     let lying = good(&stored);
     let (w, h) = (lying.width as usize, lying.height as usize);
@@ -310,7 +310,7 @@ fn set_tag(bytes: &mut [u8], tag: u16, value: u32) {
 }
 
 #[test]
-fn strips_of_tiff_lie_within_it() {
+fn refuses_tiff_strips_beyond_the_file() {
     let packed = tiff(tiff::encoder::Compression::Lzw, 41);
     let plain = tiff(tiff::encoder::Compression::Uncompressed, 41);
     let with = |bytes: &[u8], tag: u16, value: u32| {
@@ -348,7 +348,7 @@ fn an_exr_that_ends_within_its_header_is_truncated() {
 }
 
 #[test]
-fn blocks_of_exr_are_all_there() {
+fn refuses_missing_exr_blocks() {
     let plain = plain_exr();
     let (table, first) = (table_of(&plain, 41), table_of(&plain, 41) + 41 * 8);
     let with = |at: usize, value: &[u8]| {

@@ -166,7 +166,7 @@ impl<L> WithLayers for Image<L> {
 }
 
 #[test]
-fn exr_of_one_channel_whatever_its_name() {
+fn exr_of_one_channel_with_any_name() {
     let encodings = [
         Encoding::UNCOMPRESSED,
         Encoding::FAST_LOSSLESS,

@@ -197,7 +197,7 @@ fn materials_are_written_as_one_file() {
 }
 
 #[test]
-fn metadata_is_there() {
+fn writes_metadata() {
     let folder = tempfile::tempdir().unwrap();
     for format in [Format::Png, Format::Tiff, Format::Exr] {
         let path = folder.path().join("a").with_extension(format.extension());

@@ -71,7 +71,7 @@ fn computes_only_the_pixels_around_points() {
 }
 
 #[test]
-fn shares_what_lies_far_around_points() {
+fn shares_pictures_for_large_halos() {
     let (source, pixels) = counted();
     let (session, graph) = (session(), graph("\"n\": Ramp()", "n"));
     let found = values(&session, &graph, &middle(source, 100), &points()).unwrap();

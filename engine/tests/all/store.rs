@@ -253,7 +253,7 @@ fn apply(damage: &Damage, all: &[PathBuf], foreign: &[PathBuf]) {
 }
 
 #[test]
-fn whatever_lies_in_the_folder_the_files_are_the_same() {
+fn writes_the_same_files_for_any_content_of_the_folder() {
     let shop = Shop::new();
     let foreign = entries(shop.other.path());
     let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig { cases: 40, ..ProptestConfig::default() });
@@ -277,7 +277,7 @@ fn whatever_lies_in_the_folder_the_files_are_the_same() {
 }
 
 #[test]
-fn exchanged_entries_are_made_again() {
+fn recomputes_exchanged_entries() {
     let shop = Shop::new();
     for shelf in SHELVES {
         let dir = tempfile::tempdir().unwrap();
@@ -296,7 +296,7 @@ fn exchanged_entries_are_made_again() {
 }
 
 #[test]
-fn another_build_makes_everything_itself_and_leaves_the_rest() {
+fn other_builds_compute_everything_and_keep_old_entries() {
     let shop = Shop::new();
     let before = entries(shop.cache.path());
     let other = || registry().with_code("another build of the nodes");
@@ -348,7 +348,7 @@ fn a_store_need_not_be_a_folder() {
 }
 
 #[test]
-fn contents_that_cannot_be_are_not_believed() {
+fn rejects_impossible_contents() {
     let store = Arc::new(Open::default());
     let (files, _) = render(&on(store.clone()));
     let good = store.0.lock().unwrap().clone();

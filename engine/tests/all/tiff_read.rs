@@ -406,7 +406,7 @@ fn finds_the_picture_among_several() {
 }
 
 #[test]
-fn tells_profiles_and_associated_opacity() {
+fn reads_profiles_and_associated_opacity() {
     let pixels = Directory::gray(1, 1, 8, vec![1, 2, 3, 4]).with(258, &[8; 4]).with(277, &[4]).with(262, &[2]);
     let header = |directory: &Directory| header_bytes(&file(std::slice::from_ref(directory), false)).unwrap();
     assert_eq!((header(&pixels).has_alpha, header(&pixels).associated, header(&pixels).icc), (true, false, None));
@@ -419,7 +419,7 @@ fn tells_profiles_and_associated_opacity() {
 }
 
 #[test]
-fn refuses_what_is_not_read_by_name() {
+fn refuses_unsupported_features_by_name() {
     let colors = Directory::gray(1, 1, 8, vec![1, 2, 3, 4]).with(258, &[8; 4]).with(277, &[4]).with(262, &[5]);
     refused(&file(&[colors], false), "its colours are CMYK; save it as grey or RGB");
     let luma = Directory::gray(2, 2, 8, vec![0; 12]).with(258, &[8; 3]).with(277, &[3]).with(262, &[6]);

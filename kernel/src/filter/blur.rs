@@ -364,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_blurred_is_the_same() {
+    fn zero_sigma_changes_nothing() {
         let rect = Window::of(-3, 2, 33, 5);
         let data = picture(rect);
         let mut out = vec![0.0; rect.len()];

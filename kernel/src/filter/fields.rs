@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn grids_are_found_again() {
+    fn finer_inverts_coarser() {
         for resolution in [512, 300, 77] {
             let canvas = Canvas {
                 resolution: UVec2::splat(resolution),

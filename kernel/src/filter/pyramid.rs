@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn straight_lines_stay_straight() {
+    fn keeps_linear_ramps() {
         let rect = Window::of(-5, 7, 40, 30);
         let value = |x: f64, y: f64| 0.25 * x - 0.5 * y + 3.0;
         for levels in 1..4 {

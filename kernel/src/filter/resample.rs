@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn places_stay_within() {
+    fn clamps_positions_to_the_window() {
         let window = Window::of(0, 0, 4, 4);
         let data: Vec<f32> = (0..16u8).map(f32::from).collect();
         let mut out = vec![0.0; 2];
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     #[expect(clippy::cast_possible_truncation, reason = "displacements by a pixel")]
-    fn stays_finite_however_often_it_is_repeated() {
+    fn stays_finite_after_many_repeats() {
         // The same displacements by up to a pixel, 20,000 times, on a periodic picture of 16 × 16.
         let (window, rect) = (Window::of(-3, -3, 22, 22), Window::of(0, 0, 16, 16));
         let hash = crate::ground::hash::Hash::new(2);

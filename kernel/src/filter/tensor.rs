@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_gradient_has_a_direction_and_two_have_none() {
+    fn finds_the_direction_of_one_gradient_but_not_of_two() {
         for degrees in [-80.0f32, -45.0, 0.0, 10.0, 60.0, 89.0] {
             // Features along `degrees`: the gradient is perpendicular to them.
             let (x, y) = (-degrees.to_radians().sin() * 3.0, degrees.to_radians().cos() * 3.0);

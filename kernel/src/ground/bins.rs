@@ -169,7 +169,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn finds_each_thing_once(seed: u64, count in 0usize..200, x in -30f32..30.0, y in -30f32..30.0) {
+        fn finds_each_box_once(seed: u64, count in 0usize..200, x in -30f32..30.0, y in -30f32..30.0) {
             let hash = Hash::new(seed);
             let extent = |n: usize| {
                 let r = |i: u64| hash.unit_f32(8 * n as u64 + i);

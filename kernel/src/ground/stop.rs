@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn endless_work_is_left() {
+    fn leaves_endless_work() {
         let endless = |watch: &Watch<'_>| {
             let mut list: Vec<u32> = (0..100_000).rev().collect();
             loop {

@@ -381,7 +381,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn names_repeat_with_the_canvas(size in 0.5f64..80.0, aspect in 0.3f64..4.0, angle in -3.2f64..3.2, seed: u64) {
+        fn cell_words_repeat_with_the_canvas(size in 0.5f64..80.0, aspect in 0.3f64..4.0, angle in -3.2f64..3.2, seed: u64) {
             let canvas = (DVec2::new(60.0, 45.0), Tiling::BOTH);
             let grid = CellGrid::new(canvas, &CellShape { size, aspect, angle }, Hash::new(seed)).unwrap();
             let [[a, c], [b, d]] = grid.cells;
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_are_met() {
+    fn cells_have_the_wanted_shape() {
         let canvas = (DVec2::splat(60.0), Tiling::BOTH);
         for (shape, tolerance) in [
             (CellShape { size: 2.0, aspect: 2.2, angle: 0.4 }, 0.06),

@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_flows_into_a_square_flows_out_again() {
+    fn flow_through_a_square_sums_to_zero() {
         let (x, y, window) = vectors(1, 1.0, 0.05);
         let side = window.columns();
         let at = |plane: &[f32], i: usize, j: usize| f64::from(plane[j * side + i]);

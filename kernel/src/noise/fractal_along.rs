@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn spreads_as_noise_without_a_direction() {
+    fn has_the_deviation_of_noise_without_directions() {
         for basis in [Basis::Gradient, Basis::Value, Basis::White, Basis::Simplex] {
             for fractal in [FractalKind::Fbm, FractalKind::Ridged, FractalKind::Billow] {
                 let spec = spec(basis, fractal, 3.0);
@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn is_long_along_the_direction_at_each_place() {
+    fn is_stretched_along_the_local_direction() {
         // Vertical on the left half, horizontal on the right; the mean square of differences along and across.
         let noise = NoiseAlong::new(&spec(Basis::Gradient, FractalKind::Fbm, 4.0), CANVAS, Hash::new(9));
         let out =

@@ -300,7 +300,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn is_as_measured() {
+    fn has_the_documented_statistics() {
         let noise = Noise3::new(Hash::new(1), 0);
         let (mut sum, mut square, mut most, mut steepest) = (0.0_f64, 0.0_f64, 0.0_f32, 0.0_f32);
         let n = 300_000;
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn many_points_are_as_single_ones() {
+    fn each_has_the_bits_of_single_points() {
         let noise = Noise3::new(Hash::new(5), 2);
         let hash = Hash::new(8);
         // Lines of points that stay in a cell for long, and lines that change cells with every point.

@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn is_smooth_and_as_long_in_all_directions() {
+    fn is_smooth_and_isotropic() {
         let spec = NoiseSpec { basis: Basis::Simplex, ..NoiseSpec::fbm(2.0, 1) };
         let noise = Noise::new(&spec, CANVAS, Hash::new(3));
         let (window, step) = (Window::of(0, 0, 600, 600), 0.1);

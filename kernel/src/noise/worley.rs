@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn a_regular_grid_is_known() {
+    fn matches_a_regular_grid() {
         let spec = WorleySpec { shape: CellShape::round(10.0), jitter: 0.0, metric: Metric::Euclidean };
         let [f1, f2, border] = render(&spec, 4, Window::of(0, 0, 600, 400), 0.1);
         for k in 0..f1.len() {

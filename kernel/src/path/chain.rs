@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_go_on_across_the_border() {
+    fn lines_continue_across_the_border() {
         let ring = [[2.0, 3.0, 8.0, 4.0], [8.0, 4.0, 12.0, 3.0]];
         let got = joined(&ring, Tiling::BOTH);
         assert_eq!((got.len(), got[0].0, got[0].1), (1, 3, true));

@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frame_of_a_line_goes_on_beyond_its_ends() {
+    fn extends_open_lines_beyond_their_ends() {
         let path = path(&[(&[(3.0, 5.0), (10.0, 5.0)], false)], Tiling::NONE);
         let nearest = Nearest::new(&path);
         let at = |x, y| nearest.at(DVec2::new(x, y), 50.0).map(|b| (b.along, b.across, b.distance));

@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn unevenness_is_small_and_repeats_itself() {
+    fn jitter_is_small_and_deterministic() {
         let path = line(&[(0.0, 0.0), (10.0, 0.0), (10.0, 12.0)], Tiling::NONE);
         let (even, seam) = (SEAM.sew(&path, Hash::new(3)), Seam { jitter: 1.0, ..SEAM });
         let uneven = seam.sew(&path, Hash::new(3));

@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_go_on_across_the_border_and_end_where_there_is_no_field() {
+    fn lines_cross_the_border_and_end_without_a_field() {
         let path = lines(SPEC, &|_, before| before.unwrap_or(DVec2::X));
         assert!(path.curves.iter().any(|c| c.points.iter().any(|p| p.x < 0.0 || p.x > 20.0)));
         let path = lines(SPEC, &|p, before| if p.x < 10.0 { DVec2::ZERO } else { before.unwrap_or(DVec2::Y) });

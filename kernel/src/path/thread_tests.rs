@@ -76,7 +76,7 @@ fn strands_wind_around_each_other() {
 }
 
 #[test]
-fn holes_and_pull() {
+fn draws_holes_and_pull() {
     let thread = Thread { pull: 0.3, ..PLAIN };
     let drawn = Drawn::new(sewn((4.0, 5.0), (8.0, 5.0)), thread, canvas(Tiling::NONE));
     let frame = Frame::new(Window::of(0, 0, 1000, 500), [0.02; 2]);

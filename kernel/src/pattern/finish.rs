@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_that_are_known_are_the_same_as_those_looked_up() {
+    fn reused_pieces_equal_looked_up_pieces() {
         for layout in [Layout::Stack, Layout::Herringbone, Layout::Running, Layout::Versailles] {
             let pieces = Pieces { layout, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.3, slant: 1.0 };
             let grid = pieces.lay(33_f64.to_radians().sin_cos(), (DVec2::splat(40.0), Tiling::BOTH)).unwrap();
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_measured_from_the_middle_along_the_long_side() {
+    fn measures_coordinates_from_the_middle_along_the_long_side() {
         for angle in [0.0, 90.0, -90.0] {
             let grid = bricks(angle);
             let frame = Frame::new(Window::of(0, 0, 40, 40), [1.0, 1.0]);

@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_is_left_as_it_is() {
+    fn keeps_patterns_that_fit_the_canvas() {
         let basis = [DVec2::new(1.0, 0.0), DVec2::new(0.0, 2.0)];
         let wanted = Wanted { units: DVec2::new(10.0, 5.0), basis, turn: (0.0, 1.0), pieces: 2 };
         let fit = Fit::new(&wanted, (DVec2::new(40.0, 60.0), Tiling::BOTH)).unwrap();

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn bands_go_on_across_the_sides() {
+    fn bands_continue_across_the_sides() {
         for motif in [Motif::Arcs, Motif::Lines] {
             let tiles = tiles(motif);
             for k in 0..64 {
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn all_turns_come_up_and_repeat() {
+    fn all_turns_occur_and_repeat() {
         let tiles = tiles(Motif::Triangles);
         let frame = Frame::new(Window::of(-16, -16, 32, 32), [2.5, 2.5]);
         let [mut angle, mut x, mut y] = [(); 3].map(|()| vec![0.0; 1024]);

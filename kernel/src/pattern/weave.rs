@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn floats_have_numbers_and_middles() {
+    fn floats_have_ids_and_coordinates() {
         for (binding, over, under) in
             [(Binding::Plain, 1, 1), (Binding::Twill, 3, 1), (Binding::Satin, 4, 1), (Binding::Basket, 2, 2)]
         {

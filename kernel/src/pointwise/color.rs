@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn there_and_back() {
+    fn conversions_round_trip() {
         use ColorSpace as C;
         let spaces = [C::Linear, C::Srgb, C::Hsv, C::Hsl, C::YCbCr, C::Xyz, C::Lab, C::Lch, C::Oklab, C::Oklch];
         let colors = [[0.2, 0.5, 0.1], [0.9, 0.02, 0.6], [0.0; 3], [1.0; 3], [0.3, 0.3, 0.3], [0.0, 1.0, 1.0]];

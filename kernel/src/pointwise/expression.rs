@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn every_operation_is_what_it_is_in_double_precision() {
+    fn operations_match_double_precision() {
         let values = [-2.5_f32, -1.0, -0.3, 0.0, 0.2, 0.5, 1.0, 1.75, 3.0];
         for op in Op::ALL {
             for a in values {
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_bad_pixel_is_told() {
+    fn reports_the_first_bad_pixel() {
         let (mut out, mut plane) = ([7.0_f32; 300], [4.0_f32; 300]);
         let ones = [1.0; 300];
         let program = program(Op::Divide, 0);
@@ -244,7 +244,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn nothing_bad_comes_out(bits in proptest::array::uniform3(any::<u32>()), op in 0..Op::ALL.len()) {
+        fn results_are_finite(bits in proptest::array::uniform3(any::<u32>()), op in 0..Op::ALL.len()) {
             prop_assert!(result(Op::ALL[op], bits.map(f32::from_bits)).is_finite());
         }
 

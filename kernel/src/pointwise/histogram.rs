@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn values_go_along_lines_between_quantiles() {
+    fn interpolates_linearly_between_quantiles() {
         let transfer = Transfer::new(&[0.0, 1.0, 1.0, 1.0, 4.0], &[10.0, 20.0, 30.0, 40.0, 60.0]);
         let found = [-1.0, 0.0, 0.5, 1.0, 2.5, 4.0, 9.0].map(|x| transfer.at(x));
         assert_eq!(found, [10.0, 10.0, 20.0, 30.0, 45.0, 60.0, 60.0]);

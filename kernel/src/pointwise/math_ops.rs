@@ -259,7 +259,7 @@ mod tests {
     };
 
     #[test]
-    fn nothing_bad_comes_out() {
+    fn results_are_finite() {
         let values = [0.0, -0.0, 1.0, -1.5, 1e30, -1e30, f32::NAN, f32::INFINITY, f32::MIN_POSITIVE];
         for operation in ALL {
             for a in values {
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn operands_beyond_its_count_do_not_matter() {
+    fn ignores_operands_beyond_its_count() {
         for operation in ALL {
             let run = |b, c| {
                 let mut out = [0.0];

@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn values_go_to_the_nearest() {
+    fn quantizes_to_the_nearest_value() {
         let input = [-1.0, 0.1, 0.24, 0.26, 0.6, 0.8, 2.0];
         let mut out = [0.0; 7];
         quantize(&input, &UNIT, 0.0, &mut out);
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn averages_stay() {
+    fn dither_keeps_averages() {
         for pattern in [DitherPattern::BlueNoise, DitherPattern::Bayer2, DitherPattern::Bayer4, DitherPattern::Bayer8] {
             for value in [0.0, 0.1, 0.33, 0.5, 0.77, 1.0] {
                 let mut out = vec![9.0; 64 * 64];
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_bayer() {
+    fn matches_the_bayer_matrix() {
         let at = |x: i32, y: i32| DitherPattern::Bayer2.threshold(&[], x, y) * 4.0 - 0.5;
         assert_eq!([at(0, 0), at(1, 0), at(0, 1), at(1, 1)], [0.0, 2.0, 3.0, 1.0]);
         let mut ranks: Vec<f32> =
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pattern_lies_on_the_canvas() {
+    fn dither_pattern_is_fixed_to_the_canvas() {
         let input = vec![0.3; 40 * 4];
         let (mut whole, mut part) = (vec![0.0; 160], vec![0.0; 160]);
         let spec = (&UNIT, DitherPattern::BlueNoise, 1.0);

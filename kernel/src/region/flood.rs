@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_are_those_that_a_walk_finds() {
+    fn finds_the_pieces_of_a_flood_fill() {
         for (seed, [w, h]) in [(1, [40, 30]), (2, [7, 50]), (3, [64, 1]), (4, [1, 20]), (5, [1, 1]), (6, [33, 33])] {
             for share in [0.3_f32, 0.55, 0.62, 0.8, 1.0] {
                 for wrap in [[false, false], [true, false], [false, true], [true, true]] {

@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_all_kinds_are_counted() {
+    fn counts_ids_of_all_kinds() {
         // Gaps, fractions, negative and large ids, and both zeros.
         let ids = [3.0, 3.0, -2.0, 0.0, -0.0, 0.5, 16_777_215.0, 3.0, 262_143.0, 262_144.0, 9.0, -2.0];
         let pieces = Pieces::of(&ids);
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_go_across_the_border_where_it_wraps() {
+    fn reaches_cross_the_border_where_it_wraps() {
         // Eight pixels a row. The first piece has columns 6, 7, 0 and rows 3 and 0; the second one all of a row.
         let rows = ["10000011", "00000000", "22222222", "00000011"];
         let ids: Vec<f32> = rows.iter().flat_map(|row| row.bytes()).map(|b| f32::from(b - b'0')).collect();

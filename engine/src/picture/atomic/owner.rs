@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn knows_who_may_run() {
+    fn tells_which_owners_may_still_run() {
         let this = Owner::this();
         assert!(this.may_run());
         // Real process ids are far below this number.

@@ -166,7 +166,7 @@ fn follows_the_order_of_png() {
 }
 
 #[test]
-fn uses_the_next_saying_where_one_is_unknown() {
+fn uses_the_next_statement_if_one_is_unknown() {
     let told = Told { cicp: Some([2, 2, 0, 1]), ..Told::default() };
     let adobe = Some(ColorProfile::new_adobe_rgb().encode().unwrap());
     let (conversion, unused) = Conversion::of_file(&Header { told, icc: adobe.clone(), ..header(3, SampleKind::U8) });

@@ -3,7 +3,7 @@ use super::archive::archive;
 use super::colors::Colors;
 use super::set;
 use crate::picture::{
-    AtomicFile, Compression, Depth, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer, Written,
+    AtomicFile, Compression, Depth, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, WriteStats, Writer,
     texture_attributes,
 };
 use crate::value::{Channel, Field, Material, Type};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Facts that an export needs besides the material.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct ExportContext {
     /// The prefix of all file names.
     pub stem: String,
     /// The size of the canvas, which the pictures cover, in mm.
@@ -114,7 +114,7 @@ impl Bundle {
 
 /// The source of a channel of a material.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Source {
+pub(super) enum ChannelSource {
     /// One value for the whole canvas.
     Value(Vec<f64>),
     /// A picture in this file.
@@ -129,7 +129,7 @@ pub(super) struct Maps<'a> {
     colors: Colors,
     used: Vec<Channel>,
     /// The channels that were exported separately.
-    known: Vec<(Channel, Source)>,
+    known: Vec<(Channel, ChannelSource)>,
 }
 
 impl<'a> Maps<'a> {
@@ -187,7 +187,7 @@ impl<'a> Maps<'a> {
     /// Exports a channel separately, if the material has it: as its value, or as a picture under the channel's name.
     /// Repeated calls give the same source. Where there is an anisotropy, its angle is always exported, because the
     /// default angles of programs differ.
-    pub(super) fn channel(&mut self, channel: Channel) -> Option<Source> {
+    pub(super) fn channel(&mut self, channel: Channel) -> Option<ChannelSource> {
         if let Some((_, source)) = self.known.iter().find(|(known, _)| *known == channel) {
             return Some(source.clone());
         }
@@ -195,13 +195,13 @@ impl<'a> Maps<'a> {
         let field = self.material.get(channel).cloned().or_else(|| implied.then(|| channel.default_field()))?;
         self.used.push(channel);
         let source = match field.as_constant() {
-            Some(values) => Source::Value(values.iter().map(|value| f64::from(*value)).collect()),
+            Some(values) => ChannelSource::Value(values.iter().map(|value| f64::from(*value)).collect()),
             None => {
                 let samples = match (self.colors, channel) {
                     (Colors::Jpeg(quality), Channel::BaseColor | Channel::Emission) => Samples::Jpeg(quality),
                     _ => samples(channel),
                 };
-                Source::File(self.add(channel.name(), vec![field], samples))
+                ChannelSource::File(self.add(channel.name(), vec![field], samples))
             }
         };
         self.known.push((channel, source.clone()));
@@ -243,7 +243,7 @@ pub(super) fn samples(channel: Channel) -> Samples {
 }
 
 /// A bundle of one picture whose file is named by the stem alone.
-pub(super) fn packed(fields: Vec<Field>, place: &Place) -> Bundle {
+pub(super) fn packed(fields: Vec<Field>, place: &ExportContext) -> Bundle {
     let file = format!("{}.png", place.stem);
     let map = Map { file, fields, samples: Samples::Data, mips: Vec::new(), metadata: Vec::new() };
     Bundle { maps: vec![map], ..Bundle::default() }
@@ -290,10 +290,10 @@ impl BundleWriter {
     /// # Errors
     /// If rows are missing or the system refuses. As long as some files are incomplete, existing files keep their
     /// content.
-    pub fn finish(self) -> Result<Vec<Written>, WriteError> {
+    pub fn finish(self) -> Result<Vec<WriteStats>, WriteError> {
         let Self { folder, bundle, writers } = self;
         let done = writers.into_iter().map(Writer::finish_unnamed).collect::<Result<Vec<_>, _>>()?;
-        let (mut pictures, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
+        let (mut pictures, written): (Vec<AtomicFile>, Vec<WriteStats>) = done.into_iter().unzip();
         if let Some(name) = &bundle.archive {
             let path = folder.join(name);
             let names = bundle.maps.iter().map(|map| map.file.as_str());

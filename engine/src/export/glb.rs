@@ -6,7 +6,7 @@ use super::bundle::write_rows;
 use super::gltf::{Exported, Texture};
 use super::set;
 use super::shape::Shape;
-use crate::picture::{AtomicFile, Compression, Encoding, PictureSpec, WriteError, Writer, Written};
+use crate::picture::{AtomicFile, Compression, Encoding, PictureSpec, WriteError, WriteStats, Writer};
 use glam::{UVec2, Vec3};
 use serde_json::{Value as Json, json};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -74,10 +74,10 @@ impl GlbWriter {
     /// # Errors
     /// If rows are missing or the system refuses. As long as some files are incomplete, existing files keep their
     /// content.
-    pub fn finish(self) -> Result<Vec<Written>, WriteError> {
+    pub fn finish(self) -> Result<Vec<WriteStats>, WriteError> {
         let Self { path, name, exported, shape, wraps, writers } = self;
         let done = writers.into_iter().map(Writer::finish_unnamed).collect::<Result<Vec<_>, _>>()?;
-        let (mut pictures, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
+        let (mut pictures, written): (Vec<AtomicFile>, Vec<WriteStats>) = done.into_iter().unzip();
         let sizes: Vec<u64> = written.iter().map(|written| written.bytes).collect();
         let document = Document { name: &name, exported: &exported, shape: &shape, wraps };
         let failed = |error| WriteError::at(&path, error);
@@ -210,7 +210,7 @@ impl Document<'_> {
                 "type": "SCALAR" })
         }));
         let attributes = json!({ "POSITION": 0, "NORMAL": 1, "TANGENT": 2, "TEXCOORD_0": 3 });
-        let part = |(n, part): (usize, &super::shape::Part)| {
+        let part = |(n, part): (usize, &super::shape::MeshPart)| {
             let primitive = json!({ "attributes": attributes, "indices": vertices.len() + n, "material": 0 });
             json!({ "name": part.name, "primitives": [primitive] })
         };

@@ -16,7 +16,7 @@ mod shape;
 mod solids;
 mod usd;
 
-pub use bundle::{Bundle, BundleWriter, Map, Place};
+pub use bundle::{Bundle, BundleWriter, ExportContext, Map};
 pub use colors::Colors;
 pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
@@ -32,7 +32,7 @@ use crate::value::Field;
 
 /// A bundle of one picture from up to four fields of numbers from 0 to 1: red, green, blue and opacity. Missing colours
 /// are 0.
-pub fn pack(fields: [Option<Field>; 4], place: &Place) -> Bundle {
+pub fn pack(fields: [Option<Field>; 4], place: &ExportContext) -> Bundle {
     let [r, g, b, a] = fields;
     let colors = [r, g, b].map(|field| field.unwrap_or_else(|| Field::constant(crate::value::Type::Gray, &[0.0])));
     bundle::packed(colors.into_iter().chain(a).collect(), place)

@@ -2,7 +2,7 @@
 //!
 //! Lengths are mm, y is up, and texture coordinates have v up, as readers expect. Besides the standard keywords, the
 //! library uses the common ones for physically based materials (`Pr`, `Pm`, `Pc`, `norm` and so on).
-use super::bundle::{Bundle, Maps, Place, Source};
+use super::bundle::{Bundle, ChannelSource, ExportContext, Maps};
 use super::colors::Colors;
 use super::directions::turns;
 use super::names::{unique, word};
@@ -32,7 +32,7 @@ const WORDS: [(Channel, &str, usize, &str); 14] = [
 ];
 
 /// The files of a material on a mesh.
-pub fn obj(material: &Material, shape: &Shape, place: &Place, colors: Colors) -> Bundle {
+pub fn obj(material: &Material, shape: &Shape, place: &ExportContext, colors: Colors) -> Bundle {
     let stem = &place.stem;
     let mut maps = Maps::new(material, stem).with_colors(colors);
     // Clamps pictures that do not repeat. Those of an atlas need no clamp, because the charts lie inside.
@@ -46,7 +46,7 @@ pub fn obj(material: &Material, shape: &Shape, place: &Place, colors: Colors) ->
             continue;
         }
         match maps.channel(channel) {
-            Some(Source::File(file)) => {
+            Some(ChannelSource::File(file)) => {
                 // Readers multiply the picture by this number. Any other number would show in readers that ignore
                 // pictures.
                 if channel == Channel::BaseColor {
@@ -54,7 +54,7 @@ pub fn obj(material: &Material, shape: &Shape, place: &Place, colors: Colors) ->
                 }
                 let _ = writeln!(library, "{picture} {ends}{file}");
             }
-            Some(Source::Value(values)) if !number.is_empty() => {
+            Some(ChannelSource::Value(values)) if !number.is_empty() => {
                 let said = |value: &f64| if channel == Channel::AnisotropyAngle { turns(*value) } else { *value };
                 let values = values.iter().cycle().take(count);
                 let numbers: Vec<String> = values.map(|value| network::number(said(value))).collect();

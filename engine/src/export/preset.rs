@@ -1,5 +1,5 @@
 //! Materials as the picture set of a program, with a script that sets them up if the program runs scripts.
-use super::bundle::{Bundle, Map, Maps, Place, Samples, Source, samples};
+use super::bundle::{Bundle, ChannelSource, ExportContext, Map, Maps, Samples, samples};
 use super::directions::vectors;
 use super::names::quoted;
 use super::network::number;
@@ -55,7 +55,7 @@ pub fn y_down(normal: &Field) -> Field {
 }
 
 /// The pictures, and a script for some programs.
-pub fn preset(material: &Material, place: &Place, program: Program) -> Bundle {
+pub fn preset(material: &Material, place: &ExportContext, program: Program) -> Bundle {
     let mut maps = Maps::new(material, &place.stem);
     match program {
         Program::Unreal => unreal(&mut maps),
@@ -269,7 +269,7 @@ for task, kind in tasks:
 "#;
 
 /// Adds the pictures for Blender; returns the script that builds a material from them.
-fn blender(maps: &mut Maps<'_>, place: &Place) -> String {
+fn blender(maps: &mut Maps<'_>, place: &ExportContext) -> String {
     let sockets = [
         (Channel::BaseColor, "Base Color"),
         (Channel::Roughness, "Roughness"),
@@ -291,8 +291,8 @@ fn blender(maps: &mut Maps<'_>, place: &Place) -> String {
     let (mut files, mut values) = (Vec::new(), Vec::new());
     for (channel, socket) in sockets {
         match maps.channel(channel) {
-            Some(Source::File(file)) => files.push(format!("    {socket:?}: {},", quoted(&file))),
-            Some(Source::Value(list)) => {
+            Some(ChannelSource::File(file)) => files.push(format!("    {socket:?}: {},", quoted(&file))),
+            Some(ChannelSource::Value(list)) => {
                 let list: Vec<String> = list.iter().map(|v| number(*v)).collect();
                 values.push(format!("    {socket:?}: ({},),", list.join(", ")));
             }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 /// A part of a mesh: some of its triangles.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Part {
+pub(super) struct MeshPart {
     pub(super) name: String,
     /// Indices of vertices, three for each triangle.
     pub(super) indices: Vec<u32>,
@@ -20,7 +20,7 @@ pub struct Shape {
     pub(super) tangents: Vec<Vec4>,
     /// Texture coordinates with v down.
     pub(super) uvs: Vec<Vec2>,
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<MeshPart>,
     /// The number of repeats of a texture from 0 to 1 of the coordinates; `None` if it covers them once and ends there.
     pub(super) repeats: Option<DVec2>,
 }
@@ -41,7 +41,7 @@ impl Shape {
             normals: vec![Vec3::Y; 4],
             tangents: vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 4],
             uvs: corners.iter().map(|(u, v)| Vec2::new(*u, *v)).collect(),
-            parts: vec![Part { name: "plane".into(), indices: vec![0, 3, 2, 0, 2, 1] }],
+            parts: vec![MeshPart { name: "plane".into(), indices: vec![0, 3, 2, 0, 2, 1] }],
             repeats: Some(1000.0 / size_mm),
         }
     }
@@ -52,9 +52,9 @@ impl Shape {
         let mut shape = Self::default();
         let mut known: HashMap<Corner, u32> = HashMap::new();
         let tangents = tangents(atlas);
-        shape.parts = mesh.part_names.iter().map(|name| Part { name: name.clone(), indices: Vec::new() }).collect();
+        shape.parts = mesh.part_names.iter().map(|name| MeshPart { name: name.clone(), indices: Vec::new() }).collect();
         if shape.parts.is_empty() {
-            shape.parts.push(Part { name: "mesh".into(), indices: Vec::new() });
+            shape.parts.push(MeshPart { name: "mesh".into(), indices: Vec::new() });
         }
         for (n, triangle) in mesh.triangles.iter().enumerate() {
             let part = mesh.parts.get(n).map_or(0, |part| usize::from(*part)).min(shape.parts.len() - 1);

@@ -1,6 +1,6 @@
 //! Simple shapes, one metre wide, that show a material in its real size: texture coordinates are metres along the
 //! surface.
-use super::shape::{Part, Shape};
+use super::shape::{MeshPart, Shape};
 use glam::{DVec2, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -39,7 +39,7 @@ struct Patches(Shape);
 
 impl Patches {
     fn new(name: &str, size_mm: DVec2) -> Self {
-        let part = Part { name: name.into(), indices: Vec::new() };
+        let part = MeshPart { name: name.into(), indices: Vec::new() };
         Self(Shape { parts: vec![part], repeats: Some(1000.0 / size_mm), ..Shape::default() })
     }
 

@@ -1,5 +1,7 @@
 //! Builds the struct of a node from its arguments in a graph file, and hides the type of that struct.
-use super::{Call, CanvasFacts, Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, Taken};
+use super::{
+    Call, CanvasFacts, Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, TakenChannel,
+};
 use crate::diagnostics::Problem;
 use crate::value::{Canvas, ChannelSet, Stop, Tiling, Type};
 use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
@@ -80,7 +82,7 @@ pub trait DynNode: Send + Sync {
     /// See [`Node::channels`].
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet;
     /// See [`Node::takes`].
-    fn takes(&self) -> Vec<Taken>;
+    fn takes(&self) -> Vec<TakenChannel>;
     /// See [`Node::distances`].
     fn distances(&self) -> &'static [&'static str];
     /// See [`Node::no_op`].
@@ -165,7 +167,7 @@ impl<T: Node> DynNode for T {
         Node::channels(self, inputs)
     }
 
-    fn takes(&self) -> Vec<Taken> {
+    fn takes(&self) -> Vec<TakenChannel> {
         Node::takes(self)
     }
 

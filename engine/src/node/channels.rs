@@ -33,7 +33,7 @@ impl<'a> MaterialInputs<'a> {
 
 /// A channel that a node reads from a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Taken {
+pub struct TakenChannel {
     /// The port of the material.
     pub port: &'static str,
     /// The parameter that names the channel.

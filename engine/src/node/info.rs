@@ -1,6 +1,6 @@
 //! Facts about a kind of nodes, read from the schema of its struct.
 use super::spelling::{Form, forms, spell};
-use super::{Node, Output, ParamType, Written};
+use super::{Node, Output, ParamForm, ParamType};
 use crate::value::Accepts;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value as Json};
@@ -123,7 +123,7 @@ pub struct ParamInfo {
     /// For a list of structs: the fields of each struct.
     pub fields: Vec<FieldInfo>,
     /// Its form, with the forms of its parts.
-    pub form: Written,
+    pub form: ParamForm,
 }
 
 /// One of the words of a choice.
@@ -253,7 +253,7 @@ fn param(object: &Map<String, Json>) -> ParamInfo {
         infinite: object.get("infinite").and_then(Json::as_bool).unwrap_or(false),
         choices,
         fields: inner.get("items").and_then(Json::as_object).map_or_else(Vec::new, fields),
-        form: Written::of(&Json::Object(object.clone())),
+        form: ParamForm::of(&Json::Object(object.clone())),
     }
 }
 

@@ -46,7 +46,7 @@ mod written;
 
 pub use build::{Arg, BuildError, Built, DynNode, build};
 pub(crate) use build::{Functions, ron_options};
-pub use channels::{MaterialInputs, Taken};
+pub use channels::{MaterialInputs, TakenChannel};
 pub use context::{Call, Context, Outputs};
 pub use facts::CanvasFacts;
 pub use info::{Bounds, Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
@@ -57,7 +57,7 @@ pub use port::{
     Rgb, SolidColor, SolidNumber, SolidVector, Vec2Field,
 };
 pub use spelling::spell_number;
-pub use written::Written;
+pub use written::ParamForm;
 
 use crate::diagnostics::Problem;
 use crate::value::{ChannelSet, Stop, Tiling, Type};
@@ -242,7 +242,7 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
 
     /// The single channels that it reads from materials at its ports. If a material lacks one, a warning is reported
     /// before the evaluation, and the channel's default is used.
-    fn takes(&self) -> Vec<Taken> {
+    fn takes(&self) -> Vec<TakenChannel> {
         Vec::new()
     }
 

@@ -6,7 +6,7 @@ use std::fmt;
 
 /// The form of a value in a graph file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Written {
+pub enum ParamForm {
     /// A value without parts, or one whose parts are numbers: colours, ranges.
     Plain(ParamType),
     /// A list of values of this form.
@@ -20,7 +20,7 @@ pub enum Written {
     Any,
 }
 
-impl Written {
+impl ParamForm {
     /// The form that a schema describes.
     pub(super) fn of(schema: &Json) -> Self {
         let Some(object) = schema.as_object() else { return Self::Any };
@@ -80,9 +80,9 @@ impl Written {
 }
 
 /// A number.
-const NUMBER: Written = Written::Plain(ParamType::Number);
+const NUMBER: ParamForm = ParamForm::Plain(ParamType::Number);
 
-impl fmt::Display for Written {
+impl fmt::Display for ParamForm {
     /// Formats the requirement for messages.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -104,7 +104,7 @@ mod tests {
     fn told<T: JsonSchema>() -> String {
         let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
         let schema = settings.into_generator().into_root_schema_for::<T>();
-        Written::of(schema.as_value()).to_string()
+        ParamForm::of(schema.as_value()).to_string()
     }
 
     #[test]

@@ -41,12 +41,12 @@ pub struct Header {
     /// True if the file declares that its colours are premultiplied by opacity.
     pub associated: bool,
     /// Its other statements about colours and channels.
-    pub told: Told,
+    pub told: HeaderStatements,
 }
 
 /// Statements of a header about colours and channels, without the ICC profile.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Told {
+pub struct HeaderStatements {
     /// Code points for primaries, curve, matrix and range (ITU-T H.273): the chunk `cICP` of PNG.
     pub cicp: Option<[u8; 4]>,
     /// The reason why the ICC profile cannot be extracted, as `is …`.

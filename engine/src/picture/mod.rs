@@ -50,7 +50,7 @@ pub use color::{REC709_TO_AP1, SrgbEncoder, linear_sample};
 pub use conversion::{ColorSpace, Conversion, divide_by_alpha};
 pub(crate) use guard::contain_thread;
 pub use guard::{caught, contained};
-pub use header::{FileFormat, Header, Told, check, check_bytes, header, header_bytes, header_layer, text};
+pub use header::{FileFormat, Header, HeaderStatements, check, check_bytes, header, header_bytes, header_layer, text};
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use mips::MipFilter;
 pub use part::{
@@ -61,7 +61,7 @@ pub(crate) use part::{SPILL_END, SPILL_MAGIC};
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};
 pub use udim::{UdimFile, is_udim, udim_file, udim_files};
-pub use write::{Writer, Written};
+pub use write::{WriteStats, Writer};
 pub use write_svg::{Drawing, svg};
 
 /// The stored type of the samples of a picture.

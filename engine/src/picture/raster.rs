@@ -2,7 +2,7 @@
 use super::guard::guarded;
 use super::limits::{Claim, ReadError};
 use super::read::planar;
-use super::{FileFormat, Header, Picture, SampleKind, Told, default_names};
+use super::{FileFormat, Header, HeaderStatements, Picture, SampleKind, default_names};
 use image::{ColorType, ImageDecoder, ImageError};
 
 pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Result<Header, ReadError> {
@@ -22,7 +22,7 @@ pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Resu
         }
     };
     let has_alpha = channels % 2 == 0;
-    let (names, told) = (default_names(channels), Told::default());
+    let (names, told) = (default_names(channels), HeaderStatements::default());
     Ok(Header { format, width, height, channels, kind, names, has_alpha, icc: None, associated: false, told })
 }
 

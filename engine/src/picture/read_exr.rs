@@ -2,7 +2,7 @@
 
 use super::guard::guarded;
 use super::limits::{Claim, DEFLATE_RATIO, ReadError, ReadLimits};
-use super::{FileFormat, Header, Picture, SampleKind, Told};
+use super::{FileFormat, Header, HeaderStatements, Picture, SampleKind};
 use exr::compression::Compression;
 use exr::io::{PeekRead, Tracking};
 use exr::math::Vec2;
@@ -122,7 +122,7 @@ fn header_of(meta: &MetaData, selection: &Selection) -> Result<Header, ReadError
         has_alpha: selection.has_alpha,
         icc: None,
         associated: selection.has_alpha,
-        told: Told { chromaticities, assumed, ..Told::default() },
+        told: HeaderStatements { chromaticities, assumed, ..HeaderStatements::default() },
     })
 }
 

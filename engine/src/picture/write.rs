@@ -16,7 +16,7 @@ const BAND_BYTES: usize = 8 << 20;
 
 /// Statistics of a written picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Written {
+pub struct WriteStats {
     /// The number of samples beyond the range of the depth, which were clipped to the nearest value: for integers,
     /// samples outside by more than half a step, and NaN; for 16-bit floats, finite values beyond ±65504.
     pub clipped: u64,
@@ -28,7 +28,7 @@ pub struct Written {
     pub bytes: u64,
 }
 
-impl Written {
+impl WriteStats {
     /// A message about clipped samples, if there are any: `path` is the file, `range` the values of its least and
     /// greatest integer.
     #[must_use]
@@ -199,7 +199,7 @@ impl Writer {
     ///
     /// # Errors
     /// When rows are missing or the system refuses. Then an existing file is unchanged.
-    pub fn finish(self) -> Result<Written, WriteError> {
+    pub fn finish(self) -> Result<WriteStats, WriteError> {
         let path = self.path.clone();
         let (file, written) = self.finish_unnamed()?;
         file.commit().map_err(|error| WriteError::at(&path, error))?;
@@ -210,7 +210,7 @@ impl Writer {
     ///
     /// # Errors
     /// As [`finish`](Self::finish).
-    pub(crate) fn finish_unnamed(self) -> Result<(AtomicFile, Written), WriteError> {
+    pub(crate) fn finish_unnamed(self) -> Result<(AtomicFile, WriteStats), WriteError> {
         let Self { spec, path, sink, output, next_row, tally, .. } = self;
         if next_row != spec.height {
             return Err(WriteError::Rows { first: 0, end: next_row, height: spec.height });
@@ -226,7 +226,7 @@ impl Writer {
         }
         let Counted { file, length, .. } = output.into_inner();
         let range = (tally.least, tally.greatest);
-        Ok((file, Written { clipped: tally.clipped, non_finite: tally.non_finite, range, bytes: length }))
+        Ok((file, WriteStats { clipped: tally.clipped, non_finite: tally.non_finite, range, bytes: length }))
     }
 }
 

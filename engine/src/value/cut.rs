@@ -12,7 +12,7 @@ pub struct Cut {
     key: Option<Key>,
     level: bool,
     flat: Option<[[f32; 3]; 2]>,
-    pieces: Option<Pieces>,
+    pieces: Option<PieceMap>,
     metric: Option<Field>,
     rounded: Option<Field>,
     spacing: Spacing,
@@ -20,7 +20,7 @@ pub struct Cut {
 
 /// The pieces of a cut, each taken from another part of the solid. The surface is discontinuous at their borders.
 #[derive(Clone)]
-pub struct Pieces {
+pub struct PieceMap {
     /// The id of the piece at each point of the canvas.
     pub ids: Field,
     /// The orientation of the pieces, if all of them are plane.
@@ -77,7 +77,7 @@ impl Cut {
 
     /// Adds pieces. Points of different pieces are not neighbours.
     #[must_use]
-    pub fn with_pieces(mut self, pieces: Pieces) -> Self {
+    pub fn with_pieces(mut self, pieces: PieceMap) -> Self {
         self.pieces = Some(pieces);
         self
     }
@@ -116,7 +116,7 @@ impl Cut {
     pub(super) fn moved(&self, by: &Solid, place: Field, keeps_z: bool) -> Self {
         let key = self.key.zip(by.key()).map(|(own, by)| Key::of("moved cut", &[own.as_bytes(), by.as_bytes()]));
         // The movement may bend plane pieces.
-        let pieces = self.pieces.clone().map(|pieces| Pieces { planes: None, ..pieces });
+        let pieces = self.pieces.clone().map(|pieces| PieceMap { planes: None, ..pieces });
         // The movement is assumed to keep lengths, as a rotation does.
         let (metric, rounded, spacing) = (self.metric.clone(), self.rounded.clone(), self.spacing.clone());
         Self { place, key, level: self.level && keeps_z, flat: None, pieces, metric, rounded, spacing }
@@ -153,7 +153,7 @@ impl Cut {
     }
 
     /// Its pieces, if there are several.
-    pub fn pieces(&self) -> Option<&Pieces> {
+    pub fn pieces(&self) -> Option<&PieceMap> {
         self.pieces.as_ref()
     }
 

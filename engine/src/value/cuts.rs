@@ -2,7 +2,7 @@
 //!
 //! Every solid that is read, directly or indirectly, becomes a field with its own key. So the tiles of a solid that
 //! several solids or outputs read, such as the growth time of a tree, are computed once and cached.
-use super::shown::{Shown, ShownInput};
+use super::shown::{CutField, CutInput};
 use super::solid::{Body, Solid};
 use super::{Cut, Field, FieldId, Halo, Key, Tile, Type};
 use std::collections::HashMap;
@@ -68,13 +68,13 @@ impl Known {
             Body::Computed { source, inputs } => {
                 let parts: Vec<(&Solid, Range<usize>)> = inputs.iter().map(Solid::whole).collect();
                 let read = |(of, channels): &(&Solid, Range<usize>)| {
-                    Some(ShownInput { field: self.get(of, cut)?.clone(), channels: channels.clone() })
+                    Some(CutInput { field: self.get(of, cut)?.clone(), channels: channels.clone() })
                 };
                 let Some(inputs) = parts.iter().map(read).collect() else {
                     let missing = parts.iter().filter(|(of, _)| self.get(of, cut).is_none());
                     return Err(missing.map(|(of, _)| ((*of).clone(), cut.clone())).collect());
                 };
-                let shown = Shown { source: source.clone(), inputs, cut: cut.clone() };
+                let shown = CutField { source: source.clone(), inputs, cut: cut.clone() };
                 Field::new(solid.field_type(), cut.tiling(), shown).overwriting()
             }
             Body::Channels { of, channels } => {

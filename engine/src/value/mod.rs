@@ -55,7 +55,7 @@ pub use color::{linear_to_srgb, srgb_to_linear};
 pub use color_pattern::ColorPattern;
 pub use coord_map::CoordMap;
 pub use curve::Curve;
-pub use cut::{Cut, PieceAxes, PiecePlanes, Pieces};
+pub use cut::{Cut, PieceAxes, PieceMap, PiecePlanes};
 pub use cuts::Cuts;
 pub use data::{Number, ObjectData};
 pub use domain::{Blocks, Domain, Piece, TILE};

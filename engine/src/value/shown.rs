@@ -1,19 +1,19 @@
 //! The field of a cut through a solid.
 use super::solid::{Patch, PatchPieces, Planes, SolidSource};
-use super::{Cost, Cut, Field, FieldSource, Given, Grid, Pieces, Read, Stop, Tile, Window};
+use super::{Cost, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Stop, Tile, Window};
 use std::ops::Range;
 use std::sync::Arc;
 
 /// The code of the field of a cut.
-pub(super) struct Shown {
+pub(super) struct CutField {
     pub(super) source: Arc<dyn SolidSource>,
     /// The solids that the code reads.
-    pub(super) inputs: Vec<ShownInput>,
+    pub(super) inputs: Vec<CutInput>,
     pub(super) cut: Cut,
 }
 
 /// A solid that the code of another solid reads.
-pub(super) struct ShownInput {
+pub(super) struct CutInput {
     /// Its field, or a field of which it is a part.
     pub(super) field: Field,
     /// Its channels within that field.
@@ -56,7 +56,7 @@ const BESIDE: i32 = 2;
 /// The number of rows of a surface with holes that are computed at a time.
 const BAND: u32 = 64;
 
-impl Shown {
+impl CutField {
     /// True if the code needs whole quads on this grid.
     fn in_quads(&self, grid: &Grid) -> bool {
         self.source.wants().quads && self.cut.pixel(grid) != 0.0
@@ -86,7 +86,7 @@ impl Shown {
     }
 
     /// The pieces of the cut, if the code needs them or there are holes between them.
-    fn pieces(&self) -> Option<&Pieces> {
+    fn pieces(&self) -> Option<&PieceMap> {
         self.cut.pieces().filter(|pieces| self.source.wants().quads || pieces.holes)
     }
 
@@ -121,7 +121,7 @@ impl Shown {
         });
         let metric = self.metric().and_then(|_| tiles.next());
         let rounded = self.rounded().and_then(|_| tiles.next());
-        let channels = |input: &ShownInput| input.channels.start * n..input.channels.end * n;
+        let channels = |input: &CutInput| input.channels.start * n..input.channels.end * n;
         let planes = tiles.zip(&self.inputs).map(|(tile, input)| Planes::new(&tile.data()[channels(input)], n));
         let inputs: Vec<Planes<'_>> = planes.map(|planes| planes.part(points.clone())).collect();
         let patch = Patch {
@@ -257,7 +257,7 @@ fn unbroken_at_edges(ids: &Tile, window: Window) -> bool {
     })
 }
 
-impl FieldSource for Shown {
+impl FieldSource for CutField {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
         let ids = self.pieces().map(|pieces| &pieces.ids);
         let (place, after) = self.reads();

@@ -4,7 +4,8 @@
 
 use shibo_engine::picture::{
     Compression, Depth, Encoding, Format, MipFilter, Picture, PictureSpec, ReadLimits, SampleKind, Transfer,
-    WriteError, Writer, Written, header, linear_sample, read, read_layer, remove_stale_temporaries, texture_attributes,
+    WriteError, WriteStats, Writer, header, linear_sample, read, read_layer, remove_stale_temporaries,
+    texture_attributes,
 };
 use std::path::Path;
 
@@ -36,7 +37,7 @@ fn planes(spec: &PictureSpec) -> Vec<Vec<f32>> {
     (0..spec.channels.len()).map(|channel| (0..pixels).map(|pixel| value(channel, pixel)).collect()).collect()
 }
 
-fn write(path: &Path, spec: &PictureSpec, planes: &[Vec<f32>], band: u32) -> Result<Written, WriteError> {
+fn write(path: &Path, spec: &PictureSpec, planes: &[Vec<f32>], band: u32) -> Result<WriteStats, WriteError> {
     let mut writer = Writer::create(path, spec)?;
     let width = spec.width as usize;
     while writer.next_row() < spec.height {

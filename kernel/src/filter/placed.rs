@@ -10,7 +10,7 @@ use shibo_engine::value::Window;
 
 /// The position of a window on a picture, in pixels of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PlacedWindow {
     /// The window.
     pub window: Window,
     /// The corner of the grid's pixel (0, 0).
@@ -28,7 +28,7 @@ pub struct Place {
 /// # Panics
 /// If `out` is smaller than the window.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number ≥ 0")]
-pub fn fill(picture: &Pyramid, place: &Place, out: &mut [f32]) {
+pub fn fill(picture: &Pyramid, place: &PlacedWindow, out: &mut [f32]) {
     let out = &mut out[..place.window.len()];
     // The tolerance makes a grid of equal size read the picture itself, despite rounding.
     let footprint = place.step[0].max(place.step[1]);
@@ -77,7 +77,7 @@ impl Taps {
     }
 }
 
-fn read(picture: &Pyramid, level: usize, place: &Place, out: &mut [f32]) {
+fn read(picture: &Pyramid, level: usize, place: &PlacedWindow, out: &mut [f32]) {
     let ((w0, h0, _), (w, h, data)) = (picture.level(0), picture.level(level));
     let filter = if level == 0 { place.filter } else { Filter::Bilinear };
     let taps = |k: usize, start: i32, count: usize, full: usize, n: usize| -> Vec<Taps> {
@@ -138,8 +138,14 @@ mod tests {
         (Pyramid::new(data.clone(), 12, 7, [Outside::Wrap; 2]), data)
     }
 
-    fn place(window: Window, step: f64) -> Place {
-        Place { window, origin: [0.0; 2], step: [step; 2], filter: Filter::CatmullRom, outside: [Outside::Wrap; 2] }
+    fn place(window: Window, step: f64) -> PlacedWindow {
+        PlacedWindow {
+            window,
+            origin: [0.0; 2],
+            step: [step; 2],
+            filter: Filter::CatmullRom,
+            outside: [Outside::Wrap; 2],
+        }
     }
 
     #[test]
@@ -147,13 +153,13 @@ mod tests {
         let (picture, data) = picture();
         for filter in [Filter::Nearest, Filter::Bilinear, Filter::CatmullRom] {
             let mut out = vec![0.0; 12 * 7 * 4];
-            fill(&picture, &Place { filter, ..place(Window::of(0, 0, 24, 14), 1.0) }, &mut out);
+            fill(&picture, &PlacedWindow { filter, ..place(Window::of(0, 0, 24, 14), 1.0) }, &mut out);
             for (k, v) in out.iter().enumerate() {
                 assert_eq!(*v, data[(k / 24 % 7) * 12 + k % 24 % 12]);
             }
             let third = place(Window::of(0, 0, 36, 21), 1.0 / 3.0);
             let mut out = vec![0.0; 36 * 21];
-            fill(&picture, &Place { filter, ..third }, &mut out);
+            fill(&picture, &PlacedWindow { filter, ..third }, &mut out);
             assert!((0..84).all(|k| out[(k / 12 * 3 + 1) * 36 + k % 12 * 3 + 1] == data[k]));
         }
     }

@@ -25,7 +25,7 @@ const LARGE: f32 = 1e6;
 
 /// The positions that a run of pixels reads.
 #[derive(Clone, Debug)]
-pub struct Places {
+pub struct SamplePositions {
     /// Columns: the pixel whose centre lies at or before the position.
     pub i: [i32; BLOCK],
     /// Rows.
@@ -36,7 +36,7 @@ pub struct Places {
     pub v: [f32; BLOCK],
 }
 
-impl Places {
+impl SamplePositions {
     const ZERO: Self = Self { i: [0; BLOCK], j: [0; BLOCK], u: [0.0; BLOCK], v: [0.0; BLOCK] };
 }
 
@@ -50,7 +50,7 @@ pub fn resample(
     sources: &[View<'_>],
     rect: Window,
     out: &mut [&mut [f32]],
-    mut place: impl FnMut(i32, i32, &mut Places),
+    mut place: impl FnMut(i32, i32, &mut SamplePositions),
 ) {
     let Some(window) = sources.first().map(View::window) else { return };
     assert!(window.columns() >= 4 && window.rows() >= 4, "four rows of four are read");
@@ -58,7 +58,7 @@ pub fn resample(
     simd::dispatch(
         #[inline(always)]
         || {
-            let mut places = Places::ZERO;
+            let mut places = SamplePositions::ZERO;
             for (row, y) in (0..rect.rows()).zip(rect.y..) {
                 for start in (0..rect.columns()).step_by(BLOCK) {
                     place(rect.x + index(start), y, &mut places);
@@ -75,7 +75,7 @@ pub fn resample(
 
 #[inline(always)]
 #[expect(clippy::cast_sign_loss, reason = "clamped into the window just before")]
-fn read(source: &View<'_>, window: Window, places: &Places, out: &mut [f32]) {
+fn read(source: &View<'_>, window: Window, places: &SamplePositions, out: &mut [f32]) {
     let (data, stride) = source.raw();
     let (right, bottom) = (index(window.columns()) - 4, index(window.rows()) - 4);
     let step = index(stride);
@@ -168,7 +168,7 @@ mod tests {
         let (window, rect) = (Window::of(-3, -3, 22, 22), Window::of(0, 0, 16, 16));
         let hash = crate::ground::hash::Hash::new(2);
         let mut picture: Vec<f32> = (0..256).map(|p| hash.unit_f32(p)).collect();
-        let place = |x: i32, y: i32, places: &mut Places| {
+        let place = |x: i32, y: i32, places: &mut SamplePositions| {
             for (k, x) in (0..BLOCK).zip(x..) {
                 let word = hash.with((y * 16 + x.rem_euclid(16)).unsigned_abs().into());
                 let [dx, dy] = [word.unit_f32(0), word.unit_f32(1)].map(|d| 2.0 * d - 1.0);

@@ -1,6 +1,6 @@
 //! Displacement of planes by two planes of offsets.
 
-use super::resample::{BLOCK, HALO, Places, resample};
+use super::resample::{BLOCK, HALO, SamplePositions, resample};
 use crate::ground::math::{clamp, floor_int, max, min};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, offset};
@@ -99,7 +99,7 @@ pub fn warp(sources: &[View<'_>], rect: Window, [dx, dy]: [&[f32]; 2], spec: &Wa
         rect,
         out,
         #[inline(always)]
-        |x, y, places: &mut Places| {
+        |x, y, places: &mut SamplePositions| {
             let from = offset(y - rect.y) * rect.columns() + offset(x - rect.x);
             let to = from + BLOCK.min(rect.columns() - offset(x - rect.x));
             ax.place(&dx[from..to], &mut places.i, &mut places.u);

@@ -1,5 +1,5 @@
 //! Output planes of pieces: gaps, bevels, ids, coordinates and angles.
-use super::layout::{Grid, Piece};
+use super::layout::{Grid, LaidPiece};
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
@@ -46,7 +46,7 @@ pub struct Finish {
 
 /// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Plane {
+pub enum FinishPlane {
     /// The bevel minus 1, times this depth in mm.
     Height(f32),
     /// 0 in the gap, 1 on the piece, and the profile in between.
@@ -62,7 +62,7 @@ pub enum Plane {
 impl Finish {
     /// mm inside the edge of a piece, negative in the gap.
     #[inline]
-    pub fn inside(&self, piece: &Piece) -> f64 {
+    pub fn inside(&self, piece: &LaidPiece) -> f64 {
         let q = DVec2::from(piece.edges.map(|e| self.radius + 0.5 * self.gap - e));
         self.radius - q.max(DVec2::ZERO).length() - q.max_element().min(0.0)
     }
@@ -83,11 +83,11 @@ pub fn degrees(direction: DVec2) -> f64 {
 
 /// Visits the pixels of a window with the piece at each.
 #[inline(always)]
-fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &Piece)) {
+fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &LaidPiece)) {
     let rect = frame.window;
     let mut k = 0;
     // The piece found last, and the corner of its unit square.
-    let mut known: Option<(DVec2, Piece)> = None;
+    let mut known: Option<(DVec2, LaidPiece)> = None;
     for (_, y) in (0..rect.rows()).zip(rect.y..) {
         for (_, x) in (0..rect.columns()).zip(rect.x..) {
             let at = grid.fit.to_unit * DVec2::from(frame.center(x, y));
@@ -105,20 +105,20 @@ fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &Piece))
 }
 
 /// Fills a window. O(pixels).
-pub fn fill(grid: &Grid, finish: &Finish, plane: Plane, frame: &Frame, out: &mut [f32]) {
+pub fn fill(grid: &Grid, finish: &Finish, plane: FinishPlane, frame: &Frame, out: &mut [f32]) {
     let pixel = (frame.step[0] * frame.step[1]).sqrt();
     let angles = grid.directions.map(|d| narrow(degrees(d)));
     match plane {
-        Plane::Height(depth) => each(grid, frame, |k, _, piece| {
+        FinishPlane::Height(depth) => each(grid, frame, |k, _, piece| {
             out[k] = depth * narrow(finish.bevel(finish.inside(piece), pixel) - 1.0);
         }),
-        Plane::Bevel => each(grid, frame, |k, _, piece| {
+        FinishPlane::Bevel => each(grid, frame, |k, _, piece| {
             out[k] = narrow(finish.bevel(finish.inside(piece), pixel));
         }),
-        Plane::Gap => each(grid, frame, |k, _, piece| {
+        FinishPlane::Gap => each(grid, frame, |k, _, piece| {
             out[k] = narrow((0.5 - finish.inside(piece) / pixel).clamp(0.0, 1.0));
         }),
-        Plane::Ids => {
+        FinishPlane::Ids => {
             let mut known = None;
             each(grid, frame, |k, _, piece| {
                 let key = (piece.cell, piece.number);
@@ -128,7 +128,7 @@ pub fn fill(grid: &Grid, finish: &Finish, plane: Plane, frame: &Frame, out: &mut
                 };
             });
         }
-        Plane::Angle => each(grid, frame, |k, _, piece| out[k] = angles[piece.direction]),
+        FinishPlane::Angle => each(grid, frame, |k, _, piece| out[k] = angles[piece.direction]),
     }
 }
 
@@ -151,12 +151,13 @@ pub fn local(grid: &Grid, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pattern::layout::{Layout, Pieces};
+    use crate::pattern::layout::{Layout, PieceSpec};
     use shibo_engine::value::Tiling;
     use shibo_engine::value::Window;
 
     fn bricks(angle: f64) -> Grid {
-        let pieces = Pieces { layout: Layout::Stack, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.0, slant: 1.0 };
+        let pieces =
+            PieceSpec { layout: Layout::Stack, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.0, slant: 1.0 };
         pieces.lay(angle.to_radians().sin_cos(), (DVec2::splat(40.0), Tiling::BOTH)).unwrap()
     }
 
@@ -166,8 +167,8 @@ mod tests {
         // Pixels of 0.1 mm along the middle of a brick, starting at its border: centres at 0.05, 0.15 …
         let frame = Frame::new(Window::of(0, 24, 50, 1), [0.1, 0.1]);
         let (mut gap, mut height) = ([0.0; 50], [0.0; 50]);
-        fill(&bricks(0.0), &finish, Plane::Gap, &frame, &mut gap);
-        fill(&bricks(0.0), &finish, Plane::Height(3.0), &frame, &mut height);
+        fill(&bricks(0.0), &finish, FinishPlane::Gap, &frame, &mut gap);
+        fill(&bricks(0.0), &finish, FinishPlane::Height(3.0), &frame, &mut height);
         for k in 0..50 {
             let x = 0.05 + 0.1 * f64::from(u8::try_from(k).unwrap());
             let want = (0.5 - (x - 0.5) / 0.1).clamp(0.0, 1.0);
@@ -182,7 +183,7 @@ mod tests {
     #[test]
     fn reused_pieces_equal_looked_up_pieces() {
         for layout in [Layout::Stack, Layout::Herringbone, Layout::Running, Layout::Versailles] {
-            let pieces = Pieces { layout, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.3, slant: 1.0 };
+            let pieces = PieceSpec { layout, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.3, slant: 1.0 };
             let grid = pieces.lay(33_f64.to_radians().sin_cos(), (DVec2::splat(40.0), Tiling::BOTH)).unwrap();
             let frame = Frame::new(Window::of(-20, -9, 150, 90), [0.3, 0.3]);
             each(&grid, &frame, |k, at, piece| assert_eq!(*piece, grid.piece(at), "{layout:?} {k}"));
@@ -193,7 +194,7 @@ mod tests {
     fn corners_are_round() {
         let finish = Finish { gap: 0.0, bevel: 0.0, profile: BevelProfile::Round, radius: 1.0 };
         let piece =
-            |x: f64, y: f64| Piece { cell: [0, 0], number: 0, center: DVec2::ZERO, direction: 0, edges: [x, y] };
+            |x: f64, y: f64| LaidPiece { cell: [0, 0], number: 0, center: DVec2::ZERO, direction: 0, edges: [x, y] };
         assert!((finish.inside(&piece(0.0, 0.0)) - (1.0 - 2f64.sqrt())).abs() < 1e-12);
         assert!((finish.inside(&piece(0.5, 3.0)) - 0.5).abs() < 1e-12);
         assert!((finish.inside(&piece(2.0, 3.0)) - 2.0).abs() < 1e-12);
@@ -212,7 +213,7 @@ mod tests {
             fill(
                 &grid,
                 &Finish { gap: 1.0, bevel: 0.0, profile: BevelProfile::Chamfer, radius: 0.0 },
-                Plane::Angle,
+                FinishPlane::Angle,
                 &frame,
                 &mut angles,
             );

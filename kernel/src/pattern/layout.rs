@@ -26,7 +26,7 @@ pub enum Layout {
 
 /// Sizes of pieces in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pieces {
+pub struct PieceSpec {
     /// The arrangement.
     pub layout: Layout,
     /// Length and width.
@@ -41,7 +41,7 @@ pub struct Pieces {
 
 /// A piece, as seen from a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct LaidPiece {
     /// The lattice cell that it belongs to.
     pub cell: [i64; 2],
     /// Its index within the cell.
@@ -100,7 +100,7 @@ const VERSAILLES: [[i64; 4]; 12] = [
     [2, 5, 2, 1],
 ];
 
-impl Pieces {
+impl PieceSpec {
     /// The number of widths in a length, for layouts that need a whole number.
     pub fn ratio(&self) -> i64 {
         #[expect(clippy::cast_possible_truncation, reason = "limited before")]
@@ -196,7 +196,7 @@ fn floor(x: f64) -> i64 {
 impl Grid {
     /// The piece at a point given in units.
     #[inline]
-    pub fn piece(&self, p: DVec2) -> Piece {
+    pub fn piece(&self, p: DVec2) -> LaidPiece {
         match self.rule {
             Rule::Stack => {
                 let (i, j) = (floor(p.x), floor(p.y));
@@ -230,7 +230,7 @@ impl Grid {
     /// The piece at a point in the same unit square as the point of `before`, for layouts in which a unit square lies
     /// in one piece.
     #[inline]
-    pub fn piece_again(&self, p: DVec2, before: &Piece) -> Option<Piece> {
+    pub fn piece_again(&self, p: DVec2, before: &LaidPiece) -> Option<LaidPiece> {
         let size = match self.rule {
             Rule::Stack => DVec2::ONE,
             Rule::Herringbone(k) if before.direction == 0 => DVec2::new(k as f64, 1.0),
@@ -238,19 +238,19 @@ impl Grid {
             _ => return None,
         };
         let inside = 0.5 * size - (p - before.center).abs();
-        Some(Piece { edges: [inside.x * self.pitch[0], inside.y * self.pitch[1]], ..*before })
+        Some(LaidPiece { edges: [inside.x * self.pitch[0], inside.y * self.pitch[1]], ..*before })
     }
 
     #[inline]
-    fn rectangle(&self, p: DVec2, cell: [i64; 2], number: u32, corner: DVec2, size: DVec2) -> Piece {
+    fn rectangle(&self, p: DVec2, cell: [i64; 2], number: u32, corner: DVec2, size: DVec2) -> LaidPiece {
         let center = corner + 0.5 * size;
         let inside = 0.5 * size - (p - center).abs();
         let upright = size.y > size.x;
         let edges = [inside.x * self.pitch[0], inside.y * self.pitch[1]];
-        Piece { cell, number, center, direction: usize::from(upright), edges }
+        LaidPiece { cell, number, center, direction: usize::from(upright), edges }
     }
 
-    fn basket(&self, p: DVec2, k: i64) -> Piece {
+    fn basket(&self, p: DVec2, k: i64) -> LaidPiece {
         let side = k as f64;
         let (bi, bj) = (floor(p.x / side), floor(p.y / side));
         let odd = (bi + bj).rem_euclid(2) == 1;
@@ -266,14 +266,14 @@ impl Grid {
         self.rectangle(p, cell, number, DVec2::new(corner[0] as f64, corner[1] as f64), size)
     }
 
-    fn chevron(&self, p: DVec2, rise: f64) -> Piece {
+    fn chevron(&self, p: DVec2, rise: f64) -> LaidPiece {
         let i = floor(p.x);
         let f = p.x - i as f64;
         let odd = i.rem_euclid(2) == 1;
         let v = p.y - rise * if odd { 1.0 - f } else { f };
         let j = floor(v);
         let (ends, sides) = (0.5 - (f - 0.5).abs(), 0.5 - (v - j as f64 - 0.5).abs());
-        Piece {
+        LaidPiece {
             cell: [i.div_euclid(2), j],
             number: u32::from(odd),
             center: DVec2::new(i as f64 + 0.5, j as f64 + 0.5 + 0.5 * rise),
@@ -282,7 +282,7 @@ impl Grid {
         }
     }
 
-    fn hexagon(&self, p: DVec2, slope: f64, middle: f64) -> Piece {
+    fn hexagon(&self, p: DVec2, slope: f64, middle: f64) -> LaidPiece {
         let first = floor(p.x);
         let in_column = |i: i64| {
             let j = floor(p.y - 0.5 * i as f64 + 0.5);
@@ -292,13 +292,13 @@ impl Grid {
             let falls = (middle - (d.x + slope * d.y).abs()) * self.slanted[0];
             let rises = (middle - (d.x - slope * d.y).abs()) * self.slanted[1];
             let edge = level.min(falls).min(rises);
-            Piece { cell: [i, j], number: 0, center, direction: 0, edges: [edge; 2] }
+            LaidPiece { cell: [i, j], number: 0, center, direction: 0, edges: [edge; 2] }
         };
         let (a, b) = (in_column(first), in_column(first + 1));
         if b.edges[0] > a.edges[0] { b } else { a }
     }
 
-    fn versailles(&self, p: DVec2) -> Piece {
+    fn versailles(&self, p: DVec2) -> LaidPiece {
         let (i, j) = (floor(p.x), floor(p.y));
         for (number, [x, y, w, h]) in (0u32..).zip(VERSAILLES) {
             let (dx, dy) = ((i - x).rem_euclid(6), (j - y).rem_euclid(6));
@@ -329,8 +329,8 @@ mod tests {
         Layout::Versailles,
     ];
 
-    fn pieces(layout: Layout) -> Pieces {
-        Pieces { layout, size: DVec2::new(5.5, 2.5), gap: 0.5, stagger: 0.5, slant: 1.0 }
+    fn pieces(layout: Layout) -> PieceSpec {
+        PieceSpec { layout, size: DVec2::new(5.5, 2.5), gap: 0.5, stagger: 0.5, slant: 1.0 }
     }
 
     /// Samples a canvas of 36 × 36 mm: the number of points in each piece, and its middle on the canvas.
@@ -380,7 +380,7 @@ mod tests {
             (Layout::Versailles, 192),
         ] {
             let size = if layout == Layout::Versailles { DVec2::new(4.0, 2.5) } else { DVec2::new(5.5, 2.5) };
-            let of = Pieces { size, ..pieces(layout) };
+            let of = PieceSpec { size, ..pieces(layout) };
             let grid = of.lay((0.0, 1.0), (DVec2::splat(36.0), Tiling::BOTH)).unwrap();
             assert_eq!(areas(&grid, 360).len(), count, "{layout:?}");
             assert!((of.laid(&grid) - size).length() < 1e-9, "{layout:?}");
@@ -405,7 +405,7 @@ mod tests {
         let piece = grid.piece(grid.fit.to_unit * DVec2::new(1.0, 1.0 + 1.5 * 2f64.sqrt()));
         assert!((piece.edges[1] - 1.5).abs() < 1e-6, "{piece:?}");
         // A regular hexagon, 3 mm across including its gap: 1.5 mm to every side.
-        let regular = Pieces { size: DVec2::new(2.5 * 2.0 / 3f64.sqrt(), 2.5), ..pieces(Layout::Hexagonal) };
+        let regular = PieceSpec { size: DVec2::new(2.5 * 2.0 / 3f64.sqrt(), 2.5), ..pieces(Layout::Hexagonal) };
         let grid = regular.lay((0.0, 1.0), none).unwrap();
         for angle in [30.0f64, 90.0, 150.0, 210.0, 330.0] {
             let at = DVec2::from_angle(angle.to_radians()) * 1.2;

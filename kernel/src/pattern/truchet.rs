@@ -41,7 +41,7 @@ pub struct Tiles {
 
 /// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plane {
+pub enum TruchetPlane {
     /// The height, mm.
     Height,
     /// 1 on the bands.
@@ -112,7 +112,7 @@ impl Tiles {
     }
 
     /// Fills a window. O(pixels).
-    pub fn fill(&self, plane: Plane, frame: &Frame, out: &mut [f32]) {
+    pub fn fill(&self, plane: TruchetPlane, frame: &Frame, out: &mut [f32]) {
         let rect = frame.window;
         let pixel = (frame.step[0] * frame.step[1]).sqrt();
         let mut out = out.iter_mut();
@@ -120,14 +120,14 @@ impl Tiles {
             for ((_, x), out) in (0..rect.columns()).zip(rect.x..).zip(&mut out) {
                 let p = self.fit.to_unit * DVec2::from(frame.center(x, y));
                 *out = match plane {
-                    Plane::Height => {
+                    TruchetPlane::Height => {
                         let rise = if self.motif == Motif::Triangles { pixel } else { self.half_width.max(pixel) };
                         narrow(self.height * self.profile.at(-self.distance(p) / rise))
                     }
-                    Plane::Mask => narrow((0.5 - self.distance(p) / pixel).clamp(0.0, 1.0)),
-                    Plane::Distance => narrow(self.distance(p)),
-                    Plane::Ids => id(self.tile(p).0),
-                    Plane::Angle => narrow(degrees(self.directions[self.tile(p).1])),
+                    TruchetPlane::Mask => narrow((0.5 - self.distance(p) / pixel).clamp(0.0, 1.0)),
+                    TruchetPlane::Distance => narrow(self.distance(p)),
+                    TruchetPlane::Ids => id(self.tile(p).0),
+                    TruchetPlane::Angle => narrow(degrees(self.directions[self.tile(p).1])),
                 };
             }
         }
@@ -185,7 +185,7 @@ mod tests {
         let tiles = tiles(Motif::Triangles);
         let frame = Frame::new(Window::of(-16, -16, 32, 32), [2.5, 2.5]);
         let [mut angle, mut x, mut y] = [(); 3].map(|()| vec![0.0; 1024]);
-        tiles.fill(Plane::Angle, &frame, &mut angle);
+        tiles.fill(TruchetPlane::Angle, &frame, &mut angle);
         tiles.local(&frame, [&mut x, &mut y]);
         for turn in [0.0, 90.0, 180.0, -90.0] {
             assert!(angle.iter().filter(|a| (**a - turn).abs() < 1e-4 || (**a + turn).abs() > 359.0).count() > 60);

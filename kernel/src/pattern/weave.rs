@@ -85,7 +85,7 @@ struct Seen {
 
 /// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plane {
+pub enum WeavePlane {
     /// The height, mm.
     Height,
     /// 1 in the holes between threads.
@@ -213,11 +213,11 @@ impl Woven {
     }
 
     /// Fills a window. O(pixels).
-    pub fn fill(&self, plane: Plane, frame: &Frame, out: &mut [f32]) {
+    pub fn fill(&self, plane: WeavePlane, frame: &Frame, out: &mut [f32]) {
         let pixel = (frame.step[0] * frame.step[1]).sqrt();
         let angles = self.directions.map(|d| narrow(degrees(d)));
         match plane {
-            Plane::Height => {
+            WeavePlane::Height => {
                 // Holes are as deep as the lowest thread.
                 let c = self.cloth;
                 let floor = -(c.crimp + c.half).max_element();
@@ -227,10 +227,12 @@ impl Woven {
                     out[k] = narrow(floor + (seen.height.max(floor) - floor) * cover);
                 });
             }
-            Plane::Gap => self.each(frame, |k, p| out[k] = narrow((0.5 - self.seen(p).inside / pixel).clamp(0.0, 1.0))),
-            Plane::Warp => self.each(frame, |k, p| out[k] = if self.seen(p).warp { 1.0 } else { 0.0 }),
-            Plane::Angle => self.each(frame, |k, p| out[k] = angles[usize::from(self.seen(p).warp)]),
-            Plane::Ids => self.each(frame, |k, p| {
+            WeavePlane::Gap => {
+                self.each(frame, |k, p| out[k] = narrow((0.5 - self.seen(p).inside / pixel).clamp(0.0, 1.0)))
+            }
+            WeavePlane::Warp => self.each(frame, |k, p| out[k] = if self.seen(p).warp { 1.0 } else { 0.0 }),
+            WeavePlane::Angle => self.each(frame, |k, p| out[k] = angles[usize::from(self.seen(p).warp)]),
+            WeavePlane::Ids => self.each(frame, |k, p| {
                 let (i, j, warp) = (whole(p.x), whole(p.y), self.seen(p).warp);
                 let (first, _) = self.float(i, j, warp);
                 let (cell, number) = if warp { self.name(i, first) } else { self.name(first, j) };
@@ -314,8 +316,8 @@ mod tests {
             let cloth = woven(binding, over, under);
             let frame = Frame::new(Window::of(0, 0, 160, 160), [0.25, 0.25]);
             let [mut ids, mut x, mut y, mut angle] = [(); 4].map(|()| vec![0.0; 160 * 160]);
-            cloth.fill(Plane::Ids, &frame, &mut ids);
-            cloth.fill(Plane::Angle, &frame, &mut angle);
+            cloth.fill(WeavePlane::Ids, &frame, &mut ids);
+            cloth.fill(WeavePlane::Angle, &frame, &mut angle);
             cloth.local(&frame, [&mut x, &mut y]);
             let mut middles: BTreeMap<u32, BTreeSet<[i32; 2]>> = BTreeMap::new();
             for k in 0..160 * 160 {

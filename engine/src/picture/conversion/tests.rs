@@ -1,5 +1,5 @@
 use super::*;
-use crate::picture::{FileFormat, Told, color::linear_sample, default_names};
+use crate::picture::{FileFormat, HeaderStatements, color::linear_sample, default_names};
 use moxcms::{ColorProfile, ProfileText, ToneReprCurve};
 
 fn picture(channels: u8, source: SampleKind, planes: Vec<f32>) -> Picture {
@@ -9,7 +9,7 @@ fn picture(channels: u8, source: SampleKind, planes: Vec<f32>) -> Picture {
 }
 
 fn header(channels: u8, kind: SampleKind) -> Header {
-    let (names, has_alpha, told) = (default_names(channels), channels.is_multiple_of(2), Told::default());
+    let (names, has_alpha, told) = (default_names(channels), channels.is_multiple_of(2), HeaderStatements::default());
     let (format, width, height, icc, associated) = (FileFormat::Png, 1, 1, None, false);
     Header { format, width, height, channels, kind, names, has_alpha, icc, associated, told }
 }
@@ -59,7 +59,7 @@ fn converts_by_profiles_of_a_matrix_and_curves() {
     assert_eq!(seen(&with_profile(3, &ColorProfile::new_adobe_rgb())), [227.0, 100.0, 42.0]);
     assert_eq!(seen(&with_profile(3, &ColorProfile::new_srgb())), [200.0, 100.0, 50.0]);
     let p3 = seen(&with_profile(3, &ColorProfile::new_display_p3()));
-    let named = Told { cicp: Some([12, 13, 0, 1]), ..Told::default() };
+    let named = HeaderStatements { cicp: Some([12, 13, 0, 1]), ..HeaderStatements::default() };
     assert_eq!(p3, seen(&Header { told: named, ..header(3, SampleKind::U8) }));
     assert_eq!(p3, [215.0, 93.0, 31.0]);
 }
@@ -141,12 +141,12 @@ fn never_panics_at_a_changed_profile() {
 
 #[test]
 fn follows_the_order_of_png() {
-    let all = Told {
+    let all = HeaderStatements {
         cicp: Some([12, 13, 0, 1]),
         srgb: true,
         gamma: Some(100_000),
         chromaticities: Some([0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.329]),
-        ..Told::default()
+        ..HeaderStatements::default()
     };
     let adobe = ColorProfile::new_adobe_rgb().encode().unwrap();
     let mut header = Header { icc: Some(adobe), told: all, ..header(3, SampleKind::U8) };
@@ -167,7 +167,7 @@ fn follows_the_order_of_png() {
 
 #[test]
 fn uses_the_next_statement_if_one_is_unknown() {
-    let told = Told { cicp: Some([2, 2, 0, 1]), ..Told::default() };
+    let told = HeaderStatements { cicp: Some([2, 2, 0, 1]), ..HeaderStatements::default() };
     let adobe = Some(ColorProfile::new_adobe_rgb().encode().unwrap());
     let (conversion, unused) = Conversion::of_file(&Header { told, icc: adobe.clone(), ..header(3, SampleKind::U8) });
     assert_eq!(conversion, Conversion::of_file(&Header { icc: adobe, ..header(3, SampleKind::U8) }).0);

@@ -2,7 +2,7 @@
 use super::read::{PartFile, Unusable};
 use super::{CHUNK, Chunk, EXTENSION, PartHeader, PartOf, SPILL_END, SPILL_MAGIC, names};
 use crate::picture::spec::{Format, WriteError};
-use crate::picture::{AtomicFile, PictureSpec, Writer, Written};
+use crate::picture::{AtomicFile, PictureSpec, WriteStats, Writer};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -54,7 +54,7 @@ pub struct JoinedFile {
     /// Its path.
     pub path: PathBuf,
     /// The statistics of its samples, if it has any.
-    pub written: Option<Written>,
+    pub written: Option<WriteStats>,
     /// The values that the least and the greatest integer stand for.
     pub range: (f32, f32),
 }
@@ -140,7 +140,7 @@ fn is_spill(path: &Path) -> bool {
 /// A complete file without its final name.
 struct Made {
     file: AtomicFile,
-    written: Option<Written>,
+    written: Option<WriteStats>,
     range: (f32, f32),
 }
 

@@ -1,5 +1,5 @@
 //! The chunks of a PNG file about colour spaces and orientation, at any position in the file.
-use super::super::{Told, icc};
+use super::super::{HeaderStatements, icc};
 use super::chunks::{Chunk, FIRST, next};
 use flate2::read::ZlibDecoder;
 use image::metadata::Orientation;
@@ -11,14 +11,14 @@ const MOST_EXIF: u64 = 64 << 10;
 /// The content of these chunks.
 pub(super) struct Tags {
     pub(super) icc: Option<Vec<u8>>,
-    pub(super) told: Told,
+    pub(super) told: HeaderStatements,
     pub(super) orientation: Orientation,
 }
 
 /// Scans the chunks of a file of `length` bytes as far as they can be followed. Of two chunks with the same name the
 /// first one counts; a chunk that is too short is ignored.
 pub(super) fn find<R: BufRead + Seek>(reader: &mut R, length: u64) -> Tags {
-    let mut tags = Tags { icc: None, told: Told::default(), orientation: Orientation::NoTransforms };
+    let mut tags = Tags { icc: None, told: HeaderStatements::default(), orientation: Orientation::NoTransforms };
     let mut seen: Vec<[u8; 4]> = Vec::new();
     let mut at = FIRST;
     while let Ok(chunk) = next(reader, at, length) {

@@ -1,7 +1,7 @@
 //! The tags of a TIFF file that describe its samples.
 use super::super::limits::ReadError;
 use super::super::turn::upright_header;
-use super::super::{FileFormat, Header, SampleKind, Told, default_names};
+use super::super::{FileFormat, Header, HeaderStatements, SampleKind, default_names};
 use super::directory::Tags;
 use super::unsupported;
 use image::metadata::Orientation;
@@ -91,7 +91,7 @@ impl Layout {
             has_alpha,
             icc: tags.bytes(Tag::IccProfile, MOST_PROFILE)?,
             associated: has_alpha && extra.first() == Some(&ASSOCIATED),
-            told: Told::default(),
+            told: HeaderStatements::default(),
         };
         Ok(Self {
             header: upright_header(stored_header, orientation),

@@ -11,7 +11,7 @@ use tiff::tags::{CompressionMethod, Tag};
 const BEST_RATIO: u64 = 4096;
 
 /// The locations of all strips or tiles.
-pub(super) struct Places {
+pub(super) struct ChunkLocations {
     /// Width and height of a strip or tile in pixels; only tiles may exceed the picture.
     pub(super) wide: u32,
     pub(super) rows: u32,
@@ -26,7 +26,7 @@ pub(super) struct Places {
     parts: Vec<(u64, u64)>,
 }
 
-impl Places {
+impl ChunkLocations {
     /// Reads the locations of the strips or tiles and checks them for a file of `length` bytes.
     pub(super) fn read<R: Read + Seek>(tags: &mut Tags<R>, layout: &Layout, length: u64) -> Result<Self, ReadError> {
         use CompressionMethod::{Deflate, LZW, ModernJPEG, None, OldDeflate, PackBits};

@@ -4,14 +4,14 @@ use super::super::guard::guarded;
 use super::super::limits::ReadError;
 use super::super::read_png::packed_sample;
 use super::layout::Layout;
-use super::places::Places;
+use super::places::ChunkLocations;
 use super::unpack::unpack;
 use half::f16;
 use rayon::prelude::*;
 use tiff::tags::Predictor;
 
 /// All channels, one after another, as stored.
-pub(super) fn planes(file: &[u8], layout: &Layout, places: &Places) -> Result<Vec<f32>, ReadError> {
+pub(super) fn planes(file: &[u8], layout: &Layout, places: &ChunkLocations) -> Result<Vec<f32>, ReadError> {
     let width = layout.width as usize;
     let pixels = width * layout.height as usize;
     let mut planes = vec![0.0; pixels * usize::from(layout.header.channels)];
@@ -30,7 +30,13 @@ pub(super) fn planes(file: &[u8], layout: &Layout, places: &Places) -> Result<Ve
 }
 
 /// Unpacks one strip or one row of tiles.
-fn fill(file: &[u8], layout: &Layout, places: &Places, row: usize, band: &mut [&mut [f32]]) -> Result<(), ReadError> {
+fn fill(
+    file: &[u8],
+    layout: &Layout,
+    places: &ChunkLocations,
+    row: usize,
+    band: &mut [&mut [f32]],
+) -> Result<(), ReadError> {
     let (width, wide, together) = (layout.width as usize, places.wide as usize, layout.together());
     let groups = if layout.planes_apart { band.len() } else { 1 };
     let mut scratch = Vec::new();

@@ -2,7 +2,7 @@
 use super::super::limits::ReadError;
 use super::super::read_jpeg;
 use super::layout::Layout;
-use super::places::Places;
+use super::places::ChunkLocations;
 use flate2::read::ZlibDecoder;
 use std::borrow::Cow;
 use std::io::Read;
@@ -11,7 +11,12 @@ use weezl::BitOrder;
 use weezl::decode::Decoder;
 
 /// The unpacked rows of a strip or tile that lie within the picture.
-pub(super) fn unpack(file: &[u8], layout: &Layout, places: &Places, index: usize) -> Result<Vec<u8>, ReadError> {
+pub(super) fn unpack(
+    file: &[u8],
+    layout: &Layout,
+    places: &ChunkLocations,
+    index: usize,
+) -> Result<Vec<u8>, ReadError> {
     let (place, length) = places.part(index);
     let whole = |number: u64| usize::try_from(number).map_err(ReadError::corrupt);
     let (place, length) = (whole(place)?, whole(length)?);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{
     AnyField, CanvasFacts, Color, Context, EveryField, FilePath, Formula, Gray, In, Linear, MaterialInputs, Node,
-    Output, Outputs, Range, Rgb, Taken, Vec2Field, Xy,
+    Output, Outputs, Range, Rgb, TakenChannel, Vec2Field, Xy,
 };
 use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::value::{Channel, ChannelSet, Lattice, Material, Points, Stop, Tiling, Type};
@@ -440,8 +440,8 @@ impl Default for Take {
 impl Node for Take {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "C.")];
 
-    fn takes(&self) -> Vec<Taken> {
-        vec![Taken { port: "material", field: "channel", channel: self.channel }]
+    fn takes(&self) -> Vec<TakenChannel> {
+        vec![TakenChannel { port: "material", field: "channel", channel: self.channel }]
     }
 
     fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -154,7 +154,7 @@ fn fits(header: &PartHeader, index: &Index, (start, end): (u64, u64)) -> bool {
     let placed = index.chunks.iter().all(|chunk| {
         let Some(picture) = header.pictures.get(chunk.picture) else { return false };
         let inside = chunk.at >= start && chunk.at.checked_add(chunk.length).is_some_and(|to| to <= end);
-        // The length must match the rows, and chunks side by side must not exceed the size of one row or of [`CHUNK`].
+        // The length must match the rows, and chunks side by side must not exceed the size of one row or of `CHUNK`.
         inside
             && match &picture.spec {
                 Some(spec) => {

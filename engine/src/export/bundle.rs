@@ -216,8 +216,8 @@ impl<'a> Maps<'a> {
     }
 }
 
-/// Distributes rows to several pictures whose channels follow each other; each writer comes with the number of its
-/// channels.
+/// Distributes rows to several pictures. `planes` holds the channels of all pictures, one picture after another; each
+/// writer comes with the number of its channels.
 pub(super) fn write_rows<'w>(
     pictures: impl Iterator<Item = (usize, &'w mut Writer)>,
     mut planes: &[&[f32]],
@@ -276,7 +276,7 @@ impl BundleWriter {
         Ok(Self { folder: folder.to_owned(), bundle, writers })
     }
 
-    /// Writes the next rows of all pictures, whose channels follow each other.
+    /// Writes the next rows of all pictures. `planes` holds their channels, one picture after another.
     ///
     /// # Errors
     /// As [`Writer::write_rows`].

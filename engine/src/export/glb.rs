@@ -61,7 +61,7 @@ impl GlbWriter {
         Ok(Self { path: path.to_owned(), name: name.to_owned(), exported, shape, wraps, writers })
     }
 
-    /// Writes the next rows of all textures, whose channels follow each other.
+    /// Writes the next rows of all textures. `planes` holds their channels, one texture after another.
     ///
     /// # Errors
     /// As [`Writer::write_rows`].

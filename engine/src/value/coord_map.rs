@@ -26,7 +26,8 @@ pub struct CoordMap {
     /// The fraction of pixels whose right and lower neighbours are also neighbours in the exemplar; 0 if it was not
     /// computed.
     pub coherence: f32,
-    /// The fraction of the exemplar that appears in the output, with respect to even use; 0 if it was not computed.
+    /// The effective number of exemplar pixels in use (the exponential of the entropy of their use), as a fraction of
+    /// the possible maximum; 0 if it was not computed.
     pub coverage: f32,
     /// The surface of the synthesis, if it is not the plane. Coordinates outside of its charts have no meaning.
     pub surface: Option<Arc<Surface>>,

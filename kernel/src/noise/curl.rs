@@ -13,7 +13,7 @@ const REACH: f64 = 0.02;
 /// The root mean square of the gradient's length for one octave, times its size: measured (test `lengths`).
 const STEEPNESS: f64 = 0.63;
 
-/// Curl noise with vectors of a given mean length.
+/// Curl noise, scaled to vectors of a given root-mean-square length.
 #[derive(Clone, Copy, Debug)]
 pub struct Curl {
     reach: f64,

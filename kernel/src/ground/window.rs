@@ -7,7 +7,7 @@
 use super::number::index_u32;
 use shibo_engine::value::Window;
 
-/// The immediate neighbours counter-clockwise from +x, in eighths of a turn from +x towards +y.
+/// The eight immediate neighbours, in eighths of a turn from +x towards +y.
 pub const OCTANTS: [[i32; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
 /// The sizes of a [`Window`] as `usize`.

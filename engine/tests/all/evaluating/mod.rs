@@ -126,7 +126,7 @@ impl FieldSource for Shifted {
 }
 
 node!(
-    /// Shifts its input by the values of another.
+    /// Shifts its input by the values of another field.
     Shift {
         /// Input.
         input: In<Gray>,

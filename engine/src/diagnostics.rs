@@ -21,7 +21,7 @@ macro_rules! codes {
             /// All codes, in the order of their declaration.
             pub const ALL: &'static [Code] = &[$(Code::$name,)*];
 
-            /// The name as printed.
+            /// Name as printed.
             pub const fn as_str(self) -> &'static str {
                 match self { $(Code::$name => $text,)* }
             }
@@ -89,7 +89,7 @@ pub struct Problem {
     pub code: Code,
     /// The port or parameter at fault; `None` for the node itself.
     pub field: Option<String>,
-    /// The bytes at fault within the text of the field, if they are known.
+    /// Bytes at fault within the text of the field, if they are known.
     pub within: Option<std::ops::Range<usize>>,
     /// The error and the requirement; one line, lower case.
     pub message: String,

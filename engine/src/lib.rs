@@ -5,8 +5,8 @@
 //! as [`value`].
 //!
 //! Rules for the whole engine:
-//! - Lengths are millimetres, on the canvas and in heights. Angles are degrees in graph files, radians inside. `y` points
-//!   down.
+//! - Lengths are millimetres, on the canvas and in heights. Angles are degrees in graph files, radians inside. `y`
+//!   points down.
 //! - User input never causes a panic; errors are [`diagnostics::Problem`]s that the graph turns into located
 //!   diagnostics.
 //! - Results depend only on the graph: never on threads, tile order, machine or the state of a cache.

@@ -62,9 +62,9 @@ pub struct Registry {
     order: Vec<String>,
     entries: BTreeMap<String, Entry>,
     code: Key,
-    /// The kinds that lay out the fields, materials and ids of instances.
+    /// Kinds that lay out the fields, materials and ids of instances.
     layout: Option<[Kind; 3]>,
-    /// The kinds that choose among the fields and the materials of several instances.
+    /// Kinds that choose among the fields and the materials of several instances.
     choice: Option<[Kind; 2]>,
     /// The function that fills the texels around the charts of an atlas.
     gutters: Option<Gutters>,

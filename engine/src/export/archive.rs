@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions};
 
-/// The alignment of contents in bytes.
+/// Alignment of contents in bytes.
 const ALIGNMENT: u16 = 64;
 /// An upper bound for the bytes of an entry's headers, without its name.
 const OVERHEAD: u64 = 256;

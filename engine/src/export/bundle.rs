@@ -14,11 +14,11 @@ use std::path::{Path, PathBuf};
 /// Facts that an export needs besides the material.
 #[derive(Clone, Debug)]
 pub struct ExportContext {
-    /// The prefix of all file names.
+    /// Prefix of all file names.
     pub stem: String,
     /// The size of the canvas, which the pictures cover, in mm.
     pub size_mm: DVec2,
-    /// The directions in which pictures repeat beyond their edges.
+    /// Directions in which pictures repeat beyond their edges.
     pub wraps: [bool; 2],
 }
 
@@ -54,12 +54,12 @@ pub struct Map {
 }
 
 impl Map {
-    /// The number of planes in the rows that it is given.
+    /// Number of planes in the rows that it is given.
     fn planes(&self) -> usize {
         self.fields.iter().map(Field::channels).sum()
     }
 
-    /// The number of channels in the file.
+    /// Number of channels in the file.
     fn channels(&self) -> usize {
         if self.mips.is_empty() { self.planes() } else { self.mips.iter().map(|filter| filter.channels()).sum() }
     }
@@ -112,7 +112,7 @@ impl Bundle {
     }
 }
 
-/// The source of a channel of a material.
+/// Source of a channel of a material.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum ChannelSource {
     /// One value for the whole canvas.
@@ -164,8 +164,8 @@ impl<'a> Maps<'a> {
         file
     }
 
-    /// Adds a channel as a texture for a renderer: floats in tiles, with mip levels. In these levels a roughness grows
-    /// by the variation of the normals that the filter averages away.
+    /// Adds a channel as a texture for a renderer: floats in tiles, with mip levels in which a roughness grows by the
+    /// variation of the normals averaged away.
     pub(super) fn texture(&mut self, suffix: &str, channel: Channel, samples: Samples, wraps: [bool; 2]) {
         let field = self.field(channel);
         let normal = match channel {
@@ -184,9 +184,8 @@ impl<'a> Maps<'a> {
         }
     }
 
-    /// Exports a channel separately, if the material has it: as its value, or as a picture under the channel's name.
-    /// Repeated calls give the same source. Where there is an anisotropy, its angle is always exported, because the
-    /// default angles of programs differ.
+    /// Exports a channel separately, and once, if the material has it: as its value, or as a picture under its name. An
+    /// anisotropy always gets its angle, because the default angles of programs differ.
     pub(super) fn channel(&mut self, channel: Channel) -> Option<ChannelSource> {
         if let Some((_, source)) = self.known.iter().find(|(known, _)| *known == channel) {
             return Some(source.clone());

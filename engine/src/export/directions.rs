@@ -1,8 +1,8 @@
 //! Directions of anisotropy, from the convention of materials to those of other programs.
 //!
-//! `anisotropy_angle` is the direction of brush lines or fibres in degrees, from +x towards +y on the canvas, where y points down.
-//! Highlights are narrow along it and wide across it. Other programs ask for the direction in which highlights are long, and v
-//! points up there.
+//! `anisotropy_angle` is the direction of brush lines or fibres in degrees, from +x towards +y on the canvas, where y
+//! points down. Highlights are narrow along it and wide across it. Other programs ask for the direction in which
+//! highlights are long, and v points up there.
 use crate::value::{Field, Halo, Tile, Type};
 
 /// The direction in which highlights are long, in degrees counter-clockwise from +u where v is up.
@@ -21,7 +21,7 @@ pub(super) fn clockwise(angle: f64) -> f64 {
     angle + 90.0
 }
 
-/// The direction in which highlights are long as a vector: ½ + ½ of its components along +u and up, and `third`.
+/// Direction in which highlights are long as a vector: ½ + ½ of its components along +u and up, and `third`.
 pub(super) fn vectors(angle: &Field, third: &Field) -> Field {
     Field::map(Type::Rgb, [angle.clone(), third.clone()], Halo::NONE, |out: &mut Tile, [angle, third]: [&Tile; 2]| {
         for (i, (angle, third)) in angle.plane(0).iter().zip(third.plane(0)).enumerate() {
@@ -39,7 +39,8 @@ pub(super) fn vectors(angle: &Field, third: &Field) -> Field {
 mod tests {
     use super::*;
 
-    /// Brush lines along x give highlights along y; lines that fall to the right give highlights that rise to the right.
+    /// Brush lines along x give highlights along y; lines that fall to the right give highlights that rise to the
+    /// right.
     #[test]
     fn turns_lines_into_highlights() {
         assert_eq!([0.0, 90.0, 30.0, -45.0].map(elongated), [90.0, 0.0, 60.0, 135.0]);

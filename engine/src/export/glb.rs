@@ -181,7 +181,7 @@ impl Document<'_> {
         Ok([binary, text])
     }
 
-    /// The bytes of positions, normals, tangents and coordinates, then the indices of each part.
+    /// Bytes of positions, normals, tangents and coordinates, then the indices of each part.
     fn mesh(&self) -> Vec<(Vec<u8>, u32)> {
         let bytes = |numbers: &[f32]| numbers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
         let flat = |vectors: &[Vec3]| bytes(&vectors.iter().flat_map(|v| v.to_array()).collect::<Vec<_>>());

@@ -39,7 +39,7 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// The number of its channels.
+    /// Number of its channels.
     pub fn channels(&self) -> usize {
         self.fields.iter().map(Field::channels).sum()
     }
@@ -71,7 +71,7 @@ pub struct Exported {
     material: Material,
     /// Its textures, in the order of the file.
     pub textures: Vec<Texture>,
-    /// The prefix of its file names, if it is written as several files.
+    /// Prefix of its file names, if it is written as several files.
     pub apart: Option<String>,
 }
 
@@ -93,7 +93,7 @@ impl Exported {
         self.apart.iter().flat_map(documents).chain(textures)
     }
 
-    /// The name of the file of a texture, if the texture has its own.
+    /// Name of the file of a texture, if the texture has its own.
     pub(super) fn file(&self, texture: &Texture) -> Option<String> {
         self.apart.as_ref().map(|stem| format!("{stem}_{}.{}", texture.name(), texture.format.extension()))
     }
@@ -170,7 +170,7 @@ impl Exported {
         self.textures = textures;
     }
 
-    /// The index of a texture.
+    /// Index of a texture.
     fn index(&self, role: Role) -> Option<usize> {
         self.textures.iter().position(|texture| texture.role == role)
     }

@@ -31,7 +31,7 @@ impl Shading {
     }
 }
 
-/// The value or source of an input.
+/// Value or source of an input.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum InputValue {
     /// A number, several numbers, or a word.
@@ -155,7 +155,7 @@ impl Builder<'_, '_> {
         Some((name, "vector3", InputValue::Node(made)))
     }
 
-    /// The angle by which the tangent is turned towards the direction in which highlights are long: in degrees, or in
+    /// Angle by which the tangent is turned towards the direction in which highlights are long: in degrees, or in
     /// turns.
     fn angle(&mut self, in_turns: bool) -> Option<InputValue> {
         let unit = if in_turns { 1.0 / 360.0 } else { 1.0 };

@@ -16,12 +16,12 @@ pub(super) struct MeshPart {
 pub struct Shape {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,
-    /// The direction in which u grows, and the handedness: 1, or -1 where textures are mirrored.
+    /// Direction in which u grows, and the handedness: 1, or -1 where textures are mirrored.
     pub(super) tangents: Vec<Vec4>,
     /// Texture coordinates with v down.
     pub(super) uvs: Vec<Vec2>,
     pub(super) parts: Vec<MeshPart>,
-    /// The number of repeats of a texture from 0 to 1 of the coordinates; `None` if it covers them once and ends there.
+    /// Number of repeats of a texture from 0 to 1 of the coordinates; `None` if it covers them once and ends there.
     pub(super) repeats: Option<DVec2>,
 }
 
@@ -116,7 +116,7 @@ fn corner(at: Vec3, normal: Vec3, tangent: Vec4, uv: Vec2) -> Corner {
     [x, y, z, nx, ny, nz, tx, ty, tz, tw, u, v]
 }
 
-/// The direction in space in which u grows, per vertex and chart: the sum over the triangles there.
+/// Direction in space in which u grows, per vertex and chart: the sum over the triangles there.
 fn tangents(atlas: &Atlas) -> HashMap<(u32, u16), DVec3> {
     let mut sums: HashMap<(u32, u16), DVec3> = HashMap::new();
     for (n, triangle) in atlas.mesh.triangles.iter().enumerate() {

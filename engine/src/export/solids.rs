@@ -23,15 +23,15 @@ impl SimpleShape {
     pub const ALL: [(&'static str, Self); 4] =
         [("Plane", Self::Plane), ("Sphere", Self::Sphere), ("Cylinder", Self::Cylinder), ("Cube", Self::Cube)];
 
-    /// The name in graph files.
+    /// Name in graph files.
     pub const fn name(self) -> &'static str {
         Self::ALL[self as usize].0
     }
 }
 
-/// The number of quads around a sphere or a cylinder.
+/// Number of quads around a sphere or a cylinder.
 const AROUND: u16 = 96;
-/// The number of quads from pole to pole.
+/// Number of quads from pole to pole.
 const DOWN: u16 = 48;
 
 /// A mesh built from patches of quads.

@@ -279,7 +279,7 @@ fn usd_type(ty: &str) -> &'static str {
     }
 }
 
-/// The name of the MaterialX node definition.
+/// Name of the MaterialX node definition.
 fn definition(category: &str, ty: &str) -> String {
     match category {
         "normalmap" => "ND_normalmap_float".into(),

@@ -24,7 +24,7 @@ pub enum Arg<'a> {
 /// The reason why a struct cannot be built from its arguments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildError {
-    /// The index of the argument at fault; `None` for the struct as a whole.
+    /// Index of the argument at fault; `None` for the struct as a whole.
     pub arg: Option<usize>,
     /// The error of RON, with the position within the argument's text.
     pub ron: Option<Box<ron::error::SpannedError>>,

@@ -51,7 +51,7 @@ impl Context<'_> {
             .ok_or_else(|| Problem::new(Code::MissingInput, format!("a port for {} has no value", T::ACCEPTS)).into())
     }
 
-    /// The value at an optional port.
+    /// Value at an optional port.
     pub fn get_opt<T: PortType>(&self, port: &Option<In<T>>) -> Result<Option<T::Got>, Stop> {
         port.as_ref().map(|port| self.get(port)).transpose()
     }
@@ -138,7 +138,7 @@ fn constant(port: Accepts, value: f32) -> Field {
 #[derive(Clone, Debug, Default)]
 pub struct Outputs(Vec<(&'static str, Value)>);
 
-/// The name under which [`Outputs::one`] keeps the main output until the engine sets the real one.
+/// Name under which [`Outputs::one`] keeps the main output until the engine sets the real one.
 const MAIN: &str = "";
 
 impl Outputs {
@@ -154,7 +154,7 @@ impl Outputs {
         self
     }
 
-    /// The value of the output `name`; `main` tells whether this is the main output.
+    /// Value of the output `name`; `main` tells whether this is the main output.
     pub fn take(&self, name: &str, main: bool) -> Option<&Value> {
         self.0.iter().find(|(n, _)| *n == name || (main && *n == MAIN)).map(|(_, value)| value)
     }

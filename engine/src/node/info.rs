@@ -44,7 +44,7 @@ pub enum Role {
 /// A port.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PortInfo {
-    /// The types that it accepts.
+    /// Types that it accepts.
     pub ty: Accepts,
     /// True if it must be connected.
     pub required: bool,
@@ -52,11 +52,11 @@ pub struct PortInfo {
     pub list: bool,
     /// Its default value when nothing is connected, if it has one.
     pub default: Option<f64>,
-    /// The range of numbers that may be written in place of a wire.
+    /// Range of numbers that may be written in place of a wire.
     pub bounds: Bounds,
 }
 
-/// The range of numbers that may be written for a field.
+/// Range of numbers that may be written for a field.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bounds {
     /// The smallest number allowed.
@@ -70,7 +70,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The bounds that a schema states. Values missing in `outer` are taken from `inner`.
+    /// Bounds that a schema states. Values missing in `outer` are taken from `inner`.
     fn of(outer: &Map<String, Json>, inner: &Map<String, Json>) -> Self {
         let number = |key: &str| outer.get(key).or_else(|| inner.get(key)).and_then(Json::as_f64);
         let above = number("exclusiveMinimum");
@@ -106,7 +106,7 @@ impl fmt::Display for Bounds {
 /// A parameter.
 #[derive(Clone, Debug, Default)]
 pub struct ParamInfo {
-    /// The type of the value that is written for it.
+    /// Type of the value that is written for it.
     pub ty: ParamType,
     /// The default, as JSON. Infinity, which JSON does not have, is `"inf"`.
     pub default: Json,
@@ -114,7 +114,7 @@ pub struct ParamInfo {
     pub written: String,
     /// True if it must be given, because the node cannot work with the default.
     pub required: bool,
-    /// The range of allowed numbers.
+    /// Range of allowed numbers.
     pub bounds: Bounds,
     /// True if `inf` is allowed.
     pub infinite: bool,

@@ -72,7 +72,7 @@ use std::path::PathBuf;
 pub enum Fact {
     /// Its size in mm.
     Size,
-    /// The directions in which it tiles.
+    /// Directions in which it tiles.
     Tile,
     /// The seed. Read by every node that draws random numbers.
     Seed,
@@ -111,7 +111,7 @@ pub enum OutputType {
 pub struct Output {
     /// The name after the dot.
     pub name: &'static str,
-    /// The type of its values.
+    /// Type of its values.
     pub ty: OutputType,
     /// The unit of its values.
     pub unit: Option<&'static str>,
@@ -154,7 +154,7 @@ impl Output {
         Self { former: Some(former), ..self }
     }
 
-    /// The index of the output with this name or this old name.
+    /// Index of the output with this name or this old name.
     pub fn position(outputs: &[Self], name: &str) -> Option<usize> {
         let now = outputs.iter().position(|output| output.name == name);
         now.or_else(|| outputs.iter().position(|output| output.former == Some(name)))
@@ -182,7 +182,7 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         Vec::new()
     }
 
-    /// The directions in which it keeps pictures periodic. Its outputs tile in those of these directions in which all
+    /// Directions in which it keeps pictures periodic. Its outputs tile in those of these directions in which all
     /// inputs tile, except for [`makes_tile`](Self::makes_tile).
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
@@ -212,7 +212,7 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         false
     }
 
-    /// The type of the [computed](OutputType::Told) outputs, from the names and types of the connected ports; or the
+    /// Type of the [computed](OutputType::Told) outputs, from the names and types of the connected ports; or the
     /// problems of these types.
     fn type_of_output(&self, _inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
         Ok(Type::Gray)
@@ -257,7 +257,7 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
         None
     }
 
-    /// The index of that value if the port of [`no_op`](Self::no_op) takes a list. The other values are not computed.
+    /// Index of that value if the port of [`no_op`](Self::no_op) takes a list. The other values are not computed.
     fn no_op_item(&self) -> usize {
         0
     }

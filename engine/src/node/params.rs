@@ -110,7 +110,7 @@ pairs! {
 }
 
 impl Range {
-    /// The value at the fraction `t` of the range.
+    /// Value at the fraction `t` of the range.
     pub fn at(self, t: f64) -> f64 {
         self.lo + (self.hi - self.lo) * t
     }
@@ -218,8 +218,8 @@ impl JsonSchema for FilePath {
     }
 }
 
-/// A formula: an [expression](crate::expression) that is computed for every pixel. Parameters of the graph, `$name`, may stand
-/// anywhere in it; the node sees their values.
+/// A formula: an [expression](crate::expression) that is computed for every pixel. Parameters of the graph, `$name`,
+/// may stand anywhere in it; the node sees their values.
 #[derive(Clone, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Formula(pub String);

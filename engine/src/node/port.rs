@@ -6,11 +6,11 @@ use std::borrow::Cow;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// The type of a port: the values that it accepts, and the type that its node gets.
+/// A type of port: the values that it accepts, and the type for its node.
 pub trait PortType: 'static {
-    /// The types that may be connected.
+    /// Types that may be connected.
     const ACCEPTS: Accepts;
-    /// The type that the node gets.
+    /// Type that the node gets.
     type Got;
     /// Extracts it from a value that was converted to [`ACCEPTS`](Self::ACCEPTS).
     fn take(value: Value) -> Option<Self::Got>;
@@ -118,7 +118,7 @@ impl<T> In<T> {
         Self { constant: Some(value), ..Self::default() }
     }
 
-    /// The index of its value among the node's inputs, if it is connected.
+    /// Index of its value among the node's inputs, if it is connected.
     pub fn slot(&self) -> Option<u32> {
         self.slot
     }

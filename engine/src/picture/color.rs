@@ -14,8 +14,8 @@ pub(super) const AP1_TO_REC709: [[f32; 3]; 3] = [
     [-0.024_003_36, -0.128_968_98, 1.152_972_3],
 ];
 
-/// The linear value of an sRGB-encoded sample of a picture file (IEC 61966-2-1), computed in double precision. Values below
-/// 0 are mirrored, values above 1 continue the curve.
+/// The linear value of an sRGB-encoded sample of a picture file (IEC 61966-2-1), computed in double precision. Values
+/// below 0 are mirrored, values above 1 continue the curve.
 ///
 /// Colours in graph files are decoded by [`srgb_to_linear`](crate::value::srgb_to_linear), in single precision: the
 /// last bits differ for 198 of the 256 codes. Keys and pictures of all graphs with colours depend on those bits, so
@@ -50,7 +50,7 @@ const CURVE_LAST: u32 = 127 << 9;
 /// in its buckets, with an error below 1/100 of a 16-bit step.
 #[derive(Clone)]
 pub struct SrgbEncoder {
-    /// The code of the first float of each bucket.
+    /// Code of the first float of each bucket.
     codes: Vec<u8>,
     /// The least float whose code is at least `k`.
     boundaries: [f32; 257],

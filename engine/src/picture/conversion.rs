@@ -28,7 +28,7 @@ pub struct Conversion {
     pub(super) matrix: Matrix,
 }
 
-/// The number of samples that a thread processes at a time.
+/// Number of samples that a thread processes at a time.
 const CHUNK: usize = 1 << 16;
 
 impl From<ColorSpace> for Conversion {

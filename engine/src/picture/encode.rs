@@ -54,7 +54,7 @@ impl Tally {
 pub(super) struct Rows<'a> {
     /// The samples of each channel, row by row.
     pub(super) planes: &'a [&'a [f32]],
-    /// The index of the first row in the picture.
+    /// Index of the first row in the picture.
     pub(super) first: u32,
     pub(super) count: u32,
 }
@@ -122,7 +122,7 @@ impl RowEncoder {
         }
     }
 
-    /// The bytes of a row.
+    /// Bytes of a row.
     pub(super) fn row_bytes(&self) -> usize {
         self.width * self.order.len() * self.depth.bytes()
     }

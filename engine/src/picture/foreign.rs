@@ -45,7 +45,7 @@ const BRANDS: &[(&[u8], &str)] = &[
 /// The last bytes of a TGA file.
 const TGA_END: &[u8] = b"TRUEVISION-XFILE.\0";
 
-/// The name of the format of a file of `length` bytes whose format is not supported.
+/// Name of the format of a file of `length` bytes whose format is not supported.
 pub(super) fn name<R: BufRead + Seek>(reader: &mut R, length: u64) -> Result<String, ReadError> {
     let start = reader.fill_buf().map_err(ReadError::Io)?.to_vec();
     let mut end = Vec::new();
@@ -54,7 +54,7 @@ pub(super) fn name<R: BufRead + Seek>(reader: &mut R, length: u64) -> Result<Str
     Ok(if end == TGA_END { "it is TGA".to_owned() } else { name_of_start(&start) })
 }
 
-/// The name of the format that the first bytes of a file indicate.
+/// Name of the format that the first bytes of a file indicate.
 pub(super) fn name_of_start(start: &[u8]) -> String {
     if let Some((_, name)) = STARTS.iter().find(|(magic, _)| start.starts_with(magic)) {
         return format!("it is {name}");
@@ -86,7 +86,7 @@ fn is_tga(start: &[u8]) -> bool {
     colors && [w0, w1] != [0, 0] && [h0, h1] != [0, 0]
 }
 
-/// The kind of a text file, if the bytes are text.
+/// Kind of a text file, if the bytes are text.
 fn name_of_text(start: &[u8]) -> String {
     let valid = match std::str::from_utf8(start) {
         Ok(text) => text,

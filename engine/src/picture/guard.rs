@@ -29,7 +29,7 @@ impl Drop for Inside {
 
 /// Messages of the last contained panics, and their source locations: a caught panic does not know its location.
 static PLACES: Mutex<VecDeque<(String, String)>> = Mutex::new(VecDeque::new());
-/// The number of messages kept.
+/// Number of messages kept.
 const KEPT: usize = 64;
 
 /// Installs a panic hook in front of the program's hook, once. It records the messages of threads inside a guarded call

@@ -28,7 +28,7 @@ pub struct Header {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// The number of channels that [`read`](super::read) gives, 1 to 4.
+    /// Number of channels that [`read`](super::read) gives, 1 to 4.
     pub channels: u8,
     /// The stored type of these channels.
     pub kind: SampleKind,
@@ -171,7 +171,7 @@ fn of_layer(header: Header, layer: Option<&str>) -> Result<Header, ReadError> {
     }
 }
 
-/// The index of a channel in a file without layers.
+/// Index of a channel in a file without layers.
 pub(super) fn position(names: &[String], wanted: &str) -> Result<usize, ReadError> {
     let missing = || ReadError::NoSuchLayer { wanted: wanted.to_owned(), existing: list(names) };
     names.iter().position(|own| own == wanted).ok_or_else(missing)

@@ -7,9 +7,9 @@ use super::limits::ReadError;
 use super::primaries::{Matrix, from_colorants};
 use moxcms::{ColorProfile, DataColorSpace, ParsingOptions, ToneReprCurve};
 
-/// The maximum size of a profile in bytes; large ones, of printers, have a few MiB.
+/// Maximum size of a profile in bytes; large ones, of printers, have a few MiB.
 pub(super) const MOST_BYTES: usize = 4 << 20;
-/// The maximum number of entries of a profile: usual ones have about 20, and each may be as long as the file.
+/// Maximum number of entries of a profile: usual ones have about 20, and each may be as long as the file.
 const MOST_TAGS: u32 = 100;
 
 /// The conversion to linear Rec. 709 by a profile, for a picture with one channel or three.
@@ -39,7 +39,7 @@ pub(super) fn conversion(bytes: &[u8], channels: u8) -> Result<Conversion, Strin
     }
 }
 
-/// The reason for not using a profile larger than [`MOST_BYTES`].
+/// Reason for not using a profile larger than [`MOST_BYTES`].
 pub(super) fn too_large() -> String {
     format!("is larger than {} MiB", MOST_BYTES >> 20)
 }

@@ -11,7 +11,7 @@ pub(super) const SIDE: u32 = 64;
 pub(super) struct Levels {
     pyramid: Pyramid,
     levels: Vec<Level>,
-    /// The number of channels of the picture. Further planes are used only by the smaller levels.
+    /// Number of channels of the picture. Further planes are used only by the smaller levels.
     channels: usize,
 }
 
@@ -19,16 +19,16 @@ pub(super) struct Levels {
 pub(super) struct Level {
     pub(super) width: u32,
     pub(super) height: u32,
-    /// The index of its first tile among the tiles of all levels.
+    /// Index of its first tile among the tiles of all levels.
     pub(super) first: usize,
-    /// The number of complete rows of tiles.
+    /// Number of complete rows of tiles.
     pub(super) done: u32,
     /// The buffered rows, per channel.
     pub(super) rows: Vec<Vec<f32>>,
 }
 
 impl Level {
-    /// The number of tiles in a row.
+    /// Number of tiles in a row.
     pub(super) fn across(&self) -> u32 {
         self.width.div_ceil(SIDE)
     }
@@ -38,7 +38,7 @@ impl Level {
         u32::try_from(samples).unwrap_or(u32::MAX)
     }
 
-    /// The number of buffered rows that form the next row of tiles, if it is complete.
+    /// Number of buffered rows that form the next row of tiles, if it is complete.
     fn due(&self) -> Option<u32> {
         let (waiting, missing) = (self.waiting(), self.height - self.done * SIDE);
         let wanted = missing.min(SIDE);
@@ -70,7 +70,7 @@ impl Levels {
         self.levels.iter()
     }
 
-    /// The number of tiles of all levels.
+    /// Number of tiles of all levels.
     pub(super) fn tiles(&self) -> usize {
         self.levels.last().map_or(0, |level| level.first + (level.across() * level.height.div_ceil(SIDE)) as usize)
     }

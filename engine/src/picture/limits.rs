@@ -28,7 +28,7 @@ pub(super) const DEFLATE_RATIO: u64 = 1032;
 pub(super) struct Claim {
     pub(super) width: u64,
     pub(super) height: u64,
-    /// The number of channels that are decoded; for EXR all channels, selected or not.
+    /// Number of channels that are decoded; for EXR all channels, selected or not.
     pub(super) channels: u64,
     /// Bytes of a decoded sample before it becomes `f32`.
     pub(super) sample_bytes: u64,

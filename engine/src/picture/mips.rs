@@ -23,7 +23,7 @@ pub enum MipFilter {
 }
 
 impl MipFilter {
-    /// The number of channels of the picture that it makes.
+    /// Number of channels of the picture that it makes.
     pub const fn channels(self) -> usize {
         match self {
             Self::Normal => 3,
@@ -87,10 +87,10 @@ impl MipFilter {
     }
 }
 
-/// The fraction of the slope variance that is added to the squared width of the distribution. For a Beckmann
-/// distribution this is 1. GGX, which renderers use, has longer tails, which lose light at grazing angles: ½ keeps the
-/// shape of highlights and loses less light. A distant sphere with slopes of 0.2 reflects within 2 % of the exact
-/// value, with slopes of 0.3 within 3.5 %.
+/// Fraction of the slope variance that is added to the squared width of the distribution. For a Beckmann distribution
+/// this is 1. GGX, which renderers use, has longer tails, which lose light at grazing angles: ½ keeps the shape of
+/// highlights and loses less light. A distant sphere with slopes of 0.2 reflects within 2 % of the exact value, with
+/// slopes of 0.3 within 3.5 %.
 const WIDENING: f32 = 0.5;
 
 /// The least z of a normal: steeper slopes than 20 would outweigh all others.
@@ -111,10 +111,10 @@ pub(super) struct Pyramid {
 /// A level under construction.
 struct Level {
     width: usize,
-    /// The height of the previous level.
+    /// Height of the previous level.
     from_height: u32,
     height: u32,
-    /// The number of rows of the previous level that have arrived.
+    /// Number of rows of the previous level that have arrived.
     come: u32,
     /// The partial sum of moments for the next row.
     sum: Vec<Vec<f32>>,

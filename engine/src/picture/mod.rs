@@ -86,7 +86,7 @@ pub enum SampleKind {
 }
 
 impl SampleKind {
-    /// The bytes of one stored sample.
+    /// Bytes of one stored sample.
     #[must_use]
     pub fn bytes(self) -> usize {
         match self {
@@ -142,7 +142,7 @@ pub struct NonFinite {
 }
 
 impl Picture {
-    /// The number of samples of one channel.
+    /// Number of samples of one channel.
     #[must_use]
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
@@ -158,13 +158,13 @@ impl Picture {
         &self.planes[usize::from(channel) * pixels..][..pixels]
     }
 
-    /// The number of channels of colour or data, without opacity.
+    /// Number of channels of colour or data, without opacity.
     #[must_use]
     pub fn data_channels(&self) -> u8 {
         self.channels - u8::from(self.has_alpha)
     }
 
-    /// The number of NaN or infinite samples. Always 0 for pictures stored as integers.
+    /// Number of NaN or infinite samples. Always 0 for pictures stored as integers.
     #[must_use]
     pub fn count_non_finite(&self) -> usize {
         self.planes.iter().filter(|sample| !sample.is_finite()).count()

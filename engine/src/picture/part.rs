@@ -27,19 +27,19 @@ use serde::{Deserialize, Serialize};
 
 /// The first and last bytes of a part.
 const MAGIC: &[u8; 8] = b"ShiboP2\n";
-/// The number of bytes that are read and checked at once.
+/// Bytes that are read and checked at once.
 const CHUNK: usize = 8 << 20;
-/// The maximum number of bytes of a header or an index.
+/// Maximum bytes of a header or an index.
 const MOST: u64 = 64 << 20;
 /// The file extension of parts.
 pub(crate) const EXTENSION: &str = "part";
 
-/// The number of a part among all parts.
+/// Number of a part among all parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PartOf {
-    /// The number of the part, from 1.
+    /// Number of the part, from 1.
     pub number: u32,
-    /// The number of parts.
+    /// Number of parts.
     pub count: u32,
 }
 
@@ -65,7 +65,7 @@ impl PartOf {
         format!("{stem}.{:0digits$}-of-{}.{EXTENSION}", self.number, self.count)
     }
 
-    /// The name of the file through which this part and part `other` exchange results.
+    /// Name of the file through which this part and part `other` exchange results.
     pub(crate) fn spill_name(self, other: u32, stem: &str) -> String {
         let (first, last) = (self.number.min(other), self.number.max(other));
         let [begin, end] = SPILL;
@@ -86,7 +86,7 @@ pub(crate) const SPILL_END: usize = 32;
 /// Identifies exchange files and their byte order; changes with their format.
 pub(crate) const SPILL_MAGIC: u64 = 0x5348_4942_4f48_0001;
 
-/// The prefix and the extension of exchange files.
+/// Prefix and the extension of exchange files.
 const SPILL: [&str; 2] = [".", "halos"];
 
 /// The header of a part: the render that it belongs to.
@@ -104,9 +104,9 @@ pub struct PartHeader {
     pub seed: u64,
     /// Width and height of the whole pictures in pixels.
     pub size: [u32; 2],
-    /// The number of this part.
+    /// Number of this part.
     pub part: PartOf,
-    /// The index of its first row, and the number of its rows.
+    /// Index of its first row, and the number of its rows.
     pub rows: [u32; 2],
     /// The pictures, in the order of the graph's outputs.
     pub pictures: Vec<PartPicture>,
@@ -123,10 +123,10 @@ pub struct PartPicture {
     pub spec: Option<PictureSpec>,
 }
 
-/// The location of a block of samples in a part.
+/// Location of a block of samples in a part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Chunk {
-    /// The index of the picture.
+    /// Index of the picture.
     picture: usize,
     /// The first row in the picture, and the number of rows; 0 for a file without rows.
     row: u32,
@@ -139,7 +139,7 @@ struct Chunk {
     hash: String,
 }
 
-/// The index behind the rows.
+/// Index behind the rows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Index {
     chunks: Vec<Chunk>,

@@ -26,7 +26,7 @@ pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Resu
     Ok(Header { format, width, height, channels, kind, names, has_alpha, icc: None, associated: false, told })
 }
 
-/// The memory needed for decoding, with `sample_bytes` for each sample during decoding.
+/// Memory needed for decoding, with `sample_bytes` for each sample during decoding.
 pub(super) fn limited(header: &Header, sample_bytes: u64) -> Claim {
     let (width, height) = (u64::from(header.width), u64::from(header.height));
     Claim { width, height, channels: u64::from(header.channels), sample_bytes }

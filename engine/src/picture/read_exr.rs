@@ -20,7 +20,7 @@ use blocks::Block;
 use frame::{Frame, Target};
 use select::{Selection, all_names, select};
 
-/// The number of bytes that are decompressed at once; at least one block.
+/// Bytes that are decompressed at once; at least one block.
 const BATCH_BYTES: usize = 32 << 20;
 
 pub(super) fn header<R: Read>(reader: R, wanted: Option<&str>) -> Result<Header, ReadError> {
@@ -179,7 +179,7 @@ fn kind_of(meta: &MetaData, selection: &Selection) -> SampleKind {
     kinds.max_by_key(|kind| kind.bytes()).unwrap_or(SampleKind::F32)
 }
 
-/// The size of a block within the layer.
+/// Size of a block within the layer.
 fn block_size(layer: &Layer) -> Vec2<usize> {
     let Vec2(width, height) = layer.layer_size;
     match layer.blocks {
@@ -190,7 +190,7 @@ fn block_size(layer: &Layer) -> Vec2<usize> {
     }
 }
 
-/// The bytes of an unpacked block.
+/// Bytes of an unpacked block.
 fn block_bytes(layer: &Layer) -> usize {
     block_size(layer).area().saturating_mul(layer.channels.bytes_per_pixel)
 }

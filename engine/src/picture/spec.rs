@@ -24,7 +24,7 @@ impl Format {
     /// All formats of outputs.
     pub const ALL: [Self; 4] = [Self::Png, Self::Tiff, Self::Exr, Self::Svg];
 
-    /// The name in graph files and messages.
+    /// Name in graph files and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -72,7 +72,7 @@ impl Format {
         }
     }
 
-    /// The maximum number of channels.
+    /// Maximum number of channels.
     #[must_use]
     pub fn max_channels(self) -> usize {
         match self {
@@ -107,7 +107,7 @@ impl Depth {
     /// All depths.
     pub const ALL: [Self; 4] = [Self::U8, Self::U16, Self::F16, Self::F32];
 
-    /// The name in graph files and messages.
+    /// Name in graph files and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -118,7 +118,7 @@ impl Depth {
         }
     }
 
-    /// The bytes of a sample.
+    /// Bytes of a sample.
     #[must_use]
     pub fn bytes(self) -> usize {
         match self {
@@ -161,8 +161,8 @@ pub struct Encoding {
     /// Whether to dither by ±½ step with a fixed pattern of positions (the R2 sequence, which has the even spacing of
     /// blue noise).
     pub dither: bool,
-    /// The position of the picture's first pixel in the dither pattern, so that a part of a picture is dithered as in
-    /// the whole.
+    /// Position of the picture's first pixel in the dither pattern, so that a part of a picture is dithered as in the
+    /// whole.
     pub origin: (u32, u32),
 }
 
@@ -244,7 +244,7 @@ impl PictureSpec {
         if format == Format::Exr { self.check_names() } else { Ok(()) }
     }
 
-    /// The number of planes in the rows given to the writer: the channels, and planes that only mip filters read.
+    /// Number of planes in the rows given to the writer: the channels, and planes that only mip filters read.
     #[must_use]
     pub fn planes(&self) -> usize {
         let beyond = self.mips.iter().map(|filter| match filter {
@@ -254,7 +254,7 @@ impl PictureSpec {
         beyond.max().unwrap_or(0).max(self.channels.len())
     }
 
-    /// The number of pixels across and down in `mm` millimetres, rounded, if it is known and lies in 1 to `most`.
+    /// Number of pixels across and down in `mm` millimetres, rounded, if it is known and lies in 1 to `most`.
     pub(super) fn density(&self, mm: f32, most: u32) -> Option<[u32; 2]> {
         let counts = self.pixel_mm?.map(|size| (mm / size).round());
         let fits = |count: f32| count >= 1.0 && f64::from(count) <= f64::from(most);
@@ -272,13 +272,13 @@ impl PictureSpec {
         Ok(())
     }
 
-    /// The bytes of an uncompressed row.
+    /// Bytes of an uncompressed row.
     #[must_use]
     pub fn row_bytes(&self) -> u64 {
         u64::from(self.width) * (self.channels.len() * self.depth.bytes()) as u64
     }
 
-    /// The index of the opacity channel.
+    /// Index of the opacity channel.
     #[must_use]
     pub fn alpha(&self) -> Option<usize> {
         match (self.format, self.channels.len()) {
@@ -345,9 +345,9 @@ pub enum WriteError {
     /// A range that is empty or not finite.
     #[error("range is `({low}, {high})`; it must be two different, finite numbers")]
     Range {
-        /// The value of the least integer.
+        /// Value of the least integer.
         low: f32,
-        /// The value of the greatest integer.
+        /// Value of the greatest integer.
         high: f32,
     },
     /// A channel name that EXR does not allow.

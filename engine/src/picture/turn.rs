@@ -35,7 +35,7 @@ pub(super) fn upright(mut picture: Picture, orientation: Orientation) -> Result<
     Ok(picture)
 }
 
-/// The size of a picture after turning.
+/// Size of a picture after turning.
 fn turned(orientation: Orientation, (width, height): (u32, u32)) -> (u32, u32) {
     use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
     match orientation {

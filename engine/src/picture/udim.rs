@@ -1,10 +1,10 @@
-//! Sets of files, one for each UDIM tile: in the name of a set, `<UDIM>` stands for the number of the tile. Tile 1001 is the first one,
-//! its right neighbour is 1002, and the one above it is 1011.
+//! Sets of files, one for each UDIM tile: in the name of a set, `<UDIM>` stands for the number of the tile. Tile 1001
+//! is the first one, its right neighbour is 1002, and the one above it is 1011.
 use std::path::{Path, PathBuf};
 
 /// Placeholder for the number.
 const MARK: &str = "<UDIM>";
-/// The number of tiles in a row.
+/// Number of tiles in a row.
 const ACROSS: u32 = 10;
 
 /// A file of a set.

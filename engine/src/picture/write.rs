@@ -11,16 +11,16 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The number of encoded bytes that a format gets at once. This bounds the memory, including that of compression.
+/// Number of encoded bytes that a format gets at once. This bounds the memory, including that of compression.
 const BAND_BYTES: usize = 8 << 20;
 
 /// Statistics of a written picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WriteStats {
-    /// The number of samples beyond the range of the depth, which were clipped to the nearest value: for integers,
-    /// samples outside by more than half a step, and NaN; for 16-bit floats, finite values beyond ±65504.
+    /// Number of samples beyond the range of the depth, which were clipped to the nearest value: for integers, samples
+    /// outside by more than half a step, and NaN; for 16-bit floats, finite values beyond ±65504.
     pub clipped: u64,
-    /// The number of NaN and infinite samples. Floats store them; integers are clipped, NaN to 0.
+    /// Number of NaN and infinite samples. Floats store them; integers are clipped, NaN to 0.
     pub non_finite: u64,
     /// The least and greatest sample, without NaN: a range that clips nothing.
     pub range: (f32, f32),

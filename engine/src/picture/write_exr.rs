@@ -26,10 +26,10 @@ pub(super) struct ExrSink<W> {
     row_bytes: usize,
     /// Buffered bytes of an incomplete block.
     pending: Vec<u8>,
-    /// The offset of the block table.
+    /// Offset of the block table.
     table: u64,
     position: u64,
-    /// The offset of each block.
+    /// Offset of each block.
     places: Vec<u64>,
 }
 
@@ -191,12 +191,12 @@ fn compress(block: &[u8], y: usize, header: &Header, zlib: &Zlib) -> exr::error:
     Ok(packed(block, zlib))
 }
 
-/// The bytes of a ZIP block, compressed if that is worthwhile.
+/// Bytes of a ZIP block, compressed if that is worthwhile.
 fn packed(block: &[u8], zlib: &Zlib) -> Vec<u8> {
     if dense(block, zlib) { block.to_vec() } else { shrunk(block, zlib) }
 }
 
-/// The bytes of a ZIP block that is worth compressing.
+/// Bytes of a ZIP block that is worth compressing.
 fn shrunk(block: &[u8], zlib: &Zlib) -> Vec<u8> {
     let packed = zlib.stream(&exr_predict(block));
     // A block that does not shrink is stored uncompressed; readers recognise it by its length.

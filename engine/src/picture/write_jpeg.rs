@@ -13,7 +13,7 @@ use std::io::{self, Write};
 
 /// The side of a block of samples.
 const BLOCK: u32 = 8;
-/// The maximum number of block rows in a band.
+/// Maximum number of block rows in a band.
 const MOST: u32 = 16;
 
 pub(super) struct JpegSink<W> {
@@ -27,7 +27,7 @@ pub(super) struct JpegSink<W> {
     row_bytes: usize,
     /// Buffered bytes of an incomplete band.
     pending: Vec<u8>,
-    /// The number of bands written.
+    /// Number of bands written.
     bands: u32,
 }
 
@@ -41,7 +41,7 @@ impl<W: Write> JpegSink<W> {
         Self { output, width, height, color, quality, density, row_bytes, pending: Vec::new(), bands: 0 }
     }
 
-    /// The number of block rows in a band. The format counts the blocks between two markers with 16 bits.
+    /// Number of block rows in a band. The format counts the blocks between two markers with 16 bits.
     fn blocks_down(&self) -> u32 {
         (u32::from(u16::MAX) / self.width.div_ceil(BLOCK)).clamp(1, MOST)
     }
@@ -128,7 +128,7 @@ fn encoded(
 #[derive(Clone, Copy)]
 struct Head<'a> {
     before: &'a [u8],
-    /// The offset of the height.
+    /// Offset of the height.
     height: usize,
     /// The scan header.
     scan: &'a [u8],

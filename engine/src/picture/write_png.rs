@@ -9,7 +9,7 @@ use png::{
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The number of compressed bytes of a chunk.
+/// Number of compressed bytes of a chunk.
 const CHUNK_BYTES: usize = 1 << 18;
 
 pub(super) struct PngSink<W: Write + 'static> {

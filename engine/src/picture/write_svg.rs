@@ -18,11 +18,11 @@ pub struct Drawing<'a> {
     pub metadata: &'a [(String, String)],
 }
 
-/// The width in mm of hairlines.
+/// Width in mm of hairlines.
 const HAIRLINE: f32 = 0.05;
 
-/// The bytes of a page of the drawing's size in mm, y down, with a group of lines for every width (to 1/100 mm, from
-/// the thinnest). Each group is one path of lines in their order. Numbers are to 1/1000 mm.
+/// Bytes of a page of the drawing's size in mm, y down, with a group of lines for every width (to 1/100 mm, from the
+/// thinnest). Each group is one path of lines in their order. Numbers are to 1/1000 mm.
 ///
 /// # Errors
 /// Only if the system runs out of memory.

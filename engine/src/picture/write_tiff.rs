@@ -121,7 +121,7 @@ fn end<W: Write + Seek>(output: &mut W, big: bool, mut position: u64, directorie
     output.flush()
 }
 
-/// The locations of the samples: offsets and lengths.
+/// Locations of the samples: offsets and lengths.
 enum Blocks<'a> {
     Strips { rows: u32, places: &'a [(u64, u64)] },
     Tiles { reduced: bool, places: &'a [(u64, u64)] },

@@ -1,8 +1,8 @@
-//! The types that ports accept, and the conversions into them.
+//! Types that ports accept, and the conversions into them.
 use super::{Type, Value};
 use std::fmt;
 
-/// The types that a port accepts.
+/// Types that a port accepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Accepts {
     /// Values of one type, and values that can be converted to it.
@@ -49,7 +49,7 @@ impl Accepts {
         Self::all().find(|accepts| accepts.name() == name)
     }
 
-    /// The type of the converted values, if it is always the same.
+    /// Type of the converted values, if it is always the same.
     pub const fn only(self) -> Option<Type> {
         match self {
             Self::One(ty) => Some(ty),

@@ -17,7 +17,7 @@ pub struct Area {
 }
 
 impl Area {
-    /// The distance in mm from a point to the contour, interpolated linearly; positive inside, negative outside.
+    /// Distance in mm from a point to the contour, interpolated linearly; positive inside, negative outside.
     pub fn distance_at(&self, place: Vec2) -> f32 {
         let at = (place.as_dvec2() / self.size_mm * self.size.as_dvec2()).as_vec2() - 0.5;
         let (cell, t) = (at.floor().as_ivec2(), at - at.floor());

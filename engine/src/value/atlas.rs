@@ -12,11 +12,10 @@ pub struct Atlas {
     pub mesh: Arc<Mesh>,
     /// The UVs of the corners of each triangle, in multiples of 2⁻²⁴.
     pub uvs: Vec<[Vec2; 3]>,
-    /// The chart of each triangle. Charts are numbered in the order of their lowest triangles.
+    /// Chart of each triangle. Charts are numbered in the order of their lowest triangles.
     pub charts: Vec<u16>,
-    /// The neighbours of each triangle beyond its edges `k`, from corner `k + 1` to corner `k + 2`: four times the
-    /// index of the neighbour, plus the index of the shared edge there; [`END`](Self::END) at the border of the
-    /// surface.
+    /// Neighbours of each triangle beyond its edges `k`, from corner `k + 1` to corner `k + 2`: four times the index of
+    /// the neighbour, plus the index of the shared edge there; [`END`](Self::END) at the border of the surface.
     pub across: Vec<[u32; 3]>,
     /// The inner edges `k` of each triangle, as bits `1 << k`: both sides have the same UVs, so the chart continues
     /// there.
@@ -25,7 +24,7 @@ pub struct Atlas {
     pub smooth: Vec<Vec3>,
     /// The derivatives of the position on the surface in mm by u and by v, for each triangle.
     pub jacobians: Vec<[Vec3; 2]>,
-    /// The triangles sorted into cells by position.
+    /// Triangles sorted into cells by position.
     pub bins: Bins,
     /// The area on the surface in mm².
     pub area: f64,
@@ -33,14 +32,14 @@ pub struct Atlas {
     pub used: f64,
     /// The canvas that the unit square covers, in mm.
     pub size_mm: DVec2,
-    /// The bytes of the [`Key`] of all this. Atlases with the same key are equal, and so are fields made from them.
+    /// Bytes of the [`Key`] of all this. Atlases with the same key are equal, and so are fields made from them.
     pub key: [u8; 16],
 }
 
 /// A grid of square cells over the unit square, with the triangles whose bounding boxes touch each cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bins {
-    /// The number of cells along a side.
+    /// Number of cells along a side.
     pub side: u32,
     /// For each cell, row by row, the start of its range in `triangles`; one more entry marks the end.
     pub starts: Vec<u32>,
@@ -57,10 +56,10 @@ impl Bins {
 }
 
 impl Atlas {
-    /// The value in `across` at the border of the surface.
+    /// Value in `across` at the border of the surface.
     pub const END: u32 = u32::MAX;
 
-    /// The triangle beyond an edge, and the index of the shared edge there.
+    /// Triangle beyond an edge, and the index of the shared edge there.
     pub fn across(&self, triangle: usize, edge: usize) -> Option<(usize, usize)> {
         let across = self.across[triangle][edge];
         (across != Self::END).then_some(((across >> 2) as usize, (across & 3) as usize))
@@ -76,19 +75,19 @@ impl Atlas {
         Key::of(name, &[&self.key, parameters])
     }
 
-    /// The number of charts.
+    /// Number of charts.
     pub fn chart_count(&self) -> usize {
         self.charts.iter().max().map_or(0, |most| usize::from(*most) + 1)
     }
 
-    /// The position on the surface of a point of the unit square, extrapolated in the plane of the triangle.
+    /// Position on the surface of a point of the unit square, extrapolated in the plane of the triangle.
     pub fn place(&self, triangle: usize, uv: DVec2) -> DVec3 {
         let [u, v] = self.jacobians[triangle].map(|axis| axis.as_dvec3());
         let d = uv - self.uvs[triangle][0].as_dvec2();
         self.mesh.corners(triangle)[0] + u * d.x + v * d.y
     }
 
-    /// The mean ratio of lengths on the surface to lengths on the canvas.
+    /// Mean ratio of lengths on the surface to lengths on the canvas.
     pub fn scale(&self) -> f64 {
         let canvas = self.used * self.size_mm.x * self.size_mm.y;
         if canvas > 0.0 { (self.area / canvas).sqrt() } else { 1.0 }

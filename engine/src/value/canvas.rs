@@ -2,7 +2,7 @@
 use glam::{DVec2, UVec2};
 use serde::{Deserialize, Serialize};
 
-/// The directions in which something repeats with the canvas.
+/// Directions in which something repeats with the canvas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub struct Tiling {
     /// Left and right edges match.
@@ -58,14 +58,14 @@ impl TileMode {
 /// The resolution of pictures of the canvas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolution {
-    /// The number of pixels along the longer side; the other side follows from the shape of the canvas.
+    /// Number of pixels along the longer side; the other side follows from the shape of the canvas.
     Longer(u32),
     /// Width and height, for any shape of the canvas.
     Exact(UVec2),
 }
 
 impl Resolution {
-    /// The width and height of a picture of a canvas of this size.
+    /// Width and height of a picture of a canvas of this size.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of pixels")]
     pub fn of(self, size_mm: DVec2) -> UVec2 {
         match self {
@@ -111,7 +111,7 @@ impl Canvas {
     }
 }
 
-/// The positions of the pixels of a picture: the centre of pixel `(i, j)` is at `origin + (i + ½, j + ½) · step` mm.
+/// Positions of the pixels of a picture: the centre of pixel `(i, j)` is at `origin + (i + ½, j + ½) · step` mm.
 ///
 /// Pixels have integer coordinates, including negative ones: a grid has no edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,10 +120,10 @@ pub struct Grid {
     pub origin: DVec2,
     /// The size of a pixel in mm.
     pub step: DVec2,
-    /// The size of the canvas in pixels, if that is a whole number: fields that repeat are read only within one period.
+    /// Size of the canvas in pixels, if that is a whole number: fields that repeat are read only within one period.
     pub period: Option<UVec2>,
-    /// The size in mm of the visible part from the origin on, for a grid without a period, if it is known. Little is
-    /// read beyond it, so blocks are small there.
+    /// Size in mm of the visible part from the origin on, for a grid without a period, if it is known. Little is read
+    /// beyond it, so blocks are small there.
     pub shown: Option<DVec2>,
 }
 
@@ -139,16 +139,15 @@ impl Grid {
         Self { origin: point - 0.5 * self.step, step: self.step, period: None, shown: None }
     }
 
-    /// The number of pixels that cover `mm` millimetres, rounded up, in x and y, limited to the maximum of a
-    /// [`Window`].
+    /// Pixels that cover `mm` millimetres, rounded up, in x and y, limited to the maximum of a [`Window`].
     #[expect(clippy::cast_possible_truncation, reason = "limited to the pixels of a window")]
     pub fn pixels(&self, mm: f64) -> (i32, i32) {
         let count = |step: f64| (mm / step).ceil().min(f64::from(Window::FARTHEST)) as i32;
         (count(self.step.x), count(self.step.y))
     }
 
-    /// The size in pixels of the picture that starts at (0, 0), if it is known: one period, or the visible part of a
-    /// grid without one.
+    /// Size in pixels of the picture that starts at (0, 0), if it is known: one period, or the visible part of a grid
+    /// without one.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the pixels of a window")]
     pub fn picture(&self) -> Option<UVec2> {
         let side = |pixels: f64| pixels.round().clamp(1.0, f64::from(Window::FARTHEST)) as u32;
@@ -202,7 +201,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// The maximum distance of a window from pixel (0, 0).
+    /// Maximum distance of a window from pixel (0, 0).
     pub const FARTHEST: i32 = 1 << 29;
 
     /// The window of a whole picture.

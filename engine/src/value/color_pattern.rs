@@ -20,7 +20,7 @@ struct ColorPatternData {
     widths: Vec<Number>,
 }
 
-/// The least width of the strip that shows a pattern, in pixels.
+/// Least width of the strip that shows a pattern, in pixels.
 const STRIP: usize = 960;
 
 impl Object for ColorPattern {

@@ -11,19 +11,19 @@ use std::sync::Arc;
 pub struct CoordMap {
     /// Columns and rows.
     pub size: UVec2,
-    /// The index of the first column and row; pixel (0, 0) has its corner at the canvas' corner.
+    /// Index of the first column and row; pixel (0, 0) has its corner at the canvas' corner.
     pub start: IVec2,
     /// The size of a pixel in mm.
     pub pitch: DVec2,
     /// The directions in which it repeats.
     pub periodic: Tiling,
-    /// The size of a pixel in pixels of the finest level, in x and in y.
+    /// Size of a pixel in pixels of the finest level, in x and in y.
     pub spacing: u32,
     /// Positions in exemplar pixels, row by row: the centre of pixel `i` is at `i + ½`.
     pub coords: Arc<Vec<[f32; 2]>>,
     /// The exemplar, if it is known.
     pub exemplar: Option<ExemplarFrame>,
-    /// The fraction of pixels whose right and lower neighbours are also neighbours in the exemplar; 0 if it was not
+    /// Fraction of pixels whose right and lower neighbours are also neighbours in the exemplar; 0 if it was not
     /// computed.
     pub coherence: f32,
     /// The effective number of exemplar pixels in use (the exponential of the entropy of their use), as a fraction of
@@ -116,8 +116,8 @@ impl Object for CoordMap {
         }
     }
 
-    /// The position of each pixel in the exemplar as a colour: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1)
-    /// yellow. Within a patch colours change smoothly; between patches they jump.
+    /// Position of each pixel in the exemplar as a colour: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow.
+    /// Within a patch colours change smoothly; between patches they jump.
     fn sketch(&self) -> Option<Sketch> {
         let finite = || self.coords.iter().filter(|c| c[0].is_finite() && c[1].is_finite());
         let frame = self.exemplar.map(|frame| frame.size.as_vec2().to_array());

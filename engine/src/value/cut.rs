@@ -21,7 +21,7 @@ pub struct Cut {
 /// The pieces of a cut, each taken from another part of the solid. The surface is discontinuous at their borders.
 #[derive(Clone)]
 pub struct PieceMap {
-    /// The id of the piece at each point of the canvas.
+    /// Id of the piece at each point of the canvas.
     pub ids: Field,
     /// The orientation of the pieces, if all of them are plane.
     pub planes: Option<PiecePlanes>,
@@ -137,7 +137,7 @@ impl Cut {
         self.key.map_or_else(|| self.place.id(), FieldId::Key)
     }
 
-    /// The directions in which it repeats with the canvas.
+    /// Directions in which it repeats with the canvas.
     pub fn tiling(&self) -> Tiling {
         self.place.tiling()
     }

@@ -20,7 +20,7 @@ impl Domain {
         Self { tiling }
     }
 
-    /// The directions in which its fields repeat.
+    /// Directions in which its fields repeat.
     pub const fn tiling(&self) -> Tiling {
         self.tiling
     }
@@ -69,7 +69,7 @@ impl Blocks {
         }
     }
 
-    /// The number of blocks.
+    /// Number of blocks.
     pub fn count(&self) -> usize {
         self.columns.len() * self.rows.len()
     }
@@ -123,7 +123,7 @@ impl Piece {
     }
 }
 
-/// The extent of the domain in one direction, in pixels.
+/// Extent of the domain in one direction, in pixels.
 #[derive(Clone, Copy, Debug)]
 enum Extent {
     /// It has no edge.

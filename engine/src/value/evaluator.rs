@@ -13,7 +13,7 @@ pub trait Evaluator: Sync {
     /// Reports the progress of the node.
     fn progress(&self, done: u64, total: u64);
 
-    /// The memory in bytes that a node may use for its computation.
+    /// Memory in bytes that a node may use for its computation.
     fn memory(&self) -> u64;
 
     /// The key of the main output of the node that is being evaluated.

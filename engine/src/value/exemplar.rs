@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The positions of the pixels of an exemplar.
+/// Positions of the pixels of an exemplar.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExemplarFrame {
     /// Columns and rows.
@@ -14,11 +14,11 @@ pub struct ExemplarFrame {
     pub origin: DVec2,
     /// The size of a pixel in mm.
     pub pitch: DVec2,
-    /// The directions in which it tiles.
+    /// Directions in which it tiles.
     pub periodic: Tiling,
 }
 
-/// The neighbours of a pixel that are compared.
+/// Neighbours of a pixel that are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Neighborhood {
     /// The four neighbours along the diagonals.
@@ -55,7 +55,7 @@ impl Neighborhood {
 pub struct ExemplarLevel {
     /// Spacing in finest pixels.
     pub h: usize,
-    /// The neighbours that are compared.
+    /// Neighbours that are compared.
     pub hood: Neighborhood,
     /// The appearance of each pixel's surroundings, as eight numbers.
     pub appearance: Vec<[f32; 8]>,
@@ -64,8 +64,8 @@ pub struct ExemplarLevel {
     pub matrix: Vec<[f32; 8]>,
     /// The projected neighbourhood of every pixel.
     pub neighborhoods: Vec<[f32; 8]>,
-    /// The index of a similar pixel for every pixel, then the index of a second one for every pixel, and so on; the
-    /// pixel's own index if there is none. Empty if none were searched.
+    /// Index of a similar pixel for every pixel, then the index of a second one for every pixel, and so on; the pixel's
+    /// own index if there is none. Empty if none were searched.
     pub second: Vec<u32>,
 }
 
@@ -85,7 +85,7 @@ pub struct Exemplar {
     pub frame: ExemplarFrame,
     /// The visible values: one plane of grey, or three of scene-linear colour.
     pub shown: Arc<Vec<f32>>,
-    /// The number of features per pixel.
+    /// Number of features per pixel.
     pub channels: usize,
     /// The features that are compared, pixel-interleaved.
     pub features: Arc<Vec<f32>>,
@@ -95,7 +95,7 @@ pub struct Exemplar {
     pub usable: Arc<Vec<bool>>,
     /// True if levels are downsampled pictures instead of blurred ones.
     pub pyramid: bool,
-    /// The width of the border that never appears in the output, in level spacings.
+    /// Width of the border that never appears in the output, in level spacings.
     pub margin: f64,
     /// Its levels from the finest, after the analysis.
     pub levels: Arc<Vec<ExemplarLevel>>,

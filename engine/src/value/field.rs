@@ -127,7 +127,7 @@ impl Field {
         self.ty
     }
 
-    /// The directions in which it repeats.
+    /// Directions in which it repeats.
     pub fn tiling(&self) -> Tiling {
         self.domain.tiling()
     }
@@ -147,7 +147,7 @@ impl Field {
         self.native
     }
 
-    /// The size in pixels of that picture.
+    /// Size in pixels of that picture.
     pub fn pixels(&self) -> Option<glam::UVec2> {
         self.pixels
     }
@@ -226,7 +226,7 @@ impl Field {
         }
     }
 
-    /// The angle of a `Vec2` field in degrees from +x towards +y, -180..180; 0 for a zero vector. A `Gray` field is
+    /// Angle of a `Vec2` field in degrees from +x towards +y, -180..180; 0 for a zero vector. A `Gray` field is
     /// unchanged.
     #[must_use]
     pub fn to_angle(&self) -> Self {
@@ -253,8 +253,7 @@ impl Field {
     }
 }
 
-/// The halo of a field: the margin by which it reads its inputs beyond its own window, in pixels of the grid, in x and
-/// y.
+/// Halo of a field: the margin by which it reads its inputs beyond its own window, in pixels of the grid, in x and y.
 #[derive(Clone)]
 pub struct Halo {
     rule: Option<HaloRule>,
@@ -288,7 +287,7 @@ impl Halo {
         Self::new(move |_| [pixels; 2])
     }
 
-    /// The width of the halo on each side in pixels, in x and y.
+    /// Width of the halo on each side in pixels, in x and y.
     pub fn pixels(&self, grid: &Grid) -> (i32, i32) {
         let [x, y] = self.rule.as_ref().map_or([0, 0], |rule| rule(grid));
         (i32::try_from(x).unwrap_or(i32::MAX / 8), i32::try_from(y).unwrap_or(i32::MAX / 8))

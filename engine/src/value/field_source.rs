@@ -1,4 +1,4 @@
-//! The code of fields: the reads that it declares, and the tiles that it gets.
+//! Code of fields: the reads that it declares, and the tiles that it gets.
 use super::{Field, Grid, Listener, Stop, Tile, Window};
 use crate::diagnostics::Problem;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ pub struct Read<'f> {
     pub field: &'f Field,
     /// The grid.
     pub grid: Grid,
-    /// The pixels of that grid.
+    /// Pixels of that grid.
     pub window: Window,
 }
 
@@ -102,7 +102,7 @@ pub trait Pictures: Sync {
     fn check(&self) -> Result<(), Stop>;
 }
 
-/// The code of a field.
+/// Code of a field.
 ///
 /// It declares its reads, and the engine passes it only these. The engine uses the declarations to read ahead, to free
 /// memory early and to compute a tile on another machine. On one grid, the declared fields and grids must be the same

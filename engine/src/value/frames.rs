@@ -9,12 +9,11 @@ use std::sync::Arc;
 pub struct Frames {
     /// The surface.
     pub mesh: Arc<Mesh>,
-    /// The direction at each vertex, perpendicular to the vertex' normal; its length is the size of features, 1 by
-    /// default.
+    /// Direction at each vertex, perpendicular to the vertex' normal; its length is the size of features, 1 by default.
     pub t: Vec<Vec3>,
     /// The second direction; empty if it is t × n everywhere, with the length of t.
     pub b: Vec<Vec3>,
-    /// The number of equivalent directions at each point, evenly spaced around it: 1, 2 or 4.
+    /// Number of equivalent directions at each point, evenly spaced around it: 1, 2 or 4.
     pub symmetry: u8,
     /// The turn of the field along each edge of each triangle, from corner `k + 1` to corner `k + 2`, in steps between
     /// equivalent directions; empty if all are 0. Within a triangle, directions match that of the first corner.
@@ -65,7 +64,7 @@ impl Frames {
         found
     }
 
-    /// The length of those lines in mm.
+    /// Length of those lines in mm.
     pub fn ends_mm(&self) -> f64 {
         let length = |(triangle, k): (usize, usize)| {
             let corners = self.mesh.corners(triangle);

@@ -6,9 +6,9 @@ use std::sync::Arc;
 /// A reference to a pixel that stands for a position on the surface, with the offset of that position from the pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Jump {
-    /// The index of the pixel, row by row; see [`NONE`](Self::NONE).
+    /// Index of the pixel, row by row; see [`NONE`](Self::NONE).
     pub to: u32,
-    /// The offset of the position from the pixel's centre, in 1/4096 of a pixel.
+    /// Offset of the position from the pixel's centre, in 1/4096 of a pixel.
     pub residue: [i16; 2],
 }
 
@@ -19,7 +19,7 @@ impl Jump {
     /// No pixel: the surface ends there.
     pub const NONE: Self = Self { to: u32::MAX, residue: [0; 2] };
 
-    /// The number of steps of a residue per pixel.
+    /// Number of steps of a residue per pixel.
     pub const STEPS: f32 = 4096.0;
 
     /// True if there is a pixel.
@@ -39,7 +39,7 @@ impl Jump {
 pub struct Parent {
     /// The pixel.
     pub pixel: u32,
-    /// The position of its parent in the coarser level or, if `still`, the position of the pixel itself there.
+    /// Position of its parent in the coarser level or, if `still`, the position of the pixel itself there.
     pub jump: Jump,
     /// True if `jump` is the position of the pixel itself.
     pub still: bool,
@@ -55,13 +55,13 @@ pub struct IndirectionLevel {
     /// For each pixel the index of the triangle at its centre, plus one; 0 if there is none. [`BORDER`](Self::BORDER)
     /// is set for pixels that have an entry in `jumps`.
     pub owner: Vec<u32>,
-    /// The pixels near borders of charts, in ascending order.
+    /// Pixels near borders of charts, in ascending order.
     pub border: Vec<u32>,
-    /// The neighbours of each of these pixels.
+    /// Neighbours of each of these pixels.
     pub jumps: Vec<Jump8>,
     /// For each row the number of border pixels before it; one more entry holds the total.
     pub rows: Vec<u32>,
-    /// The pixels whose parent is not the pixel around them, in ascending order.
+    /// Pixels whose parent is not the pixel around them, in ascending order.
     pub parents: Vec<Parent>,
     /// Pixels without an owner next to a pixel with one, and the reference used for each.
     pub ring: Vec<(u32, Jump)>,
@@ -88,7 +88,7 @@ impl IndirectionLevel {
         Some(&self.jumps[first + at])
     }
 
-    /// The number of pixels with an owner.
+    /// Number of pixels with an owner.
     pub fn owned(&self) -> usize {
         self.owner.iter().filter(|owner| **owner != 0).count()
     }
@@ -105,7 +105,7 @@ impl IndirectionLevel {
     }
 }
 
-/// The neighbours on the surface of the pixels of an atlas, level by level.
+/// Neighbours on the surface of the pixels of an atlas, level by level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IndirectionMap {
     /// The surface.

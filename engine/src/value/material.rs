@@ -20,7 +20,7 @@ macro_rules! channels {
                 match self { $(Channel::$name => $text,)* }
             }
 
-            /// The type of its field.
+            /// Type of its field.
             pub const fn ty(self) -> Type {
                 match self { $(Channel::$name => Type::$ty,)* }
             }

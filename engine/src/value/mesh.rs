@@ -10,7 +10,7 @@ use std::collections::HashMap;
 /// differ between triangles, so they are stored per corner.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
-    /// The positions of the vertices.
+    /// Positions of the vertices.
     pub positions: Vec<Vec3>,
     /// The vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
@@ -18,16 +18,16 @@ pub struct Mesh {
     pub uvs: Vec<[Vec2; 3]>,
     /// Unit normals of the corners of each triangle; empty if there are none.
     pub normals: Vec<[Vec3; 3]>,
-    /// The index of each triangle's part.
+    /// Index of each triangle's part.
     pub parts: Vec<u16>,
     /// The names of the parts.
     pub part_names: Vec<String>,
-    /// The index of the polygon in the file that each triangle was cut from; empty if all polygons are triangles.
+    /// Index of the polygon in the file that each triangle was cut from; empty if all polygons are triangles.
     pub polygons: Vec<u32>,
 }
 
 impl Mesh {
-    /// The positions of a triangle's corners.
+    /// Positions of a triangle's corners.
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|vertex| self.positions[vertex as usize].as_dvec3())
     }
@@ -49,7 +49,7 @@ impl Mesh {
         ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
     }
 
-    /// The number of triangles at each edge; 1 at the border of the surface. In no order.
+    /// Number of triangles at each edge; 1 at the border of the surface. In no order.
     fn edges(&self) -> HashMap<[u32; 2], u32> {
         let mut edges = HashMap::with_capacity(self.triangles.len() * 3 / 2);
         for triangle in &self.triangles {
@@ -61,8 +61,8 @@ impl Mesh {
         edges
     }
 
-    /// The index of the connected component of each triangle, and the number of components. Components are numbered in
-    /// the order of their lowest triangles. Triangles that share a vertex are connected.
+    /// Index of the connected component of each triangle, and the number of components. Components are numbered in the
+    /// order of their lowest triangles. Triangles that share a vertex are connected.
     pub fn pieces(&self) -> (Vec<u32>, usize) {
         let mut parent: Vec<u32> = (0..).take(self.positions.len()).collect();
         let find = |parent: &mut Vec<u32>, mut v: u32| {
@@ -105,9 +105,9 @@ struct MeshData {
     bounds: [[Number<f64>; 3]; 2],
     /// In mm².
     area: Number<f64>,
-    /// The number of connected components.
+    /// Number of connected components.
     pieces: usize,
-    /// The length of the edges with only one triangle, in mm.
+    /// Length of the edges with only one triangle, in mm.
     ends: Number<f64>,
     /// Vertices - edges + triangles.
     euler: i64,

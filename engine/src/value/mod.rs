@@ -1,5 +1,5 @@
-//! The values of wires: objects, which are computed whole, and fields, which are evaluated lazily by tiles. Contains
-//! data and accessors, no algorithms.
+//! Values of wires: objects, which are computed whole, and fields, which are evaluated lazily by tiles. Contains data
+//! and accessors, no algorithms.
 //!
 //! To add an object type, write a file with the struct and its [`Object`] implementation, and add a line to the table
 //! `objects` below.

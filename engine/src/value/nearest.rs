@@ -3,7 +3,7 @@ use super::{Atlas, Mesh};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
-/// The maximum number of triangles in a leaf.
+/// Maximum number of triangles in a leaf.
 const FEW: usize = 4;
 
 /// The bounding box of some triangles.
@@ -20,7 +20,7 @@ impl Bounds {
         corners.fold(none, |all, corner| Self { low: all.low.min(corner), high: all.high.max(corner) })
     }
 
-    /// The squared distance to a point, a lower bound for the triangles inside.
+    /// Squared distance to a point, a lower bound for the triangles inside.
     fn distance(&self, place: DVec3) -> f64 {
         place.distance_squared(place.clamp(self.low, self.high))
     }
@@ -48,7 +48,7 @@ impl<'a> Nearest<'a> {
         let count = u32::try_from(mesh.triangles.len()).unwrap_or(u32::MAX);
         let mut triangles: Vec<u32> = (0..count).collect();
         let mut nodes: Vec<Node> = Vec::new();
-        // The triangles of a node, and the parent for which it is the second child.
+        // Triangles of a node, and the parent for which it is the second child.
         let mut open = vec![(0..triangles.len(), None)];
         while let Some((range, parent)) = open.pop() {
             let own = &mut triangles[range.clone()];
@@ -74,7 +74,7 @@ impl<'a> Nearest<'a> {
         Self { atlas, triangles, nodes }
     }
 
-    /// The position on the canvas, in mm, of the surface point nearest to `place`; of equally near points, that of the
+    /// Position on the canvas, in mm, of the surface point nearest to `place`; of equally near points, that of the
     /// lowest triangle. `None` if there are no triangles.
     pub fn at(&self, place: DVec3) -> Option<DVec2> {
         let mesh = &*self.atlas.mesh;

@@ -33,7 +33,8 @@ pub trait Object: Carried + Serialize + DeserializeOwned {
     }
 }
 
-/// A type that wires carry behind an `Arc`, and its conversions to and from [`Value`]. The table of objects implements it.
+/// A type that wires carry behind an `Arc`, and its conversions to and from [`Value`]. The table of objects implements
+/// it.
 pub trait Carried: Send + Sync + Sized + 'static {
     /// The type of the wire.
     const TYPE: Type;

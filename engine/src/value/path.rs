@@ -39,7 +39,7 @@ impl Path {
         self.curves.iter().flat_map(|curve| curve.points.windows(2).map(|pair| [pair[0], pair[1]]))
     }
 
-    /// The number of straight pieces.
+    /// Number of straight pieces.
     pub fn len(&self) -> usize {
         self.curves.iter().map(|curve| curve.points.len().saturating_sub(1)).sum()
     }

@@ -4,7 +4,7 @@ use glam::{DVec2, Vec2};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The order of points of a grid: point `(i, j)` has index `j · columns + i`.
+/// Order of points of a grid: point `(i, j)` has index `j · columns + i`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GridOrder {
     /// Points per row.
@@ -13,7 +13,7 @@ pub struct GridOrder {
     pub rows: u32,
     /// The distances between columns and between rows in mm, before jitter.
     pub pitch: Vec2,
-    /// The shift of odd rows, as a fraction of the pitch.
+    /// Shift of odd rows, as a fraction of the pitch.
     pub stagger: f32,
 }
 
@@ -32,9 +32,9 @@ pub struct Edges {
 /// Positions in mm on a canvas.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Points {
-    /// The positions. A point of a periodic set may lie outside the canvas; it stands for its copy inside.
+    /// Positions. A point of a periodic set may lie outside the canvas; it stands for its copy inside.
     pub positions: Vec<Vec2>,
-    /// The positions without jitter, if the points come from a jittered regular layout.
+    /// Positions without jitter, if the points come from a jittered regular layout.
     pub regular: Option<Vec<Vec2>>,
     /// The canvas in mm.
     pub size_mm: DVec2,
@@ -68,7 +68,7 @@ impl Points {
         self.regular.as_deref().unwrap_or(&self.positions)
     }
 
-    /// The positions without their layout.
+    /// Positions without their layout.
     #[must_use]
     pub fn alone(&self) -> Self {
         Self { regular: None, grid: None, edges: None, sites: None, ..self.clone() }

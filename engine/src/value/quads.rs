@@ -9,7 +9,7 @@ pub(super) struct AtQuads {
     /// The planes of each set: first the original points, then sets to which solids are moved; two rows each.
     points: Vec<[Arc<[f32]>; 3]>,
     pixel: f32,
-    /// The index of the moved set, by the original set and the solid that moves it.
+    /// Index of the moved set, by the original set and the solid that moves it.
     moved: HashMap<(usize, FieldId), usize>,
     known: HashMap<(usize, FieldId), Arc<[f32]>>,
 }

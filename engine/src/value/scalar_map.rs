@@ -9,9 +9,9 @@ pub struct ScalarMap {
     pub size: UVec2,
     /// The samples, row by row.
     pub values: Vec<f32>,
-    /// The values that samples of 0 and 1 stand for.
+    /// Values that samples of 0 and 1 stand for.
     pub range: [f32; 2],
-    /// The radius in mm of the disk whose samples are read; `None` reads only the sample at the point.
+    /// Radius in mm of the disk whose samples are read; `None` reads only the sample at the point.
     pub radius: Option<f32>,
     /// True to sum these samples instead of averaging them.
     pub sum: bool,

@@ -9,8 +9,8 @@ use std::sync::Arc;
 pub struct Segments {
     /// The two ends of each, in mm.
     pub ends: Vec<[Vec2; 2]>,
-    /// The length of the link that each segment was made from, as a multiple of the median length; empty if there are
-    /// no links.
+    /// Length of the link that each segment was made from, as a multiple of the median length; empty if there are no
+    /// links.
     pub length_ratio: Vec<f32>,
     /// The stretch of that link: its length divided by its length before the motion; empty if unknown.
     pub stretch: Vec<f32>,
@@ -41,7 +41,7 @@ impl Segments {
         for (n, &ends) in self.ends.iter().enumerate() {
             let width = self.width.get(n).copied().unwrap_or(0.0);
             let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-            // The range of shifts, in canvases, for which a copy reaches the rectangle.
+            // Range of shifts, in canvases, for which a copy reaches the rectangle.
             let first = ((low - to) / size).ceil();
             let last = ((high - from) / size).floor();
             let range = |repeats: bool, axis: usize| {

@@ -4,7 +4,7 @@ use super::{Cost, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Stop, Ti
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The code of the field of a cut.
+/// Code of the field of a cut.
 pub(super) struct CutField {
     pub(super) source: Arc<dyn SolidSource>,
     /// The solids that the code reads.
@@ -28,13 +28,13 @@ struct Rows {
 }
 
 impl Rows {
-    /// The range of these rows in a plane of the window.
+    /// Range of these rows in a plane of the window.
     fn points(&self) -> Range<usize> {
         let columns = self.window.width as usize;
         self.rows.start * columns..self.rows.end * columns
     }
 
-    /// The values of these rows in a channel of a tile of the window.
+    /// Values of these rows in a channel of a tile of the window.
     fn of<'a>(&self, tile: &'a Tile, channel: usize) -> &'a [f32] {
         &tile.plane(channel)[self.points()]
     }
@@ -51,9 +51,9 @@ fn quads(window: Window) -> Window {
     Window { x, y, width: even(x, window.right()), height: even(y, window.bottom()) }
 }
 
-/// The distance beyond a quad at which neighbours are read for the footprint of a pixel at the border of a piece.
+/// Distance beyond a quad at which neighbours are read for the footprint of a pixel at the border of a piece.
 const BESIDE: i32 = 2;
-/// The number of rows of a surface with holes that are computed at a time.
+/// Number of rows of a surface with holes that are computed at a time.
 const BAND: u32 = 64;
 
 impl CutField {

@@ -49,7 +49,7 @@ struct BranchData {
 
 /// The maximum drawn length of a branch, in mm.
 const LONGEST: f64 = 3000.0;
-/// The number of lines that draw a cubic segment of a trunk.
+/// Number of lines that draw a cubic segment of a trunk.
 const PIECES: usize = 12;
 
 impl Object for Skeleton {

@@ -27,7 +27,7 @@ pub struct Shapes<P> {
 }
 
 impl<P> Shapes<P> {
-    /// The maximum number of points or lines of a sketch.
+    /// Maximum number of points or lines of a sketch.
     pub const MOST: usize = 40_000;
 
     /// Evenly spaced indices below `count`, at most [`MOST`](Self::MOST).
@@ -61,7 +61,7 @@ impl Pixels {
         whole.then_some(Self { ty, size, planes })
     }
 
-    /// The type of the values.
+    /// Type of the values.
     pub const fn ty(&self) -> Type {
         self.ty
     }

@@ -40,7 +40,7 @@ pub struct Patch<'a> {
     /// True if quads lie in space instead of on a surface: a point, and the points `pixel` mm beside it along x, y and
     /// z.
     pub space: bool,
-    /// The maximum distance between neighbours in mm; 0 for single points without a footprint.
+    /// Maximum distance between neighbours in mm; 0 for single points without a footprint.
     pub pixel: f32,
     /// The receiver of warnings about the values, if any.
     pub listener: Option<Listener<'a>>,
@@ -60,7 +60,7 @@ impl std::fmt::Debug for Listener<'_> {
 /// pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct PatchPieces<'a> {
-    /// The id of the piece of each point.
+    /// Id of the piece of each point.
     pub ids: &'a [f32],
     /// For plane pieces: the cosine and the sine of the angle of each piece's x axis on the canvas, and the directions
     /// of its axes in space.
@@ -92,7 +92,7 @@ impl<'a> Patch<'a> {
 pub struct Planes<'a> {
     data: &'a [f32],
     points: usize,
-    /// The distance between planes.
+    /// Distance between planes.
     stride: usize,
     channels: usize,
 }
@@ -103,7 +103,7 @@ impl<'a> Planes<'a> {
         Self { data, points, stride: points, channels: data.len() / if points == 0 { 1 } else { points } }
     }
 
-    /// The values at some of the points.
+    /// Values at some of the points.
     pub(super) fn part(self, points: Range<usize>) -> Self {
         Self { data: self.data.get(points.start..).unwrap_or_default(), points: points.len(), ..self }
     }
@@ -131,7 +131,7 @@ pub struct Wants {
     pub rounded: bool,
 }
 
-/// The code of a solid.
+/// Code of a solid.
 pub trait SolidSource: Send + Sync {
     /// Computes all planes of `out` at the points of `patch` from the values of the inputs there. Runs on one thread.
     /// The value at a point (in a quad) may depend only on that point (that quad).
@@ -245,7 +245,7 @@ impl Solid {
         self.channels
     }
 
-    /// The type of its fields, such as cuts.
+    /// Type of its fields, such as cuts.
     pub const fn field_type(&self) -> Type {
         match self.channels {
             1 => Type::Gray,
@@ -335,7 +335,7 @@ impl Solid {
 struct At {
     /// The original points, then the sets to which solids are moved.
     points: Vec<Arc<[DVec3]>>,
-    /// The index of the moved set, by the original set and the solid that moves it.
+    /// Index of the moved set, by the original set and the solid that moves it.
     moved: HashMap<(usize, FieldId), usize>,
     known: HashMap<(usize, FieldId), Arc<[f64]>>,
 }

@@ -2,7 +2,7 @@
 use crate::diagnostics::Problem;
 use std::fmt;
 
-/// The reason why a computation ended without a result.
+/// Reason why a computation ended without a result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// The work was cancelled.

@@ -3,7 +3,7 @@ use super::{Atlas, IndirectionLevel, Number};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The pixels of an atlas for which coordinates were computed.
+/// Pixels of an atlas for which coordinates were computed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     /// The atlas.
@@ -21,13 +21,13 @@ pub struct Surface {
 /// Differences across chart borders, relative to those inside charts: 1 means that borders are invisible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seam {
-    /// The number of compared pairs of pixels across borders.
+    /// Number of compared pairs of pixels across borders.
     pub pairs: u32,
-    /// The mean difference of colours per mm across borders, divided by that inside.
+    /// Mean difference of colours per mm across borders, divided by that inside.
     pub mean: f32,
     /// The 99th percentile of the difference, divided by that inside.
     pub p99: f32,
-    /// The fraction of pairs that are not continuous in the exemplar, divided by that inside.
+    /// Fraction of pairs that are not continuous in the exemplar, divided by that inside.
     pub torn: f32,
 }
 

@@ -9,13 +9,13 @@ use std::sync::Arc;
 pub struct SurfaceNet {
     /// The surface.
     pub mesh: Arc<Mesh>,
-    /// The positions of the points in mm.
+    /// Positions of the points in mm.
     pub positions: Vec<DVec3>,
     /// The triangle on which each point lies.
     pub triangles: Vec<u32>,
     /// The unit normal of the surface at each point.
     pub normals: Vec<Vec3>,
-    /// The mean distance between neighbours for which they were made, in mm.
+    /// Mean distance between neighbours for which they were made, in mm.
     pub pitch: f64,
     /// The two ends of each link.
     pub links: Vec<[u32; 2]>,

@@ -7,7 +7,7 @@ use super::{Grid, Window};
 pub struct Tile {
     /// The grid of `window`.
     pub grid: Grid,
-    /// The pixels.
+    /// Pixels.
     pub window: Window,
     channels: usize,
     data: Buffer,

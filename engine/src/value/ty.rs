@@ -3,7 +3,7 @@ use std::fmt;
 
 macro_rules! types {
     ($($name:ident $color:literal $doc:literal,)*) => {
-        /// The type of a wire.
+        /// Type of a wire.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[non_exhaustive]
         pub enum Type { $(#[doc = $doc] $name,)* }
@@ -40,7 +40,7 @@ super::objects! { types! {
 } }
 
 impl Type {
-    /// The type with this name.
+    /// Type with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|ty| ty.name() == name)
     }
@@ -55,7 +55,7 @@ impl Type {
         matches!(self, Self::Solid | Self::SolidColor | Self::SolidVector)
     }
 
-    /// The number of channels of a field or a solid; 0 for any other type.
+    /// Number of channels of a field or a solid; 0 for any other type.
     pub const fn channels(self) -> usize {
         match self {
             Self::Gray | Self::Ids | Self::Solid => 1,

@@ -47,7 +47,7 @@ impl Node for Early {
     }
 }
 
-/// The number in a file, read when the first tile is filled, and then kept.
+/// Number in a file, read when the first tile is filled, and then kept.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 struct Late {
@@ -120,7 +120,7 @@ impl Desk {
         Ok(read(&request.dir.join("out.exr"), &ReadLimits::default()).unwrap().planes[0])
     }
 
-    /// The number in a pixel, under keys that were derived earlier.
+    /// Number in a pixel, under keys that were derived earlier.
     fn seen(&self, session: &Session, keys: &Keys, x: i32) -> Result<f32, Failure> {
         let output = &self.graph.outputs[0];
         session.look(&self.graph, keys, &CancelToken::default(), &Silent, |look| {

@@ -1,4 +1,4 @@
-//! The code fingerprint: the same for the same sources in any folder, different for other sources or libraries.
+//! Code fingerprint: the same for the same sources in any folder, different for other sources or libraries.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 #[allow(dead_code, reason = "only the build runs its `main`")]

@@ -13,12 +13,12 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The number of filtered pixels.
+/// Number of filtered pixels.
 static PIXELS: AtomicU64 = AtomicU64::new(0);
 /// Locked by tests that count.
 static COUNTED: Mutex<()> = Mutex::new(());
 
-/// The mean of the pixels `reach` above and below; counts the pixels it computes.
+/// Mean of the pixels `reach` above and below; counts the pixels it computes.
 #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct Across {

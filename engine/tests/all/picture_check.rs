@@ -276,7 +276,7 @@ fn turns_camera_pictures_upright() {
         let swapped = (5..=8).contains(&orientation);
         assert_eq!((upright.width, upright.height), if swapped { (41, 37) } else { (37, 41) });
         for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
-            // The position at which EXIF shows the stored rows and columns.
+            // Position at which EXIF shows the stored rows and columns.
             let (seen_x, seen_y) = match orientation {
                 2 => (w - 1 - x, y),
                 3 => (w - 1 - x, h - 1 - y),

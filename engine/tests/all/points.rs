@@ -75,7 +75,7 @@ fn shares_pictures_for_large_halos() {
     let (source, pixels) = counted();
     let (session, graph) = (session(), graph("\"n\": Ramp()", "n"));
     let found = values(&session, &graph, &middle(source, 100), &points()).unwrap();
-    // The values of the pixels that contain the points, from a picture computed once.
+    // Values of the pixels that contain the points, from a picture computed once.
     assert!(found.iter().zip(points()).all(|(value, point)| f64::from(*value) == point.x.floor() + 0.5));
     assert!(pixels.load(Ordering::Relaxed) <= 512 * 512, "{pixels:?}");
     let far = values(&session, &graph, &middle(counted().0, 100), &[DVec2::ZERO, DVec2::splat(1e12)]);

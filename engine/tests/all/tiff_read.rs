@@ -111,7 +111,7 @@ fn refused(bytes: &[u8], reason: &str) -> ReadError {
     error
 }
 
-/// The code of a sample, from which its bytes and its value are derived.
+/// Code of a sample, from which its bytes and its value are derived.
 fn code(x: usize, y: usize, channel: usize) -> u32 {
     u32::try_from(x * x * 3 + y * 91 + channel * 57 + 1).unwrap().wrapping_mul(2_654_435_761) >> 3
 }
@@ -192,7 +192,7 @@ fn predict(row: &mut [u8], bytes: usize, together: usize, predictor: u32) {
     }
 }
 
-/// The storage of samples.
+/// Storage of samples.
 #[derive(Clone, Copy, Debug)]
 struct How {
     channels: usize,

@@ -10,7 +10,7 @@ use crate::ground::math::{clamp, cos_degrees, floor_int, sin_degrees};
 use crate::ground::window::{View, WindowExt, index, offset};
 use shibo_engine::value::{Buffer, Window};
 
-/// The maximum number of samples to each side.
+/// Maximum number of samples to each side.
 const MOST: f64 = 256.0;
 
 /// Directions in a window, as unit vectors.
@@ -34,7 +34,7 @@ impl Directions {
         Self { planes, window }
     }
 
-    /// The direction at `at` pixels from the centre of pixel (x, y): that of the nearest pixel.
+    /// Direction at `at` pixels from the centre of pixel (x, y): that of the nearest pixel.
     #[inline(always)]
     fn at(&self, x: i32, y: i32, at: [f32; 2]) -> [f32; 2] {
         let near = |d: f32| floor_int(clamp(d, -1e6, 1e6) + 0.5).1;
@@ -49,9 +49,9 @@ impl Directions {
 /// The sampling of streamlines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSpec {
-    /// The length of a step in pixels, across and down.
+    /// Length of a step in pixels, across and down.
     step: [f32; 2],
-    /// The number of steps to each side.
+    /// Number of steps to each side.
     count: usize,
 }
 
@@ -65,7 +65,7 @@ impl LineSpec {
     }
 }
 
-/// The mean along the streamline through each pixel of `rect`.
+/// Mean along the streamline through each pixel of `rect`.
 ///
 /// # Panics
 /// If a plane is smaller than `rect`.
@@ -99,7 +99,7 @@ pub fn along(input: &Reader<'_>, lines: &Directions, rect: Window, spec: &LineSp
 mod tests {
     use super::*;
 
-    /// The values of a formula over a window.
+    /// Values of a formula over a window.
     fn plane(window: Window, value: impl Fn(f32, f32) -> f32) -> Vec<f32> {
         let w = window.columns();
         (0..window.len()).map(|k| value((window.x + index(k % w)) as f32, (window.y + index(k / w)) as f32)).collect()

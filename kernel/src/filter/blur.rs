@@ -15,7 +15,7 @@ use shibo_engine::value::Window;
 
 /// One axis of the filter.
 struct Axis {
-    /// The number of halvings of the grid.
+    /// Number of halvings of the grid.
     levels: u32,
     /// Half of the symmetric kernel on the coarse grid, centre first.
     kernel: Vec<f32>,
@@ -55,19 +55,19 @@ impl Axis {
         (first, offset(last - first + 1))
     }
 
-    /// The same as [`coarse`](Self::coarse), before the coarse blur.
+    /// Like [`coarse`](Self::coarse), before the coarse blur.
     fn padded(&self, start: i32, n: usize) -> (i32, usize) {
         let (first, count) = self.coarse(start, n);
         (first - self.radius(), count + 2 * offset(self.radius()))
     }
 }
 
-/// The number of times that [`blur`] halves the grid for this sigma.
+/// Number of times that [`blur`] halves the grid for this sigma.
 pub(crate) fn levels(sigma: f64) -> u32 {
     Axis::new(sigma).levels
 }
 
-/// The halo of the blur: the pixels that it reads beyond a window on each side.
+/// Halo of the blur: the pixels that it reads beyond a window on each side.
 pub fn halo(sigma: f64) -> usize {
     let axis = Axis::new(sigma);
     let (f, r) = (offset(axis.factor()), offset(axis.radius()));
@@ -211,7 +211,7 @@ fn shrink_columns(mut plane: Plane, levels: u32, w: usize) -> Plane {
     plane
 }
 
-/// The number of values summed in registers at a time.
+/// Number of values summed in registers at a time.
 const BLOCK: usize = 32;
 
 /// out = Σ kernel[k]·(before(k) + after(k)), the centre counted once.
@@ -257,7 +257,7 @@ struct Spline {
     weights: [Vec<f32>; 4],
     /// The fine pixels, with a few extra ones on either side.
     line: Vec<f32>,
-    /// The index of the first wanted pixel.
+    /// Index of the first wanted pixel.
     skip: usize,
 }
 

@@ -2,10 +2,10 @@
 
 use crate::ground::window::{index, offset};
 
-/// The pixels whose centres lie within a radius of the central pixel, row by row.
+/// Pixels whose centres lie within a radius of the central pixel, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Disk {
-    /// The half-widths of the rows dy = 0, 1, …; rows above and below are symmetric.
+    /// Half-widths of the rows dy = 0, 1, …; rows above and below are symmetric.
     halves: Vec<i32>,
 }
 
@@ -21,23 +21,23 @@ impl Disk {
         Self { halves: (0..=rows).map(|dy| (across(f64::from(dy)) + ROUNDING).floor().min(1e6) as i32).collect() }
     }
 
-    /// The half-width of each row, from the middle on.
+    /// Half-width of each row, from the middle on.
     pub fn halves(&self) -> &[i32] {
         &self.halves
     }
 
-    /// The halo in pixels, in x and y.
+    /// Halo in pixels, in x and y.
     pub fn halo(&self) -> [usize; 2] {
         [offset(self.halves[0]), self.halves.len() - 1]
     }
 
-    /// The rows from the top: offset and half-width.
+    /// Rows from the top: offset and half-width.
     pub fn rows(&self) -> impl Iterator<Item = (i32, i32)> + '_ {
         let last = index(self.halves.len() - 1);
         (-last..=last).map(|dy| (dy, self.halves[offset(dy.abs())]))
     }
 
-    /// The number of pixels.
+    /// Number of pixels.
     pub fn count(&self) -> usize {
         self.rows().map(|(_, half)| 2 * offset(half) + 1).sum()
     }

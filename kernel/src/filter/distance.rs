@@ -15,7 +15,7 @@ use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
 use shibo_engine::value::Window;
 
-/// The parameters of a distance transform.
+/// Parameters of a distance transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceSpec {
     /// The region is where the field is above this threshold.
@@ -27,7 +27,7 @@ pub struct DistanceSpec {
 }
 
 impl DistanceSpec {
-    /// The halo: the pixels read beyond a window, in x and y.
+    /// Halo: the pixels read beyond a window, in x and y.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a radius in pixels")]
     pub fn halo(&self) -> [usize; 2] {
         self.step.map(|step| ((self.radius / step).ceil().max(0.0) as usize).saturating_add(1))
@@ -125,7 +125,7 @@ fn single(x: f64) -> f32 {
 /// A distance in pixels beyond any pixel, with a finite square.
 const FAR: f32 = 1e9;
 
-/// The distance in pixels from a pixel with value `v` to the region on the line through its neighbours `a` and `b`.
+/// Distance in pixels from a pixel with value `v` to the region on the line through its neighbours `a` and `b`.
 #[inline(always)]
 fn seed(v: f32, a: f32, b: f32, threshold: f32) -> f32 {
     let reach = |n: f32| {
@@ -209,7 +209,7 @@ fn along_columns(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut 
     }
 }
 
-/// The number of pixels that are searched together, in registers, until all of them stop.
+/// Pixels that are searched together, in registers, until all of them stop.
 const BLOCK: usize = 64;
 
 /// out = min over k of squares(±k) + (k·step)², for k up to `reach`.
@@ -247,7 +247,7 @@ fn look<'a>(out: &mut [f32], reach: usize, step: f64, squares: impl Fn(usize, bo
     }
 }
 
-/// The largest value of a block, computed in eight lanes.
+/// Largest value of a block, computed in eight lanes.
 #[inline(always)]
 fn furthest(block: &[f32; BLOCK]) -> f32 {
     let mut lanes = [0.0; 8];

@@ -26,16 +26,16 @@ pub fn blurred(input: &Field, sigma: f64, size: DVec2) -> Field {
     Field::new(input.ty(), input.tiling(), Blurred { levels, sigma, size })
 }
 
-/// The maximum number of halvings, enough for any canvas: 2^16 pixels become 256.
+/// Maximum number of halvings, enough for any canvas: 2^16 pixels become 256.
 const MOST_LEVELS: usize = 8;
 
-/// The number of halvings that the blur does itself within a tile, which is faster.
+/// Number of halvings that the blur does itself within a tile, which is faster.
 const WITHIN: u32 = 3;
 
 /// A visible part counts as at least this wide, in pixels: a blur of that width is fast enough.
 const LEAST_PART: f64 = 64.0;
 
-/// The maximum number of skipped halvings: up to there positions within a pixel are exact.
+/// Maximum number of skipped halvings: up to there positions within a pixel are exact.
 const MOST_SKIPPED: f64 = 20.0;
 
 fn keyed(field: Field, key: Option<Key>) -> Field {
@@ -92,26 +92,26 @@ struct Blurred {
 
 /// The method for blurring on a grid.
 struct Plan {
-    /// The index of the level.
+    /// Index of the level.
     level: u32,
-    /// The number of halvings from the result's pixels to those of the grid that is blurred.
+    /// Number of halvings from the result's pixels to those of the grid that is blurred.
     coarser: u32,
     grid: Grid,
-    /// The width in pixels of that grid.
+    /// Width in pixels of that grid.
     sigma: [f64; 2],
 }
 
 impl Plan {
-    /// The pixels of its grid that are blurred to make `rect`.
+    /// Pixels of its grid that are blurred to make `rect`.
     fn coarse(&self, rect: Window) -> Window {
         if self.coarser == 0 { rect } else { pyramid::magnify_reads(rect, self.coarser) }
     }
 }
 
 impl Blurred {
-    /// The number of halvings that are skipped because the input is read directly on a coarser grid. In an enlarged
-    /// part of the canvas, the blur can be much wider than the part, and the pixels it reads would be useful for that
-    /// part only. The blur hides the loss of detail.
+    /// Number of halvings that are skipped because the input is read directly on a coarser grid. In an enlarged part of
+    /// the canvas, the blur can be much wider than the part, and the pixels it reads would be useful for that part
+    /// only. The blur hides the loss of detail.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to a few")]
     fn skipped(&self, grid: &Grid) -> u32 {
         let Some(shown) = grid.shown else { return 0 };

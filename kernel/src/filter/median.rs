@@ -37,7 +37,7 @@ pub fn median(input: &View<'_>, rect: Window, disk: &Disk, out: &mut [f32]) {
     }
 }
 
-/// The number of pixels processed at a time.
+/// Number of pixels processed at a time.
 const LANES: usize = 32;
 type Lanes = [f32; LANES];
 
@@ -100,7 +100,7 @@ struct Ranks {
     blocks: Vec<u32>,
 }
 
-/// The number of words in a block.
+/// Number of words in a block.
 const BLOCK: usize = 32;
 
 impl Ranks {

@@ -54,8 +54,8 @@ fn fill<const LEAST: bool>(input: &View<'_>, rect: Window, disk: &Disk, out: &mu
             }
         }
         for (dy, half) in disk.halves().iter().enumerate() {
-            // The rows of the result for which this row has the offset -dy and dy in the disk; `row` starts `hy` above
-            // the first one.
+            // Rows of the result for which this row has the offset -dy and dy in the disk; `row` starts `hy` above the
+            // first one.
             let below = (row + dy).checked_sub(hy).filter(|j| *j < rect.rows());
             let above = row.checked_sub(hy + dy).filter(|j| *j < rect.rows() && dy > 0);
             if below.is_none() && above.is_none() {

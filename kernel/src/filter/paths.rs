@@ -9,16 +9,16 @@ use crate::ground::window::{View, WindowExt, index, offset};
 use shibo_engine::value::Window;
 use std::collections::BTreeMap;
 
-/// The maximum number of samples of a path.
+/// Maximum number of samples of a path.
 pub const MOST: usize = 512;
 
-/// The number of samples for a path of this length in pixels: two per pixel, and odd, so that one lies in the middle.
+/// Number of samples for a path of this length in pixels: two per pixel, and odd, so that one lies in the middle.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to a few hundred")]
 pub fn samples(pixels: f64) -> usize {
     2 * (pixels.abs().ceil().min(MOST as f64 / 2.0 - 1.0) as usize) + 1
 }
 
-/// The positions of the samples of a path, from -½ to ½ of its length.
+/// Positions of the samples of a path, from -½ to ½ of its length.
 fn places(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| if count == 1 { 0.0 } else { k as f64 / (count - 1) as f64 - 0.5 })
 }
@@ -50,13 +50,13 @@ impl Line {
         Self { taps: taps.into_iter().map(|((dy, dx), weight)| (dx, dy, weight as f32)).collect() }
     }
 
-    /// The halo in pixels, in x and y.
+    /// Halo in pixels, in x and y.
     pub fn halo(&self) -> [usize; 2] {
         let reach = |of: fn(&(i32, i32, f32)) -> i32| self.taps.iter().map(|t| of(t).unsigned_abs()).max().unwrap_or(0);
         [reach(|t| t.0) as usize, reach(|t| t.1) as usize]
     }
 
-    /// The mean along the line through each pixel of `rect`.
+    /// Mean along the line through each pixel of `rect`.
     ///
     /// # Panics
     /// If `input` does not cover `rect` grown by the halo, or `out` is smaller than `rect`.
@@ -85,7 +85,7 @@ pub struct Reader<'a> {
     window: Window,
 }
 
-/// The maximum number of channels.
+/// Maximum number of channels.
 const CHANNELS: usize = 4;
 
 impl<'a> Reader<'a> {
@@ -100,8 +100,8 @@ impl<'a> Reader<'a> {
         Self { data: views.iter().map(|view| view.raw().0).collect(), stride: views[0].raw().1, window }
     }
 
-    /// The values at an offset in pixels from the centre of pixel (x, y), clamped to the window. The bits are the same
-    /// in every window, because the offset is split into whole pixels and a fraction before it is added.
+    /// Values at an offset in pixels from the centre of pixel (x, y), clamped to the window. The bits are the same in
+    /// every window, because the offset is split into whole pixels and a fraction before it is added.
     #[inline(always)]
     pub fn at(&self, x: i32, y: i32, [dx, dy]: [f32; 2]) -> [f32; CHANNELS] {
         let part = |d: f32| {
@@ -123,7 +123,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The maximum offset in pixels; beyond it the fraction would be lost.
+/// Maximum offset in pixels; beyond it the fraction would be lost.
 const FARTHEST: f32 = (1 << 20) as f32;
 
 /// Fills `out` with means over paths. For each pixel, `path(x, y, pixel)` returns the number of samples and a function
@@ -156,7 +156,7 @@ pub fn mean_along<P: Fn(f32) -> [f32; 2]>(
 pub enum Reduce {
     /// Their mean.
     Mean,
-    /// The least value.
+    /// Least value.
     Least,
     /// The greatest value.
     Greatest,

@@ -8,18 +8,18 @@ use crate::ground::simd;
 use crate::ground::window::WindowExt;
 use shibo_engine::value::Window;
 
-/// The position of a window on a picture, in pixels of the picture.
+/// Position of a window on a picture, in pixels of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlacedWindow {
     /// The window.
     pub window: Window,
     /// The corner of the grid's pixel (0, 0).
     pub origin: [f64; 2],
-    /// The size of a pixel of the grid.
+    /// Size of a pixel of the grid.
     pub step: [f64; 2],
     /// The interpolation filter.
     pub filter: Filter,
-    /// The values outside the picture.
+    /// Values outside the picture.
     pub outside: [Outside; 2],
 }
 

@@ -14,23 +14,23 @@ use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
 use shibo_engine::value::Window;
 
-/// The number of pixels whose positions are computed at a time.
+/// Number of pixels whose positions are computed at a time.
 pub const BLOCK: usize = 64;
 
-/// The halo: pixels read beyond the smallest and largest positions, on each side.
+/// Halo: pixels read beyond the smallest and largest positions, on each side.
 pub const HALO: usize = 2;
 
 /// Values beyond ± this are clamped to the range of the pixels that they are computed from.
 const LARGE: f32 = 1e6;
 
-/// The positions that a run of pixels reads.
+/// Positions that a run of pixels reads.
 #[derive(Clone, Debug)]
 pub struct SamplePositions {
     /// Columns: the pixel whose centre lies at or before the position.
     pub i: [i32; BLOCK],
     /// Rows.
     pub j: [i32; BLOCK],
-    /// The distance of the position from that centre, 0..1, in x.
+    /// Distance of the position from that centre, 0..1, in x.
     pub u: [f32; BLOCK],
     /// The same in y.
     pub v: [f32; BLOCK],

@@ -25,7 +25,7 @@ pub enum Filter {
     BSpline,
 }
 
-/// The values outside the plane.
+/// Values outside the plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Outside {
     /// The plane repeats.
@@ -49,7 +49,7 @@ impl<'a> Sampler<'a> {
         Self { view, filter, outside }
     }
 
-    /// The halo for positions within a rectangle, including its border.
+    /// Halo for positions within a rectangle, including its border.
     pub const fn halo(filter: Filter) -> usize {
         match filter {
             Filter::Nearest => 1,
@@ -69,7 +69,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The value at one position; a NaN position reads as 0.
+    /// Value at one position; a NaN position reads as 0.
     #[inline]
     pub fn at(&self, x: f32, y: f32) -> f32 {
         match self.filter {
@@ -165,8 +165,8 @@ impl Pyramid {
         self.levels.len()
     }
 
-    /// The value at a position in pixels of the full plane, averaged over about `footprint` pixels: with `filter` up to
-    /// one pixel, trilinear above.
+    /// Value at a position in pixels of the full plane, averaged over about `footprint` pixels: with `filter` up to one
+    /// pixel, trilinear above.
     #[inline]
     pub fn at(&self, x: f32, y: f32, footprint: f32, filter: Filter) -> f32 {
         let level = if footprint > 1.0 { crate::ground::math::log2(footprint) } else { 0.0 };

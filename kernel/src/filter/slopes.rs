@@ -4,7 +4,7 @@ use crate::ground::simd;
 use crate::ground::window::{View, WindowExt};
 use shibo_engine::value::Window;
 
-/// The halo: pixels read beyond the window.
+/// Halo: pixels read beyond the window.
 pub const HALO: usize = 1;
 
 /// Fills `gx` and `gy` over `rect` with the slope of `input` per mm to the right and down: central differences, with

@@ -28,8 +28,7 @@ pub fn products(gx: &[f32], gy: &[f32], [xx, yy, xy]: [&mut [f32]; 3]) {
     );
 }
 
-/// The direction of the features in degrees, -90..90 from +x towards +y, from a tensor (xx, yy, xy); 0 if there is
-/// none.
+/// Direction of the features in degrees, -90..90 from +x towards +y, from a tensor (xx, yy, xy); 0 if there is none.
 #[inline(always)]
 pub fn angle([xx, yy, xy]: [f32; 3]) -> f32 {
     // The gradient has half of that angle, and features are perpendicular to it.

@@ -25,7 +25,7 @@ impl WarpSpec {
         Axis { scale: pixels as f32, limit: (self.limit[k] * pixels).min(FARTHEST) as f32 }
     }
 
-    /// The pixels that may be read for `rect` with any displacements.
+    /// Pixels that may be read for `rect` with any displacements.
     pub fn reach(&self, rect: Window) -> Window {
         let far = |k| offset(floor_int(self.axis(k).limit).1.max(0)) + 1 + HALO;
         rect.with_halo([far(0), far(1)])

@@ -17,16 +17,16 @@ pub(crate) struct Extent {
     pub(crate) half: Vec2,
 }
 
-/// The maximum number of levels; boxes that are too small for them share the last one.
+/// Maximum number of levels; boxes that are too small for them share the last one.
 const LEVELS: usize = 16;
-/// The maximum number of bins along one side.
+/// Maximum number of bins along one side.
 const SIDE: f32 = 8192.0;
 
 /// The index.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bins {
     levels: Vec<Level>,
-    /// The bounds of all boxes; 0 to 0 if there are none.
+    /// Bounds of all boxes; 0 to 0 if there are none.
     pub(crate) low: Vec2,
     pub(crate) high: Vec2,
 }
@@ -43,7 +43,7 @@ struct Level {
     bins: IVec2,
     /// Bins per mm.
     scale: Vec2,
-    /// The start of each bin in the order, and the end of the last one.
+    /// Start of each bin in the order, and the end of the last one.
     start: Vec<u32>,
 }
 

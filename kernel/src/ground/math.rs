@@ -150,7 +150,7 @@ pub fn atan2_degrees(y: f32, x: f32) -> f32 {
     angle(y, x, 180.0 / PI, [45.0, 90.0, 180.0])
 }
 
-/// The angle of a vector in any unit; `radian`, `eighth`, `quarter` and `half` are a radian and parts of a turn in that
+/// Angle of a vector in any unit; `radian`, `eighth`, `quarter` and `half` are a radian and parts of a turn in that
 /// unit.
 #[inline(always)]
 fn angle(y: f32, x: f32, radian: f32, [eighth, quarter, half]: [f32; 3]) -> f32 {

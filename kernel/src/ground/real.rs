@@ -28,7 +28,7 @@ pub trait Real:
     const INFINITY: Self;
     /// The nearest number to a double.
     fn of(value: f64) -> Self;
-    /// The number as a double.
+    /// Widens to a double.
     fn wide(self) -> f64;
     /// The square root.
     fn sqrt(self) -> Self;

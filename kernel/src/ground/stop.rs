@@ -7,13 +7,13 @@
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-/// A function that returns true if the work should stop.
+/// Returns true if the work should stop.
 pub type Until<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Never stops.
 pub const NEVER: Until<'static> = &|| false;
 
-/// The number of calls between two checks: less than a millisecond of a triangulation.
+/// Number of calls between two checks: less than a millisecond of a triangulation.
 const CALLS: u32 = 1 << 13;
 
 /// The payload of the unwinding.

@@ -34,7 +34,7 @@ pub fn channel(tile: &Tile, channel: usize) -> &[f32] {
     tile.plane(channel.min(tile.channels() - 1))
 }
 
-/// The type of a channel-wise result of these fields: the widest of their types.
+/// Type of a channel-wise result of these fields: the widest of their types.
 pub fn widest<'a>(fields: impl IntoIterator<Item = &'a Field>) -> Type {
     fields.into_iter().fold(Type::Gray, |widest, field| match (widest, field.ty()) {
         (Type::Normal, _) | (_, Type::Normal) => Type::Normal,

@@ -130,7 +130,7 @@ impl<'a> View<'a> {
         &self.data[start..start + n]
     }
 
-    /// The values, and the distance between rows.
+    /// Values, and the distance between rows.
     #[inline(always)]
     pub(crate) const fn raw(&self) -> (&'a [f32], usize) {
         (self.data, self.stride)

@@ -17,11 +17,11 @@ use crate::ground::window::Frame;
 use glam::DVec2;
 use shibo_engine::value::Tiling;
 
-/// The number of pixels evaluated at once. Runs of this length begin at absolute columns that are multiples of it, so
+/// Number of pixels evaluated at once. Runs of this length begin at absolute columns that are multiples of it, so
 /// positions within a run are the same in every window.
 pub const LANES: usize = 64;
 
-/// The numbers 0, 1, 2 …, which are cheaper to load than to convert.
+/// Numbers 0, 1, 2 …, which are cheaper to load than to convert.
 pub(crate) const RAMP: [f32; LANES] = {
     let mut ramp = [0.0; LANES];
     let mut k = 0;
@@ -223,7 +223,7 @@ fn turned([u, v]: [[f64; 2]; 2], turn: f64) -> [[f64; 2]; 2] {
     [[0, 1].map(|k: usize| cos * u[k] + sin * v[k]), [0, 1].map(|k: usize| cos * v[k] - sin * u[k])]
 }
 
-/// The range of the cell identifiers of a run, relative to 0..D.
+/// Range of the cell identifiers of a run, relative to 0..D.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wrap {
     /// Within 0..D.
@@ -278,7 +278,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// The position in its cell of the pixel at `ramp` in the run, and the cell.
+    /// Position in its cell of the pixel at `ramp` in the run, and the cell.
     #[inline(always)]
     pub(crate) fn place(&self, ramp: f32) -> (f32, f32, i32, i32) {
         let (u, v) = (self.frac[0] + ramp * self.rate[0], self.frac[1] + ramp * self.rate[1]);
@@ -335,7 +335,7 @@ pub(crate) fn lower_unit(word: u32) -> f32 {
     f32::from_bits((word & 0x007f_ffff) | 0x3f80_0000) - 1.0
 }
 
-/// The value at (x, y) of a linear function with a random slope, within ±½ in x and in y, that is 0 at the origin.
+/// Value at (x, y) of a linear function with a random slope, within ±½ in x and in y, that is 0 at the origin.
 #[inline(always)]
 pub(crate) fn slope(word: u32, x: f32, y: f32) -> f32 {
     (upper_unit(word) - 0.5) * x + (lower_unit(word) - 0.5) * y

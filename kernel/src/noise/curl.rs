@@ -7,7 +7,7 @@ use super::fractal::{Noise, NoiseSpec};
 use crate::ground::number::narrow;
 use crate::ground::window::Frame;
 
-/// The distance of the differences to each side, as a fraction of the finest octave.
+/// Distance of the differences to each side, as a fraction of the finest octave.
 const REACH: f64 = 0.02;
 
 /// The root mean square of the gradient's length for one octave, times its size: measured (test `lengths`).

@@ -92,7 +92,7 @@ impl NoiseSpec {
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl NoiseSpec {
-    /// The angle in radians by which the grid of an octave is turned within the frame of `angle` and `aspect`; 0 where
+    /// Angle in radians by which the grid of an octave is turned within the frame of `angle` and `aspect`; 0 where
     /// octaves are not folded. A square grid repeats after a quarter turn, and a triangular grid has a side
     /// perpendicular to an old one after a twelfth: the angle of an octave stays away from these by at least a sixth of
     /// them. White noise keeps its squares upright, because they are visible.
@@ -107,7 +107,7 @@ impl NoiseSpec {
     }
 }
 
-/// The standard deviation of the result.
+/// Standard deviation of the result.
 const DEVIATION: f64 = 0.155;
 
 /// Mean and standard deviation of one octave by shape and basis, measured (test `statistics`).
@@ -133,7 +133,7 @@ const fn moments(basis: Basis, fractal: FractalKind) -> (f64, f64) {
 pub struct Noise {
     spec: NoiseSpec,
     octaves: Vec<(CellGrid, f64)>,
-    /// The standard deviation of the sum of all octaves, including those too fine to draw.
+    /// Standard deviation of the sum of all octaves, including those too fine to draw.
     deviation: f64,
 }
 
@@ -180,9 +180,9 @@ impl Noise {
 /// The folding and scaling of octaves to one value.
 pub(super) struct Folded {
     fractal: FractalKind,
-    /// The factor on all octaves.
+    /// Factor on all octaves.
     scale: f64,
-    /// The mean of a folded octave.
+    /// Mean of a folded octave.
     mean: f32,
 }
 

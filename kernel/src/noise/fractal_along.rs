@@ -25,7 +25,7 @@ use shibo_engine::value::Tiling;
 pub struct NoiseAlong {
     spec: NoiseSpec,
     octaves: Vec<Patches>,
-    /// The standard deviation of the sum of all octaves, including those too fine to draw.
+    /// Standard deviation of the sum of all octaves, including those too fine to draw.
     deviation: f64,
 }
 
@@ -49,7 +49,7 @@ pub struct Directions<'a> {
     pub origin: DVec2,
     /// The size of a sample, mm.
     pub step: DVec2,
-    /// The numbers of samples in a row and of rows.
+    /// Numbers of samples in a row and of rows.
     pub size: IVec2,
     /// The samples, row by row.
     pub doubled: &'a [[f32; 2]],
@@ -148,7 +148,7 @@ impl NoiseAlong {
 #[derive(Clone, Copy, Default)]
 struct Corner {
     word: u32,
-    /// The position in its noise at lane 0, in bumps, and the change per lane.
+    /// Position in its noise at lane 0, in bumps, and the change per lane.
     place: [f32; 2],
     rate: [f32; 2],
     weight: f32,
@@ -169,7 +169,7 @@ impl Patches {
         let begin = frame.center(at[0], at[1]);
         let first = self.grid.place(begin);
         let rate = self.grid.to_cell().map(|row| row[0] * frame.step[0]);
-        // The triangle of a lane: its cell, and the half of the cell.
+        // Triangle of a lane: its cell, and the half of the cell.
         let triangle = |lane: usize| {
             let place = [0, 1].map(|k: usize| first[k] + rate[k] * lane as f64);
             let cell = place.map(f64::floor);

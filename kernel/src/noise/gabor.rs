@@ -22,23 +22,23 @@ use std::f64::consts::{LN_2, PI, TAU};
 /// Parameters of the waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaborSpec {
-    /// The distance between stripes, mm, > 0.
+    /// Distance between stripes, mm, > 0.
     pub wavelength: f64,
-    /// The range of wavelengths at half strength, octaves, > 0.
+    /// Range of wavelengths at half strength, octaves, > 0.
     pub bandwidth: f64,
-    /// The length of a packet along its stripes divided by its width, > 0.
+    /// Length of a packet along its stripes divided by its width, > 0.
     pub aspect: f64,
-    /// The direction of the stripes, degrees from +x towards +y; that of the field is added.
+    /// Direction of the stripes, degrees from +x towards +y; that of the field is added.
     pub angle: f64,
     /// The maximum random turn of a packet either way, degrees.
     pub spread: f64,
 }
 
-/// The number of packets in a cell.
+/// Number of packets in a cell.
 const PACKETS: u64 = 4;
 /// The value of the Gaussian at its end, as a fraction of its height.
 const END: f64 = 0.01;
-/// The standard deviation of the values.
+/// Standard deviation of the values.
 const DEVIATION: f64 = 0.155;
 
 /// Gabor noise on a canvas.
@@ -48,11 +48,11 @@ pub struct Gabor {
     hash: Hash,
     /// Size of a cell, mm.
     cell: DVec2,
-    /// The numbers of cells on the canvas, in directions in which it repeats.
+    /// Numbers of cells on the canvas, in directions in which it repeats.
     period: [Option<i64>; 2],
-    /// The reach of a packet across its stripes, mm.
+    /// Reach of a packet across its stripes, mm.
     half: f64,
-    /// The factor on the sum of packets.
+    /// Factor on the sum of packets.
     scale: f64,
 }
 
@@ -72,7 +72,7 @@ impl GaborSpec {
         (octaves - 1.0) / (octaves + 1.0) * (PI / LN_2).sqrt() / self.wavelength
     }
 
-    /// The reach of a packet from its middle, mm.
+    /// Reach of a packet from its middle, mm.
     pub fn reach(&self) -> f64 {
         self.half() * self.aspect.max(1.0)
     }
@@ -114,7 +114,7 @@ impl Gabor {
         Self { spec: *spec, hash, cell, period: [across, down], half, scale: DEVIATION / variance.sqrt() }
     }
 
-    /// The halo of angles around a window, in pixels.
+    /// Halo of angles around a window, in pixels.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the canvas")]
     pub fn halo(&self, step: [f64; 2]) -> [usize; 2] {
         step.map(|step| ((self.spec.reach() / step).ceil() as usize).saturating_add(1))
@@ -216,7 +216,7 @@ fn span(frame: &Frame, axis: usize, place: f64, half: f64) -> (i32, i32) {
     (from, to.max(from))
 }
 
-/// The angle at the pixel nearest to a position, among the given pixels.
+/// Angle at the pixel nearest to a position, among the given pixels.
 #[expect(clippy::cast_possible_truncation, reason = "limited to the window")]
 fn nearest(frame: &Frame, angles: &View<'_>, place: DVec2) -> f32 {
     let window: Window = angles.window();

@@ -7,7 +7,7 @@
 use crate::ground::hash::Hash;
 use crate::ground::math;
 
-/// The standard deviation of [`Noise3::at`].
+/// Standard deviation of [`Noise3::at`].
 pub const DEVIATION: f32 = 0.27;
 /// The largest slope of [`Noise3::at`] per cell.
 pub const SLOPE: f64 = 3.1;
@@ -16,7 +16,7 @@ pub const SLOPE: f64 = 3.1;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Noise3(u32);
 
-/// The number of points that [`Noise3::each`] computes together.
+/// Number of points that [`Noise3::each`] computes together.
 const TOGETHER: usize = 32;
 
 /// The gradients at the corners of a cell; x varies fastest, then y.
@@ -30,7 +30,7 @@ impl Cell {
         g[0] * x + g[1] * y + g[2] * z
     }
 
-    /// The value at a point of the cell, coordinates 0..1; with the same rounding as [`Noise3::at`].
+    /// Value at a point of the cell, coordinates 0..1; with the same rounding as [`Noise3::at`].
     #[inline(always)]
     fn at(&self, x: f32, y: f32, z: f32) -> f32 {
         let (s, t, r) = (fade(x), fade(y), fade(z));
@@ -40,7 +40,7 @@ impl Cell {
         math::lerp(near, far, r)
     }
 
-    /// The value and its derivative in z.
+    /// Value and its derivative in z.
     #[inline(always)]
     fn with_slope(&self, x: f32, y: f32, z: f32) -> (f32, f32) {
         let (s, t, r) = (fade(x), fade(y), fade(z));
@@ -133,7 +133,7 @@ impl Noise3 {
         Self(hash.u64(counter) as u32)
     }
 
-    /// The value at a point in cell coordinates, within ±1, with mean 0.
+    /// Value at a point in cell coordinates, within ±1, with mean 0.
     #[inline(always)]
     pub fn at(self, x: f32, y: f32, z: f32) -> f32 {
         let ((fx, ix), (fy, iy), (fz, iz)) = (math::floor_int(x), math::floor_int(y), math::floor_int(z));
@@ -159,7 +159,7 @@ impl Noise3 {
         math::lerp(near, far, r)
     }
 
-    /// The value at a point in cell coordinates, and its derivative in z.
+    /// Value at a point in cell coordinates, and its derivative in z.
     #[inline(always)]
     pub fn with_slope(self, x: f32, y: f32, z: f32) -> (f32, f32) {
         let ((fx, ix), (fy, iy), (fz, iz)) = (math::floor_int(x), math::floor_int(y), math::floor_int(z));

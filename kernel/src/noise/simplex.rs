@@ -85,8 +85,8 @@ mod tests {
         let mut out = vec![0.0; window.len()];
         noise.fill(&Frame::new(window, [step; 2]), &mut out);
         let at = |x: usize, y: usize| f64::from(out[y * 600 + x]);
-        // The mean squared difference at equal distances in several directions: those of a right triangle of 3, 4 and 5
-        // and its mirror images.
+        // Mean squared difference at equal distances in several directions: those of a right triangle of 3, 4 and 5 and
+        // its mirror images.
         let unlike = |dx: usize, dy: usize, back: bool| {
             let pairs = (0..580).flat_map(|y| (10..580).map(move |x| (x, y)));
             let sum: f64 = pairs

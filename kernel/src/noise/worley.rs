@@ -223,7 +223,7 @@ impl Worley {
         }
     }
 
-    /// The least distance to a bisector, (|b|² - |a|²) / (2 |slope·(b - a)|), over all points b around.
+    /// Least distance to a bisector, (|b|² - |a|²) / (2 |slope·(b - a)|), over all points b around.
     #[inline(always)]
     fn border<const WRAP: u8>(&self, run: &Run, near: &Near, out: &mut [f32; LANES]) {
         let points = near.offset[0].iter().zip(&near.offset[1]);

@@ -29,11 +29,11 @@ pub struct WorleyAlong {
     /// The added angle in degrees.
     angle: f32,
     aspect: f32,
-    /// The size of a cell across its long direction, mm.
+    /// Size of a cell across its long direction, mm.
     size: f32,
     /// Cells to mm.
     to_mm: [[f32; 2]; 2],
-    /// The maximum distance in cells of a cell that is read.
+    /// Maximum distance in cells of a cell that is read.
     most: i64,
 }
 
@@ -107,7 +107,7 @@ impl WorleyAlong {
 struct Pixel<'a> {
     cells: &'a WorleyAlong,
     run: &'a Run,
-    /// The position in its cell, and the cell.
+    /// Position in its cell, and the cell.
     place: (f32, f32, i32, i32),
     /// Cells to mm across the stretch, along and across the direction.
     compare: [[f32; 2]; 2],
@@ -222,8 +222,7 @@ impl<'a> Pixel<'a> {
         near
     }
 
-    /// The least distance, in true mm, to a bisector between the nearest point and another one, in the metric of the
-    /// pixel.
+    /// Least distance, in true mm, to a bisector between the nearest point and another one, in the metric of the pixel.
     #[inline(always)]
     fn border<const WRAP: u8>(&self, first: &Point, second: &Point, radius: f32) -> f32 {
         let [[p, q], [r, s]] = self.compare;

@@ -7,7 +7,7 @@ use glam::DVec2;
 use shibo_engine::value::Segments;
 use std::collections::BTreeMap;
 
-/// The maximum distance in mm of ends that count as the same point.
+/// Maximum distance in mm of ends that count as the same point.
 const SAME: f64 = 1e-3;
 
 /// The cosine of the largest turn where more than two segments meet.

@@ -10,10 +10,10 @@ use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
 use shibo_engine::value::Path;
 
-/// The number of needles per reach.
+/// Number of needles per reach.
 const NEEDLES: f64 = 16.0;
 
-/// The maximum number of needles.
+/// Maximum number of needles.
 const MOST: f64 = 4e6;
 
 /// A short piece of a path.
@@ -68,7 +68,7 @@ impl Flow {
         Self { index: Index::new(&boxes, (path.size_mm, path.periodic)), needles, reach, soft }
     }
 
-    /// The approximate memory in bytes.
+    /// Approximate memory in bytes.
     pub fn bytes(&self) -> usize {
         self.needles.len() * (size_of::<Needle>() + 24)
     }

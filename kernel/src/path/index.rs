@@ -9,11 +9,11 @@ use shibo_engine::value::Tiling;
 #[derive(Clone, Debug)]
 pub(super) struct Index {
     bins: Bins,
-    /// The indices of the boxes in the order of the bins.
+    /// Indices of the boxes in the order of the bins.
     order: Vec<u32>,
-    /// The shift that moves the middle of each box onto the canvas.
+    /// Shift that moves the middle of each box onto the canvas.
     home: Vec<DVec2>,
-    /// The period; 0 in directions without repeats.
+    /// Period; 0 in directions without repeats.
     period: DVec2,
 }
 
@@ -42,7 +42,7 @@ impl Index {
         Self { bins, order, home, period }
     }
 
-    /// The period; 0 in directions without repeats.
+    /// Period; 0 in directions without repeats.
     pub(super) fn period(&self) -> DVec2 {
         self.period
     }

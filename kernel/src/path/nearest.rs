@@ -8,7 +8,7 @@ use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
 use shibo_engine::value::{Path, Polyline, Window};
 
-/// The side of a block in pixels.
+/// Side of a block in pixels.
 const BLOCK: usize = 16;
 
 /// The maximum search distance in mm; on a repeating canvas, in canvases.
@@ -18,7 +18,7 @@ const MOST_CANVASES: f64 = 8.0;
 /// The cosine of the largest turn at a joint of two pieces that still counts as smooth: 12°.
 const SMOOTH: f64 = 0.978;
 
-/// The position of a point relative to the nearest curve.
+/// Position of a point relative to the nearest curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beside {
     /// mm along the curve from its beginning. Beyond an open end the curve is extended straight: values are below 0, or
@@ -30,7 +30,7 @@ pub struct Beside {
     pub distance: f64,
     /// The unit tangent of the curve.
     pub tangent: DVec2,
-    /// The index of the curve, from 0.
+    /// Index of the curve, from 0.
     pub curve: u32,
 }
 
@@ -41,7 +41,7 @@ struct Piece {
     /// Its unit direction.
     way: DVec2,
     length: f64,
-    /// The position of its beginning along the curve, mm.
+    /// Position of its beginning along the curve, mm.
     along: f64,
     /// The direction of the curve at its two ends, midway between those of the pieces that meet there.
     joints: [DVec2; 2],
@@ -99,7 +99,7 @@ impl Nearest {
         Self { index: Index::new(&boxes, (path.size_mm, path.periodic)), pieces }
     }
 
-    /// The approximate memory in bytes.
+    /// Approximate memory in bytes.
     pub fn bytes(&self) -> usize {
         self.pieces.len() * (size_of::<Piece>() + 24)
     }
@@ -137,7 +137,7 @@ impl Nearest {
         }
     }
 
-    /// The position of one point, if a curve is within `reach` mm.
+    /// Position of one point, if a curve is within `reach` mm.
     pub fn at(&self, p: DVec2, reach: f64) -> Option<Beside> {
         let near = self.index.near(p - reach, p + reach);
         self.beside(&near, p).filter(|beside| beside.distance <= reach)
@@ -160,7 +160,7 @@ impl Nearest {
         0.0
     }
 
-    /// The position relative to the nearest piece, the first one of several.
+    /// Position relative to the nearest piece, the first one of several.
     fn beside(&self, near: &[Near], p: DVec2) -> Option<Beside> {
         let (mut least, mut found) = (f64::INFINITY, None);
         for near in near {

@@ -3,13 +3,13 @@ use crate::shape::outline::{Edge, flatten};
 use glam::DVec2;
 use shibo_engine::value::{Path, Polyline, Tiling};
 
-/// The maximum distance in mm between straight pieces and the curve they replace.
+/// Maximum distance in mm between straight pieces and the curve they replace.
 pub const TOLERANCE: f64 = 5e-4;
 
-/// The maximum number of straight pieces of a path.
+/// Maximum number of straight pieces of a path.
 pub const MOST_PIECES: usize = 4_000_000;
 
-/// The maximum distance in mm of ends that count as the same point.
+/// Maximum distance in mm of ends that count as the same point.
 const SAME: f64 = 1e-6;
 
 /// Draws curves one after another, in mm.
@@ -33,7 +33,7 @@ impl Pen {
         self.open.last().copied().unwrap_or_default()
     }
 
-    /// The number of straight pieces drawn.
+    /// Number of straight pieces drawn.
     pub fn pieces(&self) -> usize {
         self.pieces
     }
@@ -122,7 +122,7 @@ impl Pen {
     }
 }
 
-/// The shift from `first` to `last` in mm, if it is zero or whole canvases in directions in which the canvas repeats.
+/// Shift from `first` to `last` in mm, if it is zero or whole canvases in directions in which the canvas repeats.
 pub fn around(first: DVec2, last: DVec2, size: DVec2, tiling: Tiling) -> Option<DVec2> {
     let way = last - first;
     let steps = (way / size).round();

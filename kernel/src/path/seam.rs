@@ -6,9 +6,9 @@ use shibo_engine::value::{Path, Polyline};
 /// The arrangement of stitches along curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seam {
-    /// The distance between stitches, mm; adjusted so that a whole number of stitches fits each curve.
+    /// Distance between stitches, mm; adjusted so that a whole number of stitches fits each curve.
     pub pitch: f64,
-    /// The length of a stitch, as a fraction of the pitch.
+    /// Length of a stitch, as a fraction of the pitch.
     pub length: f64,
     /// Sine and cosine of the angle between a stitch and the path.
     pub tilt: (f64, f64),
@@ -38,7 +38,7 @@ pub struct Sewn {
     pub holes: Vec<[DVec2; 2]>,
 }
 
-/// The number of stitches for a curve of this length in mm.
+/// Number of stitches for a curve of this length in mm.
 pub fn count(length: f64, pitch: f64) -> f64 {
     (length / pitch).round().max(1.0)
 }
@@ -105,7 +105,7 @@ impl Seam {
 /// A curve parametrised by its length.
 struct Along<'a> {
     curve: &'a Polyline,
-    /// The length in mm up to each of its points.
+    /// Length in mm up to each of its points.
     lengths: Vec<f64>,
 }
 

@@ -10,22 +10,22 @@ use shibo_engine::value::{Stop, Tiling};
 /// Parameters of streamlines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Streams {
-    /// The distance between lines, mm.
+    /// Distance between lines, mm.
     pub spacing: f64,
-    /// The maximum length of a line, mm.
+    /// Maximum length of a line, mm.
     pub length: f64,
-    /// The minimum length of a line, mm.
+    /// Minimum length of a line, mm.
     pub shortest: f64,
     /// The canvas, mm.
     pub size: DVec2,
-    /// The directions in which the canvas repeats.
+    /// Directions in which the canvas repeats.
     pub tiling: Tiling,
 }
 
-/// The number of steps per spacing.
+/// Number of steps per spacing.
 const STEPS: f64 = 5.0;
 
-/// The minimum distance to another line, as a fraction of the spacing.
+/// Minimum distance to another line, as a fraction of the spacing.
 const CLOSE: f64 = 0.6;
 
 /// The unit direction at a point, or 0 where lines end; `before` is the direction at the previous point.
@@ -36,7 +36,7 @@ pub type Heading<'a> = &'a dyn Fn(DVec2, Option<DVec2>) -> DVec2;
 struct Spot {
     at: DVec2,
     line: usize,
-    /// The number of steps from the seed, negative against the field.
+    /// Number of steps from the seed, negative against the field.
     serial: i32,
 }
 
@@ -56,7 +56,7 @@ impl Taken {
         Self { cells, count: [count.x as i32, count.y as i32], cell: spec.size / count, spec }
     }
 
-    /// The index of a cell; `None` outside of the canvas in directions without repeats.
+    /// Index of a cell; `None` outside of the canvas in directions without repeats.
     fn number(&self, [x, y]: [i32; 2]) -> Option<usize> {
         let bring = |i: i32, n: i32, wraps: bool| {
             if wraps { Some(i.rem_euclid(n)) } else { Some(i).filter(|i| (0..n).contains(i)) }
@@ -96,7 +96,7 @@ impl Taken {
 }
 
 impl Streams {
-    /// The number of cells of the search grid; the caller should limit it.
+    /// Number of cells of the search grid; the caller should limit it.
     pub fn cells(&self) -> f64 {
         (self.size / self.spacing).max(DVec2::ONE).element_product()
     }

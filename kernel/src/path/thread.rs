@@ -18,28 +18,28 @@ use std::f32::consts::TAU;
 pub struct Thread {
     /// Half its width.
     pub radius: f32,
-    /// The number of strands, 1 to 8.
+    /// Number of strands, 1 to 8.
     pub strands: u32,
-    /// The length of one winding of a strand; 0 for straight strands, negative for the other winding direction.
+    /// Length of one winding of a strand; 0 for straight strands, negative for the other winding direction.
     pub lay: f32,
     /// Half the width of a hole.
     pub hole: f32,
-    /// The depth to which it pulls the ground down at the holes.
+    /// Depth to which it pulls the ground down at the holes.
     pub pull: f32,
-    /// The distance from the thread up to which the ground is pulled.
+    /// Distance from the thread up to which the ground is pulled.
     pub spread: f32,
 }
 
-/// The maximum number of strands.
+/// Maximum number of strands.
 pub const MOST_STRANDS: u32 = 8;
 
-/// The height of the thread's axis over the ground in the middle of a stitch, as a fraction of the radius.
+/// Height of the thread's axis over the ground in the middle of a stitch, as a fraction of the radius.
 const CROWN: f32 = 0.45;
-/// The depth of the axis in the holes, likewise.
+/// Depth of the axis in the holes, likewise.
 const SINK: f32 = 1.5;
-/// The fraction of the pull along the whole stitch; the rest is at the holes only.
+/// Fraction of the pull along the whole stitch; the rest is at the holes only.
 const ALONG: f32 = 0.6;
-/// The size of strands relative to strands that only touch, because they press against each other.
+/// Size of strands relative to strands that only touch, because they press against each other.
 const PRESSED: f32 = 1.12;
 
 /// A seam prepared for drawing.
@@ -60,7 +60,7 @@ pub struct Bit {
     pub mask: f32,
     /// 1 on the crowns of strands, 0 in the creases between them.
     pub crown: f32,
-    /// The number of the stitch, from 1; 0 where there is no thread.
+    /// Number of the stitch, from 1; 0 where there is no thread.
     pub id: u32,
 }
 
@@ -89,12 +89,12 @@ impl Drawn {
         Self { sewn, thread, stitches, holes }
     }
 
-    /// The number of stitches.
+    /// Number of stitches.
     pub fn count(&self) -> usize {
         self.sewn.stitches.len()
     }
 
-    /// The approximate memory in bytes.
+    /// Approximate memory in bytes.
     pub fn bytes(&self) -> usize {
         self.sewn.stitches.len() * (size_of::<Stitch>() + 24) + self.sewn.holes.len() * 56
     }
@@ -224,7 +224,7 @@ fn falloff(x: f32) -> f32 {
     rest * rest
 }
 
-/// The distance of a point from the line segment between two points.
+/// Distance of a point from the line segment between two points.
 #[inline(always)]
 fn to_line(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     let (way, to) = (b - a, p - a);

@@ -19,7 +19,7 @@ pub enum BevelProfile {
 }
 
 impl BevelProfile {
-    /// The height at a fraction of the bevel, 0..1.
+    /// Height at a fraction of the bevel, 0..1.
     #[inline]
     pub fn at(self, t: f64) -> f64 {
         let t = t.clamp(0.0, 1.0);
@@ -36,11 +36,11 @@ impl BevelProfile {
 pub struct Finish {
     /// The gap between pieces.
     pub gap: f64,
-    /// The width of the bevel.
+    /// Width of the bevel.
     pub bevel: f64,
     /// The cross-section of the bevel.
     pub profile: BevelProfile,
-    /// The radius of the corners of rectangles.
+    /// Radius of the corners of rectangles.
     pub radius: f64,
 }
 
@@ -55,7 +55,7 @@ pub enum FinishPlane {
     Gap,
     /// Ids of pieces.
     Ids,
-    /// The angle of the long side in degrees.
+    /// Angle of the long side in degrees.
     Angle,
 }
 

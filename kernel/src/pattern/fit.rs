@@ -11,13 +11,13 @@ use shibo_engine::value::Tiling;
 /// The wanted pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
-    /// The size of a unit in mm along the pattern's axes.
+    /// Size of a unit in mm along the pattern's axes.
     pub units: DVec2,
     /// Two lattice vectors in units; the turn from the first to the second is like that from u to v.
     pub basis: [DVec2; 2],
     /// Sine and cosine of the angle, from +x towards +y.
     pub turn: (f64, f64),
-    /// The number of pieces in a cell of the lattice.
+    /// Number of pieces in a cell of the lattice.
     pub pieces: u32,
 }
 
@@ -32,7 +32,7 @@ pub struct Fit {
     pieces: u32,
 }
 
-/// The largest id of a piece.
+/// Largest id of a piece.
 pub const MOST_PIECES: f64 = 16_777_215.0;
 
 impl Fit {
@@ -69,13 +69,13 @@ impl Fit {
         Some(Self { to_unit, from_unit: to_unit.inverse(), names: Names::new(lattice), pieces })
     }
 
-    /// The id of a piece, from 1: the same for all its copies on the canvas.
+    /// Id of a piece, from 1: the same for all its copies on the canvas.
     pub fn id(&self, cell: [i64; 2], piece: u32) -> u32 {
         let number = self.names.number(cell) * i64::from(self.pieces) + i64::from(piece) + 1;
         u32::try_from(number).unwrap_or(u32::MAX)
     }
 
-    /// The size of a unit in mm along the pattern's axes.
+    /// Size of a unit in mm along the pattern's axes.
     pub fn units(&self) -> DVec2 {
         DVec2::new(self.from_unit.x_axis.length(), self.from_unit.y_axis.length())
     }
@@ -85,7 +85,7 @@ impl Fit {
         (self.from_unit * units).normalize()
     }
 
-    /// The distance in mm between consecutive lines on which `gradient · (u, v)` is an integer.
+    /// Distance in mm between consecutive lines on which `gradient · (u, v)` is an integer.
     pub fn spacing(&self, gradient: DVec2) -> f64 {
         1.0 / (self.to_unit.transpose() * gradient).length()
     }

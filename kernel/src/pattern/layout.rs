@@ -33,7 +33,7 @@ pub struct PieceSpec {
     pub size: DVec2,
     /// The gap between pieces.
     pub gap: f64,
-    /// The shift of every second row of `Running`, as a fraction of the pitch.
+    /// Shift of every second row of `Running`, as a fraction of the pitch.
     pub stagger: f64,
     /// The tangent of the slant of `Chevron` pieces.
     pub slant: f64,
@@ -48,10 +48,10 @@ pub struct LaidPiece {
     pub number: u32,
     /// Its middle in units.
     pub center: DVec2,
-    /// The index of its long side's direction in [`Grid::directions`].
+    /// Index of its long side's direction in [`Grid::directions`].
     pub direction: usize,
-    /// The distances in mm to the middle of the gap at its ends and at its sides; the least of all for pieces that are
-    /// not rectangles.
+    /// Distances in mm to the middle of the gap at its ends and at its sides; the least of all for pieces that are not
+    /// rectangles.
     pub edges: [f64; 2],
 }
 
@@ -61,9 +61,9 @@ pub struct Grid {
     rule: Rule,
     /// The units.
     pub fit: Fit,
-    /// The directions of long sides: unit vectors on the canvas.
+    /// Directions of long sides: unit vectors on the canvas.
     pub directions: [DVec2; 2],
-    /// The distances in mm between lines of equal u and of equal v.
+    /// Distances in mm between lines of equal u and of equal v.
     pitch: [f64; 2],
     /// The same for the falling and the rising slanted sides.
     slanted: [f64; 2],
@@ -74,12 +74,12 @@ pub struct Grid {
 enum Rule {
     Running(f64),
     Stack,
-    /// The number of widths in a length.
+    /// Number of widths in a length.
     Herringbone(i64),
     BasketWeave(i64),
     /// The rise of a piece.
     Chevron(f64),
-    /// The shift of the sloping sides from the middle row to the next, and their position in the middle row.
+    /// Shift of the sloping sides from the middle row to the next, and their position in the middle row.
     Hexagonal(f64, f64),
     Versailles,
 }
@@ -101,14 +101,14 @@ const VERSAILLES: [[i64; 4]; 12] = [
 ];
 
 impl PieceSpec {
-    /// The number of widths in a length, for layouts that need a whole number.
+    /// Number of widths in a length, for layouts that need a whole number.
     pub fn ratio(&self) -> i64 {
         #[expect(clippy::cast_possible_truncation, reason = "limited before")]
         let ratio = ((self.size.x + self.gap) / (self.size.y + self.gap)).round().clamp(1.0, 64.0) as i64;
         ratio
     }
 
-    /// The depth of the points of hexagons including the gap, mm.
+    /// Depth of the points of hexagons including the gap, mm.
     fn point(&self) -> f64 {
         (self.size.y + self.gap) * 0.5 / 3f64.sqrt()
     }
@@ -148,7 +148,7 @@ impl PieceSpec {
         (rule, Wanted { units, basis: basis.map(DVec2::from), turn: (0.0, 1.0), pieces })
     }
 
-    /// The layout on a canvas, turned by an angle with this sine and cosine; `None` if it has too many pieces.
+    /// Layout on a canvas, turned by an angle with this sine and cosine; `None` if it has too many pieces.
     pub fn lay(&self, turn: (f64, f64), canvas: (DVec2, shibo_engine::value::Tiling)) -> Option<Grid> {
         let (rule, wanted) = self.rule();
         let fit = Fit::new(&Wanted { turn, ..wanted }, canvas)?;

@@ -1,7 +1,7 @@
 //! Truchet tiles: squares with the same motif, turned at random.
 //!
-//! Source: S. Truchet, "Mémoire sur les combinaisons" (1704); the arcs are those of C. S. Smith, "The tiling patterns of Sebastian
-//! Truchet" (1987).
+//! Source: S. Truchet, "Mémoire sur les combinaisons" (1704); the arcs are those of C. S. Smith, "The tiling patterns
+//! of Sebastian Truchet" (1987).
 use super::finish::{BevelProfile, degrees, id};
 use super::fit::{Fit, Wanted};
 use crate::ground::hash::Hash;
@@ -42,11 +42,11 @@ pub struct Tiles {
 /// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TruchetPlane {
-    /// The height, mm.
+    /// Height, mm.
     Height,
     /// 1 on the bands.
     Mask,
-    /// The distance to the edge of the bands, mm; negative inside.
+    /// Distance to the edge of the bands, mm; negative inside.
     Distance,
     /// Ids of tiles.
     Ids,
@@ -70,7 +70,7 @@ impl Tiles {
         Some(Self { motif, half_width: 0.5 * width, profile, height, hash, fit, directions })
     }
 
-    /// The id of the tile at a point, its number of quarter turns, and the position of the point in it, -½..½.
+    /// Id of the tile at a point, its number of quarter turns, and the position of the point in it, -½..½.
     fn tile(&self, p: DVec2) -> (u32, usize, DVec2) {
         let cell = p.floor();
         #[expect(clippy::cast_possible_truncation, reason = "far fewer tiles than 2^63")]
@@ -89,7 +89,7 @@ impl Tiles {
         }
     }
 
-    /// The distance to the edge of the bands, mm; negative inside.
+    /// Distance to the edge of the bands, mm; negative inside.
     fn distance(&self, p: DVec2) -> f64 {
         let (_, quarters, q) = self.tile(p);
         let q = Self::back(quarters, q);

@@ -32,15 +32,15 @@ pub enum Binding {
 pub struct Cloth {
     /// The pattern of crossings.
     pub binding: Binding,
-    /// The number of weft threads that the warp goes over.
+    /// Number of weft threads that the warp goes over.
     pub over: i64,
-    /// The number of weft threads that the warp goes under.
+    /// Number of weft threads that the warp goes under.
     pub under: i64,
-    /// The distances between warp threads and between weft threads, mm.
+    /// Distances between warp threads and between weft threads, mm.
     pub pitch: DVec2,
     /// The widths of warp and weft threads, mm.
     pub width: DVec2,
-    /// The height of the axis of warp and weft threads at their crests over the middle plane of the cloth, mm.
+    /// Height of the axis of warp and weft threads at their crests over the middle plane of the cloth, mm.
     pub crimp: DVec2,
     /// Half the thickness of warp and weft threads, mm.
     pub half: DVec2,
@@ -62,13 +62,13 @@ pub fn satin_step(threads: i64) -> Option<i64> {
 pub struct Woven {
     cloth: Cloth,
     step: i64,
-    /// The number of crossings after which the weave repeats.
+    /// Number of crossings after which the weave repeats.
     repeat: i64,
     /// The fit with crossings as units.
     pub fit: Fit,
-    /// The distances between warp threads and between weft threads, mm.
+    /// Distances between warp threads and between weft threads, mm.
     pub pitch: [f64; 2],
-    /// The directions of weft and warp.
+    /// Directions of weft and warp.
     directions: [DVec2; 2],
 }
 
@@ -79,14 +79,14 @@ struct Seen {
     warp: bool,
     /// Its height, mm.
     height: f64,
-    /// The distance inside the nearest thread, mm; negative in holes.
+    /// Distance inside the nearest thread, mm; negative in holes.
     inside: f64,
 }
 
 /// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WeavePlane {
-    /// The height, mm.
+    /// Height, mm.
     Height,
     /// 1 in the holes between threads.
     Gap,
@@ -94,7 +94,7 @@ pub enum WeavePlane {
     Warp,
     /// Ids of floats.
     Ids,
-    /// The angle of the thread, degrees.
+    /// Angle of the thread, degrees.
     Angle,
 }
 
@@ -150,7 +150,7 @@ impl Woven {
         Seen { warp: on_warp, height: top.1, inside: warp.0.max(weft.0) }
     }
 
-    /// The distance in mm inside the warp or weft thread nearest to a point, and its height there.
+    /// Distance in mm inside the warp or weft thread nearest to a point, and its height there.
     fn thread(&self, p: DVec2, warp: bool) -> (f64, f64) {
         let (across, along, k) = if warp { (p.x, p.y, 0) } else { (p.y, p.x, 1) };
         let number = across.floor();

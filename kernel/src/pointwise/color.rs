@@ -105,7 +105,7 @@ pub fn convert(from: ColorSpace, to: ColorSpace, input: [&[f32]; 3], out: [&mut 
     );
 }
 
-/// Converts to red, green and blue; encoded if the space is defined on encoded values.
+/// Converts to red, green and blue, encoded like the space.
 #[inline(always)]
 fn to_rgb(from: ColorSpace, block: &mut Block) {
     match from {
@@ -228,7 +228,7 @@ fn xyz_to_linear([x, y, z]: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// The value at which the cube root of Lab becomes a line, and the slope of that line.
+/// Value at which the cube root of Lab becomes a line, and the slope of that line.
 const EPSILON: f32 = 216.0 / 24389.0;
 const KAPPA: f32 = 24389.0 / 27.0;
 
@@ -296,7 +296,7 @@ pub struct Replace {
     pub from: [f32; 3],
     /// The new colour, linear.
     pub to: [f32; 3],
-    /// The distance in Oklab up to which a colour is replaced completely.
+    /// Distance in Oklab up to which a colour is replaced completely.
     pub tolerance: f32,
     /// The additional distance beyond which a colour is unchanged.
     pub softness: f32,

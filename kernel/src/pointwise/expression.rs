@@ -6,7 +6,7 @@ use crate::ground::math::{self, lerp, max, min, saturate};
 use crate::ground::simd;
 use shibo_engine::expression::{self, Instruction, Op, Program};
 
-/// The number of pixels in a block.
+/// Pixels in a block.
 const BLOCK: usize = 128;
 
 type Block = [f32; BLOCK];
@@ -138,7 +138,7 @@ fn truth(yes: bool) -> f32 {
     if yes { 1.0 } else { 0.0 }
 }
 
-/// The angle of the vector (x, y) in degrees; NaN if a component is NaN.
+/// Angle of the vector (x, y) in degrees; NaN if a component is NaN.
 #[inline(always)]
 fn angle(y: f32, x: f32) -> f32 {
     math::atan2_degrees(y, x) + 0.0 * (x + y)

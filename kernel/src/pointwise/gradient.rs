@@ -47,20 +47,20 @@ pub enum Repeat {
 pub struct GradientSpec {
     /// The lines of equal value.
     pub shape: GradientShape,
-    /// The position of value 0, mm.
+    /// Position of value 0, mm.
     pub from: [f64; 2],
-    /// The position of value 1, mm; must differ from `from`.
+    /// Position of value 1, mm; must differ from `from`.
     pub to: [f64; 2],
-    /// The number of ramps from 0 to 1 (and back) between the points.
+    /// Number of ramps from 0 to 1 (and back) between the points.
     pub times: f64,
     /// The continuation beyond the end.
     pub repeat: Repeat,
-    /// The period around `from` in x and y, mm; `None` in directions without one.
+    /// Period around `from` in x and y, mm; `None` in directions without one.
     pub period: [Option<f64>; 2],
 }
 
 impl GradientSpec {
-    /// The number of ramps across a side of `size` mm in x and in y, for the linear shape.
+    /// Number of ramps across a side of `size` mm in x and in y, for the linear shape.
     pub fn runs(&self, size: [f64; 2]) -> [f64; 2] {
         let [a, _] = self.axes();
         [0, 1].map(|k| size[k] * a[k] * self.times)
@@ -73,7 +73,7 @@ impl GradientSpec {
         [[d[0] / square, d[1] / square], [-d[1] / square, d[0] / square]]
     }
 
-    /// The offset in mm from `from`, or from its nearest copy.
+    /// Offset in mm from `from`, or from its nearest copy.
     #[inline(always)]
     fn beside(&self, axis: usize, p: f64) -> f64 {
         let d = p - self.from[axis];

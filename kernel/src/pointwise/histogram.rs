@@ -39,7 +39,7 @@ pub struct Transfer {
     scale: f32,
 }
 
-/// The number of parts of the range in which a search begins.
+/// Number of parts of the range in which a search begins.
 const PARTS: usize = 4096;
 
 impl Transfer {

@@ -80,7 +80,7 @@ pub enum Operation {
 }
 
 impl Operation {
-    /// The number of operands that it uses.
+    /// Number of operands that it uses.
     pub const fn operands(self) -> usize {
         use Operation as O;
         match self {

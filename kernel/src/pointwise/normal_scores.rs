@@ -18,7 +18,7 @@ pub struct NormalScores {
     back: Vec<Transfer>,
 }
 
-/// The number of matched quantiles.
+/// Number of matched quantiles.
 const QUANTILES: usize = 1024;
 
 impl NormalScores {

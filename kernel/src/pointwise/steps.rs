@@ -12,12 +12,12 @@ use std::sync::OnceLock;
 pub struct Steps {
     /// The lowest and the highest value.
     pub range: [f32; 2],
-    /// The number of values, at least 2 and at most 2^20.
+    /// Number of values, at least 2 and at most 2^20.
     pub levels: u32,
 }
 
 impl Steps {
-    /// The index of the highest value, and the scale from values to indices.
+    /// Index of the highest value, and the scale from values to indices.
     #[inline(always)]
     fn scale(&self) -> (f32, f32) {
         let width = self.range[1] - self.range[0];
@@ -57,7 +57,7 @@ pub enum DitherPattern {
     Bayer8,
 }
 
-/// The side of the blue-noise mask, in pixels.
+/// Side of the blue-noise mask, in pixels.
 const SIDE: usize = 64;
 
 impl DitherPattern {
@@ -134,7 +134,7 @@ struct Crowd {
     bell: Vec<f64>,
 }
 
-/// The radius of the Gaussian in pixels; beyond it the value is 0.
+/// Radius of the Gaussian in pixels; beyond it the value is 0.
 const REACH: i32 = 8;
 
 impl Crowd {

@@ -5,13 +5,13 @@ use glam::DVec2;
 /// A picture of numbered pieces.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
-    /// The ids.
+    /// Ids.
     pub ids: &'a [f32],
-    /// The number of pixels in a row.
+    /// Pixels in a row.
     pub width: usize,
     /// The size of a pixel, mm.
     pub step: DVec2,
-    /// The directions in which it wraps around.
+    /// Directions in which it wraps around.
     pub wrap: [bool; 2],
 }
 
@@ -59,8 +59,8 @@ impl Picture<'_> {
         });
     }
 
-    /// The angle of the long side of each piece in radians, from +x towards +y, -π/2..π/2: the axis with the least
-    /// moment of inertia. 0 for a piece with equal moments in all directions.
+    /// Angle of the long side of each piece in radians, from +x towards +y, -π/2..π/2: the axis with the least moment
+    /// of inertia. 0 for a piece with equal moments in all directions.
     pub fn long_sides(&self, pieces: &Pieces, middles: &[DVec2]) -> Vec<f64> {
         let mut sums = vec![[0.0; 6]; pieces.ids.len()];
         self.each(pieces, middles, |piece, at, n| {
@@ -77,7 +77,7 @@ impl Picture<'_> {
         sums.iter().map(angle).collect()
     }
 
-    /// The extents of pieces from their middles along axes whose x is turned by `angles` (radians): the least and the
+    /// Extents of pieces from their middles along axes whose x is turned by `angles` (radians): the least and the
     /// largest x, and y.
     pub fn extents(&self, pieces: &Pieces, middles: &[DVec2], angles: &[f64]) -> Vec<[f64; 4]> {
         let axes: Vec<DVec2> = angles.iter().map(|a| DVec2::new(libm::cos(*a), libm::sin(*a))).collect();
@@ -111,7 +111,7 @@ mod tests {
     use crate::region::pieces::reaches;
     use std::f64::consts::PI;
 
-    /// The angle of an axis without orientation, in -π/2..π/2.
+    /// Angle of an axis without orientation, in -π/2..π/2.
     fn axis(angle: f64) -> f64 {
         angle - PI * (angle / PI).round()
     }

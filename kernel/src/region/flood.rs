@@ -9,7 +9,7 @@ type Run = [u32; 2];
 /// Runs with their union-find links: an earlier run of the same piece; the first run of a piece links to itself.
 struct Forest {
     runs: Vec<Run>,
-    /// The index of the first run of each row; one more entry marks the end.
+    /// Index of the first run of each row; one more entry marks the end.
     rows: Vec<usize>,
     before: Vec<usize>,
 }

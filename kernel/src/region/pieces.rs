@@ -4,9 +4,9 @@ use std::collections::HashMap;
 /// The sorted ids of pieces, and their numbers of pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pieces {
-    /// The ids, ascending.
+    /// Ids, ascending.
     pub ids: Vec<f32>,
-    /// The number of pixels of each.
+    /// Pixels of each.
     pub area: Vec<u64>,
 }
 
@@ -73,16 +73,16 @@ pub fn find(ids: &[f32], id: f32) -> usize {
     ids.partition_point(|known| *known < id).min(ids.len().saturating_sub(1))
 }
 
-/// The extent of a piece in one direction of a picture, in pixels.
+/// Extent of a piece in one direction of a picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
     /// The first pixel.
     pub start: usize,
-    /// The number of pixels.
+    /// Number of pixels.
     pub length: usize,
 }
 
-/// The extents of pieces in x and in y; in a direction that wraps, the shortest extent, which may cross the border.
+/// Extents of pieces in x and in y; in a direction that wraps, the shortest extent, which may cross the border.
 pub fn reaches(pieces: &Pieces, ids: &[f32], width: usize, wrap: [bool; 2]) -> [Vec<Reach>; 2] {
     let height = ids.len() / width.max(1);
     let mut ends = [vec![[usize::MAX, 0]; pieces.ids.len()], vec![[usize::MAX, 0]; pieces.ids.len()]];

@@ -6,7 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Separates the name of the target from the owner.
 const MARK: &str = ".shibo-";
-/// The maximum length in bytes of a target's name within a temporary name: file names have at most 255 bytes.
+/// Maximum length in bytes of a target's name within a temporary name: file names have at most 255 bytes.
 const MOST: usize = 120;
 
 /// A process that writes files.
@@ -17,7 +17,7 @@ pub(super) struct Owner {
     /// The boot in which the process id is valid; 0 if the system does not report it.
     boot: u32,
     process: u32,
-    /// The start time of the process, because ids are reused. In the system's own unit.
+    /// Start time of the process, because ids are reused. In the system's own unit.
     start: u64,
 }
 
@@ -34,7 +34,7 @@ impl Owner {
         })
     }
 
-    /// The name of temporary file number `counter` for this target.
+    /// Name of temporary file number `counter` for this target.
     pub(super) fn name(self, target: &str, counter: u32) -> String {
         let short = (0..=target.len().min(MOST)).rev().find(|end| target.is_char_boundary(*end)).unwrap_or(0);
         let Self { host, boot, process, start } = self;
@@ -86,8 +86,8 @@ fn has_number(_process: u32) -> bool {
     true
 }
 
-/// The start time of a process, in ticks since the boot; `None` if there is no such process or the system does not
-/// report it.
+/// Start time of a process, in ticks since the boot; `None` if there is no such process or the system does not report
+/// it.
 fn started(process: u32) -> Option<u64> {
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
     // The name of the program, in brackets, may contain spaces and brackets. The start is the 22nd field of the line.

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::SystemTime;
 
-/// The memory for joining one picture: twice a band before and after compression.
+/// Memory for joining one picture: twice a band before and after compression.
 const PICTURE: u64 = 6 * CHUNK as u64;
-/// The maximum number of missing parts that are reported.
+/// Maximum number of missing parts that are reported.
 const TOLD: usize = 1000;
 
 /// The files that were written.
@@ -55,7 +55,7 @@ pub struct JoinedFile {
     pub path: PathBuf,
     /// The statistics of its samples, if it has any.
     pub written: Option<WriteStats>,
-    /// The values that the least and the greatest integer stand for.
+    /// Values that the least and the greatest integer stand for.
     pub range: (f32, f32),
 }
 
@@ -223,7 +223,7 @@ impl All<'_> {
         Ok(())
     }
 
-    /// After a damaged part was found, checks all parts and reports every damaged one.
+    /// After the first damaged part: checks all parts and reports every damaged one.
     fn explained(&self, fault: Fault) -> JoinError {
         let first = match fault {
             Fault::Part(first) => first,

@@ -2,9 +2,9 @@
 use super::PartHeader;
 use crate::picture::spec::Format;
 
-/// The maximum number of bytes of a file name.
+/// Maximum bytes of a file name.
 const MOST: usize = 255;
-/// The number of characters of a bad name that are shown.
+/// Number of characters of a bad name that are shown.
 const SHOWN: usize = 40;
 /// The first bytes of a file without rows.
 const SVG: &[u8] = b"<?xml ";

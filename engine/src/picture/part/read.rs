@@ -6,7 +6,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// The number of bytes behind the index.
+/// Number of bytes behind the index.
 const END: u64 = 8 + 8 + 32;
 
 /// A part with a valid header and index.
@@ -111,8 +111,7 @@ fn read_index(file: &mut File, (start, length): (u64, u64), json: &[u8], header:
         return Err(damaged());
     }
     let mut index: Index = serde_json::from_slice(&bytes).map_err(|_| damaged())?;
-    // Blocks lie in the file in the order in which they were computed. The stable sort keeps the order of chunks
-    // without rows.
+    // Blocks lie in the order in which they were computed. The stable sort keeps the order of chunks without rows.
     index.chunks.sort_by_key(|chunk| (chunk.picture, chunk.row, chunk.x));
     if !fits(header, &index, (start, at)) {
         return Err(damaged());

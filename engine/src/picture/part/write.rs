@@ -23,7 +23,7 @@ struct Picture {
     encoder: (u32, u32, RowEncoder),
     next_row: u32,
     end: u32,
-    /// The number of pixels that are not written yet.
+    /// Pixels that are not written yet.
     left: u64,
 }
 

@@ -8,10 +8,10 @@ use exr::meta::header::Header as Layer;
 use half::f16;
 use std::ops::Range;
 
-/// The position of a part's data in the picture.
+/// Position of a part's data in the picture.
 #[derive(Clone, Copy)]
 pub(super) struct Frame {
-    /// The size of the display window in pixels.
+    /// Size of the display window in pixels.
     pub(super) width: u32,
     pub(super) height: u32,
     /// The upper left pixel of the data, relative to that of the picture.
@@ -39,7 +39,7 @@ impl Frame {
     }
 }
 
-/// The range of pixels visible in the picture (`whole` pixels wide) among the `length` pixels from `start` on.
+/// Range of pixels visible in the picture (`whole` pixels wide) among the `length` pixels from `start` on.
 fn shown(start: i64, length: usize, whole: usize) -> Range<usize> {
     let clamp = |at: i64| usize::try_from(at.max(0)).unwrap_or(usize::MAX).min(length);
     let whole = i64::try_from(whole).unwrap_or(i64::MAX);

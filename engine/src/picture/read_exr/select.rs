@@ -7,7 +7,7 @@ use exr::meta::header::Header as Layer;
 
 /// The selected channels of one layer, in the order of the picture's planes.
 pub(super) struct Selection {
-    /// The index of the layer (a part, in EXR).
+    /// Index of the layer (a part, in EXR).
     pub(super) layer: usize,
     /// Indices into the layer's list of channels; 1 to 4.
     pub(super) channels: Vec<usize>,

@@ -54,7 +54,7 @@ struct Walk<'a> {
     tables: Tables,
     frame: Option<Frame>,
     scans: usize,
-    /// The number of segments since the last scan.
+    /// Number of segments since the last scan.
     between: usize,
 }
 

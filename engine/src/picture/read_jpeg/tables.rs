@@ -1,11 +1,11 @@
 //! Tracks the tables that a JPEG file defines between its scans.
 use super::super::limits::ReadError;
 
-/// The number of tables of each kind.
+/// Number of tables of each kind.
 const PLACES: usize = 4;
-/// The maximum number of code words of a Huffman table.
+/// Maximum number of code words of a Huffman table.
 const MOST_WORDS: usize = 256;
-/// The largest value of a code word for the first coefficient of a block.
+/// Largest value of a code word for the first coefficient of a block.
 const MOST_BITS: u8 = 15;
 
 /// The tables that are defined.

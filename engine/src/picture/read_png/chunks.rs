@@ -3,11 +3,11 @@ use super::super::limits::ReadError;
 use std::io::{BufRead, Seek, SeekFrom};
 
 const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
-/// The offset of the first chunk.
+/// Offset of the first chunk.
 pub(super) const FIRST: u64 = 8;
-/// The maximum number of bytes of a chunk.
+/// Maximum bytes of a chunk.
 const MOST: u32 = (1 << 31) - 1;
-/// The bytes of length, name and checksum of a chunk.
+/// Bytes of length, name and checksum of a chunk.
 const FRAME: u64 = 12;
 /// The colour type of indexed pictures.
 const INDEXED: u8 = 3;
@@ -15,9 +15,9 @@ const INDEXED: u8 = 3;
 /// The facts about the chunks that decoding needs.
 #[derive(Debug, Default)]
 pub(super) struct Chunks {
-    /// The number of bytes of compressed samples.
+    /// Bytes of compressed samples.
     pub(super) data: u64,
-    /// The number of palette entries, if it is less than the samples could index.
+    /// Number of palette entries, if it is less than the samples could index.
     pub(super) short_palette: Option<usize>,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct Chunk {
 }
 
 impl Chunk {
-    /// The offset of the next chunk.
+    /// Offset of the next chunk.
     pub(super) fn end(&self) -> u64 {
         self.start + u64::from(self.length) + 4
     }
@@ -132,7 +132,7 @@ impl State {
         self.header.is_some_and(|(_, color)| color == INDEXED)
     }
 
-    /// The number of entries that samples can index. Invalid bit depths are refused with the header.
+    /// Number of entries that samples can index. Invalid bit depths are refused with the header.
     fn nameable(&self) -> usize {
         1 << self.header.map_or(8, |(bits, _)| bits.min(8))
     }

@@ -5,7 +5,7 @@ use flate2::read::ZlibDecoder;
 use image::metadata::Orientation;
 use std::io::{BufRead, Read, Seek};
 
-/// The maximum number of bytes of EXIF data that are read; the orientation comes early.
+/// Maximum bytes of EXIF data that are read; the orientation comes early.
 const MOST_EXIF: u64 = 64 << 10;
 
 /// The content of these chunks.

@@ -6,7 +6,7 @@ use tiff::Directory;
 use tiff::decoder::Decoder;
 use tiff::tags::{ByteOrder, IfdPointer, Tag};
 
-/// The maximum number of directories that are searched for the picture.
+/// Maximum number of directories that are searched for the picture.
 const MOST_DIRECTORIES: usize = 64;
 
 /// Bits of `NewSubfileType`: a reduced version of another picture, and an opacity mask.
@@ -68,7 +68,7 @@ impl<R: Read + Seek> Tags<R> {
         self.decoder.read_directory_tags(&self.directory).find_tag_unsigned(tag).map_err(from_tiff)
     }
 
-    /// The value of a required tag.
+    /// Value of a required tag.
     pub(super) fn required<T: TryFrom<u64>>(&mut self, tag: Tag) -> Result<T, ReadError> {
         self.number(tag)?.ok_or_else(|| ReadError::corrupt(format!("its tag {tag:?} is missing")))
     }
@@ -78,7 +78,7 @@ impl<R: Read + Seek> Tags<R> {
         self.decoder.read_directory_tags(&self.directory).find_tag_unsigned_vec(tag).map_err(from_tiff)
     }
 
-    /// The bytes of a tag; at most `most`.
+    /// Bytes of a tag; at most `most`.
     pub(super) fn bytes(&mut self, tag: Tag, most: u64) -> Result<Option<Vec<u8>>, ReadError> {
         let Some(count) = self.directory.get(tag).map(tiff::decoder::ifd::Entry::count) else { return Ok(None) };
         if count > most {

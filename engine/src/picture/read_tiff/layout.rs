@@ -8,20 +8,20 @@ use image::metadata::Orientation;
 use std::io::{Read, Seek};
 use tiff::tags::{CompressionMethod, PhotometricInterpretation as Meaning, Predictor, SampleFormat, Tag};
 
-/// The maximum number of samples per pixel in a file; some may be unused.
+/// Maximum number of samples per pixel in a file; some may be unused.
 const MOST_STORED: u16 = 64;
 
-/// The maximum size of a colour profile in bytes. Profiles of printers have a few million.
+/// Maximum size of a colour profile in bytes. Profiles of printers have a few million.
 const MOST_PROFILE: u64 = 16 << 20;
 
-/// The maximum size in bytes of the tables of JPEG strips.
+/// Maximum size in bytes of the tables of JPEG strips.
 const MOST_TABLES: u64 = 1 << 16;
 
 /// `ExtraSamples`: opacity with premultiplied colours, and opacity without.
 const ASSOCIATED: u16 = 1;
 const UNASSOCIATED: u16 = 2;
 
-/// The layout of the samples.
+/// Layout of the samples.
 pub(super) struct Layout {
     /// The header of the upright picture.
     pub(super) header: Header,
@@ -33,7 +33,7 @@ pub(super) struct Layout {
     pub(super) predictor: Predictor,
     /// The bits of a sample.
     pub(super) bits: u16,
-    /// The number of samples of a pixel; the first ones are the channels.
+    /// Number of samples of a pixel; the first ones are the channels.
     pub(super) stored: u16,
     /// True if the planes are stored separately.
     pub(super) planes_apart: bool,
@@ -112,13 +112,13 @@ impl Layout {
         })
     }
 
-    /// The number of interleaved samples of a pixel in one strip or tile.
+    /// Number of interleaved samples of a pixel in one strip or tile.
     pub(super) fn together(&self) -> usize {
         if self.planes_apart { 1 } else { usize::from(self.stored) }
     }
 }
 
-/// The type of the samples, and their bits.
+/// Type of the samples, and their bits.
 fn samples<R: Read + Seek>(tags: &mut Tags<R>) -> Result<(SampleKind, u16), ReadError> {
     let bits: Vec<u16> = tags.numbers(Tag::BitsPerSample)?.unwrap_or_default();
     let formats: Vec<u16> = tags.numbers(Tag::SampleFormat)?.unwrap_or_default();
@@ -142,7 +142,7 @@ fn samples<R: Read + Seek>(tags: &mut Tags<R>) -> Result<(SampleKind, u16), Read
     Ok((kind, bits))
 }
 
-/// The number of channels that are read, and whether the last is opacity.
+/// Number of channels that are read, and whether the last is opacity.
 fn channels(meaning: Meaning, stored: u16, extra: &[u16]) -> Result<(u8, bool), ReadError> {
     let few = || ReadError::corrupt("it has fewer channels than its colours need");
     match meaning {

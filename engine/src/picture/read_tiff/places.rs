@@ -1,5 +1,5 @@
-//! The locations of the samples in a TIFF file, checked without decompressing: every strip or tile must lie within the
-//! file and use a known compression, and together they must be long enough for the picture.
+//! Locations of the samples in a TIFF file, checked without decompressing: every strip or tile must lie within the file
+//! and use a known compression, and together they must be long enough for the picture.
 use super::super::limits::ReadError;
 use super::directory::Tags;
 use super::layout::Layout;
@@ -10,15 +10,15 @@ use tiff::tags::{CompressionMethod, Tag};
 /// The best possible ratio: LZW, the densest method, encodes at most 4096 bytes in 12 bits.
 const BEST_RATIO: u64 = 4096;
 
-/// The locations of all strips or tiles.
+/// Locations of all strips or tiles.
 pub(super) struct ChunkLocations {
     /// Width and height of a strip or tile in pixels; only tiles may exceed the picture.
     pub(super) wide: u32,
     pub(super) rows: u32,
-    /// The numbers of strips or tiles of a plane.
+    /// Numbers of strips or tiles of a plane.
     pub(super) across: usize,
     pub(super) down: usize,
-    /// The bytes of an unpacked row of a strip or tile.
+    /// Bytes of an unpacked row of a strip or tile.
     pub(super) row_bytes: usize,
     /// The height of the picture.
     height: u32,
@@ -126,20 +126,20 @@ impl ChunkLocations {
         self.parts[index]
     }
 
-    /// The width of a strip or tile, and the number of its rows within the picture.
+    /// Width of a strip or tile, and the number of its rows within the picture.
     pub(super) fn frame(&self, index: usize) -> (u32, u32) {
         let row = u32::try_from(index % (self.across * self.down) / self.across).unwrap_or(u32::MAX);
         (self.wide, self.rows.min(self.height.saturating_sub(row.saturating_mul(self.rows))))
     }
 
-    /// The bytes of these rows, unpacked.
+    /// Bytes of these rows, unpacked.
     pub(super) fn bytes(&self, index: usize) -> usize {
         self.row_bytes.saturating_mul(self.frame(index).1 as usize)
     }
 }
 
-/// The maximum number of bytes of a strip or tile, for a picture of `needed` bytes. A tile may be larger than the
-/// picture, but only to a limit.
+/// Maximum bytes of a strip or tile, for a picture of `needed` bytes. A tile may be larger than the picture,
+/// but only to a limit.
 fn most_of_a_part(needed: u64) -> u64 {
     needed.max(1 << 20).saturating_mul(2)
 }

@@ -15,7 +15,7 @@ pub(super) fn planes(file: &[u8], layout: &Layout, places: &ChunkLocations) -> R
     let width = layout.width as usize;
     let pixels = width * layout.height as usize;
     let mut planes = vec![0.0; pixels * usize::from(layout.header.channels)];
-    // The rows of each strip or row of tiles, for all channels.
+    // Rows of each strip or row of tiles, for all channels.
     let mut bands: Vec<Vec<&mut [f32]>> = (0..places.down).map(|_| Vec::new()).collect();
     for plane in planes.chunks_exact_mut(pixels) {
         for (band, rows) in bands.iter_mut().zip(plane.chunks_mut(width * places.rows as usize)) {

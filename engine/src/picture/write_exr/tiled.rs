@@ -14,7 +14,7 @@ use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// The number of neighbouring tiles that share one trial of compression: a trial takes as long as writing a small tile.
+/// Number of neighbouring tiles that share one trial of compression: a trial takes as long as writing a small tile.
 const TOGETHER: u32 = 4;
 
 /// A picture and its mip levels under construction.
@@ -25,10 +25,10 @@ pub(in crate::picture) struct TiledSink<W> {
     levels: Levels,
     /// Channel indices in the order of the file.
     order: Vec<usize>,
-    /// The offset of the tile table.
+    /// Offset of the tile table.
     table: u64,
     position: u64,
-    /// The offset of each tile.
+    /// Offset of each tile.
     places: Vec<u64>,
 }
 
@@ -95,7 +95,7 @@ impl<W: Write + Seek> TiledSink<W> {
     }
 }
 
-/// The bytes of a tile, row by row and within a row channel by channel, and the statistics of the samples.
+/// Bytes of a tile, row by row and within a row channel by channel, and the statistics of the samples.
 fn tile(level: &Level, (x, rows): (u32, u32), order: &[usize], depth: Depth) -> (Vec<u8>, Tally) {
     let (left, width) = ((x * SIDE) as usize, level.width as usize);
     let right = (left + SIDE as usize).min(width);

@@ -60,7 +60,7 @@ impl Directory {
         self.entries.push(Entry { tag, kind, count: count as u64, value });
     }
 
-    /// The bytes of the directory for the given offset; values that do not fit their entries follow it. `more`: another
+    /// Bytes of the directory for the given offset; values that do not fit their entries follow it. `more`: another
     /// directory follows.
     pub(super) fn bytes(&self, place: u64, more: bool) -> io::Result<Vec<u8>> {
         let (field, count_bytes) = if self.big { (8, 8) } else { (4, 2) };

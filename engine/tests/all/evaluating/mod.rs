@@ -181,7 +181,7 @@ node!(
     |this, cx| Ok(Outputs::one(Field::new(Type::Gray, Tiling::BOTH, FromMean(cx.get(&this.input)?))))
 );
 
-/// The number of runs of the code of solids.
+/// Number of runs of the code of solids.
 pub(crate) static SOLIDS: AtomicU64 = AtomicU64::new(0);
 
 /// One plus the mean of the inputs; x if there are none.
@@ -276,7 +276,7 @@ node!(
 );
 
 node!(
-    /// The number of points in both sets.
+    /// Number of points in both sets.
     Both {
         /// One.
         a: In<Points>,

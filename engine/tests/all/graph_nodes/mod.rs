@@ -29,7 +29,7 @@ thread_local! {
     static BUILT: Cell<usize> = const { Cell::new(0) };
 }
 
-/// The number of nodes that this thread has built and checked.
+/// Number of nodes that this thread has built and checked.
 #[allow(dead_code, reason = "not every test program asks")]
 pub(crate) fn built() -> usize {
     BUILT.get()

@@ -8,7 +8,7 @@ use glam::{DMat2, DVec2};
 use plan::Plan;
 use shibo_engine::node::Xy;
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
-use shibo_kernel::filter::resample::{self, Places};
+use shibo_kernel::filter::resample::{self, SamplePositions};
 use shibo_kernel::ground::tile;
 
 /// How features are laid out anew: scaled, then rotated about the pivot, then moved.
@@ -137,7 +137,7 @@ impl Moved {
             window,
             &mut planes,
             #[inline(always)]
-            |x, y, places: &mut Places| {
+            |x, y, places: &mut SamplePositions| {
                 let row = plan.row(y);
                 for (k, x) in (x..).take(resample::BLOCK).enumerate() {
                     let at = DVec2::new(plan.map.x_axis.x * f64::from(x), plan.map.x_axis.y * f64::from(x)) + row;

@@ -1,5 +1,5 @@
-//! Files for other programs that hold more than a picture: materials on a mesh as glTF, OBJ or USD, as documents of MaterialX, and as
-//! the pictures that a program expects.
+//! Export to files that hold more than one picture: materials on a mesh as glTF, OBJ or USD, MaterialX documents, and
+//! picture sets for a program.
 mod archive;
 mod bundle;
 mod colors;
@@ -16,7 +16,7 @@ mod shape;
 mod solids;
 mod usd;
 
-pub use bundle::{Bundle, BundleWriter, Map, Place};
+pub use bundle::{Bundle, BundleWriter, ExportContext, Map};
 pub use colors::Colors;
 pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
@@ -30,8 +30,9 @@ pub use usd::usd;
 
 use crate::value::Field;
 
-/// One picture of up to four fields of numbers from 0 to 1: red, green, blue and opacity. Colours that are not given are 0.
-pub fn pack(fields: [Option<Field>; 4], place: &Place) -> Bundle {
+/// A bundle of one picture from up to four fields of numbers from 0 to 1: red, green, blue and opacity. Missing colours
+/// are 0.
+pub fn pack(fields: [Option<Field>; 4], place: &ExportContext) -> Bundle {
     let [r, g, b, a] = fields;
     let colors = [r, g, b].map(|field| field.unwrap_or_else(|| Field::constant(crate::value::Type::Gray, &[0.0])));
     bundle::packed(colors.into_iter().chain(a).collect(), place)

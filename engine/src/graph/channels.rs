@@ -2,7 +2,7 @@
 use super::part::{Shape, SyntaxValue};
 use super::scope::{Bound, Entity, Slot, Target, Unit};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::node::{MaterialInputs, Taken};
+use crate::node::{MaterialInputs, TakenChannel};
 use crate::value::{Accepts, ChannelSet, Type};
 
 impl Unit<'_> {
@@ -46,7 +46,7 @@ impl Unit<'_> {
         }
     }
 
-    fn check_taken(&mut self, flat: usize, taken: &Taken) {
+    fn check_taken(&mut self, flat: usize, taken: &TakenChannel) {
         let node = &self.flats[flat];
         let asked = node.field(taken.field).unwrap_or(&node.kind);
         let mut warnings = Vec::new();

@@ -3,7 +3,7 @@ use super::part::{Shape, SyntaxValue};
 use super::read::{lower_first, offset, shorten, without_b};
 use super::remedy::color_meant;
 use crate::diagnostics::{Code, Diagnostic, suggest};
-use crate::node::{BuildError, KindInfo, ParamInfo, ParamType, Written};
+use crate::node::{BuildError, KindInfo, ParamForm, ParamInfo, ParamType};
 
 /// Numbers of at least this size are whole, and too large for a count in any notation.
 const WHOLE: f64 = 1.84e19;
@@ -39,7 +39,7 @@ pub(super) fn explain(info: &KindInfo, name: &str, part: &SyntaxValue, error: &B
             place.error(Code::OutOfRange, message)
         }
         _ => {
-            let any = Written::Any;
+            let any = ParamForm::Any;
             let form = param.map_or(&any, |param| &param.form);
             let (place, form) = if single { (part.clone(), form) } else { element(part, form, at) };
             if place.tokens().len() == part.tokens().len() {
@@ -51,10 +51,10 @@ pub(super) fn explain(info: &KindInfo, name: &str, part: &SyntaxValue, error: &B
 }
 
 /// The element of a list or tuple that byte `at` lies in, with its form; the whole value if there is none.
-fn element<'w>(part: &SyntaxValue, form: &'w Written, at: usize) -> (SyntaxValue, &'w Written) {
+fn element<'w>(part: &SyntaxValue, form: &'w ParamForm, at: usize) -> (SyntaxValue, &'w ParamForm) {
     let items: Vec<(Option<String>, SyntaxValue)> = match (part.shape(), form) {
         // The wrong kind of brackets is the mistake itself.
-        (Shape::Tuple(_), Written::List(_)) => Vec::new(),
+        (Shape::Tuple(_), ParamForm::List(_)) => Vec::new(),
         (Shape::List(items) | Shape::Tuple(items), _) => items.into_iter().map(|item| (None, item)).collect(),
         (Shape::Named(entries), _) => entries.into_iter().map(|entry| (Some(entry.name), entry.value)).collect(),
         (Shape::Call, _) => part.head().and_then(|(_, body)| body).into_iter().map(|body| (None, body)).collect(),
@@ -77,13 +77,13 @@ fn element<'w>(part: &SyntaxValue, form: &'w Written, at: usize) -> (SyntaxValue
 }
 
 /// The error for a part of a value.
-fn wrong_part(name: &str, form: &Written, place: &SyntaxValue, said: &str) -> Diagnostic {
-    if let Written::Plain(ty) = form {
+fn wrong_part(name: &str, form: &ParamForm, place: &SyntaxValue, said: &str) -> Diagnostic {
+    if let ParamForm::Plain(ty) = form {
         return wrong_type(name, Some(&ParamInfo { ty: *ty, ..ParamInfo::default() }), place, said);
     }
     let (found, written) = (place.shape().describe(), shorten(place.str()));
     match form {
-        Written::Any => wrong_type(name, None, place, said),
+        ParamForm::Any => wrong_type(name, None, place, said),
         _ => place.error(Code::TypeMismatch, format!("each value of {name} must be {form}; found {found} `{written}`")),
     }
 }

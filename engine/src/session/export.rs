@@ -6,10 +6,10 @@ use super::render::{Job, Render, job};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
 use crate::export::{
-    Bundle, BundleWriter, Exported, GlbWriter, Place, Shape, SimpleShape, materialx, obj, pack, preset, usd,
+    Bundle, BundleWriter, ExportContext, Exported, GlbWriter, Shape, SimpleShape, materialx, obj, pack, preset, usd,
 };
 use crate::graph::{Export, ExportMesh, GraphOutput};
-use crate::picture::{Compression, WriteError, Writer, Written};
+use crate::picture::{Compression, WriteError, WriteStats, Writer};
 use crate::value::{Atlas, Carried, Channel, Field, Material, Tiling, Value};
 use glam::UVec2;
 use std::path::PathBuf;
@@ -47,7 +47,7 @@ impl Sink {
     }
 
     /// Closes the file under its final name; returns statistics of the pictures written.
-    pub(super) fn finish(self) -> Result<Vec<Written>, Failure> {
+    pub(super) fn finish(self) -> Result<Vec<WriteStats>, Failure> {
         let done = match self {
             Self::Picture(writer) => writer.finish().map(|written| vec![written]),
             Self::Glb(writer) => writer.finish(),
@@ -63,7 +63,7 @@ impl Render<'_, '_> {
     pub(super) fn job<'g>(&self, planned: Planned<'g>, value: &Value) -> Result<Job<'g>, Failure> {
         let OutputPart::Export(export) = planned.part else { return Ok(job(planned, value)) };
         let (output, canvas) = (planned.output, &self.planner.graph.canvas);
-        let place = |once: bool| Place {
+        let place = |once: bool| ExportContext {
             stem: self.planner.stem(output),
             size_mm: canvas.size_mm,
             wraps: if once { [false; 2] } else { [canvas.tile.x, canvas.tile.y] },

@@ -8,7 +8,7 @@ use crate::eval::{CancelToken, Event, Neighbor, NodeStats, Observer, Run, Shelf}
 use crate::export::SimpleShape;
 use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
-    AtomicFile, Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, WriteError, Writer, Written,
+    AtomicFile, Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, WriteError, WriteStats, Writer,
     remove_stale_temporaries, svg,
 };
 use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Value, Window};
@@ -356,7 +356,7 @@ impl<'r> Render<'r, '_> {
         svg(&drawing).map_err(|e| Failure::File(e.to_string()))
     }
 
-    fn warn_clipped(&self, job: &Job<'_>, written: &Written) {
+    fn warn_clipped(&self, job: &Job<'_>, written: &WriteStats) {
         let Some(message) = written.loss(&job.planned.path, job.planned.range) else { return };
         let help = self.help_for_clipped(job);
         let warning = Diagnostic::new(Code::OutOfRange, job.planned.output.span, message).help(help);

@@ -1,4 +1,4 @@
-//! The engine as hosts see it.
+//! Tests of the engine through its public interface.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions")]
 #![allow(
     clippy::cast_possible_truncation,

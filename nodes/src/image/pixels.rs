@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::picture::{Header, ReadLimits};
 use shibo_engine::value::{FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Window};
-use shibo_kernel::filter::placed::{self, Place};
+use shibo_kernel::filter::placed::{self, PlacedWindow};
 use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::ground::tile;
 use std::path::Path;
@@ -145,7 +145,8 @@ impl FieldSource for Source {
         pixels.warning.iter().for_each(|warning| given.warn(warning.clone()));
         let Placement { position, pitch, filter, outside } = self.placement;
         let (origin, step) = ((out.grid.origin - position) / pitch, out.grid.step / pitch);
-        let place = Place { window: out.window, origin: origin.to_array(), step: step.to_array(), filter, outside };
+        let place =
+            PlacedWindow { window: out.window, origin: origin.to_array(), step: step.to_array(), filter, outside };
         // The third of two channels is 0.
         let is_missing = |k: usize| k == 2 && pixels.data == 2;
         let channel = |k: usize| &pixels.channels[if k < pixels.data { k } else { 0 }];

@@ -1,7 +1,7 @@
 //! Stretch and breakage of links by a motion, as fields for colour and roughness.
 use glam::{DVec2, UVec2, Vec2};
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Lattice, Read, Stop, Tile, Tiling, Type, Window};
-use shibo_kernel::filter::placed::{self, Place};
+use shibo_kernel::filter::placed::{self, PlacedWindow};
 use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::leather::links::Links;
 use shibo_kernel::leather::scatter::{Spread, spread};
@@ -94,7 +94,7 @@ impl FieldSource for Strain {
         };
         let pitch = self.lattice.points.size_mm / self.size().as_dvec2();
         let (origin, step) = (out.grid.origin / pitch, out.grid.step / pitch);
-        let place = Place {
+        let place = PlacedWindow {
             window: out.window,
             origin: origin.to_array(),
             step: step.to_array(),

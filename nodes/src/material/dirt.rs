@@ -7,7 +7,7 @@ use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Taken};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
 use shibo_engine::value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb_to_linear};
 
 /// Lets dirt gather in what lies below its surroundings: grooves, pores, inner corners.
@@ -115,7 +115,7 @@ impl Node for Dirt {
         channels(inputs.at("material"), self.dirt_channels(inputs))
     }
 
-    fn takes(&self) -> Vec<Taken> {
+    fn takes(&self) -> Vec<TakenChannel> {
         self.wear().takes()
     }
 

@@ -7,7 +7,7 @@ use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Taken};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
 use shibo_engine::value::{ChannelSet, Material, Stop, Type};
 
 /// Shows the material under a coat where edges are worn: what stands out of its surroundings is rubbed first.
@@ -99,7 +99,7 @@ impl Node for EdgeWear {
         channels(inputs.at("material"), inputs.at("under"))
     }
 
-    fn takes(&self) -> Vec<Taken> {
+    fn takes(&self) -> Vec<TakenChannel> {
         self.wear().takes()
     }
 

@@ -3,7 +3,7 @@
 //! Cost: none for the channel as it is; O(pixels) for the luminance of a colour.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Taken};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, TakenChannel};
 use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Type};
 
 /// Takes a channel out of a material.
@@ -44,8 +44,8 @@ impl Node for MaterialChannel {
     ];
     const FACTS: &'static [Fact] = &[];
 
-    fn takes(&self) -> Vec<Taken> {
-        vec![Taken { port: "material", field: "channel", channel: self.channel }]
+    fn takes(&self) -> Vec<TakenChannel> {
+        vec![TakenChannel { port: "material", field: "channel", channel: self.channel }]
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -1,7 +1,7 @@
 //! What [`EdgeWear`](super::EdgeWear) and [`Dirt`](super::Dirt) have in common: a material that shows where another stands
 //! out of its surroundings, or lies below them.
 use super::layers::{BlendBy, BlendNormals, Over};
-use shibo_engine::node::{Context, Gray, In, Outputs, Taken};
+use shibo_engine::node::{Context, Gray, In, Outputs, TakenChannel};
 use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 use shibo_kernel::filter::fields::blurred;
 use shibo_kernel::ground::number::narrow;
@@ -48,8 +48,8 @@ impl Wear<'_> {
     }
 
     /// What is taken from the material.
-    pub(super) fn takes(&self) -> Vec<Taken> {
-        let taken = Taken { port: "material", field: "material", channel: Channel::Height };
+    pub(super) fn takes(&self) -> Vec<TakenChannel> {
+        let taken = TakenChannel { port: "material", field: "material", channel: Channel::Height };
         if self.height.is_none() { vec![taken] } else { Vec::new() }
     }
 }

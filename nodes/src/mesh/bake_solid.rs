@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{
-    Atlas, Cut, Field, FieldSource, Given, Grid, Pieces, Read, Solid, Stop, Tile, Tiling, Type, Window,
+    Atlas, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Solid, Stop, Tile, Tiling, Type, Window,
 };
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -152,7 +152,7 @@ impl BakeSolid {
         let key = atlas.key_of("surface of a mesh", &parameters);
         let ids = Parts::Chart.field(atlas).keyed(atlas.key_of("charts", &[]));
         let scale = if self.footprint == Footprint::Texel { largest(atlas) } else { atlas.scale() };
-        let pieces = Pieces { ids, planes: None, holes: true };
+        let pieces = PieceMap { ids, planes: None, holes: true };
         let rounded = fields::baked(Type::Rgb, atlas, |texels, planes| {
             if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {
                 bake::rounded(texels, planes);

@@ -11,7 +11,7 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Stop, Tiling};
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
-use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
+use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
 
 /// Bricks, tiles, boards: pieces with gaps and bevels between them, in seven layouts.
 ///
@@ -80,9 +80,9 @@ impl Brick {
         DVec2::new(self.size.x, self.size.y)
     }
 
-    fn pieces(&self) -> Pieces {
+    fn pieces(&self) -> PieceSpec {
         let (sin, cos) = sin_cos(self.slant);
-        Pieces { layout: self.layout, size: self.size(), gap: self.gap, stagger: self.stagger, slant: sin / cos }
+        PieceSpec { layout: self.layout, size: self.size(), gap: self.gap, stagger: self.stagger, slant: sin / cos }
     }
 
     fn lay(&self, canvas: &CanvasFacts) -> Option<Grid> {

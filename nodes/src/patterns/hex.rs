@@ -10,7 +10,7 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling};
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
-use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
+use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
 
 /// Regular hexagons: honeycombs, tiles, scales.
 ///
@@ -52,9 +52,9 @@ impl Default for Hex {
 }
 
 impl Hex {
-    fn pieces(&self) -> Pieces {
+    fn pieces(&self) -> PieceSpec {
         let size = DVec2::new(self.size * 2.0 / 3f64.sqrt(), self.size);
-        Pieces { layout: Layout::Hexagonal, size, gap: self.gap, stagger: 0.0, slant: 0.0 }
+        PieceSpec { layout: Layout::Hexagonal, size, gap: self.gap, stagger: 0.0, slant: 0.0 }
     }
 
     fn lay(&self, canvas: &CanvasFacts) -> Option<Grid> {

@@ -4,7 +4,7 @@ use shibo_engine::value::{Field, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::ground::window::Frame;
-use shibo_kernel::pattern::finish::{self, Finish, Plane};
+use shibo_kernel::pattern::finish::{self, Finish, FinishPlane};
 use shibo_kernel::pattern::layout::Grid;
 use std::sync::Arc;
 
@@ -22,16 +22,16 @@ pub(super) const OUTPUTS: &[Output] = &[
 /// The fields of pieces that are laid.
 pub(super) fn outputs(grid: Grid, finish: Finish, depth: f64, tiling: Tiling) -> Outputs {
     let grid = Arc::new(grid);
-    let plane = |ty: Type, plane: Plane| {
+    let plane = |ty: Type, plane: FinishPlane| {
         drawn(&grid, ty, tiling, move |grid, frame, out| finish::fill(grid, &finish, plane, frame, out))
     };
     let local = places(&grid, tiling, finish::local);
-    Outputs::one(plane(Type::Gray, Plane::Height(narrow(depth))))
-        .with("bevel", plane(Type::Gray, Plane::Bevel))
-        .with("gap", plane(Type::Gray, Plane::Gap))
-        .with("ids", plane(Type::Ids, Plane::Ids))
+    Outputs::one(plane(Type::Gray, FinishPlane::Height(narrow(depth))))
+        .with("bevel", plane(Type::Gray, FinishPlane::Bevel))
+        .with("gap", plane(Type::Gray, FinishPlane::Gap))
+        .with("ids", plane(Type::Ids, FinishPlane::Ids))
         .with("local", local)
-        .with("angle", plane(Type::Gray, Plane::Angle))
+        .with("angle", plane(Type::Gray, FinishPlane::Angle))
 }
 
 /// A field of which a pattern fills the plane.

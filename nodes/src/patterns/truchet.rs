@@ -12,7 +12,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::pattern::finish::{BevelProfile, degrees};
-use shibo_kernel::pattern::truchet::{Motif, Plane, Tiles};
+use shibo_kernel::pattern::truchet::{Motif, Tiles, TruchetPlane};
 use std::sync::Arc;
 
 /// Square tiles with one figure, each turned by a quarter at random: bands that wander and join everywhere.
@@ -102,15 +102,16 @@ impl Node for Truchet {
         let hash = Hash::new(cx.seed(self.seed));
         let tiles = Arc::new(self.tiles(cx.canvas, hash).ok_or_else(|| fitted::too_many("size"))?);
         let tiling = cx.tiling();
-        let plane =
-            |ty: Type, plane: Plane| drawn(&tiles, ty, tiling, move |tiles, frame, out| tiles.fill(plane, frame, out));
+        let plane = |ty: Type, plane: TruchetPlane| {
+            drawn(&tiles, ty, tiling, move |tiles, frame, out| tiles.fill(plane, frame, out))
+        };
         let local = places(&tiles, tiling, Tiles::local);
-        Ok(Outputs::one(plane(Type::Gray, Plane::Height))
-            .with("mask", plane(Type::Gray, Plane::Mask))
-            .with("distance", plane(Type::Gray, Plane::Distance))
-            .with("ids", plane(Type::Ids, Plane::Ids))
+        Ok(Outputs::one(plane(Type::Gray, TruchetPlane::Height))
+            .with("mask", plane(Type::Gray, TruchetPlane::Mask))
+            .with("distance", plane(Type::Gray, TruchetPlane::Distance))
+            .with("ids", plane(Type::Ids, TruchetPlane::Ids))
             .with("local", local)
-            .with("angle", plane(Type::Gray, Plane::Angle)))
+            .with("angle", plane(Type::Gray, TruchetPlane::Angle)))
     }
 }
 

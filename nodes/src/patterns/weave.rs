@@ -11,7 +11,7 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::pattern::finish::degrees;
-use shibo_kernel::pattern::weave::{Binding, Cloth, Plane, Woven, satin_step};
+use shibo_kernel::pattern::weave::{Binding, Cloth, WeavePlane, Woven, satin_step};
 use std::sync::Arc;
 
 /// Woven cloth, straps, basketry: threads that cross over and under each other.
@@ -154,15 +154,16 @@ impl Node for Weave {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let woven = Arc::new(self.woven(cx.canvas).ok_or_else(|| fitted::too_many("pitch"))?);
         let tiling = cx.tiling();
-        let plane =
-            |ty: Type, plane: Plane| drawn(&woven, ty, tiling, move |woven, frame, out| woven.fill(plane, frame, out));
+        let plane = |ty: Type, plane: WeavePlane| {
+            drawn(&woven, ty, tiling, move |woven, frame, out| woven.fill(plane, frame, out))
+        };
         let local = places(&woven, tiling, Woven::local);
-        Ok(Outputs::one(plane(Type::Gray, Plane::Height))
-            .with("gap", plane(Type::Gray, Plane::Gap))
-            .with("warp", plane(Type::Gray, Plane::Warp))
-            .with("ids", plane(Type::Ids, Plane::Ids))
+        Ok(Outputs::one(plane(Type::Gray, WeavePlane::Height))
+            .with("gap", plane(Type::Gray, WeavePlane::Gap))
+            .with("warp", plane(Type::Gray, WeavePlane::Warp))
+            .with("ids", plane(Type::Ids, WeavePlane::Ids))
             .with("local", local)
-            .with("angle", plane(Type::Gray, Plane::Angle)))
+            .with("angle", plane(Type::Gray, WeavePlane::Angle)))
     }
 }
 

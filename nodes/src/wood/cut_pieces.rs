@@ -1,5 +1,5 @@
 //! Cuts that are made of pieces, each from another place.
-use shibo_engine::value::{Cut, Field, Grid, Halo, Key, PieceAxes, PiecePlanes, Pieces, Tile, Type};
+use shibo_engine::value::{Cut, Field, Grid, Halo, Key, PieceAxes, PieceMap, PiecePlanes, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::pieces::{self, Scatter, Turned, WoodPiece};
 use std::sync::Arc;
@@ -96,6 +96,6 @@ impl CutPieces {
         };
         let planes = Some(PiecePlanes { turned, axes: PieceAxes(Arc::new(axes)) });
         let spacing = |grid: &Grid| grid.step.max_element();
-        Cut::new(key, place, spacing).with_pieces(Pieces { ids: self.ids.clone(), planes, holes: false })
+        Cut::new(key, place, spacing).with_pieces(PieceMap { ids: self.ids.clone(), planes, holes: false })
     }
 }

@@ -1,4 +1,4 @@
-//! What the command makes of the canvas: resolutions of canvases that are not square, and outputs that do not repeat.
+//! The canvas in the command: resolutions of canvases that are not square, and outputs that do not tile.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;

@@ -115,7 +115,7 @@ fn files_that_are_no_graphs() {
         desk.run(["render", &file]).expect(1);
         assert!(!desk.path("out").exists(), "{file}");
     }
-    // A byte order mark is passed over.
+    // A byte order mark is skipped.
     assert_eq!(desk.shibo("check bom.ron").expect(0).stderr, "");
 }
 
@@ -150,12 +150,13 @@ fn control_characters_never_reach_the_terminal() {
     let ran = desk.run(["check", name, "--format", "json"]).expect(1);
     assert!(!ran.stdout.trim_end().contains(|c: char| c.is_control()), "{:?}", ran.stdout);
     assert_eq!(ran.json()["errors"][0]["file"], name);
-    // Wrong usage shows what was typed.
+    // A usage error repeats the argument.
     let ran = desk.run(["check", "--\u{1b}]0;owned\u{7}"]).expect(2);
     assert!(!ran.stderr.contains(['\u{1b}', '\u{7}']), "{:?}", ran.stderr);
 }
 
-/// What needs memory for the whole picture is told beforehand, if it is too much; all else works in any memory.
+/// Nodes that need the whole picture in memory are reported beforehand if it does not fit; all other nodes work in any
+/// memory.
 #[test]
 fn whole_pictures_that_do_not_fit_are_told_beforehand() {
     let desk = Desk::new();
@@ -179,7 +180,7 @@ fn whole_pictures_that_do_not_fit_are_told_beforehand() {
     // 10 bytes a pixel, 20 or more, 16 and 16.
     assert_eq!(told("--resolution 16384"), ["pieces", "height", "mean", "last"]);
     assert_eq!(told("--resolution 16384 --memory 4000"), ["height", "mean", "last"]);
-    // A render says the same.
+    // `render` prints the same.
     let ran = desk.shibo("render w.ron --memory 16 --resolution 4096 --no-cache").expect(1);
     let text = ran.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.contains("an operation on the whole picture needs") && text.contains("too-large"), "{text}");

@@ -13,7 +13,7 @@ use std::process::Stdio;
 const BEFORE: &str = "(nodes:{\"a\":Perlin( size:4 )}, // why\noutputs:{\"a\":\"a\"})";
 const AFTER: &str = "(\n  nodes: {\n    \"a\": Perlin(size: 4),\n  }, // why\n  outputs: { \"a\": \"a\" },\n)\n";
 
-/// Gives the command a text on stdin.
+/// Runs the command with a text on stdin.
 fn piped(desk: &Desk, line: &str, text: &str) -> Ran {
     let mut command = desk.command(line.split_whitespace());
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -60,7 +60,7 @@ fn a_broken_file_is_left_alone_and_the_others_are_not() {
     desk.write("a.ron", broken);
     desk.write("b.ron", BEFORE);
     desk.write("mark.ron", format!("\u{FEFF}{AFTER}"));
-    // Errors of meaning do not matter.
+    // Semantic errors do not matter.
     desk.write("c.ron", "(nodes:{\"a\":Nothing()})");
     let ran = desk.shibo("fmt a.ron nowhere.ron b.ron c.ron mark.ron").expect(1);
     assert!(ran.stderr.contains("expected a value") && ran.stderr.contains("nowhere.ron"), "{}", ran.stderr);
@@ -119,7 +119,7 @@ fn shipped_graphs_are_laid_out() {
     }
 }
 
-/// The text with other blanks, and commas behind last items or not, by a hashed choice for each token.
+/// The text with other blanks and optional trailing commas, chosen by a hash for each token.
 fn shaken(text: &str, seed: usize) -> String {
     let tree = Tree::parse(text);
     let pieces = tree.tokens();

@@ -1,4 +1,4 @@
-//! SVG and TIFF files of other programs, and the sizes that pictures state, end to end.
+//! SVG and TIFF files of other programs, and pixel sizes stated by pictures, end to end.
 use crate::support::{Desk, samples};
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -12,7 +12,7 @@ fn graph(file: &str) -> String {
     )
 }
 
-/// A desk on which the file `a.svg` and a graph that shows it lie.
+/// A folder with `a.svg` and a graph that shows it.
 fn desk(file: &[u8]) -> Desk {
     let desk = Desk::new();
     desk.write("a.svg", file);
@@ -84,7 +84,7 @@ fn shows_the_picture_behind_a_thumbnail_upright() {
 #[test]
 fn pictures_state_the_size_of_their_pixels() {
     let desk = Desk::new();
-    // Four pixels in a mm, and a part of the canvas.
+    // Four pixels per mm, which covers a part of the canvas.
     desk.write(
         "a.ron",
         "(version: 1, canvas: (size_mm: (16, 8), resolution: 64, tile: None), nodes: { \"n\": Perlin(size: 3) }, \
@@ -97,7 +97,7 @@ fn pictures_state_the_size_of_their_pixels() {
         let dims = reader.info().pixel_dims.unwrap();
         assert_eq!((dims.xppu, dims.yppu, dims.unit), (4000, 4000, png::Unit::Meter), "{more}");
     }
-    // A file is kept by its size, too.
+    // Results are also kept by the size of the pixels.
     let size = |mm: u32| {
         let graph = format!(
             "(version: 1, canvas: (size_mm: {mm}, resolution: 64, tile: None), nodes: {{ \"n\": Constant(color: \"#808080\") }}, outputs: {{ \"n\": \"n\" }})"

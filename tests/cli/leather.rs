@@ -1,4 +1,4 @@
-//! Leather end to end: what users get wrong, each with its place, and segments as SVG.
+//! Leather end to end: mistakes of users with their places, and segments as SVG.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -17,7 +17,7 @@ const CHAIN: &str = r#"    "links": ConnectNeighbors(points: "points"),
     "wrinkles": PlaceWrinkles(lattice: "moved"),
     "height": DrawWrinkles(segments: "wrinkles"),"#;
 
-/// Renders a graph that must fail, and checks what is said of it: code, line, column, and a part of the message.
+/// Renders a graph that must fail, and checks code, line, column, and a part of the message.
 fn fails(nodes: &str, (code, line, column): (&str, u64, u64), words: &str) {
     let desk = Desk::new();
     desk.write("a.ron", graph(nodes, "height"));
@@ -116,7 +116,7 @@ fn a_picture_is_blamed_where_it_is_named() {
     let ran = desk.shibo("render a.ron --no-cache --stats json").expect(0);
     let photo = ran.json()["nodes"].as_array().unwrap().iter().find(|n| n["name"] == "photo").unwrap().clone();
     assert_eq!(photo["state"], "computed", "{photo}");
-    // Springs read it, but it is the picture that is at fault.
+    // `DefineSprings` reads the picture, but the error is reported at the `Image`.
     let mut broken = ramp.clone();
     let at = broken.len() - 20;
     broken[at] ^= 0x55;
@@ -201,7 +201,7 @@ fn segments_are_written_as_svg() {
             .collect::<Vec<_>>()
     });
     assert!(numbers.into_iter().all(|n| (0.0..=30.0).contains(&n)));
-    // By default, too; from the cache; and with the same bytes.
+    // The same bytes by default and from the cache.
     desk.shibo("render a.ron -o again").expect(0);
     assert_eq!(std::fs::read_to_string(desk.path("again/out.svg")).unwrap(), first);
     assert!(desk.path("again/picture.png").exists());

@@ -1,4 +1,4 @@
-//! Messages of `check` and other commands about small mistakes: the place, the words and the remedy.
+//! Messages of `check` and other commands about small mistakes: place, text and help.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::{Desk, GRAPH};
@@ -11,7 +11,7 @@ fn graph(nodes: &str) -> String {
     )
 }
 
-/// The reports of `check` about the second line of a graph of these nodes, by column: the code, the message and the help.
+/// Reports of `check` about the second line of a graph of these nodes: column, code, message and help.
 fn told(nodes: &str) -> Vec<(u64, String, String, String)> {
     let desk = Desk::new();
     desk.write("a.ron", graph(nodes));
@@ -25,7 +25,7 @@ fn told(nodes: &str) -> Vec<(u64, String, String, String)> {
     .collect()
 }
 
-/// Fails unless exactly this is told.
+/// Fails unless `check` reports exactly these.
 #[track_caller]
 fn tells(nodes: &str, expected: &[(u64, &str, &str, &str)]) {
     let found = told(nodes);
@@ -124,7 +124,7 @@ fn reads_numbers_with_a_type_and_values_in_some() {
     desk.shibo("render some.ron -o one --resolution 16").expect(0);
     desk.shibo("render plain.ron -o two --resolution 16").expect(0);
     assert_eq!(desk.read("one/o.png"), desk.read("two/o.png"));
-    // The mark is no column, and `fmt` writes none.
+    // The byte order mark counts as no column, and `fmt` removes it.
     desk.write("wrong.ron", "\u{FEFF}(nods: {})");
     let json = desk.run(["check", "wrong.ron", "--format", "json"]).expect(1).json();
     let wrong = json["errors"].as_array().unwrap().iter().find(|error| error["code"] == "unknown-field").unwrap();
@@ -195,7 +195,7 @@ fn tells_only_nodes_of_other_outputs_as_unused() {
     };
     assert_eq!((state("strokes"), state("points")), ("unused".to_owned(), "unused".to_owned()), "{json}");
     assert_ne!(state("bumps"), "unused");
-    // The same when nothing is computed.
+    // The same holds when nothing is computed.
     let json = desk.shibo("render a.ron --output soft --stats json").expect(0).json();
     let states: Vec<_> = json["nodes"].as_array().unwrap().iter().map(|node| (&node["name"], &node["state"])).collect();
     assert!(states.contains(&(&"bumps".into(), &"folded".into())), "{states:?}");

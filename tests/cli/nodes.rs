@@ -76,7 +76,7 @@ fn the_reference_is_markdown() {
     {
         assert!(page.contains(word), "{word}");
     }
-    // Every default is printed as it is written, and every choice is explained.
+    // Every default is printed as written in a graph, and every choice is explained.
     let mut choices = 0;
     let registry = shibo_nodes::registry();
     for info in registry.kinds().filter_map(|kind| registry.info(kind)) {

@@ -1,4 +1,4 @@
-//! Picture files that are not what they should be, end to end: `check` and `render` say the same of them.
+//! Broken picture files, end to end: `check` and `render` report the same.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::pictures;
 use crate::support;
@@ -21,7 +21,7 @@ fn desk(picture: &[u8]) -> Desk {
     desk
 }
 
-/// What `check` says of a picture that must be refused; `render` refuses it too, with the same words.
+/// The error of `check` about a picture that must be refused; `render` prints the same message.
 #[track_caller]
 fn refused(picture: &[u8]) -> Json {
     let desk = desk(picture);
@@ -51,7 +51,7 @@ fn bad_pictures_are_told_by_a_check() {
         (&lzw[..lzw.len() / 2], "copy or save it again"),
         (&print.bytes(), "CMYK or YCCK"),
         (&indexed_png(&[0, 1, 2, 3], (2, 2), 2, &[9; 9], None), "has colour 3 of the palette"),
-        // The decoder panics at such a palette.
+        // The decoder panics on this palette.
         (&indexed_png(&[0; 4], (2, 2), 2, &[9; 4], None), "its palette, `PLTE`, has 4 bytes"),
     ];
     for (picture, reason) in cases {

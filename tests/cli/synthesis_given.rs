@@ -1,5 +1,4 @@
-//! Synthesis as it is asked for: presets that do what they say and warn of what they ignore, and coordinates that go to a file
-//! and come back.
+//! Presets of synthesis do what they promise and warn of ignored parameters; coordinates go to a file and come back.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -18,7 +17,7 @@ fn coords(desk: &Desk, node: &str) -> Vec<[f64; 2]> {
     json["coords"].as_array().unwrap().iter().map(pair).collect()
 }
 
-/// Whether a map, modulo the exemplar, goes on by a pixel from each pixel to those right of it and below.
+/// Whether each pixel's right and lower neighbours show the exemplar one pixel further, modulo its side.
 fn goes_on(map: &[[f64; 2]], w: usize, side: f64) -> bool {
     let near = |a: f64, b: f64| ((a - b).rem_euclid(side) - side / 2.0).abs() > side / 2.0 - 1e-3;
     (0..map.len()).all(|p| {
@@ -94,7 +93,7 @@ fn presets_differ_in_how_much_they_mend() {
     };
     let (fast, usual, best) = (at("preset: Fast"), at(""), at("preset: Best"));
     assert!(fast == at("mend: 0") && usual == at("mend: 2"));
-    // `Best` also leaves less as it is.
+    // `Best` also leaves fewer patches as they are.
     assert!(fast != usual && usual != best && best == at("preset: Best, mend: 4") && best != at("mend: 4"));
 }
 

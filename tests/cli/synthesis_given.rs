@@ -1,4 +1,4 @@
-//! Presets of synthesis do what they promise and warn of ignored parameters; coordinates go to a file and come back.
+//! Presets of synthesis keep their promises and warn of ignored parameters; coordinates go to a file and come back.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -17,7 +17,7 @@ fn coords(desk: &Desk, node: &str) -> Vec<[f64; 2]> {
     json["coords"].as_array().unwrap().iter().map(pair).collect()
 }
 
-/// Whether each pixel's right and lower neighbours show the exemplar one pixel further, modulo its side.
+/// True if the right and lower neighbours of each pixel show the exemplar one pixel further, modulo its side.
 fn goes_on(map: &[[f64; 2]], w: usize, side: f64) -> bool {
     let near = |a: f64, b: f64| ((a - b).rem_euclid(side) - side / 2.0).abs() > side / 2.0 - 1e-3;
     (0..map.len()).all(|p| {

@@ -1,5 +1,5 @@
-//! Everything that reads what others wrote, fed with damaged input: nothing panics, hangs, or tells of the program's own
-//! insides. `FUZZ_SECONDS=600 cargo test --release --test fuzz -- --nocapture --test-threads 1` is a long run; see
+//! All readers of foreign input, fed with damaged input: none panics, hangs, or shows internals of the program.
+//! `FUZZ_SECONDS=600 cargo test --release --test fuzz -- --nocapture --test-threads 1` is a long run; see
 //! docs/reliability.md. The page of `shibo watch` and the language server are in `tests/live/noise.rs`.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 mod damage;
@@ -21,7 +21,7 @@ fn root(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// All files of a folder that end so.
+/// The contents of all files in a folder whose names end with `end`.
 fn files(folder: &str, end: &str) -> Vec<Vec<u8>> {
     let mut paths: Vec<PathBuf> = root(folder).read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.to_string_lossy().ends_with(end));
@@ -64,7 +64,7 @@ fn layout() {
     });
 }
 
-/// Names of every kind.
+/// Names in expressions, of every type.
 struct Any;
 
 impl Names for Any {
@@ -135,7 +135,7 @@ fn pictures_of_all_formats() {
     });
 }
 
-/// Evaluates `graph`, whose node `node` reads the file `name`, with damaged files.
+/// Evaluates `nodes`, whose node `node` reads the file `name`, with damaged files.
 fn by_file((target, name): (&str, &str), seeds: &[Vec<u8>], count: usize, nodes: &str) {
     let folder = tempfile::tempdir().unwrap();
     let settings = Settings { threads: 1, memory: 64 << 20, ..Settings::default() };
@@ -173,7 +173,7 @@ fn lists_of_points() {
     by_file(("csv", "a.csv"), &seeds, 3000, r#""node": PointList(file: "a.csv")"#);
 }
 
-/// OBJ, GLB and glTF, which are told apart by what they hold; and what follows from a mesh that is read.
+/// OBJ, GLB and glTF, which are recognised by their content; and nodes that read the mesh.
 #[test]
 fn meshes() {
     let nodes = r#""mesh": LoadMesh(path: "a.obj"), "atlas": MeshAtlas(mesh: "mesh", page: 64), "flow": TangentField(mesh: "mesh", from: Smooth),
@@ -187,7 +187,7 @@ fn fonts() {
     by_file(("fonts", "a.otf"), &seeds, 150, r#""node": Text(text: "Shibo 0", font: "a.otf")"#);
 }
 
-/// What is kept of costly nodes, between runs and machines.
+/// Results of costly nodes, which are kept between runs and machines.
 #[test]
 fn kept_results() {
     let text = r#"(version: 1, canvas: (size_mm: 8, resolution: 16), nodes: {

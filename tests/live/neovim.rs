@@ -1,4 +1,4 @@
-//! A real editor: neovim with the files of `editors/nvim`, without a screen.
+//! A real editor: headless neovim with the files of `editors/nvim`.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use std::fs;
 use std::path::Path;

@@ -46,7 +46,7 @@ fn check(loaded: &Loaded) {
 
 /// A report at the beginning of a text covers whole characters.
 #[test]
-fn a_text_may_begin_with_any_letter() {
+fn accepts_any_first_character() {
     for text in ["シ", "シ(nodes: {})", "(シ: 1)", "é"] {
         check(&load_text(Path::new("a.ron"), text, &REGISTRY, &LoadOptions::default()));
     }
@@ -56,7 +56,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn no_edit_breaks_anything(
+    fn loads_broken_texts_without_panic(
         which in 0..6_usize,
         edits in proptest::collection::vec((0..SHARES, 0..12_usize, 0..PUT.len()), 1..5),
     ) {

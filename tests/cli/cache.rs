@@ -91,7 +91,7 @@ fn runs_at_the_same_time_share_a_cache() {
 /// Files are limited to 8 kB: small objects fit, tiles do not; the pictures fit as well.
 #[test]
 #[cfg(unix)]
-fn a_full_disk_costs_the_cache_only() {
+fn renders_without_cache_on_full_disk() {
     let desk = desk();
     desk.shibo("render a.ron -o right --no-cache --resolution 24").expect(0);
     let shibo = assert_cmd::cargo::cargo_bin!("shibo");

@@ -114,7 +114,7 @@ fn instances_inside_of_instances_have_seeds_of_their_own() {
 }
 
 #[test]
-fn set_comes_before_with_and_with_before_preset() {
+fn ranks_set_over_with_over_preset() {
     let nodes = r#""a": Use(graph: "part"), "p": Use(graph: "part", preset: "wide"), "w": Use(graph: "part", preset: "wide", with: { "gap": 3 }),
         "both": Use(graph: "part", preset: "wide+fine"), "plain": Perlin(size: 2)"#;
     let desk = desk("tile: Both, seed: 1", nodes, "");
@@ -188,7 +188,7 @@ fn an_instance_is_laid_out_as_transform_does() {
 }
 
 #[test]
-fn numbers_of_pieces_are_laid_out_too() {
+fn transforms_ids_of_instances() {
     let desk = desk("tile: Both", "", "");
     let bricks = r#"(version: 1, canvas: (size_mm: 16, resolution: 16, tile: Both, seed: 1),
       nodes: { "floor": Brick(size: (7.5, 3.5), gap: 0.5), "all": Worley(size: 4) },
@@ -214,7 +214,7 @@ fn numbers_of_pieces_are_laid_out_too() {
 }
 
 #[test]
-fn a_mask_where_a_distance_belongs_is_told() {
+fn warns_of_mask_in_place_of_distance() {
     let shapes = r#""panel": Shape(size: 6), "grown": ShapeMath(operation: Offset, a: "panel.distance", amount: 1)"#;
     let desk = desk("tile: Both", shapes, "");
     let said = |node: &str| {
@@ -254,7 +254,7 @@ fn a_turned_instance_fills_a_canvas_that_does_not_tile() {
 }
 
 #[test]
-fn what_cannot_be_laid_out_is_refused_at_its_place() {
+fn refuses_layout_of_points_and_bad_layouts() {
     let desk = desk("tile: Both", "", "");
     let refused = |nodes: &str| {
         main(&desk, "main.ron", "tile: Both", nodes, "");
@@ -285,7 +285,7 @@ fn what_cannot_be_laid_out_is_refused_at_its_place() {
 }
 
 #[test]
-fn materials_go_into_sub_graphs() {
+fn passes_materials_to_sub_graphs() {
     let desk = desk("tile: Both", "", "");
     desk.write(
         "over.ron",
@@ -370,7 +370,7 @@ fn the_library_is_found_by_name() {
 }
 
 #[test]
-fn all_materials_can_be_exchanged() {
+fn shipped_materials_are_interchangeable() {
     let desk = Desk::new();
     let list = desk.shibo("new --list").expect(0).stdout;
     let section = list.split("\n\n").nth(1).unwrap();
@@ -457,7 +457,7 @@ fn each_piece_shows_one_of_several_instances() {
 }
 
 #[test]
-fn what_each_cannot_do_is_refused_at_its_place() {
+fn refuses_invalid_use_of_each() {
     let desk = desk("tile: Both", "", "");
     for (each, wanted, help) in [
         ("over: 2, graph: \"part\"", "has no `ids`", "ids: \"node.ids\""),

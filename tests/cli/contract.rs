@@ -51,7 +51,7 @@ fn is_documented(_: &Registry, info: &KindInfo) -> Result<(), String> {
 }
 
 #[test]
-fn everything_is_documented() {
+fn every_kind_is_documented() {
     assert_eq!(on_all(is_documented), Vec::<String>::new());
 }
 
@@ -81,12 +81,12 @@ fn defaults_can_be_written(registry: &Registry, info: &KindInfo) -> Result<(), S
 }
 
 #[test]
-fn defaults_of_the_manual_read_back() {
+fn manual_defaults_equal_omitted_parameters() {
     assert_eq!(on_all(defaults_can_be_written), Vec::<String>::new());
 }
 
 #[test]
-fn defaults_give_finite_values_however_small() {
+fn defaults_give_finite_values_at_all_sizes() {
     let complaints = on_all(|registry, info| {
         // One session for all sizes, so that objects without a resolution are made once.
         let session = session(shibo_nodes::registry(), 1);
@@ -246,7 +246,7 @@ fn overwrites_if_it_says_so(registry: &Registry, info: &KindInfo) -> Result<usiz
 }
 
 #[test]
-fn what_overwrites_tiles_sets_every_value() {
+fn overwriting_fields_set_every_value() {
     let registry = shibo_nodes::registry();
     let all = registry.kinds().filter_map(|kind| registry.info(kind));
     let found: Result<Vec<usize>, String> =
@@ -275,7 +275,7 @@ fn reads_its_parameters(registry: &Registry, info: &KindInfo) -> Result<(), Stri
 }
 
 #[test]
-fn another_parameter_is_another_key() {
+fn changing_a_parameter_changes_the_key() {
     assert_eq!(on_all(reads_its_parameters), Vec::<String>::new());
 }
 
@@ -334,7 +334,7 @@ fn a_long_simulation_stops_when_asked() {
 }
 
 #[test]
-fn verify_finds_nothing_in_a_graph_of_all_kinds() {
+fn verify_accepts_deterministic_nodes() {
     let registry = shibo_nodes::registry();
     for kind in ["SimulateSprings", "DrawWrinkles", "Warp", "Relief"] {
         let graph = graph(&registry, registry.info(kind).unwrap(), UVec2::splat(64), None).unwrap();
@@ -344,7 +344,7 @@ fn verify_finds_nothing_in_a_graph_of_all_kinds() {
 }
 
 #[test]
-fn what_changes_with_the_canvas_declares_it() {
+fn nodes_declare_the_facts_they_depend_on() {
     assert_eq!(on_all(|registry, info| declares_what_it_reads(registry, info, None)), Vec::<String>::new());
 }
 
@@ -369,7 +369,7 @@ fn with_bad_nodes() -> Registry {
 }
 
 #[test]
-fn bad_nodes_are_found() {
+fn checks_find_bad_nodes() {
     let registry = with_bad_nodes();
     let info = |kind: &str| registry.info(kind).unwrap();
     assert!(is_documented(&registry, info("Impure")).is_err());

@@ -49,7 +49,7 @@ fn fields_print_their_values_by_rows() {
 }
 
 #[test]
-fn fields_are_taken_at_points() {
+fn dumps_fields_at_points() {
     let desk = Desk::with_graph();
     let field = desk.shibo("dump a.ron bumps --resolution 40").expect(0).json();
     // The centres of pixels (0, 0), (3, 0) and (0, 2).
@@ -80,7 +80,7 @@ fn fields_are_taken_at_points() {
 
 /// A field of a mesh is read at the nearest point of the surface.
 #[test]
-fn fields_of_a_mesh_are_taken_at_places_in_space() {
+fn dumps_mesh_fields_at_points_in_space() {
     let desk = Desk::new();
     let graph = r#"( version: 1, canvas: (size_mm: 120, resolution: 2048, tile: None), nodes: {
         "box": MeshShape(shape: Cube, size: (60, 40, 20)), "atlas": MeshAtlas(mesh: "box", charts: New),
@@ -102,7 +102,7 @@ fn fields_of_a_mesh_are_taken_at_places_in_space() {
 
 /// A field that depends on whole pictures or wide halos has the value of the pixel at that point.
 #[test]
-fn fields_of_whole_pictures_are_taken_from_the_picture() {
+fn dumps_whole_picture_fields_from_their_pixels() {
     let desk = Desk::new();
     let graph = r#"( version: 1, canvas: (size_mm: 64, resolution: 64, tile: Both), nodes: {
         "noise": Perlin(size: 8), "wide": Blur(input: "noise", radius: 9),
@@ -137,7 +137,7 @@ fn unknown_nodes_and_ports_are_wrong_usage() {
 }
 
 #[test]
-fn nodes_inside_sub_graphs() {
+fn dumps_nodes_inside_sub_graphs() {
     let desk = Desk::with_graph();
     let outer = r#"( version: 1, imports: { "inner": "a.ron" },
         nodes: { "use": Use(graph: "inner", with: { "size": 3 }) }, outputs: { "o": "use.bumps" } )"#;

@@ -79,7 +79,7 @@ fn a_document_of_materialx_names_its_pictures() {
 
 /// A canvas that does not tile shows once: coordinates are scaled, and its top left corner keeps its place.
 #[test]
-fn a_canvas_that_ends_is_shown_once_in_its_size() {
+fn shows_non_tiling_canvas_once_at_real_size() {
     let desk = desk("None", "{ \"m\": MaterialX(material: \"skin\"), \"u\": Usd(material: \"skin\") }");
     desk.shibo("render a.ron -o out -q").expect(0);
     let document = text(&desk, "out/m.mtlx");
@@ -154,7 +154,7 @@ fn fields_are_packed_into_one_picture() {
 
 /// Every graph with a material can be exported without an edit.
 #[test]
-fn as_writes_the_materials_of_any_graph() {
+fn exports_materials_of_any_graph() {
     let desk = desk("Both", "{ \"m\": \"skin\", \"same\": \"skin\", \"h\": \"height\" }");
     desk.shibo("render a.ron -o out -q --as usd").expect(0);
     let names = files(&desk, "out");
@@ -218,7 +218,7 @@ fn levels(desk: &Desk, file: &str, channel: &str) -> Vec<Vec<f32>> {
 }
 
 #[test]
-fn mip_levels_keep_what_a_surface_looks_like() {
+fn mip_levels_widen_roughness() {
     let outputs = r#"{
         "m": File(from: "skin", format: Exr, depth: F32, mip: true),
         "kept": File(from: "skin", format: Exr, depth: F32, mip: true, widen_roughness: false),

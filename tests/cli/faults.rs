@@ -149,7 +149,7 @@ fn an_interrupted_run_leaves_nothing_behind() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn what_a_killed_run_leaves_the_next_removes() {
+fn removes_temporary_files_of_killed_run() {
     let desk = Desk::with_graph();
     desk.shibo("render a.ron").expect(0);
     let before = desk.read("out/bumps.png");
@@ -183,7 +183,7 @@ fn a_full_device_behind_stdout_is_an_error() {
 }
 
 #[test]
-fn a_reader_that_leaves_is_no_accident() {
+fn stays_silent_when_stdout_closes() {
     let desk = Desk::with_graph();
     for args in [vec!["nodes", "--format", "markdown"], vec!["dump", "a.ron", "bumps", "--resolution", "512"]] {
         let mut command = desk.command(&args);

@@ -54,7 +54,7 @@ fn files_are_laid_out_in_place() {
 }
 
 #[test]
-fn a_broken_file_is_left_alone_and_the_others_are_not() {
+fn keeps_broken_file_and_formats_others() {
     let desk = Desk::new();
     let broken = "(nodes: { \"a\": Perlin(size: ) })";
     desk.write("a.ron", broken);
@@ -71,7 +71,7 @@ fn a_broken_file_is_left_alone_and_the_others_are_not() {
 }
 
 #[test]
-fn editors_use_stdin() {
+fn formats_stdin() {
     let desk = Desk::new();
     let ran = piped(&desk, "fmt --stdin", BEFORE).expect(0);
     assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), (AFTER, ""));

@@ -24,7 +24,7 @@ const HEAD: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 20 20
 const SQUARE: &str = r#"<rect width="10" height="20" fill="CornflowerBlue"/></svg>"#;
 
 #[test]
-fn draws_packed_files_and_those_in_latin_letters() {
+fn draws_compressed_and_latin1_svg() {
     let text = format!("{HEAD}<title>caf\u{e9}</title><text display='none'>x</text>{SQUARE}");
     let mut packed = GzEncoder::new(Vec::new(), Compression::fast());
     packed.write_all(text.as_bytes()).unwrap();
@@ -41,7 +41,7 @@ fn draws_packed_files_and_those_in_latin_letters() {
 }
 
 #[test]
-fn colors_that_cannot_be_known_are_told_with_their_place() {
+fn refuses_unknown_svg_colours_with_place() {
     let desk = desk(format!("{HEAD}\n  <rect width='5' height='5' fill='var(--brand)'/></svg>").as_bytes());
     let error = desk.shibo("check a.ron --format json").expect(1).json()["errors"][0].clone();
     let message = error["message"].as_str().unwrap();
@@ -55,7 +55,7 @@ fn colors_that_cannot_be_known_are_told_with_their_place() {
 }
 
 #[test]
-fn shows_the_picture_behind_a_thumbnail_upright() {
+fn reads_tiff_after_thumbnail_and_turns_it_upright() {
     use tiff::encoder::{TiffEncoder, colortype::Gray8};
     use tiff::tags::Tag;
     let mut bytes = std::io::Cursor::new(Vec::new());

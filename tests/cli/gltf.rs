@@ -101,7 +101,7 @@ fn a_material_becomes_a_file_with_its_textures() {
 }
 
 #[test]
-fn the_file_is_the_same_again_and_from_the_cache() {
+fn repeats_glb_with_equal_bytes() {
     let desk = desk("", r#"{ "skin": Gltf(material: "skin", mesh: Plane) }"#);
     let render = |how: &str| {
         desk.shibo(&format!("render a.ron -o out {how}")).expect(0);
@@ -115,7 +115,7 @@ fn the_file_is_the_same_again_and_from_the_cache() {
 }
 
 #[test]
-fn wrong_uses_are_told_at_their_places() {
+fn reports_wrong_gltf_arguments_with_places() {
     for (output, code, words) in [
         (r#"Gltf(material: "lumps")"#, "type-mismatch", "`Gltf` takes a material; `lumps` is Gray"),
         (r#"Gltf(material: "skin", mesh: "lumps")"#, "type-mismatch", "`mesh` must be an atlas; `lumps` is Gray"),
@@ -150,7 +150,7 @@ fn names(desk: &Desk, folder: &str) -> Vec<String> {
 }
 
 #[test]
-fn the_mesh_and_the_pictures_may_lie_beside_the_document() {
+fn writes_gltf_with_separate_files() {
     let desk = desk("", r#"{ "skin": Gltf(material: "skin", embed: false), "one": Gltf(material: "skin") }"#);
     let told = desk.shibo("render a.ron -o out").expect(0).stderr;
     let files =
@@ -186,7 +186,7 @@ fn the_mesh_and_the_pictures_may_lie_beside_the_document() {
 }
 
 #[test]
-fn colours_may_be_jpeg_and_nothing_else() {
+fn stores_only_colours_as_jpeg() {
     let outputs = r#"{ "skin": Gltf(material: "skin", colors: Jpeg), "low": Gltf(material: "skin", colors: Jpeg, quality: 5),
         "exact": Gltf(material: "skin"), "apart": Gltf(material: "skin", colors: Jpeg, embed: false),
         "usd": Usd(material: "skin", colors: Jpeg, quality: 100) }"#;

@@ -47,7 +47,7 @@ fn materials_compute_the_tiles_that_show() {
 }
 
 #[test]
-fn heights_that_a_mask_decides_are_not_compared() {
+fn skips_heights_where_mask_is_opaque_or_empty() {
     // By height, the mask decides everywhere: each height is read only where its layer shows, and never for the weight.
     let nodes = "\"x\": Perlin(size: 3), \"a\": Blur(input: \"x\", radius: 0.05), \
         \"y\": Perlin(size: 4), \"b\": Blur(input: \"y\", radius: 0.05), \

@@ -70,7 +70,7 @@ fn files_that_are_no_meshes_are_refused_at_their_place() {
 }
 
 #[test]
-fn surfaces_that_cannot_be_are_told_at_their_place() {
+fn reports_invalid_surfaces_with_places() {
     let desk = Desk::new();
     let advice = |mesh: &[u8], atlas: &str, words: &str, line: u32| {
         let told = said(&desk, mesh, &graph(atlas, NORMAL), 0);
@@ -119,7 +119,7 @@ fn surfaces_that_cannot_be_are_told_at_their_place() {
 /// Paths in meshes point to a pipe without a writer: opening it would block for ever.
 #[cfg(unix)]
 #[test]
-fn nothing_beside_the_named_files_is_opened() {
+fn opens_only_named_files() {
     let desk = Desk::new();
     std::fs::create_dir(desk.path("in")).unwrap();
     for pipe in ["secret.bin", "in/secret.mtl", "in/secret.png"] {

@@ -6,7 +6,7 @@ const PART: &str = r#"(version: 1, params: { "size": Number(default: 1, range: (
   nodes: { "number": Constant(value: "$size") }, outputs: { "number": "number" })"#;
 
 #[test]
-fn settings_are_looked_for_upwards_and_the_nearest_wins() {
+fn uses_nearest_settings_file_above() {
     let desk = Desk::new();
     for folder in ["work/deep/er", "far", "near"] {
         std::fs::create_dir_all(desk.path(folder)).unwrap();

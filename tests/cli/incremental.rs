@@ -54,7 +54,7 @@ fn dear(stats: &[NodeStats]) -> BTreeSet<String> {
 }
 
 #[test]
-fn what_a_switch_does_not_take_is_not_made() {
+fn skips_unselected_switch_inputs() {
     let text = r#"(version: 1, canvas: (size_mm: 16, resolution: 64), params: { "which": Integer(default: 1, range: (0, 1)) }, nodes: {
         "points": PoissonPoints(pitch: 2),
         "links": ConnectNeighbors(points: "points"),
@@ -96,7 +96,7 @@ const EDITS: [(&str, &str, &str); 5] = [
 ];
 
 #[test]
-fn an_edit_runs_what_is_downstream_in_memory() {
+fn edit_recomputes_downstream_nodes_in_memory() {
     let original = std::fs::read_to_string(path()).unwrap();
     let out = tempfile::tempdir().unwrap();
     for (from, to, node) in EDITS {
@@ -112,7 +112,7 @@ fn an_edit_runs_what_is_downstream_in_memory() {
 }
 
 #[test]
-fn an_edit_runs_what_is_downstream_in_another_process() {
+fn edit_recomputes_downstream_nodes_in_another_process() {
     let original = std::fs::read_to_string(path()).unwrap().replacen("steps: 60", "steps: 1500", 1);
     let (out, cache) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let first = render(&session(Some(cache.path())), &graph(&original), out.path());
@@ -130,7 +130,7 @@ fn an_edit_runs_what_is_downstream_in_another_process() {
 }
 
 #[test]
-fn undo_finds_everything_in_memory() {
+fn reuses_results_after_undo() {
     let original = std::fs::read_to_string(path()).unwrap();
     let out = tempfile::tempdir().unwrap();
     let session = session(None);
@@ -151,7 +151,7 @@ fn comments_order_names_and_spelling_change_nothing() {
 }
 
 #[test]
-fn the_resolution_runs_no_simulation_again() {
+fn reuses_simulations_at_another_resolution() {
     let original = std::fs::read_to_string(path()).unwrap();
     let out = tempfile::tempdir().unwrap();
     let session = session(None);
@@ -167,7 +167,7 @@ fn the_resolution_runs_no_simulation_again() {
 
 /// Fields share the objects they were made of. The memory of many graphs must not grow with their number.
 #[test]
-fn objects_of_many_graphs_stay_within_their_share() {
+fn bounds_memory_of_objects_of_many_graphs() {
     let text = |seed: u32| {
         format!(
             "(version: 1, canvas: (size_mm: 60, resolution: 32, seed: {seed}), nodes: {{

@@ -46,7 +46,7 @@ const GRAPH: &str = r#"(
 )"#;
 
 #[test]
-fn every_long_command_can_be_interrupted_and_goes_on() {
+fn long_commands_resume_after_interrupt() {
     let desk = Desk::new();
     desk.write("a.ron", GRAPH);
     desk.shibo("render a.ron -o whole --cache-dir other").expect(0);

@@ -88,7 +88,7 @@ fn jobs_that_cannot_run_are_refused() {
 }
 
 #[test]
-fn a_sweep_is_spread_over_machines() {
+fn splits_sweep_into_tasks() {
     let desk = desk();
     let graph = "it's here/a b.ron";
     desk.run(["render", graph, "--sweep", "r=1..4", "--sweep", "seed=1,2", "-o", "whole", "--no-cache"]).expect(0);
@@ -146,7 +146,7 @@ fn values<'t>(template: &'t str, field: &str) -> Vec<&'t str> {
 }
 
 #[test]
-fn braces_reach_the_commands_as_they_are() {
+fn keeps_braces_in_job_arguments() {
     let desk = desk();
     let graph = "(version: 1, canvas: (size_mm: 40, resolution: 500), params: { \"t\": Text(default: \"a\") },
                   nodes: { \"b\": Perlin(size: 5) }, outputs: { \"b\": \"b\" })";

@@ -68,7 +68,7 @@ fn ranges_links_and_fields_are_checked() {
 }
 
 #[test]
-fn lengths_with_zeros_too_many_are_refused() {
+fn refuses_excessive_lengths() {
     let with = |field: &str, springs: &str, draw: &str| {
         format!(
             "    \"points\": PoissonPoints(pitch: 1),\n    \"field\": {field},\n    \"links\": \
@@ -106,7 +106,7 @@ fn reversed_ranges_and_missing_pictures() {
 }
 
 #[test]
-fn a_picture_is_blamed_where_it_is_named() {
+fn reports_damaged_picture_at_its_node() {
     let desk = Desk::new();
     let ramp = std::fs::read("library/examples/ramp.png").unwrap();
     let chain = CHAIN.replace("lattice: \"links\"", "lattice: \"links\", field: \"photo\"");
@@ -126,7 +126,7 @@ fn a_picture_is_blamed_where_it_is_named() {
 }
 
 #[test]
-fn what_can_go_on_is_warned_of() {
+fn warns_of_springs_without_effect() {
     let desk = Desk::new();
     let chain = CHAIN.replace("points: \"points\"", "points: \"points\", neighbors: Radius(0.8)");
     desk.write("a.ron", graph(&format!("    \"points\": RandomPoints(count: 500),\n{chain}"), "height"));
@@ -168,7 +168,7 @@ fn grooves_without_a_width_are_warned_of() {
 }
 
 #[test]
-fn bands_far_apart_are_advised_against() {
+fn advises_against_wide_range_of_band_angles() {
     let desk = Desk::new();
     desk.write("a.ron", graph("    \"height\": BandPattern(angle: (10, 40)),", "height"));
     let ran = desk.shibo("check a.ron").expect(0);

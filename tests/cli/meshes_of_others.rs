@@ -54,7 +54,7 @@ fn reads_obj_with_marks_joined_lines_and_latin1() {
 }
 
 #[test]
-fn tells_what_faces_lack() {
+fn warns_of_faces_without_uvs_or_normals() {
     let desk = Desk::new();
     desk.write("hole.obj", sheet("v 3 3 0\nv 3 7 0\nv 7 7 0\nv 7 3 0\nf 1 2 3 4 1 5 6 7 8 5\n"));
     assert_eq!(area(&desk, "hole.obj").0, 84.0);
@@ -132,7 +132,7 @@ fn refuses_versions_and_extensions_by_name() {
 }
 
 #[test]
-fn takes_the_uvs_that_are_asked_for() {
+fn reads_chosen_uv_set() {
     let desk = Desk::new();
     let transform = "\"materials\": [{\"pbrMetallicRoughness\": {\"baseColorTexture\": {\"index\": 0, \"texCoord\": 1, \"extensions\": \
         {\"KHR_texture_transform\": {\"scale\": [0.0002442002442002442, 0.0002442002442002442]}}}}}]";
@@ -196,7 +196,7 @@ fn lays_udim_tiles_beside_each_other() {
 }
 
 #[test]
-fn refuses_tiles_that_charts_cross_or_that_are_not_there() {
+fn refuses_crossed_and_missing_udim_tiles() {
     let desk = Desk::new();
     let refused = |mesh: &str, atlas: &str, told: &str| {
         desk.write("a.obj", mesh);

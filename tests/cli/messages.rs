@@ -37,7 +37,7 @@ fn tells(nodes: &str, expected: &[(u64, &str, &str, &str)]) {
 }
 
 #[test]
-fn refuses_numbers_that_channels_do_not_have() {
+fn refuses_numbers_out_of_channel_range() {
     tells(
         r#""n": Material(roughness: 55, metallic: -3, height: 70, ior: 1.45, emission: (9, 2, 0))"#,
         &[
@@ -81,7 +81,7 @@ fn names_the_kinds_that_take_a_material() {
 }
 
 #[test]
-fn tells_what_each_value_of_a_list_must_be() {
+fn explains_wrong_values_in_lists() {
     tells(
         r##""n": GradientMap(input: 0.5, stops: ["#000", "#fff"])"##,
         &[(38, "type-mismatch", "each value of stops must be `(number, colour)`; found a text", "")],
@@ -100,7 +100,7 @@ fn tells_what_each_value_of_a_list_must_be() {
 }
 
 #[test]
-fn tells_numbers_as_people_write_them() {
+fn prints_short_numbers_with_units() {
     let path = r#""p": Path(points: [(0, 0), (9, 9)]), "n": "#;
     tells(
         &format!(r#"{path}Stitch(path: "p", pitch: 0.7, length: 3)"#),
@@ -110,7 +110,7 @@ fn tells_numbers_as_people_write_them() {
 }
 
 #[test]
-fn reads_numbers_with_a_type_and_values_in_some() {
+fn reads_typed_numbers_and_some() {
     tells(r#""n": Perlin(size: 3f32, seed: Some(2u64))"#, &[]);
     let desk = Desk::new();
     let text = "\u{FEFF}(version: 1, canvas: Some((size_mm: Some(10), tile: Some(Both))), nodes: { \"n\": Perlin(size: 4f64) }, \
@@ -167,7 +167,7 @@ fn understands_the_former_name_of_gaps() {
 }
 
 #[test]
-fn tells_nodes_that_no_output_needs() {
+fn warns_of_unused_nodes() {
     tells(
         r#""a": Perlin(), "b": Invert(input: "a"), "_c": Perlin(), "n": Perlin()"#,
         &[
@@ -180,7 +180,7 @@ fn tells_nodes_that_no_output_needs() {
 }
 
 #[test]
-fn tells_only_nodes_of_other_outputs_as_unused() {
+fn reports_nodes_of_other_outputs_as_unused() {
     let desk = Desk::new();
     desk.write(
         "a.ron",
@@ -203,7 +203,7 @@ fn tells_only_nodes_of_other_outputs_as_unused() {
 }
 
 #[test]
-fn advises_by_the_sort_of_values_that_are_clipped() {
+fn advice_on_clipping_depends_on_kind_of_value() {
     let advice = |nodes: &str| {
         let desk = Desk::new();
         desk.write("a.ron", graph(nodes));
@@ -241,13 +241,13 @@ fn counts_single_files_in_the_singular() {
 }
 
 #[test]
-fn lists_templates_where_one_is_unknown() {
+fn suggests_template_for_unknown_name() {
     let ran = Desk::new().shibo("new a --from lether").expect(2);
     assert!(ran.stderr.contains("did you mean `leather`?; `shibo new --list` shows all"), "{}", ran.stderr);
 }
 
 #[test]
-fn lists_the_words_of_composition_among_the_kinds() {
+fn lists_use_and_each_among_kinds() {
     let desk = Desk::new();
     let people = desk.shibo("nodes").expect(0).stdout;
     let page = desk.shibo("nodes --format markdown").expect(0).stdout;

@@ -33,7 +33,7 @@ fn compare(name: &str) -> (u64, u64) {
 }
 
 #[test]
-fn tiles_let_go_of_are_not_wanted_again() {
+fn frees_tiles_without_recomputing_them() {
     // A graph that tiles, with wide filters and warps; one with distances; one with cuts of solids.
     for name in ["calf.ron", "brick_wall.ron", "oak_cuts.ron"] {
         let (kept, once) = compare(name);
@@ -42,7 +42,7 @@ fn tiles_let_go_of_are_not_wanted_again() {
 }
 
 #[test]
-fn a_board_holds_a_few_rows_of_tiles_only() {
+fn frees_most_tiles_of_a_board() {
     let (kept, once) = compare("walnut.ron");
     assert!(once * 2 < kept, "{once} of {kept} bytes");
 }

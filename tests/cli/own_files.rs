@@ -46,7 +46,7 @@ fn folders_that_are_no_cache_are_refused_and_left_alone() {
 }
 
 #[test]
-fn caches_are_marked_and_only_entries_go() {
+fn marks_caches_and_removes_only_entries() {
     let desk = Desk::with_graph();
     desk.shibo("render a.ron --cache-dir new/c -o one").expect(0);
     let tag = String::from_utf8(desk.read("new/c/CACHEDIR.TAG")).unwrap();
@@ -60,7 +60,7 @@ fn caches_are_marked_and_only_entries_go() {
 }
 
 #[test]
-fn the_usual_cache_of_an_earlier_version_is_marked_and_used() {
+fn adopts_default_cache_of_earlier_version() {
     let desk = Desk::with_graph();
     desk.shibo("render a.ron -o one").expect(0);
     let tag = desk.path("cache/shibo/CACHEDIR.TAG");
@@ -76,7 +76,7 @@ fn the_usual_cache_of_an_earlier_version_is_marked_and_used() {
 }
 
 #[test]
-fn joining_removes_only_what_was_joined() {
+fn join_removes_only_joined_parts() {
     let desk = Desk::new();
     desk.write(
         "a.ron",
@@ -145,7 +145,7 @@ fn temporary_files_of_other_machines_stay_for_a_day() {
 
 #[test]
 #[cfg(any(target_os = "linux", target_vendor = "apple"))]
-fn laying_out_a_file_loses_no_save() {
+fn fmt_keeps_concurrent_saves() {
     let desk = Desk::new();
     let path = desk.path("a.ron");
     let untidy = |number: u32| {

@@ -87,7 +87,7 @@ fn joined_parts_are_the_files_of_a_single_run() {
 }
 
 #[test]
-fn clipped_samples_are_told_once_and_in_all() {
+fn reports_clipped_samples_once_as_a_sum() {
     let desk = desk("Both");
     desk.write(
         "a.ron",
@@ -132,7 +132,7 @@ fn missing_and_doubled_parts_are_named() {
 }
 
 #[test]
-fn parts_of_something_else_are_named() {
+fn names_parts_of_another_render() {
     let desk = desk("Both");
     parts(&desk, "parts", "");
     let place = desk.path("parts/a.2-of-4.part");
@@ -208,7 +208,7 @@ fn damaged_parts_are_named_and_made_again() {
 }
 
 #[test]
-fn a_name_in_a_part_never_leads_out_of_the_folder() {
+fn refuses_part_with_name_outside_the_folder() {
     let desk = desk("Both");
     desk.shibo("render a.ron --part 1/1 -o parts --output lines").expect(0);
     let place = desk.path("parts/a.1-of-1.part");
@@ -224,7 +224,7 @@ fn a_name_in_a_part_never_leads_out_of_the_folder() {
 }
 
 #[test]
-fn what_makes_no_sense_is_told() {
+fn refuses_invalid_part_arguments() {
     let desk = desk("Both");
     for (line, said) in [
         ("render a.ron --part 0/4", "1/16 is the first"),
@@ -248,7 +248,7 @@ fn what_makes_no_sense_is_told() {
 }
 
 #[test]
-fn what_is_prepared_is_not_computed_again() {
+fn parts_reuse_prepared_results() {
     let desk = desk("Both");
     let first = desk.shibo("prepare a.ron").expect(0);
     assert!(first.stdout.contains("moved") && first.stderr.contains("stored"), "{}{}", first.stdout, first.stderr);
@@ -303,7 +303,7 @@ fn parts_compute_no_pixel_twice() {
 }
 
 #[test]
-fn parts_made_at_once_or_from_damaged_halos_are_the_same() {
+fn concurrent_parts_and_damaged_halos_change_no_pixel() {
     let desk = Desk::new();
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     desk.shibo("render a.ron -o whole --no-cache").expect(0);
@@ -337,7 +337,7 @@ fn parts_made_at_once_or_from_damaged_halos_are_the_same() {
 }
 
 #[test]
-fn parts_that_are_removed_take_what_they_left_along() {
+fn removing_parts_removes_their_halos() {
     let desk = Desk::new();
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     [1, 2, 3, 4].into_iter().for_each(|n| drop(desk.shibo(&format!("render a.ron --part {n}/4 -o parts")).expect(0)));
@@ -353,7 +353,7 @@ fn parts_that_are_removed_take_what_they_left_along() {
 }
 
 #[test]
-fn low_parts_are_made_from_left_to_right() {
+fn computes_wide_parts_from_left_to_right() {
     let desk = Desk::new();
     desk.write(
         "a.ron",

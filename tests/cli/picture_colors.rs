@@ -100,7 +100,7 @@ fn reads_channels_by_name() {
 }
 
 #[test]
-fn tells_channels_whose_names_say_no_order() {
+fn warns_of_channels_in_unknown_order() {
     let bytes = exr(&[("c2", 0.1), ("c0", 0.5), ("c1", 0.25)], unchanged);
     let (color, said) = pixel(&bytes, [4, 2], "");
     near(color, COLOR);
@@ -135,7 +135,7 @@ fn honours_chromaticities() {
 }
 
 #[test]
-fn reads_its_own_colours() {
+fn reads_back_written_colours() {
     let desk = Desk::new();
     desk.write(
         "b.ron",

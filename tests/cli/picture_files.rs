@@ -36,7 +36,7 @@ fn refused(picture: &[u8]) -> Json {
 }
 
 #[test]
-fn bad_pictures_are_told_by_a_check() {
+fn check_reports_bad_pictures() {
     let good = samples();
     let (png, lzw) = (&good[0], tiff(tiff::encoder::Compression::Lzw, 8));
     let mut print = Jpeg::default();
@@ -62,7 +62,7 @@ fn bad_pictures_are_told_by_a_check() {
 }
 
 #[test]
-fn damaged_samples_are_told_by_a_render() {
+fn render_reports_damaged_samples() {
     let mut png = samples().remove(0);
     let data = png.windows(4).position(|name| name == b"IDAT").unwrap() + 4;
     png[data + 40..data + 60].fill(0xff);
@@ -99,7 +99,7 @@ const MATERIAL: &str = r#"(
 )"#;
 
 #[test]
-fn channels_that_a_material_lacks_are_told_and_have_a_default() {
+fn missing_channels_warn_and_use_default() {
     let desk = Desk::new();
     desk.write("a.ron", MATERIAL);
     let warnings = desk.shibo("check a.ron --format json").expect(0).json()["warnings"].clone();

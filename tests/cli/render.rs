@@ -25,7 +25,7 @@ fn states(stats: &Json) -> Vec<(String, String)> {
 }
 
 #[test]
-fn only_what_no_output_reaches_is_unused() {
+fn only_unreachable_nodes_are_unused() {
     let desk = Desk::with_graph();
     desk.write(
         "part.ron",
@@ -76,7 +76,7 @@ fn a_second_run_computes_nothing() {
 }
 
 #[test]
-fn an_edit_computes_only_what_is_downstream() {
+fn edit_recomputes_downstream_nodes() {
     let desk = Desk::with_graph();
     desk.shibo("render a.ron").expect(0);
     desk.write("a.ron", GRAPH.replace("steps: 20", "steps: 21"));
@@ -100,7 +100,7 @@ fn nothing_is_kept_without_a_cache() {
 }
 
 #[test]
-fn threads_change_no_byte() {
+fn bytes_are_equal_for_any_thread_count() {
     let desk = Desk::with_graph();
     for threads in ["1", "2", "8"] {
         desk.run(["render", "a.ron", "--no-cache", "--threads", threads, "-o", threads]).expect(0);
@@ -176,7 +176,7 @@ fn formats_and_depths() {
 }
 
 #[test]
-fn wrong_usage_is_told_from_errors_in_files() {
+fn exit_codes_separate_usage_from_file_errors() {
     let desk = Desk::with_graph();
     for args in [
         "--output mesk",

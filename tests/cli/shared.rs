@@ -256,7 +256,7 @@ fn answer(mut stream: &TcpStream, how: &Mutex<How>, held: &Mutex<HashMap<String,
 }
 
 #[test]
-fn a_server_may_fail_in_every_way() {
+fn survives_all_server_failures() {
     let desk = desk();
     desk.shibo("render a.ron -o right --no-cache").expect(0);
     let server = Server::start();
@@ -315,7 +315,7 @@ fn peak(mut command: std::process::Command) -> u64 {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn answers_without_end_take_no_memory() {
+fn endless_answers_take_no_memory() {
     let desk = desk();
     desk.shibo("render a.ron -o right --no-cache").expect(0);
     let usual = peak(desk.command(["render", "a.ron", "-o", "usual", "--no-cache"]));
@@ -330,7 +330,7 @@ fn answers_without_end_take_no_memory() {
 }
 
 #[test]
-fn a_server_that_is_gone_costs_nothing_but_a_warning() {
+fn unreachable_server_gives_one_warning() {
     let desk = desk();
     let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let ran = render(&desk, "a", &format!("s3+http://{address} s3://bucket"), None);

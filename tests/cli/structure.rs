@@ -110,7 +110,7 @@ fn types_of_objects_are_named_in_one_table() {
 }
 
 #[test]
-fn arrows_in_the_engine_point_down() {
+fn engine_modules_use_only_lower_modules() {
     let order = ["session", "eval", "graph", "registry", "node", "value"];
     // Modules beside `value` may be used by all, and use only `value`.
     let beside = ["diagnostics", "export", "expression", "picture", "syntax"];
@@ -131,7 +131,7 @@ fn arrows_in_the_engine_point_down() {
 }
 
 #[test]
-fn the_server_does_not_know_who_watches() {
+fn serve_does_not_use_watch() {
     for file in sources(&root("src/serve")) {
         assert!(
             !words_after(&code(&file), "crate::").contains(&"watch".to_owned()),
@@ -144,7 +144,7 @@ fn the_server_does_not_know_who_watches() {
 }
 
 #[test]
-fn what_editors_know_has_no_protocol() {
+fn ide_uses_no_protocol() {
     let files = sources(&root("src/ide"));
     assert!(files.len() > 20);
     for file in files {
@@ -156,7 +156,7 @@ fn what_editors_know_has_no_protocol() {
 }
 
 #[test]
-fn families_do_not_know_each_other() {
+fn node_families_do_not_use_each_other() {
     let nodes = root("nodes/src");
     let families: Vec<String> = fs::read_dir(&nodes)
         .unwrap()
@@ -175,7 +175,7 @@ fn families_do_not_know_each_other() {
 }
 
 #[test]
-fn kernels_know_only_values() {
+fn kernel_uses_only_values_and_expressions() {
     for file in sources(&root("kernel/src")) {
         let code = code(&file);
         for used in words_after(&code, "shibo_engine::") {
@@ -226,7 +226,7 @@ fn rooms_of_the_kernel_use_only_rooms_before_them() {
 }
 
 #[test]
-fn files_of_a_room_have_no_circles() {
+fn files_of_a_room_have_no_cycles() {
     let kernel = root("kernel/src");
     for room in fs::read_dir(&kernel).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()) {
         let name = room.file_name().unwrap().to_str().unwrap();
@@ -243,7 +243,7 @@ fn files_of_a_room_have_no_circles() {
 }
 
 #[test]
-fn circles_are_found() {
+fn finds_cycles() {
     let uses = |pairs: &[(&str, &str)]| {
         let set = |(from, to): &(&str, &str)| ((*from).to_owned(), BTreeSet::from([(*to).to_owned()]));
         pairs.iter().map(set).collect::<BTreeMap<_, _>>()
@@ -255,7 +255,7 @@ fn circles_are_found() {
 }
 
 #[test]
-fn files_can_be_read_in_one_sitting() {
+fn files_have_at_most_500_lines() {
     for dir in ["src", "engine/src", "kernel/src", "library/src", "nodes/src", "python/src"] {
         for file in sources(&root(dir)) {
             let lines = fs::read_to_string(&file).unwrap().lines().count();
@@ -265,7 +265,7 @@ fn files_can_be_read_in_one_sitting() {
 }
 
 #[test]
-fn nothing_is_read_from_the_environment_below_the_command() {
+fn crates_below_the_command_read_no_environment() {
     // Thread-local state for freeing memory and for expected panics of decoders holds no results.
     let allowed = [("engine/src/value/link.rs", "thread_local!"), ("engine/src/picture/guard.rs", "thread_local!")];
     for dir in ["engine/src", "kernel/src", "nodes/src"] {

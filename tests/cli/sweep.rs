@@ -76,7 +76,7 @@ fn a_sheet_of_two_names_is_a_matrix() {
 }
 
 #[test]
-fn what_variants_share_is_computed_once() {
+fn computes_shared_work_of_variants_once() {
     let desk = Desk::new();
     // Only the colours differ between the variants.
     let graph = GRAPH.replace(
@@ -97,7 +97,7 @@ fn what_variants_share_is_computed_once() {
 }
 
 #[test]
-fn a_killed_run_goes_on() {
+fn resumes_killed_sweep() {
     let desk = Desk::with_graph();
     let args = ["render", "a.ron", "--sweep", "seed=1..40", "--no-cache"];
     let mut child = desk.command(args).stderr(std::process::Stdio::null()).spawn().unwrap();
@@ -124,7 +124,7 @@ fn a_killed_run_goes_on() {
 }
 
 #[test]
-fn what_makes_no_sense_is_told_before_anything_is_rendered() {
+fn refuses_invalid_sweeps_before_rendering() {
     let desk = Desk::with_graph();
     for (line, code, said) in [
         ("--sweep seed=1..2 --sweep seed=3..4", 2, "twice"),
@@ -150,7 +150,7 @@ fn what_makes_no_sense_is_told_before_anything_is_rendered() {
 }
 
 #[test]
-fn a_parameter_may_be_called_seed() {
+fn accepts_parameter_named_seed() {
     let desk = Desk::with_graph();
     let graph = GRAPH.replace("params: {", "params: { \"seed\": Integer(default: 3, range: (0, 9)),");
     desk.write("a.ron", graph.replace("Perlin(size: \"$size\")", "Perlin(size: \"$size\", seed: \"$seed\")"));

@@ -116,7 +116,7 @@ fn jacobians_are_checked_with_their_place() {
 }
 
 #[test]
-fn a_scale_beyond_the_levels_works() {
+fn accepts_scale_beyond_the_levels() {
     for scale in ["30", "0.04"] {
         let desk = Desk::new();
         let nodes = format!(
@@ -179,7 +179,7 @@ fn a_constant_jacobian_turns_zeros_into_the_affine_map() {
 }
 
 #[test]
-fn the_driver_without_extras_is_the_stages_of_the_source() {
+fn patent_preset_equals_stages_of_the_source() {
     let desk = Desk::new();
     let mut nodes = String::from(
         r#"    "ground": Perlin(size: 5),
@@ -231,7 +231,7 @@ fn a_larger_canvas_extends_a_smaller_one() {
 }
 
 #[test]
-fn guides_decide_what_is_shown_where() {
+fn output_follows_guide() {
     let desk = Desk::new();
     let nodes = r#"    "halves": Gradient(repeat: Mirror, times: 2),
     "which": Remap(input: "halves", from: (0.45, 0.55), clamp: true),
@@ -253,7 +253,7 @@ fn guides_decide_what_is_shown_where() {
 }
 
 #[test]
-fn larger_candidate_sets_join_more_and_none_joins_nothing() {
+fn candidate_set_size_changes_coordinates() {
     let desk = Desk::new();
     let at = |sets: &str| {
         let nodes = format!(

@@ -28,7 +28,7 @@ fn steps(values: &[f64], rows: bool) -> [f64; 2] {
 }
 
 #[test]
-fn joins_the_sides_that_the_canvas_joins() {
+fn joins_only_tiling_sides() {
     let desk = Desk::new();
     for (tile, joins) in [("X", [true, false]), ("Y", [false, true])] {
         let mut sums = [[0.0; 2]; 2];
@@ -45,7 +45,7 @@ fn joins_the_sides_that_the_canvas_joins() {
 }
 
 #[test]
-fn extends_along_the_axis_that_ends() {
+fn extends_along_non_tiling_axis() {
     let desk = Desk::new();
     for seed in [1, 6] {
         let (small, large) = (values(&desk, "X", seed, (12, 12)), values(&desk, "X", seed, (12, 24)));

@@ -27,7 +27,7 @@ fn goes_on(map: &[[f64; 2]], w: usize, side: f64) -> bool {
 }
 
 #[test]
-fn the_method_of_the_source_gives_back_the_exemplar_tiled_at_any_size() {
+fn patent_preset_repeats_exemplar_at_any_size() {
     let desk = Desk::new();
     let unbent = ", jacobian: JacobianFromAngleScale()";
     for (side, tile, more) in [
@@ -54,7 +54,7 @@ fn the_method_of_the_source_gives_back_the_exemplar_tiled_at_any_size() {
 }
 
 #[test]
-fn what_a_preset_ignores_is_warned_of() {
+fn warns_of_parameters_that_preset_ignores() {
     let desk = Desk::new();
     let warned = |more: &str| {
         let nodes = format!(
@@ -80,7 +80,7 @@ fn what_a_preset_ignores_is_warned_of() {
 }
 
 #[test]
-fn presets_differ_in_how_much_they_mend() {
+fn presets_set_rounds_of_mending() {
     let desk = Desk::new();
     let at = |more: &str| {
         let nodes = format!(
@@ -125,7 +125,7 @@ fn coordinates_go_to_a_file_and_come_back() {
 }
 
 #[test]
-fn coordinates_are_an_output_that_tells_the_size_of_the_exemplar() {
+fn coordinate_files_state_exemplar_size() {
     let desk = Desk::new();
     let of = |size: &str, more: &str| {
         format!(

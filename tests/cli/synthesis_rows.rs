@@ -88,7 +88,7 @@ fn levels_in_between_show_the_texture_too() {
 }
 
 #[test]
-fn the_same_exemplar_gives_detail_that_coordinates_left_out() {
+fn samples_detail_between_coordinates() {
     let desk = Desk::new();
     picture(&desk, "a.png", (16, 16));
     // Features are half as large: neighbouring coordinates are two exemplar pixels apart.
@@ -109,7 +109,7 @@ fn the_same_exemplar_gives_detail_that_coordinates_left_out() {
 }
 
 #[test]
-fn an_earlier_result_is_a_start() {
+fn starts_from_earlier_result() {
     let desk = Desk::new();
     // All neighbours in a shifted exemplar fit exactly, so correction changes nothing.
     let at = |start: &str| {
@@ -223,7 +223,7 @@ fn maps_guides_and_masks_of_other_sizes_are_aligned_by_place() {
 }
 
 #[test]
-fn pictures_that_lie_elsewhere_are_named() {
+fn refuses_pictures_that_do_not_overlap() {
     for (port, sizes_mm, words) in [
         ("others", ["", ", size_mm: 16", ", size_mm: 16"], "`others` is a picture of 48x48 mm at (0, 0)"),
         ("guide", [", size_mm: 16", ", size_mm: 8", ", size_mm: 16"], "`guide` is a picture of 8x8 mm at (0, 0)"),

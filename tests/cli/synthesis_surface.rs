@@ -48,7 +48,7 @@ fn dump(desk: &Desk, node: &str) -> Json {
 
 /// Rows C18 and C24: the stages one by one, with `surface` at each, give the same coordinates as the source's preset.
 #[test]
-fn the_stages_on_a_surface_are_the_preset() {
+fn stages_on_a_surface_equal_the_preset() {
     let desk = Desk::new();
     write(&desk, &(GROUND.to_string() + &PRESET.replace("JITTER", "0") + &stages("0")));
     let (preset, staged) = (dump(&desk, "preset"), dump(&desk, "c0"));

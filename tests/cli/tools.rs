@@ -156,7 +156,7 @@ fn a_graph_is_packed_with_what_it_reads() {
 }
 
 #[test]
-fn imports_that_lead_out_of_the_package_are_written_anew() {
+fn rewrites_imports_outside_the_package() {
     let desk = desk();
     std::fs::create_dir_all(desk.path("work/deep")).unwrap();
     std::fs::create_dir_all(desk.path("named")).unwrap();

@@ -85,7 +85,7 @@ fn small_pictures_compute_one_repeat() {
 }
 
 #[test]
-fn turned_and_moved_instances_compute_what_a_plain_one_does() {
+fn moved_instances_compute_no_extra_pixels() {
     let desk = Desk::new();
     let part = r#"(version: 1, canvas: (size_mm: 40, resolution: 64), nodes: { "s": Fractal(size: 7), "b": Blur(input: "s", radius: 1.7), "h": HeightToNormal(input: "b") }, outputs: { "h": "h" })"#;
     desk.write("part.ron", part);
@@ -127,7 +127,7 @@ fn a_quarter_turn_permutes_the_pixels() {
 }
 
 #[test]
-fn nodes_have_no_more_time_than_the_process() {
+fn node_times_sum_to_at_most_process_time() {
     let desk = Desk::new();
     let one = |k: u32| {
         format!(

@@ -52,7 +52,7 @@ fn placed_solids_are_those_of_the_tree() {
 
 /// A grid of coplanar points from a file shows the same as a plane.
 #[test]
-fn surfaces_out_of_files_are_where_their_points_are() {
+fn surface_from_file_equals_plane() {
     let desk = Desk::new();
     let mut rows = String::new();
     for v in [0.0, 0.5, 1.0] {
@@ -79,7 +79,7 @@ fn surfaces_out_of_files_are_where_their_points_are() {
 
 /// Years from a picture: their colours, and the point of the line where they begin.
 #[test]
-fn patterns_are_read_off_pictures() {
+fn reads_year_pattern_from_picture() {
     let desk = Desk::new();
     // Twenty years of 24 pixels, from light to dark.
     let shade = |x: u32| 220 - 4 * u8::try_from(x % 24).unwrap();
@@ -108,7 +108,7 @@ fn patterns_are_read_off_pictures() {
 }
 
 #[test]
-fn a_trunk_that_lies_down_is_said_to() {
+fn warns_of_leaning_trunk() {
     let desk = Desk::new();
     let graph = |x: f64| {
         format!(
@@ -141,7 +141,7 @@ fn the_earlier_method_has_branches_too() {
 
 /// Every mistake of users is refused at its place, with the valid values.
 #[test]
-fn what_users_get_wrong_is_named() {
+fn refuses_invalid_wood_parameters() {
     let desk = Desk::new();
     desk.write("ragged.csv", "0,0,0\n1,0,0\n\n0,1,0\n");
     desk.write("nan.csv", "0,0,0\n1,0,nan\n");
@@ -268,7 +268,7 @@ fn whorls_can_be_joined_by_the_minimum() {
 }
 
 #[test]
-fn a_skeleton_without_branches_is_said_to_have_none() {
+fn warns_of_skeleton_without_branches() {
     let desk = Desk::new();
     desk.write(
         "a.ron",

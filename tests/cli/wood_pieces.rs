@@ -118,19 +118,19 @@ fn check(angle: f64, told: bool) {
 }
 
 #[test]
-fn a_piece_is_what_a_cut_placed_by_hand_shows() {
+fn piece_equals_cut_placed_by_hand() {
     check(0.0, true);
     check(37.0, true);
 }
 
 #[test]
-fn without_their_angle_pieces_lie_as_their_places_say() {
+fn derives_piece_direction_from_local() {
     check(37.0, false);
     check(90.0, false);
 }
 
 #[test]
-fn pieces_of_a_solid_that_was_moved_are_those_of_the_solid() {
+fn identity_placement_keeps_pieces() {
     let session = session();
     let more = r#""moved": PlaceInTree(solid: "light.color", position: (0, 0, 0)),
         "again": CutPlane(solid: "moved", preset: FlatSawn, distance: 22, height: 30, yaw: 10, local: "floor.local", ids: "floor.ids",
@@ -155,7 +155,7 @@ fn solids_among_the_outputs_are_not_rendered() {
 }
 
 #[test]
-fn each_piece_is_of_one_tree() {
+fn each_piece_shows_one_tree() {
     let session = session();
     // Three different trees, cut one by one and together.
     let trees = ["light.color", "half", "plain"];

@@ -11,7 +11,7 @@ use shibo_engine::session::Failure;
 const STOPS: [u64; 4] = [10, 40, 70, 95];
 
 #[test]
-fn all_that_takes_long_stops_when_asked() {
+fn long_work_checks_for_cancellation() {
     for (case, percent) in CASES.iter().zip(STOPS.iter().cycle()) {
         let graph = load(case);
         let session = session(2);

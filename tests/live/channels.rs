@@ -129,7 +129,7 @@ fn shows_highlights_across_brush_lines() {
 }
 
 #[test]
-fn shows_what_a_dielectric_reflects() {
+fn shows_specular_and_ior() {
     let mut view = View::open("sphere", DARK, 0.0);
     let mut shiny = |more: &str| view.of(&format!("base_color: 0.02, roughness: 0.5{more}")).brightness();
     let plain = shiny("");
@@ -144,7 +144,7 @@ fn shows_what_a_dielectric_reflects() {
 }
 
 #[test]
-fn shows_light_that_a_surface_gives_off() {
+fn shows_emission() {
     let mut view = View::open("sphere", DARK, 2.6);
     let mut glowing = |emission: &str| view.of(&format!("base_color: 0.02, emission: {emission}"));
     let [dark, green, strong] = ["(0, 0, 0)", "(0, 0.3, 0)", "(0, 4, 0)"].map(&mut glowing);
@@ -158,7 +158,7 @@ fn shows_light_that_a_surface_gives_off() {
 
 /// Subsurface scattering spreads light into the shadow.
 #[test]
-fn shows_light_that_is_scattered_below_the_surface() {
+fn shows_subsurface_scattering() {
     // The light comes from the left, slightly from behind.
     let mut view = View::open("sphere", DARK, 1.7);
     let [hard, half, soft] = ["0", "0.5", "1"]

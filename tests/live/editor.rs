@@ -20,7 +20,7 @@ fn until<T>(mut ask: impl FnMut() -> Option<T>) -> T {
 }
 
 #[test]
-fn a_click_starts_the_editor() {
+fn click_starts_the_editor() {
     let place = Place::new(&plain(0.5));
     let shown = place.dir.path().join("shown");
     let command = format!("touch '{}-{{line}}-{{column}}'", shown.display());
@@ -33,7 +33,7 @@ fn a_click_starts_the_editor() {
 }
 
 #[test]
-fn the_page_shows_the_node_of_the_editor_and_the_editor_that_of_the_page() {
+fn page_and_editor_follow_each_other() {
     let place = Place::new(&plain(0.5));
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(plain(0.5).as_bytes());

@@ -100,7 +100,7 @@ fn other_files_get_no_diagnostics() {
 }
 
 #[test]
-fn what_changes_on_disk_is_told() {
+fn diagnostics_follow_changes_on_disk() {
     let (_folder, path, mut client) = with(GRAPH);
     assert!(client.diagnostics(&path, 1).is_empty());
     let part = path.with_file_name("part.ron");
@@ -151,7 +151,7 @@ fn completion_works_in_broken_lines() {
 }
 
 #[test]
-fn hovers_tell_what_is_known() {
+fn hovers_show_manual_values_and_pictures() {
     let (_folder, path, mut client) = with(GRAPH);
     let mut hover = |text: &str| {
         let (place, _) = cursor(&GRAPH.replacen(text.replace('|', "").as_str(), text, 1));
@@ -202,7 +202,7 @@ fn nodes_are_renamed_in_all_files() {
 }
 
 #[test]
-fn what_was_meant_is_offered_as_a_fix() {
+fn offers_quick_fixes() {
     let faulty = GRAPH.replace("Perlin", "Perlim").replace("input: \"noise\", ", "");
     let (_folder, path, mut client) = with(&faulty);
     let told = client.diagnostics(&path, 1);
@@ -314,7 +314,7 @@ fn positions_are_negotiated() {
 }
 
 #[test]
-fn disorder_does_no_harm() {
+fn survives_odd_order_and_invalid_requests() {
     let (_folder, path, mut client) = with(GRAPH);
     // Many requests at once, some of them cancelled; every request gets an answer.
     let params = json!({ "textDocument": { "uri": uri(&path) }, "position": { "line": 5, "character": 20 } });

@@ -58,7 +58,7 @@ fn damaged_requests_are_answered_or_dropped() {
 }
 
 #[test]
-fn somebody_who_holds_every_connection_stops_nobody() {
+fn answers_while_a_client_holds_all_connections() {
     let place = Place::new(&plain(0.5));
     let mut watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(plain(0.5).as_bytes());

@@ -225,7 +225,7 @@ fn own_panoramas_light_the_material() {
 }
 
 #[test]
-fn panoramas_of_strangers_are_refused() {
+fn refuses_panoramas_without_token_or_origin() {
     let place = Place::new(MATERIAL);
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(place.text().as_bytes());

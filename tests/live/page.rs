@@ -71,7 +71,7 @@ fn the_page_follows_the_file() {
 }
 
 #[test]
-fn the_first_page_is_small_and_comes_from_here_alone() {
+fn first_page_is_small_and_loads_nothing_external() {
     let place = Place::new(&plain(0.4));
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -93,7 +93,7 @@ fn the_first_page_is_small_and_comes_from_here_alone() {
 }
 
 #[test]
-fn a_file_broken_at_the_start_loads_once_it_is_mended() {
+fn loads_repaired_file_after_broken_start() {
     let place = Place::new("(version: 1, nodes: { \"a\": Nonsense() })");
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -353,7 +353,7 @@ fn charts_borders_and_directions_are_shown_on_the_mesh() {
 }
 
 #[test]
-fn every_node_can_be_looked_at() {
+fn selects_every_node() {
     let place = Place::shipped("starter.ron");
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -389,7 +389,7 @@ fn every_node_can_be_looked_at() {
 }
 
 #[test]
-fn what_is_no_picture_is_drawn() {
+fn draws_nodes_without_picture() {
     let browser = Browser::start();
     let wood = ["pith", "trunk", "tree", "even", "grown", "fiber", "year", "ring_color", "light"];
     for (file, nodes) in [("pine_knots.ron", &wood[..]), ("brick_wall.ron", &["exemplar", "regular", "coords"])] {

@@ -24,7 +24,7 @@ fn server() -> (tempfile::TempDir, std::path::PathBuf, Client) {
 }
 
 #[test]
-fn messages_that_cannot_be_read_are_told_and_left_out() {
+fn logs_and_skips_malformed_messages() {
     let (_folder, path, mut client) = server();
     for bad in [
         "Content-Length: 99999999999999\r\n\r\n{}",

@@ -16,7 +16,7 @@ fn graph(comment: &str) -> String {
 }
 
 #[test]
-fn a_page_that_writes_loses_no_save_of_an_editor() {
+fn page_keeps_concurrent_saves_of_editor() {
     let place = Place::new(&graph("first"));
     let watch = Watch::start(&place.graph, &[]);
     let (mut refused, mut first) = (0, 0);

@@ -97,7 +97,7 @@ fn every_control_is_reached_by_keyboard_and_nothing_is_cut_off() {
 }
 
 #[test]
-fn thumbnails_are_the_picture_shrunk() {
+fn thumbnails_equal_reduced_picture() {
     // Thin lines, which nearest sampling at 96 pixels would miss or thicken.
     let place = Place::new(
         "(version: 1, canvas: (size_mm: 64, resolution: 2048), nodes: {
@@ -136,7 +136,7 @@ fn thumbnails_are_the_picture_shrunk() {
 }
 
 #[test]
-fn only_what_no_output_reaches_is_called_unused() {
+fn page_marks_only_unreachable_nodes_as_unused() {
     let place = Place::new(DEEP);
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -197,7 +197,7 @@ fn boxed(page: &mut Page, name: &str) -> String {
 }
 
 #[test]
-fn every_step_is_undone() {
+fn undoes_every_step() {
     let place = Place::new(DEEP);
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -244,7 +244,7 @@ fn every_step_is_undone() {
 }
 
 #[test]
-fn a_broken_file_leaves_the_page_in_order() {
+fn page_stays_usable_with_broken_file() {
     let place = Place::new(DEEP);
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -276,7 +276,7 @@ fn a_broken_file_leaves_the_page_in_order() {
 }
 
 #[test]
-fn strangers_do_not_keep_anybody_from_the_page() {
+fn answers_among_300_foreign_connections() {
     let place = Place::new(DEEP);
     let watch = Watch::start(&place.graph, &[]);
     let (port, token) = watch.address();
@@ -309,7 +309,7 @@ fn strangers_do_not_keep_anybody_from_the_page() {
 }
 
 #[test]
-fn keys_act_in_the_view_that_is_seen_and_settings_stay() {
+fn keys_act_in_visible_view_and_settings_persist() {
     let place = Place::new(DEEP);
     let browser = Browser::start();
     let theme = {

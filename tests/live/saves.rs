@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// Four tests that mostly wait, so they run at the same time; failing ones are named by their threads.
 #[test]
-fn saves_are_seen_and_watching_for_them_costs_nothing() {
+fn recognises_saves_at_no_idle_cost() {
     let waiting: [(&str, fn()); 4] = [
         ("every way to save is seen", every_way_to_save_is_seen),
         ("random saves are never lost", random_saves_are_never_lost_and_leave_nothing_behind),
@@ -279,7 +279,7 @@ fn random_saves_are_never_lost_and_leave_nothing_behind() {
 }
 
 #[test]
-fn half_written_files_are_not_talked_of() {
+fn ignores_half_written_files() {
     let place = Place::new(&plain(0.5));
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(plain(0.5).as_bytes());
@@ -312,7 +312,7 @@ fn half_written_files_are_not_talked_of() {
 }
 
 #[test]
-fn what_the_graph_reads_is_followed_too() {
+fn follows_imported_files() {
     let place = Place::shipped("calf.ron");
     let watch = Watch::start(&place.graph, &["--set", "pitch=2"]);
     let text = place.text();
@@ -396,7 +396,7 @@ fn heavy(steps: u32) -> String {
 }
 
 #[test]
-fn the_newest_save_wins_and_stops_what_runs() {
+fn newest_save_stops_older_work() {
     let place = Place::new(&plain(0.5));
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(plain(0.5).as_bytes());

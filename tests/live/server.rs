@@ -29,7 +29,7 @@ fn ask(watch: &Watch, request: &str) -> Vec<u8> {
 const HOST: &str = "Host: 127.0.0.1:PORT\nConnection: close\n";
 
 #[test]
-fn strangers_are_refused() {
+fn refuses_wrong_hosts_origins_tokens_and_paths() {
     let (_place, watch) = watch();
     let get = |line: &str, headers: &str| status(&watch, &format!("{line} HTTP/1.1\n{headers}\n"));
     assert_eq!(get("GET /TOKEN/", HOST), 200);
@@ -83,7 +83,7 @@ fn strangers_are_refused() {
 }
 
 #[test]
-fn only_parameters_can_be_sent() {
+fn accepts_only_valid_parameters() {
     let (_place, watch) = watch();
     for method in ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"] {
         for path in ["", "state", "picture/x.png", "look", "app.js", "events"] {
@@ -135,7 +135,7 @@ fn only_parameters_can_be_sent() {
 }
 
 #[test]
-fn questions_without_sense_have_answers() {
+fn answers_invalid_queries() {
     let (_place, watch) = watch();
     let generation = watch.state()["scene"]["generation"].as_u64().unwrap();
     for (path, wanted) in [
@@ -248,7 +248,7 @@ fn answers_allow_nothing_inline() {
 }
 
 #[test]
-fn noise_and_idlers_do_no_harm() {
+fn survives_malformed_requests_and_idle_connections() {
     let (place, mut watch) = watch();
     let port = watch.address().0;
     for noise in [
@@ -309,7 +309,7 @@ fn noise_and_idlers_do_no_harm() {
 }
 
 #[test]
-fn a_port_in_use_is_said() {
+fn reports_port_in_use() {
     let (place, watch) = watch();
     let port = watch.address().0.to_string();
     let out = Command::new(env!("CARGO_BIN_EXE_shibo"))
@@ -342,7 +342,7 @@ fn only_this_machine_can_connect_and_a_signal_ends_it() {
 }
 
 #[test]
-fn a_graph_of_ten_thousand_nodes() {
+fn serves_graph_of_ten_thousand_nodes() {
     let mut nodes = String::from("\"n0\": Perlin(size: 4),\n");
     for i in 1..10_000 {
         nodes += &format!("\"n{i}\": Math(operation: Multiply, a: \"n{}\", b: 1.0001),\n", (i - 1) / 3);
@@ -364,7 +364,7 @@ fn a_graph_of_ten_thousand_nodes() {
 }
 
 #[test]
-fn a_picture_of_16384_comes_in_parts() {
+fn serves_picture_of_16384_in_tiles() {
     let text = plain(0.5).replace("resolution: 64", "resolution: 16384");
     let place = Place::new(&text);
     let watch = Watch::start(&place.graph, &["--memory", "256"]);

@@ -95,7 +95,7 @@ fn a_slider_is_saved_to_the_file_and_that_is_undone() {
 }
 
 #[test]
-fn a_file_that_has_changed_is_not_written() {
+fn refuses_to_write_changed_file() {
     let place = Place::new(&odd());
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(place.text().as_bytes());
@@ -346,7 +346,7 @@ fn sub_graphs_are_boxes_that_open() {
 }
 
 #[test]
-fn a_sheet_of_seeds_is_made_and_one_is_taken() {
+fn applies_seed_chosen_on_sheet() {
     let place = Place::new(&odd());
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -416,7 +416,7 @@ fn worn(watch: &Watch, target: &str, shape: &str, side: u32) -> Option<(String, 
 }
 
 #[test]
-fn what_is_cut_out_of_wood_has_all_channels_of_the_material() {
+fn shapes_cut_from_wood_have_all_channels() {
     let place = Place::shipped("oak_cuts.ron");
     let text = place.text().replace("resolution: (2048, 1024)", "resolution: (128, 64)");
     place.write(&text);

@@ -92,7 +92,7 @@ fn check(session: &Session, kind: &str) -> Result<(), String> {
 }
 
 #[test]
-fn a_picture_that_differs_is_shown_beside_the_one_expected() {
+fn saves_failed_picture_beside_expected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("kept.png");
     let points = |at: f32| {

@@ -92,7 +92,7 @@ fn seam(tile: &Tile, percent: usize) -> f32 {
 }
 
 #[test]
-fn every_graph_is_seamless_and_looks_as_it_did() {
+fn every_graph_is_seamless_and_matches_golden() {
     let folder = root("tests/golden");
     let left = Mutex::new(shipped().into_iter());
     let found = Mutex::new((Vec::new(), BTreeSet::new()));

@@ -43,7 +43,7 @@ fn every_step_gives_its_picture() {
 }
 
 #[test]
-fn a_mask_for_a_distance_is_told() {
+fn tutorial_warns_of_mask_in_place_of_distance() {
     let folder = tempfile::tempdir().unwrap();
     let (from, to) = (r#"a: "panel.distance", amount"#, r#"a: "panel", amount"#);
     assert!(steps()[8].contains(from));
@@ -90,7 +90,7 @@ const MISTAKES: [(&str, &str, &str); 27] = [
 ];
 
 #[test]
-fn every_mistake_is_told_what_to_write() {
+fn every_mistake_gets_a_remedy() {
     let steps = steps();
     let folder = tempfile::tempdir().unwrap();
     let mut silent = Vec::new();

@@ -8,7 +8,7 @@ mod wait;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// What the package is made of.
+/// The contents of the module.
 #[pymodule]
 mod _shibo {
     #[pymodule_export]
@@ -24,13 +24,13 @@ mod _shibo {
     const VERSION: &str = env!("CARGO_PKG_VERSION");
 }
 
-/// The names of the graphs that come along, to be loaded as `shibo:NAME`; parts for other graphs are not among them.
+/// Names of the shipped graphs, which load as `shibo:NAME`, without parts for other graphs.
 #[pyfunction]
 fn graphs() -> Vec<&'static str> {
     shibo_library::graphs().iter().filter(|graph| !graph.is_part()).map(|graph| graph.name).collect()
 }
 
-/// The errors and warnings of a graph file, without computing anything.
+/// Errors and warnings of a graph file, without computing anything.
 #[pyfunction]
 fn check(path: PathBuf, session: &Bound<'_, session::Session>) -> Vec<diagnostics::Diagnostic> {
     let options = shibo_engine::graph::LoadOptions {

@@ -1,10 +1,10 @@
-//! Build script of the crates whose code makes results: gives them `CODE_FINGERPRINT`, which changes with their sources and
-//! with the versions of the libraries under them, and with nothing else. Results that outlive a process carry it, so that a
-//! cache never mixes what two builds made.
+//! Build script of the crates whose code computes results: sets `CODE_FINGERPRINT`, which changes only with their
+//! sources and with the versions of the libraries they use. Results that outlive a process carry the fingerprint, so
+//! that a cache never mixes the results of two builds.
 //!
-//! The same sources give the same fingerprint on every machine: files are taken by their path within `src`, in order, and
-//! neither times nor absolute paths nor the ends of lines count. Libraries are those that `Cargo.lock` lists under the crate,
-//! with their checksums; a crate of this workspace has a fingerprint of its own.
+//! The same sources give the same fingerprint on every machine: files are hashed in the order of their paths within
+//! `src`; times, absolute paths and line endings do not count. The libraries are those that `Cargo.lock` lists under
+//! the crate, with their checksums; each crate of this workspace has a fingerprint of its own.
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
@@ -14,7 +14,7 @@ fn main() -> io::Result<()> {
     let package = env::var("CARGO_PKG_NAME").unwrap_or_default();
     let (sources, lock) = (root.join("src"), root.join("../Cargo.lock"));
     println!("cargo::rerun-if-changed={}", sources.display());
-    // Outside of its workspace a crate has no list of its own.
+    // Outside of the workspace there is no `Cargo.lock`.
     let libraries = fs::read_to_string(&lock).unwrap_or_default();
     if lock.exists() {
         println!("cargo::rerun-if-changed={}", lock.display());
@@ -23,7 +23,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Of all files in a folder, and of what stands under `package` in the text of a `Cargo.lock`.
+/// Fingerprint of all files in a folder and of the dependencies of `package` in the text of a `Cargo.lock`.
 pub(crate) fn fingerprint(sources: &Path, lock: &str, package: &str) -> io::Result<u128> {
     let mut files = Vec::new();
     list(sources, "", &mut files)?;
@@ -38,7 +38,7 @@ pub(crate) fn fingerprint(sources: &Path, lock: &str, package: &str) -> io::Resu
     Ok(hash.0)
 }
 
-/// The paths of all files below a folder, with `/` on every system; not what editors leave beside them.
+/// The paths of all files below a folder, with `/` on every system; hidden and backup files are left out.
 fn list(folder: &Path, prefix: &str, files: &mut Vec<String>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
@@ -52,7 +52,7 @@ fn list(folder: &Path, prefix: &str, files: &mut Vec<String>) -> io::Result<()> 
     Ok(())
 }
 
-/// Name, version and checksum of all packages that one stands on, itself left out.
+/// Name, version and checksum of all direct and indirect dependencies of `package`.
 fn libraries(lock: &str, package: &str) -> BTreeSet<String> {
     let value = |block: &str, key: &str| {
         let line = block.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(" = "))?;
@@ -66,7 +66,7 @@ fn libraries(lock: &str, package: &str) -> BTreeSet<String> {
     let mut stack = vec![package.to_owned()];
     let mut seen = BTreeSet::new();
     while let Some(wanted) = stack.pop() {
-        // A dependency is written `name`, or `name version` where there are several of that name.
+        // A dependency is written `name`, or `name version` if there are several versions.
         let mut words = wanted.split(' ');
         let (name, version) = (words.next().unwrap_or_default(), words.next());
         for (_, at, block) in blocks.iter().filter(|(n, v, _)| n == name && version.is_none_or(|version| version == v))
@@ -85,7 +85,7 @@ fn libraries(lock: &str, package: &str) -> BTreeSet<String> {
     found
 }
 
-/// The hash FNV-1a of 128 bits. Build scripts are best without libraries of their own.
+/// The hash FNV-1a with 128 bits, so that the build script needs no library.
 struct Fnv(u128);
 
 impl Default for Fnv {
@@ -95,7 +95,7 @@ impl Default for Fnv {
 }
 
 impl Fnv {
-    /// Takes a part and its length, so that no byte can move from one to the next.
+    /// Hashes a part with its length, so that parts with shifted bytes differ.
     fn part(&mut self, bytes: &[u8]) {
         for byte in (bytes.len() as u64).to_le_bytes().iter().chain(bytes) {
             self.0 = (self.0 ^ u128::from(*byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b);

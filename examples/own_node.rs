@@ -1,5 +1,5 @@
-//! A kind of node of one's own: a struct, its documentation, and a function. Graph files use it as any other kind, with checks,
-//! caches, tiles and the manual of `shibo nodes`.
+//! A custom kind of node: a struct, its documentation, and a function. Graph files use it like any other kind, with
+//! checks, caches, tiles and a manual in `shibo nodes`.
 //!
 //! `cargo run --release --example own_node` writes `out/zones.png`.
 use schemars::JsonSchema;
@@ -12,7 +12,7 @@ use shibo_engine::session::{RenderRequest, Session, Settings};
 use shibo_engine::value::{Field, Given, Stop, Tile, Tiling, Type};
 use std::path::Path;
 
-/// Rings that become narrower outwards: a test for aliasing.
+/// Rings that become narrower outwards, as a test for aliasing.
 ///
 /// ```ron
 /// "example": Zones(width: 4),
@@ -33,7 +33,7 @@ impl Default for Zones {
 
 impl Node for Zones {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The rings, 0..1.")];
-    // What of the canvas the result depends on; it becomes part of the key in the cache.
+    // The facts of the canvas on which the result depends; they are part of the key in the cache.
     const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
@@ -42,7 +42,7 @@ impl Node for Zones {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (middle, width) = (0.5 * cx.size_mm(), self.width);
-        // A field is computed in windows, each pixel from its place alone, so all windows have the same bits.
+        // A field is computed in windows. Each pixel depends only on its position, so all windows have the same bits.
         let fill = move |out: &mut Tile, _: &Given<'_>| {
             let (grid, window) = (out.grid, out.window);
             for (row, y) in (window.y..window.bottom()).enumerate() {
@@ -62,7 +62,7 @@ impl Node for Zones {
     }
 }
 
-/// Fields are single precision.
+/// Converts to single precision, in which fields are stored.
 #[expect(clippy::cast_possible_truncation, reason = "the number is between 0 and 1")]
 fn single(value: f64) -> f32 {
     value as f32
@@ -76,7 +76,7 @@ const GRAPH: &str = "(
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mine = Family { name: "Examples", doc: "Kinds of another crate.", kinds: vec![Kind::of::<Zones>()] };
-    // The fingerprint keeps results apart from those of another version of this code.
+    // The fingerprint separates the cached results of different versions of this code.
     let registry = shibo_nodes::registry_with([mine]).with_code(env!("CARGO_PKG_VERSION"));
     let session = Session::new(registry, &Settings::default())?;
     let loaded = load_text(Path::new("zones.ron"), GRAPH, session.registry(), &LoadOptions::default());

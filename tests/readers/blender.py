@@ -1,5 +1,5 @@
-"""Renders in Blender the material built by the script of `Preset(target: Blender)` and the one of a .glb, and compares both with a
-material set up by hand from the same pictures; materials with deliberate errors must differ more.
+"""Renders in Blender the material built by the script of `Preset(target: Blender)` and the one of a .glb, and compares
+both with a material set up by hand from the same pictures; materials with deliberate errors must differ more.
 
     python blender.py FOLDER     the folder of the exported pictures, the script and the .glb
 """

@@ -1,5 +1,5 @@
-"""Renders brushed metal in Blender, from the script of `Preset(target: Blender)` and from the .glb, and measures the direction in
-which highlights stretch: across the brush lines, for an angle that is a number or a picture.
+"""Renders brushed metal in Blender, from the script of `Preset(target: Blender)` and from the .glb, and measures the
+direction in which highlights stretch: across the brush lines, for an angle that is a number or a picture.
 
     python gloss.py FOLDER     the files of `shibo render brushed.ron --as blender` and `--as gltf`
 """
@@ -77,7 +77,7 @@ x, y = numpy.meshgrid(axis, axis)
 
 
 def longest(pixels):
-    """The direction in which the central highlight stretches, in degrees counter-clockwise from +x, and its elongation."""
+    """Direction of the central highlight in degrees counter-clockwise from +x, and its elongation."""
     weight = numpy.where(pixels > 0.3 * pixels.max(), pixels, 0)
     weight = weight / weight.sum()
     xx, yy, xy = (weight * x * x).sum(), (weight * y * y).sum(), (weight * x * y).sum()

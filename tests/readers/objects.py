@@ -3,8 +3,9 @@
     python objects.py OUT.png FILE.glb [size=MM] [turn=DEGREES] [tilt=DEGREES] [from=DEGREES] [samples=N] [side=PIXELS]
     python objects.py OUT.png cloth:PREFIX [mm=CANVAS] …         PREFIX_base_color.png, PREFIX_normal.png, …
 
-`size` is the longest side in the picture, `turn` rotates the object about its vertical axis, `tilt` lays it down, `from` is the angle of the camera
-above the horizon. All share one studio: a grey floor that curves up behind, a large soft light from the left, a narrow one from behind.
+`size` is the longest side in the picture, `turn` rotates the object about its vertical axis, `tilt` lays it down, `from`
+is the angle of the camera above the horizon. All share one studio: a grey floor that curves up behind, a large soft light
+from the left, a narrow one from behind.
 """
 import math
 import os

@@ -1,7 +1,8 @@
-"""Builds in Blender the materials of programs that are not installed, from the pictures of a target, each read as that program reads it.
+"""Builds in Blender the materials of programs that are not installed, from the pictures of a target, read as that
+program reads them.
 
-The tables repeat the documentation of each program: the picture and channel for each input, smoothness in place of roughness, and
-normals whose y points down. A wrong picture then shows.
+The tables repeat the documentation of each program: the picture and channel for each input, smoothness in place of
+roughness, and normals whose y points down. A wrong picture then shows.
 """
 import os
 

@@ -170,8 +170,8 @@ class Graph:
         """Renders an output to a new array of 32-bit floats, (height, width) or (height, width, channels), and a whole
         material to a dict of arrays. `name` is an output, `OUTPUT.CHANNEL`, or a channel that only one material has.
 
-        Colours are scene-linear Rec.709, heights are millimetres, normals are ½ + ½n with y up. `values` sets parameters
-        for this picture only. Ctrl-C, or an exception in `progress`, stops the work at once."""
+        Colours are scene-linear Rec.709, heights are millimetres, normals are ½ + ½n with y up. `values` sets
+        parameters for this picture only. Ctrl-C, or an exception in `progress`, stops the work at once."""
         return self._native.render(
             name, resolution=resolution, region=region, values=values and dict(values), progress=progress
         )

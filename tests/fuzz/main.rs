@@ -1,6 +1,6 @@
 //! All readers of foreign input, fed with damaged input: none panics, hangs, or shows internals of the program.
 //! `FUZZ_SECONDS=600 cargo test --release --test fuzz -- --nocapture --test-threads 1` is a long run; see
-//! docs/reliability.md. The page of `shibo watch` and the language server are in `tests/live/noise.rs`.
+//! docs/internals/reliability.md. The page of `shibo watch` and the language server are in `tests/live/noise.rs`.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 mod damage;
 #[path = "../../engine/tests/all/pictures/mod.rs"]

@@ -84,7 +84,7 @@ fn reads_tiff_after_thumbnail_and_turns_it_upright() {
 #[test]
 fn pictures_state_the_size_of_their_pixels() {
     let desk = Desk::new();
-    // Four pixels per mm, which covers a part of the canvas.
+    // Four pixels per mm, for the whole canvas and for a region.
     desk.write(
         "a.ron",
         "(version: 1, canvas: (size_mm: (16, 8), resolution: 64, tile: None), nodes: { \"n\": Perlin(size: 3) }, \

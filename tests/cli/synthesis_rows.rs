@@ -223,7 +223,7 @@ fn maps_guides_and_masks_of_other_sizes_are_aligned_by_place() {
 }
 
 #[test]
-fn refuses_pictures_that_do_not_overlap() {
+fn advises_on_pictures_with_another_place() {
     for (port, sizes_mm, words) in [
         ("others", ["", ", size_mm: 16", ", size_mm: 16"], "`others` is a picture of 48x48 mm at (0, 0)"),
         ("guide", [", size_mm: 16", ", size_mm: 8", ", size_mm: 16"], "`guide` is a picture of 8x8 mm at (0, 0)"),

@@ -1,4 +1,4 @@
-//! The house rules, checked on every registered node; and on nodes made to break them, so that the checks can fail.
+//! The contract of nodes, checked on every registered kind, and on bad nodes, to show that the checks can fail.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
 use crate::common::bad;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 #[test]
 fn every_type_can_be_made() {
     let registry = shibo_nodes::registry();
-    // A picture comes from a file, and regions are never a main output.
+    // A `Picture` comes from a file, and regions are never a main output.
     for ty in Type::ALL.iter().filter(|ty| ![Type::Picture, Type::Ids].contains(ty)) {
         let (name, nodes) = made(&registry, *ty).unwrap();
         let graph = load(&registry, &format!("{STAND_INS} {nodes}"), UVec2::splat(8)).unwrap();
@@ -30,7 +30,7 @@ fn every_type_can_be_made() {
     }
 }
 
-/// Runs a check on every kind and gives all complaints.
+/// Runs a check on every kind and collects the complaints.
 fn on_all(check: impl Fn(&Registry, &KindInfo) -> Result<(), String> + Sync) -> Vec<String> {
     let registry = shibo_nodes::registry();
     let infos: Vec<&KindInfo> = registry.kinds().map(|kind| registry.info(kind).unwrap()).collect();
@@ -51,12 +51,11 @@ fn is_documented(_: &Registry, info: &KindInfo) -> Result<(), String> {
 }
 
 #[test]
-fn everything_is_documented() {
+fn every_kind_is_documented() {
     assert_eq!(on_all(is_documented), Vec::<String>::new());
 }
 
-/// What stands in the manual as the default of a parameter means the same as leaving it out: the same node, or the same
-/// complaint.
+/// Writing a parameter's default from the manual equals leaving it out: the same node, or the same error.
 fn defaults_can_be_written(registry: &Registry, info: &KindInfo) -> Result<(), String> {
     let made = |field: &str, text: Option<&str>| {
         let (args, nodes) = arguments(registry, info, Some((field, text)))?;
@@ -69,7 +68,7 @@ fn defaults_can_be_written(registry: &Registry, info: &KindInfo) -> Result<(), S
         if written != left_out {
             return Err(format!("`{}: {}` is not the default: {written:?} {left_out:?}", field.name, param.written));
         }
-        // It fails only where the manual says that it must.
+        // Fails only where the manual says so.
         let stands_alone = needed(&info.kind).is_none_or(|(needed, _)| needed != field.name);
         if written.is_err() && stands_alone {
             return Err(format!("`{}: {}` is refused: {written:?}", field.name, param.written));
@@ -82,14 +81,14 @@ fn defaults_can_be_written(registry: &Registry, info: &KindInfo) -> Result<(), S
 }
 
 #[test]
-fn defaults_of_the_manual_read_back() {
+fn manual_defaults_equal_omitted_parameters() {
     assert_eq!(on_all(defaults_can_be_written), Vec::<String>::new());
 }
 
 #[test]
-fn defaults_give_finite_values_however_small() {
+fn defaults_give_finite_values_at_all_sizes() {
     let complaints = on_all(|registry, info| {
-        // One session for all sizes: what does not depend on the resolution is made once.
+        // One session for all sizes, so that objects without a resolution are made once.
         let session = session(shibo_nodes::registry(), 1);
         for size in [UVec2::splat(24), UVec2::ONE, UVec2::new(1, 9)] {
             let graph = graph(registry, info, size, None)?;
@@ -116,7 +115,7 @@ fn the_same_bytes_on_any_threads_and_in_any_windows() {
     assert_eq!(on_all(|_, info| is_deterministic(&shibo_nodes::registry, info)), Vec::<String>::new());
 }
 
-/// A field asked for at the centre of a pixel, on a grid of its own, gives about what the picture has there.
+/// A field evaluated at the centre of a pixel, on a grid of one pixel, agrees with the picture there.
 fn agrees_at_points(registry: &Registry, info: &KindInfo) -> Result<(), String> {
     let size = UVec2::splat(96);
     let graph = graph(registry, info, size, None)?;
@@ -124,7 +123,7 @@ fn agrees_at_points(registry: &Registry, info: &KindInfo) -> Result<(), String> 
     let (token, node) = (CancelToken::default(), it(&graph));
     for output in 0..graph.nodes[node].outputs.len() {
         let value = session.value(&graph, (node, output), &token, &Silent).map_err(|f| format!("{f:?}"))?;
-        // Names of regions have no values in between.
+        // Ids of regions have no values in between.
         for field in value.fields().into_iter().filter(|field| field.ty() != Type::Ids) {
             let points = [(5, 7), (40, 61), (95, 0), (17, 88)];
             let mut wanted = vec![(grid, Window::full(size))];
@@ -150,7 +149,7 @@ fn points_agree_with_pictures() {
     assert_eq!(on_all(agrees_at_points), Vec::<String>::new());
 }
 
-/// True if the pixels of a read contain all pixels of a window. One repeat of a field that repeats contains them all.
+/// True if a read contains all pixels of a window. One repeat of a field that tiles contains all.
 fn covers(read: &Read<'_>, window: &Window) -> bool {
     let (tiling, period) = (read.field.tiling(), read.grid.period.unwrap_or(UVec2::MAX));
     let (x, y) = (tiling.x && read.window.width >= period.x, tiling.y && read.window.height >= period.y);
@@ -163,8 +162,8 @@ fn covers(read: &Read<'_>, window: &Window) -> bool {
     read.window.contains(&within)
 }
 
-/// What the engine relies on: the fields and grids that a field states are the same for all windows, and a part of a
-/// window needs no more than the whole. That nothing else is read needs no test: a field is given nothing else.
+/// The engine's assumptions: a field states the same fields and grids for all windows, and a part of a window needs no
+/// more than the whole. Undeclared reads need no test: a field is given nothing else.
 fn states_what_it_reads(registry: &dyn Fn() -> Registry, info: &KindInfo) -> Result<(), String> {
     let size = UVec2::new(300, 280);
     let graph = graph(&registry(), info, size, None)?;
@@ -206,7 +205,7 @@ fn fields_state_what_they_read() {
     assert_eq!(on_all(|_, info| states_what_it_reads(&shibo_nodes::registry, info)), Vec::<String>::new());
 }
 
-/// A field that says that it overwrites its tiles gives the same whatever was in them.
+/// A field that declares to overwrite its tiles gives the same result for any previous content.
 fn overwrites_if_it_says_so(registry: &Registry, info: &KindInfo) -> Result<usize, String> {
     let size = UVec2::new(70, 60);
     let graph = graph(registry, info, size, None)?;
@@ -247,7 +246,7 @@ fn overwrites_if_it_says_so(registry: &Registry, info: &KindInfo) -> Result<usiz
 }
 
 #[test]
-fn what_overwrites_tiles_sets_every_value() {
+fn overwriting_fields_set_every_value() {
     let registry = shibo_nodes::registry();
     let all = registry.kinds().filter_map(|kind| registry.info(kind));
     let found: Result<Vec<usize>, String> =
@@ -266,7 +265,7 @@ fn reads_its_parameters(registry: &Registry, info: &KindInfo) -> Result<(), Stri
     for field in &info.fields {
         let Role::Param(param) = &field.role else { continue };
         let Some(value) = another(param) else { continue };
-        // Some parameters contradict each other; that is said elsewhere.
+        // Contradicting parameters are covered by other tests.
         let Ok(changed) = key(Some((&field.name, &value))) else { continue };
         if changed == plain {
             return Err(format!("`{}: {value}` has the key of the default", field.name));
@@ -276,7 +275,7 @@ fn reads_its_parameters(registry: &Registry, info: &KindInfo) -> Result<(), Stri
 }
 
 #[test]
-fn another_parameter_is_another_key() {
+fn changing_a_parameter_changes_the_key() {
     assert_eq!(on_all(reads_its_parameters), Vec::<String>::new());
 }
 
@@ -302,11 +301,11 @@ fn materials_have_the_channels_that_are_announced() {
     let kinds: Vec<&KindInfo> = registry.kinds().filter_map(|kind| registry.info(kind)).filter(makes).collect();
     assert!(!kinds.is_empty());
     for info in kinds {
-        // As it is, and with each port that need not be connected.
+        // With required ports only, and with each optional port.
         let optional = info.ports().filter(|(_, port)| !port.required && !port.list);
         let changes = optional.map(|(field, port)| Some((field.name.as_str(), stand_in(&registry, port.ty).unwrap())));
         for change in std::iter::once(None).chain(changes) {
-            // What optional ports take is among the stand-ins that every graph has.
+            // The sources for optional ports are among the stand-ins of every graph.
             let change = change.as_ref().map(|(field, (text, _))| (*field, text.as_str()));
             let graph = graph(&registry, info, UVec2::splat(64), change).unwrap();
             let made =
@@ -327,7 +326,7 @@ fn a_long_simulation_stops_when_asked() {
     );
     let registry = shibo_nodes::registry();
     let graph = load_text(Path::new("long.ron"), &text, &registry, &options(UVec2::splat(64))).graph.unwrap();
-    // Far from the end: it is asked once in a few of its steps.
+    // Far from the end: the simulation asks once in several steps.
     let token = CancelToken::counting(300);
     let result = session(registry, 2).value(&graph, (it(&graph), 0), &token, &Silent);
     assert!(matches!(result, Err(Failure::Cancelled)), "{result:?}");
@@ -335,7 +334,7 @@ fn a_long_simulation_stops_when_asked() {
 }
 
 #[test]
-fn verify_finds_nothing_in_a_graph_of_all_kinds() {
+fn verify_accepts_deterministic_nodes() {
     let registry = shibo_nodes::registry();
     for kind in ["SimulateSprings", "DrawWrinkles", "Warp", "Relief"] {
         let graph = graph(&registry, registry.info(kind).unwrap(), UVec2::splat(64), None).unwrap();
@@ -345,7 +344,7 @@ fn verify_finds_nothing_in_a_graph_of_all_kinds() {
 }
 
 #[test]
-fn what_changes_with_the_canvas_declares_it() {
+fn nodes_declare_the_facts_they_depend_on() {
     assert_eq!(on_all(|registry, info| declares_what_it_reads(registry, info, None)), Vec::<String>::new());
 }
 
@@ -354,7 +353,7 @@ fn no_node_reads_an_undeclared_fact() {
     assert_eq!(on_all(reads_only_declared_facts), Vec::<String>::new());
 }
 
-/// All nodes, and those made to break the rules.
+/// All nodes, and the bad ones.
 fn with_bad_nodes() -> Registry {
     let bad = vec![
         Kind::of::<bad::Impure>(),
@@ -370,7 +369,7 @@ fn with_bad_nodes() -> Registry {
 }
 
 #[test]
-fn bad_nodes_are_found() {
+fn checks_find_bad_nodes() {
     let registry = with_bad_nodes();
     let info = |kind: &str| registry.info(kind).unwrap();
     assert!(is_documented(&registry, info("Impure")).is_err());
@@ -383,7 +382,7 @@ fn bad_nodes_are_found() {
     let curious = graph(&registry, info("Curious"), UVec2::splat(8), None).unwrap();
     let refused = bytes(&session(with_bad_nodes(), 1), &curious, 8).unwrap_err();
     assert!(refused.contains("`Curious` reads the size of the canvas, which it does not declare"), "{refused}");
-    // As if they declared less than they do: what leaked past the engine would be found.
+    // Declaring one fact less simulates a read that the engine missed: the check finds it.
     for (kind, fact) in [("Perlin", Fact::Seed), ("Perlin", Fact::Tile), ("RandomPoints", Fact::Size)] {
         let declared: Vec<Fact> = Fact::ALL.into_iter().filter(|other| *other != fact).collect();
         assert!(declares_what_it_reads(&registry, info(kind), Some(&declared)).is_err(), "{kind} {fact:?}");

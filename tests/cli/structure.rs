@@ -1,4 +1,4 @@
-//! The rules of ARCHITECTURE.md on who may know whom, kept by reading the `use` lines.
+//! The dependency rules of ARCHITECTURE.md, checked by reading the `use` lines.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -28,7 +28,7 @@ fn code(path: &Path) -> String {
     code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
 }
 
-/// The words that follow each occurrence of `prefix`: one, or those of a list in braces.
+/// The words that follow each occurrence of `prefix`: one word, or those of a list in braces.
 fn words_after(text: &str, prefix: &str) -> Vec<String> {
     let word = |rest: &str| rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut words = Vec::new();
@@ -63,15 +63,15 @@ fn words_after(text: &str, prefix: &str) -> Vec<String> {
     words
 }
 
-/// The name of the folder or file that holds `file` right below `dir`.
+/// The folder or file right below `dir` that contains `file`.
 fn module(dir: &Path, file: &Path) -> String {
     let inside = file.strip_prefix(dir).unwrap().components().next().unwrap();
     inside.as_os_str().to_str().unwrap().trim_end_matches(".rs").to_owned()
 }
 
-/// A circle among `uses`, from names to the names that they use, if there is one.
+/// Names on a cycle of `uses` (name to used names) or leading to one; `None` without a cycle.
 fn circle(uses: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
-    // What uses nothing that is left cannot be on a circle.
+    // A name that uses no remaining name is on no cycle.
     let mut left: BTreeMap<_, _> = uses.clone();
     while let Some(name) =
         left.iter().find(|(_, used)| !used.iter().any(|u| uses.contains_key(u) && left.contains_key(u)))
@@ -110,9 +110,9 @@ fn types_of_objects_are_named_in_one_table() {
 }
 
 #[test]
-fn arrows_in_the_engine_point_down() {
+fn engine_modules_use_only_lower_modules() {
     let order = ["session", "eval", "graph", "registry", "node", "value"];
-    // What stands beside `value` may be used by all and uses only `value`.
+    // Modules beside `value` may be used by all, and use only `value`.
     let beside = ["diagnostics", "export", "expression", "picture", "syntax"];
     for file in sources(&root("engine/src")) {
         let module = &module(&root("engine/src"), &file);
@@ -131,7 +131,7 @@ fn arrows_in_the_engine_point_down() {
 }
 
 #[test]
-fn the_server_does_not_know_who_watches() {
+fn serve_does_not_use_watch() {
     for file in sources(&root("src/serve")) {
         assert!(
             !words_after(&code(&file), "crate::").contains(&"watch".to_owned()),
@@ -144,7 +144,7 @@ fn the_server_does_not_know_who_watches() {
 }
 
 #[test]
-fn what_editors_know_has_no_protocol() {
+fn ide_uses_no_protocol() {
     let files = sources(&root("src/ide"));
     assert!(files.len() > 20);
     for file in files {
@@ -156,7 +156,7 @@ fn what_editors_know_has_no_protocol() {
 }
 
 #[test]
-fn families_do_not_know_each_other() {
+fn node_families_do_not_use_each_other() {
     let nodes = root("nodes/src");
     let families: Vec<String> = fs::read_dir(&nodes)
         .unwrap()
@@ -175,7 +175,7 @@ fn families_do_not_know_each_other() {
 }
 
 #[test]
-fn kernels_know_only_values() {
+fn kernel_uses_only_values_and_expressions() {
     for file in sources(&root("kernel/src")) {
         let code = code(&file);
         for used in words_after(&code, "shibo_engine::") {
@@ -190,7 +190,7 @@ fn kernels_know_only_values() {
 #[test]
 fn rooms_of_the_kernel_use_only_rooms_before_them() {
     let kernel = root("kernel/src");
-    // As `kernel/src/lib.rs` names them.
+    // The order of `kernel/src/lib.rs`.
     let order = [
         "ground",
         "noise",
@@ -226,7 +226,7 @@ fn rooms_of_the_kernel_use_only_rooms_before_them() {
 }
 
 #[test]
-fn files_of_a_room_have_no_circles() {
+fn files_of_a_room_have_no_cycles() {
     let kernel = root("kernel/src");
     for room in fs::read_dir(&kernel).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()) {
         let name = room.file_name().unwrap().to_str().unwrap();
@@ -243,7 +243,7 @@ fn files_of_a_room_have_no_circles() {
 }
 
 #[test]
-fn circles_are_found() {
+fn finds_cycles() {
     let uses = |pairs: &[(&str, &str)]| {
         let set = |(from, to): &(&str, &str)| ((*from).to_owned(), BTreeSet::from([(*to).to_owned()]));
         pairs.iter().map(set).collect::<BTreeMap<_, _>>()
@@ -255,7 +255,7 @@ fn circles_are_found() {
 }
 
 #[test]
-fn files_can_be_read_in_one_sitting() {
+fn files_have_at_most_500_lines() {
     for dir in ["src", "engine/src", "kernel/src", "library/src", "nodes/src", "python/src"] {
         for file in sources(&root(dir)) {
             let lines = fs::read_to_string(&file).unwrap().lines().count();
@@ -265,8 +265,8 @@ fn files_can_be_read_in_one_sitting() {
 }
 
 #[test]
-fn nothing_is_read_from_the_environment_below_the_command() {
-    // How memory is let go of, and whether a decoder's panic is expected, hold no results.
+fn crates_below_the_command_read_no_environment() {
+    // Thread-local state for freeing memory and for expected panics of decoders holds no results.
     let allowed = [("engine/src/value/link.rs", "thread_local!"), ("engine/src/picture/guard.rs", "thread_local!")];
     for dir in ["engine/src", "kernel/src", "nodes/src"] {
         for file in sources(&root(dir)) {

@@ -1,4 +1,4 @@
-// The extension: it starts the language server, and lets the cursor and the preview talk.
+// The extension: starts the language server, and connects the cursor with the preview.
 import * as vscode from 'vscode';
 import { ExecuteCommandRequest, LanguageClient, type LanguageClientOptions, type ServerOptions } from 'vscode-languageclient/node';
 import { ARGUMENTS, OWN, SERVER, options } from './settings';

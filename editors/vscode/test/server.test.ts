@@ -1,4 +1,4 @@
-// The client's side of the protocol, in Node, against the real server. SHIBO names the program; else it is looked for in `target`.
+// Tests the client's side of the protocol in Node with the real server: the program in $SHIBO, or the one in `target`.
 import assert from 'node:assert/strict';
 import { type ChildProcess, spawn } from 'node:child_process';
 import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';

@@ -1,4 +1,4 @@
-// What the manifest, the grammar and the snippets promise.
+// Checks the manifest, the grammar and the snippets.
 import assert from 'node:assert/strict';
 import { readFileSync, readdirSync } from 'node:fs';
 import { join, resolve } from 'node:path';

@@ -8,23 +8,23 @@ use std::fmt;
 
 create_exception!(shibo, ShiboError, PyException, "A graph with errors, or a request that cannot be met.");
 
-/// One error or warning, at its place.
+/// An error or a warning, with its place.
 #[pyclass(frozen, get_all, module = "shibo", skip_from_py_object)]
 #[derive(Clone, Debug)]
 pub(crate) struct Diagnostic {
     /// The class of the error, such as `unknown-param`.
     code: String,
-    /// What is wrong and what must be.
+    /// The mistake and the valid values.
     message: String,
-    /// What to do about it.
+    /// The remedy.
     help: Option<String>,
-    /// The file, or none for a value that was given by the program.
+    /// The file, or none for a value given by the program.
     file: Option<String>,
     /// The line, counted from 1.
     line: usize,
     /// The column, counted from 1.
     column: usize,
-    /// Whether it does not keep the graph from being rendered.
+    /// True for a warning: the graph can be rendered.
     warning: bool,
 }
 
@@ -49,7 +49,7 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// All of them, as Python sees them.
+/// Converts diagnostics to Python objects.
 pub(crate) fn all(diagnostics: &[engine::Diagnostic], sources: &SourceMap) -> Vec<Diagnostic> {
     let one = |diagnostic: &engine::Diagnostic| {
         let (file, span) = (diagnostic.span.file, diagnostic.span);
@@ -67,14 +67,14 @@ pub(crate) fn all(diagnostics: &[engine::Diagnostic], sources: &SourceMap) -> Ve
     diagnostics.iter().map(one).collect()
 }
 
-/// The exception for a graph that has errors.
+/// The exception for a graph with errors.
 pub(crate) fn errors(py: Python<'_>, found: &[engine::Diagnostic], sources: &SourceMap) -> PyErr {
     let found: Vec<Diagnostic> = all(found, sources);
     let errors: Vec<String> = found.iter().filter(|d| !d.warning).map(ToString::to_string).collect();
     exception(py, errors.join("\n"), found)
 }
 
-/// The exception for what cannot be done.
+/// An exception with a message and diagnostics.
 pub(crate) fn exception(py: Python<'_>, message: String, found: Vec<Diagnostic>) -> PyErr {
     let error = ShiboError::new_err(message);
     match error.value(py).setattr("diagnostics", found) {
@@ -83,7 +83,7 @@ pub(crate) fn exception(py: Python<'_>, message: String, found: Vec<Diagnostic>)
     }
 }
 
-/// The exception for a failure.
+/// The exception for a failed request.
 pub(crate) fn failed(py: Python<'_>, failure: Failure, sources: &SourceMap) -> PyErr {
     match failure {
         Failure::Errors(found) => errors(py, &found, sources),

@@ -23,7 +23,7 @@ pub(crate) struct Graph {
     state: Mutex<State>,
 }
 
-/// What the graph was given, and how it was read last.
+/// The preset and values of the graph, and the result of the last load.
 #[derive(Clone, Default)]
 struct State {
     preset: Option<String>,
@@ -53,14 +53,14 @@ impl Graph {
         }
     }
 
-    /// Takes other values if the graph is good with them.
+    /// Takes over new values if the graph loads with them.
     fn change(&self, py: Python<'_>, mut new: State) -> PyResult<()> {
         new.loaded = Some(Arc::new(self.load(py, &new, None)?));
         *self.state() = new;
         Ok(())
     }
 
-    /// The graph as it was read last.
+    /// The graph of the last load.
     fn last(&self, py: Python<'_>) -> PyResult<Arc<engine::Graph>> {
         let state = self.state().clone();
         match state.loaded {
@@ -69,7 +69,7 @@ impl Graph {
         }
     }
 
-    /// The graph as the file is now, at a resolution, with further values.
+    /// Reads the file again, at a resolution and with further values.
     fn now(
         &self,
         py: Python<'_>,
@@ -168,7 +168,7 @@ impl Graph {
         Ok(canvas)
     }
 
-    /// Warnings of the last reading, and advice that needs the whole graph.
+    /// Warnings of the last load, and advice that needs the whole graph.
     #[getter]
     fn diagnostics(&self, py: Python<'_>) -> PyResult<Vec<Diagnostic>> {
         let graph = self.last(py)?;
@@ -177,7 +177,7 @@ impl Graph {
         Ok(all(&found, &graph.sources))
     }
 
-    /// Gives parameters values; if they are in error, nothing changes.
+    /// Sets parameters; on an error nothing changes.
     fn set_values(&self, py: Python<'_>, values: &Bound<'_, PyDict>) -> PyResult<()> {
         let given = given(values)?;
         let mut new = self.state().clone();
@@ -186,7 +186,7 @@ impl Graph {
         self.change(py, new)
     }
 
-    /// An array, or for a whole material a dict of them.
+    /// Renders an output: an array, or for a whole material a dict of arrays.
     #[pyo3(signature = (name, *, resolution=None, region=None, values=None, progress=None))]
     fn render<'py>(
         &self,
@@ -229,7 +229,7 @@ impl Graph {
         Ok(one.clone().into_any())
     }
 
-    /// The outputs as files, as `shibo render` writes them.
+    /// Writes the outputs as files, like `shibo render`.
     #[pyo3(signature = (out, *, outputs=Vec::new(), resolution=None, region=None, target=None, format=None, depth=None, values=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "named arguments of Python")]
     fn write(
@@ -268,7 +268,7 @@ impl Graph {
 
 const DEPTHS: [(&str, Depth); 4] = [("8", Depth::U8), ("16", Depth::U16), ("f16", Depth::F16), ("f32", Depth::F32)];
 
-/// One of several words.
+/// The value of a known word, or an error that lists all.
 fn word<T: Copy>(name: &str, what: &str, known: &[(&str, T)]) -> PyResult<T> {
     known.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
         let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
@@ -276,7 +276,7 @@ fn word<T: Copy>(name: &str, what: &str, known: &[(&str, T)]) -> PyResult<T> {
     })
 }
 
-/// The pixels of a region: x, y, width and height from the top left.
+/// The window of a region (x, y, width and height from the top left), checked against the picture.
 fn window([width, height]: [u32; 2], region: Option<[u32; 4]>) -> PyResult<Window> {
     let [x, y, w, h] = region.unwrap_or([0, 0, width, height]);
     let fits = |at: u32, length: u32, whole: u32| length > 0 && at.checked_add(length).is_some_and(|end| end <= whole);
@@ -287,7 +287,7 @@ fn window([width, height]: [u32; 2], region: Option<[u32; 4]>) -> PyResult<Windo
     Err(PyValueError::new_err(message))
 }
 
-/// The result of work on a graph; its warnings become warnings of Python.
+/// The result of a computation; its warnings become Python warnings.
 fn finished<T>(py: Python<'_>, graph: &engine::Graph, (result, warnings): wait::Done<T>) -> PyResult<T> {
     let category = py.get_type::<PyRuntimeWarning>();
     for warning in all(&warnings, &graph.sources) {

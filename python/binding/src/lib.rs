@@ -36,13 +36,13 @@ fn registry(folder: PathBuf) -> Registry {
     REGISTRY.get_or_init(|| shibo_library::registry)(folder)
 }
 
-/// The names of the graphs that come along, to be loaded as `shibo:NAME`; parts for other graphs are not among them.
+/// Names of the shipped graphs, which load as `shibo:NAME`, without parts for other graphs.
 #[pyfunction]
 fn graphs() -> Vec<&'static str> {
     shibo_library::graphs().iter().filter(|graph| !graph.is_part()).map(|graph| graph.name).collect()
 }
 
-/// The errors and warnings of a graph file, without computing anything.
+/// Errors and warnings of a graph file, without computing anything.
 #[pyfunction]
 fn check(path: PathBuf, session: &Bound<'_, session::Session>) -> Vec<diagnostics::Diagnostic> {
     let options = shibo_engine::graph::LoadOptions {

@@ -1,4 +1,4 @@
-//! Threads and caches, shared by graphs.
+//! The session: threads and caches shared by graphs.
 use crate::diagnostics::exception;
 use pyo3::prelude::*;
 use shibo_engine::eval::DiskCache;
@@ -6,11 +6,11 @@ use shibo_engine::session::{Session as Engine, Settings};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Threads and caches for any number of graphs, which threads of the program may share.
+/// Threads and caches for any number of graphs. Several threads of the program may use one session.
 #[pyclass(frozen, module = "shibo")]
 pub(crate) struct Session {
     pub(crate) inner: Arc<Engine>,
-    /// Further folders of imports.
+    /// More folders for imports.
     pub(crate) import_paths: Vec<PathBuf>,
 }
 
@@ -43,7 +43,7 @@ impl Session {
         }
     }
 
-    /// Why the cache folder is not used, if it could not be.
+    /// The reason if the cache folder cannot be used.
     #[getter]
     fn cache_error(&self) -> Option<String> {
         self.inner.cache_error().map(ToString::to_string)

@@ -1,21 +1,21 @@
-//! Values of Python as values of parameters.
+//! Converts Python values to values of parameters.
 use glam::UVec2;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use shibo_engine::value::Resolution;
 
-/// Names and values as the command line has them: RON, or bare text.
+/// Names and values in the notation of the command line: RON, or bare text.
 pub(crate) fn given(values: &Bound<'_, PyDict>) -> PyResult<Vec<(String, String)>> {
     values.iter().map(|(name, value)| Ok((name.extract()?, text(&value)?))).collect()
 }
 
-/// A value as RON; a text stays bare.
+/// A value as RON; a string stays unquoted.
 fn text(value: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(text) = value.cast::<PyString>() {
         return Ok(text.to_string());
     }
-    // Before numbers, which truth values are, too. NumPy's own are no `bool`, but extract as one.
+    // Tested before numbers, because a Python bool is a number too. NumPy bools are no `bool`, but extract as one.
     if value.is_instance_of::<PyBool>() || value.get_type().name()?.to_string().starts_with("bool") {
         return Ok(value.extract::<bool>()?.to_string());
     }

@@ -1,4 +1,4 @@
-//! Work that leaves Python free: other threads run meanwhile, Ctrl-C stops it, and progress is told.
+//! Runs work without holding the GIL: other Python threads run, Ctrl-C stops the work, and progress is reported.
 use pyo3::prelude::*;
 use shibo_engine::diagnostics::Diagnostic;
 use shibo_engine::eval::{CancelToken, Event, Observer};
@@ -8,13 +8,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{self, Thread};
 use std::time::Duration;
 
-/// How often signals and progress are looked at.
+/// Interval for checking signals and reporting progress.
 const TICK: Duration = Duration::from_millis(50);
 
-/// What a piece of work made, and the warnings that it gave.
+/// The result of the work, and its warnings.
 pub(crate) type Done<T> = (Result<T, Failure>, Vec<Diagnostic>);
 
-/// How far the node is that was heard of last: its name, what is done, and of how much.
+/// Progress of a node: its name, the steps done, and all steps.
 type Step = (String, u64, u64);
 
 #[derive(Default)]
@@ -37,7 +37,7 @@ impl Observer for Told {
     }
 }
 
-/// Wakes a thread when it is dropped, also by a panic.
+/// Wakes a thread when dropped, also during a panic.
 struct Wake<'a>(&'a AtomicBool, Thread);
 
 impl Drop for Wake<'_> {
@@ -47,8 +47,8 @@ impl Drop for Wake<'_> {
     }
 }
 
-/// Runs `work` on another thread. Every so often `progress` is called with the name of a node, what is done of it and of how
-/// much; an exception of it, or a signal, cancels the work and is returned.
+/// Runs `work` on another thread, and regularly calls `progress` with the name of a node, its steps done and all its
+/// steps. An exception of `progress`, or a signal, cancels the work and is returned.
 pub(crate) fn for_result<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,

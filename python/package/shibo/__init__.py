@@ -22,7 +22,7 @@ __version__ = _shibo.VERSION
 __all__ = ["Diagnostic", "Graph", "Session", "ShiboError", "check", "graphs", "load"]
 
 Value = Union[bool, int, float, str, "os.PathLike[str]", Sequence[float]]
-"""What a parameter may be given."""
+"""A value of a parameter."""
 Resolution = Union[int, "tuple[int, int]"]
 """Pixels of the longer side, or width and height."""
 Region = "tuple[int, int, int, int]"
@@ -33,7 +33,7 @@ Path = Union[str, "os.PathLike[str]"]
 
 
 def _cache_home() -> Optional[pathlib.Path]:
-    """The user's folder for caches: as the command has it."""
+    """The user's folder for caches, as the command uses it."""
     for name, below in (("XDG_CACHE_HOME", ""), ("HOME", ".cache")):
         value = os.environ.get(name, "")
         if os.path.isabs(value):
@@ -44,9 +44,9 @@ def _cache_home() -> Optional[pathlib.Path]:
 class Session:
     """Threads and caches, shared by the graphs that are loaded with it.
 
-    `threads` compute, 0 is one per core; `memory` and `cache_size` are MiB. Results are kept in `cache_dir`, by default
-    the folder of the command, unless `cache` is false. Imports of graphs are also looked for in the folders `import_path`, and
-    in those of the environment variable SHIBO_IMPORT_PATH."""
+    `threads` is the number of threads, 0 for one per core; `memory` and `cache_size` are in MiB. Results are kept in
+    `cache_dir`, by default the folder of the command, unless `cache` is false. Imports are also searched in the folders
+    `import_path`, and in those of the environment variable SHIBO_IMPORT_PATH."""
 
     def __init__(
         self,
@@ -76,7 +76,7 @@ class Session:
 
     @property
     def cache_error(self) -> Optional[str]:
-        """Why the cache folder is not used, if it could not be."""
+        """The reason if the cache folder cannot be used."""
         return self._native.cache_error
 
 
@@ -85,7 +85,7 @@ _default: Optional[Session] = None
 
 
 def _session(session: Optional[Session]) -> _shibo.Session:
-    """The session given, or the one that all share."""
+    """The given session, or the shared default one."""
     global _default
     if session is not None:
         return session._native
@@ -98,7 +98,8 @@ def _session(session: Optional[Session]) -> _shibo.Session:
 class Graph:
     """A graph file with values for its parameters; made by `load`.
 
-    The file is read again for every render, so an edit counts. Threads may use one graph, or several, at the same time."""
+    The file is read again for every render, so edits take effect. Threads may use one graph, or several, at the same
+    time."""
 
     def __init__(
         self,
@@ -153,8 +154,8 @@ class Graph:
         return self._native.diagnostics
 
     def set(self, values: Optional[Mapping[str, Value]] = None, /, **more: Value) -> None:
-        """Gives parameters values, `{"left.gap": 2}` those of the sub-graph `left`; `seed` is the canvas' seed unless a
-        parameter has that name. If a value is in error, `ShiboError` tells what it must be, and nothing changes."""
+        """Sets parameters; `{"left.gap": 2}` sets one of the sub-graph `left`. `seed` is the canvas' seed unless a
+        parameter has that name. A wrong value raises `ShiboError` with the valid values, and nothing changes."""
         self._native.set_values({**(values or {}), **more})
 
     def render(
@@ -166,11 +167,11 @@ class Graph:
         values: Optional[Mapping[str, Value]] = None,
         progress: Optional[Progress] = None,
     ) -> Any:
-        """An output as a new array of 32-bit floats, (height, width) or (height, width, channels); of a whole material a
-        dict of them. `name` is an output, `OUTPUT.CHANNEL`, or a channel that only one material has.
+        """Renders an output to a new array of 32-bit floats, (height, width) or (height, width, channels), and a whole
+        material to a dict of arrays. `name` is an output, `OUTPUT.CHANNEL`, or a channel that only one material has.
 
-        Colours are scene-linear Rec.709, heights millimetres, normals ½ + ½n with y up. `values` are those of parameters
-        for this picture alone. Ctrl-C, or an exception of `progress`, stops the work at once."""
+        Colours are scene-linear Rec.709, heights are millimetres, normals are ½ + ½n with y up. `values` sets
+        parameters for this picture only. Ctrl-C, or an exception in `progress`, stops the work at once."""
         return self._native.render(
             name, resolution=resolution, region=region, values=values and dict(values), progress=progress
         )
@@ -183,7 +184,7 @@ class Graph:
         resolution: Optional[Resolution] = None,
         region: Optional[Region] = None,
     ) -> Iterator[tuple[int, Any]]:
-        """`render` for seeds of the canvas, one after another: (seed, array)."""
+        """Renders an output for several seeds of the canvas, one after another: yields (seed, array)."""
         for seed in seeds:
             yield seed, self.render(name, resolution=resolution, region=region, values={"seed": seed})
 
@@ -200,11 +201,12 @@ class Graph:
         values: Optional[Mapping[str, Value]] = None,
         progress: Optional[Progress] = None,
     ) -> list[pathlib.Path]:
-        """The outputs as files in the folder `out`, which is made if need be: what `shibo render` writes, byte by byte.
-        Either all files are written or none.
+        """Writes the outputs as files to the folder `out`, which is created if necessary. The files equal those of
+        `shibo render`, byte by byte. Either all files are written or none.
 
-        `outputs` are all unless some are named; a `target` writes the materials for that program, by the names of
-        `shibo render --as`; `format` is png, tiff, exr or svg, `depth` 8, 16, f16 or f32, instead of the graph's."""
+        `outputs` names the outputs, by default all. `target` writes the materials for another program, named as in
+        `shibo render --as`. `format` (png, tiff, exr or svg) and `depth` (8, 16, f16 or f32) replace those of the
+        graph."""
         files = self._native.write(
             out,
             outputs=list(outputs),
@@ -222,15 +224,15 @@ class Graph:
 def load(
     path: Path, *, preset: Optional[str] = None, session: Optional[Session] = None, **params: Value
 ) -> Graph:
-    """The graph file at `path`, or one that comes along, `shibo:NAME`. An error in it is a `ShiboError`."""
+    """Loads the graph file at `path`, or a shipped graph, `shibo:NAME`. A graph with errors raises `ShiboError`."""
     return Graph(path, preset=preset, session=session, values=params)
 
 
 def check(path: Path, *, session: Optional[Session] = None) -> list[Diagnostic]:
-    """The errors and warnings of a graph file, without computing anything."""
+    """Returns the errors and warnings of a graph file, without computing anything."""
     return _shibo.check(path, _session(session))
 
 
 def graphs() -> list[str]:
-    """The names of the graphs that come along, to be loaded as `shibo:NAME`."""
+    """Returns the names of the shipped graphs, which load as `shibo:NAME`."""
     return _shibo.graphs()

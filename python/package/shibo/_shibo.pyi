@@ -1,4 +1,4 @@
-"""The extension module. Use the package, which documents what it does."""
+"""The extension module. Use the package `shibo`, which is documented."""
 
 from typing import Any, Optional
 

@@ -1,4 +1,4 @@
-//! Nodes that break the rules of the house.
+//! Nodes that break the contract.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
@@ -109,7 +109,7 @@ impl FieldSource for Beyond {
     }
 }
 
-/// Needs more for a part of a window than for the whole.
+/// Needs a larger window for a part than for the whole.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub(crate) struct Contrary {
@@ -139,7 +139,7 @@ impl FieldSource for Around {
     }
 }
 
-/// A field whose windows are computed as they are asked for.
+/// A field that `fill` computes window by window.
 fn gray(fill: impl Fn(&mut Tile) + Send + Sync + 'static) -> Field {
     let source = Plain(fill);
     Field::new(Type::Gray, Tiling::NONE, source)

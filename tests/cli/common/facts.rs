@@ -1,4 +1,4 @@
-//! The facts of the canvas in the contract: a node whose result changes with one declares it, and reads no other.
+//! Facts of the canvas: a node declares each fact that its result depends on, and reads no other.
 use super::kinds::{another, bytes, graph, it, session};
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -9,7 +9,7 @@ use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Canvas, Cut, Evaluator, Field, Grid, Key, Stop, Tile, Tiling, Type, Value, Window};
 
-/// The engine as a node sees it that is evaluated beside its graph, with a canvas of its own.
+/// The engine for a node that is evaluated outside its graph, with another canvas.
 struct Beside<'r>(&'r Look<'r>);
 
 impl Evaluator for Beside<'_> {
@@ -33,7 +33,7 @@ impl Evaluator for Beside<'_> {
     fn warn(&self, _problem: Problem) {}
 }
 
-/// The fields that a value consists of; of a solid, what a plane through it shows.
+/// The fields of a value; for a solid, a plane cut through it.
 pub(crate) fn shown(value: &Value) -> Vec<Field> {
     let Value::Solid(solid) = value else { return value.fields() };
     let place = Field::generate(Type::Rgb, Tiling::NONE, |out: &mut Tile, _| {
@@ -50,7 +50,7 @@ pub(crate) fn shown(value: &Value) -> Vec<Field> {
     vec![solid.cut(&Cut::new(Key::of("plane", &[]), place, |grid: &Grid| grid.step.max_element()))]
 }
 
-/// What the node `it` makes of these inputs when it is told of `canvas`. Fields are shown on the graph's own grid.
+/// Outputs of the node `it` for these inputs, evaluated with `canvas`. Fields are sampled on the graph's own grid.
 fn made(look: &Look<'_>, graph: &Graph, inputs: &[Value], canvas: &Canvas) -> Result<Vec<u8>, String> {
     let node = &graph.nodes[it(graph)];
     let evaluator = Beside(look);
@@ -84,7 +84,7 @@ fn changes(canvas: &Canvas) -> Vec<(Fact, Canvas)> {
     ]
 }
 
-/// A node gives the same for every canvas that has the facts which it declares; or, instead of those, `declared`.
+/// A node gives the same result for all canvases that agree in its declared facts, or in `declared` if given.
 pub(crate) fn declares_what_it_reads(
     registry: &Registry,
     info: &KindInfo,
@@ -115,14 +115,14 @@ pub(crate) fn declares_what_it_reads(
     session.look(&graph, &keys, &CancelToken::default(), &Silent, compare).map_err(fail)?
 }
 
-/// Whatever its parameters are, a node reads no fact that it does not declare: the engine would report that.
+/// With any parameters, a node reads no undeclared fact: the engine would report it.
 pub(crate) fn reads_only_declared_facts(registry: &Registry, info: &KindInfo) -> Result<(), String> {
     let session = session(shibo_nodes::registry(), 1);
     for field in &info.fields {
         let Role::Param(param) = &field.role else { continue };
         let choices = param.choices.iter().filter(|choice| !choice.has_arguments).map(|choice| choice.name.clone());
         for value in another(param).into_iter().chain(choices) {
-            // Some parameters contradict each other, and of some nothing can be made; that is said elsewhere.
+            // Contradicting or unusable parameters are covered by other tests.
             let made = graph(registry, info, UVec2::splat(16), Some((&field.name, &value)))
                 .and_then(|graph| bytes(&session, &graph, 16));
             if let Err(complaint) = made.map(drop)

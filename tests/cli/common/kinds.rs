@@ -1,4 +1,4 @@
-//! A node of any kind in a graph of its own, with its ports connected, and what it makes.
+//! Graphs with a node of any kind, its ports connected, and the node's outputs as bytes.
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Silent, encode};
 use shibo_engine::graph::{Graph, LoadOptions, load_text};
@@ -10,13 +10,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// A picture for nodes that read one.
+/// The picture for nodes that read one.
 const PICTURE: &str = "library/examples/ramp.png";
 
-/// A mesh, likewise.
+/// The mesh for nodes that read one.
 const MESH: &str = "tests/meshes/cube.obj";
 
-/// A drawing, likewise.
+/// The drawing for nodes that read one.
 const DRAWING: &str = "library/examples/leaf.svg";
 
 pub(crate) fn options(resolution: UVec2) -> LoadOptions {
@@ -27,7 +27,7 @@ pub(crate) fn options(resolution: UVec2) -> LoadOptions {
     }
 }
 
-/// What nodes are connected to.
+/// Nodes that ports are connected to.
 pub(crate) const STAND_INS: &str = r##"
     "gray": Perlin(size: 5),
     "rgb": GradientMap(input: "gray", stops: [(0.0, "#102030"), (1.0, "#f0c080")]),
@@ -57,7 +57,7 @@ pub(crate) const STAND_INS: &str = r##"
     "sown": MeshPoints(atlas: "atlas", pitch: 4),
 "##;
 
-/// The outputs of [`STAND_INS`] by type: the first of each.
+/// The first output of each type among [`STAND_INS`].
 fn stand_ins() -> &'static BTreeMap<Type, String> {
     static FOUND: OnceLock<BTreeMap<Type, String>> = OnceLock::new();
     FOUND.get_or_init(|| {
@@ -72,7 +72,7 @@ fn stand_ins() -> &'static BTreeMap<Type, String> {
     })
 }
 
-/// What a port is connected to, and the nodes that this takes beside [`STAND_INS`].
+/// The output that a port is connected to, and the nodes needed beside [`STAND_INS`].
 pub(crate) fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, String), String> {
     let ty = match port {
         Accepts::One(ty) => ty,
@@ -86,7 +86,7 @@ pub(crate) fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, St
     }
 }
 
-/// The first kind whose main output is of this type, as a node with its ports connected.
+/// A node, with its ports connected, of the first kind whose main output has this type.
 pub(crate) fn made(registry: &Registry, ty: Type) -> Result<(String, String), String> {
     let mut infos = registry.kinds().filter_map(|kind| registry.info(kind));
     let makes = |info: &&KindInfo| {
@@ -97,7 +97,7 @@ pub(crate) fn made(registry: &Registry, ty: Type) -> Result<(String, String), St
     Ok((format!("\"made_{ty}\""), format!("{nodes} \"made_{ty}\": {}({args}),", info.kind)))
 }
 
-/// Arguments without which a node makes no sense.
+/// Arguments that a kind needs to be valid.
 pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
     match kind {
         "PointList" => Some(("points", "[(3, 4), (10, 7), (5, 12), (13, 13), (8, 2)]".into())),
@@ -116,7 +116,7 @@ pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
     }
 }
 
-/// The arguments of a kind with its ports connected and one parameter changed, or left out, and the nodes that this takes beside
+/// The arguments of a kind with its ports connected and one parameter changed or left out, and the nodes needed beside
 /// [`STAND_INS`].
 pub(crate) fn arguments(
     registry: &Registry,
@@ -167,7 +167,7 @@ pub(crate) fn it(graph: &Graph) -> petgraph::graph::NodeIndex {
     graph.nodes.node_indices().find(|i| graph.nodes[*i].name == "it").unwrap()
 }
 
-/// Everything that a node makes, as bytes; fields put together from windows of at most `side` pixels.
+/// All outputs of a node as bytes; fields are assembled from windows of at most `side` pixels.
 pub(crate) fn bytes(session: &Session, graph: &Graph, side: u32) -> Result<Vec<u8>, String> {
     let fail = |failure: Failure| format!("{failure:?}");
     let (node, size) = (it(graph), graph.canvas.resolution);

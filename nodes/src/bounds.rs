@@ -1,16 +1,16 @@
-//! Bounds that parameters of several families have in common.
+//! Bounds that parameters of several families share.
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::CanvasFacts;
 
-/// The rounding that computed numbers and bounds may have, as a share of the bound.
+/// Rounding error that is tolerated in computed numbers and bounds, as a share of the bound.
 const ROUNDING: f64 = 1e-9;
 
-/// True if a number is more than a bound; either may be computed.
+/// True if `value` exceeds the bound `most` by more than rounding; either may be computed.
 pub(crate) fn exceeds(value: f64, most: f64) -> bool {
     value > most * (1.0 + ROUNDING)
 }
 
-/// A computed number as messages tell it: with six digits.
+/// Rounds a computed number to six digits, for messages.
 pub(crate) fn told(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }

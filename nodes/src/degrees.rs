@@ -1,4 +1,4 @@
-//! Angles in degrees as several families take them: by libm, whose bits are the same on any machine.
+//! Angles in degrees. Sines and cosines come from libm, which gives the same bits on every machine.
 use glam::{DMat3, DVec3};
 
 /// The sine and cosine of an angle in degrees, exact at multiples of 90°.
@@ -15,7 +15,7 @@ pub(crate) fn sin_cos(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// The turn by an angle in degrees about an axis of length 1, in the sense of a right-handed screw.
+/// The rotation by an angle in degrees about an axis of length 1, in the sense of a right-handed screw.
 pub(crate) fn about(axis: DVec3, degrees: f64) -> DMat3 {
     let (sin, cos) = sin_cos(degrees);
     let column = |v: DVec3| cos * v + sin * axis.cross(v) + (1.0 - cos) * axis.dot(v) * axis;

@@ -22,13 +22,13 @@ use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MakeVector {
-    /// The first component, to the right; in mm where the vector is a displacement.
+    /// The first component, to the right; in mm if the vector is a displacement.
     pub x: In<Gray>,
     /// The second component, down.
     pub y: In<Gray>,
     /// Instead of `x` and `y`: the direction in degrees, from +x towards +y.
     pub angle: Option<In<Gray>>,
-    /// With `angle`: how long the vectors are.
+    /// With `angle`: length of the vectors.
     pub length: Option<In<Gray>>,
 }
 

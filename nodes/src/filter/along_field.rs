@@ -13,7 +13,7 @@ use shibo_kernel::filter::along::{self, Directions, LineSpec};
 use shibo_kernel::filter::paths::Reader;
 use shibo_kernel::ground::tile;
 
-/// Smears a field along the lines of a field of directions, round bends and eddies: combed hair, flowing grain, oil
+/// Smears a field along the lines of a field of directions, through bends and eddies: combed hair, flowing grain, oil
 /// on water.
 ///
 /// `DirectionalBlur` smears along a straight line through each place; this node follows the field. A direction and
@@ -30,12 +30,12 @@ use shibo_kernel::ground::tile;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AlongField {
-    /// What to smear.
+    /// Field to smear.
     pub input: In<AnyField>,
     /// The directions: degrees from +x towards +y, or vectors.
     pub direction: In<Direction>,
-    /// Length of the line that each place is the mean of; at most half the canvas' longer side. Beyond 512 pixels
-    /// samples lie farther apart.
+    /// Length of the line over which the mean is taken; at most half the canvas' longer side. Beyond 512 pixels samples
+    /// lie farther apart.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub length: f64,
 }

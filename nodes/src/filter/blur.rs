@@ -1,8 +1,8 @@
 //! [`Blur`]: a Gaussian of any width.
 //!
-//! Narrow Gaussians are applied as they are; wide ones on a picture halved as often as their width allows, see
-//! [`kernel::blur`](shibo_kernel::filter::blur) and [`kernel::fields`](shibo_kernel::filter::fields). Error against the exact Gaussian
-//! below 0.3 % of the range. Cost: O(pixels), nearly independent of the radius.
+//! Narrow Gaussians are applied directly, wide ones to a picture that is halved as often as their width allows, see
+//! [`kernel::blur`](shibo_kernel::filter::blur) and [`kernel::fields`](shibo_kernel::filter::fields). Error against the
+//! exact Gaussian below 0.3 % of the range. Cost: O(pixels), nearly independent of the radius.
 use crate::on_atlas;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -23,13 +23,13 @@ use shibo_kernel::filter::fields;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Blur {
-    /// What to soften.
+    /// Field to soften.
     pub input: In<AnyField>,
     /// Standard deviation σ of the Gaussian; at most half the canvas' longer side. 0 changes nothing.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// The atlas on which the input lies: then `radius` is measured on its surface, and what is read beyond borders of charts is
-    /// what lies there. This reads the whole picture; three times `radius` may be 64 texels at most.
+    /// The atlas on which the input lies. If given, `radius` is measured on the surface, and the blur reads across
+    /// borders of charts. This reads the whole picture; three times `radius` may be 64 texels at most.
     pub atlas: Option<In<Atlas>>,
 }
 

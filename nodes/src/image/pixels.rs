@@ -1,4 +1,4 @@
-//! The pixels of a picture file, decoded when the first of them is needed, and the fields that show them.
+//! The pixels of a picture file, decoded on first use, and the fields that show them.
 use super::sheet::{Reading, Sheet};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ pub(super) struct Crop {
 }
 
 impl Crop {
-    /// The part of a plane of pictures `width` pixels wide.
+    /// Cuts the crop out of a plane of a picture that is `width` pixels wide.
     fn of(self, plane: &[f32], width: usize) -> Vec<f32> {
         let (x, w) = (self.x as usize, self.width as usize);
         let rows = plane.chunks_exact(width).skip(self.y as usize).take(self.height as usize);
@@ -29,13 +29,13 @@ impl Crop {
     }
 }
 
-/// A picture that is in one or several files.
+/// A picture stored in one or several files.
 pub(super) struct Pixels {
     sheet: Sheet,
     reading: Reading,
     limits: ReadLimits,
     crop: Crop,
-    /// Bytes of the decoded channels and their smaller versions, and of the file's samples while they are decoded.
+    /// Bytes of the decoded channels and their pyramids, and of the file's samples during decoding.
     bytes: u64,
     decoding: u64,
     decoded: OnceLock<Result<Decoded, Problem>>,
@@ -44,9 +44,9 @@ pub(super) struct Pixels {
 struct Decoded {
     /// By channel; opacity last.
     channels: Vec<Pyramid>,
-    /// How many of them are colour or data.
+    /// Number of channels that are colour or data.
     data: usize,
-    /// Warnings about them.
+    /// A warning about the pixels.
     warning: Option<Problem>,
 }
 
@@ -76,7 +76,8 @@ impl Pixels {
         Ok(Self { sheet, reading, limits, crop, bytes, decoding, decoded: OnceLock::new() })
     }
 
-    /// The pixels. Decoded outside of the lock: decoding waits for other threads, and one of them may come here.
+    /// The pixels. They are decoded outside of the lock: decoding waits for other threads, which may call this
+    /// function.
     fn get(&self) -> Result<&Decoded, Stop> {
         let decoded = match self.decoded.get() {
             Some(decoded) => decoded,
@@ -101,25 +102,25 @@ impl Pixels {
     }
 }
 
-/// Which channels a field shows.
+/// The channels that a field shows.
 #[derive(Clone, Copy)]
 pub(super) enum Pick {
-    /// Three of them; the first one three times if there is no other.
+    /// Three channels; the first one three times if there is no other.
     Color,
-    /// The only one, or the luminance.
+    /// The only channel, or the luminance.
     Gray,
-    /// The channel of that number; the first if there is no other.
+    /// The channel of this number; the first if there is no other.
     Channel(usize),
     /// Opacity.
     Alpha,
 }
 
-/// Where a picture lies.
+/// Placement of a picture on the canvas.
 #[derive(Clone, Copy)]
 pub(super) struct Placement {
-    /// Where its corner lies, mm.
+    /// Position of its upper left corner, mm.
     pub(super) position: DVec2,
-    /// Size of one of its pixels, mm.
+    /// Size of a pixel, mm.
     pub(super) pitch: DVec2,
     pub(super) filter: Filter,
     pub(super) outside: [Outside; 2],

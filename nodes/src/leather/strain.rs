@@ -7,7 +7,7 @@ use shibo_kernel::leather::links::Links;
 use shibo_kernel::leather::scatter::{Spread, spread};
 use std::sync::{Arc, OnceLock};
 
-/// What is shown.
+/// The quantity to show.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum What {
     /// The length, as a share of the length at the start.
@@ -16,12 +16,12 @@ pub(super) enum What {
     Breakage,
 }
 
-/// Samples per pitch. Each value is spread over 1.5 pitches, so more samples would show no more.
+/// Samples per pitch. Each value is spread over 1.5 pitches, so more samples would show no more detail.
 const DETAIL: f64 = 3.0;
 const REACH: f32 = 1.5;
 const MOST_SAMPLES: f64 = 4096.0;
 
-/// The mean over the links around a place, made when the first tile asks for it.
+/// The mean over the links around a place, computed when the first tile needs it.
 pub(super) struct Strain {
     lattice: Arc<Lattice>,
     what: What,
@@ -29,7 +29,7 @@ pub(super) struct Strain {
 }
 
 impl Strain {
-    /// The field of a lattice that has been in motion.
+    /// The field of a lattice after its motion.
     pub(super) fn field(lattice: &Arc<Lattice>, what: What) -> Field {
         Field::new(Type::Gray, lattice.points.periodic, Self { lattice: lattice.clone(), what, map: OnceLock::new() })
     }
@@ -84,7 +84,7 @@ impl FieldSource for Strain {
     }
 
     fn fill(&self, _given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        // Made outside of the lock: making it waits for other threads, and one of them may need it too.
+        // Computed outside of the lock: it waits for other threads, which may need the map too.
         let map = match self.map.get() {
             Some(map) => map,
             None => {

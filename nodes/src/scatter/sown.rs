@@ -23,10 +23,10 @@ pub(super) const OUTPUTS: &[Output] = &[
     .in_unit("mm"),
 ];
 
-/// The most pixels along a side at which the stamp is read.
+/// Maximum number of pixels along a side of the picture of the stamp.
 const MOST: u32 = 2048;
 
-/// What is shown.
+/// The quantity that a field shows.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum What {
     Values,
@@ -35,22 +35,22 @@ pub(super) enum What {
     Local,
 }
 
-/// What stamps lie on.
+/// The ground under the stamps.
 #[derive(Clone)]
 #[expect(clippy::large_enum_variant, reason = "there is one for each field")]
 pub(super) enum Ground {
     /// One value everywhere.
     Flat(f32),
-    /// A field; where it is higher than the stamps, it covers them, if its height is given.
+    /// A field. If its height is given, it covers the stamps where it is higher.
     Field {
         values: Field,
         height: Option<Field>,
-        /// How much stamps cover: where that is nothing, the ground is copied.
+        /// Coverage by stamps: where it is 0, the ground is copied.
         cover: Field,
     },
 }
 
-/// What all fields of one node share.
+/// Data shared by all fields of one node.
 #[derive(Clone)]
 pub(super) struct Sown {
     pub(super) input: Field,
@@ -77,7 +77,7 @@ impl Sown {
             .with("local", self.field(What::Local, tiling)))
     }
 
-    /// One of the fields, which repeats as `tiling` says.
+    /// The field of one quantity, which repeats as `tiling` says.
     pub(super) fn field(&self, what: What, tiling: Tiling) -> Field {
         let ty = match what {
             What::Values => self.input.ty(),
@@ -98,7 +98,7 @@ struct Shown {
 }
 
 impl Shown {
-    /// Whether the content, the shape and the height are read.
+    /// The content, the shape and the height, each if it is read.
     fn parts(&self) -> [Option<&Field>; 3] {
         let Sown { input, shape, height, overlap, .. } = &self.sown;
         let by_height = *overlap == Overlap::ByHeight && self.what != What::Cover;
@@ -111,7 +111,7 @@ impl Shown {
         [Some(input).filter(|_| content), shape.as_ref(), height]
     }
 
-    /// The grid on which the stamp is read: as many pixels as the largest has on `grid`.
+    /// The grid on which the stamp is read: as many pixels as the largest stamp has on `grid`.
     fn stamp_grid(&self, grid: &Grid) -> (Grid, UVec2) {
         let pixels = UVec2::from(paint::resolution(self.largest, tile::step(grid), MOST));
         let step = self.sown.size_mm / pixels.as_dvec2();
@@ -120,7 +120,8 @@ impl Shown {
 }
 
 impl Shown {
-    /// What lies under the stamps: how much they cover, and then the ground's values and its height as far as they count.
+    /// The fields for the ground under the stamps: the coverage by stamps, and then the values and the height of the
+    /// ground, if they are used.
     fn under(&self) -> (Option<&Field>, Vec<&Field>) {
         match &self.sown.ground {
             Ground::Field { values, height, cover } if self.what != What::Cover => {
@@ -132,12 +133,12 @@ impl Shown {
         }
     }
 
-    /// Whether the ground is seen where stamps cover all of it.
+    /// True if the ground may show through stamps that cover it fully.
     fn through(&self) -> bool {
         self.sown.overlap != Overlap::Over
     }
 
-    /// Fills in the ground, with nothing in place of what stamps hide for sure. Returns whether stamps touch it.
+    /// Fills in the ground, except where stamps are certain to hide it. Returns true if stamps touch the tile.
     fn lay(&self, given: &Given<'_>, out: &mut Tile) -> bool {
         let cover = match (&self.sown.ground, self.under().0) {
             (Ground::Field { .. }, Some(_)) => given.tile(0).plane(0),
@@ -220,7 +221,7 @@ impl FieldSource for Shown {
     fn prepare_bytes(&self, grid: &Grid) -> u64 {
         let (_, pixels) = self.stamp_grid(grid);
         let channels: usize = self.parts().iter().flatten().map(|field| field.channels()).sum();
-        // The picture, its halves, and both laid out.
+        // The picture, its pyramid, and both in the layout of the kernel.
         u64::from(pixels.x + 2) * u64::from(pixels.y + 2) * channels as u64 * 24
     }
 
@@ -232,7 +233,7 @@ impl FieldSource for Shown {
         let (_, pixels) = self.stamp_grid(&out.grid);
         let parts = self.parts();
         let nothing_read = parts.iter().all(Option::is_none);
-        // Without anything to read only the outlines count.
+        // If no field is read, only the outlines count.
         let layout = if nothing_read { Layout::new(1, 1) } else { Layout::new(pixels.x as usize, pixels.y as usize) };
         let mut next = 0;
         let mut planes = |field: Option<&Field>| -> Vec<&[f32]> {

@@ -1,4 +1,4 @@
-//! SVG files: read with limits, and drawn in blocks.
+//! Reads SVG files with limits, and draws them in blocks.
 mod check;
 mod drawn;
 mod encoding;
@@ -16,10 +16,10 @@ use shibo_kernel::path::pen::Pen;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-/// The most bytes of a file, packed and unpacked.
+/// Maximum size of a file in bytes, packed and unpacked.
 const MOST_BYTES: u64 = 16 << 20;
 
-/// The most straight pieces of outlines.
+/// Maximum number of straight pieces of outlines.
 const MOST_OUTLINES: usize = 1_000_000;
 
 /// A vector picture.
@@ -68,8 +68,8 @@ impl Vector {
         Ok(Self { tree, size })
     }
 
-    /// Draws the picture into `side` × `side` pixels, its units placed by `scale` and `shift` in pixels: red, green, blue and opacity,
-    /// 0..255, multiplied by opacity. Nothing if that cannot be done.
+    /// Draws the picture into `side` × `side` pixels, with `scale` pixels per unit and moved by `shift` pixels:
+    /// premultiplied red, green, blue and opacity, 0..255. `None` if the pixels cannot be allocated.
     #[expect(clippy::cast_possible_truncation, reason = "places in a block need no more than f32")]
     pub(super) fn draw(&self, (scale, shift): (DVec2, DVec2), side: u32) -> Option<Vec<u8>> {
         let transform = Transform::from_row(scale.x as f32, 0.0, 0.0, scale.y as f32, shift.x as f32, shift.y as f32);
@@ -81,15 +81,15 @@ impl Vector {
         catch_unwind(AssertUnwindSafe(draw)).ok().flatten()
     }
 
-    /// The outlines of all shapes as they are drawn, `scale` mm to a unit and moved by `shift`, up to [`MOST_OUTLINES`] straight
-    /// pieces; and whether these are all.
+    /// The outlines of all drawn shapes, with `scale` mm per unit and moved by `shift`, up to [`MOST_OUTLINES`]
+    /// straight pieces; and true if they are complete.
     pub(super) fn outlines(&self, scale: DVec2, shift: DVec2) -> (Pen, bool) {
         let mut pen = Pen::default();
         let all = trace(self.tree.root(), (scale, shift), &mut pen);
         (pen, all)
     }
 
-    /// About how much memory it takes.
+    /// Approximate memory of the picture, in bytes.
     pub(super) fn bytes(&self) -> usize {
         fn nodes(group: &usvg::Group) -> usize {
             let each = |node: &usvg::Node| match node {
@@ -128,7 +128,7 @@ fn trace(group: &usvg::Group, place: (DVec2, DVec2), pen: &mut Pen) -> bool {
     })
 }
 
-/// The elements of a text.
+/// Parses a text into elements.
 fn tree_of(text: &str) -> Result<roxmltree::Document<'_>, String> {
     let nodes_limit = u32::try_from(2 * MOST_ELEMENTS).unwrap_or(u32::MAX);
     let options = roxmltree::ParsingOptions { allow_dtd: true, nodes_limit, ..Default::default() };
@@ -136,7 +136,7 @@ fn tree_of(text: &str) -> Result<roxmltree::Document<'_>, String> {
         .map_err(|error| format!("line {}, column {}: {error}", error.pos().row, error.pos().col))
 }
 
-/// The text of a document, with colours added to the styles of elements.
+/// The text of a document, with rewritten colours added to the styles of elements.
 fn rewrite(document: &roxmltree::Document<'_>, colors: &Rewritten) -> String {
     let mut text = document.input_text().to_owned();
     let mut places: Vec<(usize, String)> = Vec::new();
@@ -226,7 +226,7 @@ mod tests {
         }
     }
 
-    /// The colour of the pixel in the middle of a square that is drawn.
+    /// The colour of the middle pixel of a square drawn by `inside`.
     #[track_caller]
     fn color(inside: &str) -> [u8; 4] {
         let vector = parse(inside).unwrap_or_else(|problem| panic!("{inside}: {}", problem.message));
@@ -285,7 +285,7 @@ mod tests {
         assert_eq!(fill("none"), [0; 4]);
     }
 
-    /// The names of CSS with their colours, as `svgtypes` has them and some that are easily missed.
+    /// Colour names of CSS that `svgtypes` knows, and some that are easily missed.
     #[test]
     fn reads_names_of_colors_in_any_case() {
         for (name, [r, g, b]) in [

@@ -1,4 +1,4 @@
-//! [`Remap`]: one range of numbers to another. Cost: O(pixels), bound by memory.
+//! [`Remap`]: maps one range of numbers to another. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -7,7 +7,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
 
-/// Maps one range of numbers to another along a straight line: for example lengths to shares, or bright to dark.
+/// Maps one range of numbers to another linearly: for example lengths to shares, or bright to dark.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
@@ -19,15 +19,15 @@ use shibo_kernel::pointwise::tone;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Remap {
-    /// What to map; the channels of a colour are mapped alike.
+    /// Field to map; the channels of a colour are mapped alike.
     pub input: In<AnyField>,
     /// Two values of the input, in its unit.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub from: Linear,
-    /// What they become.
+    /// The two values of the result.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub to: Linear,
-    /// Whether results stay within `to`; if not, they continue along the line.
+    /// True to clamp results to `to`; false to continue along the line.
     pub clamp: bool,
 }
 
@@ -37,7 +37,7 @@ impl Default for Remap {
     }
 }
 
-/// The least difference between the values of `from`: with a smaller one, results could become too large for a number.
+/// Minimum difference between the values of `from`: with a smaller one, results could overflow.
 const LEAST: f64 = 1e-9;
 
 impl Node for Remap {

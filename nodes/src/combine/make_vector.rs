@@ -1,4 +1,5 @@
-//! [`MakeVector`]: a vector of two numbers, or of an angle and a length. Cost: O(pixels); with an angle about 5 ns each.
+//! [`MakeVector`]: a vector of two numbers, or of an angle and a length. Cost: O(pixels); with an angle about 5 ns
+//! each.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};

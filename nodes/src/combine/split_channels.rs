@@ -18,8 +18,8 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 /// "example": Levels(input: "parts.r", high: 0.6),
 /// ```
 ///
-/// Elsewhere: Substance Designer *RGBA Split*, Material Maker *Decompose*, Blender *Separate Color*, *Separate XYZ*, Houdini
-/// *Vector to Float*.
+/// Elsewhere: Substance Designer *RGBA Split*, Material Maker *Decompose*, Blender *Separate Color*, *Separate XYZ*,
+/// Houdini *Vector to Float*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SplitChannels {

@@ -1,8 +1,8 @@
 //! [`DirectionalBlur`]: a blur along a direction.
 //!
-//! The mean over a straight line through each pixel, two samples a pixel, linear between pixels. A direction that is the
-//! same everywhere becomes a kernel once; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels · length in
-//! pixels); where the angle is a field about 6 ns for each pixel of the length.
+//! The mean over a straight line through each pixel, two samples a pixel, linear between pixels. A direction that is
+//! the same everywhere becomes a kernel once; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels ·
+//! length in pixels); where the angle is a field about 6 ns for each pixel of the length.
 use super::around::Around;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
@@ -25,8 +25,8 @@ use shibo_kernel::ground::tile;
 /// "example": Levels(input: "streaks", low: 0.35, high: 0.65),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Directional Blur*, Material Maker *Directional Blur*, Blender *Directional Blur*, Houdini
-/// *Streak Blur*.
+/// Elsewhere: Substance Designer *Directional Blur*, Material Maker *Directional Blur*, Blender *Directional Blur*,
+/// Houdini *Streak Blur*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DirectionalBlur {

@@ -22,7 +22,8 @@ use shibo_kernel::ground::tile;
 /// "example": EdgeDetect(input: "cells.value", radius: 0.15),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Edge Detect*, Material Maker *Edge Detect*, Blender *Filter* (Sobel), Houdini *Edge Detect*.
+/// Elsewhere: Substance Designer *Edge Detect*, Material Maker *Edge Detect*, Blender *Filter* (Sobel), Houdini *Edge
+/// Detect*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EdgeDetect {

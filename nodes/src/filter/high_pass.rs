@@ -66,7 +66,8 @@ mod tests {
 
     #[test]
     fn hills_go_and_ripples_stay() {
-        // A wave as long as the canvas and one of 2 mm: a Gaussian of 2 mm keeps 0.93 of the first and nothing of the second.
+        // A wave as long as the canvas and one of 2 mm: a Gaussian of 2 mm keeps 0.93 of the first and nothing of the
+        // second.
         let waves = Field::generate(Type::Gray, Tiling::BOTH, |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
             for (k, v) in (0..).zip(out.plane_mut(0)) {

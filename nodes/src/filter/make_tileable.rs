@@ -24,8 +24,8 @@ use std::sync::OnceLock;
 /// The middle stays unchanged. Along the edges across which the canvas tiles, another part of the input is blended in,
 /// without loss of contrast. It suits irregular textures; lines and patterns do not continue.
 ///
-/// A whole-picture operation: the input is measured on the canvas, at 512 pixels along its longer side, before anything is
-/// drawn.
+/// A whole-picture operation: the input is measured on the canvas, at 512 pixels along its longer side, before anything
+/// is drawn.
 ///
 /// ```ron
 /// "noise": Fractal(size: 5, octaves: 5, kind: Ridged),
@@ -250,7 +250,8 @@ mod tests {
         for y in 16..48 {
             assert_eq!(out.row(0, y)[16..48], input.row(0, y)[16..48]);
         }
-        // Just at the left and the right edge nearly all comes from the two columns in the middle, which are neighbours.
+        // Just at the left and the right edge nearly all comes from the two columns in the middle, which are
+        // neighbours.
         let off = |x: usize, from: usize| {
             (20..44).map(|y| (out.row(0, y)[x] - input.row(0, y)[from]).abs()).fold(0.0, f32::max)
         };

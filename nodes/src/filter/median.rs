@@ -1,7 +1,7 @@
 //! [`Median`]: removes specks, keeps edges.
 //!
-//! Exact, over the pixels whose centres lie within the radius; see [`kernel::median`](shibo_kernel::filter::median). Cost:
-//! about 20 ns a pixel for a radius of 2 pixels, 200 for 4 and 270 for 8; above that in proportion to the radius.
+//! Exact, over the pixels whose centres lie within the radius; see [`kernel::median`](shibo_kernel::filter::median).
+//! Cost: about 20 ns a pixel for a radius of 2 pixels, 200 for 4 and 270 for 8; above that in proportion to the radius.
 use super::disk::of_disks;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;

@@ -1,8 +1,8 @@
 //! [`Morphology`]: shapes grown and shrunk.
 //!
-//! Source: J. Serra, "Image analysis and mathematical morphology" (1982), with a flat disk: the pixels whose centres lie
-//! within the radius; see [`kernel::morphology`](shibo_kernel::filter::morphology). Cost: O(pixels · radius in pixels),
-//! about 4 ns a pixel for a radius of 8; `Open` and `Close` twice that.
+//! Source: J. Serra, "Image analysis and mathematical morphology" (1982), with a flat disk: the pixels whose centres
+//! lie within the radius; see [`kernel::morphology`](shibo_kernel::filter::morphology). Cost: O(pixels · radius in
+//! pixels), about 4 ns a pixel for a radius of 8; `Open` and `Close` twice that.
 use super::disk::of_disks;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;

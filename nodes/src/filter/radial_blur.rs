@@ -1,7 +1,7 @@
 //! [`RadialBlur`]: a blur round a point, or away from it.
 //!
-//! The mean over an arc of a circle, or over a part of a ray, through each pixel, two samples a pixel of the path, at most
-//! 511; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels · length of the paths in pixels).
+//! The mean over an arc of a circle, or over a part of a ray, through each pixel, two samples a pixel of the path, at
+//! most 511; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels · length of the paths in pixels).
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -72,7 +72,8 @@ pub enum Wrap {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Image {
-    /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file. `<UDIM>` in its name stands for the numbers of tiles.
+    /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file. `<UDIM>` in its name stands for the numbers of
+    /// tiles.
     pub path: FilePath,
     /// Layer or channel of an OpenEXR file: `normal` for channels such as `normal.X`, or `height`. By default its
     /// colours, or the channels closest to colours. Files of other formats have channels `R`, `G`, `B`, `A`, or `Y`.

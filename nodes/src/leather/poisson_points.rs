@@ -42,13 +42,13 @@ pub struct PoissonPoints {
     /// Distance between points along `angle`, as a multiple of that across.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: f64,
-    /// How many times wider apart points are along `angle` than across.
+    /// Distance between points along `angle`, as a multiple of that across.
     #[schemars(range(min = 1, max = 10))]
     pub aspect: f64,
     /// Ratio of the distance between points where `density` is 1 to that where it is 0.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// How many times wider apart points are where `density` is 1 than where it is 0.
+    /// Ratio of the distance between points where `density` is 1 to that where it is 0.
     #[schemars(range(min = 1, max = 8))]
     pub spread: f64,
     /// Another seed gives other points.

@@ -1,7 +1,7 @@
 //! [`WorkArea`]: the points within a shape.
 //!
-//! Source: JP4905282B2 §3, "a work area of any shape" (row A4; with it A42 and A48 for that shape). Cost: O(points), and
-//! the distances from the contour at four samples per pitch.
+//! Source: JP4905282B2 §3, "a work area of any shape" (row A4; with it A42 and A48 for that shape). Cost: O(points),
+//! and the distances from the contour at four samples per pitch.
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -36,8 +36,8 @@ use shibo_kernel::surface::layers::HeightMode;
 /// "example": Relief(material: "both"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Material Blend* and *Material Height Blend*, Material Maker *Blend* of materials, Blender
-/// *Mix Shader*, Houdini *Layer Mix*, Unreal *Material Layer Blend*.
+/// Elsewhere: Substance Designer *Material Blend* and *Material Height Blend*, Material Maker *Blend* of materials,
+/// Blender *Mix Shader*, Houdini *Layer Mix*, Unreal *Material Layer Blend*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BlendMaterials {

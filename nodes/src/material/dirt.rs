@@ -1,7 +1,7 @@
 //! [`Dirt`]: dirt in grooves and corners.
 //!
-//! Dirt gathers where the height lies below its Gaussian surroundings: a cheap measure of concave curvature at the scale of
-//! `radius`. Cost: that of a blur of the height, and O(pixels).
+//! Dirt gathers where the height lies below its Gaussian surroundings: a cheap measure of concave curvature at the
+//! scale of `radius`. Cost: that of a blur of the height, and O(pixels).
 use super::worn::{Wear, channels};
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
@@ -25,8 +25,8 @@ use shibo_engine::value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb
 /// "example": Relief(material: "dirty"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Dirt* masks, Substance Painter *Dirt* generator, Blender *Dirty Vertex Colors*, Houdini
-/// *Ambient Occlusion* masks.
+/// Elsewhere: Substance Designer *Dirt* masks, Substance Painter *Dirt* generator, Blender *Dirty Vertex Colors*,
+/// Houdini *Ambient Occlusion* masks.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Dirt {

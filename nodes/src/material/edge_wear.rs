@@ -26,8 +26,8 @@ use shibo_engine::value::{ChannelSet, Material, Stop, Type};
 /// "example": Relief(material: "worn"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Metal Edge Wear*, Substance Painter *Edges Wear* masks, Blender *Geometry: Pointiness*,
-/// Houdini *Curvature* masks.
+/// Elsewhere: Substance Designer *Metal Edge Wear*, Substance Painter *Edges Wear* masks, Blender *Geometry:
+/// Pointiness*, Houdini *Curvature* masks.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EdgeWear {

@@ -32,7 +32,8 @@ use shibo_kernel::surface::layers::HeightMode;
 /// "example": Relief(material: "all"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Multi Material Blend*, Substance Painter layers, Unreal *Material Layers*, Houdini *Layer Mix*.
+/// Elsewhere: Substance Designer *Multi Material Blend*, Substance Painter layers, Unreal *Material Layers*, Houdini
+/// *Layer Mix*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LayerMaterials {

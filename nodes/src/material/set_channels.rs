@@ -16,7 +16,8 @@ with_channels! {
     /// "example": Relief(material: "glazed"),
     /// ```
     ///
-    /// Elsewhere: Substance Designer *Material Override*, Unreal *Set Material Attributes*, Houdini *Layer Unpack* and *Pack*.
+    /// Elsewhere: Substance Designer *Material Override*, Unreal *Set Material Attributes*, Houdini *Layer Unpack* and
+    /// *Pack*.
     pub struct SetChannels {
         /// The material.
         material: In<value::Material>,

@@ -26,7 +26,8 @@ use shibo_kernel::surface::layers::scale_slopes;
 /// "example": Relief(material: "small"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Material Transform*, Material Maker *Transform*, Blender *Mapping*, Houdini *UV Transform*.
+/// Elsewhere: Substance Designer *Material Transform*, Material Maker *Transform*, Blender *Mapping*, Houdini *UV
+/// Transform*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TransformMaterial {

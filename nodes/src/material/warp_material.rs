@@ -22,7 +22,8 @@ use shibo_kernel::ground::number::narrow;
 /// "example": Relief(material: "bent"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Warp* on every channel, Material Maker *Warp*, Blender *Vector Math* on texture coordinates.
+/// Elsewhere: Substance Designer *Warp* on every channel, Material Maker *Warp*, Blender *Vector Math* on texture
+/// coordinates.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WarpMaterial {

@@ -94,7 +94,8 @@ pub enum Overlap {
 /// "example": MeshAtlas(mesh: "ball", charts: New),
 /// ```
 ///
-/// Elsewhere: Blender *Smart UV Project*, *Pack Islands*; Houdini *UV Flatten*, *UV Layout*; Substance Painter *Auto-unwrap*.
+/// Elsewhere: Blender *Smart UV Project*, *Pack Islands*; Houdini *UV Flatten*, *UV Layout*; Substance Painter
+/// *Auto-unwrap*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshAtlas {

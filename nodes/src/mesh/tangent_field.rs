@@ -39,7 +39,8 @@ pub enum FieldFrom {
 /// a closed shape other than a ring every field has points without a direction, like the crown of a head; `shibo dump`
 /// lists them as `singular`. Use strokes to move them to places where they do not disturb.
 ///
-/// Elsewhere: Houdini *Attribute Paint* with *Comb*, *Surface Tangent Field*; Blender hair combing; nothing in Substance.
+/// Elsewhere: Houdini *Attribute Paint* with *Comb*, *Surface Tangent Field*; Blender hair combing; nothing in
+/// Substance.
 ///
 /// ```ron
 /// "ring": MeshShape(shape: Torus),

@@ -1,4 +1,5 @@
-//! Wood on surfaces: rings about the z axis, shown with the exact mean over a texel's span of years, as `RingColor` does.
+//! Wood on surfaces: rings about the z axis, shown with the exact mean over a texel's span of years, as `RingColor`
+//! does.
 use super::*;
 use crate::mesh::tests::atlas_of;
 use crate::mesh::{MeshForm, MeshShape};

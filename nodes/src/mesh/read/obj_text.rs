@@ -1,6 +1,7 @@
 //! Splits the text of an OBJ into statements, numbers and names.
 //!
-//! Lines end in LF, CR LF or CR; a `\` at the end joins a line to the next one. Text is UTF-8 or, failing that, Latin-1.
+//! Lines end in LF, CR LF or CR; a `\` at the end joins a line to the next one. Text is UTF-8 or, failing that,
+//! Latin-1.
 use super::ReadError;
 use std::borrow::Cow;
 use std::rc::Rc;
